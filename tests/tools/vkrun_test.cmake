@@ -1725,6 +1725,9 @@ function(NetworksAreScoredAndPredict)
   expect("${page}" "data:image/png;base64," "Gaussians" "PSNR [0-9.]+ dB, SSIM" "Trained for" "data-splat=")
   vkrun(0 predict ${TEMP}/object/input.png --weights ${weights} --out ${TEMP}/photo --views 2 --json)
   expect_json("${out}" border photo mask)
+  file(COPY ${weights} DESTINATION ${TEMP}/alone)
+  vkrun(2 predict ${TEMP}/object/input.png --weights ${TEMP}/alone/weights_last.safetensors --out ${TEMP}/none)
+  expect("${err}" "no configuration beside '[^\n]*alone/weights_last.safetensors'.*--config")
   # A gray picture serves as the depth: the figures of the fit must be there, whatever their values.
   vkrun(0 predict ${TEMP}/object/input.png --weights ${weights} --out ${TEMP}/photo --views 2 --json
         --true-depth ${TEMP}/object/input.png)

@@ -52,14 +52,16 @@ std::string config_beside(const std::string& weights, const std::string& given,
         return own;
     const std::string found = find_config(weights);
     if (!found.empty()) return found;
-    throw Failure(kUsageError, "no config.json or config.yaml in the folder of '" + weights +
-                                   "': name the configuration with --config");
+    throw Failure(kUsageError, "no configuration beside '" + weights +
+                                   "', neither of its name with .json or .yaml, nor config.json or "
+                                   "config.yaml: name it with --config");
 }
 
 std::string adapters_beside(const std::string& weights, const std::string& given) {
     namespace fs = std::filesystem;
     const fs::path path(given);
-    if (given.empty() || path.has_parent_path() || path.has_extension() || fs::is_regular_file(path))
+    if (given.empty() || path.has_parent_path() || path.has_extension() ||
+        fs::is_regular_file(path))
         return given;
     return (fs::path(weights).parent_path() / (given + ".safetensors")).string();
 }

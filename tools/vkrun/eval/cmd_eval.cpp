@@ -22,6 +22,7 @@
 #include "vkrun/eval/eval_report.h"
 #include "vkrun/eval/object_views.h"
 #include "vkrun/eval/scoring.h"
+#include "vkrun/eval/shard_merge.h"
 #include "vkrun/predict/drawing.h"
 #include "vkrun/predict/network.h"
 #include "vkrun/weights/builtin_weights.h"
@@ -50,7 +51,7 @@ training images for every object; "billboard" shows the first conditioning view 
 
 --shard 0/4 to 3/4, on machines that share OUT, score a part of the objects each, into OUT/shard_I_of_4. The last to
 end merges them by the objects' names into the files that one machine would have written. docs/shards.md shows
-them with GNU parallel and as a Slurm array. OUT is a new folder for other weights or data.
+them with GNU parallel and as a Slurm array. Shards with other options do not merge: OUT is then a new folder.
 
 Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data, 7 the network's output
 is not finite: such objects have no scores (null, nan), and there is no mean; results.json counts what is not
@@ -209,25 +210,11 @@ void print_table(const EvalOptions& options, std::uint32_t count, const Json& js
     if (!page.empty()) std::printf("%s\n", page.c_str());
 }
 
-/// Save what a shard scored, and take over what the others did. False: some are not there yet.
-bool merge_shards(const EvalOptions& options, const Shard& shard, splat_evaluator evaluator) {
-    const auto folder_of = [&](std::uint32_t index) {
-        return options.out + format("/shard_%u_of_%u", index, shard.count);
-    };
-    check(splat_evaluator_save(evaluator, folder_of(shard.index).c_str()));
-    std::string missing;
-    for (std::uint32_t i = 0; i < shard.count; ++i)
-        if (!std::filesystem::exists(folder_of(i) + "/objects.json"))
-            missing += format(missing.empty() ? "%u" : ", %u", i);
-    if (!missing.empty()) {
-        std::fprintf(stderr, "note: shard %u of %u is scored; not yet: %s\n", shard.index,
-                     shard.count, missing.c_str());
-        return false;
-    }
-    for (std::uint32_t i = 0; i < shard.count; ++i)
-        if (i != shard.index)
-            check(splat_evaluator_load(evaluator, folder_of(i).c_str()), kBadData);
-    return true;
+/// What shards must share besides what splat_evaluator_load() compares.
+Json shared_settings(const EvalOptions& options, const NetworkFiles& files) {
+    return {{"--adapters", files.adapters}, {"--config", options.config},
+            {"--set", options.changes},     {"--lpips", options.lpips},
+            {"--objects", options.objects}, {"--views", options.views}};
 }
 
 int evaluate(const EvalOptions& options) {
@@ -248,13 +235,16 @@ int evaluate(const EvalOptions& options) {
     methods.baseline = make_baseline(options.baseline, device, files.config, options.data);
     const splat_evaluator evaluator = methods.evaluator.get();
     make_folder(options.out);
-    ScoredObjects scored = score_objects(evaluator, "evaluating", shard, [&](std::uint32_t object) {
-        return score_object(options, methods, object);
-    });
-    const bool merged = shard.count == 1 || merge_shards(options, shard, evaluator);
+    const ScoredObjects scored =
+        score_objects(evaluator, "evaluating", shard,
+                      [&](std::uint32_t object) { return score_object(options, methods, object); });
+    const bool merged =
+        shard.count == 1 ||
+        merge_shards(options.out, shard, shared_settings(options, files), evaluator);
     if (merged) check(splat_evaluator_save(evaluator, options.out.c_str()));
     const Json json = library_json(splat_evaluator_report, evaluator);
-    const std::string page = merged ? write_eval_page(options, methods, json, scored.rows) : "";
+    const std::string page =
+        merged ? write_eval_page(options, methods, json, saved_rows(options.out)) : "";
     if (options.json)
         print_json(json);
     else
@@ -283,16 +273,7 @@ void add_eval(CLI::App& app, int& exit_code) {
     command->add_option("--out", options->out, "Folder for the results")
         ->required()
         ->type_name("DIR");
-    command
-        ->add_option("--config", options->config,
-                     "Configuration of the network; default: NAME.json of the adapters,\n"
-                     "else config.json or config.yaml in the folder of WEIGHTS")
-        ->type_name("FILE");
-    command
-        ->add_option("--adapters", options->adapters,
-                     "Low-rank adapters to fold into the weights; a name alone is that of a\n"
-                     "file beside them")
-        ->type_name("FILE");
+    add_network_options(*command, options->config, options->adapters);
     add_changes_option(*command, options->changes);
     command->add_option("--objects", options->objects, "Only the first N objects; default: all")
         ->type_name("N");

@@ -27,8 +27,8 @@ OUT gets scene.ply, input.png, novel views (view_NN.png), orbit.png (animated), 
 which holds all pictures and facts, and in which the scene turns. Gaussians with an opacity below 1/255, which no
 image shows, and those with numbers that are not finite are left out of the scene and counted ("faint", "not_finite").
 
-Without --weights, the built-in ones are used: procedural cars at 64 x 64 pixels; with --depth and --normal those of
-the name cars64-depth-normal. A picture is warned of in which no
+Without --weights, the built-in ones are used: procedural cars at 64 x 64 pixels, for which there are the adapters
+"chairs"; with --depth and --normal those of the name cars64-depth-normal. A picture is warned of in which no
 object was found, so that all of it counts as the object, or whose object reaches the border.
 
 Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data, 7 weights whose
@@ -131,16 +131,7 @@ void add_predict(CLI::App& app, int& exit_code) {
                      "Weights of the network: .safetensors, .pth or .npz, or the name of built-in\n"
                      "ones; default: cars64")
         ->type_name("FILE");
-    command
-        ->add_option("--config", o.config,
-                     "Configuration of the network; default: NAME.json of the adapters,\n"
-                     "else config.json or config.yaml in the folder of the weights")
-        ->type_name("FILE");
-    command
-        ->add_option("--adapters", o.adapters,
-                     "Low-rank adapters to fold into the weights; a name alone is that of a\n"
-                     "file beside them: chairs, for the built-in weights")
-        ->type_name("FILE");
+    add_network_options(*command, o.config, o.adapters);
     add_map_options(*command, o);
     command
         ->add_option("--embedding", o.embedding,

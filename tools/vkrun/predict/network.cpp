@@ -1,10 +1,26 @@
 #include "vkrun/predict/network.h"
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "vkrun/config/merged_config.h"
 
 namespace vkrun {
+
+void add_network_options(CLI::App& command, std::string& config, std::string& adapters) {
+    command
+        .add_option("--config", config,
+                    "Configuration of the network; default: that of the adapters, NAME.json\n"
+                    "beside them; else that beside the weights, the first that is there of\n"
+                    "NAME.json, NAME.yaml, config.json and config.yaml")
+        ->type_name("FILE");
+    command
+        .add_option("--adapters", adapters,
+                    "Low-rank adapters to fold into the weights: a file, with its configuration\n"
+                    "beside it as NAME.json; or NAME alone for NAME.safetensors in the folder of\n"
+                    "the weights, as chairs for the built-in ones")
+        ->type_name("FILE");
+}
 
 NetworkFiles network_files(const std::string& weights, const std::string& config,
                            const std::string& adapters, const std::vector<std::string>& changes) {

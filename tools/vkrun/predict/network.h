@@ -6,7 +6,14 @@
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
 
+namespace CLI {
+class App;
+}
+
 namespace vkrun {
+
+/// --config and --adapters.
+void add_network_options(CLI::App& command, std::string& config, std::string& adapters);
 
 /// What a network is made of.
 struct NetworkFiles {
