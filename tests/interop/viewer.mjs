@@ -123,6 +123,30 @@ async function useIt(browser) {
     });
 }
 
+// A page that is loaded again shows the same view, and turns on if it turned.
+async function loadAgain(browser) {
+    const again = async () => {
+        await browser.value("window.before = true");
+        await browser.send("Page.reload");
+        await browser.until(`!window.before && ${STATE}`, 60);
+    };
+    const viewer = member => browser.value(`document.querySelector(".splat").viewer.${member}`);
+    const start = await viewer("camera.eye.join()");
+    for (let i = 0; i < 5; ++i) await browser.key("ArrowLeft");
+    const eye = await viewer("camera.eye.join()");
+    expect(eye !== start, "the key ArrowLeft leaves the camera where it is");
+    await again();
+    expect(await viewer("camera.eye.join()") === eye, "a page that was loaded again shows another view");
+    expect(!await viewer("turning"), "a view that stood turns after the page was loaded again");
+    await browser.value('document.querySelector("canvas").focus()');
+    await browser.key(" ");
+    await again();
+    expect(await viewer("turning"), "a view that turned stands after the page was loaded again");
+    await browser.value('document.querySelector("canvas").focus()');
+    await browser.key("r");
+    await settled(browser);
+}
+
 // The file that the page saves has the same pictures.
 async function saveIt(browser, name) {
     const bytes = await browser.value(`(async () => {
@@ -203,6 +227,7 @@ try {
             await comparePoses(browser, at(`shell${degree}.ply`), `shell${degree}`, degree === 3 ? "1,1,1" : "0.2,0.4,0.6");
         }
         await useIt(browser);
+        await loadAgain(browser);
         await saveIt(browser, "shell3");
         await leaveOut(browser);
         await withoutWebGl();

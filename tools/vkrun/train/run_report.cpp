@@ -31,11 +31,30 @@ std::vector<Json> read_metrics(const std::filesystem::path& folder) {
     return lines;
 }
 
+/// 0 without a number, such as null for one that is not finite.
+double number_of(const Json& json, const char* key) {
+    return json.contains(key) && json.at(key).is_number() ? json.at(key).get<double>() : 0;
+}
+
+/// run.json is of the start and of the end; what lies between is in metrics.jsonl.
+void add_progress(Run& run) {
+    if (run.facts.value("state", "") != "running") return;
+    for (const Json& line : run.metrics) {
+        for (const char* key : {"step", "loss", "skipped", "peak_bytes", "val_psnr"})
+            if (line.contains(key)) run.facts[key] = line.at(key);
+        if (line.contains("visible")) run.facts["ledger"] = line;
+        const double psnr = number_of(line, "val_psnr");
+        if (number_of(line, "step") > 0 && psnr > number_of(run.facts, "best_val_psnr"))
+            run.facts["best_val_psnr"] = psnr;  // as the training counts it, without step 0
+    }
+}
+
 Run read_run(const std::string& folder) {
     std::ifstream file = open_to_read(std::filesystem::path(folder) / "run.json");
     Run run{folder, Json::parse(file, nullptr, false), read_metrics(folder)};
     if (!run.facts.is_object())
         throw Failure(kBadData, "'" + folder + "' holds no run (no run.json that can be read)");
+    add_progress(run);
     return run;
 }
 
@@ -52,7 +71,7 @@ std::string latest_render(const Run& run) {
     std::error_code none;
     for (const auto& entry :
          std::filesystem::directory_iterator(std::filesystem::path(run.folder) / "renders", none))
-        latest = std::max(latest, entry.path().string());
+        if (entry.path().extension() == ".png") latest = std::max(latest, entry.path().string());
     return latest;
 }
 
@@ -67,7 +86,8 @@ void add_run(HtmlPage& page, const Run& run) {
     };
     number("loss", "loss", "%.6g", 1);
     number("val_psnr", "validation PSNR", "%.2f dB", 1);
-    number("best_val_psnr", "the best so far", "%.2f dB", 1);
+    if (number_of(run.facts, "best_val_psnr") != 0)
+        number("best_val_psnr", "the best so far", "%.2f dB", 1);
     if (run.facts.value("skipped", 0U) > 0)
         number("skipped", "steps without an update", "%.0f, as gradients were not finite", 1);
     number("parameters", "parameters", "%.0f", 1);

@@ -1,7 +1,9 @@
 #include "vkrun/view/scene_viewer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 
 #include "vkrun/cli/svg.h"
 #include "vkrun/cli/text.h"
@@ -19,6 +21,52 @@ Json pose_json(const splat_camera& camera) {
     return {{"size", {camera.width, camera.height}},
             {"intrinsics", {camera.fx, camera.fy, camera.cx, camera.cy}},
             {"world_to_camera", std::vector<double>(m, m + 12)}};
+}
+
+using Point = std::array<double, 3>;
+
+double inner(const Point& a, const Point& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+Point cross(const Point& a, const Point& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+/// The point that all cameras look at, if there is one. With eyes e and axes d it is the nearest to all axes:
+/// sum (I - d d') (x - e) = 0. The middle of a scene with stray Gaussians lies beside its object.
+std::optional<Point> common_target(const std::vector<splat_camera>& cameras) {
+    constexpr double kLeast = 1e-3;  ///< of the determinant: two axes 4 degrees apart
+    constexpr double kMiss = 0.05;   ///< of the depth: how far an axis may pass by
+    std::vector<std::pair<Point, Point>> axes;
+    std::array<Point, 3> matrix{};
+    Point right{};
+    for (const splat_camera& camera : cameras) {
+        const double* const m = camera.world_to_camera;
+        const Point d = {m[8], m[9], m[10]};
+        Point e{};
+        for (std::size_t i = 0; i < 3; ++i)
+            e[i] = -m[i] * m[3] - m[4 + i] * m[7] - m[8 + i] * m[11];
+        for (std::size_t i = 0; i < 3; ++i)
+            for (std::size_t j = 0; j < 3; ++j) {
+                const double part = (i == j ? 1 : 0) - d[i] * d[j];
+                matrix[i][j] += part;
+                right[i] += part * e[j];
+            }
+        axes.emplace_back(e, d);
+    }
+    const double determinant = inner(matrix[0], cross(matrix[1], matrix[2]));
+    if (!(determinant > kLeast * std::pow(static_cast<double>(cameras.size()), 3)))
+        return std::nullopt;
+    const Point x = {inner(right, cross(matrix[1], matrix[2])) / determinant,
+                     inner(matrix[0], cross(right, matrix[2])) / determinant,
+                     inner(matrix[0], cross(matrix[1], right)) / determinant};
+    for (const auto& [e, d] : axes) {
+        const Point to = {x[0] - e[0], x[1] - e[1], x[2] - e[2]};
+        const Point beside = cross(to, d);
+        if (!(std::sqrt(inner(beside, beside)) < kMiss * inner(to, d))) return std::nullopt;
+    }
+    return x;
 }
 
 std::string bytes_of(const std::vector<std::uint32_t>& words) {
@@ -41,6 +89,7 @@ ViewerFacts add_viewer(HtmlPage& page, splat_scene scene, const ViewerOptions& o
     facts["background"] = options.background;
     facts["up"] = options.up;
     facts["turning"] = options.turning;
+    if (const auto target = common_target(options.cameras)) facts["center"] = *target;
     facts["poses"] = Json::array();
     const std::size_t all = options.cameras.size(), poses = all > kMostPoses ? kSpreadPoses : all;
     for (std::size_t i = 0; i < poses; ++i)

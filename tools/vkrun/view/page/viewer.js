@@ -18,8 +18,8 @@ class SplatViewer {
         this.fullPage = element.classList.contains("splat-full");
         this.build();
         this.listen();
+        this.turning = this.scene.turning && !matchMedia("(prefers-reduced-motion: reduce)").matches;
         this.remember();
-        this.turning = this.scene.turning && !matchMedia("(prefers-reduced-motion: reduce)").matches && !this.recalled;
         new ResizeObserver(() => this.change()).observe(this.canvas);
         this.change();
     }
@@ -155,19 +155,21 @@ class SplatViewer {
         else this.element.requestFullscreen().catch(() => {});  // refused: the view stays as it is
     }
 
-    // A page that reloads itself shows the same view again.
+    // A page that reloads itself shows the same view again, and turns on from there.
     remember() {
         const number = [...document.querySelectorAll(".splat")].indexOf(this.element);
         const name = `splat ${location.pathname} ${number}`;
         try {
             const saved = sessionStorage.getItem(name);
             sessionStorage.removeItem(name);
-            if (saved) this.camera.restore(JSON.parse(saved));
-            this.recalled = saved !== null;
-            addEventListener("pagehide", () => {
-                if (!this.turning) sessionStorage.setItem(name, JSON.stringify(this.camera.save()));
-            });
-        } catch { this.recalled = false; }  // a browser that keeps nothing
+            if (saved) {
+                const {camera, turning} = JSON.parse(saved);
+                this.camera.restore(camera);
+                this.turning = turning;
+            }
+            addEventListener("pagehide", () => sessionStorage.setItem(
+                name, JSON.stringify({camera: this.camera.save(), turning: this.turning})));
+        } catch {}  // a browser that keeps nothing
     }
 
     change() {
