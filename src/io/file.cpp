@@ -13,6 +13,7 @@
 #include <filesystem>
 
 #include "core/fault.h"
+#include "io/write_all.h"
 
 namespace splat::io {
 namespace {
@@ -52,18 +53,6 @@ struct Temporary {
 
 Status failed(const char* doing, const std::string& path) {
     return system_error(errno, doing, path);
-}
-
-Status write_all(int fd, Bytes bytes, const std::string& path) {
-    while (!bytes.empty()) {
-        const ssize_t written =
-            SPLAT_SYSTEM("io.write", ENOSPC, ::write(fd, bytes.data(), bytes.size()));
-        if (written < 0 && errno == EINTR) continue;
-        if (written == 0) errno = ENOSPC;
-        if (written <= 0) return failed("write", path);
-        bytes = bytes.subspan(static_cast<std::size_t>(written));
-    }
-    return {};
 }
 
 std::string folder_of(const std::string& path) {

@@ -11,6 +11,7 @@
 #include "core/fault.h"
 #include "io/compress.h"
 #include "io/npy.h"
+#include "io/write_all.h"
 
 namespace splat::tables {
 namespace {
@@ -30,18 +31,8 @@ io::Buffer crc_header_of(const RecordShape& shape) {
 }
 
 Status write_at(int file, std::uint64_t offset, io::Bytes bytes, const std::string& path) {
-    while (!bytes.empty()) {
-        const ssize_t written =
-            SPLAT_FAULT("tables.write")
-                ? (errno = ENOSPC, -1)
-                : ::pwrite(file, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-        if (written < 0 && errno == EINTR) continue;
-        if (written == 0) errno = ENOSPC;
-        if (written <= 0) return io::system_error(errno, "write", path);
-        bytes = bytes.subspan(static_cast<std::size_t>(written));
-        offset += static_cast<std::uint64_t>(written);
-    }
-    return {};
+    if (SPLAT_FAULT("tables.write")) return io::system_error(ENOSPC, "write", path);
+    return io::write_all(file, bytes, path, offset);
 }
 
 bool read_at(int file, std::uint64_t offset, std::span<std::byte> to) {

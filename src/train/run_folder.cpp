@@ -13,6 +13,7 @@
 #include "core/fork.h"
 #include "core/json_tree.h"
 #include "io/file.h"
+#include "io/write_all.h"
 
 namespace splat::train {
 namespace {
@@ -96,18 +97,11 @@ std::string process_of(int lock) {
     return process.empty() ? "another process" : "process " + process;
 }
 
-/// The number of this process, alone in the file; false with the reason in errno.
-bool write_process(int lock) {
+/// The number of this process, alone in the file, which was just opened.
+Status write_process(int lock, const fs::path& path) {
+    if (::ftruncate(lock, 0) != 0) return cannot("write", path, std::strerror(errno));
     const std::string text = std::to_string(::getpid()) + "\n";
-    if (::ftruncate(lock, 0) != 0) return false;
-    for (std::size_t done = 0; done < text.size();) {
-        const ssize_t written =
-            ::pwrite(lock, text.data() + done, text.size() - done, static_cast<off_t>(done));
-        if (written < 0 && errno == EINTR) continue;
-        if (written <= 0) return false;
-        done += static_cast<std::size_t>(written);
-    }
-    return true;
+    return io::write_all(lock, io::as_bytes(text), path);
 }
 
 }  // namespace
@@ -164,8 +158,7 @@ Status RunFolder::lock() {
     }
     lock_ = file;
     generation_ = fork_generation();
-    if (write_process(file)) return {};
-    return cannot("write", path, std::strerror(errno));
+    return write_process(file, path);
 }
 
 Status RunFolder::clear() const {

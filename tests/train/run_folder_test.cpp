@@ -172,6 +172,14 @@ TEST_F(RunFolderTest, CutsMetricsOfStepsThatRunAgain) {
 }
 
 #if SPLAT_FAULT_POINTS
+TEST_F(RunFolderTest, ALockThatCannotBeWrittenIsAnError) {
+    const auto folder = open(Mode::kNew);
+    ASSERT_NE(folder, nullptr);
+    fault::arm("io.write", 1);
+    EXPECT_ERROR(folder->begin("{}").status(), Code::kIo, "/lock': No space left");
+    EXPECT_EQ(fault::disarm(), 1U);
+}
+
 TEST_F(RunFolderTest, GoesOnWithItsLinesAfterAFullDisk) {
     const auto folder = open(Mode::kNew);
     ASSERT_NE(folder, nullptr);
