@@ -105,6 +105,29 @@ TEST_F(PhotographRules, FloodsFromTheBorder) {
     expect_in_the_middle(photo.value());
 }
 
+/// Of a square of 20 pixels in the middle of 60, white inside where it opens to one side.
+TEST_F(PhotographRules, FloodsIntoPocketsOfAllSides) {
+    for (const int side : {0, 1, 2, 3}) {
+        io::Image image;
+        image.width = image.height = 60;
+        image.channels = 3;
+        for (int y = 0; y < 60; ++y)
+            for (int x = 0; x < 60; ++x) {
+                const int along = side % 2 == 0 ? x : y, across = side % 2 == 0 ? y : x;
+                const int depth = side < 2 ? along : 59 - along;  // from the side that is closed
+                const bool object = x >= 20 && x < 40 && y >= 20 && y < 40;
+                const bool pocket = across >= 26 && across < 34 && depth >= 25;
+                image.samples.insert(image.samples.end(), 3, object && !pocket ? 0 : 255);
+            }
+        const auto photo = read({save("pocket.png", image)});
+        ASSERT_OK(photo.status());
+        EXPECT_EQ(photo.value().mask_from, data::MaskFrom::kBorder);
+        EXPECT_EQ(photo.value().mask[16 * 32 + 16], 0) << "in the pocket of side " << side;
+        const std::size_t closed[] = {16 * 32 + 9, 9 * 32 + 16, 16 * 32 + 22, 22 * 32 + 16};
+        EXPECT_EQ(photo.value().mask[closed[side]], 1) << "at the end of that of side " << side;
+    }
+}
+
 TEST_F(PhotographRules, TakesAMaskAndMaps) {
     Files desc{save("c.png", picture(3, 40))};
     io::Image mask = picture(4, 0);

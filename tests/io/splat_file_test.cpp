@@ -53,6 +53,19 @@ TEST(SplatFile, RoundTripIsWithinTheQuantisation) {
     EXPECT_LT(test::max_angle(g.rotations, scene.rotations), 4.0 / 128);
 }
 
+TEST(SplatFile, RotationsOfAnyLengthAreWrittenAlike) {
+    auto scene = sample_scene(20, 0);
+    const auto file = write_splat(scene);
+    ASSERT_OK(file.status());
+    for (const float length : {4.0F, 0.125F}) {
+        auto scaled = scene;
+        for (float& component : scaled.rotations) component *= length;
+        const auto other = write_splat(scaled);
+        ASSERT_OK(other.status());
+        EXPECT_EQ(other.value(), file.value()) << length;
+    }
+}
+
 TEST(SplatFile, FullAndNoOpacityStayFinite) {
     auto scene = sample_scene(2, 0);
     scene.opacity_logits = {1000.0F, -1000.0F};
