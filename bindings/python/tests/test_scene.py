@@ -22,6 +22,15 @@ class Scenes(Case):
         with made.tensor("opacities", self.device) as tensor:
             np.testing.assert_allclose(tensor, given["opacities"], rtol=1e-5, atol=1e-6)
 
+    def test_any_layout(self) -> None:
+        base = values(6, 8)
+        for means in (base[::2, 1::3], base[:3, :3].T, base[::-1, 5:], base[:, 7:1:-2],
+                      np.broadcast_to(base[0, :3], (4, 3)), np.asfortranarray(base[:, :3])):
+            made = splat.Scene(means)
+            np.testing.assert_array_equal(made.means, means)
+            made.means = means[::-1]
+            np.testing.assert_array_equal(made.means, means[::-1])
+
     def test_defaults_and_none_at_all(self) -> None:
         made = splat.Scene(values(3, 3))
         np.testing.assert_array_equal(made.rotations, [[1, 0, 0, 0]] * 3)
