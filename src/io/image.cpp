@@ -164,7 +164,6 @@ Status check_header(const Image& image, const ImageOptions& options, std::uint64
     if (options.square && image.width != image.height)
         return error(Code::kFormat, "%s: %u x %u pixels, expected a square", format, image.width,
                      image.height);
-    if (options.header_only) return {};
     const std::string what = splat::format("%s: %u x %u pixels", format, image.width, image.height);
     DecodeBudget budget(file_bytes, options.limits);
     SPLAT_TRY(budget.take(samples, sizeof image.samples[0], what));

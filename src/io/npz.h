@@ -21,5 +21,6 @@ Result<NpzFile> read_npz(const Source& source, const DecodeLimits& limits = deco
 /// Stored, float32, or float16 with `half`. The pieces refer to the tensors. Errors: kUnsupported
 /// from 4 GiB on; kInvalidArgument for finite values that float16 does not reach.
 Result<FilePieces> write_npz(const NamedTensors& tensors, bool half = false);
+Result<FilePieces> write_npz(NamedTensors&& tensors, bool half = false) = delete;
 
 }  // namespace splat::io

@@ -29,6 +29,8 @@ Result<SafetensorsFile> read_safetensors(const Source& source,
 /// kMaxJsonBytes, and for finite values that float16 does not reach.
 Result<FilePieces> write_safetensors(const NamedTensors& tensors, const Metadata& metadata = {},
                                      bool half = false);
+Result<FilePieces> write_safetensors(NamedTensors&& tensors, const Metadata& metadata = {},
+                                     bool half = false) = delete;
 
 /// The first bytes of such a file.
 bool is_safetensors(Bytes head);

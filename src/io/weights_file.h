@@ -40,6 +40,8 @@ Result<WeightsFile> read_weights(const Source& source, const std::string& name,
 /// metadata that is not a number; as write_safetensors(), write_pth() and write_npz().
 Result<FilePieces> write_weights(const WeightsFile& weights, WeightsFormat format,
                                  bool half = false);
+Result<FilePieces> write_weights(WeightsFile&& weights, WeightsFormat format,
+                                 bool half = false) = delete;
 
 /// Replace or create the file, as a whole or not at all. Its extension chooses the format. Errors:
 /// kUnsupported for another extension; as write_weights() and write_file().

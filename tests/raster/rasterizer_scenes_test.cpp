@@ -244,13 +244,15 @@ double error_of(const std::vector<double>& got, const std::vector<double>& expec
 /// The worst tensor of the gradients of a scene in all modes. The reference's -Q Gq Q A loses the square of the
 /// ratio of the axes, in pixels: in float64 1e-3 at 5e7, in the 64 bits of mantissa that it has here where the
 /// machine has them 1e-3 at 5e9. Scenes of larger ratios test the reference.
-double gradient_error(vk::Context& context, const RasterCase& scene) {
+double gradient_error(vk::Context& context, const RasterCase& scene, double weights = 1) {
     double worst = 0;
     for (const RasterMode& mode : kRasterModes) {
         ref::RasterLoss<double> loss;
         const std::vector<bool> fragile = fragile_pixels(reference_scene<double>(scene, mode));
         loss.grad_rgb = to_double(loss_weights(fragile, 3, 21));
         loss.grad_alpha = to_double(loss_weights(fragile, 1, 22));
+        for (double& weight : loss.grad_rgb)
+            weight = static_cast<double>(static_cast<float>(weight * weights));
         RasterRun run = run_raster(context, scene, raster_desc(scene, mode), &loss);
         EXPECT_OK(run.status);
         if (!run.status.ok()) return worst;
@@ -303,6 +305,45 @@ TEST_P(RasterizerScenes, HugeColors) {
             if (i / 3 % 6 == 0) scene.scales[i] *= 1e4F;
         scene.name += " colours times " + std::to_string(factor);
         EXPECT_LE(gradient_error(context(), scene), 2e-5) << factor;
+    }
+}
+
+/// A single harmonic of 3e38, of either sign, is a colour that float32 holds; with small weights of the loss so
+/// are the gradients.
+TEST_P(RasterizerScenes, LargestColors) {
+    RasterCase scene = random_scene({12, 21, 18}, 65, 2);
+    for (std::size_t i = 0; i < scene.sh.size(); ++i)
+        scene.sh[i] = i / 3 % 9 == i / 27 % 9 ? std::copysign(3e38F, scene.sh[i]) : 0.0F;
+    scene.name += ", harmonics of 3e38";
+    EXPECT_LE(gradient_error(context(), scene, 1e-3), 2e-5);
+}
+
+/// Where a sum of gradients exceeds float32 it is not finite, but no colour makes an image NaN.
+TEST_P(RasterizerScenes, HugeColorsMakeNoNan) {
+    for (const float factor : {1e20F, 1e30F, 1e37F, 3e38F}) {
+        RasterCase scene = random_scene({12, 21, 18}, 66, 2);
+        for (std::size_t i = 0; i < scene.sh.size(); ++i)
+            if (i / 27 % 3 != 1) scene.sh[i] = std::copysign(factor, scene.sh[i]);
+        for (const RasterMode& mode : kRasterModes) {
+            ref::RasterLoss<double> loss;
+            const std::vector<bool> none(scene.pixels(), false);
+            loss.grad_rgb = to_double(loss_weights(none, 3, 21));
+            loss.grad_alpha = to_double(loss_weights(none, 1, 22));
+            const RasterRun run = run_raster(context(), scene, raster_desc(scene, mode), &loss);
+            ASSERT_OK(run.status);
+            const auto expect_no_nan = [&](const char* name, const std::vector<double>& values) {
+                EXPECT_TRUE(std::none_of(values.begin(), values.end(),
+                                         [](double value) { return std::isnan(value); }))
+                    << name << ", " << factor << " " << mode.name;
+            };
+            expect_no_nan("rgb", run.outputs.rgb);
+            expect_no_nan("sh", run.gradients.sh);
+            if (factor > 1e37F) continue;
+            expect_no_nan("means", run.gradients.means);
+            expect_no_nan("scales", run.gradients.scales);
+            expect_no_nan("rotations", run.gradients.rotations);
+            expect_no_nan("opacities", run.gradients.opacities);
+        }
     }
 }
 

@@ -1546,6 +1546,12 @@ function(ConfigSaysWhatIsWrong)
   file(WRITE ${TEMP}/broken.yaml "opt: {base_lr: 1\n")
   vkrun(2 config show ${TEMP}/broken.yaml)
   expect("${err}" "broken.yaml: ")
+  execute_process(COMMAND printf "opt:\n  iterations: 3\n\\0model:\n  base_dim: 8\n" OUTPUT_FILE ${TEMP}/nul.yaml)
+  execute_process(COMMAND printf "{\"opt\": {\"iterations\": 3}}\\0{}" OUTPUT_FILE ${TEMP}/nul.json)
+  vkrun(2 config show ${TEMP}/nul.yaml)
+  expect("${err}" "nul.yaml: a NUL at byte 21 of 43, expected text")
+  vkrun(2 config show ${TEMP}/nul.json)
+  expect("${err}" "nul.json: a NUL at byte 26 of 29, expected text")
 endfunction()
 
 # One page with a car, a chair through adapters, and the car with depth and normals.

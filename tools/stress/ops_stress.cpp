@@ -1,9 +1,7 @@
 // Every operator of the library's list, forward and backward, over families of inputs.
 
-#include <algorithm>
-#include <cmath>
-
 #include "bench/ops/op_bench.h"
+#include "stress/op_bound.h"
 #include "stress/op_families.h"
 #include "stress/op_peer.h"
 #include "stress/stress.h"
@@ -16,32 +14,6 @@ using bench::CaseOnDevice;
 using bench::OpCase;
 using bench::Samples;
 
-/// A term below float32's smallest normal number, 2^-126, may become zero. A factor of it is at most 2^7 where
-/// an exponential of float32 has not yet vanished: x exp(-x).
-constexpr double kUnderflow = 0x1p-119;
-
-/// Of SSIM, whose value is at most 1; its variances, as differences of squares, would allow more.
-constexpr double kSsim = 2e-6;  // the project's goal, tests/support/tolerances.h
-
-constexpr const char* kReason =
-    "4 x 2^-24 (1 + sqrt K) S: roundings of a sum of K terms whose magnitudes, conditions "
-    "included, add up to S (8 x for Winograd's F(4x4)); K x 2^-119 for underflow; of SSIM at most "
-    "2e-6";
-
-Expected expected_op(const OpCase& op_case, const Samples& samples) {
-    const auto& sums = samples.sums;
-    const auto terms = static_cast<double>(sums.terms);
-    const bool winograd4 = op_case.attributes.value("winograd", 0) == 4;
-    const double factor = bench::kErrorLimit * (winograd4 ? 2 : 1) * kRounding;
-    Expected expected{sums.value, {}, sums.magnitude};
-    for (const double magnitude : sums.magnitude)
-        expected.allowed.push_back(factor * (1 + std::sqrt(terms)) * magnitude +
-                                   (terms + 1) * kUnderflow);
-    if (op_case.op == "ssim" && expected.value.size() == 1)
-        expected.allowed[0] = std::min(expected.allowed[0], kSsim);
-    return expected;
-}
-
 std::vector<float> chosen(const std::vector<float>& values, const Samples& samples) {
     if (samples.elements.empty()) return values;
     std::vector<float> some;
@@ -52,19 +24,30 @@ std::vector<float> chosen(const std::vector<float>& values, const Samples& sampl
 struct Result {
     std::string name;
     Samples reference;
+    Expected expected;
     bool is_gradient;
     std::size_t index;
 };
 
 std::vector<Result> results_of(const OpCase& op_case) {
-    bench::CaseReference reference = reference_about_pivots(op_case);
+    const bench::CaseReference reference = reference_about_pivots(op_case);
+    const OpCase zeroed = with_denormals_zeroed(op_case);
+    const bool flushes = has_other_values(zeroed, op_case);
+    const bench::CaseReference flushed = flushes ? reference_about_pivots(zeroed) : reference;
     std::vector<Result> results;
-    for (std::size_t i = 0; i < op_case.outputs.size(); ++i)
-        results.push_back({op_case.outputs[i].name, reference.outputs[i], false, i});
+    const auto add = [&](const std::string& name, bool is_gradient, std::size_t index) {
+        const auto of = [&](const bench::CaseReference& from) -> const Samples& {
+            return is_gradient ? from.grad_inputs[index] : from.outputs[index];
+        };
+        const Samples& samples = of(reference);
+        results.push_back(
+            {name, samples,
+             expected_op(op_case, samples.sums, flushes ? &of(flushed).sums : nullptr), is_gradient,
+             index});
+    };
+    for (std::size_t i = 0; i < op_case.outputs.size(); ++i) add(op_case.outputs[i].name, false, i);
     for (std::size_t i = 0; i < op_case.inputs.size(); ++i)
-        if (!op_case.inputs[i].constant)
-            results.push_back(
-                {"grad_" + op_case.inputs[i].name, reference.grad_inputs[i], true, i});
+        if (!op_case.inputs[i].constant) add("grad_" + op_case.inputs[i].name, true, i);
     return results;
 }
 
@@ -85,8 +68,8 @@ void run_op_with(Run& run, const OpStress& stress, const KernelDevice& with,
                 first.push_back(std::move(got));
                 continue;
             }
-            const Expected expected = expected_op(stress.op_case, results[i].reference);
-            Row row{"ops", stress.name, stress.input, results[i].name, with.kernels, kReason};
+            const Expected& expected = results[i].expected;
+            Row row{"ops", stress.name, stress.input, results[i].name, with.kernels, kOpReason};
             if (const auto other = others.find(results[i].name); other != others.end())
                 row.peer = peer_error(chosen(other->second, results[i].reference), expected);
             run.add(std::move(row), std::move(first[i]), got, expected);

@@ -26,6 +26,10 @@ struct Expected {
     /// Of the largest number that summing up an element meets; empty: `value`. Where float32 cannot hold it, a
     /// result may be infinite, but nothing else than infinite or right.
     std::vector<double> largest;
+    /// What a device that flushes denormal inputs to zero may give instead, and how far float32 may lie from that;
+    /// empty: the same.
+    std::vector<double> flushed{};
+    std::vector<double> flushed_allowed{};
 };
 
 /// What a comparison found.
@@ -44,6 +48,9 @@ struct Verdict {
 };
 
 Verdict judge(const std::vector<float>& got, const Expected& expected);
+
+/// A number that fails as first element.
+float beyond_bound(const Expected& expected);
 
 /// Row::peer of what float32 gives elsewhere.
 double peer_error(const std::vector<float>& got, const Expected& expected);

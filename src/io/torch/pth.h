@@ -36,6 +36,8 @@ Result<PthFile> read_pth(const Source& source, const DecodeLimits& limits = deco
 /// Errors       kUnsupported from 4 GiB on; kInvalidArgument for finite values that float16 does not reach
 Result<FilePieces> write_pth(const NamedTensors& tensors, const PthScalars& scalars,
                              bool half = false);
+Result<FilePieces> write_pth(NamedTensors&& tensors, const PthScalars& scalars,
+                             bool half = false) = delete;
 
 /// Adam's state of one parameter.
 struct AdamMoments {

@@ -55,6 +55,7 @@ class ZipPth : public PthArchive {
             return bad_archive(format("data.pkl has %llu bytes, the limit is %zu",
                                       static_cast<unsigned long long>(found->bytes),
                                       Pickle::kMaxBytes));
+        SPLAT_TRY(budget.take(found->bytes, 1, "pth: data.pkl"));
         Buffer bytes;
         SPLAT_TRY(zip_.read(*found, bytes));
         SPLAT_ASSIGN(pickle_, in_pth(Pickle::read(std::move(bytes), budget), "data.pkl: "));

@@ -4,14 +4,29 @@
 
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
+#include "vkrun/cli/text.h"
 
 namespace vkrun {
+namespace {
+
+/// A file's text; the library's functions take text up to a NUL.
+std::string text_of(const std::string& path) {
+    std::string text = read_text(path);
+    if (const std::size_t nul = text.find('\0'); nul != std::string::npos)
+        throw Failure(kUsageError,
+                      path + format(": a NUL at byte %zu of %zu, expected text; is the file "
+                                    "damaged, or of another format?",
+                                    nul, text.size()));
+    return text;
+}
+
+}  // namespace
 
 std::string config_text(const std::string& path) {
     std::error_code ignored;
     std::size_t needed = 0;
     const bool is_name = path.find_first_of("/.") == std::string::npos;
-    if (!is_name || std::filesystem::is_regular_file(path, ignored)) return read_text(path);
+    if (!is_name || std::filesystem::is_regular_file(path, ignored)) return text_of(path);
     if (splat_config_preset(path.c_str(), nullptr, 0, &needed) != SPLAT_INCOMPLETE)
         throw Failure(kUsageError,
                       "there is no file '" + path + "', and " + splat_last_error_message());
