@@ -1669,7 +1669,7 @@ namespace Splat.Interop
         /// image     in/out. With pixels NULL, width, height and channels are set from the file's header, a
         ///           type of 0 becomes U8, or F32 for more than 8 bits, and bytes becomes the size of packed
         ///           rows; nothing is decoded. With pixels, they are filled: width and height are the
-        ///           file's; gray fills RGB, and a missing alpha is opaque
+        ///           file's; gray fills RGB, and a missing alpha is opaque. Decode limits hold for both
         /// info      out, struct_size set; may be NULL
         /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of the image
