@@ -1111,6 +1111,9 @@ function(EdgesAreChannels)
   file(COPY_FILE ${TEMP}/data/srn_cars/cars_train/000000_car/rgb/000000.png ${TEMP}/alone/picture.png)
   vkrun(4 priors edges ${TEMP}/alone/picture.png --out ${TEMP}/none --from-depth)
   expect("${err}" "no depth map")
+  file(WRITE ${TEMP}/alone/damaged.png "text")
+  vkrun(4 priors edges ${TEMP}/alone/damaged.png --out ${TEMP}/damaged)
+  expect("${err}" "vkrun: '${TEMP}/alone/damaged.png': not a PNG")
 endfunction()
 
 # Three Gaussians at (-1 0 1, 0, 0.5) against triangles and depth maps.

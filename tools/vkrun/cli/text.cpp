@@ -20,6 +20,11 @@ std::string format(const char* pattern, ...) {
     return text;
 }
 
+std::string about_file(const std::string& path, const std::string& sentence) {
+    const std::string name = "'" + path + "'";
+    return sentence.rfind(name, 0) == 0 ? sentence : name + ": " + sentence;
+}
+
 std::string bytes_text(unsigned long long bytes) {
     const char* const units[] = {"B", "KiB", "MiB", "GiB", "TiB"};
     auto value = static_cast<double>(bytes);

@@ -119,7 +119,7 @@ void score_maps(PriorsEvaluation& evaluation, std::uint32_t threads) {
                 map.scores[method] = score_map(file->second, evaluation.truth_files.at(map.name),
                                                evaluation.options);
             } catch (const Failure& failure) {
-                failures[index] = "'" + file->second.string() + "': " + failure.what();
+                failures[index] = about_file(file->second.string(), failure.what());
             }
         });
     for (const std::string& failure : failures)

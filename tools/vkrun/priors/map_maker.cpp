@@ -9,6 +9,7 @@
 #include "vkrun/cli/picture.h"
 #include "vkrun/cli/progress.h"
 #include "vkrun/cli/stopwatch.h"
+#include "vkrun/cli/text.h"
 
 namespace vkrun {
 namespace {
@@ -101,7 +102,7 @@ void write_map(const MapRun& run, const MapJob& job, const MapKind& kind,
 
 /// Name a picture that has no maps.
 void complain(MapRun& run, const MapJob& job, const std::string& sentence) {
-    std::fprintf(stderr, "vkrun: '%s': %s\n", job.picture.c_str(), sentence.c_str());
+    std::fprintf(stderr, "vkrun: %s\n", about_file(job.picture.string(), sentence).c_str());
     ++run.report.failed;
 }
 
