@@ -1,8 +1,7 @@
 #version 460
 // As tile_bin_reduce.comp for devices whose shaders run on a CPU: a workgroup of 8 lanes sums one chunk. It
-// keeps no counts and sums no chunks, as tile_bin_emit_cpu.comp does, and zeroes the statistics that later
-// kernels add to. Needs a workgroup of one subgroup.
-// Bindings: counts, order, sorted; sums, stats. Specialisation as there.
+// keeps no counts and sums no chunks, as tile_bin_emit_cpu.comp does. Needs a workgroup of one subgroup.
+// Bindings: counts, order, sorted; sums. Specialisation as there.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_shuffle : require
@@ -16,7 +15,6 @@ UINTS(0, counts);
 UINTS(1, order);
 UINTS(2, sorted);
 layout(set = 0, binding = 3, std430) writeonly buffer Sums { uint sums[]; };
-layout(set = 0, binding = 4, std430) writeonly buffer Stats { uint stats[]; };
 layout(push_constant) uniform Push { TileBinParams params; };
 
 #include "tile_bin.glsl"
@@ -34,9 +32,4 @@ void main() {
     } while (i < chunk.y);
     [[unroll]] for (uint s = 0; s < 3; ++s) sum = saturating_add(sum, subgroupShuffleXor(sum, 1u << s));
     if (lane == 0) sums[gl_WorkGroupID.x] = sum;
-    if (!kByIndex && gl_GlobalInvocationID.x == 0) {
-        stats[kStatLongest] = 0;
-        stats[kStatEmptyTiles] = 0;
-        stats[kStatLarge] = 0;
-    }
 }

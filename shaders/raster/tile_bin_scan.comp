@@ -31,7 +31,4 @@ void main() {
     stats[kStatNeeded] = total;
     stats[kStatPairs] = fits ? total : 0;
     pairs[0] = fits ? total : 0;
-    stats[kStatLongest] = 0;
-    stats[kStatEmptyTiles] = 0;
-    stats[kStatLarge] = 0;
 }

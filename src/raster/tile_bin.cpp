@@ -64,7 +64,7 @@ Status scan_counts(vk::Recorder& recorder, const params::TileBinParams& params,
     const double items = params.items;
     std::vector<vk::Access> accesses = {vk::read(views.counts), vk::read(views.order),
                                         vk::read(views.sorted), vk::write(views.sums)};
-    accesses.push_back(vk::write(cpu ? views.stats : views.large));
+    if (!cpu) accesses.push_back(vk::write(views.large));
     SPLAT_TRY(recorder.dispatch({
         .op = "tile_bin",
         .shader = "tile_bin_reduce",

@@ -26,7 +26,7 @@ struct TileBinViews {
     vk::BufferView large;  ///< [V*N] uint32, workspace: counts by depth (not on CPU devices), then
                            ///< entries with large footprints
     vk::BufferView pair_count;  ///< uint32, out: pairs made
-    vk::BufferView stats;       ///< kStatWords uint32, out
+    vk::BufferView stats;       ///< kStatWords uint32, in place: kStatLarge is 0 before
 };
 
 std::uint32_t tile_bin_lanes(const vk::Recorder& recorder, const RasterDesc& desc);
