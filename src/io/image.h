@@ -28,8 +28,8 @@ struct ImageOptions {
 };
 
 /// What a reader checks when it knows all but the samples, before it decodes any: the options, and that the
-/// samples and `more_bytes` fit the budget of a file of `file_bytes`; with header_only, too, as its caller may make
-/// room for the samples. Errors: kUnsupported above max_side and
+/// samples and `more_bytes` fit the budget of a file of `file_bytes`. This holds with header_only, too: its caller
+/// may make room for the samples. Errors: kUnsupported above max_side and
 /// max_samples; kFormat, as DecodeBudget::take(), and if it is not square.
 Status check_header(const Image& image, const ImageOptions& options, std::uint64_t more_bytes,
                     std::uint64_t file_bytes, const char* format);

@@ -1,5 +1,7 @@
 // Every operator of the library's list, forward and backward, over families of inputs.
 
+#include <optional>
+
 #include "bench/ops/op_bench.h"
 #include "stress/op_bound.h"
 #include "stress/op_families.h"
@@ -32,8 +34,8 @@ struct Result {
 std::vector<Result> results_of(const OpCase& op_case) {
     const bench::CaseReference reference = reference_about_pivots(op_case);
     const OpCase zeroed = with_denormals_zeroed(op_case);
-    const bool flushes = has_other_values(zeroed, op_case);
-    const bench::CaseReference flushed = flushes ? reference_about_pivots(zeroed) : reference;
+    std::optional<bench::CaseReference> flushed;
+    if (has_other_values(zeroed, op_case)) flushed = reference_about_pivots(zeroed);
     std::vector<Result> results;
     const auto add = [&](const std::string& name, bool is_gradient, std::size_t index) {
         const auto of = [&](const bench::CaseReference& from) -> const Samples& {
@@ -42,8 +44,8 @@ std::vector<Result> results_of(const OpCase& op_case) {
         const Samples& samples = of(reference);
         results.push_back(
             {name, samples,
-             expected_op(op_case, samples.sums, flushes ? &of(flushed).sums : nullptr), is_gradient,
-             index});
+             expected_op(op_case, samples.sums, flushed ? &of(*flushed).sums : nullptr),
+             is_gradient, index});
     };
     for (std::size_t i = 0; i < op_case.outputs.size(); ++i) add(op_case.outputs[i].name, false, i);
     for (std::size_t i = 0; i < op_case.inputs.size(); ++i)
