@@ -12,7 +12,7 @@ fail() {
 
 rm -rf "$temp"
 mkdir -p "$temp"
-"$vkrun" data synth "$temp/data" --objects 2 --val 0 --test 0 --views 3 --size 16 > "$temp/log" || fail "no data"
+"$vkrun" data synth "$temp/data" --objects 2 --val 1 --test 0 --views 3 --size 16 > "$temp/log" || fail "no data"
 options="--data $temp/data --set data.training_resolution=16 --set model.base_dim=8 --set model.num_blocks=1
     --set model.channel_mult=[1,2] --set model.attention_resolutions=[8] --set opt.batch_size=1
     --set opt.imgs_per_obj=2 --set logging.ckpt_iterations=0 --set model.opacity_bias=0"
@@ -52,6 +52,7 @@ process=$!
 wait_for_step "$temp/nohup.log" "$process"
 kill -HUP "$process"
 sleep 0.5
+grep -q 'http-equiv="refresh"' "$temp/nohup/report.html" || fail "the page of a running training does not load itself"
 kill -INT "$process" 2> /dev/null || fail "SIGHUP ended a run that ignored it"
 wait "$process"
 

@@ -48,8 +48,13 @@ void make_folder(const std::filesystem::path& path) {
                       "cannot make the folder '" + path.string() + "': " + failed.message());
 }
 
-void check_target(const std::string& path, bool overwrite) {
+void check_target(const std::string& path, bool overwrite,
+                  std::initializer_list<std::string> inputs) {
     std::error_code ignored;
+    for (const std::string& input : inputs)
+        if (std::filesystem::equivalent(path, input, ignored))
+            throw Failure(kUsageError,
+                          "'" + path + "' is what is read; write to a file of another name");
     if (!overwrite && std::filesystem::exists(path, ignored))
         throw Failure(kUsageError, "'" + path + "' is there already; --overwrite replaces it");
 }

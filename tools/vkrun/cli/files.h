@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <string>
 
 namespace vkrun {
@@ -9,8 +10,9 @@ namespace vkrun {
 /// Make a folder and those above it, where they are missing. Throws a Failure.
 void make_folder(const std::filesystem::path& path);
 
-/// Throws a usage Failure if the file exists and may not be replaced.
-void check_target(const std::string& path, bool overwrite);
+/// Throws a usage Failure if the file is one of those that are read, or exists and may not be replaced.
+void check_target(const std::string& path, bool overwrite,
+                  std::initializer_list<std::string> inputs = {});
 
 /// A file to read; not open where there is none, or what is there is no regular file: opening a FIFO would
 /// wait for its writer.

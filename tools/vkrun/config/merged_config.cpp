@@ -78,7 +78,12 @@ std::string adapters_beside(const std::string& weights, const std::string& given
     if (given.empty() || path.has_parent_path() || path.has_extension() ||
         fs::is_regular_file(path))
         return given;
-    return (fs::path(weights).parent_path() / (given + ".safetensors")).string();
+    const fs::path folder = fs::path(weights).parent_path();
+    fs::path file = folder / (given + ".safetensors");
+    std::error_code none;
+    if (fs::exists(file, none)) return file.string();
+    throw Failure(kBadData, "no adapters '" + given + "' beside the weights: there is no file '" +
+                                file.string() + "'; give the path of a file");
 }
 
 std::string config_target(const std::string& weights) {

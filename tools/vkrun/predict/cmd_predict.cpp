@@ -24,8 +24,9 @@ set, and the prediction is compared with its images.
 Networks with focal lengths of their own (data.fov 0) take that of the picture's Exif data, or --focal.
 
 OUT gets scene.ply, input.png, novel views (view_NN.png), orbit.png (animated), sheet.png and report.html,
-which holds all pictures and facts, and in which the scene turns. Gaussians with an opacity below 1/255, which no
-image shows, and those with numbers that are not finite are left out of the scene and counted ("faint", "not_finite").
+which holds all pictures and facts, and in which the scene turns; those of an earlier run are replaced. Gaussians
+with an opacity below 1/255, which no image shows, and those with numbers that are not finite are left out of the
+scene and counted ("faint", "not_finite").
 
 Without --weights, the built-in ones are used: procedural cars at 64 x 64 pixels, for which there are the adapters
 "chairs"; with --depth and --normal those of the name cars64-depth-normal. A picture is warned of in which no
@@ -42,11 +43,18 @@ Examples:
   vkrun predict --data chairs --split test --object 0 --adapters chairs --out out
 )";
 
-int predict(const PredictionOptions& options, bool json) {
+/// Throws a usage Failure for options that have no effect together.
+void check_options(const CLI::App& command, const PredictionOptions& options) {
     if (options.image.empty() == options.data.empty())
         throw Failure(kUsageError, options.image.empty()
                                        ? "name an IMAGE, or a data set with --data"
                                        : "IMAGE and --data exclude each other");
+    for (const char* name : {"--object", "--split"})
+        if (options.data.empty() && command.count(name) != 0)
+            throw Failure(kUsageError, std::string(name) + " goes with --data, not with a picture");
+    if (!options.data.empty() && command.count("--elevation") != 0)
+        throw Failure(kUsageError,
+                      "--elevation goes with a picture; the data set places its cameras itself");
     if (!options.data.empty() && !options.true_depth.empty())
         throw Failure(kUsageError, "--true-depth goes with a picture, not with --data");
     const bool cut = options.whole || options.foreground != 0 || !options.mask.empty() ||
@@ -70,6 +78,10 @@ int predict(const PredictionOptions& options, bool json) {
     if (options.origin_distance != 0)
         check_number("--origin-distance", options.origin_distance, 1e-6, 1e6);
     if (options.foreground != 0) check_number("--foreground", options.foreground, 0.051, 1);
+}
+
+int predict(const CLI::App& command, const PredictionOptions& options, bool json) {
+    check_options(command, options);
     const NetworkFiles files = network_files(weights_of(options), options.config, options.adapters);
     const Device device = open_device(device_desc(options.device));
     const Json result = run_prediction(options, device.get(), load_network(device.get(), files));
@@ -176,7 +188,8 @@ void add_predict(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     add_device_option(*command, o.device);
     add_json_flag(*command, *json);
-    command->callback([options, json, &exit_code] { exit_code = predict(*options, *json); });
+    command->callback(
+        [command, options, json, &exit_code] { exit_code = predict(*command, *options, *json); });
 }
 
 }  // namespace vkrun

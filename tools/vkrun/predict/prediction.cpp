@@ -280,14 +280,11 @@ Json run_prediction(const PredictionOptions& options, splat_device device, const
         options.data.empty() ? read_photo(options, network) : read_object(options, network);
     for (const std::string& warning : task.warnings)
         std::fprintf(stderr, "vkrun: warning: %s\n", warning.c_str());
-    make_folder(options.out);
     auto info = sized<splat_scene_info>();
     check(splat_scene_get_info(task.scene.get(), &info));
     if (info.count == 0)
         throw Failure(kFailed, "the network predicted nothing that can be seen for '" + task.name +
                                    "': is it trained?");
-    check(splat_scene_save(task.scene.get(), (options.out + "/scene.ply").c_str(), nullptr));
-
     std::vector<splat_camera> cameras = task.cameras;
     if (task.truths.empty()) {
         const auto around = orbit(options, task);
@@ -313,6 +310,8 @@ Json run_prediction(const PredictionOptions& options, splat_device device, const
     if (!task.truths.empty()) add_scores(options.object, task, images, result);
     if (!options.true_depth.empty())
         result["depth"] = compare_depth(options, device, network, task);
+    make_folder(options.out);
+    check(splat_scene_save(task.scene.get(), (options.out + "/scene.ply").c_str(), nullptr));
     write_prediction_pictures(options.out, network.info, task, images);
     result["report"] = write_prediction_report(options.out, task, network.info, cameras, result);
     if (also != nullptr) add_prediction(*also, options.out, task, network.info, cameras);

@@ -15,6 +15,16 @@ namespace {
 constexpr std::uint32_t kSheetColumns = 8;
 constexpr std::uint32_t kSheetWidth = 1000, kPictureWidth = 256;  ///< of the page, in its pixels
 
+std::string view_path(const std::string& out, std::size_t number) {
+    return out + format("/view_%02zu.png", number);
+}
+
+/// Removes the views that an earlier run with more of them left.
+void remove_views_from(const std::string& out, std::size_t first) {
+    std::error_code failed;
+    while (std::filesystem::remove(view_path(out, first), failed)) ++first;
+}
+
 /// Input views, each next to its prediction, then novel views. With truths, a row of them stands
 /// above each row of predictions.
 std::vector<const float*> sheet_cells(const Predicted& task, const std::vector<float>& images,
@@ -45,19 +55,12 @@ std::string file_name(const Json& path) {
     return std::filesystem::path(path.get<std::string>()).filename().string();
 }
 
-/// Built-in weights by their name.
-std::string weights_name(const std::string& file) {
-    const std::filesystem::path path(file);
-    return is_built_in(file) ? path.parent_path().filename().string() + ", built in"
-                             : path.filename().string();
-}
-
 /// The result for the page, in words and rounded.
 std::vector<std::pair<std::string, std::string>> facts_of(const Json& result) {
     const auto number = [](const Json& of, const char* key) { return of.at(key).get<double>(); };
     std::vector<std::pair<std::string, std::string>> facts = {
         {"Input", result.at("input")},
-        {"Weights", weights_name(result.at("weights")) +
+        {"Weights", weights_title(result.at("weights")) +
                         (result.at("adapters").get<std::string>().empty()
                              ? ""
                              : " with the adapters " + file_name(result.at("adapters")))},
@@ -108,15 +111,14 @@ void write_prediction_pictures(const std::string& out, const splat_predictor_inf
     const std::uint32_t side = info.resolution;
     const std::size_t pixels = std::size_t{side} * side;
     const std::size_t count = images.size() / (3 * pixels);
-    const auto save = [&](const std::string& name, const splat_image& image) {
-        check(splat_image_save((out + "/" + name).c_str(), &image));
-    };
-    save("input.png", planar_image(task.inputs.data(), side, 3));
+    const splat_image input = planar_image(task.inputs.data(), side, 3);
+    check(splat_image_save((out + "/input.png").c_str(), &input));
     std::vector<splat_image> frames;
     for (std::size_t i = info.views; i < count; ++i) {
         frames.push_back(planar_image(images.data() + 3 * pixels * i, side, 3));
-        save(format("view_%02zu.png", i - info.views), frames.back());
+        check(splat_image_save(view_path(out, i - info.views).c_str(), &frames.back()));
     }
+    remove_views_from(out, frames.size());
     check(splat_image_save_animation((out + "/orbit.png").c_str(), frames.data(),
                                      static_cast<std::uint32_t>(frames.size()), 80));
     contact_sheet(sheet_cells(task, images, info.views, 3 * pixels), side, kSheetColumns)

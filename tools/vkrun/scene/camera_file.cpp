@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <numbers>
 
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
@@ -65,6 +66,34 @@ CameraFile load_cameras(const std::string& path, const CameraFileOptions& option
                                        "' does not give the size of its images ('w' and 'h'): " +
                                        "pass --size WIDTHxHEIGHT");
     return file;
+}
+
+std::vector<splat_camera> orbit_cameras(splat_scene scene, const ImageSize& size,
+                                        double elevation_degrees, double distance,
+                                        std::uint32_t count) {
+    auto info = sized<splat_scene_info>();
+    check(splat_scene_get_info(scene, &info));
+    if (distance == 0 && !(info.radius > 0))
+        throw Failure(kBadData,
+                      "the scene has no extent that an orbit could be placed by: give --distance");
+    auto desc = sized<splat_orbit_desc>();
+    desc.width = size.width;
+    desc.height = size.height;
+    desc.elevation = elevation_degrees * std::numbers::pi / 180;
+    desc.distance = distance;
+    std::vector<splat_camera> cameras(count);
+    check(splat_camera_orbit(scene, &desc, count, cameras.data()), kBadData);
+    return cameras;
+}
+
+void print_warnings(const CameraFile& file, const std::string& path) {
+    constexpr std::size_t kMost = 4;
+    const std::size_t all = file.warnings.size(), shown = all > kMost + 1 ? kMost : all;
+    for (std::size_t i = 0; i < shown; ++i)
+        std::fprintf(stderr, "vkrun: warning: %s\n", file.warnings[i].c_str());
+    if (all > shown)
+        std::fprintf(stderr, "vkrun: warning: and %zu more; 'vkrun inspect' lists all of '%s'\n",
+                     all - shown, path.c_str());
 }
 
 void check_distance(const std::string& name, const splat_camera& camera,

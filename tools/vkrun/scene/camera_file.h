@@ -38,6 +38,14 @@ struct CameraFileOptions {
 /// Throws a Failure; a usage Failure for a size that is missing, or that no camera needs.
 CameraFile load_cameras(const std::string& path, const CameraFileOptions& options);
 
+/// Cameras on a circle around a scene. distance: 0: the scene fills the image. Throws a bad-data Failure.
+std::vector<splat_camera> orbit_cameras(splat_scene scene, const ImageSize& size,
+                                        double elevation_degrees, double distance,
+                                        std::uint32_t count);
+
+/// Prints the warnings, of many the first ones.
+void print_warnings(const CameraFile& file, const std::string& path);
+
 /// Throws a bad-data Failure for a camera 1e6 radii of the scene away from it, which is a damaged number rather than a
 /// view; a warning if `lenient`.
 void check_distance(const std::string& name, const splat_camera& camera,

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <set>
 
@@ -36,7 +35,7 @@ numbers. In a .png, 0 to 1 become 0 to 255; depths (expected, along z) are divid
 the image; normals, in the axes of the camera, are mapped from -1..1 to 0..1.
 
 Exit status: 0 all images are written, 1 an image cannot be written or the device failed, 2 wrong
-usage, 3 no device, 4 the scene or the cameras cannot be read.
+usage, 3 no device, 4 the scene or the cameras cannot be read, or no orbit fits the scene.
 
 Examples:
   vkrun render scene.ply --orbit 36 --size 800x600 --animate --out orbit
@@ -102,16 +101,10 @@ struct View {
 };
 
 std::vector<View> orbit_views(const RenderOptions& options, splat_scene scene) {
-    auto desc = sized<splat_orbit_desc>();
-    const ImageSize size = image_size(options.size);
-    desc.width = size.width;
-    desc.height = size.height;
-    desc.elevation = options.elevation.value_or(kElevation) * std::numbers::pi / 180;
-    desc.distance = options.distance.value_or(0);
-    std::vector<splat_camera> cameras(options.orbit);
-    check(splat_camera_orbit(scene, &desc, options.orbit, cameras.data()));
     std::vector<View> views;
-    for (const splat_camera& camera : cameras)
+    for (const splat_camera& camera :
+         orbit_cameras(scene, image_size(options.size), options.elevation.value_or(kElevation),
+                       options.distance.value_or(0), options.orbit))
         views.push_back({format("%03zu", views.size()), camera});
     return views;
 }
@@ -120,8 +113,7 @@ std::vector<View> orbit_views(const RenderOptions& options, splat_scene scene) {
 std::vector<View> file_views(const RenderOptions& options) {
     const CameraFile file =
         load_cameras(options.cameras, {image_size(options.size), options.ignore_distortion});
-    for (const std::string& warning : file.warnings)
-        std::fprintf(stderr, "vkrun: warning: %s\n", warning.c_str());
+    print_warnings(file, options.cameras);
     std::set<std::string> seen;
     std::vector<View> views;
     for (std::size_t i = 0; i < file.cameras.size(); ++i) {
@@ -302,11 +294,14 @@ void check_options(const RenderOptions& options) {
 }
 
 void check_targets(const RenderOptions& options, const std::vector<View>& views) {
-    if (options.animate) check_target(animation_path(options), options.overwrite);
-    if (!options.page.empty()) check_target(options.page, options.overwrite);
+    const auto check = [&options](const std::string& path) {
+        check_target(path, options.overwrite, {options.scene, options.cameras});
+    };
+    if (options.animate) check(animation_path(options));
+    if (!options.page.empty()) check(options.page);
     for (const View& view : views) {
         for (const OutputKind& kind : kinds_of(options))
-            check_target(path_of(options, view.name + kind.suffix), options.overwrite);
+            check(path_of(options, view.name + kind.suffix));
         const splat_camera& first = views.front().camera;
         if (options.animate &&
             (view.camera.width != first.width || view.camera.height != first.height))

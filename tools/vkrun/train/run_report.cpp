@@ -1,6 +1,7 @@
 #include "vkrun/train/run_report.h"
 
 #include <algorithm>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 
@@ -167,6 +168,14 @@ void add_evaluations(HtmlPage& page, const std::vector<Run>& runs) {
     page.table(rows);
 }
 
+/// Such as 2026-11-26 18:40 UTC.
+std::string now_text() {
+    const std::time_t now = std::time(nullptr);
+    char text[32];
+    std::strftime(text, sizeof text, "%Y-%m-%d %H:%M UTC", std::gmtime(&now));
+    return text;
+}
+
 }  // namespace
 
 std::string write_run_report(const std::vector<std::string>& folders, const std::string& out,
@@ -178,9 +187,9 @@ std::string write_run_report(const std::vector<std::string>& folders, const std:
         constexpr std::uint32_t kSeconds = 30;
         page.reload(kSeconds);
         page.paragraph(
-            format("The training goes on. This page is written anew at every validation, and loads "
-                   "itself every %u s.",
-                   kSeconds));
+            format("Written at %s, while the training went on. It is written anew at every "
+                   "validation and at the end, and loads itself every %u s.",
+                   now_text().c_str(), kSeconds));
     }
     const std::pair<const char*, const char*> charts[] = {
         {"val_psnr", "PSNR of novel views of validation objects, dB, by step"},

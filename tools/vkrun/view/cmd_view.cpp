@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <numbers>
 #include <optional>
 
 #include "vkrun/cli/command.h"
@@ -48,7 +47,8 @@ Examples:
 
 struct ViewOptions {
     std::string scene, cameras, out = "view.html", size;
-    std::uint32_t orbit = 3, stills = 3;
+    std::uint32_t stills = 3;
+    std::optional<std::uint32_t> orbit;
     std::optional<double> elevation, distance;
     std::vector<float> background = {0, 0, 0};
     std::uint64_t most = kPageGaussians;
@@ -56,30 +56,24 @@ struct ViewOptions {
     std::string device = "best";
 };
 
+constexpr std::uint32_t kOrbitViews = 3;
 constexpr double kViewElevation = 11;  ///< degrees, as of 'vkrun render'
 
 std::vector<splat_camera> view_cameras(const ViewOptions& options, splat_scene scene) {
     const ImageSize size = image_size(options.size);
     if (!options.cameras.empty()) {
         CameraFile file = load_cameras(options.cameras, {size, true});
-        for (const std::string& warning : file.warnings)
-            std::fprintf(stderr, "vkrun: warning: %s\n", warning.c_str());
+        print_warnings(file, options.cameras);
         if (file.cameras.empty())
             throw Failure(kBadData, "'" + options.cameras + "' has no cameras");
         return file.cameras;
     }
-    auto desc = sized<splat_orbit_desc>();
-    desc.width = size.width;
-    desc.height = size.height;
-    desc.elevation = options.elevation.value_or(kViewElevation) * std::numbers::pi / 180;
-    desc.distance = options.distance.value_or(0);
-    std::vector<splat_camera> cameras(options.orbit);
-    check(splat_camera_orbit(scene, &desc, options.orbit, cameras.data()), kBadData);
-    return cameras;
+    return orbit_cameras(scene, size, options.elevation.value_or(kViewElevation),
+                         options.distance.value_or(0), options.orbit.value_or(kOrbitViews));
 }
 
-/// Pictures of the first views, in `folder`.
-std::vector<std::string> draw_stills(const ViewOptions& options, const SceneFile& scene,
+/// Pictures of the page's first views, in `folder`.
+std::vector<std::string> draw_stills(const ViewOptions& options, splat_scene scene,
                                      const std::vector<splat_camera>& cameras,
                                      const std::string& folder) {
     std::vector<std::string> files;
@@ -87,52 +81,58 @@ std::vector<std::string> draw_stills(const ViewOptions& options, const SceneFile
     const Device device = open_device(device_desc(options.device));
     Rasterizer rasterizer;
     std::uint32_t width = 0, height = 0;
-    for (std::size_t i = 0; i < std::min<std::size_t>(options.stills, cameras.size()); ++i) {
-        if (cameras[i].width != width || cameras[i].height != height) {
+    auto info = sized<splat_scene_info>();
+    check(splat_scene_get_info(scene, &info));
+    for (const std::size_t number : view_numbers(cameras.size())) {
+        if (files.size() == options.stills) break;
+        const splat_camera& camera = cameras[number];
+        if (camera.width != width || camera.height != height) {
             auto desc = sized<splat_rasterizer_desc>();
-            desc.gaussians = static_cast<std::uint32_t>(scene.info.count);
-            desc.sh_degree = scene.info.sh_degree;
-            desc.width = width = cameras[i].width;
-            desc.height = height = cameras[i].height;
+            desc.gaussians = static_cast<std::uint32_t>(info.count);
+            desc.sh_degree = info.sh_degree;
+            desc.width = width = camera.width;
+            desc.height = height = camera.height;
             rasterizer = Rasterizer();
             check(splat_rasterizer_create(device.get(), &desc, rasterizer.out()));
         }
-        check(splat_rasterizer_forward_scene(rasterizer.get(), nullptr, scene.scene.get(),
-                                             &cameras[i], 1, options.background.data()));
+        check(splat_rasterizer_forward_scene(rasterizer.get(), nullptr, scene, &camera, 1,
+                                             options.background.data()));
         std::vector<std::uint8_t> bytes(std::size_t{3} * width * height);
         const splat_image image = bytes_image(bytes.data(), width, height, 3);
         check(splat_rasterizer_read_images(rasterizer.get(), nullptr, SPLAT_OUTPUT_RGB, 0, &image,
                                            1));
-        files.push_back(folder + format("/%zu.png", i));
+        files.push_back(folder + format("/%zu.png", number));
         check(splat_image_save(files.back().c_str(), &image));
     }
     return files;
 }
 
 int run_view(const ViewOptions& options) {
-    if (!options.cameras.empty() && (options.elevation || options.distance))
+    if (!options.cameras.empty() && (options.orbit || options.elevation || options.distance))
         throw Failure(kUsageError,
-                      std::string(options.elevation ? "--elevation" : "--distance") +
+                      std::string(options.orbit       ? "--orbit"
+                                  : options.elevation ? "--elevation"
+                                                      : "--distance") +
                           " is for an orbit; the file of --cameras places its cameras itself");
     if (options.elevation) check_number("--elevation", *options.elevation, -89, 89);
     if (options.distance) check_number("--distance", *options.distance, 1e-6, 1e9);
     check_background(options.background);
-    check_target(options.out, options.overwrite);
+    check_target(options.out, options.overwrite, {options.scene, options.cameras});
     const SceneFile scene = load_scene(options.scene);
     const std::filesystem::path path(options.scene);
     ViewerOptions viewer;
     viewer.name = path.filename().string();
     viewer.file = path.stem().string() + ".ply";
+    ScenePayload payload = pack_scene(scene.scene.get(), options.most);
     viewer.cameras = view_cameras(options, scene.scene.get());
     const TemporaryFolder folder;
-    viewer.stills = draw_stills(options, scene, viewer.cameras, folder.path());
+    viewer.stills = draw_stills(options, scene.scene.get(), viewer.cameras, folder.path());
     std::copy_n(options.background.begin(), 3, viewer.background);
     if (!options.cameras.empty()) up_of(viewer.cameras, viewer.up);
     viewer.turning = options.turn;
     viewer.full_window = true;
-    viewer.most = options.most;
     HtmlPage page(viewer.name);
-    const ViewerFacts facts = add_viewer(page, scene.scene.get(), viewer);
+    const ViewerFacts facts = add_viewer(page, std::move(payload), viewer);
     for (const std::string& note : facts.notes)
         std::fprintf(stderr, "vkrun: warning: %s\n", note.c_str());
     const std::string text = page.text();
@@ -143,7 +143,7 @@ int run_view(const ViewOptions& options) {
                     {"gaussians", facts.gaussians},
                     {"faint", facts.faint},
                     {"notes", facts.notes},
-                    {"views", viewer.cameras.size()}});
+                    {"views", facts.views}});
     else
         std::printf("%s: %llu Gaussians (%llu faint ones were left out), %s\n", options.out.c_str(),
                     static_cast<unsigned long long>(facts.gaussians),
@@ -167,7 +167,10 @@ void add_view(CLI::App& app, int& exit_code) {
                      "Views: transforms.json, or the folder of a COLMAP\nmodel; of more than nine, "
                      "six evenly spread")
         ->type_name("FILE");
-    add_count_option(*command, "--orbit", o.orbit, "Views on a circle around the scene", 1, 9);
+    command
+        ->add_option("--orbit", o.orbit, "Views on a circle around the scene, 1 to 9; default: 3")
+        ->type_name("N")
+        ->check(CLI::Range(1, 9).description(""));
     command
         ->add_option("--elevation", o.elevation,
                      "Degrees of the orbit above the horizon; default: 11")

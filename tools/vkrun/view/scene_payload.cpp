@@ -101,11 +101,15 @@ splat_scene_info filter(splat_scene scene, ScenePayload& payload) {
     check(splat_scene_filter(scene, 0, 1.0 / 255));
     const splat_scene_info info = measured();
     payload.facts["faint"] = finite - info.count;
+    const auto wide = [](std::uint64_t number) { return static_cast<unsigned long long>(number); };
+    constexpr const char* kDefect = "numbers that are not finite, or rotations of length 0";
+    if (info.count == 0)
+        throw Failure(kBadData, format("the scene has no Gaussian that can be seen: of %llu, %llu "
+                                       "have %s, and %llu an opacity below 1/255",
+                                       wide(all), wide(all - finite), kDefect, wide(finite)));
     if (all > finite)
-        payload.notes.push_back(format(
-            "%llu of %llu Gaussians have numbers that are not finite; they are left out.",
-            static_cast<unsigned long long>(all - finite), static_cast<unsigned long long>(all)));
-    if (info.count == 0) throw Failure(kBadData, "the scene has no Gaussian that can be seen");
+        payload.notes.push_back(format("%llu of %llu Gaussians have %s; they are left out.",
+                                       wide(all - finite), wide(all), kDefect));
     return info;
 }
 

@@ -26,8 +26,9 @@ struct ScenePayload {
     std::vector<std::string> notes;  ///< sentences on what else was left out
 };
 
-/// What is left out: Gaussians whose numbers are not finite, those that cannot be seen (opacity below 1/255), and
-/// where more than `most` remain the least of them by opacity times the area of the two largest axes.
+/// What is left out: Gaussians with numbers that are not finite or rotations of length 0, those that cannot be seen
+/// (opacity below 1/255), and where more than `most` remain the least of them by opacity times the area of the two
+/// largest axes.
 /// `scene` loses what is not finite or cannot be seen. Throws a Failure if nothing remains.
 ScenePayload pack_scene(splat_scene scene, std::uint64_t most);
 

@@ -8,13 +8,9 @@
 #include "vkrun/cli/svg.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/view/embedded_page.h"
-#include "vkrun/view/scene_payload.h"
 
 namespace vkrun {
 namespace {
-
-/// A digit each; of more cameras so many are taken, evenly spread.
-constexpr std::size_t kMostPoses = 9, kSpreadPoses = 6;
 
 Json pose_json(const splat_camera& camera) {
     const double* const m = camera.world_to_camera;
@@ -80,8 +76,7 @@ std::string bytes_of(const std::vector<std::uint32_t>& words) {
 
 }  // namespace
 
-ViewerFacts add_viewer(HtmlPage& page, splat_scene scene, const ViewerOptions& options) {
-    ScenePayload payload = pack_scene(scene, options.most);
+ViewerFacts add_viewer(HtmlPage& page, ScenePayload payload, const ViewerOptions& options) {
     Json facts = std::move(payload.facts);
     facts["name"] = options.name;
     facts["file"] = options.file;
@@ -91,9 +86,8 @@ ViewerFacts add_viewer(HtmlPage& page, splat_scene scene, const ViewerOptions& o
     facts["turning"] = options.turning;
     if (const auto target = common_target(options.cameras)) facts["center"] = *target;
     facts["poses"] = Json::array();
-    const std::size_t all = options.cameras.size(), poses = all > kMostPoses ? kSpreadPoses : all;
-    for (std::size_t i = 0; i < poses; ++i)
-        facts["poses"].push_back(pose_json(options.cameras[i * all / poses]));
+    for (const std::size_t i : view_numbers(options.cameras.size()))
+        facts["poses"].push_back(pose_json(options.cameras[i]));
     const splat_camera& first = options.cameras.front();
     std::string stills;
     for (const std::string& file : options.stills) stills += image_tag(file, options.name);
@@ -112,7 +106,19 @@ ViewerFacts add_viewer(HtmlPage& page, splat_scene scene, const ViewerOptions& o
                    base64(bytes_of(payload.words)) + "</script></div>\n",
                kViewerStyle, kViewerScript);
     return {facts.at("count").get<std::uint64_t>(), facts.at("faint").get<std::uint64_t>(),
-            payload.notes};
+            facts.at("poses").size(), std::move(payload.notes)};
+}
+
+ViewerFacts add_viewer(HtmlPage& page, splat_scene scene, const ViewerOptions& options) {
+    return add_viewer(page, pack_scene(scene, kPageGaussians), options);
+}
+
+std::vector<std::size_t> view_numbers(std::size_t cameras) {
+    constexpr std::size_t kMost = 9, kSpread = 6;  // a digit each
+    const std::size_t views = cameras > kMost ? kSpread : cameras;
+    std::vector<std::size_t> numbers;
+    for (std::size_t i = 0; i < views; ++i) numbers.push_back(i * cameras / views);
+    return numbers;
 }
 
 void up_of(const std::vector<splat_camera>& cameras, double* up) {

@@ -32,4 +32,10 @@ bool is_built_in(const std::string& file) {
     return false;
 }
 
+std::string weights_title(const std::string& file) {
+    const fs::path path(file);
+    return is_built_in(file) ? path.parent_path().filename().string() + ", built in"
+                             : path.filename().string();
+}
+
 }  // namespace vkrun

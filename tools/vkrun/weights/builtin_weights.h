@@ -13,4 +13,7 @@ std::string weights_named(const std::string& given);
 
 bool is_built_in(const std::string& file);
 
+/// For a page: the name of the file, or of built-in weights.
+std::string weights_title(const std::string& file);
+
 }  // namespace vkrun

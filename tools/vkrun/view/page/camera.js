@@ -66,7 +66,9 @@ class OrbitCamera {
                 intrinsics: this.intrinsics(width, height)};
     }
 
-    save() { return {axes: this.axes, eye: this.eye, distance: this.distance}; }
+    save() {
+        return {number: this.scene.poses.indexOf(this.pose), axes: this.axes, eye: this.eye, distance: this.distance};
+    }
 
-    restore(saved) { Object.assign(this, saved); }
+    restore({number, ...place}) { Object.assign(this, {pose: this.scene.poses[number]}, place); }
 }

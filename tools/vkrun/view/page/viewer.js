@@ -48,8 +48,10 @@ class SplatViewer {
         this.save.download = this.scene.file;
         this.save.onclick = () => this.offerFile();
         bar.append(this.save);
-        this.element.append(this.canvas, bar, make("div", "splat-help", SPLAT_HELP));
-        if (this.scene.notes.length > 0) this.element.append(make("div", "splat-note", this.scene.notes.join(" ")));
+        const foot = make("div", "splat-foot", "");
+        if (this.scene.notes.length > 0) foot.append(make("div", "splat-note", this.scene.notes.join(" ")));
+        foot.append(bar);
+        this.element.append(this.canvas, foot, make("div", "splat-help", SPLAT_HELP));
         this.element.classList.add("splat-live");
     }
 
@@ -95,7 +97,10 @@ class SplatViewer {
             this.camera.zoom(Math.exp(event.deltaY * (event.deltaMode === 1 ? 0.05 : 0.002)));
             this.change();
         }, {passive: false});
-        canvas.onkeydown = event => { if (this.key(event.key, event)) event.preventDefault(); };
+        // In a page of several views keys go to the one that was clicked.
+        (this.fullPage ? document : canvas).addEventListener("keydown", event => {
+            if (!event.target.closest("button, a") && this.key(event.key, event)) event.preventDefault();
+        });
         canvas.addEventListener("webglcontextlost", event => event.preventDefault());
         canvas.addEventListener("webglcontextrestored", () => {
             this.painter = new Painter(this.painter.gl, this.scene);
@@ -155,20 +160,24 @@ class SplatViewer {
         else this.element.requestFullscreen().catch(() => {});  // refused: the view stays as it is
     }
 
-    // A page that reloads itself shows the same view again, and turns on from there.
+    // A page that reloads itself shows the same view again, and turns on from there. The page of another scene that
+    // was written in its place has other poses, and begins anew.
     remember() {
         const number = [...document.querySelectorAll(".splat")].indexOf(this.element);
+        const poses = JSON.stringify(this.scene.poses);
         const name = `splat ${location.pathname} ${number}`;
         try {
             const saved = sessionStorage.getItem(name);
             sessionStorage.removeItem(name);
             if (saved) {
-                const {camera, turning} = JSON.parse(saved);
-                this.camera.restore(camera);
-                this.turning = turning;
+                const {camera, turning, of} = JSON.parse(saved);
+                if (of === poses) {
+                    this.camera.restore(camera);
+                    this.turning = turning;
+                }
             }
             addEventListener("pagehide", () => sessionStorage.setItem(
-                name, JSON.stringify({camera: this.camera.save(), turning: this.turning})));
+                name, JSON.stringify({camera: this.camera.save(), turning: this.turning, of: poses})));
         } catch {}  // a browser that keeps nothing
     }
 
