@@ -112,7 +112,8 @@ constexpr Key kDataKeys[] = {
     {"data.fov", kNetwork<&P::fov_degrees>, below(0, 180), kPublished,
      "Field of view in degrees; 0: each view has its own focal lengths, as in CO3D."},
     {"data.znear", kNetwork<&P::znear>, kAll, kPublished,
-     "Depth of the nearest Gaussians, in scene units."},
+     "Depth of the nearest Gaussians, in scene units; above 0, unless data.origin_distances are "
+     "added."},
     {"data.zfar", kNetwork<&P::zfar>, kAll, kPublished,
      "Depth of the farthest Gaussians, beyond data.znear."},
     {"data.input_images", kNetwork<&P::views>, {1, 1e6}, kPublished, "Input images per object."},

@@ -39,8 +39,14 @@ template <class T>
 Status read_number(const Config& config, const Key& key, T& field) {
     SPLAT_ASSIGN(const double value, config.get<double>(key.name, static_cast<double>(field)));
     SPLAT_TRY(check_range(config.what(), key, value));
-    field = static_cast<T>(value);
-    return std::isfinite(field) ? Status() : out_of_range(config.what(), key, value);
+    const auto narrowed = static_cast<T>(value);
+    if (!std::isfinite(narrowed) || (narrowed == 0 && value != 0))
+        return error(Code::kInvalidArgument,
+                     "%s: '%s' is %.15g, expected a number that float32 holds: 0, or 1.4e-45 to "
+                     "3.4e38 in size",
+                     config.what().c_str(), key.name, value);
+    field = narrowed;
+    return {};
 }
 
 template <class T>

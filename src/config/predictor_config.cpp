@@ -73,6 +73,9 @@ Status check(const PredictorConfig& c) {
     if ((c.token_dim > 0) != (c.tokens > 0))
         return refuse_value("model.tokens", c.tokens,
                             "a count where model.token_dim is given, else 0");
+    if (c.znear <= 0 && !c.origin_distance)
+        return refuse_value("data.znear", static_cast<double>(c.znear),
+                            "more than 0, as no distance of the origin is added");
     if (c.znear >= c.zfar)
         return refuse_value("data.zfar", static_cast<double>(c.zfar), "more than data.znear");
     return {};

@@ -122,9 +122,9 @@ TEST(ConfigKeys, RefuseValuesBeyondTheirRange) {
         if (std::isfinite(v.most)) refused(v.below ? v.most : v.most + 1);
     }
     EXPECT_ERROR(read_settings("model: {xyz_bias: 1e300}").status(), Code::kInvalidArgument,
-                 "'model.xyz_bias' is 1e+300, expected a finite number");
+                 "'model.xyz_bias' is 1e+300, expected a number that float32 holds");
     EXPECT_ERROR(read_settings("model: {opacity_bias: 1e308}").status(), Code::kInvalidArgument,
-                 "'model.opacity_bias' is 1e+308, expected a finite number");
+                 "'model.opacity_bias' is 1e+308, expected a number that float32 holds");
 }
 
 TEST(ConfigKeys, SayTheirRange) {

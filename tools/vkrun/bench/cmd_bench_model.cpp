@@ -87,6 +87,8 @@ int run_errors(splat_device device, Json json, const BenchModelOptions& options)
 }
 
 int run_bench_model(BenchModelOptions options) {
+    check_target(options.svg, true, {options.file});
+    check_folder_of(options.svg);
     options.precision = options.precision_name == "strict" ? SPLAT_PRECISION_STRICT
                         : options.precision_name == "fast" ? SPLAT_PRECISION_FAST
                                                            : SPLAT_PRECISION_BALANCED;

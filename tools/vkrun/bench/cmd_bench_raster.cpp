@@ -57,6 +57,11 @@ struct BenchRasterOptions : bench::RasterCaseOptions {
 
 int run_bench_raster(const BenchRasterOptions& options) {
     bench::check_options(options);
+    check_number("--seconds", options.seconds, 0, 3600);
+    for (const std::string& path : {options.csv, options.svg}) {
+        check_target(path, true, {options.scene, options.cameras});
+        check_folder_of(path);
+    }
     const auto open = [&](splat_kernels kernels, bool profile) {
         splat_device_desc desc = device_desc(options.device);
         desc.kernels = kernels;

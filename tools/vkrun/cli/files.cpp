@@ -48,8 +48,7 @@ void make_folder(const std::filesystem::path& path) {
                       "cannot make the folder '" + path.string() + "': " + failed.message());
 }
 
-void check_target(const std::string& path, bool overwrite,
-                  std::initializer_list<std::string> inputs) {
+void check_target(const std::string& path, bool overwrite, const std::vector<std::string>& inputs) {
     std::error_code ignored;
     for (const std::string& input : inputs)
         if (std::filesystem::equivalent(path, input, ignored))
@@ -57,6 +56,13 @@ void check_target(const std::string& path, bool overwrite,
                           "'" + path + "' is what is read; write to a file of another name");
     if (!overwrite && std::filesystem::exists(path, ignored))
         throw Failure(kUsageError, "'" + path + "' is there already; --overwrite replaces it");
+}
+
+void check_folder_of(const std::string& path) {
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    std::error_code none;
+    if (!folder.empty() && !std::filesystem::is_directory(folder, none))
+        throw cannot_write(path, "'" + folder.string() + "' is no folder");
 }
 
 std::ifstream open_to_read(const std::filesystem::path& path) {

@@ -2,8 +2,8 @@
 
 #include <filesystem>
 #include <fstream>
-#include <initializer_list>
 #include <string>
+#include <vector>
 
 namespace vkrun {
 
@@ -12,7 +12,11 @@ void make_folder(const std::filesystem::path& path);
 
 /// Throws a usage Failure if the file is one of those that are read, or exists and may not be replaced.
 void check_target(const std::string& path, bool overwrite,
-                  std::initializer_list<std::string> inputs = {});
+                  const std::vector<std::string>& inputs = {});
+
+/// Throws a Failure if there is no folder for a file that will be written at the end of long work. An empty path is no
+/// file.
+void check_folder_of(const std::string& path);
 
 /// A file to read; not open where there is none, or what is there is no regular file: opening a FIFO would
 /// wait for its writer.

@@ -15,6 +15,7 @@ void prepare_process() {
     while (file >= 0 && file <= STDERR_FILENO);
     if (file >= 0) close(file);
     std::signal(SIGPIPE, SIG_DFL);
+    std::signal(SIGXFSZ, SIG_IGN);  // writing beyond a limit of sizes then fails, and says so
 }
 
 void scale_decode_limits(std::uint32_t factor) {

@@ -132,7 +132,11 @@ void write_plot(const CompareOptions& options, const std::vector<MetricFinding>&
 }
 
 int compare(const CompareOptions& options) {
-    if (!options.plot.empty()) check_target(options.plot, options.overwrite);
+    if (options.plot.empty() && options.overwrite)
+        throw Failure(kUsageError, "--overwrite is for the file of --plot, which is not asked for");
+    if (!options.plot.empty())
+        check_target(options.plot, options.overwrite, {options.a, options.b});
+    check_folder_of(options.plot);
     const Comparison comparison = compare_files(options);
     Json report = library_json(splat_comparison_report, comparison.get());
     auto info = sized<splat_comparison_info>();
@@ -173,6 +177,7 @@ void add_compare(CLI::App& app, int& exit_code) {
         ->check(CLI::Range(100, 100000000).description(""));
     command->add_option("--seed", options->seed, "Seed of all random choices")
         ->type_name("N")
+        ->check(CLI::NonNegativeNumber.description(""))
         ->capture_default_str();
     command->add_option("--plot", options->plot, "Plot of the distributions, .svg")
         ->type_name("FILE");

@@ -36,7 +36,8 @@ void add_data_export(CLI::App& data, int& exit_code) {
     add_transfer_options(*command, *options);
     add_split_option(*command, *options);
     add_export_options(*command, *options);
-    command->callback([options, &exit_code] {
+    command->callback([command, options, &exit_code] {
+        check_effect(*command, *options);
         for_each_split(*options, [&](const std::string& split, std::string& missing) -> Json {
             const Dataset dataset = open_source(*options, split, &missing);
             if (!missing.empty()) return nullptr;

@@ -117,6 +117,10 @@ void add_data_import(CLI::App& data, int& exit_code) {
     add_shard_option(*command, options->shard, "the rows of tables, or of the objects of folders");
     add_overwrite_flag(*command, options->overwrite, "an import of other tables");
     command->callback([options, &exit_code] {
+        std::error_code none;
+        if (std::filesystem::equivalent(options->source, options->out, none))
+            throw Failure(kUsageError,
+                          "OUT is the folder that is imported; name another, or an empty one");
         for_each_split(*options, [&](const std::string& split, std::string& missing) {
             return import_split(*options, split, missing);
         });

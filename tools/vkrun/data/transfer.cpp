@@ -60,6 +60,16 @@ void add_export_options(CLI::App& command, TransferOptions& options) {
     add_source_options(command, options);
 }
 
+void check_effect(const CLI::App& command, const TransferOptions& options) {
+    const auto refuse = [&](const char* name, const char* layouts) {
+        if (command.count(name) != 0)
+            throw Failure(kUsageError, std::string(name) + " has no effect with --to " +
+                                           options.layout + "; it goes with " + layouts);
+    };
+    if (options.layout != "srn" && options.layout != "tables") refuse("--class", "srn and tables");
+    if (options.layout != "tables") refuse("--duckdb", "tables");
+}
+
 void add_source_options(CLI::App& command, TransferOptions& options) {
     command.add_option("--format", options.format, "Format of the data set; default: detected")
         ->type_name("NAME");

@@ -33,6 +33,8 @@ void add_transfer_options(CLI::App& command, TransferOptions& options);
 void add_split_option(CLI::App& command, TransferOptions& options);
 /// --to, --class, and those of the source.
 void add_export_options(CLI::App& command, TransferOptions& options);
+/// Throws a usage Failure for options that the layout does not take.
+void check_effect(const CLI::App& command, const TransferOptions& options);
 /// --format, --size, --black.
 void add_source_options(CLI::App& command, TransferOptions& options);
 

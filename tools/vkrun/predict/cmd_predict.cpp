@@ -3,12 +3,15 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
+#include <vector>
 
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/device.h"
+#include "vkrun/cli/files.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/picture.h"
+#include "vkrun/cli/text.h"
 #include "vkrun/predict/prediction.h"
 
 namespace vkrun {
@@ -80,8 +83,20 @@ void check_options(const CLI::App& command, const PredictionOptions& options) {
     if (options.foreground != 0) check_number("--foreground", options.foreground, 0.051, 1);
 }
 
+/// Throws a usage Failure if a file that is read is one of those that are written.
+void check_targets(const PredictionOptions& o) {
+    std::vector<std::string> names = {"scene.ply", "input.png", "orbit.png", "sheet.png",
+                                      "report.html"};
+    for (std::uint32_t i = 0; i < o.views; ++i) names.push_back(format("view_%02u.png", i));
+    for (const std::string& name : names)
+        check_target(o.out + "/" + name, true,
+                     {o.image, o.mask, o.depth, o.normal, o.embedding, o.tokens, o.true_depth,
+                      o.weights, o.config, o.adapters});
+}
+
 int predict(const CLI::App& command, const PredictionOptions& options, bool json) {
     check_options(command, options);
+    check_targets(options);
     const NetworkFiles files = network_files(weights_of(options), options.config, options.adapters);
     const Device device = open_device(device_desc(options.device));
     const Json result = run_prediction(options, device.get(), load_network(device.get(), files));

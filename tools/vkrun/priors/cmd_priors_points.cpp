@@ -172,15 +172,18 @@ void print_scores(const PointsOptions& options, const splat_point_scores& s, std
                 s.precision, s.recall);
 }
 
-int compare_points(const PointsOptions& options) {
+int compare_points(const CLI::App& command, const PointsOptions& options) {
     const bool mesh = has_extension(options.truth, ".obj");
     if (!mesh && !has_extension(options.truth, ".npy"))
         throw Failure(kUsageError,
                       "'" + options.truth + "' is neither a mesh (.obj) nor a depth map (.npy)");
     if (mesh && (!options.camera.empty() || options.fov != 0))
         throw Failure(kUsageError, "--camera and --fov are of depth maps, not of a mesh");
-    if (!mesh && options.samples != PointsOptions{}.samples)
-        throw Failure(kUsageError, "--samples is of a mesh, not of depth maps");
+    for (const char* name : {"--samples", "--seed"})
+        if (!mesh && command.count(name) != 0)
+            throw Failure(kUsageError, std::string(name) + " is of a mesh, not of depth maps");
+    if (options.camera.empty() && command.count("--view") != 0)
+        throw Failure(kUsageError, "--view is of the file of --camera, which is not given");
     if (!options.camera.empty() && options.fov != 0)
         throw Failure(kUsageError, "--camera and --fov exclude each other");
     if (options.fov != 0) check_number("--fov", options.fov, 0.1, 179);
@@ -229,7 +232,8 @@ void add_priors_points(CLI::App& priors, int& exit_code) {
         ->type_name("X")
         ->default_str("1/255");
     add_json_flag(*command, o.json);
-    command->callback([options, &exit_code] { exit_code = compare_points(*options); });
+    command->callback(
+        [command, options, &exit_code] { exit_code = compare_points(*command, *options); });
 }
 
 }  // namespace vkrun

@@ -91,6 +91,7 @@ splat_image map_target(const MapRun& run, const MapKind& kind, const splat_image
 void write_map(const MapRun& run, const MapJob& job, const MapKind& kind,
                const splat_image& image) {
     const fs::path path = job.map_path(kind.name, run.extension);
+    check_target(path.string(), true, {job.picture.string()});
     make_folder(path.parent_path());
     if (run.options.format != "png16") return check(splat_image_save(path.c_str(), &image));
     std::size_t needed = 0;

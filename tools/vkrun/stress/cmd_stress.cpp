@@ -67,7 +67,25 @@ std::string beside(const std::string& svg) {
     return (path.parent_path() / (path.stem().string() + "_time.svg")).string();
 }
 
-int run_stress(StressOptions options) {
+/// "ops/silu/usual", as the table and messages have it, is the case silu/usual of the group ops.
+void split_group(StressOptions& options) {
+    for (const auto& [name, stress_group] : kGroups) {
+        const std::string prefix = std::string(name) + "/";
+        if (options.only.rfind(prefix, 0) != 0) continue;
+        const auto& chosen = options.groups;
+        if (!chosen.empty() && std::find(chosen.begin(), chosen.end(), name) == chosen.end())
+            throw Failure(kUsageError,
+                          "--case '" + options.only + "' is of a group that is not chosen");
+        options.groups = {name};
+        options.only.erase(0, prefix.size());
+    }
+}
+
+int run_stress(const CLI::App& command, StressOptions options) {
+    if (command.count("--case") != 0 && options.only.empty())
+        throw Failure(kUsageError, "--case is empty, expected a name of the table's first column");
+    split_group(options);
+    if (!options.svg.empty()) check_folder_of(options.svg);
     if (!options.peer) options.python.clear();
     if (!options.fault_name.empty())
         options.fault = options.fault_name == "nan" ? stress::Fault::kNan : stress::Fault::kWorse;
@@ -123,7 +141,8 @@ void add_stress(CLI::App& app, int& exit_code) {
     command->add_flag("--quick", options->quick, "Fewer and smaller inputs, at most 30 s");
     command
         ->add_option("--case", options->only,
-                     "Only this case, or those whose names begin with it, such as silu")
+                     "Only this case, or those below it: silu, silu/usual or,\nas in the table, "
+                     "ops/silu/usual")
         ->type_name("NAME");
     CLI::Option* peer =
         command->add_flag("--peer", options->peer, "Also compute in PyTorch's float32");
@@ -144,7 +163,8 @@ void add_stress(CLI::App& app, int& exit_code) {
         ->add_option("--fault", options->fault_name, "")  // for tests: falsify every result
         ->group("")
         ->check(CLI::IsMember({"worse", "nan"}).description(""));
-    command->callback([options, &exit_code] { exit_code = run_stress(*options); });
+    command->callback(
+        [command, options, &exit_code] { exit_code = run_stress(*command, *options); });
 }
 
 }  // namespace vkrun

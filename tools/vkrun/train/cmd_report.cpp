@@ -2,9 +2,11 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "vkrun/cli/command.h"
+#include "vkrun/cli/files.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/train/run_report.h"
@@ -31,7 +33,19 @@ struct ReportOptions {
     bool json = false;
 };
 
+/// A file that is there and no page is not replaced.
+void check_page(const std::string& path) {
+    std::error_code none;
+    if (path.empty() || !std::filesystem::exists(path, none)) return;
+    std::string first(15, '\0');
+    std::ifstream file = open_to_read(path);
+    file.read(first.data(), static_cast<std::streamsize>(first.size()));
+    if (first != "<!DOCTYPE html>")
+        throw Failure(kUsageError, "--out '" + path + "' is there and is no page; name another");
+}
+
 int report(const ReportOptions& options) {
+    check_page(options.out);
     const std::string path = write_run_report(options.runs, options.out);
     if (options.json)
         print_json({{"report", path}, {"runs", options.runs.size()}});

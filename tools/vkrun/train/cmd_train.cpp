@@ -35,9 +35,9 @@ one. With CONFIG or --set, values that no earlier step depends on may change, su
 is an error. --overwrite replaces what a run wrote and leaves other files in OUT. peak_bytes in metrics.jsonl and
 run.json is the most device memory used so far, by training and validation.
 
-Exit status: 0 trained to the end, 1 failed, 2 wrong usage or configuration, or OUT is in use, 3 no device,
-4 bad data, 5 out of memory, 7 ten steps in a row had a loss or gradients that are not finite, or 200 drew
-nothing, 130 interrupted.
+Exit status: 0 trained to the end, 1 a file cannot be read or written, 2 wrong usage or configuration, or OUT is in
+use, 3 no device, 4 bad data, 5 out of memory, 7 ten steps in a row had a loss or gradients that are not finite, or
+200 drew nothing, 130 interrupted.
 
 Examples:
   vkrun data synth cars && vkrun train --data cars --out run --set opt.iterations=2000
@@ -123,7 +123,7 @@ Training open_training(splat_device device, const TrainOptions& options) {
     const splat_result opened = splat_training_open(device, &desc, training.out());
     const bool bad_data = opened == SPLAT_ERROR_NOT_FOUND || opened == SPLAT_ERROR_FORMAT ||
                           opened == SPLAT_ERROR_SHAPE_MISMATCH;
-    check(opened, bad_data ? kBadData : kUsageError);
+    check(opened, bad_data ? kBadData : opened == SPLAT_ERROR_IO ? kFailed : kUsageError);
     return training;
 }
 
@@ -133,7 +133,8 @@ splat_training_event_kind run(splat_training training, const TrainOptions& optio
     auto event = sized<splat_training_event>();
     while (event.kind < SPLAT_EVENT_DONE) {
         if (g_interrupted != 0) check(splat_training_interrupt(training));
-        check(splat_training_next(training, &event), kBadData);
+        const splat_result result = splat_training_next(training, &event);
+        check(result, result == SPLAT_ERROR_IO ? kFailed : kBadData);
         view.show(event);
     }
     return event.kind;
@@ -187,8 +188,10 @@ void add_train(CLI::App& app, int& exit_code) {
     add_changes_option(*command, t.changes);
     command->add_flag("--resume", t.resume, "Continue the run in --out");
     command->add_flag("--overwrite", t.overwrite, "Replace the run in --out");
-    command->add_option("--init", t.init, "Weights to start from, grafted where channels differ; a file, or the\n"
-                       "name of built-in ones: cars64")
+    command
+        ->add_option("--init", t.init,
+                     "Weights to start from, grafted where channels differ; a file, or the\n"
+                     "name of built-in ones: cars64")
         ->type_name("FILE");
     command
         ->add_option("--init-channels", t.init_channels,

@@ -27,8 +27,12 @@ std::string weights_named(const std::string& given) {
 }
 
 bool is_built_in(const std::string& file) {
-    for (const char* name : {kPlainWeights, kDepthNormalWeights})
-        if (file == built_in(name)) return true;
+    for (const char* name : {kPlainWeights, kDepthNormalWeights}) {
+        std::string path(4096, '\0');  // the longest that a file may have
+        std::size_t length = 0;
+        const splat_result found = splat_builtin_weights(name, path.data(), path.size(), &length);
+        if (found == SPLAT_OK && path.c_str() == file) return true;
+    }
     return false;
 }
 

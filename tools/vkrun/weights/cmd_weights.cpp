@@ -266,6 +266,7 @@ std::vector<Difference> differences(const WeightsFile& a, const WeightsFile& b, 
 }
 
 int diff(const std::string& first, const std::string& second, double tolerance, bool json) {
+    check_number("--tolerance", tolerance, 0, 1e300);
     const WeightsFile a = load(first);
     const WeightsFile b = load(second);
     const std::vector<Difference> found = differences(a, b, tolerance);
