@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "core/shown.h"
+
 namespace splat::config {
 namespace {
 
@@ -127,7 +129,7 @@ Status read_word(const Config& config, const Key& key, int& place) {
     const auto found = std::find(words.begin(), words.end(), word);
     if (found == words.end())
         return error(Code::kInvalidArgument, "%s: '%s' is '%s', expected one of %s",
-                     config.what().c_str(), key.name, word.c_str(), key.values.words);
+                     config.what().c_str(), key.name, shown(word).c_str(), key.values.words);
     place = static_cast<int>(found - words.begin());
     return {};
 }

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "core/json_writer.h"
+#include "core/shown.h"
 
 namespace splat {
 namespace {
@@ -50,7 +51,7 @@ Status unknown(const std::string& what, const char* kind, const std::string& wor
     const std::string nearest = nearest_name(word, known);
     const std::string hint = nearest.empty() ? "" : "; did you mean '" + nearest + "'?";
     return error(Code::kInvalidArgument, "%s: there is no %s '%s'%s", what.c_str(), kind,
-                 word.c_str(), hint.c_str());
+                 shown(word).c_str(), hint.c_str());
 }
 
 /// "a.b.0.c"
@@ -91,7 +92,7 @@ Status Config::add(ConfigEntry entry) {
                      entry.key.size(), entry.key.c_str(), kMaxConfigKey);
     if (!places_.emplace(entry.key, entries_.size()).second)
         return error(Code::kInvalidArgument, "%s: the key '%s' appears twice", what_.c_str(),
-                     entry.key.c_str());
+                     shown(entry.key).c_str());
     entries_.push_back(std::move(entry));
     return {};
 }

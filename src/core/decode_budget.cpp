@@ -46,7 +46,7 @@ Status DecodeBudget::take(std::uint64_t count, std::uint64_t each, std::string_v
             Code::kFormat,
             "%.*s: %llu x %llu bytes are too many for a file of %llu bytes, which may take "
             "%llu; it is damaged or made to harm, or the limits must be raised "
-            "(splat_decode_set_limits)",
+            "(splat_decode_set_limits, --decode-scale)",
             static_cast<int>(what.size()), what.data(), static_cast<unsigned long long>(count),
             static_cast<unsigned long long>(each), static_cast<unsigned long long>(file_bytes_),
             static_cast<unsigned long long>(limits_.allowed(file_bytes_)));

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <climits>
 #include <cmath>
 #include <filesystem>
 
+#include "core/shown.h"
 #include "data/co3d.h"
 #include "data/image_folder.h"
 #include "data/nmr.h"
@@ -54,7 +56,7 @@ Result<const Format*> format_of(const DatasetDesc& desc) {
     std::error_code unknown;
     return error(std::filesystem::exists(desc.path, unknown) ? Code::kFormat : Code::kNotFound,
                  "'%s' is not a data set of a known format (%s); if it is one, name its format",
-                 desc.path.c_str(), format_names().c_str());
+                 shown(desc.path, PATH_MAX).c_str(), format_names().c_str());
 }
 
 std::string map_list(std::uint32_t maps) {

@@ -6,6 +6,7 @@
 
 #include "core/json_tree.h"
 #include "core/log.h"
+#include "core/shown.h"
 #include "data/folder.h"
 #include "data/map_files.h"
 #include "io/colmap.h"
@@ -65,7 +66,7 @@ Result<std::string> image_path(const fs::path& folder, const std::string& name) 
             if (is_file(path)) return path.string();
         }
     return error(Code::kNotFound, "'%s': there is no image '%s', here or in images/",
-                 folder.c_str(), name.c_str());
+                 folder.c_str(), shown(name).c_str());
 }
 
 /// The size of the first image of a transforms.json, whose own size is optional.
@@ -120,7 +121,7 @@ Result<FolderPhoto> photograph_of(const fs::path& folder, const scene::Camera& c
         std::min({camera.cx, camera.width - camera.cx, camera.cy, camera.height - camera.cy});
     if (!(half >= 1))
         return error(Code::kFormat, "camera '%s': the principal point is not in the image",
-                     camera.name.c_str());
+                     shown(camera.name).c_str());
     photo.width = camera.width;
     photo.height = camera.height;
     photo.side = static_cast<std::uint32_t>(std::floor(2 * half));

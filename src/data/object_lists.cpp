@@ -3,6 +3,7 @@
 #include <charconv>
 
 #include "core/json_tree.h"
+#include "core/shown.h"
 #include "data/folder.h"
 #include "io/file.h"
 #include "io/reader.h"
@@ -77,7 +78,7 @@ Result<std::vector<std::string>> load_object_list(const std::string& path) {
                          path.c_str(), i);
         if (!seen.insert(*name).second)
             return error(Code::kFormat, "'%s': element %zu, '%s', occurs twice", path.c_str(), i,
-                         name->c_str());
+                         shown(*name).c_str());
         names.push_back(*name);
     }
     return names;

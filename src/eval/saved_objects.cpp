@@ -6,6 +6,7 @@
 
 #include "core/json_tree.h"
 #include "core/json_writer.h"
+#include "core/shown.h"
 #include "io/file.h"
 #include "io/reader.h"
 
@@ -88,8 +89,8 @@ Result<ObjectScores> object_of(const JsonTree& json, std::size_t place) {
         const auto number = found == nullptr ? std::nullopt : found->number();
         const auto count = found == nullptr ? std::nullopt : found->count();
         if (!null && (!number || (field.most != 0 && (!count || *count > field.most))))
-            return error(Code::kFormat, "object '%s' has no number '%s'", object.name.c_str(),
-                         field.key);
+            return error(Code::kFormat, "object '%s' has no number '%s'",
+                         shown(object.name).c_str(), field.key);
         field.set(object, null ? std::nan("") : *number);
     }
     return object;
@@ -124,7 +125,7 @@ Result<std::map<std::uint32_t, ObjectScores>> load_objects(
             return error(Code::kFormat, "'%s' has no text '%s'", path.c_str(), key);
         if (*found->text() != expected)
             return error(Code::kInvalidArgument, "'%s' has scores of %s '%s', expected '%s'",
-                         path.c_str(), key, found->text()->c_str(), expected.c_str());
+                         path.c_str(), key, shown(*found->text()).c_str(), expected.c_str());
     }
     const JsonTree* const list = tree.value().find("objects");
     if (list == nullptr || list->list() == nullptr)
@@ -137,7 +138,7 @@ Result<std::map<std::uint32_t, ObjectScores>> load_objects(
         const auto number = number_of(object.value().name);
         if (!number)
             return error(Code::kInvalidArgument, "'%s': object '%s' is not among those to score",
-                         path.c_str(), object.value().name.c_str());
+                         path.c_str(), shown(object.value().name).c_str());
         objects[*number] = std::move(object.value());
     }
     return objects;

@@ -13,6 +13,7 @@
 #include <filesystem>
 
 #include "core/fault.h"
+#include "core/shown.h"
 #include "io/write_all.h"
 
 namespace splat::io {
@@ -217,8 +218,8 @@ class FileSource : public Source {
 
 Status system_error(int number, const char* doing, const std::string& path) {
     const bool missing = number == ENOENT || number == ENOTDIR;
-    return error(missing ? Code::kNotFound : Code::kIo, "cannot %s '%s': %s", doing, path.c_str(),
-                 std::strerror(number));
+    return error(missing ? Code::kNotFound : Code::kIo, "cannot %s '%s': %s", doing,
+                 shown(path, PATH_MAX).c_str(), std::strerror(number));
 }
 
 Result<Buffer> read_file(const std::string& path, std::uint64_t max_bytes) {

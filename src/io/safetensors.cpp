@@ -9,6 +9,7 @@
 #include "core/json.h"
 #include "core/json_writer.h"
 #include "core/parallel.h"
+#include "core/shown.h"
 #include "io/reader.h"
 
 namespace splat::io {
@@ -78,7 +79,7 @@ class HeaderReader {
             return {};
         }
         return bad_safetensors(
-            "'" + row.name + "': '" + key +
+            "'" + shown(row.name) + "': '" + shown(key) +
             "' is not as expected: a text 'dtype', and whole numbers 'shape' and "
             "'data_offsets'");
     }
@@ -88,11 +89,11 @@ class HeaderReader {
 
   private:
     static Status twice(const std::string& key, const std::string& name) {
-        return bad_safetensors("'" + key + "' appears twice in '" + name + "'");
+        return bad_safetensors("'" + shown(key) + "' appears twice in '" + shown(name) + "'");
     }
 
     Status start(const std::string& name, bool object) {
-        if (!object) return bad_safetensors("'" + name + "' is not a JSON object");
+        if (!object) return bad_safetensors("'" + shown(name) + "' is not a JSON object");
         if (!names_.insert(name).second) return twice(name, "the header");
         if (name == kMetadata) return {};
         if (rows.size() == max_tensors_)
@@ -108,7 +109,7 @@ class HeaderReader {
             if (name == text) row.type = type;
         if (row.type) return {};
         return error(Code::kUnsupported, "safetensors: '%s' has the dtype '%s', which is not read",
-                     row.name.c_str(), std::string(text).c_str());
+                     shown(row.name).c_str(), shown(text).c_str());
     }
 
     std::uint64_t max_tensors_;
@@ -120,13 +121,14 @@ class HeaderReader {
 Status check_rows(std::vector<Row>& rows, std::uint64_t data_bytes) {
     for (Row& row : rows) {
         if (!row.type || !row.has_shape || row.offsets.size() != 2)
-            return bad_safetensors("'" + row.name +
+            return bad_safetensors("'" + shown(row.name) +
                                    "' lacks its dtype, its shape or its two data_offsets");
-        SPLAT_ASSIGN(row.count, from_file(count_elements(row.shape, "safetensors: " + row.name)));
+        SPLAT_ASSIGN(row.count,
+                     from_file(count_elements(row.shape, "safetensors: " + shown(row.name))));
         const std::int64_t bytes = row.offsets[1] - row.offsets[0];
         if (bytes < 0 || static_cast<std::uint64_t>(bytes) != row.count * type_bytes(*row.type))
             return bad_safetensors(format("'%s' of shape %s and type %s has %lld bytes",
-                                          row.name.c_str(), dims_text(row.shape).c_str(),
+                                          shown(row.name).c_str(), dims_text(row.shape).c_str(),
                                           type_name(*row.type), static_cast<long long>(bytes)));
     }
     std::stable_sort(rows.begin(), rows.end(),
@@ -137,7 +139,7 @@ Status check_rows(std::vector<Row>& rows, std::uint64_t data_bytes) {
             return bad_safetensors(
                 format("the data of '%s' starts at byte %lld, expected %llu: tensors overlap "
                        "or leave a gap",
-                       row.name.c_str(), static_cast<long long>(row.offsets[0]),
+                       shown(row.name).c_str(), static_cast<long long>(row.offsets[0]),
                        static_cast<unsigned long long>(end)));
         end = static_cast<std::uint64_t>(row.offsets[1]);
     }
@@ -193,7 +195,7 @@ Result<SafetensorsFile> read_safetensors(const Source& source, const DecodeLimit
     SafetensorsFile file;
     file.metadata = std::move(header.metadata);
     for (const Row& row : header.rows)
-        SPLAT_TRY(budget.take(row.count, sizeof(float), "safetensors: " + row.name));
+        SPLAT_TRY(budget.take(row.count, sizeof(float), "safetensors: " + shown(row.name)));
     const bool small = source.size() < kManyBytes;
     const bool in_file = !small && std::any_of(header.rows.begin(), header.rows.end(), is_f32);
     const std::shared_ptr<const MappedFile> mapped = in_file ? source.map() : nullptr;

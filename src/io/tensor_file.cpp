@@ -7,6 +7,7 @@
 #include "core/checked_math.h"
 #include "core/finite.h"
 #include "core/shape.h"
+#include "core/shown.h"
 
 namespace splat::io {
 namespace {
@@ -155,7 +156,7 @@ Status NamedTensors::add(NamedTensor tensor) {
                      tensor.name.c_str(), tensor.values.size(), dims_text(tensor.dims).c_str(),
                      static_cast<unsigned long long>(count));
     if (!places_.emplace(tensor.name, tensors_.size()).second)
-        return error(Code::kInvalidArgument, "'%s' appears twice", tensor.name.c_str());
+        return error(Code::kInvalidArgument, "'%s' appears twice", shown(tensor.name).c_str());
     const auto& file = tensor.values.file();
     if (file && std::find(files_.begin(), files_.end(), file) == files_.end())
         files_.push_back(file);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <set>
 
+#include "core/shown.h"
+
 namespace splat::model {
 namespace {
 
@@ -203,7 +205,8 @@ Status load_state(Predictor& predictor, const NamedTensors& given, const LoadOpt
         const bool earlier = unknown == made.left_out.end();
         return error(Code::kInvalidArgument,
                      "the file has %zu tensors that this network lacks, one is '%s'%s",
-                     made.left_out.size(), (earlier ? made.left_out.front() : *unknown).c_str(),
+                     made.left_out.size(),
+                     shown(earlier ? made.left_out.front() : *unknown).c_str(),
                      earlier ? "; networks of earlier versions also attended to tokens in the "
                                "encoder: graft the file to leave that out"
                              : "");

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "core/config.h"
+#include "core/shown.h"
 
 namespace splat::priors_model {
 namespace {
@@ -83,7 +84,7 @@ class Members {
         if (found != std::end(words)) return static_cast<std::size_t>(found - std::begin(words));
         std::string all;
         for (const char* const one : words) all += (all.empty() ? "" : ", ") + std::string(one);
-        refuse(std::string("has the ") + name + " '" + value + "', expected one of " + all);
+        refuse(std::string("has the ") + name + " '" + shown(value) + "', expected one of " + all);
         return 0;
     }
 
@@ -108,7 +109,7 @@ class Members {
         const auto found = data::value_filter_of(value);
         if (found) to = *found;
         if (!found)
-            refuse(std::string("has the ") + name + " '" + value + "', expected one of " +
+            refuse(std::string("has the ") + name + " '" + shown(value) + "', expected one of " +
                    data::value_filter_names());
     }
 

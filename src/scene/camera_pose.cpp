@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/shown.h"
+
 namespace splat::scene {
 namespace {
 
@@ -102,7 +104,8 @@ Status check_lens(double fx, double fy, double cx, double cy) {
 
 Status check_camera(const Camera& c) {
     const auto bad = [&c](const std::string& problem) {
-        return error(Code::kInvalidArgument, "camera '%s': %s", c.name.c_str(), problem.c_str());
+        return error(Code::kInvalidArgument, "camera '%s': %s", shown(c.name).c_str(),
+                     problem.c_str());
     };
     if (c.width < 1 || c.width > kMaxImageSide || c.height < 1 || c.height > kMaxImageSide)
         return bad(format("%u x %u pixels, expected 1 to %u", c.width, c.height, kMaxImageSide));

@@ -5,6 +5,7 @@
 
 #include "core/json_tree.h"
 #include "core/json_writer.h"
+#include "core/shown.h"
 #include "io/reader.h"
 #include "tables/store_index.h"
 
@@ -53,7 +54,7 @@ Result<StoreIndex> index_in(const JsonTree& tree) {
     StoreIndex index;
     SPLAT_ASSIGN(const std::string name, text_in(tree, "format"));
     SPLAT_ASSIGN(const std::uint64_t version, count_in(tree, "version", 1'000'000));
-    if (name != kStoreFormat) return error(Code::kFormat, "'format' is '%s'", name.c_str());
+    if (name != kStoreFormat) return error(Code::kFormat, "'format' is '%s'", shown(name).c_str());
     if (version != kStoreVersion)
         return error(Code::kUnsupported, "version %llu, expected %d",
                      static_cast<unsigned long long>(version), kStoreVersion);

@@ -137,6 +137,8 @@ TEST(TrainConfigRules, RefusesAndNamesTheKey) {
     };
     for (const auto& [yaml, part] : cases)
         EXPECT_ERROR(read_training(yaml).status(), Code::kInvalidArgument, part);
+    EXPECT_ERROR(read_training("opt: {loss: " + std::string(100'000, 'x') + "}").status(),
+                 Code::kInvalidArgument, "xxx...', expected one of l2, l1");
 }
 
 }  // namespace

@@ -179,6 +179,9 @@ TEST_F(File, IsMappedAsItWas) {
 
 TEST_F(File, ErrorsOfTheSystemHaveCodes) {
     EXPECT_ERROR(system_error(ENOENT, "open", "a"), Code::kNotFound, "cannot open 'a': No such");
+    const Status longer = read_file(std::string(1'000'000, 'a')).status();
+    EXPECT_ERROR(longer, Code::kIo, "aaa...': File name too long");
+    EXPECT_LT(longer.message().size(), 5000U);
     EXPECT_ERROR(system_error(ENOTDIR, "open", "a/b"), Code::kNotFound, "Not a directory");
     EXPECT_ERROR(system_error(ENOSPC, "write", "a"), Code::kIo, "No space left");
     EXPECT_ERROR(system_error(EACCES, "open", "a"), Code::kIo, "denied");
