@@ -1,7 +1,29 @@
 #include "core/json.h"
 
+#include <set>
+
+#include "core/shown.h"
+
 namespace splat {
 namespace {
+
+constexpr std::size_t kMostProblem = 400;  ///< bytes; the parser quotes what it read last
+
+std::string invalid(const Json::exception& e) {
+    return "not valid JSON: " + shown(e.what(), kMostProblem);
+}
+
+/// Where the text has the escape of a NUL, at which users of a string may stop; npos: nowhere.
+std::size_t find_escaped_nul(std::string_view text) {
+    constexpr std::string_view kNul = "\\u0000";
+    std::size_t at = text.find(kNul);
+    for (; at != std::string_view::npos; at = text.find(kNul, at + kNul.size())) {
+        std::size_t before = 0;  // an odd number of backslashes before it escape its own
+        while (before < at && text[at - before - 1] == '\\') ++before;
+        if (before % 2 == 0) break;
+    }
+    return at;
+}
 
 /// Receives the events of nlohmann's parser; returning false stops it.
 class FlatReader : public nlohmann::json_sax<Json> {
@@ -20,13 +42,15 @@ class FlatReader : public nlohmann::json_sax<Json> {
     bool start_object(std::size_t) override { return open_++ == 0 || refuse("an object"); }
     bool key(string_t& name) override {
         name_ = name;
-        return true;
+        if (names_.insert(name).second) return true;
+        problem = "'" + shown(name) + "' appears twice";
+        return false;
     }
     bool end_object() override { return true; }
     bool start_array(std::size_t) override { return refuse("an array"); }
     bool end_array() override { return true; }
     bool parse_error(std::size_t, const std::string&, const Json::exception& e) override {
-        problem = std::string("not valid JSON: ") + e.what();
+        problem = invalid(e);
         return false;
     }
 
@@ -41,13 +65,14 @@ class FlatReader : public nlohmann::json_sax<Json> {
         return true;
     }
     bool refuse(const char* kind) {
-        problem = (open_ == 0 ? std::string() : "'" + name_ + "' is ") + kind + ", expected " +
-                  (open_ == 0 ? "a JSON object" : "a number, true or false");
+        problem = (open_ == 0 ? std::string() : "'" + shown(name_) + "' is ") + kind +
+                  ", expected " + (open_ == 0 ? "a JSON object" : "a number, true or false");
         return false;
     }
 
     int open_ = 0;
     std::string name_;
+    std::set<std::string> names_;
 };
 
 /// Keeps the path to the value that comes next.
@@ -84,7 +109,7 @@ class PathReader : public nlohmann::json_sax<Json> {
     bool start_array(std::size_t) override { return open(Kind::kArray); }
     bool end_array() override { return close(); }
     bool parse_error(std::size_t, const std::string&, const Json::exception& e) override {
-        problem = std::string("not valid JSON: ") + e.what();
+        problem = invalid(e);
         return false;
     }
 
@@ -139,7 +164,12 @@ Status check_json_text(std::string_view text, const char* what) {
     if (text.size() > kMaxJsonBytes)
         return error(Code::kInvalidArgument, "%s: %zu bytes of JSON, expected at most %zu", what,
                      text.size(), kMaxJsonBytes);
-    return check_no_nul(text, what);
+    SPLAT_TRY(check_no_nul(text, what));
+    const std::size_t nul = find_escaped_nul(text);
+    if (nul == std::string_view::npos) return {};
+    return error(Code::kInvalidArgument,
+                 "%s: an escaped NUL (\\u0000) at byte %zu of %zu, expected texts without", what,
+                 nul, text.size());
 }
 
 Status check_no_nul(std::string_view text, const char* what) {
@@ -188,7 +218,7 @@ Result<Json> parse_json(std::string_view text, const char* what) {
                          kMaxJsonDepth);
         return value;
     } catch (const Json::exception& e) {
-        return error(Code::kInvalidArgument, "%s: not valid JSON: %s", what, e.what());
+        return error(Code::kInvalidArgument, "%s: %s", what, invalid(e).c_str());
     }
 }
 

@@ -1,8 +1,10 @@
 #include "core/json_tree.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/json.h"
+#include "core/shown.h"
 
 namespace splat {
 namespace {
@@ -28,7 +30,7 @@ class TreeReader : public nlohmann::json_sax<Json> {
     bool start_array(std::size_t) override { return open(JsonTree::List()); }
     bool end_array() override { return close(); }
     bool parse_error(std::size_t, const std::string&, const Json::exception& e) override {
-        problem = std::string("not valid JSON: ") + e.what();
+        problem = "not valid JSON: " + shown(e.what(), 400);
         return false;
     }
 
@@ -66,12 +68,24 @@ class TreeReader : public nlohmann::json_sax<Json> {
     }
 
     bool close() {
+        const auto* const members = std::get_if<JsonTree::Object>(&open_.back()->value);
         open_.pop_back();
-        return true;
+        return members == nullptr || check_names(*members);
+    }
+
+    bool check_names(const JsonTree::Object& members) {
+        names_.clear();
+        for (const JsonTree::Member& member : members) names_.emplace_back(member.name);
+        std::sort(names_.begin(), names_.end());
+        const auto twice = std::adjacent_find(names_.begin(), names_.end());
+        if (twice == names_.end()) return true;
+        problem = "'" + shown(*twice) + "' appears twice in an object";
+        return false;
     }
 
     std::vector<JsonTree*> open_;
     std::string name_;
+    std::vector<std::string_view> names_;
 };
 
 }  // namespace

@@ -3,8 +3,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <sstream>
 
+#include "core/shown.h"
 #include "io/file.h"
 
 namespace splat::eval {
@@ -66,6 +68,18 @@ std::string object_name(const std::string& text, char separator) {
                : text;
 }
 
+/// A decimal number, or "nan" or "inf", which mean that there is none. Nothing for other texts, and beyond a double.
+std::optional<double> score_of(const std::string& text) {
+    const char* const start = text.c_str();
+    char* end = nullptr;
+    const double value = std::strtod(start, &end);
+    if (text.empty() || end != start + text.size()) return std::nullopt;
+    const bool digits = text.find_first_of("0123456789") != std::string::npos;
+    const bool hexadecimal = text.find_first_of("xX") != std::string::npos;
+    if (hexadecimal || (digits && !std::isfinite(value))) return std::nullopt;
+    return value;
+}
+
 /// Reads the lines after the heading.
 class TableLines {
   public:
@@ -82,14 +96,13 @@ class TableLines {
         if (!fresh)
             return refuse_line(
                 table_.path, number,
-                format("object '%s' is in line %zu already", name.c_str(), place->second));
+                format("object '%s' is in line %zu already", shown(name).c_str(), place->second));
         for (const auto& [metric, column] : columns_.metrics) {
             const std::string& text = parts[column];
-            char* end = nullptr;
-            const double value = std::strtod(text.c_str(), &end);  // also "nan" and "inf"
-            if (text.empty() || *end != '\0')
-                return refuse_line(table_.path, number, "'" + text + "' is not a number");
-            if (std::isfinite(value)) table_.values[metric][name] = value;
+            const std::optional<double> value = score_of(text);
+            if (!value)
+                return refuse_line(table_.path, number, "'" + shown(text) + "' is not a number");
+            if (std::isfinite(*value)) table_.values[metric][name] = *value;
         }
         table_.objects = seen_.size();
         return {};

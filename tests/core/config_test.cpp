@@ -140,6 +140,13 @@ TEST(Config, RefusesWhatItDoesNotRead) {
     refused("{\"a\": [1, 2}", "not valid JSON");
     refused(std::string("a: 1\n") + '\0' + "b: 2\n", "c.yaml: a NUL at byte 5 of 11");
     refused(std::string("{\"a\": 1}") + '\0' + "{}", "c.yaml: a NUL at byte 8 of 11");
+    for (const char* nul : {"\\0", "\\x00", "\\u0000", "\\U00000000"}) {
+        const std::string text = std::string("\"ds") + nul + "z\"";
+        refused("a: 1\nb: {c: " + text + "}\n", "c.yaml: line 2: an escaped NUL");
+        refused("a: [" + text + "]\n", "line 1: an escaped NUL");
+        refused(text + ": 1\n", "line 1: an escaped NUL");
+    }
+    refused(R"({"data": {"root": "ds\u0000z"}})", "c.yaml: an escaped NUL (\\u0000) at byte 21");
     std::string many;
     for (std::size_t i = 0; i <= kMaxConfigEntries; ++i) many += "k" + std::to_string(i) + ": 1\n";
     refused(many, "more than 100000 keys");

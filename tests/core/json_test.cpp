@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "core/json_tree.h"
 #include "support/expect_status.h"
 
 namespace splat {
@@ -49,7 +50,43 @@ TEST(Json, RefusesTextAfterANul) {
         EXPECT_ERROR(visit_json(given, "x", [](const JsonEvent&) { return Status(); }),
                      Code::kInvalidArgument, "x: a NUL at byte 8");
     }
-    EXPECT_OK(parse_json("[\"\\u0000\"]", "config").status());
+}
+
+/// In a C string the text would end there.
+TEST(Json, RefusesEscapedNuls) {
+    for (const char* text :
+         {R"({"a": "b\u0000c"})", R"({"a\u0000b": 1})", R"({"a": "\\\u0000"})"}) {
+        expect_refused(text, "an escaped NUL (\\u0000) at byte ");
+        EXPECT_ERROR(parse_flat_json(text, "x").status(), Code::kInvalidArgument, "escaped NUL");
+        EXPECT_ERROR(visit_json(text, "x", [](const JsonEvent&) { return Status(); }),
+                     Code::kInvalidArgument, "x: an escaped NUL");
+        EXPECT_ERROR(parse_json_tree(text, "x").status(), Code::kInvalidArgument, "escaped NUL");
+    }
+    expect_refused(R"(["\\u0000", "\u0000"])", "at byte 13 of 21");
+    for (const char* text : {R"(["\\u0000"])", R"(["\\\\u0000", "u0000"])"})  // backslashes
+        EXPECT_OK(parse_json(text, "x").status());
+}
+
+TEST(Json, MessagesQuoteTheStartOfLongTexts) {
+    const std::string name(3'000'000, 'k');
+    const auto expect_short = [](const Status& status) {
+        EXPECT_FALSE(status.ok());
+        EXPECT_LT(status.message().size(), 500U);
+        EXPECT_NE(status.message().find("kkk..."), std::string::npos);
+    };
+    const auto visit = [](const JsonEvent&) { return Status(); };
+    expect_short(parse_flat_json("{\"" + name + "\": []}", "x").status());
+    expect_short(parse_flat_json("{\"" + name + "\": 1, \"" + name + "\": 1}", "x").status());
+    expect_short(parse_flat_json("{\"" + name, "x").status());
+    expect_short(visit_json("{\"" + name, "x", visit));
+    expect_short(parse_json("{\"" + name, "x").status());
+    expect_short(parse_json_tree("{\"" + name, "x").status());
+    expect_short(parse_json_tree("{\"" + name + "\": 1, \"" + name + "\": 1}", "x").status());
+}
+
+TEST(Json, FlatObjectsHaveEachNameOnce) {
+    EXPECT_ERROR(parse_flat_json(R"({"a": 1, "b": 2, "a": 1})", "x").status(),
+                 Code::kInvalidArgument, "x: 'a' appears twice");
 }
 
 TEST(Json, LimitsDepthExactly) {

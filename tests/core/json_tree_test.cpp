@@ -22,7 +22,7 @@ void expect_tree_refused(const std::string& text, const std::string& because) {
 
 TEST(JsonTree, HoldsWhatTheTextSays) {
     const auto json = parse_json_tree(
-        R"({"a": [1, -2.5, 18446744073709551615, true, null, "x\u00e9", []], "b": {"c": {}}, "b": 7})",
+        R"({"a": [1, -2.5, 18446744073709551615, true, null, "x\u00e9", []], "b": 7, "d": {"a": {"b": 1}}})",
         "config");
     ASSERT_TRUE(json.ok()) << json.status().message();
     const JsonTree& root = json.value();
@@ -40,7 +40,8 @@ TEST(JsonTree, HoldsWhatTheTextSays) {
     ASSERT_NE((*list)[5].text(), nullptr);
     EXPECT_EQ(*(*list)[5].text(), "x\u00e9");
     EXPECT_TRUE((*list)[6].list()->empty());
-    EXPECT_EQ(root.find("b")->number(), 7.0) << "the last value of a name, as in nlohmann's";
+    EXPECT_EQ(root.find("b")->number(), 7.0);
+    EXPECT_EQ(root.find("d")->find("a")->find("b")->number(), 1.0);
     EXPECT_EQ(root.find("c"), nullptr);
     EXPECT_EQ((*list)[0].find("a"), nullptr) << "a number has no members";
 }
@@ -49,6 +50,18 @@ TEST(JsonTree, RefusesInvalidJson) {
     for (const char* text : {"", "{", "[1,]", "{\"a\":}", "nul", "[1] 2", "\"\xff\"", "[1e999]"})
         expect_tree_refused(text, "not valid JSON");
     expect_tree_refused(std::string("[1]") + '\0' + "[2]", "a NUL at byte 3 of 7");
+}
+
+TEST(JsonTree, RefusesNamesThatAppearTwice) {
+    for (const char* text :
+         {R"({"b": 1, "a": 2, "b": 3})", R"([{}, {"c": {"b": 1, "b": 1}}])", R"({"b":[],"b":[]})",
+          R"({"c": {"a": 1}, "b": 2, "\u0062": {}, "a": 3})"})
+        expect_tree_refused(text, "'b' appears twice in an object");
+    EXPECT_TRUE(parse_json_tree(R"([{"a": {"a": 1}}, {"a": 2}])", "config").ok());
+    std::string many = "{";
+    for (int i = 0; i < 300'000; ++i) many += "\"" + std::to_string(i) + "\":0,";
+    EXPECT_TRUE(parse_json_tree(many + "\"x\":0}", "config").ok());
+    expect_tree_refused(many + "\"7\":0}", "'7' appears twice");
 }
 
 TEST(JsonTree, LimitsDepthAndSizeExactly) {

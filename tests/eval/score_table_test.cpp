@@ -54,6 +54,11 @@ TEST_F(ScoreTableTest, SaysWhatIsWrong) {
     refused("name,psnr_novel\na,1\n", "line 1: expected a heading");
     refused("object,psnr_novel\na,1\na,2\n", "line 3: object 'a' is in line 2 already");
     refused("object,psnr_novel\na,x\n", "line 2: 'x' is not a number");
+    for (const char* text : {"0x1p3", "1e999", "-1e999", "1.5x", "nan(0x1)"})
+        refused("0_a " + std::string(text) + " 0.9 0.1\n", "' is not a number");
+    refused(std::string("object,psnr_novel\na,0.1") + '\0' + "garbage\n",
+            "line 2: '0.1?garbage' is not a number");
+    refused("object,psnr_novel\na," + std::string(5000, '7') + "x\n", "777...' is not a number");
     refused("object,psnr_novel\na\n", "line 2: 1 columns, expected 2");
     refused("0_a 1 2\n", "line 1: 3 columns, expected 4");
     EXPECT_FALSE(read_scores("/nonexistent").ok());

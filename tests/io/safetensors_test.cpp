@@ -208,6 +208,9 @@ TEST(Safetensors, RefusesHeadersThatLie) {
     refused(R"({"a":{"dtype":"F32","shape":[2]}})", "lacks");
     refused(R"({"a":{"shape":[2],"data_offsets":[0,8]}})", "lacks");
     refused(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8],"more":1}})", "'more' is not");
+    refused("{" + tensor("a\\u0000b", "1", "0,4") + "," + tensor("a\\u0000c", "1", "4,8") + "}",
+            "safetensors: the header: an escaped NUL");
+    refused("{" + tensor(std::string(5000, 'n'), "3", "0,8") + "}", "nnn...' of shape [3]");
     refused(R"({"a":3})", "not a JSON object");
     refused("[]", "not a JSON object");
     refused(R"({"__metadata__":{"a":1}})", "something other than text");
