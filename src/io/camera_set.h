@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/shown.h"
 #include "core/status.h"
 #include "scene/camera.h"
 
@@ -16,20 +17,18 @@ struct CameraSet {
 };
 
 struct CameraOptions {
-    /// Read cameras with lens distortion as if they had none, with a warning. Otherwise distortion is an
-    /// error, because images would not match.
+    /// Read cameras with lens distortion, and of other models, as if they were pinholes, with a warning. Otherwise they
+    /// are an error, because images would not match.
     bool ignore_distortion = false;
     std::uint64_t max_cameras = 1ULL << 20;  ///< more are refused
     /// Focal length in pixels of the image that a camera names, for a transforms.json that gives none; 0: not known.
     std::function<double(const std::string& image)> focal = {};
 };
 
-/// Turns a distortion parameter that is not zero into a warning or an error, by the options.
-inline Status note_distortion(const std::string& camera, const char* parameter, double value,
-                              const CameraOptions& options, CameraSet& set) {
-    if (value == 0) return {};
-    const std::string found =
-        format("camera '%s': distortion %s = %g", camera.c_str(), parameter, value);
+/// Turns what makes a lens other than a pinhole into a warning or an error, by the options.
+inline Status note_lens(const std::string& camera, const std::string& what,
+                        const CameraOptions& options, CameraSet& set) {
+    const std::string found = "camera '" + shown(camera) + "': " + what;
     if (!options.ignore_distortion)
         return error(Code::kUnsupported,
                      "%s, only pinhole cameras are supported; undistort the images, or, where "
@@ -38,6 +37,13 @@ inline Status note_distortion(const std::string& camera, const char* parameter, 
                      found.c_str());
     set.warnings.push_back(found + " is ignored");
     return {};
+}
+
+/// The same of a distortion parameter that is not zero.
+inline Status note_distortion(const std::string& camera, const char* parameter, double value,
+                              const CameraOptions& options, CameraSet& set) {
+    if (value == 0) return {};
+    return note_lens(camera, format("distortion %s = %g", parameter, value), options, set);
 }
 
 }  // namespace splat::io

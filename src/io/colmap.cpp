@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <span>
+#include <unordered_set>
 
 #include "io/colmap_lens.h"
 #include "io/file.h"
@@ -56,13 +57,31 @@ Result<Lenses> read_text_lenses(Bytes file) {
         if (lens.model == nullptr)
             return unsupported_model("'" + std::string(name.substr(0, 40)) + "'");
         SPLAT_TRY(read_lens_numbers(words, lens));
-        lenses[id] = std::move(lens);
+        if (!words.done())
+            return lines.bad(format("more than the %zu parameters of %s", lens.model->parameters,
+                                    std::string(name).c_str()));
+        if (!lenses.emplace(id, std::move(lens)).second)
+            return lines.bad("camera id " + std::to_string(id) + " appears twice");
     }
     return lenses;
 }
 
 Status need_count(const Reader& reader, std::uint64_t count, std::uint64_t least_each) {
     return reader.need(count, least_each, "records");
+}
+
+Status need_end(const Reader& reader, std::uint64_t count) {
+    if (reader.left() == 0) return {};
+    return error(Code::kFormat,
+                 "%s: %zu bytes after the last of %llu records, at byte %zu, expected none: the "
+                 "count is too small, or something was appended to the file",
+                 reader.what().c_str(), reader.left(), static_cast<unsigned long long>(count),
+                 reader.position());
+}
+
+Status appears_twice(const Reader& reader, const char* kind, std::uint32_t id, std::size_t at) {
+    return error(Code::kFormat, "%s: %s id %u, at byte %zu, appears twice", reader.what().c_str(),
+                 kind, id, at);
 }
 
 Result<Lenses> read_binary_lenses(Bytes file) {
@@ -76,14 +95,33 @@ Result<Lenses> read_binary_lenses(Bytes file) {
         std::uint32_t id = 0;
         std::int32_t model = 0;
         Lens lens;
+        const std::size_t start = reader.position();
         SPLAT_TRY(reader.read(id, "camera id"));
         SPLAT_TRY(reader.read(model, "model"));
         lens.model = colmap::find_model(model);
         if (lens.model == nullptr) return unsupported_model("number " + std::to_string(model));
         SPLAT_TRY(read_lens_numbers(reader, lens));
-        lenses[id] = std::move(lens);
+        if (!lenses.emplace(id, std::move(lens)).second)
+            return appears_twice(reader, "camera", id, start);
     }
+    SPLAT_TRY(need_end(reader, count));
     return lenses;
+}
+
+/// The line after that of an image: numbers X Y POINT3D_ID of each point, or nothing.
+Status check_points(std::string_view line, const Lines& lines, const std::string& image) {
+    Words words(line, lines);
+    bool numbers = true;
+    std::size_t count = 0;
+    for (double number = 0; numbers && !words.done(); ++count)
+        numbers = words.read(number, "point").ok();
+    if (numbers && count % 3 == 0) return {};
+    return lines.bad("expected the points of the image '" + shown(image) +
+                     "', three numbers each, or an empty line: every image has two lines");
+}
+
+Status need_images(const CameraSet& set, const char* what) {
+    return set.cameras.empty() ? error(Code::kFormat, "%s: there is no image", what) : Status();
 }
 
 }  // namespace
@@ -91,6 +129,7 @@ Result<Lenses> read_binary_lenses(Bytes file) {
 Result<CameraSet> read_colmap_text(Bytes cameras, Bytes images, const CameraOptions& options) {
     SPLAT_ASSIGN(const Lenses lenses, read_text_lenses(cameras));
     CameraSet set;
+    std::unordered_set<std::uint64_t> ids;
     Lines lines(images, "COLMAP images.txt");
     std::string_view line;
     while (lines.next_record(line)) {
@@ -102,9 +141,13 @@ Result<CameraSet> read_colmap_text(Bytes cameras, Bytes images, const CameraOpti
         SPLAT_TRY(words.read(pose.camera, "camera id"));
         pose.name = words.rest();
         if (pose.name.empty()) return lines.bad("there is no name");
+        if (pose.name.find('\0') != std::string::npos) return lines.bad("a NUL in the name");
+        if (!ids.insert(id).second)
+            return lines.bad("image id " + std::to_string(id) + " appears twice");
         SPLAT_TRY(colmap::add_camera(lenses, pose, options, set));
-        static_cast<void>(lines.next(line));  // the points of the image; the line may be empty
+        if (lines.next(line)) SPLAT_TRY(check_points(line, lines, pose.name));
     }
+    SPLAT_TRY(need_images(set, "COLMAP images.txt"));
     return set;
 }
 
@@ -117,11 +160,13 @@ Result<CameraSet> read_colmap_binary(Bytes cameras, Bytes images, const CameraOp
     SPLAT_TRY(reader.read(count, "count"));
     SPLAT_TRY(need_count(reader, count, kLeastBytes));
     CameraSet set;
+    std::unordered_set<std::uint32_t> ids;
     for (std::uint64_t i = 0; i < count; ++i) {
         std::uint32_t id = 0;
         std::uint32_t camera = 0;
         std::uint64_t points = 0;
         Pose pose;
+        const std::size_t start = reader.position();
         SPLAT_TRY(reader.read(id, "image id"));
         SPLAT_TRY(read_pose_numbers(reader, pose));
         SPLAT_TRY(reader.read(camera, "camera id"));
@@ -130,8 +175,11 @@ Result<CameraSet> read_colmap_binary(Bytes cameras, Bytes images, const CameraOp
         SPLAT_TRY(reader.read(points, "count of points"));
         SPLAT_TRY(reader.need(points, kPointBytes, "points"));
         SPLAT_TRY(reader.take(points * kPointBytes, "points").status());
+        if (!ids.insert(id).second) return appears_twice(reader, "image", id, start);
         SPLAT_TRY(colmap::add_camera(lenses, pose, options, set));
     }
+    SPLAT_TRY(need_end(reader, count));
+    SPLAT_TRY(need_images(set, "COLMAP images.bin"));
     return set;
 }
 

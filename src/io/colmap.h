@@ -9,7 +9,8 @@ namespace splat::io {
 /// `images`; in the order of `images`. Models PINHOLE and SIMPLE_PINHOLE; SIMPLE_RADIAL, RADIAL and
 /// OPENCV where their distortion is 0 or ignored.
 ///
-/// Errors       kFormat with line or byte; kUnsupported for other models, distortion, and
+/// Errors       kFormat with line or byte, also for an id that appears twice, bytes after the last record and a model
+///              without images; kUnsupported for other models, distortion, and
 ///              more cameras than the options allow
 /// Source       COLMAP's documentation, "Output Format"
 Result<CameraSet> read_colmap_text(Bytes cameras, Bytes images, const CameraOptions& options = {});

@@ -41,7 +41,7 @@ Status add_camera(const Lenses& lenses, const Pose& pose, const CameraOptions& o
     const auto found = lenses.find(pose.camera);
     if (found == lenses.end())
         return error(Code::kFormat, "COLMAP: image '%s' names camera %llu, which does not exist",
-                     pose.name.c_str(), static_cast<unsigned long long>(pose.camera));
+                     shown(pose.name).c_str(), static_cast<unsigned long long>(pose.camera));
     if (set.cameras.size() >= options.max_cameras)
         return error(Code::kUnsupported, "COLMAP: more than %llu images",
                      static_cast<unsigned long long>(options.max_cameras));
@@ -68,7 +68,7 @@ Status add_camera(const Lenses& lenses, const Pose& pose, const CameraOptions& o
         {pose.rotation[0], pose.rotation[1], pose.rotation[2], pose.rotation[3]},
         {pose.translation[0], pose.translation[1], pose.translation[2]});
     if (!matrix.ok())
-        return error(Code::kFormat, "COLMAP: image '%s': %s", pose.name.c_str(),
+        return error(Code::kFormat, "COLMAP: image '%s': %s", shown(pose.name).c_str(),
                      matrix.status().message().c_str());
     camera.world_to_camera = matrix.value();
     SPLAT_TRY(from_file(scene::check_camera(camera)));

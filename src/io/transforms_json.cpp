@@ -1,6 +1,8 @@
 #include "io/transforms_json.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <span>
 
@@ -25,16 +27,22 @@ class Frame {
         return error(Code::kFormat, "frame %zu: %s", index_, problem.c_str());
     }
 
-    /// The number of this key in the frame, else in the file, else nothing.
+    /// In the frame, else in the file, else null.
+    [[nodiscard]] const JsonTree* value(const char* key) const {
+        for (const JsonTree* object : {&frame_, &file_})
+            if (const JsonTree* const found = object->find(key);
+                found != nullptr && !found->is_null())
+                return found;
+        return nullptr;
+    }
+
+    /// The same, of a number.
     Result<std::optional<double>> find(const char* key) const {
-        for (const JsonTree* object : {&frame_, &file_}) {
-            const JsonTree* const found = object->find(key);
-            if (found == nullptr || found->is_null()) continue;
-            const std::optional<double> number = found->number();
-            if (!number) return bad(std::string("'") + key + "' is not a number");
-            return number;
-        }
-        return std::optional<double>();
+        const JsonTree* const found = value(key);
+        if (found == nullptr) return std::optional<double>();
+        const std::optional<double> number = found->number();
+        if (!number) return bad(std::string("'") + key + "' is not a number");
+        return number;
     }
 
     /// In the frame only.
@@ -61,6 +69,9 @@ Result<double> focal(const Frame& frame, const char* fl, const char* angle, std:
     SPLAT_ASSIGN(const std::optional<double> length, frame.find(fl));
     if (length) return *length;
     SPLAT_ASSIGN(const std::optional<double> fov, frame.find(angle));
+    if (fov && !(*fov > 0 && *fov < std::numbers::pi))
+        return frame.bad(
+            format("'%s' is %g, expected radians between 0 and pi, not degrees", angle, *fov));
     if (fov) return pixels / (2 * std::tan(*fov / 2));
     if (otherwise == 0)
         return frame.bad(std::string("neither '") + fl + "' nor '" + angle + "' is given");
@@ -74,7 +85,7 @@ double other_focal(const Camera& camera, const CameraOptions& options, CameraSet
         set.warnings.push_back(
             format("no focal length is given: that of the Exif data is taken, "
                    "%.1f pixels for '%s'",
-                   pixels, camera.name.c_str()));
+                   pixels, shown(camera.name).c_str()));
     return pixels;
 }
 
@@ -118,9 +129,28 @@ Status read_pose(const Frame& frame, Camera& camera) {
     return {};
 }
 
+/// A model whose parameters are others than those of read_distortion().
+Status read_model(const Frame& frame, const std::string& name, const CameraOptions& options,
+                  CameraSet& set) {
+    constexpr std::string_view kModels[] = {"PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL",
+                                            "RADIAL",  "OPENCV",         "FULL_OPENCV"};
+    if (const JsonTree* const model = frame.value("camera_model")) {
+        if (model->text() == nullptr) return frame.bad("'camera_model' is not text");
+        if (std::find(std::begin(kModels), std::end(kModels), *model->text()) == std::end(kModels))
+            SPLAT_TRY(
+                note_lens(name, "camera_model '" + shown(*model->text()) + "'", options, set));
+    }
+    if (const JsonTree* const fisheye = frame.value("is_fisheye")) {
+        const bool* const is = std::get_if<bool>(&fisheye->value);
+        if (is == nullptr) return frame.bad("'is_fisheye' is not true or false");
+        if (*is) SPLAT_TRY(note_lens(name, "is_fisheye", options, set));
+    }
+    return {};
+}
+
 Status read_distortion(const Frame& frame, const std::string& name, const CameraOptions& options,
                        CameraSet& set) {
-    for (const char* key : {"k1", "k2", "k3", "k4", "p1", "p2"}) {
+    for (const char* key : {"k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2"}) {
         SPLAT_ASSIGN(const std::optional<double> value, frame.find(key));
         SPLAT_TRY(note_distortion(name, key, value.value_or(0), options, set));
     }
@@ -150,6 +180,7 @@ Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uin
         }
         SPLAT_TRY(read_intrinsics(frame, width, height, options, camera, set));
         SPLAT_TRY(read_pose(frame, camera));
+        SPLAT_TRY(read_model(frame, camera.name, options, set));
         SPLAT_TRY(read_distortion(frame, camera.name, options, set));
         if (const Status valid = scene::check_camera(camera); !valid.ok())
             return frame.bad(valid.message());

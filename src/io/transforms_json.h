@@ -10,8 +10,9 @@ namespace splat::io {
 /// all frames or for one. Defaults: fl_x from the angle, fl_y = fl_x, cx and cy in the middle, w and h
 /// from `width` and `height`, the size of the images.
 ///
-/// Errors       kFormat with the frame and the key; kUnsupported for distortion (k1 .. k4,
-///              p1, p2 other than 0) unless ignored. The caller adds the name of the file
+/// Errors       kFormat with the frame and the key; kUnsupported for distortion (k1 .. k6,
+///              p1, p2 other than 0), for a camera_model that has other parameters and for is_fisheye,
+///              unless ignored. The caller adds the name of the file
 /// Source       instant-ngp and nerfstudio, whose documentation describes the keys
 Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width = 0,
                                        std::uint32_t height = 0, const CameraOptions& options = {});

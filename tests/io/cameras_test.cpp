@@ -111,12 +111,52 @@ TEST(TransformsJson, ErrorsNameFrameAndKey) {
         Code::kFormat, "singular");
     refused(one(size + R"("fl_x": 1, "k1": 0.1, )" + kPose), Code::kUnsupported,
             "distortion k1 = 0.1");
+    for (const char* angle : {"0", "-1", "3.141592653589793", "50", "7"})
+        refused(one(size + R"("camera_angle_x": )" + angle + ", " + kPose), Code::kFormat,
+                "expected radians between 0 and pi");
+    refused(one(size + R"("fl_x": 1, "camera_angle_y": 50, )" + kPose), Code::kFormat,
+            "frame 0: 'camera_angle_y' is 50, expected radians");
+    refused(one(size + R"("fl_x": 1, "fl_x": 2, )" + kPose), Code::kFormat, "'fl_x' appears twice");
+    refused(R"({"frames": [], "frames": []})", Code::kFormat, "'frames' appears twice");
+    refused(one(size + R"("fl_x": 1, "file_path": "rgb/0.png\u0000x", )" + kPose), Code::kFormat,
+            "an escaped NUL");
+    refused(one(size + R"("fl_x": 1, "k1": 0.1, "file_path": ")" + std::string(5000, 'n') + "\", " +
+                kPose),
+            Code::kUnsupported, "nnn...': distortion");
+}
+
+TEST(TransformsJson, LensesOtherThanPinholes) {
+    const auto file = [](const std::string& members) {
+        return bytes_of(R"({"w": 4, "h": 4, "fl_x": 1, )" + members +
+                        R"("frames": [{"file_path": "a", )" + kPose + "}]}");
+    };
     CameraOptions lenient;
     lenient.ignore_distortion = true;
-    const auto read = read_transforms_json(
-        bytes_of(one(size + R"("fl_x": 1, "k1": 0.1, "k2": 0, )" + kPose)), 0, 0, lenient);
-    ASSERT_OK(read.status());
-    EXPECT_EQ(read.value().warnings.size(), 1U);
+    const std::pair<const char*, const char*> lenses[] = {
+        {R"("k1": 0.1, "k2": 0, )", "camera 'a': distortion k1 = 0.1"},
+        {R"("k5": 0.1, )", "camera 'a': distortion k5 = 0.1"},
+        {R"("k6": -1, )", "camera 'a': distortion k6 = -1"},
+        {R"("camera_model": "OPENCV_FISHEYE", )", "camera 'a': camera_model 'OPENCV_FISHEYE'"},
+        {R"("camera_model": "EQUIRECTANGULAR", )", "camera 'a': camera_model 'EQUIRECTANGULAR'"},
+        {R"("is_fisheye": true, )", "camera 'a': is_fisheye"}};
+    for (const auto& [members, found] : lenses) {
+        EXPECT_ERROR(read_transforms_json(file(members)).status(), Code::kUnsupported,
+                     std::string(found) + ", only pinhole cameras are supported");
+        const auto read = read_transforms_json(file(members), 0, 0, lenient);
+        ASSERT_OK(read.status());
+        EXPECT_EQ(read.value().warnings,
+                  std::vector<std::string>{std::string(found) + " is ignored"});
+    }
+    for (const char* model :
+         {"PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "FULL_OPENCV"})
+        EXPECT_OK(read_transforms_json(file(std::string(R"("camera_model": ")") + model + "\", "))
+                      .status());
+    EXPECT_OK(
+        read_transforms_json(file(R"("camera_model": null, "is_fisheye": false, )")).status());
+    EXPECT_ERROR(read_transforms_json(file(R"("camera_model": 3, )")).status(), Code::kFormat,
+                 "'camera_model' is not text");
+    EXPECT_ERROR(read_transforms_json(file(R"("is_fisheye": 1, )")).status(), Code::kFormat,
+                 "'is_fisheye' is not true or false");
 }
 
 TEST(TransformsJson, RefusesEveryPrefixAndSurvivesDamage) {
@@ -164,6 +204,19 @@ TEST(Colmap, ErrorsNameLineAndCause) {
     refused(test::kColmapCameras, "1 0 0 0 0 1 2 3 1 a", Code::kFormat, "quaternion of length 0");
     refused(test::kColmapCameras, "1 1 0 0 0 1 2 3 4 a", Code::kUnsupported, "distortion k = 0.5");
     refused("1 PINHOLE 99999 48 50 50 1 1", image, Code::kFormat, "99999 x 48");
+    refused("1 PINHOLE 64 48 50 50 1 1 0.5", image, Code::kFormat,
+            "cameras.txt line 1: more than the 4 parameters of PINHOLE");
+    refused("1 PINHOLE 4 4 5 5 2 2\n1 PINHOLE 4 4 9 9 2 2\n", image, Code::kFormat,
+            "cameras.txt line 2: camera id 1 appears twice");
+    const std::string cameras = test::kColmapCameras;
+    refused(cameras, image + image, Code::kFormat, "images.txt line 3: image id 1 appears twice");
+    refused(cameras, "1 1 0 0 0 1 2 3 1 a\n2 1 0 0 0 1 2 3 1 b\n", Code::kFormat,
+            "images.txt line 2: expected the points of the image 'a'");
+    for (const char* points : {"1 2", "1 2 3 4", "1 2 x"})
+        refused(cameras, std::string("1 1 0 0 0 1 2 3 1 a\n") + points, Code::kFormat,
+                "expected the points");
+    refused(cameras, std::string("1 1 0 0 0 1 2 3 1 a\0b\n", 23), Code::kFormat, "a NUL");
+    refused(cameras, "# nothing\n", Code::kFormat, "images.txt: there is no image");
     CameraOptions one;
     one.max_cameras = 1;
     EXPECT_ERROR(
@@ -181,6 +234,39 @@ TEST(Colmap, BinaryRefusesPrefixesDamageAndHostileCounts) {
     test::expect_prefixes_refused(images, by_images);
     test::parse_damaged(cameras, by_cameras);
     test::parse_damaged(images, by_images);
+    const auto counted = [](const Buffer& file, std::uint64_t count) {
+        Buffer changed;
+        put(changed, count);
+        put_bytes(changed, Bytes(file).subspan(sizeof count));
+        return changed;
+    };
+    EXPECT_ERROR(read_colmap_binary(counted(cameras, 1), images).status(), Code::kFormat,
+                 "COLMAP cameras.bin: 48 bytes after the last of 1 records, at byte 64");
+    EXPECT_ERROR(read_colmap_binary(cameras, counted(images, 1)).status(), Code::kFormat,
+                 "after the last of 1 records");
+    const auto appended = [](Buffer file) {
+        file.push_back(std::byte{0});
+        return file;
+    };
+    EXPECT_ERROR(read_colmap_binary(appended(cameras), images).status(), Code::kFormat,
+                 "cameras.bin: 1 bytes after");
+    EXPECT_ERROR(read_colmap_binary(cameras, appended(images)).status(), Code::kFormat,
+                 "images.bin: 1 bytes after");
+    const auto repeated = [](Buffer file) {  // the first record once more
+        Buffer twice;
+        put(twice, number<std::uint64_t>(file.data()) + 1);
+        file.erase(file.begin(), file.begin() + sizeof(std::uint64_t));
+        put_bytes(twice, file);
+        put_bytes(twice, file);
+        return twice;
+    };
+    EXPECT_ERROR(read_colmap_binary(repeated(cameras), images).status(), Code::kFormat,
+                 "cameras.bin: camera id 1, at byte ");
+    EXPECT_ERROR(read_colmap_binary(cameras, repeated(images)).status(), Code::kFormat,
+                 "images.bin: image id 1, at byte ");
+    Buffer none;
+    put(none, std::uint64_t{0});
+    EXPECT_ERROR(read_colmap_binary(cameras, none).status(), Code::kFormat, "there is no image");
     Buffer many;
     put(many, ~std::uint64_t{0});
     EXPECT_ERROR(read_colmap_binary(many, images).status(), Code::kFormat, "'records'");
