@@ -113,7 +113,7 @@ Buffer gunzip_head(Bytes packed, std::size_t count) {
     return head;
 }
 
-Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what) {
+Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what, GzipRest* rest) {
     SPLAT_TRY(check_ratio(packed, bytes, kMaxDeflateRatio, what));
     Buffer out(bytes);
     Inflater inflater(packed);
@@ -122,10 +122,21 @@ Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what
         return error(Code::kFormat,
                      "%s: the gzip data is damaged or truncated after %zu of %llu bytes",
                      what.c_str(), filled, static_cast<unsigned long long>(bytes));
-    if (!inflater.at_end())
+    GzipRest found;
+    if (inflater.at_end()) {
+        found.behind = packed.size() - inflater.used();
+    } else {
+        std::byte next{};
+        found.inside = inflater.fill({&next, 1}) == 1;
+    }
+    if (!inflater.at_end() && !(found.inside && rest != nullptr))
         return error(Code::kFormat,
                      "%s: the gzip data does not end after %llu bytes, or its checksum is wrong",
                      what.c_str(), static_cast<unsigned long long>(bytes));
+    if (found.behind != 0 && rest == nullptr)
+        return error(Code::kFormat, "%s: %zu bytes after the gzip data", what.c_str(),
+                     found.behind);
+    if (rest != nullptr) *rest = found;
     return out;
 }
 

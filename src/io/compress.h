@@ -17,12 +17,19 @@ bool is_gzip(Bytes bytes);
 /// At most the first `count` bytes that a gzip stream holds; fewer if it ends or is damaged.
 Buffer gunzip_head(Bytes packed, std::size_t count);
 
-/// All of a gzip stream, which must hold `bytes` bytes; `what` names it in messages. Errors:
-/// kFormat if it is damaged, truncated or of another length, before any allocation if the packed bytes
-/// are too few.
-Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what);
+/// What a gzip stream has besides the bytes that were asked for.
+struct GzipRest {
+    bool inside = false;     ///< it holds more; its checksum is not known
+    std::size_t behind = 0;  ///< packed bytes after its end
+};
 
-/// The same for a zstd frame.
+/// All of a gzip stream, which must hold `bytes` bytes and take all of `packed`; `what` names it in messages. Where
+/// there is more, `rest` says so, unless it is null. Errors: kFormat if it is damaged, truncated or of
+/// another length, before any allocation if the packed bytes are too few.
+Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what,
+                      GzipRest* rest = nullptr);
+
+/// The same for zstd frames, without a rest.
 Result<Buffer> unzstd(Bytes packed, std::uint64_t bytes, const std::string& what);
 
 /// A bare deflate stream, which must fill `out` and take all of `packed`. Errors: as gunzip().

@@ -14,7 +14,7 @@ Result<bool> is_spz(Bytes file);
 /// header with a table of zstd streams (4). Bands above kMaxShDegree and
 /// extensions are skipped and reported.
 ///
-/// Errors       kFormat if damaged, truncated, or if the length contradicts the header;
+/// Errors       kFormat if damaged, truncated, or longer than the header says, unless lenient;
 ///              kUnsupported for other versions, for extensions before version 4, and above the limit
 /// Source       nianticlabs/spz, whose README and loader describe the layout
 Result<LoadedScene> read_spz(Bytes file, const LoadOptions& options = {});

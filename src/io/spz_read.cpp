@@ -52,22 +52,43 @@ Result<Arrays> split_arrays(Reader& reader, const Header& header) {
     for (std::size_t i = 0; i < kArrays; ++i) {
         SPLAT_ASSIGN(arrays.views[i], reader.take(std::uint64_t{header.count} * each[i], "arrays"));
     }
-    if (reader.left() != 0)
-        return error(Code::kFormat, "spz: %zu bytes after the last array", reader.left());
     return arrays;
 }
 
+/// Bytes that the header does not count. Errors: kFormat, unless the reader is lenient.
+Status leave_out(const std::string& found, const LoadOptions& options, LoadReport& report) {
+    report.left_out = found;
+    if (options.lenient) return {};
+    return error(Code::kFormat,
+                 "spz: %s, expected none: the header counts too few Gaussians, or something was "
+                 "appended to the file; a lenient reader leaves them out",
+                 found.c_str());
+}
+
+Status check_end(std::size_t left, const char* last, const LoadOptions& options,
+                 LoadReport& report) {
+    return left == 0 ? Status()
+                     : leave_out(format("%zu bytes after the %s", left, last), options, report);
+}
+
 /// Versions 1 to 3, gzip or plain.
-Result<Arrays> unpack_whole(Bytes file, const Header& header, DecodeBudget& budget) {
+Result<Arrays> unpack_whole(Bytes file, const Header& header, const LoadOptions& options,
+                            LoadReport& report, DecodeBudget& budget) {
     Reader plain(file, "spz");
     if (!is_gzip(file)) {
         SPLAT_TRY(plain.take(kHeaderBytes, "header").status());
-        return split_arrays(plain, header);
+        SPLAT_ASSIGN(Arrays arrays, split_arrays(plain, header));
+        SPLAT_TRY(check_end(plain.left(), "last array", options, report));
+        return arrays;
     }
     std::uint64_t bytes = kHeaderBytes;
     for (const std::size_t each : bytes_each(header)) bytes += std::uint64_t{header.count} * each;
     SPLAT_TRY(budget.take(bytes, 1, "spz"));
-    SPLAT_ASSIGN(Buffer unpacked, gunzip(file, bytes, "spz"));
+    GzipRest rest;
+    SPLAT_ASSIGN(Buffer unpacked, gunzip(file, bytes, "spz", &rest));
+    if (rest.inside)
+        SPLAT_TRY(leave_out("bytes in the gzip data after the last array", options, report));
+    SPLAT_TRY(check_end(rest.behind, "gzip data", options, report));
     Reader reader(unpacked, "spz");
     SPLAT_TRY(reader.take(kHeaderBytes, "header").status());
     SPLAT_ASSIGN(Arrays arrays, split_arrays(reader, header));
@@ -76,8 +97,8 @@ Result<Arrays> unpack_whole(Bytes file, const Header& header, DecodeBudget& budg
 }
 
 /// Version 4: header, extensions, a table of packed and unpacked lengths, the zstd streams.
-Result<Arrays> unpack_streams(Bytes file, const Header& header, LoadReport& report,
-                              DecodeBudget& budget) {
+Result<Arrays> unpack_streams(Bytes file, const Header& header, const LoadOptions& options,
+                              LoadReport& report, DecodeBudget& budget) {
     const std::size_t needed = header.degree == 0 ? kSh : kArrays;
     if (header.streams < needed)
         return error(Code::kFormat, "spz: %u streams, expected %zu", header.streams, needed);
@@ -95,8 +116,12 @@ Result<Arrays> unpack_streams(Bytes file, const Header& header, LoadReport& repo
     if (header.streams > kArrays) report.ignored.emplace_back("additional streams");
     Arrays arrays;
     const auto each = bytes_each(header);
-    for (std::size_t i = 0; i < std::min<std::size_t>(header.streams, kArrays); ++i) {
+    for (std::size_t i = 0; i < header.streams; ++i) {
         const auto packed = number<std::uint64_t>(rows.data() + i * 16);
+        if (i >= kArrays) {
+            SPLAT_TRY(reader.take(packed, "additional stream").status());
+            continue;
+        }
         const auto bytes = number<std::uint64_t>(rows.data() + i * 16 + 8);
         if (bytes != std::uint64_t{header.count} * each[i])
             return error(Code::kFormat, "spz: stream %zu of %llu bytes, expected %u x %zu", i,
@@ -107,6 +132,7 @@ Result<Arrays> unpack_streams(Bytes file, const Header& header, LoadReport& repo
         arrays.memory.push_back(std::move(unpacked));
         arrays.views[i] = arrays.memory.back();
     }
+    SPLAT_TRY(check_end(reader.left(), "last stream", options, report));
     return arrays;
 }
 
@@ -221,8 +247,8 @@ Result<LoadedScene> read_spz(Bytes file, const LoadOptions& options) {
     if ((header.flags & kAntialiased) != 0) report.ignored.emplace_back("flag antialiased");
     if (header.degree > scene::kMaxShDegree) report.ignored.emplace_back("SH bands 4 to 4");
     SPLAT_ASSIGN(const Arrays arrays, header.version >= 4
-                                          ? unpack_streams(file, header, report, budget)
-                                          : unpack_whole(file, header, budget));
+                                          ? unpack_streams(file, header, options, report, budget)
+                                          : unpack_whole(file, header, options, report, budget));
     return finish_load(decode(arrays, header), std::move(report), kSpzFrame, options);
 }
 

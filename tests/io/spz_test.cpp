@@ -159,6 +159,45 @@ TEST(Spz, RefusesHostileHeaders) {
     EXPECT_ERROR(read_spz(extended).status(), Code::kUnsupported, "extensions");
 }
 
+TEST(Spz, ALenientReaderLeavesOutWhatTheHeaderDoesNotCount) {
+    LoadOptions lenient;
+    lenient.lenient = true;
+    const auto left_out = [&](Buffer file, const std::string& found) {
+        EXPECT_ERROR(read_spz(file).status(), Code::kFormat, "spz: " + found + ", expected none");
+        const auto loaded = read_spz(file, lenient);
+        ASSERT_OK(loaded.status());
+        EXPECT_EQ(loaded.value().report.left_out, found);
+        EXPECT_EQ(loaded.value().gaussians.count(), 1U);
+    };
+    const auto longer = [](const Buffer& file, Bytes tail) {
+        Buffer made = file;
+        put_bytes(made, tail);
+        return made;
+    };
+    for (const std::uint32_t number : {1U, 2U, 3U}) {
+        Buffer whole = plain(number, 1, 0, 12, {});
+        whole.resize(whole.size() + (number == 1 ? 16 : number == 2 ? 19 : 20), std::byte{60});
+        const auto packed = gzip(whole);
+        const auto more = gzip(longer(whole, Buffer(3)));
+        ASSERT_OK(packed.status());
+        ASSERT_OK(more.status());
+        EXPECT_EQ(read_spz(whole, lenient).value().report.left_out, "");
+        EXPECT_EQ(read_spz(packed.value(), lenient).value().report.left_out, "");
+        left_out(longer(whole, Buffer(3)), "3 bytes after the last array");
+        left_out(longer(packed.value(), Buffer(4)), "4 bytes after the gzip data");
+        left_out(longer(packed.value(), packed.value()),
+                 format("%zu bytes after the gzip data", packed.value().size()));
+        left_out(more.value(), "bytes in the gzip data after the last array");
+        Buffer broken = packed.value();
+        broken[broken.size() - 6] ^= std::byte{1};  // of the checksum
+        EXPECT_ERROR(read_spz(broken, lenient).status(), Code::kFormat, "checksum is wrong");
+    }
+    const auto streams = write_spz(sample_scene(1, 1), version(4));
+    ASSERT_OK(streams.status());
+    EXPECT_EQ(read_spz(streams.value(), lenient).value().report.left_out, "");
+    left_out(longer(streams.value(), Buffer(5)), "5 bytes after the last stream");
+}
+
 TEST(Spz, RefusesEveryPrefixAndSurvivesDamage) {
     for (const std::uint32_t number : {3U, 4U}) {
         const auto file = write_spz(sample_scene(2, 1), version(number));

@@ -24,7 +24,8 @@ std::string scene_extensions(bool written = false);
 std::string scene_formats_text();
 
 constexpr const char* kLenientHelp =
-    "Warn of bytes after the rows that a .ply header counts,\ninstead of refusing the file";
+    "Warn of bytes that the header of a .ply or .spz file does\nnot count, instead of refusing the "
+    "file";
 
 /// How to read a scene, with or without --lenient.
 splat_scene_file_desc scene_file_desc(bool lenient);
