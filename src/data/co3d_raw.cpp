@@ -8,6 +8,7 @@
 
 #include "core/decode_budget.h"
 #include "core/json_tree.h"
+#include "core/shown.h"
 #include "data/folder.h"
 #include "io/compress.h"
 #include "io/file.h"
@@ -21,17 +22,35 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kMaxAnnotationBytes = std::uint64_t{1} << 32;
 constexpr std::size_t kGzipTail = 4;  ///< its last bytes are the length, modulo 2^32
 
-Result<io::Buffer> read_annotations(const std::string& path) {
+/// A file's text, and what its parts may cost.
+struct Annotations {
+    io::Buffer text;
+    DecodeBudget budget;
+};
+
+Result<Annotations> read_annotations(const std::string& path) {
     SPLAT_ASSIGN(io::Buffer file, io::read_file(path, kMaxAnnotationBytes));
-    if (!io::is_gzip(file) || file.size() < kGzipTail) return file;
-    const auto bytes = io::number<std::uint32_t>(file.data() + file.size() - kGzipTail);
     DecodeBudget budget(file.size());
+    if (!io::is_gzip(file) || file.size() < kGzipTail) return Annotations{std::move(file), budget};
+    const auto bytes = io::number<std::uint32_t>(file.data() + file.size() - kGzipTail);
     SPLAT_TRY(budget.take(bytes, 1, "'" + path + "'"));
-    return io::gunzip(file, bytes, "'" + path + "'");
+    SPLAT_ASSIGN(file, io::gunzip(file, bytes, "'" + path + "'"));
+    return Annotations{std::move(file), budget};
+}
+
+/// Parses one element. Its tree takes memory of the budget, for as long as it lives.
+Result<JsonTree> element_of(std::string_view text, DecodeBudget budget) {
+    constexpr std::size_t kGrowth = 3;  // while a list grows, its old and its new place exist
+    const auto starts = [](char c) { return c == ',' || c == ':' || c == '[' || c == '{'; };
+    const auto values = std::count_if(text.begin(), text.end(), starts);
+    SPLAT_TRY(
+        budget.take(static_cast<std::uint64_t>(values), kGrowth * sizeof(JsonTree), "JSON values"));
+    return io::from_file(parse_json_tree(text, "element"));
 }
 
 /// Calls `each` for every element of a JSON array of any size, whose elements are parsed one by one.
-Status each_element(std::string_view text, const std::function<Status(const JsonTree&)>& each) {
+Status each_element(std::string_view text, const DecodeBudget& budget,
+                    const std::function<Status(const JsonTree&)>& each) {
     const auto broken = [](std::size_t at) {
         return error(Code::kFormat, "no JSON array: byte %zu", at);
     };
@@ -53,7 +72,7 @@ Status each_element(std::string_view text, const std::function<Status(const Json
             const std::string_view element = text.substr(start, at - start);
             const bool empty = element.find_first_not_of(" \t\r\n") == std::string_view::npos;
             if (!empty) {
-                const auto tree = io::from_file(parse_json_tree(element, "element"));
+                const auto tree = element_of(element, budget);
                 if (!tree.ok())
                     return error(Code::kFormat, "byte %zu: %s", start,
                                  tree.status().message().c_str());
@@ -131,7 +150,7 @@ Status read_lens(const JsonTree& tree, RawFrame& frame) {
     if (!isotropic && name != "ndc_norm_image_bounds")
         return error(Code::kFormat,
                      "the intrinsics_format '%s', expected ndc_isotropic or ndc_norm_image_bounds",
-                     name.c_str());
+                     shown(name).c_str());
     const double half[] = {frame.width / 2.0, frame.height / 2.0};
     for (std::size_t i = 0; i < 2; ++i) {
         const double scale = isotropic ? std::min(half[0], half[1]) : half[i];
@@ -169,14 +188,14 @@ using FrameKey = std::pair<std::string, std::int64_t>;
 /// The frames of a split with their places: elements [sequence, frame number, path].
 Result<std::map<FrameKey, std::size_t>> read_split(const std::string& path,
                                                    const std::string& split) {
-    SPLAT_ASSIGN(const io::Buffer file, read_annotations(path));
-    const std::string_view text = io::as_text(file);
+    SPLAT_ASSIGN(const Annotations file, read_annotations(path));
+    const std::string_view text = io::as_text(file.text);
     std::map<FrameKey, std::size_t> places;
     const std::size_t key = text.find("\"" + split + "\"");
     const std::size_t start = key == std::string_view::npos ? key : text.find('[', key);
     if (start == std::string_view::npos)
         return error(Code::kFormat, "'%s' has no list '%s'", path.c_str(), split.c_str());
-    const Status read = each_element(text.substr(start), [&](const JsonTree& element) -> Status {
+    const auto add = [&](const JsonTree& element) -> Status {
         const JsonTree::List* list = element.list();
         if (list == nullptr || list->size() < 2 || (*list)[0].text() == nullptr ||
             !(*list)[1].count())
@@ -185,7 +204,8 @@ Result<std::map<FrameKey, std::size_t>> read_split(const std::string& path,
         places.emplace(FrameKey{*(*list)[0].text(), static_cast<std::int64_t>(*(*list)[1].count())},
                        places.size());
         return {};
-    });
+    };
+    const Status read = each_element(text.substr(start), file.budget, add);
     if (!read.ok()) return in_file(read, path);
     return places;
 }
@@ -201,27 +221,29 @@ Result<std::vector<RawSequence>> read_raw_co3d(const std::string& root, const st
         read_split((folder / "set_lists" / ("set_lists_" + subset + ".json")).string(), split));
     std::map<std::string, RawSequence> sequences;
     const std::string frames_path = (folder / "frame_annotations.jgz").string();
-    SPLAT_ASSIGN(const io::Buffer frames, read_annotations(frames_path));
+    SPLAT_ASSIGN(const Annotations frames, read_annotations(frames_path));
     std::size_t found = 0;
-    const Status read = each_element(io::as_text(frames), [&](const JsonTree& tree) -> Status {
+    const auto add_frame = [&](const JsonTree& tree) -> Status {
         SPLAT_ASSIGN(const std::string name, text_at(tree, "sequence_name"));
         SPLAT_ASSIGN(const std::int64_t number, frame_number_of(tree));
         const auto place = places.find({name, number});
         if (place == places.end()) return {};
         auto frame = frame_of(tree);
-        if (!frame.ok()) return in_file(frame.status(), name + ", frame " + std::to_string(number));
+        if (!frame.ok())
+            return in_file(frame.status(), shown(name) + ", frame " + std::to_string(number));
         frame.value().place = place->second;
         sequences[name].frames.push_back(std::move(frame.value()));
         ++found;
         return {};
-    });
+    };
+    const Status read = each_element(io::as_text(frames.text), frames.budget, add_frame);
     if (!read.ok()) return in_file(read, frames_path);
     if (found != places.size())
         return error(Code::kFormat, "'%s' has %zu of the %zu frames of the split '%s'",
                      frames_path.c_str(), found, places.size(), split.c_str());
     const std::string sequences_path = (folder / "sequence_annotations.jgz").string();
-    SPLAT_ASSIGN(const io::Buffer file, read_annotations(sequences_path));
-    const Status named = each_element(io::as_text(file), [&](const JsonTree& tree) -> Status {
+    SPLAT_ASSIGN(const Annotations file, read_annotations(sequences_path));
+    const auto name_sequence = [&](const JsonTree& tree) -> Status {
         SPLAT_ASSIGN(const std::string name, text_at(tree, "sequence_name"));
         const auto sequence = sequences.find(name);
         if (sequence == sequences.end()) return {};
@@ -230,7 +252,8 @@ Result<std::vector<RawSequence>> read_raw_co3d(const std::string& root, const st
         if (points != nullptr && points->text() != nullptr)
             sequence->second.points = *points->text();
         return {};
-    });
+    };
+    const Status named = each_element(io::as_text(file.text), file.budget, name_sequence);
     if (!named.ok()) return in_file(named, sequences_path);
     std::vector<RawSequence> all;
     for (auto& [name, sequence] : sequences) {

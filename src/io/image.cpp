@@ -16,12 +16,17 @@ namespace {
 
 constexpr std::size_t kSignatureBytes = 8;
 
+/// Packed bytes that may follow those of the pixels. libpng unpacks them all, each to at most kMaxDeflateRatio.
+constexpr std::size_t kMostBytesAfter = std::size_t{64} << 10U;
+
 /// State of libpng's callbacks. libpng leaves by longjmp, so no object with a destructor is created
 /// between setjmp and the end of a function below.
 struct PngState {
     Bytes in;
     Buffer* out = nullptr;
     char message[160] = "";
+    std::uint64_t rows = 0;       ///< that are still packed, in all passes
+    std::size_t most = SIZE_MAX;  ///< bytes that libpng may read
 };
 
 void on_error(png_structp png, png_const_charp message) {
@@ -35,8 +40,27 @@ void on_warning(png_structp, png_const_charp) {}
 void on_read(png_structp png, png_bytep to, std::size_t count) {
     auto* const state = static_cast<PngState*>(png_get_io_ptr(png));
     if (count > state->in.size()) png_error(png, "the file is truncated");
+    if (count > state->most) png_error(png, "more than 64 KiB of data follow the last row");
+    state->most -= count;
     std::memcpy(to, state->in.data(), count);
     state->in = state->in.subspan(count);
+}
+
+/// libpng has unpacked a row. With the last one it unpacks all that follows.
+void on_row(png_structp png, png_row_infop, png_bytep) {
+    auto* const state = static_cast<PngState*>(png_get_io_ptr(png));
+    if (--state->rows == 0) state->most = kMostBytesAfter;
+}
+
+/// Of all passes.
+std::uint64_t count_rows(png_structp png, png_infop info) {
+    const png_uint_32 width = png_get_image_width(png, info);
+    const png_uint_32 height = png_get_image_height(png, info);
+    if (png_get_interlace_type(png, info) == PNG_INTERLACE_NONE) return height;
+    std::uint64_t rows = 0;
+    for (unsigned pass = 0; pass < PNG_INTERLACE_ADAM7_PASSES; ++pass)
+        if (PNG_PASS_COLS(width, pass) > 0) rows += PNG_PASS_ROWS(height, pass);
+    return rows;
 }
 
 void on_write(png_structp png, png_bytep from, std::size_t count) {
@@ -68,7 +92,7 @@ struct Png {
 /// libpng's objects for reading.
 class PngReader : public Png {
   public:
-    explicit PngReader(Bytes file) : Png({file, nullptr, ""}) {
+    explicit PngReader(Bytes file) : Png({file, nullptr, "", 0, SIZE_MAX}) {
         png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &state, on_error, on_warning);
         if (png != nullptr) info = png_create_info_struct(png);
     }
@@ -87,7 +111,9 @@ class PngReader : public Png {
         png_read_info(png, info);
         png_set_expand(png);
         passes_ = png_set_interlace_handling(png);
+        png_set_read_user_transform_fn(png, on_row);
         png_read_update_info(png, info);
+        state.rows = count_rows(png, info);
         image.width = png_get_image_width(png, info);
         image.height = png_get_image_height(png, info);
         image.channels = png_get_channels(png, info);
@@ -102,6 +128,7 @@ class PngReader : public Png {
         for (int pass = 0; pass < passes_; ++pass)
             for (std::uint32_t y = 0; y < height; ++y)
                 png_read_row(png, reinterpret_cast<png_bytep>(rows + y * row_bytes), nullptr);
+        state.most = SIZE_MAX;
         png_read_end(png, nullptr);
         return true;
     }
@@ -113,7 +140,7 @@ class PngReader : public Png {
 /// libpng's objects for writing.
 class PngWriter : public Png {
   public:
-    explicit PngWriter(Buffer& out) : Png({{}, &out, ""}) {
+    explicit PngWriter(Buffer& out) : Png({{}, &out, "", 0, SIZE_MAX}) {
         png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &state, on_error, on_warning);
         if (png != nullptr) info = png_create_info_struct(png);
     }

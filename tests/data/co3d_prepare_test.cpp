@@ -148,6 +148,16 @@ TEST_F(Co3dPrepare, RefusesAnnotationsThatUnpackToMuch) {
     expect_refused(Code::kFormat, "80000002 x 1 bytes are too many for a file of");
 }
 
+/// The tree of an element takes far more memory than its text.
+TEST_F(Co3dPrepare, RefusesElementsOfManyValues) {
+    std::string element = "[0";
+    for (int i = 0; i < 1'000'000; ++i) element += ",0";
+    put_gzip(raw_ / "frame_annotations.jgz", "[" + element + "]]");
+    expect_refused(Code::kFormat, "JSON values: 1000001 x ");
+    put_text(raw_ / "frame_annotations.jgz", "[" + element + "]]");
+    expect_refused(Code::kFormat, "without a valid 'sequence_name'");
+}
+
 TEST_F(Co3dPrepare, RefusesMissingAndOtherFiles) {
     put_image(raw_ / "1_2_3/m1.png", 8, 1);
     expect_refused(Code::kFormat, "m1.png': 8 x 8 pixels, its annotation has 16 x 16");

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include <jpeglib.h>
+#include <zlib.h>
 
 #include "core/config.h"
 #include "core/json_tree.h"
@@ -110,6 +111,68 @@ TEST(DecodeBomb, PngOfManyTexts) {
     Buffer text = bytes_of(std::string("key\0\0", 5));
     put_bytes(text, packed.value());
     expect_harmless("png texts", png_of(1, "zTXt", text, 300), "read", image_status);
+}
+
+/// A part of a zlib stream, of whole bytes: `bytes` zeros.
+Buffer zeros(z_stream& stream, std::size_t bytes, int flush = Z_FULL_FLUSH) {
+    Buffer in(bytes);
+    Buffer out(bytes / 500 + 1000);
+    stream.next_in = reinterpret_cast<Bytef*>(in.data());
+    stream.avail_in = static_cast<uInt>(in.size());
+    stream.next_out = reinterpret_cast<Bytef*>(out.data());
+    stream.avail_out = static_cast<uInt>(out.size());
+    EXPECT_EQ(deflate(&stream, flush), flush == Z_FINISH ? Z_STREAM_END : Z_OK);
+    out.resize(out.size() - stream.avail_out);
+    return out;
+}
+
+/// One bit for each pixel. `rows` bytes in all, then `part_bytes` zeros again and again.
+Buffer png_with_more(std::uint32_t side, bool interlaced, std::size_t rows, std::size_t parts,
+                     std::size_t part_bytes) {
+    Buffer png = bytes_of("\x89PNG\r\n\x1a\n");
+    Buffer header;
+    put(header, side, std::endian::big);
+    put(header, side, std::endian::big);
+    put_text(header, std::string_view("\x01\0\0\0", 4));
+    header.push_back(std::byte{interlaced});
+    put_chunk(png, "IHDR", header);
+    z_stream stream{};
+    EXPECT_EQ(deflateInit(&stream, 9), Z_OK);
+    Buffer data = zeros(stream, rows);
+    const Buffer part = zeros(stream, part_bytes);
+    for (std::size_t i = 0; i < parts; ++i) put_bytes(data, part);
+    put_bytes(data, zeros(stream, 0, Z_FINISH));
+    deflateEnd(&stream);
+    for (std::size_t at = 0; at < data.size(); at += 8192)
+        put_chunk(png, "IDAT",
+                  Bytes(data).subspan(at, std::min<std::size_t>(8192, data.size() - at)));
+    put_chunk(png, "IEND", {});
+    return png;
+}
+
+/// libpng unpacks all that follows the last row.
+TEST(DecodeBomb, PngOfMuchAfterThePixels) {
+    struct Sample {
+        std::uint32_t side;
+        bool interlaced;
+        std::size_t rows;  ///< bytes of all rows of all passes, each with its filter
+    };
+    for (const Sample& s : {Sample{16, false, 48}, Sample{15, false, 45}, Sample{16, true, 68},
+                            Sample{15, true, 65}, Sample{1, true, 2}}) {
+        expect_harmless("png more", png_with_more(s.side, s.interlaced, s.rows, 100, 32'000'000),
+                        "more than 64 KiB of data follow the last row", image_status);
+        expect_harmless("png little", png_with_more(s.side, s.interlaced, s.rows, 1, 100'000),
+                        "read", image_status);
+    }
+}
+
+/// Chunks after the pixels are no part of them, and may be large.
+TEST(DecodeBomb, PngOfALargeChunkAfterThePixels) {
+    Buffer png = png_with_more(16, true, 68, 1, 1);
+    png.resize(png.size() - 12);  // without IEND
+    put_chunk(png, "prVt", Buffer(std::size_t{1} << 20U));
+    put_chunk(png, "IEND", {});
+    EXPECT_OK(image_status(png));
 }
 
 /// A gray image without detail.
@@ -336,9 +399,13 @@ TEST(DecodeBomb, ColmapOfManyRecords) {
     expect_harmless("colmap", many, "FORMAT", [](Bytes file) {
         return read_colmap_binary(test::sample_colmap_cameras(), file, {}).status();
     });
-    const std::string cameras = repeated("", "1 PINHOLE 64 48 50 51 32 24\n", 100'000, "");
-    const std::string images = repeated("", "1 1 0 0 0 1 2 3 1 a\n\n", 100'000, "");
-    expect_harmless("colmap text", bytes_of(images), "", [&](Bytes file) {
+    std::string cameras;
+    std::string images;
+    for (int i = 0; i < 100'000; ++i) {
+        cameras += std::to_string(i) + " PINHOLE 64 48 50 51 32 24\n";
+        images += std::to_string(i) + " 1 0 0 0 1 2 3 1 a\n\n";
+    }
+    expect_harmless("colmap text", bytes_of(images), "read", [&](Bytes file) {
         return read_colmap_text(as_bytes(cameras), file, {}).status();
     });
 }
