@@ -85,8 +85,8 @@ enum {
 #define SPLAT_SH_CONSTANT (-1)
 
 enum {
-    /* read .ply files with bytes after the rows that their header counts, with a warning that they are left
-     * out, instead of refusing them */
+    /* read .ply and .spz files with bytes that their header does not count, with a warning that they are
+     * left out, instead of refusing them */
     SPLAT_SCENE_LENIENT = 1u << 0
 };
 
@@ -300,7 +300,7 @@ SPLAT_API splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_d
                                           uint32_t count, splat_camera* cameras);
 
 enum {
-    /* read cameras with lens distortion as if they had none, instead of refusing them */
+    /* read cameras with lens distortion, or with other lenses, as pinholes, instead of refusing them */
     SPLAT_CAMERA_IGNORE_DISTORTION = 1u << 0
 };
 

@@ -23,7 +23,7 @@ inline constexpr int kMaxJsonDepth = 64;
 Result<Json> parse_json(std::string_view text, const char* what);
 
 /// The checks of every parser here, before it starts. Errors: kInvalidArgument for a text of more than
-/// kMaxJsonBytes, and for a NUL, at which parsers stop silently.
+/// kMaxJsonBytes, and for a NUL, also an escaped one, at which parsers stop.
 Status check_json_text(std::string_view text, const char* what);
 
 /// The second of them, for parsers of other texts too.

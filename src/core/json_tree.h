@@ -29,7 +29,7 @@ struct JsonTree {
     /// Null if it is not a string or array.
     [[nodiscard]] const std::string* text() const { return std::get_if<std::string>(&value); }
     [[nodiscard]] const List* list() const { return std::get_if<List>(&value); }
-    /// The last member of this name, or null.
+    /// The member of this name, or null.
     [[nodiscard]] const JsonTree* find(std::string_view name) const;
 };
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/checked_math.h"
+#include "core/shown.h"
 #include "core/status.h"
 #include "io/bytes.h"
 
@@ -143,8 +144,7 @@ class Words {
         const char* const end = text.data() + text.size();
         const auto [stop, failed] = std::from_chars(text.data(), end, value);
         if (failed == std::errc() && stop == end) return {};
-        return lines_.bad(std::string(field) + " is '" + std::string(text.substr(0, 40)) +
-                          "', expected a number");
+        return lines_.bad(std::string(field) + " is '" + shown(text, 40) + "', expected a number");
     }
 
     /// The rest of the line: names of images may hold blanks.

@@ -256,7 +256,7 @@ namespace Splat
     {
         /// <summary>Nothing: the default.</summary>
         None = 0,
-        /// <summary>read .ply files with bytes after the rows that their header counts, with a warning that they are left out, instead of refusing them</summary>
+        /// <summary>read .ply and .spz files with bytes that their header does not count, with a warning that they are left out, instead of refusing them</summary>
         Lenient = 1,
     }
 
@@ -278,7 +278,7 @@ namespace Splat
     {
         /// <summary>Nothing: the default.</summary>
         None = 0,
-        /// <summary>read cameras with lens distortion as if they had none, instead of refusing them</summary>
+        /// <summary>read cameras with lens distortion, or with other lenses, as pinholes, instead of refusing them</summary>
         IgnoreDistortion = 1,
     }
 

@@ -142,7 +142,7 @@ pub const SPLAT_FRAME_RDB: splat_frame = 6;
 pub const SPLAT_FRAME_LUB: splat_frame = 7;
 pub const SPLAT_FRAME_LDF: splat_frame = 8;
 
-/// read .ply files with bytes after the rows that their header counts, with a warning that they are left out, instead of refusing them
+/// read .ply and .spz files with bytes that their header does not count, with a warning that they are left out, instead of refusing them
 pub const SPLAT_SCENE_LENIENT: u32 = 1;
 
 /// drop NaN, infinities and rotations of length 0
@@ -150,7 +150,7 @@ pub const SPLAT_FILTER_FINITE: u32 = 1;
 /// order the remaining ones along a Morton curve
 pub const SPLAT_FILTER_SORT: u32 = 2;
 
-/// read cameras with lens distortion as if they had none, instead of refusing them
+/// read cameras with lens distortion, or with other lenses, as pinholes, instead of refusing them
 pub const SPLAT_CAMERA_IGNORE_DISTORTION: u32 = 1;
 
 /// ```text

@@ -447,7 +447,7 @@ impl std::fmt::Debug for Frame {
 pub struct SceneFlags(pub u32);
 
 impl SceneFlags {
-    /// read .ply files with bytes after the rows that their header counts, with a warning that they are left out, instead of refusing them
+    /// read .ply and .spz files with bytes that their header does not count, with a warning that they are left out, instead of refusing them
     pub const LENIENT: SceneFlags = SceneFlags(sys::SPLAT_SCENE_LENIENT);
 
     /// Whether all bits of `other` are set.
@@ -505,7 +505,7 @@ impl std::fmt::Debug for FilterFlags {
 pub struct CameraFlags(pub u32);
 
 impl CameraFlags {
-    /// read cameras with lens distortion as if they had none, instead of refusing them
+    /// read cameras with lens distortion, or with other lenses, as pinholes, instead of refusing them
     pub const IGNORE_DISTORTION: CameraFlags = CameraFlags(sys::SPLAT_CAMERA_IGNORE_DISTORTION);
 
     /// Whether all bits of `other` are set.
