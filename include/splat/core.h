@@ -156,7 +156,7 @@ SPLAT_API splat_result splat_log_set_callback(splat_log_callback callback, void*
 /* ---- Limits of decoding ---------------------------------------------------------------------- */
 
 /* What a file may cost when it is read, by this process and whatever reads it: a small file can ask
- * for all memory or for hours. Sizes are compared before anything is decoded. */
+ * for all memory or for hours. A size is compared before it is allocated. */
 typedef struct splat_decode_limits {
     uint32_t struct_size;
     uint32_t flags;            /* 0 */

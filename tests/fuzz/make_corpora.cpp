@@ -15,6 +15,7 @@
 #include "io/safetensors.h"
 #include "io/sample_files.h"
 #include "io/sample_scene.h"
+#include "io/sample_webp.h"
 #include "io/sample_weights.h"
 #include "io/splat_file.h"
 #include "io/spz.h"
@@ -106,6 +107,7 @@ void add_images(Corpora& corpora) {
         corpora.add("png/channels" + std::to_string(channels), io::write_png(image(channels, 8)));
     corpora.add("png/gray16", io::write_png(image(1, 16)));
     corpora.add("png/animated", io::write_apng({image(3, 8), image(3, 8)}));
+    corpora.add("webp/groups", test::sample_webp_groups(3, 2));
     corpora.add("npy/matrix", io::write_npy({{2, 3}, {1, 2, 3, 4, 5, 6}}));
     corpora.add("npy/number", io::write_npy({{}, {1}}));
 }

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include <jpeglib.h>
+#include <webp/encode.h>
 #include <zlib.h>
 
 #include "core/config.h"
@@ -18,6 +19,7 @@
 #include "io/photo/image_file.h"
 #include "io/sample_files.h"
 #include "io/sample_scene.h"
+#include "io/sample_webp.h"
 #include "io/sample_weights.h"
 #include "io/scene_file.h"
 #include "io/torch/pth.h"
@@ -239,6 +241,25 @@ TEST(DecodeBomb, WebpOfManyPixels) {
     put(file, std::uint32_t{0});
     ASSERT_EQ(file.size(), 32U);
     expect_harmless("webp", file, "webp: 16383 x 16383 pixels", image_status);
+}
+
+/// libwebp builds tables of 5 KB for codes of 20 bits.
+TEST(DecodeBomb, WebpOfManyPrefixCodes) {
+    constexpr std::string_view kPart = "webp: groups of prefix codes: 65536 x 12440 bytes";
+    expect_harmless("webp codes", test::sample_webp_groups(256, 256), kPart, image_status);
+    expect_harmless("webp allowed", test::sample_webp_groups(65, 80), "read", image_status);
+
+    constexpr int kWidth = 1024;
+    const std::vector<std::uint8_t> gray(std::size_t{3} * kWidth * kWidth, 100);
+    std::uint8_t* bytes = nullptr;
+    const std::size_t size = WebPEncodeRGB(gray.data(), kWidth, kWidth, 3 * kWidth, 1, &bytes);
+    const Bytes lossy = std::as_bytes(std::span(bytes, size));
+    test::BitWriter alpha;
+    alpha.put(1, 8);  // compressed, no filter
+    test::put_vp8l_groups(alpha, kWidth / 4, kWidth / 4);
+    expect_harmless("webp alpha", test::with_webp_alpha(lossy, kWidth, kWidth, alpha.bytes()),
+                    kPart, image_status);
+    WebPFree(bytes);
 }
 
 /// A header of .spz with 800,000 Gaussians of degree 3.

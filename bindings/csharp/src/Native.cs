@@ -2622,7 +2622,7 @@ namespace Splat.Interop
 
     /// <summary>
     /// What a file may cost when it is read, by this process and whatever reads it: a small file can ask
-    /// for all memory or for hours. Sizes are compared before anything is decoded.
+    /// for all memory or for hours. A size is compared before it is allocated.
     /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_decode_limits

@@ -719,7 +719,7 @@ pub type splat_progress_callback =
 
 /// ```text
 /// What a file may cost when it is read, by this process and whatever reads it: a small file can ask
-/// for all memory or for hours. Sizes are compared before anything is decoded.
+/// for all memory or for hours. A size is compared before it is allocated.
 /// ```
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]

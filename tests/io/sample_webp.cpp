@@ -1,0 +1,96 @@
+#include "io/sample_webp.h"
+
+namespace splat::test {
+
+using io::Buffer;
+using io::Bytes;
+
+void BitWriter::put(std::uint32_t value, std::uint32_t count) {
+    for (std::uint32_t i = 0; i < count; ++i, ++count_) {
+        if (count_ % 8 == 0) bytes_.push_back(std::byte{0});
+        bytes_.back() |= static_cast<std::byte>((value >> i & 1U) << count_ % 8);
+    }
+}
+
+void BitWriter::put_single(std::uint32_t symbol) {
+    put(1, 2);  // simple, of one symbol
+    put(1, 1);  // of 8 bits
+    put(symbol, 8);
+}
+
+void put_vp8l_header(BitWriter& to, std::uint32_t width, std::uint32_t height) {
+    to.put(0x2F, 8);
+    to.put(width - 1, 14);
+    to.put(height - 1, 14);
+    to.put(0, 1 + 3);  // no alpha; version
+}
+
+namespace {
+
+/// The code of 256 symbols of 8 bits each: the bits of a symbol, the highest first.
+void put_bytes_code(BitWriter& to, bool green) {
+    to.put(0, 1);
+    to.put(12 - 4, 4);
+    for (int i = 0; i < 11; ++i) to.put(0, 3);
+    to.put(1, 3);  // the 12th length is 8, and has the one symbol
+    to.put(green ? 1 : 0, 1);
+    if (!green) return;
+    to.put(3, 3);  // a number of 2 + 2 x 3 bits follows: 256 lengths of 280
+    to.put(256 - 2, 8);
+}
+
+void put_byte(BitWriter& to, std::uint32_t value) {
+    for (int i = 7; i >= 0; --i) to.put(value >> i & 1U, 1);
+}
+
+}  // namespace
+
+void put_vp8l_groups(BitWriter& to, std::uint32_t columns, std::uint32_t rows) {
+    to.put(0, 1);  // no transform
+    to.put(0, 1);  // no colour cache
+    to.put(1, 1);  // an entropy image of blocks of 2^2 pixels
+    to.put(0, 3);
+    to.put(0, 1);
+    put_bytes_code(to, true);
+    put_bytes_code(to, false);
+    for (int code = 2; code < 5; ++code) to.put_single(0);
+    for (std::uint32_t group = 0; group < columns * rows; ++group) {
+        put_byte(to, group & 0xFFU);
+        put_byte(to, group >> 8U);
+    }
+    for (std::uint32_t code = 0; code < 5 * columns * rows; ++code) to.put(1, 4);  // 0 alone
+}
+
+Buffer sample_webp(const std::vector<std::pair<std::string_view, Bytes>>& chunks) {
+    Buffer body;
+    io::put_text(body, "WEBP");
+    for (const auto& [tag, data] : chunks) {
+        io::put_text(body, tag);
+        io::put(body, static_cast<std::uint32_t>(data.size()));
+        io::put_bytes(body, data);
+        body.resize(body.size() + data.size() % 2);
+    }
+    Buffer file;
+    io::put_text(file, "RIFF");
+    io::put(file, static_cast<std::uint32_t>(body.size()));
+    io::put_bytes(file, body);
+    return file;
+}
+
+Buffer sample_webp_groups(std::uint32_t columns, std::uint32_t rows) {
+    BitWriter stream;
+    put_vp8l_header(stream, 4 * columns, 4 * rows);
+    put_vp8l_groups(stream, columns, rows);
+    return sample_webp({{"VP8L", stream.bytes()}});
+}
+
+Buffer with_webp_alpha(Bytes lossy, std::uint32_t width, std::uint32_t height, Bytes alpha) {
+    Buffer header;
+    io::put(header, std::uint32_t{16});  // there is alpha
+    for (const std::uint32_t side : {width - 1, height - 1})
+        for (const unsigned shift : {0U, 8U, 16U})
+            header.push_back(static_cast<std::byte>(side >> shift));
+    return sample_webp({{"VP8X", header}, {"ALPH", alpha}, {"VP8 ", lossy.subspan(20)}});
+}
+
+}  // namespace splat::test
