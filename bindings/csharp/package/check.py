@@ -16,7 +16,7 @@ EXPECTED = {
     "runtimes/linux-x64/native/libsplat.so",
 } | {"runtimes/linux-x64/share/libsplat/weights/" + path for path in (
     "cars64/weights.safetensors", "cars64/chairs.safetensors", "cars64/chairs.json", "cars64/config.json",
-    "cars64/cars64.yaml", "cars64/README.md",
+    "cars64/cars64.yaml", "cars64/README.md", "cars64/chairs.md",
     "cars64-depth-normal/weights.safetensors", "cars64-depth-normal/config.json", "cars64-depth-normal/README.md")}
 NUSPEC = "{http://schemas.microsoft.com/packaging/2013/05/nuspec.xsd}"
 TYPES = "{http://schemas.openxmlformats.org/package/2006/content-types}"
