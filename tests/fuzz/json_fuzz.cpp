@@ -1,5 +1,5 @@
-// JSON: the parsers of trees, of events and of flat objects accept the same texts, but for names that appear twice in an
-// object, at which that of trees stops and which that of events passes on.
+// JSON: the parsers of trees, of events and of flat objects accept the same texts, but for names that appear twice in
+// an object, at which that of trees stops and which that of events passes on.
 
 #include "core/json.h"
 
