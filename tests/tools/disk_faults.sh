@@ -137,6 +137,8 @@ writes_folder "$out/run" '*.safetensors' train --data "$temp/data" --out "$out/r
     --set "model.attention_resolutions=[8]" --set opt.batch_size=1 --set opt.imgs_per_obj=1 --set opt.iterations=2 \
     --set model.opacity_bias=0 --set logging.ckpt_iterations=1 --set logging.val_views=1
 mv "$temp/want" "$temp/run"
+faulty full:1 "$temp/run" train --out "$temp/run" --resume --set opt.iterations=4
+[ $? -eq 1 ] || fail "a training on a full disk: another status than 1: $(cat "$temp/log")"
 [ -z "$(grep -v '^{.*}$' "$temp/run/metrics.jsonl")" ] || fail "metrics.jsonl holds more than JSON"
 
 COUNTS="1 2 3 4 5" AGAIN= ANEW=
