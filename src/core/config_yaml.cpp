@@ -183,7 +183,7 @@ class YamlReader {
 
     Status take_scalar(std::string_view text, bool plain) {
         if (text.find('\0') != std::string_view::npos)
-            return bad("an escaped NUL (\\0), expected texts without");
+            return bad("an escaped NUL (\\0), expected a text without one");
         if (levels_.empty()) {
             if (plain && text.empty()) return {};  // an empty document
             return bad("a scalar, expected a map of keys");

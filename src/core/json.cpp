@@ -7,12 +7,6 @@
 namespace splat {
 namespace {
 
-constexpr std::size_t kMostProblem = 400;  ///< bytes; the parser quotes what it read last
-
-std::string invalid(const Json::exception& e) {
-    return "not valid JSON: " + shown(e.what(), kMostProblem);
-}
-
 /// Where the text has the escape of a NUL, at which users of a string may stop; npos: nowhere.
 std::size_t find_escaped_nul(std::string_view text) {
     constexpr std::string_view kNul = "\\u0000";
@@ -50,7 +44,7 @@ class FlatReader : public nlohmann::json_sax<Json> {
     bool start_array(std::size_t) override { return refuse("an array"); }
     bool end_array() override { return true; }
     bool parse_error(std::size_t, const std::string&, const Json::exception& e) override {
-        problem = invalid(e);
+        problem = invalid_json(e);
         return false;
     }
 
@@ -109,7 +103,7 @@ class PathReader : public nlohmann::json_sax<Json> {
     bool start_array(std::size_t) override { return open(Kind::kArray); }
     bool end_array() override { return close(); }
     bool parse_error(std::size_t, const std::string&, const Json::exception& e) override {
-        problem = invalid(e);
+        problem = invalid_json(e);
         return false;
     }
 
@@ -160,6 +154,11 @@ class PathReader : public nlohmann::json_sax<Json> {
 
 }  // namespace
 
+std::string invalid_json(const Json::exception& reason) {
+    constexpr std::size_t kMost = 400;  // bytes
+    return "not valid JSON: " + shown(reason.what(), kMost);
+}
+
 Status check_json_text(std::string_view text, const char* what) {
     if (text.size() > kMaxJsonBytes)
         return error(Code::kInvalidArgument, "%s: %zu bytes of JSON, expected at most %zu", what,
@@ -168,8 +167,8 @@ Status check_json_text(std::string_view text, const char* what) {
     const std::size_t nul = find_escaped_nul(text);
     if (nul == std::string_view::npos) return {};
     return error(Code::kInvalidArgument,
-                 "%s: an escaped NUL (\\u0000) at byte %zu of %zu, expected texts without", what,
-                 nul, text.size());
+                 "%s: an escaped NUL (\\u0000) at byte %zu of %zu, expected a text without one",
+                 what, nul, text.size());
 }
 
 Status check_no_nul(std::string_view text, const char* what) {
@@ -218,7 +217,7 @@ Result<Json> parse_json(std::string_view text, const char* what) {
                          kMaxJsonDepth);
         return value;
     } catch (const Json::exception& e) {
-        return error(Code::kInvalidArgument, "%s: %s", what, invalid(e).c_str());
+        return error(Code::kInvalidArgument, "%s: %s", what, invalid_json(e).c_str());
     }
 }
 

@@ -22,6 +22,9 @@ inline constexpr int kMaxJsonDepth = 64;
 /// where it nests deeper than kMaxJsonDepth; `what` names the text in the message.
 Result<Json> parse_json(std::string_view text, const char* what);
 
+/// "not valid JSON: " and the parser's reason, cut where it quotes a long text.
+std::string invalid_json(const Json::exception& reason);
+
 /// The checks of every parser here, before it starts. Errors: kInvalidArgument for a text of more than
 /// kMaxJsonBytes, and for a NUL, also an escaped one, at which parsers stop.
 Status check_json_text(std::string_view text, const char* what);

@@ -30,7 +30,7 @@ class TreeReader : public nlohmann::json_sax<Json> {
     bool start_array(std::size_t) override { return open(JsonTree::List()); }
     bool end_array() override { return close(); }
     bool parse_error(std::size_t, const std::string&, const Json::exception& e) override {
-        problem = "not valid JSON: " + shown(e.what(), 400);
+        problem = invalid_json(e);
         return false;
     }
 

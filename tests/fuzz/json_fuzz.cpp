@@ -1,5 +1,5 @@
-// JSON: the parsers of trees, of events and of flat objects accept the same texts, but for names that appear twice in
-// an object, at which that of trees stops and which that of events passes on.
+// The three parsers of JSON (trees, events, flat objects) accept the same texts, with one exception: the parser of
+// events passes on a name that appears twice in an object, and the others refuse it.
 
 #include "core/json.h"
 

@@ -84,15 +84,23 @@ void put_chunk(Buffer& png, std::string_view type, Bytes data) {
     put(png, crc32_of(data, crc32_of(as_bytes(type))), std::endian::big);
 }
 
-/// Of one bit for each pixel and a palette; `middle` lies before the pixels.
-Buffer png_of(std::uint32_t side, std::string_view middle_type, const Buffer& middle,
-              std::size_t repeat) {
+/// The beginning of a square PNG of one bit for each pixel.
+Buffer png_head(std::uint32_t side, unsigned color_type, bool interlaced) {
     Buffer png = bytes_of("\x89PNG\r\n\x1a\n");
     Buffer header;
     put(header, side, std::endian::big);
     put(header, side, std::endian::big);
-    put_text(header, std::string_view("\x01\x03\0\0\0", 5));
+    for (const unsigned byte : {1U, color_type, 0U, 0U, interlaced ? 1U : 0U})
+        header.push_back(static_cast<std::byte>(byte));
     put_chunk(png, "IHDR", header);
+    return png;
+}
+
+/// With a palette; `middle` lies before the pixels.
+Buffer png_of(std::uint32_t side, std::string_view middle_type, const Buffer& middle,
+              std::size_t repeat) {
+    constexpr unsigned kPalette = 3;
+    Buffer png = png_head(side, kPalette, false);
     put_chunk(png, "PLTE", bytes_of("abcdef"));
     for (std::size_t i = 0; i < repeat; ++i) put_chunk(png, middle_type, middle);
     const auto pixels = deflate_zlib(Buffer(std::size_t{side} * ((side + 7) / 8 + 1)));
@@ -128,16 +136,10 @@ Buffer zeros(z_stream& stream, std::size_t bytes, int flush = Z_FULL_FLUSH) {
     return out;
 }
 
-/// One bit for each pixel. `rows` bytes in all, then `part_bytes` zeros again and again.
+/// `rows` bytes of gray pixels in all, then `part_bytes` zeros again and again.
 Buffer png_with_more(std::uint32_t side, bool interlaced, std::size_t rows, std::size_t parts,
                      std::size_t part_bytes) {
-    Buffer png = bytes_of("\x89PNG\r\n\x1a\n");
-    Buffer header;
-    put(header, side, std::endian::big);
-    put(header, side, std::endian::big);
-    put_text(header, std::string_view("\x01\0\0\0", 4));
-    header.push_back(std::byte{interlaced});
-    put_chunk(png, "IHDR", header);
+    Buffer png = png_head(side, 0, interlaced);
     z_stream stream{};
     EXPECT_EQ(deflateInit(&stream, 9), Z_OK);
     Buffer data = zeros(stream, rows);

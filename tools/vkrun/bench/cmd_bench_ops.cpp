@@ -98,6 +98,7 @@ std::string check_op(const std::string& name) {
 }
 
 int run_ops(BenchOpsOptions options) {
+    check_number("--seconds", options.seconds, 0, 1e6);
     if (options.only.empty()) options.only = bench::bench_ops();
     if (options.repeat == 0) options.repeat = options.quick ? 2 : 10;
     const bench::BenchDevices devices{open_with(options, SPLAT_KERNELS_PLAIN),

@@ -78,6 +78,7 @@ void split_group(StressOptions& options) {
                           "--case '" + options.only + "' is of a group that is not chosen");
         options.groups = {name};
         options.only.erase(0, prefix.size());
+        return;
     }
 }
 

@@ -35,8 +35,8 @@ one. With CONFIG or --set, values that no earlier step depends on may change, su
 is an error. --overwrite replaces what a run wrote and leaves other files in OUT. peak_bytes in metrics.jsonl and
 run.json is the most device memory used so far, by training and validation.
 
-Exit status: 0 trained to the end, 1 a file cannot be read or written, 2 wrong usage or configuration, or OUT is in
-use, 3 no device, 4 bad data, 5 out of memory, 7 ten steps in a row had a loss or gradients that are not finite, or
+Exit status: 0 trained to the end, 1 failed, such as a full disk, 2 wrong usage or configuration, or OUT is in use,
+3 no device, 4 bad data, 5 out of memory, 7 ten steps in a row had a loss or gradients that are not finite, or
 200 drew nothing, 130 interrupted.
 
 Examples:
