@@ -68,9 +68,9 @@ export class Browser {
         return this;
     }
 
-    size(width, height, dark = false) {
+    size(width, height, dark = false, deviceScaleFactor = 1) {
         return Promise.all([
-            this.send("Emulation.setDeviceMetricsOverride", {width, height, deviceScaleFactor: 1, mobile: false}),
+            this.send("Emulation.setDeviceMetricsOverride", {width, height, deviceScaleFactor, mobile: false}),
             this.send("Emulation.setEmulatedMedia", {features: [{name: "prefers-color-scheme", value: dark ? "dark" : "light"}]}),
         ]);
     }
@@ -96,9 +96,10 @@ export class Browser {
         throw new Error(`not within ${seconds} s: ${expression}`);
     }
 
-    async key(name) {
+    async key(name, more = {}) {
         for (const type of ["keyDown", "keyUp"])
-            await this.send("Input.dispatchKeyEvent", {type, key: name, text: type === "keyDown" && name.length === 1 ? name : undefined});
+            await this.send("Input.dispatchKeyEvent",
+                            {type, key: name, text: type === "keyDown" && name.length === 1 ? name : undefined, ...more});
     }
 
     mouse(type, x, y, more = {}) {

@@ -52,7 +52,7 @@ process=$!
 wait_for_step "$temp/nohup.log" "$process"
 kill -HUP "$process"
 sleep 0.5
-grep -q 'http-equiv="refresh"' "$temp/nohup/report.html" || fail "the page of a running training does not load itself"
+grep -q 'location.reload' "$temp/nohup/report.html" || fail "the page of a running training does not load itself"
 kill -INT "$process" 2> /dev/null || fail "SIGHUP ended a run that ignored it"
 wait "$process"
 

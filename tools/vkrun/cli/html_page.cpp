@@ -5,6 +5,8 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <tuple>
+#include <utility>
 
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/svg.h"
@@ -38,6 +40,7 @@ svg{max-width:100%;height:auto}
 )";
 
 constexpr const char* kColors[] = {"#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e"};
+constexpr const char* kDashes[] = {"none", "7 3", "2 3"};  // of further curves of the same colours
 
 /// A step of 1, 2 or 5 times a power of ten, about a fifth of the range.
 double tick_step(double range) {
@@ -65,7 +68,7 @@ struct Axes {
                 y1 = std::max(y1, y);
             }
         if (!(x1 > x0)) x1 = x0 + 1;
-        if (!(y1 > y0)) y1 = y0 + 1;
+        if (!(y1 > y0)) std::tie(y0, y1) = std::pair(y0 - 0.5, y1 + 0.5);
     }
     [[nodiscard]] double x(double value) const { return kLeft + kWidth * (value - x0) / (x1 - x0); }
     [[nodiscard]] double y(double value) const {
@@ -75,7 +78,8 @@ struct Axes {
 
 std::string grid(const Axes& axes) {
     std::string text;
-    const double dx = tick_step(axes.x1 - axes.x0), dy = tick_step(axes.y1 - axes.y0);
+    const double dx = std::max(tick_step(axes.x1 - axes.x0), 1.0);  // steps, or objects
+    const double dy = tick_step(axes.y1 - axes.y0);
     for (double v = std::ceil(axes.y0 / dy) * dy; v <= axes.y1; v += dy)
         text += format(
             "<line x1='%.1f' x2='%.1f' y1='%.1f' y2='%.1f'/>"
@@ -164,27 +168,37 @@ void HtmlPage::plot(const std::string& svg, const std::string& caption) {
 }
 
 void HtmlPage::chart(const std::string& caption, const std::vector<Curve>& curves) {
-    std::vector<Curve> shown;
-    for (const Curve& curve : curves)
-        if (!curve.points.empty()) shown.push_back(curve);
-    if (shown.empty()) return;
-    const Axes axes(shown);
+    if (std::all_of(curves.begin(), curves.end(), [](const Curve& c) { return c.points.empty(); }))
+        return;
+    const Axes axes(curves);
     std::string svg =
-        "<figure class='chart'><svg width='640' height='260' viewBox='0 0 640 260'>" + grid(axes);
+        "<figure class='chart'><svg width='640' height='260' viewBox='0 0 640 260' "
+        "role='img' aria-label=\"" +
+        xml_escaped(caption) + "\">" + grid(axes);
     std::string legend;
-    for (std::size_t i = 0; i < shown.size(); ++i) {
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+        const auto& points = curves[i].points;
+        if (points.empty()) continue;
         const char* const color = kColors[i % std::size(kColors)];
-        svg +=
-            std::string("<polyline fill='none' stroke-width='1.5' stroke='") + color + "' points='";
-        for (const auto& [x, y] : shown[i].points)
-            svg += format("%.1f,%.1f ", axes.x(x), axes.y(y));
+        const char* const dashes = kDashes[i / std::size(kColors) % std::size(kDashes)];
+        svg += format(
+            "<polyline fill='none' stroke-width='1.5' stroke='%s' stroke-dasharray='%s' "
+            "points='",
+            color, dashes);
+        for (const auto& [x, y] : points) svg += format("%.1f,%.1f ", axes.x(x), axes.y(y));
         svg += "'/>";
-        legend += format(" <span style='color:%s'>&#9632;</span>&nbsp;%s", color,
-                         xml_escaped(shown[i].name).c_str());
+        if (points.size() == 1)
+            svg += format("<circle r='3' fill='%s' cx='%.1f' cy='%.1f'/>", color,
+                          axes.x(points[0].first), axes.y(points[0].second));
+        if (curves.size() > 1)
+            legend += format(
+                " <svg width='24' height='8' viewBox='0 0 24 8'><line x2='24' y1='4' y2='4' "
+                "stroke-width='3' "
+                "style='stroke:%s' stroke-dasharray='%s'/></svg>&nbsp;%s",
+                color, dashes, xml_escaped(curves[i].name).c_str());
     }
-    if (shown.size() == 1) legend.clear();
-    body_ +=
-        svg + "</svg><figcaption>" + xml_escaped(caption) + legend + "</figcaption></figure>\n";
+    body_ += svg + "</svg><figcaption>" + xml_escaped(caption) + legend +
+             "</figcaption></figure>\n";
 }
 
 void HtmlPage::embed(const std::string& markup, const std::string& style,
@@ -195,8 +209,14 @@ void HtmlPage::embed(const std::string& markup, const std::string& style,
 }
 
 std::string HtmlPage::text() const {
-    const std::string reload =
-        reload_ == 0 ? "" : format("<meta http-equiv=\"refresh\" content=\"%u\">", reload_);
+    // A view in full window is not thrown out of it.
+    const std::string reload = reload_ == 0
+                                   ? ""
+                                   : format(
+                                         "<script>setInterval(() => document.fullscreenElement || "
+                                         "location.reload(), %u)</script><noscript><meta "
+                                         "http-equiv=\"refresh\" content=\"%u\"></noscript>",
+                                         1000 * reload_, reload_);
     const std::string script =
         script_.empty() ? "" : "<script>(() => {\"use strict\";\n" + script_ + "})();</script>\n";
     return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"

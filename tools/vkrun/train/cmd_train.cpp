@@ -134,7 +134,12 @@ splat_training_event_kind run(splat_training training, const TrainOptions& optio
     while (event.kind < SPLAT_EVENT_DONE) {
         if (g_interrupted != 0) check(splat_training_interrupt(training));
         const splat_result result = splat_training_next(training, &event);
-        check(result, result == SPLAT_ERROR_IO ? kFailed : kBadData);
+        try {
+            check(result, result == SPLAT_ERROR_IO ? kFailed : kBadData);
+        } catch (const Failure&) {
+            view.show_failure();
+            throw;
+        }
         view.show(event);
     }
     return event.kind;

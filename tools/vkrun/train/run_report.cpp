@@ -81,6 +81,7 @@ void add_run(HtmlPage& page, const Run& run) {
     std::vector<std::pair<std::string, std::string>> rows = {
         {"step", format("%u of %u, %s", run.facts.value("step", 0U),
                         run.facts.value("iterations", 0U), run.facts.value("state", "").c_str())}};
+    if (run.facts.contains("error")) rows.emplace_back("error", run.facts.value("error", ""));
     const auto number = [&](const char* key, const char* name, const char* pattern, double factor) {
         if (run.facts.contains(key) && run.facts.at(key).is_number())
             rows.emplace_back(name, format(pattern, factor * run.facts.at(key).get<double>()));

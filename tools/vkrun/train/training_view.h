@@ -20,6 +20,8 @@ class TrainingView {
     TrainingView(std::string folder, std::string device);
 
     void show(const splat_training_event& event);
+    /// The page of a training that has ended with an error.
+    void show_failure() { write_page(false); }
 
   private:
     void show_step(const splat_training_event& event);

@@ -1,6 +1,7 @@
 #include "vkrun/view/scene_payload.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <numbers>
@@ -46,6 +47,33 @@ struct Range {
             std::lround(std::clamp((value - low) / extent, 0.0, 1.0) * steps));
     }
     [[nodiscard]] Json json() const { return {low, extent}; }
+};
+
+/// Values of the codes 0, 8, 247 and 255: what is between the last two in a thousand on either side shares most codes,
+/// so that a few Gaussians far brighter or darker do not make all others coarse.
+class Colors {
+  public:
+    explicit Colors(std::vector<float> values) {
+        const std::size_t last = values.size() - 1, tail = last / 1000;
+        const std::size_t ranks[] = {0, tail, last - tail, last};
+        for (std::size_t k = 0; k < 4; ++k) {
+            const auto at = values.begin() + static_cast<std::ptrdiff_t>(ranks[k]);
+            std::nth_element(values.begin(), at, values.end());
+            knots_[k] = std::clamp(static_cast<double>(*at), kDarkest, kBrightest);
+        }
+    }
+    [[nodiscard]] std::uint32_t code(double value) const {
+        const std::size_t k = value < knots_[1] ? 0 : value <= knots_[2] ? 1 : 2;
+        const double extent = knots_[k + 1] - knots_[k];
+        const double share = extent > 0 ? std::clamp((value - knots_[k]) / extent, 0.0, 1.0) : 0.0;
+        return static_cast<std::uint32_t>(
+            std::lround(kCodes[k] + share * (kCodes[k + 1] - kCodes[k])));
+    }
+    [[nodiscard]] Json json() const { return knots_; }
+
+  private:
+    static constexpr double kCodes[] = {0, 8, 247, 255};
+    std::array<double, 4> knots_{};
 };
 
 std::uint32_t rotation_code(const float* q) {
@@ -167,7 +195,7 @@ ScenePayload pack_scene(splat_scene scene, std::uint64_t most) {
                 static_cast<float>(0.5 + kPackedY00 * static_cast<double>(sh[3 * terms * i + c])));
     const double size = std::log(info.radius > 0 ? info.radius : std::max(info.scale_max, 1e-30));
     const Range scale(log_scales, size + kSmallest, size + kLargest);
-    const Range color(colors, kDarkest, kBrightest);
+    const Colors color(colors);
     constexpr std::size_t kPlanes[] = {2, 3, 4, 6};
     payload.words.resize(kPlanes[degree] * 3 * count);
     for (std::size_t k = 0; k < count; ++k) {
@@ -179,7 +207,7 @@ ScenePayload pack_scene(splat_scene scene, std::uint64_t most) {
         for (std::size_t c = 0; c < 3; ++c) {
             shape[0] |= scale.code(static_cast<double>(log_scales[3 * i + c]), c < 2 ? 2047 : 1023)
                         << (11 * c);
-            shape[2] |= color.code(static_cast<double>(colors[3 * k + c]), 255) << (8 * c);
+            shape[2] |= color.code(static_cast<double>(colors[3 * k + c])) << (8 * c);
         }
         shape[1] = rotation_code(&rotations[4 * i]);
         shape[2] |= static_cast<std::uint32_t>(std::lround(255 * opacities[i])) << 24U;

@@ -14,7 +14,8 @@ namespace vkrun {
 /// plane 0  the mean, float32
 /// plane 1  log scales, 11, 11 and 10 bits of `log_scale` (least value, extent); the rotation: three components by
 ///          10 bits, v / sqrt(1/2) * 511 + 511, and 2 bits for the largest, which is left out; colour and opacity, 8
-///          bits each: 0.5 + Y00 sh of `color` (least value, extent), and 0 to 1
+///          bits each: 0.5 + Y00 sh, linear between the codes 0, 8, 247 and 255, which mean the values of `color`;
+///          and 0 to 1
 /// plane 2  on  coefficients of degree 1 and more, four of three colours in a texel, 8 bits each:
 ///          sign(v) sqrt(|v| / limit) * 127 with a limit for each degree (`sh_limit`)
 ///

@@ -21,6 +21,7 @@ class OrbitCamera {
         this.eye = [0, 1, 2].map(i => -(this.axes[0][i] * t[0] + this.axes[1][i] * t[1] + this.axes[2][i] * t[2]));
         const depth = dot(along(this.scene.center, this.eye, -1), this.axes[2]);
         this.distance = Math.max(depth, 0.1 * this.scene.radius, 1e-6);
+        this.reach = Math.max(this.scene.radius, this.distance);
     }
 
     get pivot() { return along(this.eye, this.axes[2], this.distance); }
@@ -50,7 +51,7 @@ class OrbitCamera {
 
     zoom(factor) {
         const pivot = this.pivot;
-        this.distance = Math.min(Math.max(this.distance * factor, 1e-3 * this.scene.radius), 1e3 * this.scene.radius);
+        this.distance = Math.min(Math.max(this.distance * factor, 1e-3 * this.reach), 1e3 * this.reach);
         this.eye = along(pivot, this.axes[2], -this.distance);
     }
 
@@ -70,5 +71,8 @@ class OrbitCamera {
         return {number: this.scene.poses.indexOf(this.pose), axes: this.axes, eye: this.eye, distance: this.distance};
     }
 
-    restore({number, ...place}) { Object.assign(this, {pose: this.scene.poses[number]}, place); }
+    restore({number, ...place}) {
+        this.goTo(number);
+        Object.assign(this, place);
+    }
 }

@@ -20,7 +20,8 @@ uniform int count, degree;
 uniform mat3 rotation;         // world to camera
 uniform vec3 translation, eye;
 uniform vec4 intrinsics;       // fx fy cx cy, pixels
-uniform vec2 size, logScale, color;  // least value, extent
+uniform vec2 size, logScale;   // logScale: least value, extent
+uniform vec4 color;            // values of the codes 0, 8, 247 and 255
 uniform vec3 shLimit;
 layout(location = 0) out uvec4 first;   // middle, l11, l21: alpha = opacity exp2(-|L^T q|^2)
 layout(location = 1) out uvec4 second;  // l22, opacity (0: not seen), colour and half size of the square, halves
@@ -29,6 +30,11 @@ int item;
 uvec3 texel(int plane) {
     int t = plane * count + item;
     return texelFetch(texels, ivec2(t & 2047, t >> 11), 0).xyz;
+}
+
+float shade(uint code) {
+    vec3 share = clamp((float(code) - vec3(0, 8, 247)) / vec3(8, 239, 8), 0.0, 1.0);
+    return color.x + dot(share, color.yzw - color.xyz);
 }
 
 vec3 coefficient(uvec3 words, int k, float limit) {
@@ -89,7 +95,7 @@ void main() {
     vec3 scale = exp(logScale.x + logScale.y * vec3(words.x & 2047u, words.x >> 11 & 2047u, words.x >> 22) /
                      vec3(2047, 2047, 1023));
     float opacity = float(words.z >> 24) / 255.0;
-    vec3 constant = color.x + color.y * vec3(words.z & 255u, words.z >> 8 & 255u, words.z >> 16 & 255u) / 255.0;
+    vec3 constant = vec3(shade(words.z & 255u), shade(words.z >> 8 & 255u), shade(words.z >> 16 & 255u));
 
     // Projection: shaders/include/projection.glsl.
     vec2 limit = 0.65 * size / intrinsics.xy;
@@ -105,10 +111,10 @@ void main() {
     vec3 l = 0.849321800288 * vec3(sqrt(c / det), -b / sqrt(c * det), inversesqrt(c));
     float half_gap = 0.5 * (a - c);
     float radius = ceil(3.0 * sqrt(0.5 * (a + c) + sqrt(max(0.1, half_gap * half_gap + b * b))));
-    vec3 shade = max(constant + harmonics(normalize(mean - eye)), vec3(0));
+    vec3 seen = max(constant + harmonics(normalize(mean - eye)), vec3(0));
     first = floatBitsToUint(vec4(middle, l.xy));
-    second = uvec4(floatBitsToUint(vec2(l.z, opacity)), packHalf2x16(shade.rg),
-                   packHalf2x16(vec2(shade.b, min(radius, 65504.0))));
+    second = uvec4(floatBitsToUint(vec2(l.z, opacity)), packHalf2x16(seen.rg),
+                   packHalf2x16(vec2(seen.b, min(radius, 65504.0))));
 }`;
 
 const SPLAT_VERTEX = `#version 300 es
@@ -268,7 +274,7 @@ class Painter {
         gl.uniform4fv(at("intrinsics"), camera.intrinsics);
         gl.uniform2f(at("size"), gl.canvas.width, gl.canvas.height);
         gl.uniform2fv(at("logScale"), scene.log_scale);
-        gl.uniform2fv(at("color"), scene.color);
+        gl.uniform4fv(at("color"), scene.color);
         gl.uniform3fv(at("shLimit"), scene.sh_limit);
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }

@@ -50,9 +50,9 @@ function sorterBody() {
     };
 }
 
-// Sorts in a worker; `done` gets the order.
+// Sorts in a worker; `done` gets the order, or `failed` a reason.
 class Sorter {
-    constructor(scene, done) {
+    constructor(scene, done, failed) {
         const url = URL.createObjectURL(new Blob(["(" + sorterBody + ")()"], {type: "text/javascript"}));
         this.worker = new Worker(url);
         URL.revokeObjectURL(url);
@@ -61,6 +61,7 @@ class Sorter {
             this.busy = false;
             done(event.data);
         };
+        this.worker.onerror = event => failed(event.message || "the browser runs no worker");
         const means = new Float32Array(scene.texels.buffer.slice(0, 12 * scene.count));
         this.worker.postMessage({means}, [means.buffer]);
     }
@@ -78,6 +79,9 @@ function sceneFile(scene) {
     const names = ["x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2"];
     for (let i = 0; i < 3 * rest; ++i) names.push("f_rest_" + i);
     names.push("opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3");
+    const knots = scene.color, shares = code => [code / 8, (code - 8) / 239, (code - 247) / 8];
+    const color = code => shares(code).reduce(
+        (sum, t, i) => sum + (knots[i + 1] - knots[i]) * Math.min(Math.max(t, 0), 1), knots[0]);
     const header = new TextEncoder().encode(
         `ply\nformat binary_little_endian 1.0\nelement vertex ${count}\n` +
         names.map(name => `property float ${name}\n`).join("") + "end_header\n");
@@ -88,8 +92,7 @@ function sceneFile(scene) {
         for (let c = 0; c < 3; ++c) values[o++] = means[3 * i + c];
         o += 3;  // normals, which are zero
         for (let c = 0; c < 3; ++c)
-            values[o++] =
-                (scene.color[0] + scene.color[1] * (rgba >>> 8 * c & 255) / 255 - 0.5) / 0.28209479177387814;
+            values[o++] = (color(rgba >>> 8 * c & 255) - 0.5) / 0.28209479177387814;
         for (let c = 0; c < 3; ++c)
             for (let k = 0; k < rest; ++k) {
                 const v = signed[12 * ((2 + (k >> 2)) * count + i) + 3 * (k & 3) + c] / 127;

@@ -1,7 +1,9 @@
 // What the user sees and does: every element of the class "splat" becomes a view of its scene.
 
+// Phones have no full window for elements.
 const SPLAT_HELP = "drag: turn · right button or two fingers: move · wheel or pinch: zoom · arrows, + and −: " +
-    "the same · space: turn by itself · R: from the start · B: background · F: full window · H: hide this";
+    "the same · space: turn by itself · R: from the start · B: background · " +
+    (document.fullscreenEnabled ? "F: full window · " : "") + "H: hide this";
 const STEP = 0.1;  // radians, and part of the image, of a key
 
 class SplatViewer {
@@ -14,21 +16,35 @@ class SplatViewer {
         this.camera = new OrbitCamera(this.scene);
         this.background = this.scene.background;
         this.painter = new Painter(gl, this.scene);
-        this.sorter = new Sorter(this.scene, order => this.sorted(order));
+        this.sorter = new Sorter(this.scene, order => this.sorted(order), why => showInstead(element, why));
         this.fullPage = element.classList.contains("splat-full");
         this.build();
         this.listen();
         this.turning = this.scene.turning && !matchMedia("(prefers-reduced-motion: reduce)").matches;
         this.remember();
         new ResizeObserver(() => this.change()).observe(this.canvas);
+        this.watchPixels();
+        // A view that nobody sees draws nothing.
+        new IntersectionObserver(entries => {
+            this.unseen = !entries[entries.length - 1].isIntersecting;
+            if (!this.unseen) this.change();
+        }).observe(element);
         this.change();
+    }
+
+    // The page is zoomed, or comes to another screen.
+    watchPixels() {
+        matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener("change", () => {
+            this.change();
+            this.watchPixels();
+        }, {once: true});
     }
 
     build() {
         const make = (tag, className, textContent) =>
             Object.assign(document.createElement(tag), {className, textContent});
         this.canvas.tabIndex = 0;
-        this.canvas.setAttribute("role", "img");
+        this.canvas.setAttribute("role", "application");  // a screen reader leaves the keys to it
         this.canvas.setAttribute("aria-label", `3D view of ${this.scene.name}. ${SPLAT_HELP}`);
         const bar = make("div", "splat-bar", "");
         const count = number => number.toLocaleString("en");
@@ -37,12 +53,15 @@ class SplatViewer {
         const button = (text, title, action) => {
             const one = make("button", "", text);
             one.title = title;
-            one.onclick = () => { action(); this.canvas.focus(); };
+            one.onclick = event => {
+                action();
+                if (event.detail > 0) this.canvas.focus();  // who came by the keyboard stays here
+            };
             bar.append(one);
         };
         this.scene.poses.forEach((_, i) => button(`${i + 1}`, `view ${i + 1}`, () => this.goTo(i)));
         button("turn", "turn by itself (space)", () => this.toggleTurning());
-        button("full", "full window (F)", () => this.fullWindow());
+        if (document.fullscreenEnabled) button("full", "full window (F)", () => this.fullWindow());
         this.save = make("a", "splat-save", "save .ply");
         this.save.href = "#";
         this.save.download = this.scene.file;
@@ -101,9 +120,13 @@ class SplatViewer {
         (this.fullPage ? document : canvas).addEventListener("keydown", event => {
             if (!event.target.closest("button, a") && this.key(event.key, event)) event.preventDefault();
         });
-        canvas.addEventListener("webglcontextlost", event => event.preventDefault());
+        canvas.addEventListener("webglcontextlost", event => {
+            event.preventDefault();  // so that it may come back
+            showInstead(this.element, "the browser took the graphics device away");
+        });
         canvas.addEventListener("webglcontextrestored", () => {
             this.painter = new Painter(this.painter.gl, this.scene);
+            this.element.classList.add("splat-live");
             this.place = this.depths = null;
             this.change();
         });
@@ -112,15 +135,16 @@ class SplatViewer {
     // Returns whether the key means something.
     key(name, event) {
         if (event.ctrlKey || event.metaKey || event.altKey) return false;
-        const arrows = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}[name];
+        const arrows = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]}[name];
         if (name >= "1" && name <= "9") {
             if (!this.scene.poses[name - 1]) return false;
             this.goTo(name - 1);
         } else if (arrows) {
             this.stop();
             const {width, height} = this.canvas;
-            if (event.shiftKey) this.camera.pan(-STEP * arrows[0], STEP * arrows[1], width, height);
-            else this.camera.turn(-STEP * arrows[0], STEP * arrows[1]);
+            const [right, down] = arrows.map(v => STEP * v);  // as the pointer is dragged
+            if (event.shiftKey) this.camera.pan(right, down, width, height);
+            else this.camera.turn(-right, down);
         } else if (name === "+" || name === "=" || name === "-") {
             this.stop();
             this.camera.zoom(name === "-" ? 1 + STEP : 1 / (1 + STEP));
@@ -129,9 +153,8 @@ class SplatViewer {
         } else if (name === "r" || name === "R") {
             this.goTo(0);
         } else if (name === "b" || name === "B") {
-            const other = this.background[0] > 0.5 ? [0, 0, 0] : [1, 1, 1];
-            this.background = this.background === this.scene.background ? other : this.scene.background;
-        } else if (name === "f" || name === "F") {
+            this.otherBackground();
+        } else if ((name === "f" || name === "F") && document.fullscreenEnabled) {
             this.fullWindow();
         } else if (name === "h" || name === "H") {
             this.element.classList.toggle("splat-bare");
@@ -155,6 +178,11 @@ class SplatViewer {
         this.change();
     }
 
+    otherBackground() {
+        const other = this.scene.background[0] > 0.5 ? [0, 0, 0] : [1, 1, 1];
+        this.background = this.background === this.scene.background ? other : this.scene.background;
+    }
+
     fullWindow() {
         if (document.fullscreenElement) document.exitFullscreen();
         else this.element.requestFullscreen().catch(() => {});  // refused: the view stays as it is
@@ -170,20 +198,25 @@ class SplatViewer {
             const saved = sessionStorage.getItem(name);
             sessionStorage.removeItem(name);
             if (saved) {
-                const {camera, turning, of} = JSON.parse(saved);
+                const {camera, turning, other, bare, focused, of} = JSON.parse(saved);
                 if (of === poses) {
                     this.camera.restore(camera);
                     this.turning = turning;
+                    if (other) this.otherBackground();
+                    this.element.classList.toggle("splat-bare", bare);
+                    if (focused) this.canvas.focus({preventScroll: true});
                 }
             }
-            addEventListener("pagehide", () => sessionStorage.setItem(
-                name, JSON.stringify({camera: this.camera.save(), turning: this.turning, of: poses})));
+            addEventListener("pagehide", () => sessionStorage.setItem(name, JSON.stringify({
+                camera: this.camera.save(), turning: this.turning, other: this.background !== this.scene.background,
+                bare: this.element.classList.contains("splat-bare"), focused: document.activeElement === this.canvas,
+                of: poses})));
         } catch {}  // a browser that keeps nothing
     }
 
     change() {
         this.element.dataset.state = "drawing";
-        if (this.asked) return;
+        if (this.asked || this.unseen) return;
         this.asked = true;
         requestAnimationFrame(time => this.frame(time));
     }
@@ -223,14 +256,19 @@ class SplatViewer {
     }
 }
 
+// The pictures take the place of the view.
+function showInstead(element, why) {
+    element.classList.remove("splat-live");
+    element.querySelector(".splat-why").textContent =
+        `The scene does not turn here: ${why}. ` + element.dataset.instead;
+}
+
 function startViewers() {
     for (const element of document.querySelectorAll(".splat")) {
         try {
             element.viewer = new SplatViewer(element);
         } catch (error) {
-            element.classList.remove("splat-live");
-            element.querySelector(".splat-why").textContent =
-                `The scene does not turn here: ${error.message}. ` + element.dataset.instead;
+            showInstead(element, error.message);
         }
     }
 }
