@@ -117,7 +117,7 @@ Result<predict::PictureInput> picture_input(const splat_picture& from, const std
                      "expected 0",
                      name.c_str(), static_cast<double>(from.foreground));
     if (from.foreground != 0) input.foreground = static_cast<double>(from.foreground);
-    input.focal = from.focal;
+    input.focal = from.focal != 0 ? from.focal : input.picture.image.image.focal;
     input.origin_distance = from.origin_distance;
     const auto* const pose = from.world_to_camera;
     if (std::any_of(pose, pose + 16, [](double value) { return value != 0; })) {

@@ -1,7 +1,11 @@
 // Pictures cut out through the C API: from files and from pixels of every layout. Needs no device.
+#include <unistd.h>
+
 #include <cmath>
+#include <fstream>
 
 #include "api/predict/picture_calls.h"
+#include "support/exif_jpeg.h"
 
 namespace splat::test {
 namespace {
@@ -160,6 +164,25 @@ TEST(ApiPicture, APictureWithoutAnObjectIsWarnedOf) {
     picture.flags = 0;
     picture.focal = 20;
     EXPECT_NEAR(Squares(picture).info.fov_degrees, 101.55, 0.01) << "2 atan(49 / 40)";
+}
+
+TEST(ApiPicture, TheFocalLengthIsThatOfTheExifDataUnlessGiven) {
+    const std::string path = std::filesystem::temp_directory_path() /
+                             ("splat-exif-" + std::to_string(::getpid()) + ".jpg");
+    const std::vector<std::byte> file = exif_jpeg(36);
+    std::ofstream(path, std::ios::binary)
+        .write(reinterpret_cast<const char*>(file.data()),
+               static_cast<std::streamsize>(file.size()));
+    splat_picture picture = picture_of(path.c_str());
+    picture.flags = SPLAT_PICTURE_WHOLE;
+    const Squares from_exif(picture);
+    picture.focal = 20;
+    const Squares given(picture);
+    std::filesystem::remove(path);
+    // The diagonals of 12 x 8 pixels and of 36 x 24 mm are 3 mm for a pixel.
+    EXPECT_NEAR(from_exif.info.focal, 12, 1e-4);
+    EXPECT_NEAR(from_exif.info.fov_degrees, 36.87, 0.01) << "2 atan(8 / 24)";
+    EXPECT_EQ(given.info.focal, 20);
 }
 
 TEST(ApiPicture, AnObjectAtTheBorderIsWarnedOf) {
