@@ -452,12 +452,14 @@ enum { SPLAT_ACCESS_READ = 1, SPLAT_ACCESS_WRITE = 2, SPLAT_ACCESS_READ_WRITE = 
 
 /* Give the host a pointer to the tensor's elements, row-major contiguous, until splat_tensor_unmap.
  * Makes no copy if the device has SPLAT_FEATURE_UNIFIED_MEMORY. With SPLAT_ACCESS_WRITE the
- * contents are undefined until written. While a tensor is mapped no other call may use it.
+ * contents are undefined until written. While a tensor is mapped no other call may use it,
+ * nor a tensor of the same memory (splat_model_tensor).
  * pointer   out, owned by the library
  * bytes     out, may be NULL
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (access),
- *   SPLAT_ERROR_INVALID_STATE (mapped already), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
- *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST */
+ *   SPLAT_ERROR_INVALID_STATE (mapped already, or a tensor of the same memory is),
+ *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+ *   SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_tensor_map(splat_tensor tensor, splat_access access, void** pointer,
                                         size_t* bytes);
 

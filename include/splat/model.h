@@ -389,8 +389,8 @@ SPLAT_API splat_result splat_model_ports(splat_model model, splat_port_kind kind
  * A pass reads what the tensors hold when it runs. After a parameter is written through its tensor,
  * the next pass prepares weights anew, as after splat_model_write. If a pointer to a parameter was
  * given away (splat_tensor_host_pointer), every pass does. Writing inputs or outputs, like writing
- * parameters, ends what splat_model_backward needs. No pass runs while one of these tensors is
- * mapped. The tensor, which the caller destroys, keeps the model's memory alive.
+ * parameters, ends what splat_model_backward needs. No call uses the model's memory while one
+ * of these tensors is mapped. The tensor, which the caller destroys, keeps that memory alive.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such
  *   object), SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (no such gradient is
  *   computed), SPLAT_ERROR_UNSUPPORTED (the device cannot bind the part of one object), and errors

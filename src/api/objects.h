@@ -58,13 +58,13 @@ struct TensorObject : OfDevice {
         if (use != nullptr && !exposed.exchange(true)) ++use->exposed;
     }
     void begin_mapping(splat_access access) {
-        if (use != nullptr) ++use->mapped;
+        if (use != nullptr) use->map(view);
         mapped = access;
     }
     void end_mapping() {
         if (mapped == 0) return;
         if (mapped != SPLAT_ACCESS_READ) written();
-        if (use != nullptr) --use->mapped;
+        if (use != nullptr) use->unmap(view);
         mapped = 0;
     }
 };

@@ -83,7 +83,7 @@ Status Predictor::use_tensors(std::uint64_t seed, std::uint32_t step) {
 }
 
 Status Predictor::check_unmapped() const {
-    if (outside_->mapped + outside_gradients_->mapped + parameters_->outside()->mapped == 0)
+    if (!outside_->mapped() && !outside_gradients_->mapped() && !parameters_->outside()->mapped())
         return {};
     return error(Code::kInvalidState,
                  "a tensor of the model is mapped: call splat_tensor_unmap first");

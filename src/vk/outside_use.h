@@ -2,15 +2,30 @@
 
 #include <atomic>
 #include <cstdint>
+#include <vector>
+
+#include "core/fork.h"
+#include "vk/buffer.h"
 
 namespace splat::vk {
 
 /// How others use device memory that an object owns and shares with them.
-struct OutsideUse {
+class OutsideUse {
+  public:
     std::atomic<std::uint64_t> writes{0};  ///< so far
-    std::atomic<std::uint32_t> mapped{0};  ///< mappings that are open
     /// Tensors whose pointer was given away: writes through it go unnoticed.
     std::atomic<std::uint32_t> exposed{0};
+
+    void map(const BufferView& view);
+    void unmap(const BufferView& view);
+    /// Whether any of the memory is mapped.
+    [[nodiscard]] bool mapped() const;
+    /// Whether any of `view` is.
+    [[nodiscard]] bool mapped(const BufferView& view) const;
+
+  private:
+    mutable ForkMutex mutex_;
+    std::vector<BufferView> mapped_;
 };
 
 }  // namespace splat::vk

@@ -66,10 +66,15 @@ std::string report_of(api::ModelObject& object) {
     return json.text();
 }
 
-/// A live model and its device, locked while `body` runs.
+/// A live model and its device, locked while `body` runs. No tensor of the model is mapped.
 template <class Body>
 splat_result locked(splat_model model, Body&& body) {
-    return api::guarded([&] { return api::use<api::Models>(model, "model", body); });
+    return api::guarded([&] {
+        return api::use<api::Models>(model, "model", [&](api::ModelObject& object) -> Status {
+            SPLAT_TRY(object.predictor->check_unmapped());
+            return body(object);
+        });
+    });
 }
 
 Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t index) {

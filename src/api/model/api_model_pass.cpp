@@ -243,6 +243,7 @@ splat_result splat_model_read(splat_model model, const char* name, float* values
         if (bytes < needed)
             return error(Code::kInvalidArgument, "bytes is %zu, but '%s' takes %zu", bytes, name,
                          needed);
+        SPLAT_TRY(object.predictor->check_unmapped());
         return object.context->read(found.view, values, needed);
     });
 }
@@ -265,6 +266,7 @@ splat_result splat_model_write(splat_model model, const char* name, const float*
         if (const std::size_t bad = find_not_finite(given); bad < given.size())
             return error(Code::kInvalidArgument, "'%s' holds %g at %zu, expected finite numbers",
                          name, static_cast<double>(given[bad]), bad);
+        SPLAT_TRY(object.predictor->check_unmapped());
         return parameters.write(*parameter, given);
     });
 }

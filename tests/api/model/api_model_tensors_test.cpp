@@ -187,7 +187,7 @@ TEST_F(ApiModelTensors, ParametersThatAreWrittenCount) {
     expect_same(download(weight), "splat_op_forward");
     ASSERT_DONE(splat_tensor_map(weight, SPLAT_ACCESS_WRITE, &pointer, nullptr));
     {
-        const Tensor second = tensor(model, kFirst);
+        const Tensor second = tensor(model, "images");
         ASSERT_DONE(splat_tensor_map(second, SPLAT_ACCESS_READ, &pointer, nullptr));
     }  // destroyed while mapped
     EXPECT_REFUSED(forward_tensors(model), SPLAT_ERROR_INVALID_STATE, "mapped");

@@ -1,4 +1,4 @@
-// Parameters of a model that are written through pointers and by optimizers.
+// Memory of a model that others use: parameters written through pointers and by optimizers, tensors that are mapped.
 #include "api/api_calls.h"
 #include "support/rng_fill.h"
 
@@ -97,6 +97,48 @@ TEST_F(ApiSharedParameters, OptimizersWaitForTheHost) {
                    "a tensor of the model is mapped");
     ASSERT_DONE(splat_tensor_unmap(weight));
     EXPECT_DONE(splat_optimizer_step(optimizer, nullptr));
+}
+
+/// Whoever holds the pointer of a mapped tensor is alone with its memory.
+TEST_F(ApiSharedParameters, MappedMemoryIsNotUsedByOthers) {
+    const auto tensor = [&](const char* name) {
+        Tensor made;
+        EXPECT_DONE(splat_model_tensor(model_, name, made.out()));
+        return made;
+    };
+    const auto refuses = [](const Tensor& one, std::size_t elements) {
+        constexpr const char* kShared = "shares memory with a tensor that is mapped";
+        void* other = nullptr;
+        Floats values(elements);
+        const std::size_t bytes = values.size() * sizeof(float);
+        EXPECT_REFUSED(splat_tensor_map(one, SPLAT_ACCESS_READ, &other, nullptr),
+                       SPLAT_ERROR_INVALID_STATE, kShared);
+        EXPECT_REFUSED(splat_tensor_read(one, values.data(), bytes, nullptr),
+                       SPLAT_ERROR_INVALID_STATE, kShared);
+        EXPECT_REFUSED(splat_tensor_write(one, values.data(), bytes, nullptr),
+                       SPLAT_ERROR_INVALID_STATE, kShared);
+    };
+    const Tensor again = tensor(kWeight), means = tensor("means"), part = tensor("means[0]");
+    void* pointer = nullptr;
+    ASSERT_DONE(splat_tensor_map(weight_, SPLAT_ACCESS_READ_WRITE, &pointer, nullptr));
+    refuses(again, 216);
+    splat_weights weights = nullptr;
+    Floats values(216);
+    const std::size_t bytes = values.size() * sizeof(float);
+    constexpr const char* kMapped = "a tensor of the model is mapped";
+    EXPECT_REFUSED(splat_model_init(model_, 1), SPLAT_ERROR_INVALID_STATE, kMapped);
+    EXPECT_REFUSED(splat_model_store(model_, &weights), SPLAT_ERROR_INVALID_STATE, kMapped);
+    EXPECT_REFUSED(splat_model_read(model_, kWeight, values.data(), bytes),
+                   SPLAT_ERROR_INVALID_STATE, kMapped);
+    EXPECT_REFUSED(splat_model_write(model_, kWeight, values.data(), bytes),
+                   SPLAT_ERROR_INVALID_STATE, kMapped);
+    ASSERT_DONE(splat_tensor_map(part, SPLAT_ACCESS_READ, &pointer, nullptr)) << "other memory";
+    refuses(means, 3 * 16 * 16);
+    ASSERT_DONE(splat_tensor_unmap(part));
+    ASSERT_DONE(splat_tensor_unmap(weight_));
+    EXPECT_DONE(splat_model_read(model_, kWeight, values.data(), bytes));
+    EXPECT_DONE(splat_tensor_map(again, SPLAT_ACCESS_READ, &pointer, nullptr));
+    EXPECT_DONE(splat_tensor_unmap(again));
 }
 
 }  // namespace

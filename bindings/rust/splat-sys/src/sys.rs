@@ -3297,12 +3297,14 @@ extern "C" {
     /// ```text
     /// Give the host a pointer to the tensor's elements, row-major contiguous, until splat_tensor_unmap.
     /// Makes no copy if the device has SPLAT_FEATURE_UNIFIED_MEMORY. With SPLAT_ACCESS_WRITE the
-    /// contents are undefined until written. While a tensor is mapped no other call may use it.
+    /// contents are undefined until written. While a tensor is mapped no other call may use it,
+    /// nor a tensor of the same memory (splat_model_tensor).
     /// pointer   out, owned by the library
     /// bytes     out, may be NULL
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (access),
-    ///   SPLAT_ERROR_INVALID_STATE (mapped already), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-    ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
+    ///   SPLAT_ERROR_INVALID_STATE (mapped already, or a tensor of the same memory is),
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+    ///   SPLAT_ERROR_DEVICE_LOST
     /// ```
     pub fn splat_tensor_map(
         tensor: splat_tensor,
@@ -4177,8 +4179,8 @@ extern "C" {
     /// A pass reads what the tensors hold when it runs. After a parameter is written through its tensor,
     /// the next pass prepares weights anew, as after splat_model_write. If a pointer to a parameter was
     /// given away (splat_tensor_host_pointer), every pass does. Writing inputs or outputs, like writing
-    /// parameters, ends what splat_model_backward needs. No pass runs while one of these tensors is
-    /// mapped. The tensor, which the caller destroys, keeps the model's memory alive.
+    /// parameters, ends what splat_model_backward needs. No call uses the model's memory while one
+    /// of these tensors is mapped. The tensor, which the caller destroys, keeps that memory alive.
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such
     ///   object), SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (no such gradient is
     ///   computed), SPLAT_ERROR_UNSUPPORTED (the device cannot bind the part of one object), and errors

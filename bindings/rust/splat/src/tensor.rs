@@ -269,7 +269,7 @@ impl Mapping<'_> {
     pub fn as_slice<T: Element>(&self) -> Result<&[T]> {
         self.tensor.check_type::<T>()?;
         let length = self.bytes / std::mem::size_of::<T>();
-        // SAFETY: the library refuses other calls with a mapped tensor, and keeps the memory.
+        // SAFETY: the library refuses other calls with a mapped tensor or its memory, which it keeps.
         Ok(unsafe { std::slice::from_raw_parts(self.pointer.cast(), length) })
     }
 
