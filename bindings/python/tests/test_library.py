@@ -1,6 +1,8 @@
 """Finding and checking the library; declarations against the description of the API."""
 import ctypes
+import errno
 import json
+import pickle
 import subprocess
 import sys
 import unittest
@@ -123,9 +125,17 @@ class Errors(Case):
                          (splat.Result.ERROR_INVALID_ARGUMENT, "SPLAT_ERROR_INVALID_ARGUMENT"))
 
     def test_an_error_can_be_pickled(self) -> None:
-        import pickle
         error = pickle.loads(pickle.dumps(splat.NotFound("gone", -12)))
         self.assertEqual((type(error), str(error), error.code), (splat.NotFound, "gone", -12))
+
+    def test_errors_of_the_system_have_numbers(self) -> None:
+        kinds: Dict[Any, Any] = {splat.NotFound: errno.ENOENT, splat.Timeout: errno.ETIMEDOUT,
+                                 splat.IoError: None}
+        for kind, number in kinds.items():
+            made = kind("a sentence")
+            self.assertEqual((made.errno, made.strerror, str(made)), (number, None, "a sentence"))
+            again = pickle.loads(pickle.dumps(made))
+            self.assertEqual((type(again), again.errno, str(again)), (kind, number, "a sentence"))
 
 
 def _errors_class(code: int) -> splat.Error:

@@ -3,6 +3,7 @@
 Each error code has a class below `Error`, which is also the usual class of Python where there is
 one: `except FileNotFoundError` catches `NotFound`, `except ValueError` catches `InvalidArgument`.
 """
+import errno
 from typing import Any, Callable, Dict, Tuple, Type
 
 from . import _native
@@ -19,7 +20,7 @@ class Error(Exception):
     usual = _native.Result.ERROR_INTERNAL
 
     def __init__(self, message: str, code: int = 0) -> None:
-        super().__init__(message, code)
+        super().__init__(message)  # OSError would take two for its errno and strerror
         self.code = _native.Result(code) if code else self.usual
         self.message = message
 
@@ -91,6 +92,7 @@ class Timeout(Error, TimeoutError):
     """The device did not finish in time; it may still be working."""
 
     usual = _native.Result.ERROR_TIMEOUT
+    errno = errno.ETIMEDOUT
 
 
 class DeviceLost(Error, RuntimeError):
@@ -107,6 +109,7 @@ class NotFound(Error, FileNotFoundError):
     """No such file or folder, or no entry of that name."""
 
     usual = _native.Result.ERROR_NOT_FOUND
+    errno = errno.ENOENT
 
 
 class IoError(Error, OSError):
