@@ -7,10 +7,18 @@ import numpy as np
 
 import splat
 from shared import Case, picture, run_program, values
+from splat.picture import picture_array
 
 VGG = ((0, 3, 64), (2, 64, 64), (5, 64, 128), (7, 128, 128), (10, 128, 256), (12, 256, 256),
        (14, 256, 256), (17, 256, 512), (19, 512, 512), (21, 512, 512), (24, 512, 512),
        (26, 512, 512), (28, 512, 512))
+
+# 36 x 24 gray pixels; its Exif data say that on film of 36 x 24 mm the focal length were 50 mm.
+JPEG = bytes.fromhex(
+    "ffd8ffe10034457869660000" "4d4d002a00000008" "00018769000400000001 0000001a00000000"
+    "0001a405000300000001 0032000000000000" "ffdb004300" + 64 * "ff" +
+    "ffc0000b080018002401011100" "ffc40015000101" + 14 * "00" + "0001" "ffc400141001" + 16 * "00" +
+    "ffda0008010100003f0080000000ffd9")
 
 
 class Predictors(Case):
@@ -35,6 +43,27 @@ class Predictors(Case):
                        [splat.Picture(picture())], picture()[::-1][::-1]):
             again = self.predictor.predict(source)
             self.assertEqual(again.scene.to_bytes("ply"), first.scene.to_bytes("ply"))
+
+    def test_files_and_their_bytes_are_cut_alike(self) -> None:
+        deep = splat.Image(values(64, 80) / 2 + 0.25)  # float depths would be scaled to 0 to 1
+        for format in ("png", "png16"):
+            for part in ("image", "mask", "depth", "normal"):
+                file = self.folder / f"{part}.png"
+                file.write_bytes(deep.to_bytes(format))
+                cuts = []
+                for source in (file, file.read_bytes()):
+                    given = splat.Picture(picture()[:, :, :3], mask=picture()[:, :, 3])
+                    setattr(given, part, source)
+                    cuts.append(splat.cut_picture(given, 32)[0])
+                for name, image in cuts[0].items():
+                    np.testing.assert_array_equal(image.array, cuts[1][name].array, f"{part} {name}")
+
+    def test_exif_data_tell_the_focal_length(self) -> None:
+        image = splat.Image.load(JPEG)
+        self.assertEqual((image.focal, image.bits), (50, 8))
+        for given, focal in ((JPEG, 50), (image, 50), (splat.Picture(JPEG), 50),
+                             (splat.Picture(JPEG, focal=7), 7), (image.array, 0)):
+            self.assertEqual(picture_array(given)[0][0].focal, focal)
 
     def test_types_of_pixels(self) -> None:
         for dtype in (np.float16, np.float32):

@@ -27,6 +27,7 @@ class Image:
     def __init__(self, data: ArrayLike) -> None:
         self.array: NDArray[Any] = pixel_array(data, "data")
         self.focal = 0.0  # pixels, from the Exif data of a file; 0: not known
+        self.bits = 0  # of each number of the file: 8, 16, or 32 of a .npy; 0: not from a file
 
     @classmethod
     def load(cls, source: Union[PathLike, bytes, bytearray, memoryview], *,
@@ -56,7 +57,7 @@ class Image:
         image.pixels = address(pixels)
         check(function(*place, byref(image), byref(info)))
         loaded = cls(pixels if image.channels > 1 else pixels[:, :, 0])
-        loaded.focal = info.focal
+        loaded.focal, loaded.bits = info.focal, info.bits
         return loaded
 
     def save(self, path: PathLike) -> None:

@@ -22,10 +22,11 @@ Source = Union[PathLike, bytes, ArrayLike]
 class Picture:
     """One view of an object.
 
-    image            what shows it; pixels are reduced to 8 bits
+    image            what shows it; pixels and files are reduced to 8 bits
     mask             of the object; None: the image's alpha, else what differs from its border
-    depth, normal    maps where the network takes them; larger depth is nearer, at any scale; normals
-                     are (normal + 1) / 2 in the camera's axes
+    depth, normal    maps where the network takes them; larger depth is nearer; float depths may have
+                     any scale, those of files are taken as they are; normals are (normal + 1) / 2 in
+                     the camera's axes
     whole            use the largest centred square, not the object's
     foreground       the object's longer side, as a part of the square's; 0: 0.65
     focal            pixels of the image; 0: by its Exif data, else not known
@@ -47,26 +48,32 @@ class Picture:
     tokens: Optional[ArrayLike] = None
 
 
-def _fill_source(raw: Any, source: Optional[Source], what: str, kept: List[Any]) -> None:
+def _fill_source(raw: Any, source: Optional[Source], what: str, kept: List[Any]) -> float:
+    """Describe an image or a map. Returns the focal length of its Exif data, pixels; 0: not known here."""
     if source is None:
-        return
+        return 0.0
     if isinstance(source, str) or hasattr(source, "__fspath__"):
         raw.path = path_of(source, what)
-        return
-    loaded = isinstance(source, (bytes, bytearray, memoryview))
-    array = pixel_array(Image.load(source).array if loaded else source, what)
+        return 0.0
+    if isinstance(source, (bytes, bytearray, memoryview)):
+        source = Image.load(source)
+        if source.bits == 16:  # reduced as the library reduces files of 16 bits, whose floats are v / 65535
+            source.array = (np.rint(source.array * 65535).astype(np.uint16) // 257).astype(np.uint8)
+    array = pixel_array(source, what)
     kept.append(array)
     raw.pixels = image_struct(array)
+    return source.focal if isinstance(source, Image) else 0.0
 
 
 def fill_picture(raw: Any, picture: Union[Picture, Source], kept: List[Any]) -> None:
     """Describe a picture to the library; `kept` receives what must live as long."""
     if not isinstance(picture, Picture):
         picture = Picture(picture)
-    for name in ("image", "mask", "depth", "normal"):
+    focal = _fill_source(raw.image, picture.image, "image", kept)
+    for name in ("mask", "depth", "normal"):
         _fill_source(getattr(raw, name), getattr(picture, name), name, kept)
     raw.flags = flags_of((picture.whole, _native.PictureFlags.WHOLE))
-    raw.foreground, raw.focal = picture.foreground, picture.focal
+    raw.foreground, raw.focal = picture.foreground, picture.focal or focal
     raw.origin_distance = picture.origin_distance
     if picture.world_to_camera is not None:
         matrix = doubles(picture.world_to_camera, (4, 4), "world_to_camera")
