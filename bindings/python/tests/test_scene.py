@@ -159,6 +159,19 @@ class Images(Case):
                          np.float16)
         self.assertTrue(image._repr_png_().startswith(b"\x89PNG"))
 
+    def test_limits_of_files(self) -> None:
+        self.addCleanup(splat.set_decode_limits)
+        file = splat.Image(picture() * np.uint8(0)).to_bytes()
+        splat.set_decode_limits(bytes_times_file=1, bytes_besides=1000)
+        self.refused(splat.FormatError, "splat_decode_set_limits", splat.Image.load, file)
+        splat.set_decode_limits(bytes_besides=1 << 20, items=1, jpeg_scans=1)
+        splat.Image.load(file)
+        arrays = {"a": values(2), "b": values(2)}
+        self.refused(splat.FormatError, "", splat.Weights.load, splat.Weights(arrays).to_bytes())
+        splat.set_decode_limits()
+        self.assertEqual(len(splat.Weights.load(splat.Weights(arrays).to_bytes())), 2)
+        self.refused(splat.InvalidArgument, "items is -1", splat.set_decode_limits, items=-1)
+
     def test_animations(self) -> None:
         frames = [values(5, 6, 3, seed=seed) for seed in range(3)]
         for name in ("gif", "png"):

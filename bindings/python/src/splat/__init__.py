@@ -22,7 +22,7 @@ from .dataset import (Dataset, config_keys, config_merge, config_preset, config_
 from .device import Device, default_device, describe, devices
 from .evaluator import EvaluatedViews, Evaluator, Lpips
 from .image import Image, animation_to_bytes, compare_images, save_animation
-from .log import set_log
+from .log import set_decode_limits, set_log
 from .model import Model, Port
 from .module import Module, Op, operators
 from .optimizer import Group, Optimizer
@@ -55,7 +55,7 @@ __all__ = [
     "filter_map", "import_tables", "mesh_points", "normals_from_depth", "operators", "picture_mask",
     "prepare_co3d", "prior_preset",
     "prior_preset_text", "prior_presets", "render", "save_animation", "save_cameras",
-    "scene_formats", "set_log", "write_synthetic",
+    "scene_formats", "set_decode_limits", "set_log", "write_synthetic",
 ]
 
 for _name in __all__:  # what tracebacks and help call them
