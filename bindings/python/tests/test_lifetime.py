@@ -1,4 +1,4 @@
-"""Objects in any order, threads, the log, signals, forks, and the end of the interpreter."""
+"""Objects in any order, the log, signals, forks, and the end of the interpreter."""
 import copy
 import ctypes
 import gc
@@ -12,11 +12,10 @@ import unittest
 import weakref
 from typing import Any, List
 
-import numpy as np
-
 import splat
 from splat import _calls, _library, _native
-from shared import CONFIG, Case, cameras, run_program, scene, values
+from shared import Case, cameras, run_program, scene
+
 
 class Order(Case):
     """Closing and collecting."""
@@ -103,87 +102,6 @@ class Order(Case):
         for dead in (handle, 0, 1, self.device.handle):
             self.assertEqual(lib.splat_scene_get_info(dead, ctypes.byref(info)),
                              _native.Result.ERROR_INVALID_HANDLE)
-
-
-class Threads(Case):
-    """Several threads at once."""
-
-    def together(self, *functions: Any) -> None:
-        """Run functions at once; exceptions of any count."""
-        errors: List[BaseException] = []
-
-        def guarded(function: Any) -> None:
-            try:
-                function()
-            except BaseException as error:
-                errors.append(error)
-
-        threads = [threading.Thread(target=guarded, args=(each,)) for each in functions]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        if errors:
-            raise errors[0]
-
-    def test_one_rasterizer(self) -> None:
-        rasterizer, drawn = splat.Rasterizer(self.device, 50, 48, 32), scene()
-        rasterizer.forward(drawn, cameras())
-        expected = rasterizer.read()
-
-        def work() -> None:
-            for _ in range(20):
-                rasterizer.forward(drawn, cameras())
-                np.testing.assert_array_equal(rasterizer.read(), expected)
-
-        self.together(work, work, work)
-
-    def test_errors_stay_with_their_thread(self) -> None:
-        def missing(name: str) -> None:
-            for _ in range(200):
-                self.refused(splat.NotFound, name, splat.Scene.load, self.folder / name)
-
-        self.together(lambda: missing("one.ply"), lambda: missing("two.ply"))
-
-    def test_closing_beside_a_call(self) -> None:
-        device = splat.Device()
-        model = splat.Model(device, CONFIG)
-        model.init(1)
-        others = [splat.Tensor.zeros(device, (64, 64)) for _ in range(20)]
-        started = threading.Event()
-
-        def work() -> None:
-            for _ in range(5):
-                model.forward(values(1, 3, 16, 16))
-                started.set()
-
-        def close() -> None:
-            started.wait()
-            for each in (device, *others):
-                each.close()
-
-        self.together(work, close)
-        model.close()
-
-    def test_cancel_from_another_thread(self) -> None:
-        device = splat.Device()
-        model = splat.Model(device, CONFIG)
-        stop = threading.Event()
-
-        def cancel() -> None:
-            while not stop.wait(0.0005):
-                device.cancel()
-
-        thread = threading.Thread(target=cancel)
-        thread.start()
-        try:
-            with self.assertRaises(splat.Cancelled):
-                while True:
-                    model.forward(values(1, 3, 16, 16))
-        finally:
-            stop.set()
-            thread.join()
-        model.forward(values(1, 3, 16, 16))
 
 
 class Log(Case):
@@ -300,6 +218,26 @@ print(heard, evaluator.info.scored, evaluator.score(0).novel.views)
 """, DATA=str(self.folder))
         self.assertEqual((status, output), (
             0, "KeyboardInterrupt \nTrue True\nTimeoutError alarm\n[1] 1 250\n"), errors)
+
+    def test_interrupts_end_an_export(self) -> None:
+        splat.write_synthetic(self.folder / "data", train=10, train_views=40, resolution=32)
+        status, output, errors = run_program("""
+import os, signal, splat, threading
+dataset, out = splat.Dataset(os.environ["DATA"]), os.environ["DATA"] + "/../out"
+begun, counts = threading.Event(), []
+def send():
+    begun.wait()
+    os.kill(os.getpid(), signal.SIGINT)
+def progress(*count):
+    counts.append(count)
+    begun.set()
+threading.Thread(target=send).start()
+try: splat.export_dataset(dataset, out, layout="images", progress=progress)
+except KeyboardInterrupt: print("interrupted", counts[-1][0] < counts[-1][1])
+splat.export_dataset(dataset, out, layout="images", progress=progress)
+print(counts[-1])
+""", DATA=str(self.folder / "data"))
+        self.assertEqual((status, output, errors), (0, "interrupted True\n(2000, 2000)\n", ""))
 
     def test_interrupts_at_any_time(self) -> None:
         status, output, errors = run_program("""

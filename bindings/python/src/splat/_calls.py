@@ -2,7 +2,7 @@
 
 Python runs signal handlers in the main thread, between two instructions of its own. A call of the
 library is one instruction, however long it takes. So the main thread hands such a call to a worker
-thread and waits for it, and a handler runs at once. If the handler raises, as Ctrl-C does, the device
+thread and waits for it, and a handler runs at once. If the handler raises, as Ctrl-C does, the call
 is cancelled, the main thread waits for the end of the call, whose buffers it owns, and the exception
 goes on. Other threads call directly. The way to the worker and back takes about 10 us.
 """
@@ -13,7 +13,6 @@ from contextlib import AbstractContextManager
 from typing import Any, Callable, List, Optional
 
 from ._errors import Error, last_error
-from ._library import lib
 
 # Seconds between two cancels of a call that does not end; the first may come before its start.
 AGAIN = 0.02
@@ -90,7 +89,7 @@ def direct_only() -> None:
     _direct = True
 
 
-def _cancel(thread: _Thread, device: Optional[int]) -> None:
+def _cancel(thread: _Thread, cancel: Optional[Callable[[], object]]) -> None:
     """Withdraw a call that has not begun, else cancel it and wait for its end.
 
     A second signal may end this early. The call then ends by itself: what it uses is kept by it.
@@ -99,8 +98,8 @@ def _cancel(thread: _Thread, device: Optional[int]) -> None:
         thread.calls.pop()
     except IndexError:
         while thread.busy:
-            if device is not None:
-                lib.splat_device_cancel(device)
+            if cancel is not None:
+                cancel()
             thread.end.acquire(timeout=AGAIN)
 
 
@@ -111,11 +110,12 @@ def _locked(function: Callable[..., int], arguments: Any, lock: Optional["Lock[A
         return function(*arguments)
 
 
-def run(device: Optional[int], lock: Optional["Lock[Any]"], function: Callable[..., int],
-        *arguments: Any) -> int:
-    """Call a function of the library that uses a device and may take long.
+def run(cancel: Optional[Callable[[], object]], lock: Optional["Lock[Any]"],
+        function: Callable[..., int], *arguments: Any) -> int:
+    """Call a function of the library that may take long.
 
-    device     handle to cancel when a signal handler raises; None: the call only ends by itself
+    cancel     called, perhaps several times, when a signal handler raises; None: the call only ends
+               by itself
     lock       held while the function runs; None: none
     Returns the result if it is no error. Raises Error, and what a signal handler raises.
     """
@@ -133,7 +133,7 @@ def run(device: Optional[int], lock: Optional["Lock[Any]"], function: Callable[.
         thread.begin.release()
         thread.end.acquire()
     except BaseException:  # of a signal handler
-        _cancel(thread, device)
+        _cancel(thread, cancel)
         raise
     code, error = thread.code, thread.error
     _idle.append(worker)

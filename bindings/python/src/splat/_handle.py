@@ -1,8 +1,10 @@
 """The base of all classes that own an object of the library."""
 import threading
 import weakref
+from contextlib import contextmanager
 from ctypes import byref, c_void_p
-from typing import TYPE_CHECKING, Any, Callable, ClassVar, Optional, Type, TypeVar
+from functools import partial
+from typing import TYPE_CHECKING, Any, Callable, ClassVar, Iterator, List, Optional, Type, TypeVar
 
 from ._calls import run
 from ._errors import InvalidHandle, check
@@ -14,6 +16,15 @@ if TYPE_CHECKING:
 Own = TypeVar("Own", bound="Handle")
 
 
+class Keeper:
+    """Keeps an object of the library, which is destroyed at the latest when nobody refers to this."""
+
+    def __init__(self, kind: str, handle: int) -> None:
+        self.handle = handle
+        self.lent: List[None] = []  # one for each block of `Handle._lent`
+        self.destroy = weakref.finalize(self, getattr(lib, f"splat_{kind}_destroy"), handle)
+
+
 class Handle:
     """Owns an object of the library, until `close`, the end of a `with` block, or its collection.
 
@@ -22,18 +33,16 @@ class Handle:
 
     _kind: ClassVar[str] = ""  # splat_<kind>_destroy ends it
     _device: Optional["Device"] = None
-    _finalizer: Optional[weakref.finalize] = None
-    _value: Optional[int] = None
+    _keeper: Optional[Keeper] = None  # None: closed
     _lock: Optional[threading.RLock] = None  # of those whose calls the caller must serialise
 
-    def _own(self, value: Optional[int], device: Optional["Device"] = None) -> None:
+    def _own(self, value: int, device: Optional["Device"] = None) -> None:
         """Take an object that the library made."""
-        self._value = value
         self._device = device
-        self._finalizer = weakref.finalize(self, getattr(lib, f"splat_{self._kind}_destroy"), value)
+        self._keeper = Keeper(self._kind, value)
 
     @classmethod
-    def _of(cls: Type[Own], value: Optional[int], device: Optional["Device"] = None) -> Own:
+    def _of(cls: Type[Own], value: int, device: Optional["Device"] = None) -> Own:
         """A new Python object for an object that the library made."""
         made = cls.__new__(cls)
         made._own(value, device)
@@ -43,28 +52,47 @@ class Handle:
     def _begin(self) -> None:
         """Set the attributes that every object of the class has, however it was made."""
 
+    def _kept(self) -> Keeper:
+        keeper = self._keeper
+        if keeper is None:
+            raise InvalidHandle(f"this {type(self).__name__} was closed; make a new one")
+        return keeper
+
     @property
     def handle(self) -> int:
         """The library's handle, for calls of `splat._native`."""
-        if self._value is None:
-            raise InvalidHandle(f"this {type(self).__name__} was closed; make a new one")
-        return self._value
+        return self._kept().handle
 
     @property
     def closed(self) -> bool:
         """Whether the object was given back to the library."""
-        return self._value is None
+        return self._keeper is None
 
     def close(self) -> None:
         """Give the object back to the library. A second call does nothing."""
-        self._value = None
-        if self._finalizer is not None:
-            self._finalizer()
+        keeper, self._keeper = self._keeper, None
+        if keeper is not None and not keeper.lent:
+            keeper.destroy()
+
+    @contextmanager
+    def _lent(self) -> Iterator[Keeper]:
+        """A block that copies what the library lends, such as names that live as long as the object.
+
+        If another thread closes the object meanwhile, it is destroyed at the end of the block: `close`
+        looks at `lent` after it has taken the keeper away, and a call behind that is refused.
+        """
+        keeper = self._kept()
+        keeper.lent.append(None)
+        try:
+            yield keeper
+        finally:
+            keeper.lent.pop()
 
     def _run(self, function: Callable[..., int], *arguments: Any) -> int:
         """Call a function that may take long; see `splat._calls`."""
-        device = self._device
-        return run(None if device is None else device._value, self._lock, function, *arguments)
+        keeper = None if self._device is None else self._device._keeper
+        cancel = None if keeper is None else partial(lib.splat_device_cancel, keeper.handle)
+        return run(cancel, self._lock, function, *arguments)
 
     def _call(self, function: Callable[..., int], *arguments: Any) -> int:
         """Call a function that is soon done."""

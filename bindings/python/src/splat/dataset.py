@@ -1,4 +1,5 @@
 """Configurations, and data sets of objects seen by several cameras."""
+import threading
 from ctypes import addressof, byref, c_char_p, c_uint32, sizeof
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
 
@@ -6,6 +7,7 @@ import numpy as np
 
 from . import _native
 from ._arrays import ArrayLike, Floats, address, doubles
+from ._calls import run
 from ._errors import check, direct
 from ._handle import Handle, made
 from ._library import lib
@@ -207,22 +209,26 @@ Progress = Callable[[int, int], object]
 
 
 def _run(call: Callable[[Any], Any], progress: Optional[Progress]) -> None:
-    """Call with a function of C. What Python raises in it, such as Ctrl-C, is raised at the end."""
-    raised = []
+    """Call with a function of C, which `progress` or a signal ends by raising."""
+    stop = threading.Event()
+    raised: List[BaseException] = []
 
     def report(user: Any, done: int, total: int) -> int:
         try:
-            if progress is not None:
+            if progress is not None and not stop.is_set():
                 progress(done, total)
         except BaseException as error:
             raised.append(error)
-            return 1
-        return 0
+            stop.set()
+        return int(stop.is_set())
 
-    code = call(_native.splat_progress_callback(report))
-    if raised:
-        raise raised[0]
-    check(code)
+    def work() -> int:
+        code: int = call(_native.splat_progress_callback(report))
+        if raised:
+            raise raised[0]
+        return code
+
+    run(stop.set, None, work)
 
 
 def import_tables(path: PathLike, out: Optional[PathLike] = None, *, split: str = "train",
@@ -234,8 +240,9 @@ def import_tables(path: PathLike, out: Optional[PathLike] = None, *, split: str 
     replace   remove an import of other tables in the folder
     duckdb    DuckDB's library; None: SPLAT_DUCKDB_LIBRARY, or found
     shard     (i, n): part i of n, which n processes do; the last to end completes the store
-    progress  called with the rows done and all rows; what it raises ends the import, which goes on
-              when it is called again
+    progress  called with the rows done and all rows, on a thread of its own if this one is the main
+              thread; what it raises ends the import, as Ctrl-C does, which goes on when it is called
+              again
     Raises NotFound (tables, DuckDB), FormatError with table, column and row, IoError.
     """
     desc = _native.splat_dataset_import_desc(struct_size=sizeof(_native.splat_dataset_import_desc))
@@ -256,7 +263,7 @@ def export_dataset(dataset: Dataset, path: PathLike, *, layout: str = "tables",
     layout    "tables" (Parquet files), "srn" or "images" (folders), or "store"
     split     to write; None: that of the data set
     objects   their numbers; None: all
-    shard     of a store, as of `import_tables`
+    shard, progress  as of `import_tables`; shards of a store only
     Raises InvalidArgument (another export in the folder), Unsupported, NotFound (DuckDB), IoError.
     """
     desc = _native.splat_dataset_export_desc(struct_size=sizeof(_native.splat_dataset_export_desc))
@@ -267,5 +274,6 @@ def export_dataset(dataset: Dataset, path: PathLike, *, layout: str = "tables",
     if objects is not None:
         numbers = (c_uint32 * max(len(objects), 1))(*(whole(each, "an object") for each in objects))
         desc.objects, desc.object_count = addressof(numbers), len(objects)
+        desc.kept = numbers  # as long as the call runs
     _run(lambda report: lib.splat_dataset_export(dataset.handle, byref(desc), report, None),
          progress)

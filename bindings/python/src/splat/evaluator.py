@@ -2,7 +2,7 @@
 import threading
 from ctypes import addressof, byref, c_double, c_uint32, c_void_p, sizeof
 from dataclasses import dataclass
-from typing import Any, Dict, Iterator, List, Optional, Sequence
+from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence
 
 import numpy as np
 
@@ -79,6 +79,7 @@ class Evaluator(Handle):
     inputs        conditioning views without a predictor; 0: 1
     novel_views   of each object, evenly spread; 0: all
     objects       only this many; 0: all
+    Threads take turns on the evaluators of one predictor.
     Raises InvalidArgument, ShapeMismatch, and as `Dataset`.
     """
 
@@ -104,7 +105,7 @@ class Evaluator(Handle):
         desc.objects = whole(objects, "objects")
         self._own(made("evaluator", direct, lib.splat_evaluator_create, byref(desc)),
                   None if predictor is None else predictor._device)
-        self._lock = threading.RLock()
+        self._lock = threading.RLock() if predictor is None else predictor._scoring
 
     @property
     def info(self) -> EvaluatorInfo:
@@ -121,17 +122,19 @@ class Evaluator(Handle):
 
     def score(self, index: int) -> ObjectScores:
         """Predict an object, draw its views and score them."""
-        raw = _native.splat_object_scores(struct_size=sizeof(_native.splat_object_scores))
-        self._run(lib.splat_evaluator_score, self.handle, whole(index, "index"), byref(raw))
-        return ObjectScores.of(raw)
+        return self._scores(lib.splat_evaluator_score, whole(index, "index"))
 
     def score_images(self, index: int, images: ArrayLike) -> ObjectScores:
         """Score float32 images [n,3,R,R] of the views that `read` gives, in their order."""
         array = floats(images, (None, 3, None, None), "images")
+        return self._scores(lib.splat_evaluator_score_images, whole(index, "index"),
+                            address(array), array.size)
+
+    def _scores(self, function: Callable[..., int], *arguments: Any) -> ObjectScores:
         raw = _native.splat_object_scores(struct_size=sizeof(_native.splat_object_scores))
-        self._run(lib.splat_evaluator_score_images, self.handle, whole(index, "index"),
-                  address(array), array.size, byref(raw))
-        return ObjectScores.of(raw)
+        with self._lent() as kept:
+            self._run(function, kept.handle, *arguments, byref(raw))
+            return ObjectScores.of(raw)
 
     def read(self, index: int, drawn: bool = False) -> EvaluatedViews:
         """The views of an object.

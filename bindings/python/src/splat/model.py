@@ -34,14 +34,15 @@ class Port:
         return f"Port({self.name!r}, {shape_text(self.shape)})"
 
 
-def ports_of(function: Callable[..., int], handle: int, kind: Union[int, str]) -> List[Port]:
-    """The ports that a function lists."""
+def ports_of(owner: Handle, function: Callable[..., int], kind: Union[int, str]) -> List[Port]:
+    """The ports of a model or a module that a function lists."""
     code = choice(_native.PortKind, kind, "kind")
     count = c_uint32()
-    check(function(handle, code, None, 0, byref(count)))
-    raw = (_native.splat_port * count.value)()
-    check(function(handle, code, raw, count.value, byref(count)))
-    return [Port(each) for each in raw]
+    with owner._lent() as kept:
+        owner._call(function, kept.handle, code, None, 0, byref(count))
+        raw = (_native.splat_port * count.value)()
+        owner._call(function, kept.handle, code, raw, count.value, byref(count))
+        return [Port(each) for each in raw]
 
 
 class Model(Handle):
@@ -131,7 +132,7 @@ class Model(Handle):
 
     def ports(self, kind: Union[int, str] = "parameter") -> List[Port]:
         """Names and shapes of inputs ("input"), outputs ("output") or parameters."""
-        return ports_of(lib.splat_model_ports, self.handle, kind)
+        return ports_of(self, lib.splat_model_ports, kind)
 
     def tensor(self, name: str) -> Tensor:
         """A tensor that shares the model's memory: an input, output, parameter, or "grad:" of one.

@@ -110,7 +110,7 @@ class Module(Handle):
 
     def ports(self, kind: Union[int, str] = "parameter") -> List[Port]:
         """Names and shapes of inputs ("input"), outputs ("output") or parameters."""
-        return ports_of(lib.splat_module_ports, self.handle, kind)
+        return ports_of(self, lib.splat_module_ports, kind)
 
     def init(self, seed: int = 0) -> None:
         """Initialise the parameters at random."""

@@ -1,4 +1,5 @@
 """From pictures of an object to a scene."""
+import threading
 from ctypes import byref, sizeof
 from dataclasses import dataclass
 from typing import Any, Callable, Dict, List, Optional, Sequence, Union
@@ -71,13 +72,15 @@ class Predictor(Handle):
         desc.config, desc.adapters_alpha = json_of(config, "config"), alpha
         self._own(made("predictor", direct, lib.splat_predictor_create, device.handle, byref(desc)),
                   device)
+        self._scoring = threading.RLock()  # of its evaluators, of which the library wants one at a time
 
     @property
     def info(self) -> PredictorInfo:
         """What it takes and gives, for what its weights were trained."""
         info = _native.splat_predictor_info(struct_size=sizeof(_native.splat_predictor_info))
-        check(lib.splat_predictor_get_info(self.handle, byref(info)))
-        return PredictorInfo.of(info)
+        with self._lent() as kept:
+            check(lib.splat_predictor_get_info(kept.handle, byref(info)))
+            return PredictorInfo.of(info)
 
     @property
     def report(self) -> Dict[str, Any]:

@@ -202,8 +202,9 @@ class PriorModel(Handle):
     def info(self) -> PriorModelInfo:
         """What it makes, its licence, the size of its input."""
         info = _native.splat_prior_model_info(struct_size=sizeof(_native.splat_prior_model_info))
-        check(lib.splat_prior_model_get_info(self.handle, byref(info)))
-        return PriorModelInfo.of(info)
+        with self._lent() as kept:
+            check(lib.splat_prior_model_get_info(kept.handle, byref(info)))
+            return PriorModelInfo.of(info)
 
     def run(self, picture: ArrayLike, maps: Optional[Sequence[str]] = None,
             dtype: Any = np.uint8) -> Dict[str, NDArray[Any]]:

@@ -156,13 +156,13 @@ class Tensor(Handle):
         pointer, size = c_void_p(), c_size_t()
         code = choice(_native.Access, access, "access")
         info = self.info
-        check(lib.splat_tensor_map(self.handle, code, byref(pointer), byref(size)))
-        try:
-            yield np.asarray(_dlpack.Memory(pointer.value or 0, info.shape, DTYPES[info.dtype],
-                                            code == _native.Access.READ, self))
-        finally:
-            if not self.closed:
-                check(lib.splat_tensor_unmap(self.handle))
+        with self._lent() as kept:
+            check(lib.splat_tensor_map(kept.handle, code, byref(pointer), byref(size)))
+            try:
+                yield np.asarray(_dlpack.Memory(pointer.value or 0, info.shape, DTYPES[info.dtype],
+                                                code == _native.Access.READ, self))
+            finally:
+                check(lib.splat_tensor_unmap(kept.handle))
 
     def check(self) -> TensorStats:
         """Counts of NaN and infinities, and the range of a float32 tensor's finite elements."""

@@ -2,7 +2,7 @@
 import threading
 from ctypes import byref, sizeof
 from dataclasses import dataclass, fields
-from typing import Any, Dict, Iterator, Optional, Sequence, Union
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Union
 
 import numpy as np
 
@@ -41,11 +41,18 @@ class Event(TrainingEvent):
 
 
 def _copy(pointer: Optional[int], event: Any) -> Optional[Floats]:
-    """The images of an event, which are valid until the next one."""
+    """A copy of the images of an event."""
     if not pointer or event.image_count == 0:
         return None
     shape = (event.views, 3, event.side, event.side)
     return np.array(np.asarray(Memory(pointer, shape, np.dtype(np.float32), True)))
+
+
+def _event(raw: Any) -> Event:
+    """A copy of an event."""
+    facts = TrainingEvent.of(raw)
+    return Event(**{each.name: getattr(facts, each.name) for each in fields(facts)},
+                 drawn=_copy(raw.images, raw), truths=_copy(raw.truths, raw))
 
 
 class Training(Handle):
@@ -93,12 +100,18 @@ class Training(Handle):
         call tries the same piece.
         """
         raw = _native.splat_training_event(struct_size=sizeof(_native.splat_training_event))
-        self._run(lib.splat_training_next, self.handle, byref(raw))
-        facts = TrainingEvent.of(raw)
-        event = Event(**{each.name: getattr(facts, each.name) for each in fields(facts)},
-                      drawn=_copy(raw.images, raw), truths=_copy(raw.truths, raw))
-        self._ended = event.ends
-        return event
+        events: List[Event] = []
+
+        def call() -> int:  # with the lock: what `raw` points to is lent until the next call
+            with self._lent() as kept:
+                code: int = lib.splat_training_next(kept.handle, byref(raw))
+                if code >= 0:
+                    events.append(_event(raw))
+                return code
+
+        self._run(call)
+        self._ended = events[0].ends
+        return events[0]
 
     def __iter__(self) -> Iterator[Event]:
         return self
@@ -176,8 +189,8 @@ class Batches(Handle):
         """Batch number `step`, for `Trainer.step`; a copy."""
         batch = Batch.__new__(Batch)
         batch.raw = _native.splat_trainer_batch(struct_size=sizeof(_native.splat_trainer_batch))
-        with self._lock:  # the library's arrays are valid until the next call
-            check(lib.splat_batches_next(self.handle, whole(step, "step", 64), byref(batch.raw)))
+        with self._lent() as kept, self._lock:  # the library's arrays are lent until the next call
+            check(lib.splat_batches_next(kept.handle, whole(step, "step", 64), byref(batch.raw)))
             batch._copy()
         return batch
 

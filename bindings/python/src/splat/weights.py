@@ -12,18 +12,11 @@ from ._dlpack import Memory
 from ._library import lib
 from ._records import WeightsInfo
 from ._text import PathLike, bytes_from, choice, encoded, flags_of, json_from, path_of, text_from
-from .device import Device
 
 
 def builtin_weights(name: Optional[str] = None) -> str:
     """The path of weights that come with the library; None: "cars64". Raises NotFound."""
     return text_from(lib.splat_builtin_weights, encoded(name, "name"))
-
-
-class _Keeper(Handle):
-    """Owns the library's weights for `Weights` and for the views of their values."""
-
-    _kind = "weights"
 
 
 class Weights(Handle):
@@ -45,13 +38,9 @@ class Weights(Handle):
             set_dims(each, array.shape, f"'{name}'")
         self._own(made("weights", direct, lib.splat_weights_from_arrays, raw, len(raw)))
 
-    def _own(self, value: Optional[int], device: Optional[Device] = None) -> None:
-        self._value = value
-        self._keeper: Optional[_Keeper] = _Keeper._of(value)
-
     def close(self) -> None:
         """Give the weights back to the library; where there are views, with the last of them."""
-        self._value = self._keeper = None
+        self._keeper = None
 
     @classmethod
     def load(cls, source: Union[PathLike, bytes, bytearray, memoryview], *,
@@ -109,8 +98,9 @@ class Weights(Handle):
 
     def _describe(self, index: int) -> WeightsInfo:
         info = _native.splat_weights_info(struct_size=sizeof(_native.splat_weights_info))
-        check(lib.splat_weights_get_info(self.handle, index, byref(info)))
-        return WeightsInfo.of(info)
+        with self._lent() as kept:
+            check(lib.splat_weights_get_info(kept.handle, index, byref(info)))
+            return WeightsInfo.of(info)
 
     def _index(self, name: str) -> int:
         index = c_uint32()
@@ -144,11 +134,11 @@ class Weights(Handle):
         index = self._index(name)
         shape = self._describe(index).shape
         pointer, count = c_void_p(), c_uint64()
-        check(lib.splat_weights_data(self.handle, index, byref(pointer), byref(count)))
-        if not pointer.value:
-            return np.empty(shape, np.float32)
-        return np.asarray(Memory(pointer.value, shape, np.dtype(np.float32), True,
-                                 self._keeper))
+        with self._lent() as kept:
+            check(lib.splat_weights_data(kept.handle, index, byref(pointer), byref(count)))
+            if not pointer.value:
+                return np.empty(shape, np.float32)
+            return np.asarray(Memory(pointer.value, shape, np.dtype(np.float32), True, kept))
 
     def __repr__(self) -> str:
         return "Weights(closed)" if self.closed else f"Weights({len(self)} arrays)"
