@@ -209,7 +209,7 @@ namespace Splat
             Check.NotNull(views, nameof(views));
             uint[] numbers = ViewNumbers(views);
             int n = numbers.Length;
-            int area = resolution * resolution;
+            int area = checked(resolution * resolution);  // a length of 0 means "trusted"
             var result = new DatasetViews
             {
                 Images = new float[checked(n * 3 * area)],

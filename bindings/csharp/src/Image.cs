@@ -30,7 +30,7 @@ namespace Splat
 
         /// <summary>
         /// Make a picture. `data` is not copied; null: a new array. The library checks its length
-        /// when it uses the picture.
+        /// when it uses the picture; without a byte it is an ArgumentException.
         /// </summary>
         public Image(int width, int height, int channels, Pixel type = Pixel.U8, byte[] data = null)
         {
@@ -39,6 +39,10 @@ namespace Splat
             Channels = (int)Check.Unsigned(channels, nameof(channels));
             Type = type;
             Data = data ?? new byte[checked(width * height * channels * SampleBytes(type))];
+            if (Data.Length == 0)  // which means "trusted" to the library
+                throw new ArgumentException(
+                    "samples of an image of " + width + " x " + height + " pixels and " + channels +
+                    " channels are expected, got 0 bytes", nameof(data));
         }
 
         /// <summary>Make a picture of a copy of float samples, row by row, channels

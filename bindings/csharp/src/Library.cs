@@ -6,6 +6,22 @@ using Splat.Interop;
 
 namespace Splat
 {
+    /// <summary>
+    /// What a file may cost when it is read, by this process and whatever reads it: a small file can
+    /// ask for all memory or for hours. 0: the default.
+    /// </summary>
+    public sealed class DecodeLimits
+    {
+        /// <summary>Bytes of memory for each byte of the file; 0: 64.</summary>
+        public long BytesTimesFile { get; set; }
+        /// <summary>Bytes on top of that; 0: 64 MiB.</summary>
+        public long BytesBesides { get; set; }
+        /// <summary>Tensors or files of an archive; 0: 10^6.</summary>
+        public long Items { get; set; }
+        /// <summary>Scans of one JPEG; 0: 100.</summary>
+        public int JpegScans { get; set; }
+    }
+
     /// <summary>The loaded libsplat. The first use of any class checks that it fits.</summary>
     public static unsafe class Library
     {
@@ -43,6 +59,26 @@ namespace Splat
         {
             Ensure();
             return Text.Read(Native.splat_result_name(code), -1);
+        }
+
+        /// <summary>
+        /// Replace the limits of this process (splat_decode_set_limits); null: the defaults. Calls
+        /// that read a file then take the new ones; a file beyond them throws
+        /// ResultCode.ErrorFormat. Thread-safe.
+        /// </summary>
+        public static void SetDecodeLimits(DecodeLimits limits)
+        {
+            Ensure();
+            limits = limits ?? new DecodeLimits();
+            var native = new splat_decode_limits
+            {
+                struct_size = (uint)sizeof(splat_decode_limits),
+                bytes_times_file = Check.Unsigned(limits.BytesTimesFile, nameof(limits.BytesTimesFile)),
+                bytes_besides = Check.Unsigned(limits.BytesBesides, nameof(limits.BytesBesides)),
+                items = Check.Unsigned(limits.Items, nameof(limits.Items)),
+                jpeg_scans = Check.Unsigned(limits.JpegScans, nameof(limits.JpegScans)),
+            };
+            Check.Ok(Native.splat_decode_set_limits(&native));
         }
 
         /// <summary>

@@ -114,12 +114,12 @@ namespace Splat
                     beta2 = options.Beta2,
                     eps = options.Eps,
                     schedule = options.Schedule,
-                    warmup_steps = Steps(options.WarmupSteps, nameof(options.WarmupSteps)),
-                    total_steps = Steps(options.TotalSteps, nameof(options.TotalSteps)),
-                    step_at = Steps(options.StepAt, nameof(options.StepAt)),
+                    warmup_steps = Check.Unsigned(options.WarmupSteps, nameof(options.WarmupSteps)),
+                    total_steps = Check.Unsigned(options.TotalSteps, nameof(options.TotalSteps)),
+                    step_at = Check.Unsigned(options.StepAt, nameof(options.StepAt)),
                     ema_decay = options.EmaDecay,
-                    ema_every = Steps(options.EmaEvery, nameof(options.EmaEvery)),
-                    ema_after = Steps(options.EmaAfter, nameof(options.EmaAfter)),
+                    ema_every = Check.Unsigned(options.EmaEvery, nameof(options.EmaEvery)),
+                    ema_after = Check.Unsigned(options.EmaAfter, nameof(options.EmaAfter)),
                 };
                 IntPtr handle;
                 Check.Ok(Native.splat_optimizer_create(device.Handle, &desc, &handle));
@@ -156,14 +156,6 @@ namespace Splat
                 natives[i].eps = group.Eps;
             }
             return natives;
-        }
-
-        private static ulong Steps(long value, string name)
-        {
-            if (value < 0)
-                throw new ArgumentOutOfRangeException(name, value,
-                    "a number of 0 or more is needed");
-            return (ulong)value;
         }
 
         /// <summary>

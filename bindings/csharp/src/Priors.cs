@@ -256,10 +256,20 @@ namespace Splat
         {
             get
             {
-                var info = new splat_prior_model_info
-                    { struct_size = (uint)sizeof(splat_prior_model_info) };
-                Check.Ok(Native.splat_prior_model_get_info(Handle, &info));
-                return new PriorModelInfo(&info);
+                SafePriorModelHandle handle = Handle;
+                bool added = false;
+                try
+                {
+                    handle.DangerousAddRef(ref added);  // the texts live as long as the model
+                    var info = new splat_prior_model_info
+                        { struct_size = (uint)sizeof(splat_prior_model_info) };
+                    Check.Ok(Native.splat_prior_model_get_info(handle, &info));
+                    return new PriorModelInfo(&info);
+                }
+                finally
+                {
+                    if (added) handle.DangerousRelease();
+                }
             }
         }
 

@@ -50,5 +50,14 @@ namespace Splat
                     "a number of 0 or more is needed");
             return (uint)value;
         }
+
+        /// <summary>The same of 64 bits.</summary>
+        internal static ulong Unsigned(long value, string name)
+        {
+            if (value < 0)
+                throw new ArgumentOutOfRangeException(name, value,
+                    "a number of 0 or more is needed");
+            return (ulong)value;
+        }
     }
 }

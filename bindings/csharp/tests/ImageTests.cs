@@ -78,6 +78,55 @@ namespace Splat.Tests
         }
 
         [Test]
+        private static void EmptyDataIsRefused()
+        {
+            Expect.Contains("5 x 3 pixels and 3 channels are expected, got 0 bytes",
+                Expect.Throws<ArgumentException>(
+                    () => new Image(5, 3, 3, Pixel.U8, new byte[0]).ToBytes()).Message);
+            Expect.Throws<ArgumentException>(
+                () => Image.FromFloats(5, 3, 1, default(ReadOnlySpan<float>)).ToBytes());
+            Expect.Throws<ArgumentException>(() => new Image(0, 3, 3).ToBytes());
+        }
+
+        [Test]
+        private static void LimitsOfDecodingHoldUntilTheyAreReplaced()
+        {
+            byte[] png = new Image(64, 64, 3).ToBytes();
+            byte[] jpeg = File.ReadAllBytes(Path.Combine(
+                Environment.GetEnvironmentVariable("SPLAT_HEADER_DIR"),
+                "../tests/fuzz/corpora/jpeg/progressive"));
+            byte[] tensors;
+            using (Weights two = Weights.FromArrays(new[] { new NamedArray("a", new float[1], 1),
+                                                            new NamedArray("b", new float[1], 1) }))
+                tensors = two.ToBytes();
+            Action[] reads =
+            {
+                () => Image.FromBytes(png), () => Image.FromBytes(jpeg),
+                () => Weights.FromBytes(tensors).Dispose(),
+            };
+            try
+            {
+                Library.SetDecodeLimits(new DecodeLimits { BytesTimesFile = 1, BytesBesides = 1000 });
+                Expect.Refused(ResultCode.ErrorFormat, "splat_decode_set_limits", reads[0]);
+                Library.SetDecodeLimits(new DecodeLimits { BytesTimesFile = 1000, BytesBesides = 1000 });
+                reads[0]();
+                Library.SetDecodeLimits(new DecodeLimits { BytesTimesFile = 1, BytesBesides = 1 << 20 });
+                reads[0]();
+                Library.SetDecodeLimits(new DecodeLimits { JpegScans = 1 });
+                Expect.Refused(ResultCode.ErrorFormat, "scans", reads[1]);
+                Library.SetDecodeLimits(new DecodeLimits { Items = 1 });
+                Expect.Refused(ResultCode.ErrorFormat, "more than 1 tensors", reads[2]);
+                Expect.Throws<ArgumentOutOfRangeException>(
+                    () => Library.SetDecodeLimits(new DecodeLimits { Items = -1 }));
+            }
+            finally
+            {
+                Library.SetDecodeLimits(null);
+            }
+            foreach (Action read in reads) read();
+        }
+
+        [Test]
         private static void RefusesBadInput()
         {
             Expect.Throws<ArgumentOutOfRangeException>(() => new Image(-1, 1, 1));

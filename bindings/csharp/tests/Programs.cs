@@ -10,7 +10,7 @@ namespace Splat.Tests
     {
         internal static bool Has(string name)
         {
-            return name == "fake-library" || name == "load" || name == "leave-objects" ||
+            return name == "fake-library" || name == "load" || name == "lend" || name == "leave-objects" ||
                    name == "leave-computing" || name == "leave-by-exit";
         }
 
@@ -20,6 +20,7 @@ namespace Splat.Tests
             {
                 case "fake-library": return FakeLibrary(arguments);
                 case "load": return Load();
+                case "lend": return Lend();
                 case "leave-objects": return LeaveObjects();
                 case "leave-computing": return LeaveComputing(false);
                 default: return LeaveComputing(true);
@@ -63,6 +64,42 @@ namespace Splat.Tests
                 Console.WriteLine("DllNotFoundException: " + error.Message);
             }
             return 1;
+        }
+
+        /// <summary>
+        /// What the library of lender.c lends is copied before it is gone, though the log's handler
+        /// disposes its object while the call runs, as a finaliser may right after it.
+        /// </summary>
+        private static int Lend()
+        {
+            Log.SetHandler((level, message) => lender.Dispose());
+            var device = new Device();
+            var options = new EvaluatorOptions { Method = "none" };
+            foreach (Func<PriorModelInfo, string> read in new Func<PriorModelInfo, string>[]
+                     { i => i.Preset, i => i.Licence, i => i.Note, i => i.Path, i => i.RuntimeVersion })
+                Lend(new PriorModel("none"), m => read(m.Info));
+            Lend(Weights.Load("none"), w => w[0].Name);
+            Lend(Weights.Load("none"), w => w[0].Dtype);
+            Lend(new Predictor(device), p => p.Info.Category);
+            Lend(new Evaluator(options), e => e.Score(0).Name);
+            Lend(new Evaluator(options), e => e.ScoreImages(0, new float[1]).Name);
+            Lend(new Model(device), m => m.Ports(PortKind.Input)[0].Name);
+            Lend(new Module(device, new ModuleOptions()), m => m.Ports(PortKind.Input)[0].Name);
+            Lend(new Training(device, "none"), t => t.Next().Message);
+            Lend(new Training(device, "none"), t => t.Next().Name);
+            Lend(new Batches(new Dataset("none")), b => string.Join(" ", b.Read(0).Images));
+            return wrong;
+        }
+
+        private static IDisposable lender;
+        private static int wrong;
+
+        private static void Lend<T>(T item, Func<T, string> read) where T : IDisposable
+        {
+            lender = item;
+            string got = read(item);
+            Console.WriteLine(typeof(T).Name + ": " + got);
+            if (got != "lent" && got != "1 2") ++wrong;
         }
 
         /// <summary>Return from Main with live objects of all kinds and a log handler.</summary>

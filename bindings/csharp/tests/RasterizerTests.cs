@@ -35,6 +35,8 @@ namespace Splat.Tests
                     rasterizer.CopyTo(Output.Rgb, tensor);
                     Expect.Same(rgb, tensor.ToArray());
                 }
+                Expect.Throws<ArgumentException>(() => rasterizer.ReadImages(
+                    0, new[] { new Image(48, 32, 4, Pixel.U8, new byte[0]) }));
                 // One view of three Gaussians at a rasterizer of two.
                 rasterizer.Forward(scene, cameras.Take(1).ToArray(), White);
                 Expect.Same(rgb.Take(32 * 48 * 3), rasterizer.Read(Output.Rgb));

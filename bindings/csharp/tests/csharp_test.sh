@@ -4,6 +4,7 @@
 #   csharp_test.sh build                compile Splat.dll, Tests.exe and Smoke.exe, warnings as errors
 #   csharp_test.sh run <class>          run the tests of <class>Tests
 #   csharp_test.sh load <cc>            libraries that do not fit are refused with both versions
+#   csharp_test.sh lend <cc>            what the library lends is copied before its object goes
 #   csharp_test.sh leave                processes end with live objects
 #   csharp_test.sh package <python>     the NuGet package: listing, and its library and weights work
 #   csharp_test.sh readme               the examples of README.md, in an empty folder
@@ -78,6 +79,15 @@ load() {
     fi
 }
 
+lend() {
+    temp=$(mktemp -d)
+    trap 'rm -rf "$temp"' EXIT
+    mono "$out/Tests.exe" fake-library 0.1.0 none >"$temp/fake.c"
+    "$1" -shared -fPIC -Wall -Wextra -Werror -I "$SPLAT_HEADER_DIR" -o "$temp/libsplat.so" "$here/tests/lender.c" \
+        "$temp/fake.c"
+    LD_LIBRARY_PATH="$temp" mono "$out/Tests.exe" lend || die "a text was read when its object was gone"
+}
+
 # leave <program> <status>
 leave_one() {
     status=0
@@ -128,6 +138,7 @@ case "$command" in
 build) build ;;
 run) mono "$out/Tests.exe" "$1" ;;
 load) load "$1" ;;
+lend) lend "$1" ;;
 leave) leave ;;
 package) package "$1" ;;
 readme) readme ;;

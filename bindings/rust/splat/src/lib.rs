@@ -51,7 +51,9 @@ pub use device::{Canceller, Device, DeviceDesc};
 pub use error::{Error, Result};
 pub use evaluator::{EvaluatedViews, Evaluator, EvaluatorDesc};
 pub use image::{Image, ImageView, ImageViewMut};
-pub use load::{build_info, check_library, version, version_string};
+pub use load::{
+    build_info, check_library, set_decode_limits, version, version_string, DecodeLimits,
+};
 pub use lpips::Lpips;
 pub use model::{Model, ModelDesc, ModelGradients, ModelInput};
 pub use module::{Module, ModuleDesc};

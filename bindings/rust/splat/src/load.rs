@@ -1,6 +1,7 @@
-//! The check of the loaded library against the header that this crate was made from.
+//! The loaded library: its check against the header that this crate was made from, and what it may
+//! spend on files.
 
-use crate::error::{Error, Result};
+use crate::error::{call, Error, Result};
 use crate::text::borrowed;
 use crate::values::Code;
 use splat_sys as sys;
@@ -44,6 +45,33 @@ pub fn version_string() -> String {
 pub fn build_info() -> String {
     // SAFETY: takes no arguments; the text lives as long as the library.
     unsafe { borrowed(sys::splat_build_info()) }.to_owned()
+}
+
+/// What a file may cost when it is read, by this process and whatever reads it: a small file can ask
+/// for all memory or for hours. 0 is the default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DecodeLimits {
+    /// Bytes of memory for each byte of the file; 0: 64.
+    pub bytes_times_file: u64,
+    /// Bytes on top of that; 0: 64 MiB.
+    pub bytes_besides: u64,
+    /// Tensors or files of an archive; 0: 10^6.
+    pub items: u64,
+    /// Scans of one JPEG; 0: 100.
+    pub jpeg_scans: u32,
+}
+
+/// Replace the limits of this process (`splat_decode_set_limits`). Calls that read a file then take
+/// the new ones; a file beyond them is [`Code::Format`]. `&Default::default()` restores the defaults.
+pub fn set_decode_limits(limits: &DecodeLimits) -> Result<()> {
+    let raw = sys::splat_decode_limits {
+        bytes_times_file: limits.bytes_times_file,
+        bytes_besides: limits.bytes_besides,
+        items: limits.items,
+        jpeg_scans: limits.jpeg_scans,
+        ..Default::default()
+    };
+    call!(splat_decode_set_limits(&raw))
 }
 
 fn unpack(version: u32) -> [u32; 3] {

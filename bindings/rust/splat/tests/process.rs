@@ -3,12 +3,19 @@
 
 mod support;
 
-use splat::{log, Code, Device, DeviceDesc, LogLevel, Scene, Tensor, Training};
+use splat::{
+    image, log, Code, DecodeLimits, Device, DeviceDesc, EvaluatedViews, Evaluator, EvaluatorDesc,
+    Image, ImageFormat, LogLevel, Model, ModelDesc, ModelFlags, NamedArray, Optimizer,
+    OptimizerDesc, OptimizerItem, Predictor, Scene, SyntheticDesc, Tensor, Trainer, Training,
+    Weights, WeightsFormat,
+};
 use std::cell::RefCell;
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::process::Command;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Barrier, Mutex};
+use std::time::Duration;
+use support::Folder;
 
 /// Run a test of this program, which is ignored otherwise, in a process of its own.
 fn run_alone(name: &str) {
@@ -35,6 +42,16 @@ fn a_panic_in_the_callback_goes_on_in_the_call() {
 #[test]
 fn callbacks_are_replaced_while_they_run() {
     run_alone("alone_replaced");
+}
+
+#[test]
+fn limits_of_decoding_hold_until_they_are_replaced() {
+    run_alone("alone_limits");
+}
+
+#[test]
+fn calls_on_one_network_wait_for_each_other() {
+    run_alone("alone_waiting");
 }
 
 #[test]
@@ -117,6 +134,132 @@ fn alone_replaced() {
     });
     log::clear_callback().unwrap();
     assert_eq!(Arc::strong_count(&calls), 1, "a callback was not freed");
+}
+
+#[test]
+#[ignore = "run by limits_of_decoding_hold_until_they_are_replaced"]
+fn alone_limits() {
+    let png = Image::<u8>::new([64, 64], 3);
+    let png = image::save_memory(png.view().unwrap(), ImageFormat::PNG).unwrap();
+    let jpeg = include_bytes!("../../../../tests/fuzz/corpora/jpeg/progressive");
+    let tensors = ["a", "b"].map(|name| NamedArray {
+        name,
+        values: &[1.0],
+        dims: &[1],
+    });
+    let tensors = Weights::from_arrays(&tensors).unwrap();
+    let tensors = tensors
+        .save_memory(WeightsFormat::SAFETENSORS, Default::default())
+        .unwrap();
+    let read_png = || Image::<u8>::load_memory(&png, 0).map(drop);
+    let read_jpeg = || Image::<u8>::load_memory(jpeg, 0).map(drop);
+    let read_tensors = || Weights::load_memory(&tensors).map(drop);
+    let refused = |limits: DecodeLimits, read: &dyn Fn() -> splat::Result<()>, part: &str| {
+        splat::set_decode_limits(&limits).unwrap();
+        let error = read().unwrap_err();
+        assert_eq!(error.code(), Code::Format, "{error}");
+        assert!(error.message().contains(part), "{error}");
+    };
+    let none = DecodeLimits::default();
+    let bytes = |bytes_times_file, bytes_besides| DecodeLimits {
+        bytes_times_file,
+        bytes_besides,
+        ..none
+    };
+    refused(bytes(1, 1000), &read_png, "splat_decode_set_limits");
+    for limits in [bytes(1000, 1000), bytes(1, 1 << 20)] {
+        splat::set_decode_limits(&limits).unwrap();
+        read_png().unwrap();
+    }
+    let jpeg_scans = 1;
+    refused(DecodeLimits { jpeg_scans, ..none }, &read_jpeg, "scans");
+    let one = DecodeLimits { items: 1, ..none };
+    refused(one, &read_tensors, "more than 1 tensors");
+    splat::set_decode_limits(&none).unwrap();
+    read_jpeg().unwrap();
+    read_tensors().unwrap();
+}
+
+/// Assert that `second` waits while `first`, a call that fails, is in the callback with its message.
+fn assert_waits(what: &str, first: impl FnOnce() + Send, second: impl FnOnce() + Send) {
+    let (entered, leave) = (Arc::new(Barrier::new(2)), Arc::new(Barrier::new(2)));
+    let (enter, left) = (Arc::clone(&entered), Arc::clone(&leave));
+    let is_first = AtomicBool::new(true);
+    log::set_callback(LogLevel::DEBUG, move |_, _| {
+        if is_first.swap(false, Ordering::Relaxed) {
+            enter.wait();
+            left.wait();
+        }
+    })
+    .unwrap();
+    std::thread::scope(|scope| {
+        scope.spawn(first);
+        entered.wait();
+        let (sender, done) = std::sync::mpsc::channel();
+        scope.spawn(move || {
+            second();
+            sender.send(()).unwrap();
+        });
+        let waited = done.recv_timeout(Duration::from_millis(500)).is_err();
+        leave.wait();
+        assert!(waited, "{what}: a call did not wait");
+        done.recv().unwrap();
+    });
+    log::clear_callback().unwrap();
+}
+
+#[test]
+#[ignore = "run by calls_on_one_network_wait_for_each_other"]
+fn alone_waiting() {
+    let folder = Folder::new("waiting");
+    let path = folder.text("data");
+    let desc = SyntheticDesc {
+        path: &path,
+        resolution: 64,
+        test_views: 2,
+        test_objects: 1,
+        ..Default::default()
+    };
+    splat::synthetic_write(&desc, 0).unwrap();
+    let device = Device::create(&Default::default()).unwrap();
+    let predictor = Predictor::create(&device, &Default::default()).unwrap();
+    let desc = EvaluatorDesc {
+        predictor: Some(&predictor),
+        data_path: Some(&path),
+        ..Default::default()
+    };
+    let [one, other] = [(); 2].map(|()| Evaluator::create(&desc).unwrap());
+    let fails = move || drop(one.score(9).unwrap_err());
+    assert_waits("evaluators of one predictor", fails, move || {
+        other.read(0, &mut EvaluatedViews::default()).unwrap();
+    });
+
+    let config =
+        "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], attention_resolutions: [8]}\n\
+                  data: {training_resolution: 16}\n";
+    let trainer = Trainer::create(&device, Some(config)).unwrap();
+    let model = trainer.model().unwrap();
+    let fails = move || drop(trainer.resume_memory(b"none").unwrap_err());
+    assert_waits("a trainer and its network", fails, move || {
+        model.init(1).unwrap();
+    });
+
+    let desc = ModelDesc {
+        flags: ModelFlags::GRADIENTS,
+        config: Some(config),
+        ..Default::default()
+    };
+    let model = Model::create(&device, &desc).unwrap();
+    let items = [OptimizerItem::Model(None, &model)];
+    let desc = OptimizerDesc {
+        items: &items,
+        ..Default::default()
+    };
+    let optimizer = Optimizer::create(&device, &desc).unwrap();
+    let fails = move || drop(model.read("none", &mut [0.0]).unwrap_err());
+    assert_waits("a network and its optimizer", fails, move || {
+        optimizer.zero_gradients().unwrap();
+    });
 }
 
 #[test]
