@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Check the listing and the manifest of a package of pack.py, and unpack it.
+"""Check the listing and the manifest of a package of pack.py, unpack it, and check that its libsplat.so
+finds what it needs in the package.
 
     check.py Splat.0.1.0.nupkg FOLDER
 """
@@ -9,7 +10,11 @@ from __future__ import annotations
 import sys
 import xml.etree.ElementTree as xml
 import zipfile
+from pathlib import Path
 
+from pack import dynamic, needed
+
+NATIVE = "runtimes/linux-x64/native/"
 EXPECTED = {
     "Splat.nuspec", "LICENSE", "README.md", "[Content_Types].xml", "_rels/.rels",
     "lib/netstandard2.0/Splat.dll", "lib/netstandard2.0/Splat.xml",
@@ -26,6 +31,10 @@ def problems(package: zipfile.ZipFile, name: str) -> list[str]:
     """Sentences on what is wrong with a package of that file name."""
     found = []
     names = set(package.namelist())
+    bundled = {path for path in names - EXPECTED if path.startswith(NATIVE)}
+    texts = {path.replace(NATIVE, "licenses/") + ".txt" for path in bundled}
+    found += [f"{path} is missing" for path in sorted(texts - names)]
+    names -= bundled | texts
     found += [f"{path} is missing" for path in sorted(EXPECTED - names)]
     found += [f"{path} is not expected" for path in sorted(names - EXPECTED)]
     if found:
@@ -36,7 +45,7 @@ def problems(package: zipfile.ZipFile, name: str) -> list[str]:
         found.append(f"the manifest has version {version}, the file is {name}")
     known = {entry.get("Extension") for entry in xml.fromstring(
         package.read("[Content_Types].xml")).iter(f"{TYPES}Default")}
-    for path in sorted(names - {"LICENSE", "[Content_Types].xml"}):
+    for path in sorted((names | bundled | texts) - {"LICENSE", "[Content_Types].xml"}):
         if path.rsplit(".", 1)[1] not in known:
             found.append(f"[Content_Types].xml has no type for {path}")
     if package.read("lib/netstandard2.0/Splat.dll")[:2] != b"MZ":
@@ -46,15 +55,30 @@ def problems(package: zipfile.ZipFile, name: str) -> list[str]:
     return found
 
 
+def problems_of_libraries(native: Path) -> list[str]:
+    """Sentences on libraries that the one in this folder needs and does not find here."""
+    library = native / "libsplat.so"
+    named, runpath = dynamic(library)
+    found = [] if runpath == "$ORIGIN" else [f"libsplat.so has RUNPATH {runpath}, expected $ORIGIN"]
+    here = {path.name for path in native.iterdir()} - {library.name}
+    found += [f"libsplat.so does not need {name}" for name in sorted(here - named)]
+    for path in sorted(native.iterdir()):
+        found += [f"{path.name} needs {name}, which is missing" for name in sorted(dynamic(path)[0] - here)]
+    # As the loader finds them.
+    found += [f"libsplat.so takes {name} of {path.parent}" for name, path in sorted(needed(library).items())
+              if path.parent != native.resolve()]
+    return found
+
+
 def main() -> int:
     name, folder = sys.argv[1:]
     with zipfile.ZipFile(name) as package:
-        found = problems(package, name)
-        for sentence in found:
-            print(f"check.py: {sentence}", file=sys.stderr)
         for path in sorted(package.namelist()):
             print(path)
         package.extractall(folder)
+        found = problems(package, name) or problems_of_libraries(Path(folder) / NATIVE)
+    for sentence in found:
+        print(f"check.py: {sentence}", file=sys.stderr)
     return 1 if found else 0
 
 

@@ -1,20 +1,29 @@
 #!/usr/bin/env python3
-"""Make the NuGet package of the C# binding: a zip with the assembly, the library and its weights.
+"""Make the NuGet package of the C# binding: a zip with the assembly, the library, what that needs, and
+its weights.
 
     pack.py --assembly Splat.dll --library libsplat.so --weights FOLDER --output FOLDER
 
-The assembly is best that of `dotnet build`. One of mcs runs with mono only, which is said.
+The assembly is best that of `dotnet build`. One of mcs runs with mono only, which is said. What the
+library needs beyond the system's C and C++ libraries is packed beside it, where its RUNPATH $ORIGIN
+finds it; the licences of these are in licenses/. Of programs it needs `ldd` and `readelf`.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
+import re
+import subprocess
 import sys
 import zipfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent.parent
+sys.path.insert(0, str(ROOT / "bindings" / "python"))
+from wheel_backend import SYSTEM, WheelError, licences, needed  # noqa: E402
+
 # The same bytes for the same files.
 DATE = (1980, 1, 1, 0, 0, 0)
 
@@ -38,6 +47,32 @@ def version() -> str:
     return text.split('HeaderVersion = "', 1)[1].split('"', 1)[0]
 
 
+class PackError(Exception):
+    """Why there is no package, and what to do."""
+
+
+def dynamic(library: Path) -> tuple[set[str], str]:
+    """The SONAMEs that a library names itself, without those of the system, and its RUNPATH."""
+    text = subprocess.run(["readelf", "-dW", str(library)], capture_output=True, text=True, check=True,
+                          env={**os.environ, "LC_ALL": "C"}).stdout
+    names = re.findall(r"\(NEEDED\).*\[(.*)\]", text)
+    runpath = re.search(r"\(RUNPATH\).*\[(.*)\]", text)
+    return {name for name in names if not SYSTEM.match(name)}, runpath.group(1) if runpath else "none"
+
+
+def bundled(library: Path) -> dict[str, Path]:
+    """The libraries to pack beside a library, by their SONAMEs."""
+    named, runpath = dynamic(library)
+    if runpath != "$ORIGIN":
+        raise PackError(f"{library} has RUNPATH {runpath}, expected $ORIGIN, without which it does not find "
+                        "what is packed beside it; take the libsplat.so of a build or an installation")
+    libraries = needed(library)
+    for name in sorted(set(libraries) - named):
+        raise PackError(f"{library} needs {name} through another library, for which its RUNPATH does not "
+                        "hold; link it with libsplat.so, too")
+    return libraries
+
+
 def contents(arguments: argparse.Namespace) -> dict[str, bytes]:
     """Path in the package to bytes. The library finds its weights two folders above it, in share."""
     assembly = Path(arguments.assembly)
@@ -51,6 +86,14 @@ def contents(arguments: argparse.Namespace) -> dict[str, bytes]:
         "lib/netstandard2.0/Splat.dll": assembly.read_bytes(),
         f"{runtime}/native/libsplat.so": Path(arguments.library).read_bytes(),
     }
+    for name, path in sorted(bundled(Path(arguments.library)).items()):
+        files[f"{runtime}/native/{name}"] = path.read_bytes()
+        texts = licences({name: path})
+        if not texts:
+            print(f"pack.py: no licence of {name} is known here; add it to the package as "
+                  f"licenses/{name}.txt", file=sys.stderr)
+        for text in texts.values():
+            files[f"licenses/{name}.txt"] = text
     documentation = assembly.with_suffix(".xml")
     if documentation.exists():
         files["lib/netstandard2.0/Splat.xml"] = documentation.read_bytes()
@@ -73,7 +116,11 @@ def main() -> int:
     parser.add_argument("--rid", default="linux-x64", help="runtime identifier of the library")
     parser.add_argument("--output", required=True, help="folder for the package")
     arguments = parser.parse_args()
-    files = contents(arguments)
+    try:
+        files = contents(arguments)
+    except (PackError, WheelError, OSError) as error:
+        print(f"pack.py: {error}", file=sys.stderr)
+        return 1
     if b"netstandard" not in files["lib/netstandard2.0/Splat.dll"]:
         print("pack.py: this Splat.dll was compiled for mono; for .NET build Splat.csproj and pack "
               "that one", file=sys.stderr)

@@ -104,9 +104,8 @@ leave() {
     done
 }
 
-# example <folder> <assembly>: compile and run the program of README.md in an empty folder.
+# example <folder> <assembly>: compile and run the program of README.md in the empty folder app.
 example() {
-    mkdir "$1/app"
     cp "$2" "$1/app/Splat.dll"
     # shellcheck disable=SC2016  # the backquotes are those of Markdown
     sed -n '/^```csharp$/,/^```$/{/^```/d;p;}' "$here/README.md" >"$1/app/Program.cs"
@@ -119,17 +118,49 @@ example() {
 readme() {
     temp=$(mktemp -d)
     trap 'rm -rf "$temp"' EXIT
+    mkdir "$temp/app"
     example "$temp" "$out/Splat.dll"
 }
 
 package() {
     temp=$(mktemp -d)
     trap 'rm -rf "$temp"' EXIT
-    "$1" "$here/package/pack.py" --assembly "$out/Splat.dll" --library "$SPLAT_LIB_DIR/libsplat.so" \
-        --weights "$root/tools/weights" --output "$temp"
-    "$1" "$here/package/check.py" "$temp"/*.nupkg "$temp/content"
-    LD_LIBRARY_PATH="$temp/content/runtimes/linux-x64/native"
-    example "$temp" "$temp/content/lib/netstandard2.0/Splat.dll"
+    unset LD_LIBRARY_PATH
+    pack() {
+        "$python" "$here/package/pack.py" --assembly "$out/Splat.dll" --library "$1" --weights "$root/tools/weights" \
+            --output "$temp"
+    }
+    python=$1
+    pack "$SPLAT_LIB_DIR/libsplat.so"
+    "$python" "$here/package/check.py" "$temp"/*.nupkg "$temp/content"
+    native=$temp/content/runtimes/linux-x64/native
+    refuse_packages
+
+    # The library by its path, and what it needs beside it.
+    mkdir "$temp/app" "$temp/loads"
+    echo "<configuration><dllmap dll=\"splat\" target=\"$native/libsplat.so\"/></configuration>" \
+        >"$temp/app/Splat.dll.config"
+    LD_DEBUG=libs LD_DEBUG_OUTPUT="$temp/loads/of" example "$temp" "$temp/content/lib/netstandard2.0/Splat.dll"
+    for library in "$native"/*; do
+        grep -q "calling init: $library$" "$temp"/loads/* || die "the program did not load $library"
+    done
+}
+
+# Packages that do not work alone.
+refuse_packages() {
+    if pack "$native/libpng16.so.16" 2>"$temp/message"; then die "a library without a RUNPATH was packed"; fi
+    grep -q "RUNPATH none" "$temp/message" || die "$(cat "$temp/message")"
+    for part in libyaml licenses/libyaml; do
+        "$python" -c "import sys, zipfile
+with zipfile.ZipFile(sys.argv[1]) as whole, zipfile.ZipFile(sys.argv[2], 'w') as less:
+    for name in whole.namelist():
+        if sys.argv[3] not in name: less.writestr(name, whole.read(name))" \
+            "$temp"/Splat.*.nupkg "$temp/less.Splat.0.1.0.nupkg" "$part"
+        if "$python" "$here/package/check.py" "$temp/less.Splat.0.1.0.nupkg" "$temp/less" >/dev/null 2>"$temp/message"
+        then die "a package without $part is passed"; fi
+        grep -q "libyaml-0.so.2.* is missing" "$temp/message" || die "$(cat "$temp/message")"
+    done
+    rm "$temp/less.Splat.0.1.0.nupkg"
 }
 
 command=$1
