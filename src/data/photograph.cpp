@@ -20,7 +20,8 @@ struct Box {
 const io::Image& eight_bits(const io::Image& image, io::Image& reduced) {
     if (image.bits == 8) return image;
     reduced = image;
-    for (std::uint16_t& sample : reduced.samples) sample = static_cast<std::uint16_t>(sample / 257);
+    for (std::uint16_t& sample : reduced.samples)
+        sample = static_cast<std::uint16_t>((sample + 128) / 257);  // the nearest of v / 255
     reduced.bits = 8;
     return reduced;
 }

@@ -175,7 +175,7 @@ TEST_F(PhotographRules, SamplesOf16BitsAreReducedTo8) {
     data::Picture sixteen = eight;
     sixteen.image.image.bits = 16;
     for (std::uint16_t& sample : sixteen.image.image.samples)
-        sample = static_cast<std::uint16_t>(257 * sample + (sample == 255 ? 0 : 100));
+        sample = static_cast<std::uint16_t>(257 * sample - (sample == 0 ? 0 : 100));
     for (data::Picture* each : {&eight, &sixteen}) each->mask = each->depth = each->image;
     const auto a = data::cut_photograph(eight, {}), b = data::cut_photograph(sixteen, {});
     ASSERT_OK(a.status());

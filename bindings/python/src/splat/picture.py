@@ -57,8 +57,8 @@ def _fill_source(raw: Any, source: Optional[Source], what: str, kept: List[Any])
         return 0.0
     if isinstance(source, (bytes, bytearray, memoryview)):
         source = Image.load(source)
-        if source.bits == 16:  # reduced as the library reduces files of 16 bits, whose floats are v / 65535
-            source.array = (np.rint(source.array * 65535).astype(np.uint16) // 257).astype(np.uint8)
+        if source.bits == 16:  # reduced to 8 as the library reduces files of 16 bits
+            source.array = np.rint(source.array * 255).astype(np.uint8)
     array = pixel_array(source, what)
     kept.append(array)
     raw.pixels = image_struct(array)
