@@ -201,8 +201,8 @@ SPLAT_API splat_result splat_evaluator_save(splat_evaluator evaluator, const cha
  * objects.
  * folder    of objects.json
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      NULL; scores of other weights, another method, data set or
- *                                     split, or of an object that is not there; nothing is taken
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL; scores of other weights, configuration, method, data
+ *                                     set, split, views; no such object; nothing is taken
  *   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  the file is not there, cannot be
  *                                     read, is damaged */
 SPLAT_API splat_result splat_evaluator_load(splat_evaluator evaluator, const char* folder);

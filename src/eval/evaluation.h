@@ -9,6 +9,8 @@ namespace splat::eval {
 /// The scores of a method on a data set, and what was scored.
 struct Evaluation {
     std::string weights;                            ///< path; empty: weights in memory
+    std::string network;                            ///< its checksum; empty: a method
+    std::string views;                              ///< those that are scored, and how
     std::string method;                             ///< empty: the network of the weights
     std::string format, split;                      ///< of the data set
     std::uint32_t data_objects = 0;                 ///< that it has

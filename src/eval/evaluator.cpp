@@ -1,6 +1,7 @@
 #include "eval/evaluator.h"
 
 #include <algorithm>
+#include <mutex>
 
 #include "data/dataset.h"
 #include "eval/saved_objects.h"
@@ -19,6 +20,20 @@ Evaluator::Evaluator(std::unique_ptr<predict::ViewSource> data, Protocol protoco
     evaluation_.format = index.format;
     evaluation_.split = index.split;
     evaluation_.data_objects = data_->objects();
+    std::string given;
+    for (const std::uint32_t view : protocol_.conditioning) given += format(" %u", view);
+    evaluation_.views = format(
+        "%u inputs%s%s, %s novel%s", protocol_.inputs, given.empty() ? "" : ":", given.c_str(),
+        protocol_.novel == 0 ? "all" : std::to_string(protocol_.novel).c_str(),
+        lpips_.net == nullptr ? "" : ", LPIPS");
+}
+
+Status Evaluator::use(vk::Context& context, predict::Network& network) {
+    const std::lock_guard lock(context.mutex);
+    SPLAT_ASSIGN(evaluation_.network, network.checksum());
+    context_ = &context;
+    network_ = &network;
+    return {};
 }
 
 Result<EvaluatedViews> Evaluator::views(std::uint32_t object) const {

@@ -23,11 +23,9 @@ class Evaluator {
     Evaluator(std::unique_ptr<predict::ViewSource> data, Protocol protocol, const Lpips& lpips,
               Evaluation evaluation);
 
-    /// Let a network draw the images. It must outlive the evaluator, as the network of LPIPS.
-    void use(vk::Context& context, predict::Network& network) {
-        context_ = &context;
-        network_ = &network;
-    }
+    /// Let a network draw the images. It must outlive the evaluator, as the network of LPIPS. Errors: those of
+    /// Network::checksum().
+    Status use(vk::Context& context, predict::Network& network);
 
     /// Objects to score.
     [[nodiscard]] std::uint32_t objects() const { return objects_; }

@@ -70,11 +70,10 @@ const std::vector<Field>& fields() {
 
 /// What objects of two evaluations must share.
 std::vector<std::pair<const char*, std::string>> labels_of(const Evaluation& evaluation) {
-    return {{"weights", evaluation.method.empty() ? evaluation.weights : ""},
-            {"method", evaluation.method},
-            {"format", evaluation.format},
-            {"split", evaluation.split},
-            {"data_objects", std::to_string(evaluation.data_objects)}};
+    return {
+        {"method", evaluation.method}, {"network", evaluation.network},
+        {"views", evaluation.views},   {"format", evaluation.format},
+        {"split", evaluation.split},   {"data_objects", std::to_string(evaluation.data_objects)}};
 }
 
 Result<ObjectScores> object_of(const JsonTree& json, std::size_t place) {
@@ -101,6 +100,7 @@ Result<ObjectScores> object_of(const JsonTree& json, std::size_t place) {
 std::string objects_text(const Evaluation& evaluation) {
     JsonWriter json;
     json.begin_object().newline(2).member("schema", 1);
+    json.newline(2).member("weights", evaluation.method.empty() ? evaluation.weights : "");
     for (const auto& [key, text] : labels_of(evaluation)) json.newline(2).member(key, text);
     json.newline(2).key("objects").begin_array();
     for (const auto& [index, object] : evaluation.objects) {
@@ -124,8 +124,11 @@ Result<std::map<std::uint32_t, ObjectScores>> load_objects(
         if (found == nullptr || found->text() == nullptr)
             return error(Code::kFormat, "'%s' has no text '%s'", path.c_str(), key);
         if (*found->text() != expected)
-            return error(Code::kInvalidArgument, "'%s' has scores of %s '%s', expected '%s'",
-                         path.c_str(), key, shown(*found->text()).c_str(), expected.c_str());
+            return error(Code::kInvalidArgument, "'%s' has scores of %s '%s', expected '%s'%s",
+                         path.c_str(), key, shown(*found->text()).c_str(), expected.c_str(),
+                         std::string_view(key) == "network"
+                             ? ": the checksum of weights, adapters and configuration"
+                             : "");
     }
     const JsonTree* const list = tree.value().find("objects");
     if (list == nullptr || list->list() == nullptr)

@@ -160,17 +160,19 @@ Comparison compare_pooled(std::span<const double> a, std::span<const double> b,
     const auto na = static_cast<double>(a.size());
     const auto nb = static_cast<double>(b.size());
     const double tolerance = kRounding * std::abs(total / (na + nb));
-    std::uint64_t reached = 0;
+    std::uint64_t above = 1, below = 1;  // the observed order is one of the draws, as in pairs
     for (std::uint32_t k = 0; k < options.permutations; ++k) {
         double sum = 0;  // of the first b.size() of a shuffle, the other ones are a's
         for (std::size_t i = 0; i < b.size(); ++i) {
             std::swap(all[i], all[i + numbers.below(all.size() - i)]);
             sum += all[i];
         }
-        if (sum / nb - (total - sum) / na >= result.difference - tolerance) ++reached;
+        const double difference = sum / nb - (total - sum) / na;
+        if (difference >= result.difference - tolerance) ++above;
+        if (difference <= result.difference + tolerance) ++below;
     }
-    const double f = static_cast<double>(reached) / std::max(1U, options.permutations);
-    result.p_permutation = 2 * std::min(f, 1 - f);
+    result.p_permutation = std::min(
+        1.0, 2 * static_cast<double>(std::min(above, below)) / (1.0 + options.permutations));
     const double deviation = std::sqrt(squares(a) / na);
     if (deviation > 0)
         result.p_parametric =

@@ -228,6 +228,15 @@ Result<Image> read_png(Bytes file, const ImageOptions& options) {
     if (file.size() < kSignatureBytes ||
         png_sig_cmp(reinterpret_cast<png_const_bytep>(file.data()), 0, kSignatureBytes) != 0)
         return error(Code::kFormat, "png: the file does not start like a PNG file");
+    // The header comes first. libpng's own limit calls it invalid.
+    constexpr std::size_t kWidthAt = 16, kHeightAt = 20, kHeaderEnd = 24;
+    if (file.size() >= kHeaderEnd) {
+        const auto width = number<std::uint32_t>(file.data() + kWidthAt, std::endian::big);
+        const auto height = number<std::uint32_t>(file.data() + kHeightAt, std::endian::big);
+        if (std::max(width, height) > options.max_side)
+            return error(Code::kUnsupported, "png: %u x %u pixels, the limit is %u on a side",
+                         width, height, options.max_side);
+    }
     PngReader reader(file);
     Image image;
     if (!reader.read_header(image, options))

@@ -57,7 +57,10 @@ Status OpInstance::check_shapes(const Tensors& tensors) const {
                             plan.outputs[i]));
     }
     for (std::size_t i = 0; i < tensors.grad_inputs.size(); ++i)
-        if (present(tensors.grad_inputs[i]) && row_.inputs[i].constant)
+        if (present(tensors.grad_inputs[i]) && !present(tensors.inputs[i]))
+            return error(Code::kInvalidArgument, "%s: tensor 'grad_%s' is given, but '%s' is not",
+                         row_.name, row_.inputs[i].name, row_.inputs[i].name);
+        else if (present(tensors.grad_inputs[i]) && row_.inputs[i].constant)
             return error(Code::kInvalidArgument,
                          "%s: tensor 'grad_%s' is given, but '%s' has no gradient", row_.name,
                          row_.inputs[i].name, row_.inputs[i].name);

@@ -4,8 +4,11 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
+#include "config/config_file.h"
 #include "core/finite.h"
+#include "io/compress.h"
 #include "model/adapters.h"
 #include "scene/activate.h"
 #include "scene/camera_pose.h"
@@ -85,7 +88,8 @@ Network::Network(vk::Context& context, const config::Settings& settings)
     : context_(context),
       background_(background_of(settings)),
       adapted_(settings.network.lora.rank > 0),
-      lora_alpha_(static_cast<double>(settings.network.lora.alpha)) {}
+      lora_alpha_(static_cast<double>(settings.network.lora.alpha)),
+      config_checksum_(io::crc32_of(io::as_bytes(config::merged_config_text(settings)))) {}
 
 Result<std::unique_ptr<Network>> Network::create(vk::Context& context,
                                                  const config::Settings& settings) {
@@ -107,6 +111,16 @@ Status Network::load(const io::WeightsFile& file, model::LoadReport& report) {
     SPLAT_ASSIGN(const io::NamedTensors folded,
                  model::merge_adapters(file.tensors, file.tensors, lora_alpha_, 1));
     return model::load_state(*predictor_, folded, options, report);
+}
+
+Result<std::string> Network::checksum() {
+    SPLAT_ASSIGN(const io::NamedTensors state, model::save_state(*predictor_));
+    std::uint32_t sum = config_checksum_;
+    for (const io::NamedTensor& tensor : state) {
+        sum = io::crc32_of(io::as_bytes(tensor.name), sum);
+        sum = io::crc32_of(std::as_bytes(std::span(tensor.values)), sum);
+    }
+    return format("%08x", sum);
 }
 
 Result<scene::Gaussians> Network::predict(const Views& views) {

@@ -65,6 +65,9 @@ class Network {
     /// for a configuration whose views have focal lengths of their own.
     [[nodiscard]] Result<scene::Camera> camera() const;
 
+    /// CRC-32 of the configuration and of all parameters, as hexadecimal text. Errors: those of Context::read.
+    Result<std::string> checksum();
+
     [[nodiscard]] const std::array<float, 3>& background() const { return background_; }
     [[nodiscard]] std::uint32_t views() const { return config().views; }
     [[nodiscard]] std::uint32_t resolution() const { return config().resolution; }
@@ -78,6 +81,7 @@ class Network {
     std::array<float, 3> background_;
     bool adapted_;  ///< the configuration's weights have adapters
     double lora_alpha_;
+    std::uint32_t config_checksum_;
     std::unique_ptr<model::Predictor> predictor_;
     raster::PackedBuffers scene_;                     ///< that the rasterizer's command lists name
     std::unique_ptr<raster::Rasterizer> rasterizer_;  ///< destroyed before `scene_`

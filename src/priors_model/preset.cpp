@@ -19,6 +19,11 @@ std::string list_of(const std::vector<std::string>& names) {
     return list;
 }
 
+bool is_json(const std::string& text) {
+    const std::size_t first = text.find_first_not_of(" \t\r\n");
+    return first != std::string::npos && text[first] == '{';
+}
+
 }  // namespace
 
 std::uint32_t Preset::maps() const {
@@ -45,6 +50,7 @@ std::vector<std::string> preset_names() {
 }
 
 Result<std::string> preset_text(const std::string& name) {
+    if (is_json(name)) return name;
     for (const EmbeddedPreset& preset : embedded_presets())
         if (name == preset.name) return std::string(preset.text);
     const std::vector<std::string> names = preset_names();
@@ -56,8 +62,6 @@ Result<std::string> preset_text(const std::string& name) {
 }
 
 Result<Preset> preset_of(const std::string& text) {
-    const std::size_t first = text.find_first_not_of(" \t\r\n");
-    if (first != std::string::npos && text[first] == '{') return parse_preset(text);
     SPLAT_ASSIGN(const std::string json, preset_text(text));
     return parse_preset(json);
 }

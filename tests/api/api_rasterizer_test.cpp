@@ -205,6 +205,29 @@ TEST(ApiRasterizer, MemoryOfStatesCounts) {
     EXPECT_EQ(used(), 0U);
 }
 
+/// A state holds the copy of the scene that it drew last, and no other.
+TEST(ApiRasterizer, MemoryOfScenesIsFreed) {
+    const Device device = open_device();
+    const auto used = [&] {
+        auto memory = sized<splat_memory_info>();
+        EXPECT_DONE(splat_device_get_memory(device, &memory));
+        return memory.live_bytes;
+    };
+    Scene scene = SampleScene(60).create();
+    const GaussianTensors tensors(device, scene);
+    const Rasterizer rasterizer = make_rasterizer(device, rasterizer_desc(60, kWidth, kHeight));
+    const splat_camera camera = sample_camera(kWidth, kHeight);
+    const splat_gaussians_desc desc = tensors.desc();
+    ASSERT_DONE(splat_rasterizer_forward(rasterizer, nullptr, &desc, &camera, 1, nullptr));
+    const std::uint64_t before = used();
+    ASSERT_DONE(forward(rasterizer, scene));
+    EXPECT_GT(used(), before);
+    scene.destroy();
+    EXPECT_GT(used(), before) << "backward may need it";
+    ASSERT_DONE(splat_rasterizer_forward(rasterizer, nullptr, &desc, &camera, 1, nullptr));
+    EXPECT_EQ(used(), before);
+}
+
 /// Every Gaussian is counted once: visible, culled, or not finite in any of its numbers.
 TEST(ApiRasterizer, CountsWhatIsDrawnAndWhatIsNot) {
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN();

@@ -84,7 +84,16 @@ TEST(Significance, EqualScoresShowNoDifference) {
     EXPECT_EQ(paired.effect, 0);
     const std::vector<double> even(30, 2.5);
     EXPECT_EQ(compare_pooled(even, even).p_parametric, 1);
+    EXPECT_EQ(compare_pooled(even, even).p_permutation, 1);
+    EXPECT_EQ(compare_pooled(std::vector<double>{20}, std::vector<double>{20}).p_permutation, 1);
     EXPECT_EQ(compare_paired({}, {}).p_permutation, 1);
+}
+
+TEST(Significance, PooledTestsDoNotDependOnTheOrder) {
+    const std::vector<double> low = {20, 21, 22}, high = {30, 31, 32};
+    // Of 20 ways to choose three of six, one reaches the difference: 2 / 20 on either side.
+    EXPECT_NEAR(compare_pooled(low, high).p_permutation, 0.1, 0.005);
+    EXPECT_NEAR(compare_pooled(high, low).p_permutation, 0.1, 0.005);
 }
 
 /// p is uniform if there is nothing to find: about 5 of 100 are below 0.05.

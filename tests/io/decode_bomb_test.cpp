@@ -115,6 +115,11 @@ TEST(DecodeBomb, PngOfManyPixels) {
                     image_status);
 }
 
+TEST(DecodeBomb, PngOfALongSide) {
+    EXPECT_ERROR(read_image(png_head(20000, 0, false)).status(), Code::kUnsupported,
+                 "png: 20000 x 20000 pixels, the limit is 16384 on a side");
+}
+
 TEST(DecodeBomb, PngOfManyTexts) {
     const auto packed = deflate_zlib(Buffer(7'900'000));
     ASSERT_OK(packed.status());

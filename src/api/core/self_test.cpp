@@ -8,6 +8,7 @@
 #include "api/core/self_test_parts.h"
 #include "core/environment.h"
 #include "core/fault.h"
+#include "core/fork.h"
 #include "core/log.h"
 #include "splat.h"
 #include "vk/pipeline_cache_file.h"
@@ -38,14 +39,31 @@ constexpr Part kParts[] = {
     {kRasterGradientKernels, "raster_gradient", "the gradient of a scene of three Gaussians",
      self_test::raster_gradient_error, 5e-3}};
 
-/// Results of this process: a driver, kernels and a family, or a driver and kernels.
-struct Results {
-    std::mutex mutex;
-    std::set<std::string> passed, failed;
+/// Results of this process: a driver, kernels and a family, or a driver and kernels. Locked for no longer than a
+/// look, as a fork waits for it.
+class Results {
+  public:
+    bool has(const std::string& key) {
+        const std::lock_guard lock(mutex_);
+        return keys_.count(key) != 0;
+    }
+    void add(const std::string& key) {
+        const std::lock_guard lock(mutex_);
+        keys_.insert(key);
+    }
+
+  private:
+    ForkMutex mutex_;
+    std::set<std::string> keys_;
 };
 
-Results& results() {
-    static Results all;
+Results& passed() {
+    static Results& all = *new Results;  // threads may outlive static objects
+    return all;
+}
+
+Results& failed() {
+    static Results& all = *new Results;
     return all;
 }
 
@@ -106,13 +124,13 @@ Result<std::string> find_wrong(vk::Context& context, const KernelTests& tests, u
         if ((families & part.family) == 0 || (known & part.family) != 0) continue;
         known |= part.family;
         const std::string of_family = key + " " + part.name;
-        if (results().passed.count(of_family) != 0) continue;
+        if (passed().has(of_family)) continue;
         if (!noted(tests.notes, of_family)) {
             SPLAT_ASSIGN(std::string wrong, wrong_part(context, part.family));
             if (!wrong.empty()) return wrong;
             note(tests.notes, of_family);
         }
-        results().passed.insert(of_family);
+        passed().add(of_family);
     }
     return std::string();
 }
@@ -127,16 +145,13 @@ Result<std::shared_ptr<vk::Context>> create_context(const vk::ContextDesc& desc,
     if (!desc.cache_folder.empty())
         tests.notes =
             vk::pipeline_cache_path(desc.cache_folder, context->device().info()) + ".tested";
-    const std::lock_guard lock(results().mutex);
-    if (!tests.chosen && results().failed.count(key_of(*context)) != 0)
-        context->device().use_plain_kernels();
+    if (!tests.chosen && failed().has(key_of(*context))) context->device().use_plain_kernels();
     return context;
 }
 
 Status test_kernels(vk::Context& context, KernelTests& tests, unsigned families) {
     const std::lock_guard lock(context.mutex);
     if ((tests.families & families) == families) return {};
-    const std::lock_guard lock_results(results().mutex);
     if (environment("SPLAT_SELF_TEST").value_or("1") == "0") return {};
     for (;;) {
         SPLAT_ASSIGN(const std::string wrong, find_wrong(context, tests, families));
@@ -155,7 +170,7 @@ Status test_kernels(vk::Context& context, KernelTests& tests, unsigned families)
                          "%s; update or change the driver, or choose another device "
                          "(SPLAT_SELF_TEST=0 uses it all the same)",
                          found.c_str());
-        results().failed.insert(key_of(context));
+        failed().add(key_of(context));
         if (tests.families != 0)
             return error(Code::kNoDevice,
                          "%s; open the device again, which gives it plain kernels, or update the "

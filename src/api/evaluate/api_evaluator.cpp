@@ -100,7 +100,7 @@ Result<EvaluatorPointer> make_evaluator(const splat_evaluator_desc& desc) {
     object->evaluator = std::make_unique<eval::Evaluator>(std::move(views), std::move(protocol),
                                                           lpips, std::move(labels));
     if (desc.method == nullptr)
-        object->evaluator->use(*object->predictor->context, *object->predictor->network);
+        SPLAT_TRY(object->evaluator->use(*object->predictor->context, *object->predictor->network));
     return object;
 }
 

@@ -35,14 +35,15 @@ TensorName parse_name(const std::string& text) {
     return name;
 }
 
-/// Object `i` of a tensor whose first dimension is that of the objects, or of their images.
+/// Object `i` of a tensor whose first dimension is that of the objects, or of their images, which then stays.
 Result<vk::BufferView> object_part(const vk::BufferView& all, vk::Context& context,
-                                   std::uint32_t objects, std::uint32_t i, const char* name) {
+                                   std::uint32_t objects, std::uint32_t i, bool images,
+                                   const char* name) {
     if (i >= objects)
         return error(Code::kInvalidArgument, "'%s': expected an object less than %u", name,
                      objects);
     std::vector<std::int64_t> dims;
-    if (all.shape[0] != objects) dims.push_back(all.shape[0] / objects);
+    if (images || all.shape[0] != objects) dims.push_back(all.shape[0] / objects);
     for (std::uint32_t axis = 1; axis < all.shape.rank(); ++axis) dims.push_back(all.shape[axis]);
     if (dims.back() == 1) dims.pop_back();
     SPLAT_ASSIGN(const Shape shape, Shape::create(dims, name));
@@ -101,7 +102,7 @@ Result<ModelTensor> find_model_tensor(Predictor& predictor, std::uint32_t object
                           !name.gradient, false};
         if (name.object) {
             SPLAT_ASSIGN(found.view, object_part(found.view, predictor.context(), objects,
-                                                 *name.object, text.c_str()));
+                                                 *name.object, name.base == "raw", text.c_str()));
         }
         return found;
     }

@@ -131,7 +131,8 @@ Result<PredictorPointer> make_predictor(splat_device device, const splat_predict
     }
     SPLAT_ASSIGN(const WeightsPointer weights,
                  predictor_weights(object->path.c_str(), desc.weights, "weights"));
-    SPLAT_ASSIGN(object->settings, predictor_settings(desc.config, object->path, desc.adapters_path));
+    SPLAT_ASSIGN(object->settings,
+                 predictor_settings(desc.config, object->path, desc.adapters_path));
     SPLAT_ASSIGN(const WeightsPointer file, with_adapters(weights, desc, object->settings.network));
     model::LoadReport load;
     SPLAT_TRY(owner->test(api::kNetworkKernels | api::kRasterKernels));
@@ -145,6 +146,8 @@ Result<PredictorPointer> make_predictor(splat_device device, const splat_predict
     object->report =
         predictor_report(*object, *file, load,
                          predictor_warnings(object->path, *file, load, object->settings.network));
+    const std::optional<double> fov = predict::field_of_view(file->tensors);
+    if (load.rays_taken && fov) object->settings.network.fov_degrees = static_cast<float>(*fov);
     return object;
 }
 
@@ -328,7 +331,8 @@ splat_result splat_prediction_report(const splat_prediction* prediction, char* b
         splat_prediction taken{};
         SPLAT_TRY(api::take_input(prediction, "prediction", "splat_prediction",
                                   sizeof(splat_prediction), taken));
-        return give(api::prediction_text(taken));
+        SPLAT_ASSIGN(const std::string text, api::prediction_text(taken));
+        return give(text);
     });
 }
 

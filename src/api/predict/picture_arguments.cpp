@@ -148,7 +148,7 @@ std::vector<std::string> picture_warnings(const splat_picture_info& info) {
     return warnings;
 }
 
-std::string prediction_text(const splat_prediction& prediction) {
+Result<std::string> prediction_text(const splat_prediction& prediction) {
     JsonWriter json;
     json.begin_object().member("gaussians", prediction.gaussians);
     json.member("not_finite", prediction.not_finite).member("faint", prediction.faint);
@@ -160,6 +160,11 @@ std::string prediction_text(const splat_prediction& prediction) {
             : std::min(prediction.picture_count, prediction.picture_capacity);
     for (std::uint32_t i = 0; i < count; ++i) {
         const splat_picture_info& info = prediction.pictures[i];
+        if (info.found < SPLAT_FOUND_BY_MASK || info.found > SPLAT_FOUND_NOTHING)
+            return error(Code::kInvalidArgument,
+                         "prediction.pictures[%u].found is %d, expected %d to %d: pass what a "
+                         "prediction has filled",
+                         i, info.found, SPLAT_FOUND_BY_MASK, SPLAT_FOUND_NOTHING);
         json.newline(1).begin_object().member("width", info.width).member("height", info.height);
         json.member("mask", data::mask_from_name(static_cast<data::MaskFrom>(info.found)));
         json.key("square").begin_array();

@@ -22,6 +22,6 @@ splat_picture_info info_of(const predict::PictureFacts& facts, bool field_of_vie
 std::vector<std::string> picture_warnings(const splat_picture_info& info);
 
 /// The JSON of splat_prediction_report.
-std::string prediction_text(const splat_prediction& prediction);
+Result<std::string> prediction_text(const splat_prediction& prediction);
 
 }  // namespace splat::api

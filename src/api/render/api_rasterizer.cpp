@@ -330,7 +330,10 @@ splat_result splat_rasterizer_forward(splat_rasterizer rasterizer, splat_raster_
         const std::lock_guard lock(object->context->mutex);
         SPLAT_TRY(arguments.check_unmapped());
         SPLAT_TRY(pack(*object, desc, attributes));
-        return forward(*object, object->inputs.scene(), views);
+        const Status done = forward(*object, object->inputs.scene(), views);
+        if (object->scene != nullptr && !object->rasterizer->names(object->scene->packed))
+            object->scene.reset();  // drawn before
+        return done;
     });
 }
 

@@ -276,8 +276,10 @@ TEST_F(ApiEvaluator, MergesWhatOthersScored) {
         EXPECT_REFUSED(splat_evaluator_load(other, first.c_str()), code, part);
         EXPECT_EQ(evaluation_json(other), before);
     };
-    refused("\"weights\": \"", "\"weights\": \"x", SPLAT_ERROR_INVALID_ARGUMENT,
-            "scores of weights 'x");
+    refused("\"network\": \"", "\"network\": \"x", SPLAT_ERROR_INVALID_ARGUMENT,
+            "scores of network 'x");
+    refused("1 inputs, all novel", "1 inputs, 1 novel", SPLAT_ERROR_INVALID_ARGUMENT,
+            "scores of views '1 inputs, 1 novel', expected '1 inputs, all novel'");
     refused("\"object\": \"", "\"object\": \"x", SPLAT_ERROR_INVALID_ARGUMENT,
             "is not among those to score");
     refused("\"views_novel\": ", "\"views_novel\": -", SPLAT_ERROR_FORMAT,
@@ -285,6 +287,10 @@ TEST_F(ApiEvaluator, MergesWhatOthersScored) {
     refused("\"drawn\": ", "\"drawn\": 99999999999", SPLAT_ERROR_FORMAT, "no number 'drawn'");
     refused("\"drawn\": ", "\"dawn\": ", SPLAT_ERROR_FORMAT, "no number 'drawn'");
     refused("}", "", SPLAT_ERROR_FORMAT, "objects.json");
+    // Weights in memory have no name, but are others all the same.
+    const Predictor flat = flat_predictor(device_, 0, 0);
+    EXPECT_REFUSED(splat_evaluator_load(evaluator(flat), second.c_str()),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "scores of network '");
     std::filesystem::remove_all(folder);
 }
 

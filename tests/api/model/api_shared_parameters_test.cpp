@@ -134,6 +134,9 @@ TEST_F(ApiSharedParameters, MappedMemoryIsNotUsedByOthers) {
                    SPLAT_ERROR_INVALID_STATE, kMapped);
     ASSERT_DONE(splat_tensor_map(part, SPLAT_ACCESS_READ, &pointer, nullptr)) << "other memory";
     refuses(means, 3 * 16 * 16);
+    auto raw_info = sized<splat_tensor_info>();
+    ASSERT_DONE(splat_tensor_get_info(tensor("raw[0]"), &raw_info));
+    EXPECT_EQ(raw_info.rank, 4U) << "views, channels, rows, columns";
     ASSERT_DONE(splat_tensor_unmap(part));
     ASSERT_DONE(splat_tensor_unmap(weight_));
     EXPECT_DONE(splat_model_read(model_, kWeight, values.data(), bytes));

@@ -126,6 +126,41 @@ TEST_F(ApiPredictor, GivesFactsOfAPrediction) {
     EXPECT_EQ(inputs[2], -1);
 }
 
+TEST_F(ApiPredictor, AReportOfNothingIsRefused) {
+    splat_picture_info info{};
+    auto facts = sized<splat_prediction>();
+    facts.pictures = &info;
+    facts.picture_capacity = facts.picture_count = 1;
+    EXPECT_REFUSED(splat_prediction_report(&facts, nullptr, 0, nullptr),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "prediction.pictures[0].found is 0");
+}
+
+TEST_F(ApiPredictor, TheFieldOfViewIsThatOfTheWeights) {
+    const std::string wide = std::string(kSmallModel) + "\n  fov: 90";
+    auto model_of_weights = model_desc();
+    model_of_weights.config = wide.c_str();
+    Model model;
+    ASSERT_DONE(splat_model_create(device_, &model_of_weights, model.out()));
+    ASSERT_DONE(splat_model_init(model, 3));
+    Weights weights;
+    ASSERT_DONE(splat_model_store(model, weights.out()));
+    auto desc = sized<splat_predictor_desc>();
+    desc.weights = weights;
+    desc.config = kSmallModel;
+    Predictor predictor;
+    ASSERT_DONE(splat_predictor_create(device_, &desc, predictor.out()));
+    auto info = sized<splat_predictor_info>();
+    ASSERT_DONE(splat_predictor_get_info(predictor, &info));
+    EXPECT_NEAR(info.fov_degrees, 90, 1e-3);
+    splat_camera camera{};
+    auto facts = sized<splat_prediction>();
+    facts.cameras = &camera;
+    facts.camera_capacity = 1;
+    Scene scene;
+    ASSERT_DONE(splat_predictor_predict(predictor, &picture_, 1, scene.out(), &facts));
+    EXPECT_NEAR(camera.fx, 8, 1e-4);
+}
+
 TEST_F(ApiPredictor, APoseWithoutEffectIsRefused) {
     for (int i = 0; i < 4; ++i) picture_.world_to_camera[5 * i] = 1;
     Scene scene;

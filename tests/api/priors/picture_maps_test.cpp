@@ -25,6 +25,9 @@ TEST(ApiPictureMaps, PresetsAreTexts) {
     EXPECT_NE(preset.find("/u2net.onnx\",\n"), std::string::npos) << preset;
     EXPECT_REFUSED(splat_prior_preset("u3net", nullptr, 0, nullptr), SPLAT_ERROR_NOT_FOUND,
                    "did you mean 'u2net'?");
+    const std::string own = preset.substr(preset.find("\"preset\": ") + 10);
+    const std::string json = own.substr(0, own.rfind('}'));
+    EXPECT_EQ(preset_text_of(json.c_str()), preset) << "presets of one's own are JSON";
 }
 
 TEST(ApiPictureMaps, MasksAreTheAlphaOrWhatTheBorderLeaves) {

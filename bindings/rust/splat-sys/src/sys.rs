@@ -4534,7 +4534,7 @@ extern "C" {
     ///                                     the rasterizer was made for; a state of another rasterizer; a
     ///                                     tensor of another device or dtype
     ///   SPLAT_ERROR_INVALID_STATE         a tensor is mapped; a scene and direct colours
-    ///   SPLAT_ERROR_SHAPE_MISMATCH        the message names the tensor and the shape expected
+    ///   SPLAT_ERROR_SHAPE_MISMATCH        tensors, also of too many Gaussians: the message names one
     ///   SPLAT_ERROR_UNSUPPORTED           more Gaussians in one tile than this device's loops take
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
     ///   SPLAT_ERROR_DEVICE_LOST
@@ -4655,7 +4655,7 @@ extern "C" {
     /// image     in/out. With pixels NULL, width, height and channels are set from the file's header, a
     ///           type of 0 becomes U8, or F32 for more than 8 bits, and bytes becomes the size of packed
     ///           rows; nothing is decoded. With pixels, they are filled: width and height are the
-    ///           file's; gray fills RGB, and a missing alpha is opaque. Decode limits hold for both
+    ///           file's; gray fills RGB, and a missing alpha is opaque (not of .npy). Decode limits hold too
     /// info      out, struct_size set; may be NULL
     /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of the image
@@ -5250,8 +5250,8 @@ extern "C" {
     /// objects.
     /// folder    of objects.json
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL; scores of other weights, another method, data set or
-    ///                                     split, or of an object that is not there; nothing is taken
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL; scores of other weights, configuration, method, data
+    ///                                     set, split, views; no such object; nothing is taken
     ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  the file is not there, cannot be
     ///                                     read, is damaged
     /// ```
