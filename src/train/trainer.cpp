@@ -171,9 +171,13 @@ Status Trainer::step(const TrainBatch& batch, TrainStep& result) {
     SPLAT_TRY(check(batch));
     result = {};
     SPLAT_TRY(predictor_->parameters().zero_gradients());
+    ScaleTerms terms;
     for (std::uint32_t first = 0; first < config_.batch_size; first += config_.micro_batch)
-        SPLAT_TRY(pass(batch, first, result));
+        SPLAT_TRY(pass(batch, first, terms, result));
     Stopwatch watch;
+    for (const std::uint32_t first : terms.waiting)
+        SPLAT_TRY(repeat_for_scales(batch, first, terms.outliers));
+    watch.add_to(result.network_seconds);
     SPLAT_ASSIGN(const GradientStats gradients, optimiser_->measure_gradients());
     result.gradients_zero = gradients.zero;
     result.skipped = gradients.non_finite > 0 || !std::isfinite(result.loss.total);
@@ -191,7 +195,7 @@ Status Trainer::step(const TrainBatch& batch, TrainStep& result) {
     return {};
 }
 
-Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, TrainStep& result) {
+Status Trainer::forward(const TrainBatch& batch, std::uint32_t first) {
     const std::uint32_t all = config_.batch_size;
     const std::uint32_t objects = config_.micro_batch;
     model::PredictorInput input;
@@ -204,13 +208,19 @@ Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, TrainStep& re
     input.seed = config_.seed;
     // A distinct number for each pass; dropout depends on it.
     input.step = static_cast<std::uint32_t>(attempts_ * (all / objects) + first / objects);
-    Stopwatch watch;
     SPLAT_TRY(predictor_->set_input(input));
-    SPLAT_TRY(predictor_->forward());
+    return predictor_->forward();
+}
+
+Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, ScaleTerms& terms,
+                     TrainStep& result) {
+    Stopwatch watch;
+    SPLAT_TRY(forward(batch, first));
     result.non_finite += predictor_->ledger().non_finite;
     watch.add_to(result.network_seconds);
-    for (std::uint32_t i = 0; i < objects; ++i) SPLAT_TRY(render(batch, first + i, i, result));
-    if (config_.scale_terms) SPLAT_TRY(add_scale_gradients());
+    for (std::uint32_t i = 0; i < config_.micro_batch; ++i)
+        SPLAT_TRY(render(batch, first + i, i, result));
+    if (config_.scale_terms) SPLAT_TRY(take_scales(first, terms));
     watch.add_to(result.render_seconds);
     SPLAT_TRY(predictor_->backward());
     watch.add_to(result.network_seconds);
@@ -253,31 +263,6 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
     result.visible += stats.visible;
     result.culled += std::uint64_t{desc.gaussians} * desc.views - stats.visible;
     return {};
-}
-
-/// Add the gradients of CO3D's terms 0.1 mean(s | s > 20) + 0.1 mean(-ln s | s < 1e-5) for the scales s of
-/// a pass. Means are over the pass, weighted by its share of the batch.
-Status Trainer::add_scale_gradients() {
-    constexpr float kMost = 20, kLeast = 1e-5F;
-    const vk::BufferView scales = predictor_->outputs().scales;
-    const vk::BufferView gradients = predictor_->output_gradients().scales;
-    std::vector<float> s(scales.shape.elements());
-    std::vector<float> g(s.size());
-    SPLAT_TRY(context_.read(scales, s.data(), s.size() * sizeof(float)));
-    std::size_t large = 0, small = 0;
-    for (const float value : s) {
-        large += value > kMost ? 1 : 0;
-        small += value < kLeast ? 1 : 0;
-    }
-    if (large + small == 0) return {};
-    SPLAT_TRY(context_.read(gradients, g.data(), g.size() * sizeof(float)));
-    const float share =
-        0.1F * static_cast<float>(config_.micro_batch) / static_cast<float>(config_.batch_size);
-    for (std::size_t i = 0; i < s.size(); ++i) {
-        if (s[i] > kMost) g[i] += share / static_cast<float>(large);
-        if (s[i] < kLeast) g[i] -= share / static_cast<float>(small) / s[i];
-    }
-    return context_.write(gradients, g.data(), g.size() * sizeof(float));
 }
 
 Result<io::NamedTensors> Trainer::averaged_state() {

@@ -11,6 +11,7 @@
 #include "raster/rasterizer.h"
 #include "train/optimiser.h"
 #include "train/render_loss.h"
+#include "train/scale_terms.h"
 #include "train/size_map.h"
 
 namespace splat::train {
@@ -44,7 +45,8 @@ struct TrainStep {
 /// Splatter Image's training: predict, render, compare, and back.
 ///
 /// Accumulates the gradients of a batch in passes of micro_batch objects, weighted for the mean over the
-/// batch. The size of a pass changes only rounding and which activations dropout drops.
+/// batch. The size of a pass changes only rounding and which activations dropout drops. CO3D's terms of
+/// scales are means over the outliers of the batch: passes that have some, except the last, run twice.
 ///
 /// Errors       kShape and kInvalidArgument for a batch that does not fit, before anything ran; those of
 ///              Context::run, after which the step counts as not done
@@ -88,10 +90,28 @@ class Trainer {
         : context_(context), config_(config) {}
     Status build(const model::PredictorConfig& network);
     Status check(const TrainBatch& batch) const;
-    Status pass(const TrainBatch& batch, std::uint32_t first, TrainStep& result);
+    /// CO3D's terms of scales in a step.
+    struct ScaleTerms {
+        ScaleOutliers outliers;  ///< of the passes so far
+        std::vector<std::uint32_t>
+            waiting;  ///< first objects of passes that need those of later ones
+    };
+
+    /// Run the network on the objects of a pass from `first` on.
+    Status forward(const TrainBatch& batch, std::uint32_t first);
+    Status pass(const TrainBatch& batch, std::uint32_t first, ScaleTerms& terms, TrainStep& result);
     Status render(const TrainBatch& batch, std::uint32_t object, std::uint32_t slot,
                   TrainStep& result);
-    Status add_scale_gradients();
+
+    // scale_terms.cpp
+    /// Count the outliers of a pass. The last pass knows those of the batch and adds its gradients; others
+    /// wait if they have some.
+    Status take_scales(std::uint32_t first, ScaleTerms& terms);
+    /// Add the gradients of the terms to those of the network's scales.
+    Status add_to_gradients(std::span<const float> scales, const ScaleOutliers& batch);
+    /// Run a pass that waits once more, for the gradients of the terms alone.
+    Status repeat_for_scales(const TrainBatch& batch, std::uint32_t first,
+                             const ScaleOutliers& outliers);
 
     vk::Context& context_;
     config::TrainConfig config_;

@@ -257,6 +257,47 @@ TEST_P(TrainerRules, PassesOfAnySizeGiveTheSameGradient) {
     EXPECT_LE(std::sqrt(difference / norm), 1e-4) << "sums of a larger pass are tiled otherwise";
 }
 
+/// CO3D's terms, means over the outliers of the batch: one object has more of them than the other.
+TEST_P(TrainerRules, ScaleTermsAreMeansOverTheBatch) {
+    model::PredictorConfig network = small_network();
+    network.init_scale = {1, 20};
+    TrainConfig training = small_training();
+    training.scale_terms = true;
+    const auto single = make(network, training);
+    training.micro_batch = 2;
+    const auto pair = make(network, training);
+    training.scale_terms = false;
+    const auto without = make(network, training);
+    ASSERT_TRUE(single && pair && without);
+    Batch batch(network, training);
+    std::fill(batch.images.begin(),
+              batch.images.begin() + static_cast<std::ptrdiff_t>(batch.images.size() / 2), 0.5F);
+    for (Trainer* trainer : {single.get(), pair.get(), without.get()}) run(*trainer, batch);
+    std::vector<float> scales;
+    ASSERT_OK(pair->predictor().parameters().read(pair->predictor().outputs().scales, scales));
+    std::size_t large[2] = {};
+    for (std::size_t i = 0; i < scales.size(); ++i)
+        large[2 * i / scales.size()] += scales[i] > 20 ? 1 : 0;
+    ASSERT_GT(std::min(large[0], large[1]), 0U);
+    ASSERT_GT(std::max(large[0], large[1]),
+              1.1 * static_cast<double>(std::min(large[0], large[1])));
+    const std::vector<float> ga = gradient(*single, kBias);
+    const std::vector<float> gb = gradient(*pair, kBias);
+    const std::vector<float> plain = gradient(*without, kBias);
+    double difference = 0, norm = 0, of_terms = 0;
+    for (std::size_t i = 0; i < ga.size(); ++i) {
+        difference += std::pow(static_cast<double>(ga[i]) - static_cast<double>(gb[i]), 2);
+        norm += std::pow(static_cast<double>(gb[i]), 2);
+        of_terms += static_cast<double>(gb[i]) - static_cast<double>(plain[i]);
+    }
+    EXPECT_LE(std::sqrt(difference / norm), 1e-4);
+    // Scales are exp(x): the sum over their biases of d/dx 0.1 mean(s) is 0.1 mean(s).
+    double mean = 0;
+    for (const float s : scales) mean += s > 20 ? static_cast<double>(s) : 0;
+    mean /= static_cast<double>(large[0] + large[1]);
+    EXPECT_NEAR(of_terms, 0.1 * mean, 1e-3 * mean);
+}
+
 /// Activations that are computed once more have the same bits, dropout included, and need less memory.
 TEST_P(TrainerRules, RecomputesToTheSameBits) {
     model::PredictorConfig network = small_network();
