@@ -1,6 +1,10 @@
 #include "predict/view_source.h"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <numbers>
+#include <numeric>
 
 namespace splat::predict {
 namespace {
@@ -157,6 +161,33 @@ Result<std::unique_ptr<ViewSource>> ViewSource::make(const config::Settings& set
                                 "model.tokens", {network.token_dim, network.tokens}, index));
     }
     return made;
+}
+
+Result<std::string> ViewSource::field_of_view_warning(std::uint32_t objects) const {
+    const auto expected = static_cast<double>(network_.fov_degrees);
+    double least = 180, most = 0;
+    for (std::uint32_t object = 0; expected > 0 && object < objects; ++object) {
+        std::vector<std::uint32_t> numbers(views_of(object));
+        std::iota(numbers.begin(), numbers.end(), 0U);
+        std::vector<float> focals(2 * numbers.size());
+        data::ViewArrays arrays;
+        arrays.focals = focals.data();
+        SPLAT_TRY(dataset_->read(object, numbers, arrays));
+        for (const float focal : focals) {
+            const double half = std::atan(resolution() / (2 * static_cast<double>(focal)));
+            const double fov = 2 * half * 180 / std::numbers::pi;
+            least = std::min(least, fov);
+            most = std::max(most, fov);
+        }
+    }
+    if (least >= 0.99 * expected && most <= 1.01 * expected) return std::string();
+    const bool one = most - least < 0.01 * most;
+    const std::string found =
+        one ? format("is %.4g", most) : format("is %.4g to %.4g", least, most);
+    return format(
+        "the data's field of view %s degrees, but 'data.fov' is %.4g: the network's rays are not "
+        "those of the images; %sdata.fov 0 gives each view its own",
+        found.c_str(), expected, one ? "give that of the data; " : "");
 }
 
 Result<Views> ViewSource::read(std::uint32_t object, std::span<const std::uint32_t> numbers,

@@ -63,6 +63,11 @@ class ViewSource {
     [[nodiscard]] Result<Views> read(std::uint32_t object, std::span<const std::uint32_t> views,
                                      std::uint32_t inputs) const;
 
+    /// A sentence if a view of the first `objects` objects has a field of view that differs from data.fov by
+    /// more than 1 %: the network's rays are not those of its images. Else empty. Errors: those of
+    /// Dataset::read.
+    [[nodiscard]] Result<std::string> field_of_view_warning(std::uint32_t objects) const;
+
   private:
     ViewSource(const config::PredictorConfig& network, std::shared_ptr<data::Dataset> dataset)
         : network_(network), dataset_(std::move(dataset)) {}

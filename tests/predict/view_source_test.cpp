@@ -122,6 +122,28 @@ TEST_F(ViewSourceTest, AnOpenDataSetGivesTheSameViews) {
     EXPECT_EQ(a.value().inputs, b.value().inputs);
 }
 
+/// Of one object; the others have the 51.99 degrees of data.fov.
+TEST_F(ViewSourceTest, WarnsOfAnotherFieldOfView) {
+    const auto warning = [&](std::uint32_t objects) {
+        const auto sentence = open()->field_of_view_warning(objects);
+        EXPECT_OK(sentence.status());
+        return sentence.ok() ? sentence.value() : "";
+    };
+    EXPECT_EQ(warning(2), "");
+    const std::string second = open()->name(1);
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(desc_.path))
+        if (entry.path().filename() == "intrinsics.txt" &&
+            entry.path().parent_path().filename() == second)
+            test::put_text(entry.path(),
+                           format("%g 0 0 0\n0 0 0\n1\n%u %u\n", desc_.resolution / 2.0,
+                                  desc_.resolution, desc_.resolution));
+    EXPECT_EQ(warning(1), "");
+    EXPECT_NE(warning(2).find("is 51.99 to 90 degrees, but 'data.fov' is 51.99"), std::string::npos)
+        << warning(2);
+    settings_.network.fov_degrees = 0;
+    EXPECT_EQ(warning(2), "");
+}
+
 TEST_F(ViewSourceTest, RefusesADataSetThatIsNotOfTheConfiguration) {
     const auto refused = [&](std::shared_ptr<data::Dataset> given, const char* part) {
         EXPECT_ERROR(ViewSource::open(settings_, std::move(given)).status(), Code::kInvalidArgument,

@@ -93,6 +93,38 @@ TEST_F(ApiEvaluator, WhatHasNoEffectIsRefused) {
                    "splat_evaluator_desc.split is 'train', but dataset is given");
 }
 
+TEST_F(ApiEvaluator, WarnsOfAnotherFieldOfView) {
+    const auto warnings = [&](splat_predictor predictor) {
+        std::string all;
+        const auto hear = [](void* user, splat_log_level, const char* message) {
+            *static_cast<std::string*>(user) += message;
+        };
+        auto desc = sized<splat_evaluator_desc>();
+        desc.predictor = predictor;
+        desc.dataset = dataset_;
+        Evaluator made;
+        EXPECT_DONE(splat_log_set_callback(hear, &all, SPLAT_LOG_WARNING));
+        EXPECT_DONE(splat_evaluator_create(&desc, made.out()));
+        listen_to_log();
+        return all;
+    };
+    EXPECT_EQ(warnings(predictor_), "");
+    const std::string config = std::string(kSmallModel) + "\n  fov: 49";
+    auto model = model_desc();
+    model.config = config.c_str();
+    Model other;
+    ASSERT_DONE(splat_model_create(device_, &model, other.out()));
+    Weights weights;
+    ASSERT_DONE(splat_model_store(other, weights.out()));
+    auto desc = sized<splat_predictor_desc>();
+    desc.weights = weights;
+    desc.config = config.c_str();
+    Predictor narrow;
+    ASSERT_DONE(splat_predictor_create(device_, &desc, narrow.out()));
+    EXPECT_NE(warnings(narrow).find("view is 51.99 degrees, but 'data.fov' is 49"),
+              std::string::npos);
+}
+
 TEST_F(ApiEvaluator, ScoresObjectsAndSumsUp) {
     const Evaluator made = evaluator(predictor_);
     auto info = sized<splat_evaluator_info>();
