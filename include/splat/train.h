@@ -99,7 +99,7 @@ typedef struct splat_optimizer_group {
 typedef int32_t splat_schedule;
 enum {
     SPLAT_SCHEDULE_CONSTANT = 1,
-    SPLAT_SCHEDULE_COSINE = 2, /* half a cosine down to zero at step total_steps */
+    SPLAT_SCHEDULE_COSINE = 2, /* half a cosine, zero one step after total_steps */
     SPLAT_SCHEDULE_STEP = 3    /* a tenth from step step_at on */
 };
 
@@ -440,13 +440,13 @@ typedef struct splat_training_event {
     const float* truths;
     double novel_psnr, novel_ssim;               /* NaN without novel views */
     double conditioning_psnr, conditioning_ssim; /* of input views */
-    double best_psnr;                            /* of all validations of the run */
+    double best_psnr;                            /* of validations of as many objects and views */
 } splat_training_event;
 
 /* Open a session: check the configuration, the data (views of every object; the first batches are
  * read) and the weights to start from; then make the folder, or lock that of the run.
  *
- * On resuming, the given configuration is compared with the run's. Some values are taken and logged
+ * On resuming, configuration and data are compared with the run's. Some values are taken and logged
  * (opt.iterations, logging.*, data.root and others); any other difference is an error.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or, with the folder untouched,
  *   SPLAT_ERROR_INVALID_ARGUMENT      desc; the configuration; a key that may not change, with the
@@ -473,8 +473,8 @@ SPLAT_API splat_result splat_training_next(splat_training training, splat_traini
 SPLAT_API splat_result splat_training_interrupt(splat_training training);
 
 /* JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
- * before the first of this session), "val_psnr", "best_val_psnr", "peak_bytes", "ledger" (of this
- * session's last attempt, as in splat_trainer_report)}.
+ * before the first of this session), "val_psnr" (null before a validation), "best_val_psnr",
+ * "peak_bytes", "ledger" (of this session's last attempt, as in splat_trainer_report)}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
 SPLAT_API splat_result splat_training_report(splat_training training, char* buffer, size_t capacity,
                                              size_t* needed);

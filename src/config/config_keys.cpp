@@ -54,7 +54,8 @@ constexpr Key unused(const char* name, const char* about) {
     return {name, kUnread<T>, kAll, kPublished, about, nullptr, false};
 }
 
-/// A key that a run may change when it goes on: its steps stay the same.
+/// A key that a run may change when it goes on. The steps so far are the same with any value, except that
+/// opt.iterations sets the rates of a cosine; a resumed run warns of that, and refuses other data.
 constexpr Key resumable(Key key) {
     key.resumable = true;
     return key;
@@ -292,7 +293,8 @@ constexpr Key kOptimiserKeys[] = {
      "Decay of the first and second moments of Adam."},
     {"opt.eps", kTraining<&T::eps>, above(0), kOurs, "Added to the denominator of Adam."},
     {"opt.lr_schedule", kTraining<&T::schedule>, words("constant, cosine, step"), kOurs,
-     "Learning rate: constant, half a cosine down to 0, or a tenth from opt.step_lr_at on."},
+     "Learning rate: constant, half a cosine that is 0 one update after the last, or a tenth from "
+     "opt.step_lr_at on."},
     {"opt.warmup", kTraining<&T::warmup>, kSteps, kOurs,
      "Updates in which the learning rate rises from 0."},
     {"opt.step_lr_at", kTraining<&T::step_lr_at>, kSteps, kPublished,
@@ -337,7 +339,7 @@ constexpr Key kRunKeys[] = {
     resumable({"logging.ckpt_iterations", kTraining<&T::checkpoint_every>, kSteps, kPublished,
                "Updates between saved states."}),
     resumable({"logging.val_log", kTraining<&T::validate_every>, kSteps, kPublished,
-               "Updates between validations; 0: only at the end."}),
+               "Updates between validations, the first before update 1; 0: only at the end."}),
     resumable({"logging.loss_log", kTraining<&T::log_every>, kSteps, kPublished,
                "Updates between lines of metrics."}),
     unused<std::uint64_t>(

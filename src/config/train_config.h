@@ -9,7 +9,7 @@ namespace splat::config {
 /// The learning rate after its warm-up.
 enum class Schedule : int {
     kConstant,
-    kCosine,  ///< half a cosine down to zero at the last step
+    kCosine,  ///< half a cosine, which reaches zero one step after the last
     kStep,    ///< a tenth from `step_lr_at` on
 };
 

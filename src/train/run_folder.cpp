@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <sstream>
 
@@ -248,9 +249,14 @@ std::vector<MetricLine> RunFolder::metrics() const {
         if (!json.ok()) continue;
         const JsonTree* const step = json.value().find("step");
         if (step == nullptr || !step->count()) continue;
-        MetricLine line{*step->count(), {}, text};
+        const auto count_of = [&](const char* name) {
+            const JsonTree* const found = json.value().find(name);
+            return found == nullptr ? std::nullopt : found->count();
+        };
+        MetricLine line{
+            *step->count(), {}, count_of("val_objects"), count_of("val_views_asked"), text};
         if (const JsonTree* psnr = json.value().find("val_psnr"); psnr != nullptr)
-            line.validation_psnr = psnr->is_null() ? 0 : psnr->number();
+            line.validation_psnr = psnr->is_null() ? NAN : psnr->number();
         lines.push_back(std::move(line));
     }
     return lines;

@@ -13,7 +13,9 @@ namespace splat::train {
 /// A line of metrics.jsonl.
 struct MetricLine {
     std::uint64_t step = 0;
-    std::optional<double> validation_psnr;
+    std::optional<double> validation_psnr;  ///< NaN of a validation without a score
+    /// Objects of a validation, and logging.val_views.
+    std::optional<std::uint64_t> validation_objects, validation_views;
     std::string text;
 };
 

@@ -89,6 +89,12 @@ void add_start(JsonWriter& json, const Start& start) {
     json.end().end();
 }
 
+/// Of a text or a whole number; else empty.
+std::string text_of(const JsonTree& value) {
+    if (value.text() != nullptr) return *value.text();
+    return value.count() ? std::to_string(*value.count()) : "";
+}
+
 bool is_true(const JsonTree* value) {
     const bool* const truth = value == nullptr ? nullptr : std::get_if<bool>(&value->value);
     return truth != nullptr && *truth;
@@ -146,6 +152,27 @@ Result<Start> start_of(std::string_view run_json, const char* what) {
         for (const auto& [name, member] : kStartMaps)
             if (map.text() != nullptr && *map.text() == name) start.options.source.*member = true;
     return start;
+}
+
+Status check_same_data(std::string_view run_json, const data::Dataset& dataset) {
+    JsonWriter json;
+    add_data(json, dataset);
+    const auto now = parse_json_tree(json.text(), "data");
+    const auto run = parse_json_tree(run_json, "run.json");
+    const JsonTree* const before = run.ok() ? run.value().find("data") : nullptr;
+    if (before == nullptr || !now.ok()) return {};
+    for (const char* name : {"format", "split", "objects", "views", "stored_resolution"}) {
+        const JsonTree* const one = before->find(name);
+        const std::string was = one == nullptr ? "" : text_of(*one);
+        const std::string is = text_of(*now.value().find(name));
+        if (was.empty() || was == is) continue;
+        return error(Code::kInvalidArgument,
+                     "the data is not that of the run that is resumed: '%s' is %s, but %s in "
+                     "run.json, and every step depends on it; give the run's data by data.root, or "
+                     "begin a new run",
+                     name, is.c_str(), was.c_str());
+    }
+    return {};
 }
 
 std::string step_json(const TrainStep& step, const StepFacts& facts,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <string>
 
 #include "core/json_writer.h"
@@ -16,7 +17,7 @@ struct RunFigures {
     std::uint64_t step = 0, iterations = 0;
     std::uint64_t skipped = 0;  ///< attempts that updated nothing
     double loss = 0;            ///< of the latest step
-    double validation_psnr = 0, best_validation_psnr = 0;
+    double validation_psnr = NAN, best_validation_psnr = 0;
     std::uint64_t peak_bytes = 0;   ///< of device memory
     std::optional<TrainStep> last;  ///< the latest attempt of this process
 };
@@ -51,6 +52,10 @@ std::string run_json(const RunFigures& figures, const RunSurroundings& surroundi
 
 /// The start in the text of a run.json. Errors: kFormat.
 Result<Start> start_of(std::string_view run_json, const char* what);
+
+/// Refuse data whose steps are not those of the run, as far as a run.json tells: another format, split or
+/// stored resolution, other numbers of objects or views. Errors: kInvalidArgument.
+Status check_same_data(std::string_view run_json, const data::Dataset& dataset);
 
 /// Numbers of a step besides its own results.
 struct StepFacts {

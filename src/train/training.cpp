@@ -57,6 +57,7 @@ Status Training::next(Event& event) {
 }
 
 Status Training::work(Event& event) {
+    if (untold_) return tell(event);
     event = {};
     event.attempts = trainer_->attempts();
     event.step = step_;
@@ -91,7 +92,22 @@ Status Training::work(Event& event) {
 bool Training::is_validation_due() const {
     const config::TrainConfig& c = settings_.training;
     if (validation_ == nullptr || validated_ == step_ || c.iterations == 0) return false;
-    return step_ == 0 || step_ >= c.iterations || is_nth(step_, c.validate_every);
+    return step_ >= c.iterations || is_nth(step_, c.validate_every);
+}
+
+std::uint32_t Training::validated_objects() const {
+    const std::uint32_t asked = settings_.training.validation_objects;
+    return asked == 0 ? validation_->objects() : std::min(asked, validation_->objects());
+}
+
+/// Write what a piece of work did, after an error again.
+Status Training::tell(Event& event) {
+    if (!untold_->metric.empty()) SPLAT_TRY(folder_->metric(untold_->metric));
+    untold_->metric.clear();
+    if (!untold_->event.text.empty()) SPLAT_TRY(folder_->log(untold_->event.text));
+    event = std::move(untold_->event);
+    untold_.reset();
+    return {};
 }
 
 Status Training::step(Event& event) {
@@ -112,9 +128,10 @@ Status Training::after_step(const TrainStep& result, Event& event) {
         event.skipped = ++skipped_;
         ++skipped_in_a_row_;
         event.warning = true;
-        return say(event, format("attempt %llu: loss or gradients are not finite; nothing was "
-                                 "updated",
-                                 wide(event.attempts)));
+        event.text = format("attempt %llu: loss or gradients are not finite; nothing was updated",
+                            wide(event.attempts));
+        untold_ = {event, ""};
+        return tell(event);
     }
     skipped_in_a_row_ = 0;
     event.step = step_ = result.step;
@@ -125,18 +142,19 @@ Status Training::after_step(const TrainStep& result, Event& event) {
     event.steps_per_second = static_cast<double>(step_ - begun_at_) / std::max(event.seconds, 1e-9);
     const config::TrainConfig& c = settings_.training;
     event.logged = is_nth(step_, c.log_every) || step_ == 1 || step_ == c.iterations;
+    std::string metric;
     if (event.logged)
-        SPLAT_TRY(folder_->metric(
-            step_json(result, {event.psnr, skipped_, event.seconds, event.peak_bytes}, c)));
+        metric = step_json(result, {event.psnr, skipped_, event.seconds, event.peak_bytes}, c);
     const bool drawn = result.visible > 0 && !result.gradients_zero;
     not_drawn_in_a_row_ = drawn ? 0 : not_drawn_in_a_row_ + 1;
-    if (not_drawn_in_a_row_ != kMostNotDrawn) return {};
-    event.warning = true;
-    return say(
-        event,
-        format("warning: step %llu: %llu steps in a row drew nothing (%s); the run fails "
-               "after %llu",
-               wide(step_), wide(kMostNotDrawn), not_drawn_text(result), wide(10 * kMostNotDrawn)));
+    if (not_drawn_in_a_row_ == kMostNotDrawn) {
+        event.warning = true;
+        event.text = format(
+            "warning: step %llu: %llu steps in a row drew nothing (%s); the run fails after %llu",
+            wide(step_), wide(kMostNotDrawn), not_drawn_text(result), wide(10 * kMostNotDrawn));
+    }
+    untold_ = {event, std::move(metric)};
+    return tell(event);
 }
 
 Status Training::save(Event& event) {
@@ -178,8 +196,7 @@ Status Training::begin_validation() {
 Status Training::validate(Event& event) {
     if (!validating_) SPLAT_TRY(begin_validation());
     const config::TrainConfig& c = settings_.training;
-    event.objects = validation_->objects();
-    if (c.validation_objects > 0) event.objects = std::min(event.objects, c.validation_objects);
+    event.objects = validated_objects();
     event.object = static_cast<std::uint32_t>(validating_->scores.size());
     if (event.object == event.objects) return end_validation(event);
     SPLAT_ASSIGN(const eval::EvaluatedViews views,
@@ -206,17 +223,20 @@ Status Training::end_validation(Event& event) {
     json.begin_object().member("step", step_).member("val_psnr", psnr);
     json.member("val_ssim", event.novel.ssim);
     json.member("val_psnr_conditioning", event.conditioning.psnr);
-    json.member("val_objects", event.objects).member("val_views", event.novel.views).end();
-    SPLAT_TRY(folder_->metric(json.text()));
+    json.member("val_objects", event.objects).member("val_views", event.novel.views);
+    json.member("val_views_asked", settings_.training.validation_views).end();
     if (best) best_psnr_ = psnr;
     event.best_psnr = best_psnr_;
     last_psnr_ = psnr;
     validated_ = step_;
     validating_.reset();
-    return say(event, format("step %llu: validation PSNR %.3f dB, SSIM %.4f on %u novel views of "
-                             "%u objects (input views %.3f dB)",
-                             wide(step_), psnr, event.novel.ssim, event.novel.views, event.objects,
-                             event.conditioning.psnr));
+    event.text = format(
+        "step %llu: validation PSNR %.3f dB, SSIM %.4f on %u novel views of %u objects (input "
+        "views %.3f dB)",
+        wide(step_), psnr, event.novel.ssim, event.novel.views, event.objects,
+        event.conditioning.psnr);
+    untold_ = {event, json.text()};
+    return tell(event);
 }
 
 Status Training::end(EventKind kind, Event& event) {
@@ -251,15 +271,11 @@ Status Training::end(EventKind kind, Event& event) {
     }
     error_.clear();  // this call is not a failure
     SPLAT_TRY(write_run(state.c_str()));
-    SPLAT_TRY(say(event, text));
+    SPLAT_TRY(folder_->log(text));
+    event.text = text;
     event.kind = kind;
     ended_ = kind;
     return {};
-}
-
-Status Training::say(Event& event, const std::string& text) {
-    event.text = text;
-    return folder_->log(text);
 }
 
 Status Training::write_run(const char* state) const {

@@ -59,7 +59,7 @@ struct Event {
     std::vector<float> images, truths;      ///< of the object, [n,3,R,R], input views first
     std::uint32_t inputs = 0;               ///< how many of them are input views
     eval::Scores novel, conditioning;       ///< means over the objects
-    double best_psnr = 0;                   ///< of all validations of the run
+    double best_psnr = 0;                   ///< of validations of as many objects and views
 };
 
 /// A training with its folder, from its first step or the latest state to its end, one piece of work per
@@ -71,7 +71,7 @@ class Training {
   public:
     /// Check everything that can be checked before the first step, then make or lock the folder. Errors, all
     /// but the last before anything is written:
-    ///   kInvalidArgument  the configuration; a key that differs from the run's and may not change
+    ///   kInvalidArgument  the configuration; a key or data that differ from the run's and may not change
     ///   kInvalidState     as RunFolder::open()
     ///   kNotFound, kFormat, kShape  the data, the weights to start from, or a run's states, none of which can
     ///                     be read; a run that ended before its first state begins again
@@ -86,7 +86,7 @@ class Training {
     Training& operator=(const Training&) = delete;
 
     /// Do the next piece of work. After the end it gives the last event again, without text. After an error,
-    /// which log.txt and run.json keep, the next call tries the same piece again.
+    /// which log.txt and run.json keep, the next call tries the same piece again, or writes what it did.
     Status next(Event& event);
 
     [[nodiscard]] RunFigures figures() const;
@@ -97,6 +97,12 @@ class Training {
     struct Validation {
         std::vector<eval::ObjectScores> scores;
         io::WeightsFile weights;
+    };
+
+    /// What a piece of work did, with lines that are still to be written.
+    struct Untold {
+        Event event;
+        std::string metric;  ///< of metrics.jsonl; event.text is that of log.txt
     };
 
     /// What needs the context's mutex to be destroyed.
@@ -126,11 +132,14 @@ class Training {
     /// `options`: none: grafted from the likely channels of the file.
     Status load_weights(const std::string& path, const std::optional<model::LoadOptions>& options);
     Status resume();
+    void restore_validations();
+    Status warn_of_field_of_view();
     [[nodiscard]] Status check_batches(const BatchSource& source) const;
     Status begin(const TrainingDesc& desc);
 
     // training.cpp
     Status work(Event& event);
+    Status tell(Event& event);
     Status step(Event& event);
     Status after_step(const TrainStep& result, Event& event);
     Status save(Event& event);
@@ -139,8 +148,8 @@ class Training {
     Status end_validation(Event& event);
     Status end(EventKind kind, Event& event);
     Status write_run(const char* state) const;
-    Status say(Event& event, const std::string& text);
     [[nodiscard]] bool is_validation_due() const;
+    [[nodiscard]] std::uint32_t validated_objects() const;
     [[nodiscard]] double seconds() const;
     [[nodiscard]] std::uint64_t peak_bytes() const;
 
@@ -159,12 +168,14 @@ class Training {
     std::vector<std::filesystem::path> unreadable_;  ///< states
     std::string error_;                              ///< of the latest next(), as in run.json
     std::optional<Validation> validating_;
+    std::optional<Untold> untold_;  ///< more than a moment only after an error
     std::optional<EventKind> ended_;
     std::uint64_t step_ = 0, skipped_ = 0;
     std::uint64_t saved_ = ~std::uint64_t{0};      ///< step of the latest state
     std::uint64_t validated_ = ~std::uint64_t{0};  ///< step of the latest validation
     std::uint64_t skipped_in_a_row_ = 0, not_drawn_in_a_row_ = 0;
-    double best_psnr_ = 0, last_psnr_ = 0;
+    double best_psnr_ = 0;
+    double last_psnr_ = NAN;                   ///< until a validation of the run
     double loss_ = NAN, averaged_loss_ = NAN;  ///< until a step of this process
     std::optional<std::chrono::steady_clock::time_point>
         begun_;  ///< the first step of this process

@@ -78,6 +78,7 @@ Result<std::unique_ptr<Training>> Training::open(std::shared_ptr<vk::Context> co
     SPLAT_ASSIGN(self->folder_, RunFolder::open(desc.folder, desc.mode));
     SPLAT_TRY(self->configure(desc));
     SPLAT_TRY(self->open_data(desc));
+    SPLAT_TRY(self->warn_of_field_of_view());
     const Status made = self->on_device([&]() -> Status {
         SPLAT_TRY(self->context_->device().alive());
         SPLAT_ASSIGN(self->trainer_, Trainer::create(*self->context_, self->settings_.network,
@@ -134,7 +135,15 @@ Status Training::configure(const TrainingDesc& desc) {
                          "'%s' is %s, but %s in the run that is resumed, whose numbers depend on "
                          "it; give the run's value, or begin a new run",
                          key.c_str(), after.c_str(), before.c_str());
-        messages_.emplace_back(key + " " + before + " -> " + after, false);
+        const bool jumps =
+            key == "opt.iterations" && settings_.training.schedule == config::Schedule::kCosine;
+        const std::string change = key + " " + before + " -> " + after;
+        messages_.emplace_back(
+            jumps ? "warning: " + change +
+                        ": with opt.lr_schedule cosine the learning rate of every step depends on "
+                        "it, so the rate jumps where the run goes on"
+                  : change,
+            jumps);
     }
     return {};
 }
@@ -168,6 +177,12 @@ Status Training::open_data(const TrainingDesc& desc) {
         SPLAT_TRY(of_file(validation_->dataset().read_cameras(), "split val: "));
     }
     return check_validation();
+}
+
+Status Training::warn_of_field_of_view() {
+    SPLAT_ASSIGN(const std::string sentence, data_->field_of_view_warning(data_->objects()));
+    if (!sentence.empty()) messages_.emplace_back("warning: " + sentence, true);
+    return {};
 }
 
 Status Training::check_validation() {
@@ -243,6 +258,7 @@ Status Training::resume() {
         messages_.emplace_back("the run has no state yet, and begins again", false);
         return this->start();
     }
+    if (text.ok()) SPLAT_TRY(check_same_data(io::as_text(text.value()), data_->dataset()));
     for (const auto& path : states) {
         const auto file = io::load_weights(path.string());
         Status resumed = file.status();
@@ -255,17 +271,40 @@ Status Training::resume() {
         }
         step_ = saved_ = begun_at_ = trainer_->steps();
         skipped_ = trainer_->attempts() - step_;
-        for (const MetricLine& line : folder_->metrics()) {
-            if (!line.validation_psnr || line.step > step_) continue;
-            if (line.step > 0) best_psnr_ = std::max(best_psnr_, *line.validation_psnr);
-            if (line.step == step_) validated_ = step_;
-        }
         messages_.emplace_back("resumed from " + path.filename().string(), false);
+        restore_validations();
         return {};
     }
     return error(Code::kNotFound,
                  "no state in '%s' can be read; to start again, let the run be overwritten",
                  folder_->path("checkpoints").c_str());
+}
+
+/// Take over the validations of the run, from the latest one on that saw other numbers of objects or views than
+/// those to come.
+void Training::restore_validations() {
+    const std::uint32_t objects = validation_ == nullptr ? 0 : validated_objects();
+    const std::uint32_t views = settings_.training.validation_views;
+    bool others = false;  // was the latest one another
+    for (const MetricLine& line : folder_->metrics()) {
+        if (!line.validation_psnr || line.step > step_) continue;
+        others = validation_ != nullptr && (line.validation_objects.value_or(objects) != objects ||
+                                            line.validation_views.value_or(views) != views);
+        if (others) {
+            best_psnr_ = 0;
+            last_psnr_ = NAN;
+            validated_ = ~std::uint64_t{0};
+            continue;
+        }
+        last_psnr_ = *line.validation_psnr;
+        if (line.step > 0) best_psnr_ = std::max(best_psnr_, last_psnr_);
+        if (line.step == step_) validated_ = step_;
+    }
+    if (others)
+        messages_.emplace_back(
+            "warning: the validations so far saw other numbers of objects or views, so the best "
+            "validation PSNR and weights_best.safetensors begin anew",
+            true);
 }
 
 Status Training::check_batches(const BatchSource& source) const {

@@ -1744,7 +1744,7 @@ function(NetworksAreScoredAndPredict)
   # The page of a run that goes on has the numbers of its latest metrics; run.json has those of the start.
   file(COPY ${TEMP}/run/metrics.jsonl DESTINATION ${TEMP}/running)
   file(READ ${TEMP}/run/run.json facts)
-  foreach(fact IN ITEMS "step;0" "loss;null" "val_psnr;0" "best_val_psnr;0" "ledger;null" "state;\"running\"")
+  foreach(fact IN ITEMS "step;0" "loss;null" "val_psnr;null" "best_val_psnr;0" "ledger;null" "state;\"running\"")
     string(JSON facts SET "${facts}" ${fact})
   endforeach()
   file(WRITE ${TEMP}/running/run.json "${facts}")

@@ -1,101 +1,14 @@
 #include "train/training.h"
 
-#include <gtest/gtest.h>
-
+#include <algorithm>
 #include <thread>
 
+#include "core/fault.h"
 #include "io/image.h"
-
-#include "support/expect_status.h"
-#include "support/gpu_env.h"
-#include "synthetic/sample_folder.h"
+#include "train/training_fixture.h"
 
 namespace splat::train {
 namespace {
-
-namespace fs = std::filesystem;
-using Mode = RunFolder::Mode;
-
-/// A small network that learns two small cars.
-class TrainingTest : public testing::Test {
-  protected:
-    void SetUp() override {
-        context_ = std::shared_ptr<vk::Context>(test::shared_context(), [](vk::Context*) {});
-        ASSERT_NE(context_, nullptr);
-        cars_ = test::sample_cars(folder_.path() / "cars");
-        test::write_all(cars_);
-    }
-    TrainingDesc desc(const std::string& run, std::vector<std::string> changes = {}) {
-        TrainingDesc made;
-        made.folder = (folder_.path() / run).string();
-        made.changes = {"data.root='" + cars_.path + "'",
-                        "data.training_resolution=16",
-                        "model.base_dim=8",
-                        "model.num_blocks=1",
-                        "model.channel_mult=[1, 2]",
-                        "model.attention_resolutions=[8]",
-                        "model.opacity_bias=0",
-                        "opt.batch_size=1",
-                        "opt.imgs_per_obj=2",
-                        "opt.base_lr=1e-3",
-                        "opt.iterations=4",
-                        "logging.ckpt_iterations=2",
-                        "logging.val_log=2",
-                        "logging.loss_log=1"};
-        made.changes.insert(made.changes.end(), changes.begin(), changes.end());
-        return made;
-    }
-    TrainingDesc resumed(const std::string& run, std::vector<std::string> changes = {}) {
-        TrainingDesc made;
-        made.folder = (folder_.path() / run).string();
-        made.mode = Mode::kResume;
-        made.changes = std::move(changes);
-        return made;
-    }
-    std::unique_ptr<Training> open(const TrainingDesc& given) {
-        auto made = Training::open(context_, given, interrupt_);
-        EXPECT_OK(made.status());
-        return made.ok() ? std::move(made.value()) : nullptr;
-    }
-    Status refusal(const TrainingDesc& given) {
-        return Training::open(context_, given, interrupt_).status();
-    }
-    /// Every event until one ends the run.
-    static std::vector<Event> run(Training& training) {
-        std::vector<Event> events;
-        do {
-            events.emplace_back();
-            EXPECT_OK(training.next(events.back()));
-        } while (events.back().kind < EventKind::kDone && events.size() < 1000);
-        return events;
-    }
-    [[nodiscard]] std::string file(const std::string& run, const std::string& name) const {
-        return test::file_text(folder_.path() / run / name);
-    }
-    void expect_equal_weights(const std::string& a, const std::string& b) {
-        for (const char* name : {"weights_last.safetensors", "weights_best.safetensors",
-                                 "checkpoints/step_0000000004.state.safetensors"})
-            EXPECT_TRUE(file(a, name) == file(b, name)) << name;
-    }
-
-    std::shared_ptr<vk::Context> context_;
-    test::SampleFolder folder_;
-    synthetic::WriterDesc cars_;
-    Interrupt interrupt_;
-};
-
-std::string kinds_of(const std::vector<Event>& events) {
-    constexpr const char* kLetters = ".sovcdinb";
-    std::string letters;
-    for (const Event& event : events) letters += kLetters[static_cast<int>(event.kind)];
-    return letters;
-}
-
-const Event* first_of(const std::vector<Event>& events, EventKind kind) {
-    for (const Event& event : events)
-        if (event.kind == kind) return &event;
-    return nullptr;
-}
 
 TEST_F(TrainingTest, GivesItsWorkPieceByPiece) {
     const auto training = open(desc("run"));
@@ -153,24 +66,6 @@ TEST_F(TrainingTest, KeepsALedger) {
     EXPECT_NE(figures_json(training->figures()).find(last), std::string::npos);
 }
 
-TEST_F(TrainingTest, GoesOnBitByBitFromAnyPlace) {
-    run(*open(desc("whole")));
-    // Left alone after so many calls, as by a process that is killed there.
-    for (const int calls : {2, 5, 6, 8, 11, 14}) {
-        fs::remove_all(folder_.path() / "parts");
-        {
-            const auto training = open(desc("parts"));
-            ASSERT_NE(training, nullptr);
-            Event event;
-            for (int i = 0; i < calls; ++i) ASSERT_OK(training->next(event));
-        }
-        const auto training = open(resumed("parts"));
-        ASSERT_NE(training, nullptr) << calls;
-        run(*training);
-        expect_equal_weights("whole", "parts");
-    }
-}
-
 TEST_F(TrainingTest, IsInterruptedFromAnotherThread) {
     run(*open(desc("whole")));
     {
@@ -204,30 +99,65 @@ TEST_F(TrainingTest, HasItsFolderForItself) {
     EXPECT_EQ(run(*training).back().kind, EventKind::kDone);
 }
 
-TEST_F(TrainingTest, TakesOnResumingWhatMayChange) {
-    run(*open(desc("run")));
-    const std::string before = file("run", "config.json");
-    EXPECT_ERROR(refusal(resumed("run", {"opt.base_lr=1e-4"})), Code::kInvalidArgument,
-                 "'opt.base_lr' is 0.0001, but 0.001 in the run that is resumed");
-    EXPECT_ERROR(refusal(resumed("run", {"model.base_dim=16"})), Code::kInvalidArgument,
-                 "'model.base_dim' is 16, but 8 in the run");
-    TrainingDesc given = resumed("run");
-    given.config = "opt: {iterations: 5}";
-    EXPECT_ERROR(refusal(given), Code::kInvalidArgument, "in the run that is resumed")
-        << "a configuration that is given stands for all of its values";
-    given = resumed("run");
-    given.init = "weights.safetensors";
-    EXPECT_ERROR(refusal(given), Code::kInvalidArgument, "starts from its own state");
-    EXPECT_EQ(file("run", "config.json"), before);
-
-    const auto training = open(resumed("run", {"opt.iterations=5", "logging.val_log=0"}));
-    ASSERT_NE(training, nullptr);
-    const std::vector<Event> events = run(*training);
-    EXPECT_EQ(events[0].text, "opt.iterations 4 -> 5");
-    EXPECT_EQ(events[1].text, "logging.val_log 2 -> 0");
-    EXPECT_EQ(events.back().step, 5U);
-    EXPECT_NE(file("run", "config.json").find("\"iterations\": 5"), std::string::npos);
+TEST_F(TrainingTest, ValidatesOnlyAtTheEndIfAsked) {
+    EXPECT_EQ(kinds_of(run(*open(desc("run", {"logging.val_log=0"})))), ".csscsscovd");
+    EXPECT_NE(file("run", "run.json").find("\"val_psnr\": "), std::string::npos);
 }
+
+/// Of the data's 51.99 degrees, which data.fov is by default.
+TEST_F(TrainingTest, WarnsOfAnotherFieldOfView) {
+    const auto texts = [&](const char* name, const char* fov) {
+        std::string all;
+        Event event;
+        const auto training = open(desc(name, {fov}));
+        for (bool message = true; training != nullptr && message;) {
+            EXPECT_OK(training->next(event));
+            message = event.kind == EventKind::kMessage;
+            if (message && event.warning) all += event.text;
+        }
+        return all;
+    };
+    EXPECT_EQ(texts("near", "data.fov=52.2"), "");
+    EXPECT_EQ(texts("none", "data.fov=0"), "");
+    EXPECT_NE(texts("far", "data.fov=49").find("view is 51.99 degrees, but 'data.fov' is 49"),
+              std::string::npos);
+}
+
+#if SPLAT_FAULT_POINTS
+/// A disk that is full for a moment: the next call tells what was done, once.
+TEST_F(TrainingTest, TellsAfterAnErrorWhatItDid) {
+    const auto training = open(desc("run", {"opt.iterations=3"}));
+    ASSERT_NE(training, nullptr);
+    std::vector<Event> events;
+    std::size_t failed = 0;
+    const auto next = [&](const char* fault_point, std::uint64_t at) {
+        fault::arm(fault_point, at, 1);
+        events.emplace_back();
+        const Status status = training->next(events.back());
+        fault::disarm();
+        if (status.ok()) return;
+        ++failed;
+        EXPECT_EQ(status.code(), Code::kIo);
+        EXPECT_OK(training->next(events.back()));
+    };
+    for (int i = 0; i < 3; ++i) next("none", 1);
+    next("io.write", 2);  // the text of a validation, behind its line of metrics
+    EXPECT_EQ(failed, 1U);
+    next("none", 1);
+    next("io.write", 1);  // the line of step 2
+    EXPECT_EQ(failed, 2U);
+    EXPECT_EQ(events.back().step, 2U);
+    while (events.back().kind < EventKind::kDone) next("none", 1);
+    EXPECT_EQ(kinds_of(events), ".covsscovscovd");
+    const std::string metrics = file("run", "metrics.jsonl");
+    EXPECT_EQ(std::count(metrics.begin(), metrics.end(), '\n'), 6) << metrics;
+    EXPECT_NE(metrics.find("{\"step\":2,\"loss\":"), std::string::npos) << metrics;
+    const std::string log = file("run", "log.txt");
+    EXPECT_NE(log.find("step 0: validation"), std::string::npos) << log;
+    EXPECT_EQ(log.find("step 0: validation"), log.rfind("step 0: validation")) << log;
+}
+
+#endif
 
 /// Gaussians that are too transparent to be drawn.
 TEST_F(TrainingTest, EndsWhereNothingIsDrawn) {
@@ -320,41 +250,6 @@ TEST_F(TrainingTest, StartsFromWeights) {
     EXPECT_TRUE(both[0].warning);
     EXPECT_EQ(both[0].text, "warning: opt.pretrained_ckpt 'none.pth' is not read, because '" +
                                 weights + "' is given to start from");
-}
-
-/// A run that was killed after its record and before its first state.
-TEST_F(TrainingTest, BeginsAgainWithoutAState) {
-    run(*open(desc("whole")));
-    open(desc("run"));
-    const auto events = run(*open(resumed("run")));
-    EXPECT_EQ(events[0].text, "the run has no state yet, and begins again");
-    expect_equal_weights("whole", "run");
-
-    TrainingDesc given = desc("started", {"opt.iterations=0"});
-    given.init = (folder_.path() / "whole/weights_last.safetensors").string();
-    open(given);
-    run(*open(resumed("started")));
-    EXPECT_TRUE(file("started", "weights_last.safetensors") ==
-                file("whole", "weights_last.safetensors"));
-    open(desc("lost"));
-    fs::remove(folder_.path() / "lost/run.json");
-    EXPECT_ERROR(refusal(resumed("lost")), Code::kNotFound,
-                 "run.json': No such file or directory; without it a run that has no state");
-}
-
-/// They have higher numbers than the states that follow.
-TEST_F(TrainingTest, SetsStatesAsideThatItCannotRead) {
-    run(*open(desc("whole")));
-    run(*open(desc("run")));
-    const fs::path states = folder_.path() / "run/checkpoints";
-    const std::string latest = (states / "step_0000000004.state.safetensors").string();
-    test::put_text(latest, "damaged");
-    test::put_text((states / "step_0000000003.state.safetensors").string(), "damaged");
-    const auto events = run(*open(resumed("run")));
-    EXPECT_TRUE(events[0].warning);
-    EXPECT_EQ(events[0].text.substr(0, 15), "skipped a state");
-    EXPECT_EQ(test::file_text(latest + ".unreadable"), "damaged");
-    expect_equal_weights("whole", "run");
 }
 
 /// With a file that is lost while it trains.

@@ -614,7 +614,7 @@ namespace Splat
         Default = 0,
         /// <summary>SPLAT_SCHEDULE_CONSTANT</summary>
         Constant = 1,
-        /// <summary>half a cosine down to zero at step total_steps</summary>
+        /// <summary>half a cosine, zero one step after total_steps</summary>
         Cosine = 2,
         /// <summary>a tenth from step step_at on</summary>
         Step = 3,

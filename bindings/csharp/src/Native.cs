@@ -2111,7 +2111,7 @@ namespace Splat.Interop
         /// Open a session: check the configuration, the data (views of every object; the first batches are
         /// read) and the weights to start from; then make the folder, or lock that of the run.
         ///
-        /// On resuming, the given configuration is compared with the run's. Some values are taken and logged
+        /// On resuming, configuration and data are compared with the run's. Some values are taken and logged
         /// (opt.iterations, logging.*, data.root and others); any other difference is an error.
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or, with the folder untouched,
         ///   SPLAT_ERROR_INVALID_ARGUMENT      desc; the configuration; a key that may not change, with the
@@ -2151,8 +2151,8 @@ namespace Splat.Interop
 
         /// <summary>
         /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
-        /// before the first of this session), "val_psnr", "best_val_psnr", "peak_bytes", "ledger" (of this
-        /// session's last attempt, as in splat_trainer_report)}.
+        /// before the first of this session), "val_psnr" (null before a validation), "best_val_psnr",
+        /// "peak_bytes", "ledger" (of this session's last attempt, as in splat_trainer_report)}.
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
@@ -3904,7 +3904,7 @@ namespace Splat.Interop
         public double conditioning_psnr;
         /// <summary>of input views</summary>
         public double conditioning_ssim;
-        /// <summary>of all validations of the run</summary>
+        /// <summary>of validations of as many objects and views</summary>
         public double best_psnr;
     }
 

@@ -31,9 +31,10 @@ OUT holds config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard,
 which is renewed at every validation, loads itself again, and turns a validation object. Ctrl-C, SIGTERM, a closed
 terminal (SIGHUP) and a closed pipe (SIGPIPE) stop after the current step and save everything. --resume continues
 from the last state, or begins again where none was saved; the resumed run has the same bits as an uninterrupted
-one. With CONFIG or --set, values that no earlier step depends on may change, such as opt.iterations; anything else
-is an error. --overwrite replaces what a run wrote and leaves other files in OUT. peak_bytes in metrics.jsonl and
-run.json is the most device memory used so far, by training and validation.
+one. With CONFIG or --set, values that no earlier step depends on may change, and opt.iterations, with a warning
+where opt.lr_schedule is cosine; anything else, such as other data in data.root, is an error. --overwrite replaces
+what a run wrote and leaves other files in OUT. peak_bytes in metrics.jsonl and run.json is the most device memory
+used so far, by training and validation.
 
 Exit status: 0 trained to the end, 1 failed, such as a full disk, 2 wrong usage or configuration, or OUT is in use,
 3 no device, 4 bad data, 5 out of memory, 7 ten steps in a row had a loss or gradients that are not finite, or

@@ -40,12 +40,14 @@ double number_of(const Json& json, const char* key) {
 /// run.json is of the start and of the end; what lies between is in metrics.jsonl.
 void add_progress(Run& run) {
     if (run.facts.value("state", "") != "running") return;
+    const double start = number_of(run.facts, "step");
     for (const Json& line : run.metrics) {
         for (const char* key : {"step", "loss", "skipped", "peak_bytes", "val_psnr"})
             if (line.contains(key)) run.facts[key] = line.at(key);
         if (line.contains("visible")) run.facts["ledger"] = line;
         const double psnr = number_of(line, "val_psnr");
-        if (number_of(line, "step") > 0 && psnr > number_of(run.facts, "best_val_psnr"))
+        if (number_of(line, "step") > 0 && number_of(line, "step") >= start &&
+            psnr > number_of(run.facts, "best_val_psnr"))
             run.facts["best_val_psnr"] = psnr;  // as the training counts it, without step 0
     }
 }

@@ -54,7 +54,7 @@ class Optimizer(Handle):
     items         what to update, see `Item`; the optimizer keeps it alive
     groups        of several that match a name, the first has the parameter
     rate          0: 5e-5; beta1 0: 0.9; beta2 0: 0.999; eps 0: 1e-15
-    schedule      "constant", "cosine" (down to zero at total_steps) or "step" (a tenth from step_at)
+    schedule      "constant", "cosine" (zero one step after total_steps) or "step" (a tenth from step_at)
     warmup_steps  in which the rate rises from zero
     ema_decay     of the averages; 0: none; ema_every, ema_after: steps between them, before them
     Raises InvalidArgument, InvalidState (made without gradients), ShapeMismatch.

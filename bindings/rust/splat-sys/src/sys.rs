@@ -343,7 +343,7 @@ pub const SPLAT_IMAGE_WEBP: splat_image_format = 5;
 
 pub type splat_schedule = i32;
 pub const SPLAT_SCHEDULE_CONSTANT: splat_schedule = 1;
-/// half a cosine down to zero at step total_steps
+/// half a cosine, zero one step after total_steps
 pub const SPLAT_SCHEDULE_COSINE: splat_schedule = 2;
 /// a tenth from step step_at on
 pub const SPLAT_SCHEDULE_STEP: splat_schedule = 3;
@@ -2465,7 +2465,7 @@ pub struct splat_training_event {
     pub conditioning_psnr: f64,
     /// of input views
     pub conditioning_ssim: f64,
-    /// of all validations of the run
+    /// of validations of as many objects and views
     pub best_psnr: f64,
 }
 
@@ -5077,7 +5077,7 @@ extern "C" {
     /// Open a session: check the configuration, the data (views of every object; the first batches are
     /// read) and the weights to start from; then make the folder, or lock that of the run.
     ///
-    /// On resuming, the given configuration is compared with the run's. Some values are taken and logged
+    /// On resuming, configuration and data are compared with the run's. Some values are taken and logged
     /// (opt.iterations, logging.*, data.root and others); any other difference is an error.
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or, with the folder untouched,
     ///   SPLAT_ERROR_INVALID_ARGUMENT      desc; the configuration; a key that may not change, with the
@@ -5116,8 +5116,8 @@ extern "C" {
 
     /// ```text
     /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
-    /// before the first of this session), "val_psnr", "best_val_psnr", "peak_bytes", "ledger" (of this
-    /// session's last attempt, as in splat_trainer_report)}.
+    /// before the first of this session), "val_psnr" (null before a validation), "best_val_psnr",
+    /// "peak_bytes", "ledger" (of this session's last attempt, as in splat_trainer_report)}.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
     /// ```
     pub fn splat_training_report(

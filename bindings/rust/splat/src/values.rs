@@ -1136,7 +1136,7 @@ pub struct Schedule(pub i32);
 impl Schedule {
     /// `SPLAT_SCHEDULE_CONSTANT`
     pub const CONSTANT: Schedule = Schedule(sys::SPLAT_SCHEDULE_CONSTANT);
-    /// half a cosine down to zero at step total_steps
+    /// half a cosine, zero one step after total_steps
     pub const COSINE: Schedule = Schedule(sys::SPLAT_SCHEDULE_COSINE);
     /// a tenth from step step_at on
     pub const STEP: Schedule = Schedule(sys::SPLAT_SCHEDULE_STEP);

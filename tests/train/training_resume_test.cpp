@@ -1,0 +1,144 @@
+// Trainings that go on: what stays the same, what may change, what is refused.
+#include <algorithm>
+#include <cmath>
+
+#include "train/training_fixture.h"
+
+namespace splat::train {
+namespace {
+
+class TrainingResume : public TrainingTest {};
+
+TEST_F(TrainingResume, GoesOnBitByBitFromAnyPlace) {
+    run(*open(desc("whole")));
+    // Left alone after so many calls, as by a process that is killed there.
+    for (const int calls : {2, 5, 6, 8, 11, 14}) {
+        fs::remove_all(folder_.path() / "parts");
+        {
+            const auto training = open(desc("parts"));
+            ASSERT_NE(training, nullptr);
+            Event event;
+            for (int i = 0; i < calls; ++i) ASSERT_OK(training->next(event));
+        }
+        const auto training = open(resumed("parts"));
+        ASSERT_NE(training, nullptr) << calls;
+        run(*training);
+        expect_equal_weights("whole", "parts");
+    }
+}
+
+TEST_F(TrainingResume, TakesOnResumingWhatMayChange) {
+    run(*open(desc("run")));
+    const std::string before = file("run", "config.json");
+    EXPECT_ERROR(refusal(resumed("run", {"opt.base_lr=1e-4"})), Code::kInvalidArgument,
+                 "'opt.base_lr' is 0.0001, but 0.001 in the run that is resumed");
+    EXPECT_ERROR(refusal(resumed("run", {"model.base_dim=16"})), Code::kInvalidArgument,
+                 "'model.base_dim' is 16, but 8 in the run");
+    TrainingDesc given = resumed("run");
+    given.config = "opt: {iterations: 5}";
+    EXPECT_ERROR(refusal(given), Code::kInvalidArgument, "in the run that is resumed")
+        << "a configuration that is given stands for all of its values";
+    given = resumed("run");
+    given.init = "weights.safetensors";
+    EXPECT_ERROR(refusal(given), Code::kInvalidArgument, "starts from its own state");
+    EXPECT_EQ(file("run", "config.json"), before);
+
+    const auto training = open(resumed("run", {"opt.iterations=5", "logging.val_log=0"}));
+    ASSERT_NE(training, nullptr);
+    const std::vector<Event> events = run(*training);
+    EXPECT_EQ(events[0].text, "opt.iterations 4 -> 5");
+    EXPECT_EQ(events[1].text, "logging.val_log 2 -> 0");
+    EXPECT_EQ(events.back().step, 5U);
+    EXPECT_NE(file("run", "config.json").find("\"iterations\": 5"), std::string::npos);
+}
+
+TEST_F(TrainingResume, WarnsOfACosineThatGoesOn) {
+    run(*open(desc("run", {"opt.lr_schedule=cosine"})));
+    const std::vector<Event> events = run(*open(resumed("run", {"opt.iterations=5"})));
+    EXPECT_TRUE(events[0].warning);
+    EXPECT_NE(events[0].text.find("opt.iterations 4 -> 5: with opt.lr_schedule cosine"),
+              std::string::npos);
+    EXPECT_EQ(events.back().step, 5U);
+}
+
+/// The same data in another folder goes on, other data does not.
+TEST_F(TrainingResume, ResumesWithTheDataOfTheRun) {
+    run(*open(desc("run")));
+    fs::copy(cars_.path, cars_.path + "_moved", fs::copy_options::recursive);
+    const std::string moved = "data.root='" + cars_.path + "_moved'";
+    EXPECT_EQ(run(*open(resumed("run", {moved, "opt.iterations=5"}))).back().step, 5U);
+    const fs::path train = fs::path(cars_.path + "_moved") / "srn_cars/cars_train";
+    fs::copy(fs::directory_iterator(train)->path(), train / "zzz", fs::copy_options::recursive);
+    const std::string before = file("run", "run.json");
+    EXPECT_ERROR(refusal(resumed("run", {moved, "opt.iterations=6"})), Code::kInvalidArgument,
+                 "'objects' is 3, but 2 in run.json");
+    EXPECT_EQ(file("run", "run.json"), before);
+}
+
+/// Scores of other views are not compared, nor is a validation of them taken for that of the step.
+TEST_F(TrainingResume, OtherValidationsBeginAnew) {
+    run(*open(desc("run")));
+    auto same = open(resumed("run", {"opt.iterations=5"}));
+    ASSERT_NE(same, nullptr);
+    EXPECT_GT(same->figures().best_validation_psnr, 0);
+    EXPECT_GT(same->figures().validation_psnr, 0) << "that of the latest validation";
+    EXPECT_EQ(file("run", "run.json").find("\"val_psnr\": 0,"), std::string::npos);
+    const std::string kept = format("\"val_psnr\": %.17g", same->figures().validation_psnr);
+    EXPECT_NE(file("run", "run.json").find(kept), std::string::npos) << file("run", "run.json");
+    EXPECT_EQ(kinds_of(run(*same)), "...scovd");
+    same.reset();
+    auto other = open(resumed("run", {"logging.val_views=1"}));
+    ASSERT_NE(other, nullptr);
+    EXPECT_EQ(other->figures().best_validation_psnr, 0);
+    EXPECT_TRUE(std::isnan(other->figures().validation_psnr));
+    const std::vector<Event> events = run(*other);
+    EXPECT_EQ(kinds_of(events), "....ovd");
+    const auto warned = std::find_if(events.begin(), events.end(),
+                                     [](const Event& event) { return event.warning; });
+    ASSERT_NE(warned, events.end());
+    EXPECT_NE(warned->text.find("begin anew"), std::string::npos);
+    EXPECT_EQ(events.back().best_psnr, first_of(events, EventKind::kValidation)->novel.psnr);
+    other.reset();
+    const auto again = open(resumed("run"));
+    ASSERT_NE(again, nullptr);
+    EXPECT_EQ(again->figures().best_validation_psnr, events.back().best_psnr);
+    EXPECT_EQ(kinds_of(run(*again)), "..d");
+}
+
+/// A run that was killed after its record and before its first state.
+TEST_F(TrainingResume, BeginsAgainWithoutAState) {
+    run(*open(desc("whole")));
+    open(desc("run"));
+    const auto events = run(*open(resumed("run")));
+    EXPECT_EQ(events[0].text, "the run has no state yet, and begins again");
+    expect_equal_weights("whole", "run");
+
+    TrainingDesc given = desc("started", {"opt.iterations=0"});
+    given.init = (folder_.path() / "whole/weights_last.safetensors").string();
+    open(given);
+    run(*open(resumed("started")));
+    EXPECT_TRUE(file("started", "weights_last.safetensors") ==
+                file("whole", "weights_last.safetensors"));
+    open(desc("lost"));
+    fs::remove(folder_.path() / "lost/run.json");
+    EXPECT_ERROR(refusal(resumed("lost")), Code::kNotFound,
+                 "run.json': No such file or directory; without it a run that has no state");
+}
+
+/// They have higher numbers than the states that follow.
+TEST_F(TrainingResume, SetsStatesAsideThatItCannotRead) {
+    run(*open(desc("whole")));
+    run(*open(desc("run")));
+    const fs::path states = folder_.path() / "run/checkpoints";
+    const std::string latest = (states / "step_0000000004.state.safetensors").string();
+    test::put_text(latest, "damaged");
+    test::put_text((states / "step_0000000003.state.safetensors").string(), "damaged");
+    const auto events = run(*open(resumed("run")));
+    EXPECT_TRUE(events[0].warning);
+    EXPECT_EQ(events[0].text.substr(0, 15), "skipped a state");
+    EXPECT_EQ(test::file_text(latest + ".unreadable"), "damaged");
+    expect_equal_weights("whole", "run");
+}
+
+}  // namespace
+}  // namespace splat::train
