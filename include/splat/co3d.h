@@ -46,7 +46,7 @@ typedef struct splat_co3d_info {
  * several threads; each sequence done is a message of the level info.
  * info    out, may be NULL
  * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc
+ *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, sequences of another size, subset or flags
  *   SPLAT_ERROR_NOT_FOUND             annotations, an image, a mask or points are not there
  *   SPLAT_ERROR_IO                    a file cannot be read or written
  *   SPLAT_ERROR_FORMAT                damaged or incomplete annotations, a damaged file

@@ -62,22 +62,28 @@ Status examine(FrameArray& array) {
 }
 
 /// Folders of splits below the folder of a category, or below a folder that holds some.
-Result<fs::path> category_folder(const fs::path& path, const std::string& split,
-                                 const std::string& category) {
+Result<fs::path> category_folder(const ReaderDesc& desc) {
+    const fs::path path = desc.path;
+    const std::string &split = desc.split, &category = desc.category;
     if (is_file(path / split / "camera_Rs.npz")) return path;
     std::vector<std::string> found;
-    for (const std::string& name : folders_in(path))
+    std::error_code none;
+    bool there = fs::is_directory(path / split, none);
+    for (const std::string& name : folders_in(path)) {
+        there = there || fs::is_directory(path / name / split, none);
         if (is_file(path / name / split / "camera_Rs.npz")) found.push_back(name);
+    }
     if (found.size() == 1) return path / found.front();
     // The published categories are plurals: "hydrants".
     const std::string wanted =
         "co3d_" + category.substr(0, category.empty() ? 0 : category.size() - 1) + "_for_gs";
     if (std::find(found.begin(), found.end(), wanted) != found.end()) return path / wanted;
-    return error(
+    const Status status = error(
         found.empty() ? Code::kNotFound : Code::kInvalidArgument,
         "'%s' and its folders hold %zu files %s/camera_Rs.npz, expected one: give the path of one "
         "category",
         path.c_str(), found.size(), split.c_str());
+    return there ? status : no_split(desc, status);
 }
 
 Result<io::NpzFile> load_npz(const fs::path& path) {
@@ -98,9 +104,9 @@ class Co3dReader : public DatasetReader {
         if (!desc.excluded_file.empty()) {
             SPLAT_ASSIGN(excluded, load_excluded_sequences(desc.excluded_file));
         }
-        SPLAT_ASSIGN(const fs::path category,
-                     category_folder(desc.path, desc.split, desc.category));
+        SPLAT_ASSIGN(const fs::path category, category_folder(desc));
         const fs::path root = category / desc.split;
+        index_.files = {root / "camera_Rs.npz", root / "camera_Ts.npz"};
         SPLAT_ASSIGN(rotations_, load_npz(root / "camera_Rs.npz"));
         SPLAT_ASSIGN(translations_, load_npz(root / "camera_Ts.npz"));
         for (const std::string& name : folders_in(root)) {
@@ -111,10 +117,13 @@ class Co3dReader : public DatasetReader {
             else
                 SPLAT_TRY(add(root / name, name, desc.lenient));
         }
-        if (sequences_.empty())
-            return error(Code::kNotFound,
-                         "'%s' holds no folder with focal_lengths.npy besides %u excluded ones",
-                         root.c_str(), index_.excluded);
+        if (sequences_.empty()) {
+            const Status status =
+                error(Code::kNotFound,
+                      "'%s' holds no folder with focal_lengths.npy besides %u excluded ones",
+                      root.c_str(), index_.excluded);
+            return index_.excluded > 0 ? status : no_split(desc, status);
+        }
         return index_.find_resolution(*this, desc.lenient);
     }
 
@@ -186,7 +195,7 @@ class Co3dReader : public DatasetReader {
             array.path = (folder / files[static_cast<std::size_t>(kind)]).string();
             array.channels = channels_of(kind);
             if (kind != MapKind::kRgb && !is_file(array.path)) {
-                index_.maps &= ~flag_of(kind);
+                index_.add_lacking(kind, array.path);
                 continue;
             }
             Status status = examine(array);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "core/json_writer.h"
 #include "core/log.h"
 #include "core/parallel.h"
 #include "data/co3d_cameras.h"
@@ -20,6 +21,8 @@ namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::uint64_t kMaxManifestBytes = 1U << 16;
 
 /// The arrays of a sequence.
 struct PreparedSequence {
@@ -128,17 +131,16 @@ Status write_sequence(const fs::path& folder, const PreparedSequence& made) {
     return written;
 }
 
-/// The arrays {sequence}/{name}.npy of all sequences in one file.
-Status collect_cameras(const fs::path& root, const std::vector<RawSequence>& sequences,
-                       const char* name, const char* target) {
+/// The arrays {sequence}/{name}.npy of all sequences in the folder, also of earlier calls, in one file.
+Status collect_cameras(const fs::path& root, const char* name, const char* target) {
     io::NamedTensors tensors;
-    for (const RawSequence& sequence : sequences) {
-        const fs::path path = root / sequence.name / (std::string(name) + ".npy");
+    for (const std::string& sequence : folders_in(root)) {
+        const fs::path path = root / sequence / (std::string(name) + ".npy");
         if (!is_file(path)) continue;
         SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string()));
         const auto array = io::read_npy(file);
         if (!array.ok()) return in_file(array.status(), path.string());
-        SPLAT_TRY(tensors.add({sequence.name,
+        SPLAT_TRY(tensors.add({sequence,
                                {array.value().shape.begin(), array.value().shape.end()},
                                io::NumberType::kF32,
                                array.value().values}));
@@ -159,6 +161,28 @@ Status check_preparation(const Co3dPreparation& preparation) {
     return {};
 }
 
+/// Checks that the folder holds nothing made with other values; sequences without a manifest may be.
+Status check_manifest(const Co3dPreparation& preparation, const fs::path& root) {
+    const fs::path path = root / "prepared.json";
+    JsonWriter json;
+    json.begin_object().member("made_by", "splat_co3d_prepare").member("version", 1);
+    json.member("size", preparation.size).member("subset", preparation.subset);
+    json.member("stored_poses", preparation.stored_poses).end();
+    const std::string expected = json.text() + "\n";
+    std::string found = "no prepared.json\n";
+    if (is_file(path)) {
+        SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string(), kMaxManifestBytes));
+        found = io::as_text(file);
+        if (found == expected) return {};
+    } else if (folders_in(root).empty()) {
+        return io::write_file(path.string(), io::as_bytes(expected));
+    }
+    return error(Code::kInvalidArgument,
+                 "'%s' holds sequences made with other values: %sexpected: %suse another folder, "
+                 "or the same values to add sequences",
+                 root.c_str(), found.c_str(), expected.c_str());
+}
+
 }  // namespace
 
 Result<Co3dPrepared> prepare_co3d(const Co3dPreparation& preparation,
@@ -172,6 +196,7 @@ Result<Co3dPrepared> prepare_co3d(const Co3dPreparation& preparation,
     const fs::path root = fs::path(preparation.out) / ("co3d_" + preparation.category + "_for_gs") /
                           preparation.split;
     SPLAT_TRY(make_folders(root));
+    SPLAT_TRY(check_manifest(preparation, root));
     std::atomic<std::uint32_t> kept{0}, left_out{0};
     std::atomic<std::size_t> done{0};
     const auto prepare_one = [&](std::size_t i) -> Status {
@@ -193,8 +218,8 @@ Result<Co3dPrepared> prepare_co3d(const Co3dPreparation& preparation,
         return {};
     };
     SPLAT_TRY(parallel_for(sequences.size(), kMostHostThreads, prepare_one));
-    SPLAT_TRY(collect_cameras(root, sequences, "camera_R", "camera_Rs.npz"));
-    SPLAT_TRY(collect_cameras(root, sequences, "camera_T", "camera_Ts.npz"));
+    SPLAT_TRY(collect_cameras(root, "camera_R", "camera_Rs.npz"));
+    SPLAT_TRY(collect_cameras(root, "camera_T", "camera_Ts.npz"));
     Co3dPrepared report;
     report.sequences = static_cast<std::uint32_t>(sequences.size());
     report.kept = kept;

@@ -26,10 +26,10 @@ struct Co3dPrepared {
 
 /// Writes {out}/co3d_{category}_for_gs/{split}/ as open_co3d() reads it, with masks.npy besides the published files.
 /// Sequences that are there are kept, so that an interrupted run can be repeated. Sequences run in parallel;
-/// `progress` is called with the number done, on any thread.
+/// `progress` is called with the number done, on any thread. prepared.json holds size, subset and kind of poses.
 ///
-/// Errors   kInvalidArgument for the preparation; with the file, as read_raw_co3d(); kFormat, kNotFound for images,
-///          masks and points; as write_file()
+/// Errors   kInvalidArgument for the preparation, or a folder of another one; with the file, as read_raw_co3d();
+///          kFormat, kNotFound for images, masks and points; as write_file()
 /// Source   preprocessing of CO3D of Splatter Image
 Result<Co3dPrepared> prepare_co3d(const Co3dPreparation& preparation,
                                   const std::function<void(std::size_t, std::size_t)>& progress);

@@ -69,8 +69,12 @@ std::string map_list(std::uint32_t maps) {
 
 Status check_maps(std::uint32_t wanted, const DatasetIndex& index) {
     if ((wanted & ~index.maps) == 0) return {};
-    return error(Code::kNotFound, "maps requested: %s; every object has: %s",
-                 map_list(wanted).c_str(), map_list(index.maps).c_str());
+    std::string places;
+    for (const MapKind kind : kMaps)
+        if ((wanted & flag_of(kind)) != 0 && !index.lacking[static_cast<std::size_t>(kind)].empty())
+            places += "; missing: '" + index.lacking[static_cast<std::size_t>(kind)] + "'";
+    return error(Code::kNotFound, "maps requested: %s; every object has: %s%s",
+                 map_list(wanted).c_str(), map_list(index.maps).c_str(), places.c_str());
 }
 
 /// The file as the desc names it, or in the folder of the data.
@@ -84,7 +88,8 @@ std::string list_path(const std::string& file, const std::string& folder) {
 
 /// Each list belongs to one format.
 Result<ReaderDesc> reader_desc(const DatasetDesc& desc, const char* format) {
-    ReaderDesc reader{desc.path, desc.split, desc.limit, desc.category, desc.lenient, {}, {}, {}};
+    ReaderDesc reader{desc.path, desc.split, desc.limit, desc.category,   desc.lenient,
+                      {},        {},         {},         desc.lacks_split};
     const struct {
         const char* name;
         const char* format;
@@ -152,6 +157,10 @@ Result<std::unique_ptr<Dataset>> Dataset::open(const DatasetDesc& desc) {
     SPLAT_ASSIGN(const Format* format, format_of(desc));
     SPLAT_ASSIGN(const ReaderDesc wanted, reader_desc(desc, format->name));
     SPLAT_ASSIGN(auto reader, format->open(wanted));
+    if (desc.lacks_split != nullptr && !reader->index().has_splits)
+        return no_split(
+            wanted, error(Code::kNotFound, "'%s' has no splits: its objects are those of any split",
+                          desc.path.c_str()));
     SPLAT_TRY(check_maps(desc.maps, reader->index()));
     return std::unique_ptr<Dataset>(new Dataset(desc, std::move(reader)));
 }

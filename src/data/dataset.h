@@ -23,6 +23,9 @@ struct DatasetDesc {
     std::string objects_file;   ///< the objects of Objaverse in their order
     std::string excluded_file;  ///< sequences of CO3D to leave out
     std::string views_file;     ///< test objects of NMR and their source views
+    /// Not null: a folder without splits, which else serves any, lacks this one too; true if the error is that the
+    /// split is not there.
+    bool* lacks_split = nullptr;
 };
 
 /// Destination of views; null pointers are skipped. n is the number of views, R the resolution.

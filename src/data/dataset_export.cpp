@@ -1,7 +1,10 @@
 #include "data/dataset_export.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <numeric>
 #include <set>
 
@@ -13,6 +16,7 @@
 namespace splat::data {
 namespace {
 
+namespace fs = std::filesystem;
 using tables::Table;
 
 Status check_name(const char* what, const std::string& name) {
@@ -37,6 +41,36 @@ Status check_export(const Dataset& dataset, const ExportDesc& desc) {
                          "object %u occurs twice, or is not among the %zu objects", object,
                          dataset.index().names.size());
     return {};
+}
+
+/// A name, the file's bytes and the time of its last change.
+std::string stamp_of(const std::string& name, const fs::path& file) {
+    struct stat info {};
+    const bool known = ::stat(file.c_str(), &info) == 0;
+    const auto second = static_cast<long long>(info.st_mtim.tv_sec);
+    return format("%s %lld %lld %lld\n", name.c_str(),
+                  known ? static_cast<long long>(info.st_size) : -1LL, second,
+                  static_cast<long long>(info.st_mtim.tv_nsec));
+}
+
+/// The stamps of all files in a folder and those below, in the order of their names; without hidden ones, and those
+/// in `out`.
+std::string stamps_below(const fs::path& folder, const fs::path& out) {
+    std::vector<std::string> stamps;
+    std::error_code failed, none;
+    const auto links = fs::directory_options::follow_directory_symlink;
+    for (fs::recursive_directory_iterator entry(folder, links, failed), end;
+         !failed && entry != end; entry.increment(failed)) {
+        const fs::path& path = entry->path();
+        const bool hidden = path.filename().string().starts_with(".");
+        if (entry->is_directory(none)) {
+            if (hidden || fs::equivalent(path, out, none)) entry.disable_recursion_pending();
+        } else if (!hidden) {
+            stamps.push_back(stamp_of(path.lexically_relative(folder).string(), path));
+        }
+    }
+    std::sort(stamps.begin(), stamps.end());
+    return std::accumulate(stamps.begin(), stamps.end(), std::string());
 }
 
 /// The number of a stem of digits.
@@ -79,19 +113,27 @@ const std::string& ExportRows::name(std::uint32_t object) const {
     return dataset_.index().names[object];
 }
 
-std::string ExportRows::source() const {
-    std::uint32_t crc = 0;
+std::string ExportRows::source(const std::string& out) const {
+    const DatasetIndex& index = dataset_.index();
+    std::uint32_t crc = 0, files = 0;
     for (const std::uint32_t object : objects_)
-        crc = io::crc32_of(io::as_bytes(format("%s %u\n", name(object).c_str(),
-                                               dataset_.index().views_of[object])),
-                           crc);
+        crc = io::crc32_of(
+            io::as_bytes(format("%s %u\n", name(object).c_str(), index.views_of[object])), crc);
+    for (const fs::path file : index.files)
+        files = io::crc32_of(io::as_bytes(stamp_of(file.filename().string(), file)), files);
+    std::string last;  // a store is the folder of all its objects
+    for (const std::uint32_t object : objects_) {
+        if (index.folders[object] == last) continue;
+        last = index.folders[object];
+        files = io::crc32_of(io::as_bytes(stamps_below(last, out)), files);
+    }
     std::string text =
         format("%s, %zu objects, %llu views of %u pixels,", dataset_.index().format.c_str(),
                objects_.size(), static_cast<unsigned long long>(rows_), dataset_.resolution());
     for (const Table map : maps()) text += std::string(" ") + tables::kind_of(map).map;
     for (const float value : dataset_.background())
         text += format(" %g", static_cast<double>(value));
-    return text + format(" behind, names %08x", crc);
+    return text + format(" behind, names %08x, files %08x", crc, files);
 }
 
 Result<ExportRows::Cameras> ExportRows::cameras(std::uint32_t object) {
@@ -135,7 +177,7 @@ Status ExportRows::advance(std::uint64_t rows) {
 Status export_store(ExportRows& rows, const ExportDesc& desc) {
     tables::StoreIndex index;
     index.split = desc.split;
-    index.source = rows.source();
+    index.source = rows.source(desc.path);
     index.resolution = rows.dataset().resolution();
     index.maps = rows.maps();
     for (const std::uint32_t object : rows.objects()) {

@@ -50,10 +50,22 @@ Status DatasetIndex::add(const std::string& name, const std::string& folder, con
         if (!status.ok()) found.push_back(status.message());
     }
     names.push_back(name);
+    folders.push_back(folder);
     views_of.push_back(static_cast<std::uint32_t>(both.size()));
     problems.push_back(std::move(found));
     accept(std::move(both));
     return {};
+}
+
+void DatasetIndex::add_lacking(MapKind kind, const std::string& place) {
+    maps &= ~flag_of(kind);
+    std::string& first = lacking[static_cast<std::size_t>(kind)];
+    if (first.empty()) first = place;
+}
+
+Status no_split(const ReaderDesc& desc, Status status) {
+    if (desc.lacks_split != nullptr) *desc.lacks_split = true;
+    return status;
 }
 
 Status DatasetIndex::find_resolution(const DatasetReader& reader, bool lenient) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -47,18 +48,25 @@ struct ViewNames {
 struct DatasetIndex {
     std::string format;
     std::string split;
-    std::vector<std::string> names;  ///< of the objects, in order
+    bool has_splits = true;            ///< false: the folder has none and serves any
+    std::vector<std::string> names;    ///< of the objects, in order
+    std::vector<std::string> folders;  ///< of their files
+    std::vector<std::string> files;    ///< and more of them, that may lie elsewhere
     std::vector<std::uint32_t> views_of;
-    std::uint32_t maps = 0;            ///< flags of the maps that every object has
-    bool alpha_masks = false;          ///< masks are the alpha of the images
-    bool ignores_alpha = false;        ///< colours of transparent pixels are used as stored
-    std::uint32_t resolution = 0;      ///< of the first image
-    Filter filter = Filter::kBicubic;  ///< for other resolutions
+    std::uint32_t maps = 0;              ///< flags of the maps that every object has
+    std::array<std::string, 4> lacking;  ///< by MapKind: a place where such maps are not
+    bool alpha_masks = false;            ///< masks are the alpha of the images
+    bool ignores_alpha = false;          ///< colours of transparent pixels are used as stored
+    std::uint32_t resolution = 0;        ///< of the first image
+    Filter filter = Filter::kBicubic;    ///< for other resolutions
     double source_distance = 0;  ///< of the first view read, by scaling the scene; 0: not scaled
     std::vector<std::vector<std::string>> problems;  ///< of each object, if lenient
     std::uint32_t excluded = 0;                      ///< objects that a list leaves out
     /// The view that evaluations start from, of each object; empty: that of the format.
     std::vector<std::uint32_t> source_views;
+
+    /// Note that an object has no maps of a kind in this place.
+    void add_lacking(MapKind kind, const std::string& place);
 
     /// Add an object with the views that have a camera and an image, and pass them to `accept`. Errors:
     /// kFormat for views that lack one of the two, and for fewer than two views; if lenient, these
@@ -126,6 +134,10 @@ struct ReaderDesc {
     std::string objects_file;  ///< of DatasetDesc, each empty or a file that exists
     std::string excluded_file;
     std::string views_file;
+    bool* lacks_split = nullptr;  ///< of DatasetDesc
 };
+
+/// This error, which means that the folder lacks the split.
+Status no_split(const ReaderDesc& desc, Status status);
 
 }  // namespace splat::data

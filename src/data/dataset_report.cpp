@@ -9,6 +9,7 @@ std::string report_text(const Dataset& dataset) {
     for (const std::uint32_t count : index.views_of) views += count;
     JsonWriter json;
     json.begin_object().member("format", index.format).member("split", index.split);
+    json.member("has_splits", index.has_splits);
     json.member("objects", index.names.size()).member("views", views);
     json.member("excluded", index.excluded);
     json.member("resolution", dataset.resolution());

@@ -18,9 +18,9 @@ class ExportRows {
     [[nodiscard]] const std::string& name(std::uint32_t object) const;
     [[nodiscard]] Dataset& dataset() { return dataset_; }
 
-    /// What tells exports apart, as text: format, category, objects, sizes, maps, background. Changed contents of the
-    /// same names and sizes are not seen.
-    [[nodiscard]] std::string source() const;
+    /// What tells exports apart, as text: format, category, objects, sizes, maps, background; names, sizes and times
+    /// of the objects' files, without those below `out`.
+    [[nodiscard]] std::string source(const std::string& out) const;
 
     /// The cameras of an object with the numbers of its views; where their names are no numbers, they are counted,
     /// with one warning. Errors: as DatasetReader::text().

@@ -51,6 +51,11 @@ bool has_cameras(const fs::path& folder) {
     return has_transforms(folder) || has_colmap(folder);
 }
 
+bool has_cameras_of(const fs::path& folder, const std::string& split) {
+    return is_file(folder / ("transforms_" + split + ".json")) ||
+           is_file(folder / "transforms.json") || has_colmap(folder);
+}
+
 /// Some folder in it has cameras.
 bool has_objects(const fs::path& folder) {
     for (const std::string& name : folders_in(folder))
@@ -142,6 +147,22 @@ fs::path root_of_split(const fs::path& folder, const std::string& split) {
     return !has_cameras(folder) && has_objects(folder / split) ? folder / split : folder;
 }
 
+/// Folders of objects: the root itself, or those in it.
+std::vector<fs::path> objects_in(const fs::path& root) {
+    if (has_cameras(root)) return {root};
+    std::vector<fs::path> folders;
+    for (const std::string& name : folders_in(root))
+        if (has_cameras(root / name)) folders.push_back(root / name);
+    return folders;
+}
+
+/// The last name of a path, also of "lego/" and ".".
+std::string name_of(const fs::path& folder) {
+    std::error_code failed;
+    const fs::path whole = fs::absolute(folder, failed).lexically_normal();
+    return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
+}
+
 class ImageFolderReader : public DatasetReader {
   public:
     Status open(const ReaderDesc& desc) {
@@ -150,17 +171,25 @@ class ImageFolderReader : public DatasetReader {
         index_.filter = Filter::kLanczos;
         index_.maps = kAllMaps;
         const fs::path root = root_of_split(desc.path, desc.split);
-        if (has_cameras(root)) {
-            SPLAT_TRY(add(root, root.filename().string(), desc));
-        } else {
-            for (const std::string& name : folders_in(root)) {
-                if (desc.limit != 0 && objects_.size() == desc.limit) break;
-                if (has_cameras(root / name)) SPLAT_TRY(add(root / name, name, desc));
-            }
+        bool is_there = false;
+        index_.has_splits = root != desc.path;
+        const std::vector<fs::path> folders = objects_in(root);
+        for (const fs::path& folder : folders)
+            is_there = is_there || has_cameras_of(folder, desc.split);
+        if (!is_there)
+            return no_split(desc, error(Code::kNotFound,
+                                        "'%s' holds neither transforms.json nor transforms_%s.json "
+                                        "nor a COLMAP model",
+                                        root.c_str(), desc.split.c_str()));
+        if (!index_.has_splits)
+            index_.has_splits =
+                std::all_of(folders.begin(), folders.end(), [&](const auto& folder) {
+                    return is_file(folder / ("transforms_" + desc.split + ".json"));
+                });
+        for (const fs::path& folder : folders) {
+            if (desc.limit != 0 && objects_.size() == desc.limit) break;
+            SPLAT_TRY(add(folder, name_of(folder), desc));
         }
-        if (objects_.empty())
-            return error(Code::kNotFound, "'%s' holds neither transforms.json nor a COLMAP model",
-                         root.c_str());
         return index_.find_resolution(*this, desc.lenient);
     }
 
@@ -213,6 +242,7 @@ class ImageFolderReader : public DatasetReader {
             }
             photos.push_back(std::move(photo.value()));
             names.cameras.push_back(camera.name);
+            index_.files.push_back(photos.back().path);  // may lie outside the folder
         }
         names.images = names.cameras;
         SPLAT_TRY(index_.add(name, folder.string(), names, desc.lenient,

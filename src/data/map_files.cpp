@@ -18,7 +18,7 @@ Status find_map_files(const fs::path& folder, const std::vector<std::string>& st
             found.push_back(fs::path(name).stem().string());
         std::sort(found.begin(), found.end());
         if (found.empty()) {
-            index.maps &= ~flag_of(kind);
+            index.add_lacking(kind, (folder / map_name(kind)).string());
             continue;
         }
         const Status same = check_same(folder.string(), map_name(kind), expected, found);

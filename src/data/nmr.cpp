@@ -68,8 +68,9 @@ class NmrReader : public DatasetReader {
             if (is_file(list)) SPLAT_TRY(add_list(desc, category, list));
         }
         if (objects_.empty())
-            return error(Code::kNotFound, "'%s' has no objects in <category>/softras_%s.lst",
-                         desc.path.c_str(), desc.split.c_str());
+            return no_split(
+                desc, error(Code::kNotFound, "'%s' has no objects in <category>/softras_%s.lst",
+                            desc.path.c_str(), desc.split.c_str()));
         return index_.find_resolution(*this, desc.lenient);
     }
 

@@ -61,8 +61,8 @@ class RenderReader : public DatasetReader {
             SPLAT_TRY(add(*below == '\0' ? folder : folder / below, name, desc.lenient));
         }
         if (objects_.empty())
-            return error(Code::kNotFound, "'%s' holds no objects for the split '%s'",
-                         desc.path.c_str(), desc.split.c_str());
+            return no_split(desc, error(Code::kNotFound, "'%s' holds no objects for the split '%s'",
+                                        desc.path.c_str(), desc.split.c_str()));
         return index_.find_resolution(*this, desc.lenient);
     }
 
@@ -124,20 +124,19 @@ bool is_gso(const std::string& path) {
 
 Result<std::unique_ptr<DatasetReader>> open_objaverse(const ReaderDesc& desc) {
     if (desc.split == "test")
-        return error(Code::kNotFound,
-                     "'%s': Objaverse has no split 'test'; evaluate on its 'val', or on the scenes "
-                     "of GSO as the "
-                     "published code does",
-                     desc.path.c_str());
+        return no_split(desc, error(Code::kNotFound,
+                                    "'%s': Objaverse has no split 'test'; evaluate on its 'val', "
+                                    "or on the scenes of GSO as the published code does",
+                                    desc.path.c_str()));
     return opened(desc, "objaverse", "", true);
 }
 
 Result<std::unique_ptr<DatasetReader>> open_gso(const ReaderDesc& desc) {
     if (desc.split == "train")
-        return error(
-            Code::kNotFound,
-            "'%s': GSO has no split 'train', because it is for evaluation only; train on Objaverse",
-            desc.path.c_str());
+        return no_split(desc, error(Code::kNotFound,
+                                    "'%s': GSO has no split 'train', because it is for evaluation "
+                                    "only; train on Objaverse",
+                                    desc.path.c_str()));
     return opened(desc, "gso", kGsoFolder, false);
 }
 

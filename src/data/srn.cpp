@@ -68,8 +68,9 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     for (const std::string& name : splits)
         if (name.substr(name.rfind('_') + 1) == desc.split) found.push_back(name);
     if (found.empty())
-        return error(Code::kNotFound, "'%s' has no folder <category>_%s; folders of splits: %s",
-                     folder.c_str(), desc.split.c_str(), joined(splits).c_str());
+        return no_split(
+            desc, error(Code::kNotFound, "'%s' has no folder <category>_%s; folders of splits: %s",
+                        folder.c_str(), desc.split.c_str(), joined(splits).c_str()));
     folder /= found.front();
     if (has_objects(folder)) return folder;
     for (const std::string& name :
@@ -105,6 +106,7 @@ class SrnReader : public DatasetReader {
         index_.split = desc.split;
         index_.ignores_alpha = true;
         index_.maps = kAllMaps;
+        index_.has_splits = !has_objects(desc.path);
         SPLAT_ASSIGN(const fs::path root, split_folder(desc));
         for (const std::string& name : folders_in(root)) {
             if (desc.limit != 0 && objects_.size() == desc.limit) break;

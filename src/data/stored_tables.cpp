@@ -24,9 +24,16 @@ class StoreReader : public DatasetReader {
   public:
     Status open(const ReaderDesc& desc, const std::string& folder, const char* name) {
         SPLAT_ASSIGN(store_, tables::Store::open(folder));
+        const std::string& split = store_->index().split;
+        if (split != desc.split && folder == desc.path)
+            return no_split(
+                desc, error(Code::kNotFound,
+                            "'%s' is a store of the split %s, not of %s: ask for the "
+                            "split %s, or name the folder above it",
+                            folder.c_str(), split.c_str(), desc.split.c_str(), split.c_str()));
         folder_ = folder;
         index_.format = name;
-        index_.split = store_->index().split;
+        index_.split = desc.split;
         index_.resolution = store_->index().resolution;
         for (const MapKind kind : kMaps)
             for (const Table map : store_->index().maps)
@@ -43,6 +50,7 @@ class StoreReader : public DatasetReader {
             rows_.push_back(row);
             row += object.views;
         }
+        index_.folders.assign(rows_.size(), folder);
         return {};
     }
 
@@ -120,8 +128,9 @@ Result<std::unique_ptr<DatasetReader>> open_store(const ReaderDesc& desc) {
     std::string splits;
     for (const std::string& name : folders_in(folder))
         if (is_file(folder / name / "store.json")) splits += (splits.empty() ? "" : ", ") + name;
-    return error(Code::kNotFound, "'%s' has no store of the split %s; it has: %s", folder.c_str(),
-                 desc.split.c_str(), splits.empty() ? "none" : splits.c_str());
+    return no_split(
+        desc, error(Code::kNotFound, "'%s' has no store of the split %s; it has: %s",
+                    folder.c_str(), desc.split.c_str(), splits.empty() ? "none" : splits.c_str()));
 }
 
 std::string store_beside(const std::string& path, const std::string& split) {
@@ -130,8 +139,8 @@ std::string store_beside(const std::string& path, const std::string& split) {
 
 Result<std::unique_ptr<DatasetReader>> open_tables(const ReaderDesc& desc) {
     const std::string folder = store_beside(desc.path, desc.split);
-    const Status imported =
-        tables::import_tables({desc.path, desc.split, folder, "", true}, nullptr);
+    const Status imported = tables::import_tables(
+        {desc.path, desc.split, folder, "", true, {}, desc.lacks_split}, nullptr);
     if (imported.code() == Code::kIo)
         return Status(Code::kIo, imported.message() +
                                      "; where the folder of the tables cannot be written or lacks "

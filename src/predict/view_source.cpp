@@ -93,7 +93,8 @@ std::array<float, 3> background_of(const config::Settings& settings) {
 
 Result<std::shared_ptr<data::Dataset>> ViewSource::open_split(const config::Settings& settings,
                                                               const std::string& root,
-                                                              const std::string& split) {
+                                                              const std::string& split,
+                                                              bool* lacks_split) {
     const config::TrainConfig& training = settings.training;
     data::DatasetDesc desc;
     desc.path = root.empty() ? training.root : root;
@@ -110,6 +111,7 @@ Result<std::shared_ptr<data::Dataset>> ViewSource::open_split(const config::Sett
     desc.limit = training.subset;
     desc.cache_bytes = training.cache_mib << 20U;
     desc.background = background_of(settings);
+    desc.lacks_split = lacks_split;
     SPLAT_ASSIGN(std::shared_ptr<data::Dataset> dataset, data::Dataset::open(desc));
     return dataset;
 }

@@ -29,10 +29,11 @@ struct Views {
 class ViewSource {
   public:
     /// A split of the data set of a configuration; `root`, unless empty, replaces data.root. Errors:
-    /// kInvalidArgument if neither names a folder; those of Dataset::open.
+    /// kInvalidArgument if neither names a folder; those of Dataset::open, with DatasetDesc::lacks_split.
     static Result<std::shared_ptr<data::Dataset>> open_split(const config::Settings& settings,
                                                              const std::string& root,
-                                                             const std::string& split);
+                                                             const std::string& split,
+                                                             bool* lacks_split = nullptr);
 
     /// Open such a split with its vectors. Errors: as above; kInvalidArgument if the network takes an
     /// embedding or tokens whose file the configuration does not name; those of ViewVectors::load.

@@ -68,7 +68,9 @@ class Import {
     Import(const ImportDesc& desc, const Progress& progress) : desc_(desc), progress_(progress) {}
 
     Status run() {
-        SPLAT_ASSIGN(const std::vector<TableFiles> found, find_tables(desc_.path, desc_.split));
+        const auto files = find_tables(desc_.path, desc_.split);
+        SPLAT_TRY(of_split(files.status()));
+        const std::vector<TableFiles>& found = files.value();
         const std::string source = fingerprint_of(found);
         const auto there = read_store_text(desc_.store);
         if (there.ok() && there.value().source == source) return {};
@@ -82,7 +84,7 @@ class Import {
         }
         const std::uint64_t bytes = bytes_of(found);
         DecodeBudget budget(bytes);
-        SPLAT_TRY(keys_.read(tables_, budget));
+        SPLAT_TRY(of_split(keys_.read(tables_, budget)));
         StoreIndex index;
         index.split = desc_.split;
         index.source = source;
@@ -102,6 +104,13 @@ class Import {
     }
 
   private:
+    /// The status of a search for the split.
+    Status of_split(const Status& status) const {
+        if (status.code() == Code::kNotFound && desc_.lacks_split != nullptr)
+            *desc_.lacks_split = true;
+        return status;
+    }
+
     /// The store takes its space on the disk before the first row is copied.
     static Status check_store_bytes(const StoreIndex& index, std::uint64_t table_bytes) {
         std::uint64_t row = 0;

@@ -12,12 +12,13 @@ namespace splat::tables {
 using Progress = std::function<Status(std::uint64_t done, std::uint64_t total)>;
 
 struct ImportDesc {
-    std::string path;      ///< folder of the tables, see find_tables()
-    std::string split;     ///< "train", "val" or "test"
-    std::string store;     ///< folder of the store of this split
-    std::string library;   ///< as duckdb_library() takes it
-    bool replace = false;  ///< another store in the folder is removed
-    Part part = {};        ///< the rows of each file that are copied
+    std::string path;             ///< folder of the tables, see find_tables()
+    std::string split;            ///< "train", "val" or "test"
+    std::string store;            ///< folder of the store of this split
+    std::string library;          ///< as duckdb_library() takes it
+    bool replace = false;         ///< another store in the folder is removed
+    Part part = {};               ///< the rows of each file that are copied
+    bool* lacks_split = nullptr;  ///< not null: true if the error is that the tables lack the split
 };
 
 /// Copy the tables of a split to a store, each row once, joined by uuid and frame. What a killed process left is

@@ -100,7 +100,9 @@ Result<std::string> store_text(const StoreIndex& index) {
     json.newline().end().end();
     std::string text = json.text() + "\n";
     if (text.size() <= kMaxJsonBytes) return text;
-    return error(Code::kUnsupported, "%zu objects take %zu bytes of store.json, at most %zu",
+    return error(Code::kUnsupported,
+                 "%zu objects take %zu bytes of store.json, at most %zu: divide them among several "
+                 "data sets",
                  index.objects.size(), text.size(), kMaxJsonBytes);
 }
 

@@ -76,6 +76,7 @@ Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string& folder
     if (index.frames.empty() || index.frames.size() > kMaxRows)
         return error(Code::kUnsupported, "%zu rows in a split, expected 1 to %llu",
                      index.frames.size(), static_cast<unsigned long long>(kMaxRows));
+    SPLAT_TRY(store_text(index).status());  // what finish() could not write
     std::unique_ptr<StoreWriter> writer(new StoreWriter(folder, std::move(index), part));
     std::error_code failed;
     fs::create_directories(folder, failed);
@@ -114,9 +115,11 @@ Status StoreWriter::check(bool replace) {
         complete_ = found.ok() && found.value().source == index_.source;
         if (complete_) return {};
         if (!replace)
-            return error(Code::kInvalidArgument,
-                         "'%s' holds another import: remove it, or choose another folder",
-                         folder_.c_str());
+            return error(
+                Code::kInvalidArgument,
+                "'%s' holds another import, or one of files that have changed since: remove "
+                "it, or choose another folder",
+                folder_.c_str());
         log(LogLevel::kWarning,
             format("'%s' was imported from other tables, and is imported again", folder_.c_str()));
         std::error_code failed;

@@ -161,10 +161,11 @@ Status Training::open_data(const TrainingDesc& desc) {
     SPLAT_TRY(BatchSource(data_, settings_, settings_.training.seed).check());
     std::shared_ptr<data::Dataset> validation = desc.validation;
     if (validation == nullptr && desc.dataset == nullptr) {
-        auto found = ViewSource::open_split(settings_, "", "val");
+        bool lacks_split = false;
+        auto found = ViewSource::open_split(settings_, "", "val", &lacks_split);
         if (found.ok())
             validation = std::move(found.value());
-        else if (found.status().code() == Code::kNotFound)
+        else if (lacks_split)
             messages_.emplace_back("no validation: " + found.status().message(), false);
         else
             return of_file(found.status(), "split val: ");

@@ -98,6 +98,34 @@ TEST_F(Co3dPrepare, WritesADataSet) {
     EXPECT_EQ(prepare().value().kept, 1U);
 }
 
+/// A call with a limit, after one of all, leaves the cameras of all.
+TEST_F(Co3dPrepare, KeepsCamerasOfEarlierCalls) {
+    ASSERT_OK(prepare().status());
+    const fs::path split = fs::path(desc_.out) / "co3d_hydrant_for_gs/train";
+    fs::copy(split / "1_2_3", split / "4_5_6", fs::copy_options::recursive);
+    ASSERT_OK(prepare().status());
+    const auto dataset = test::open_data(desc_.out);
+    ASSERT_NE(dataset, nullptr);
+    EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"1_2_3", "4_5_6"}));
+    EXPECT_OK(dataset->read_cameras());
+}
+
+TEST_F(Co3dPrepare, RefusesAFolderOfOtherValues) {
+    ASSERT_OK(prepare().status());
+    const auto refused = [this](const Co3dPreparation& other, const char* part) {
+        EXPECT_ERROR(prepare_co3d(other, [](std::size_t, std::size_t) {}).status(),
+                     Code::kInvalidArgument, part);
+    };
+    Co3dPreparation other = desc_;
+    other.size = 16;
+    refused(other, "\"size\": 8");
+    other = desc_;
+    other.stored_poses = true;
+    refused(other, "made with other values");
+    fs::remove(fs::path(desc_.out) / "co3d_hydrant_for_gs/train/prepared.json");
+    refused(desc_, "no prepared.json");
+}
+
 TEST_F(Co3dPrepare, RefusesWrongRequests) {
     desc_.split = "all";
     expect_refused(Code::kInvalidArgument, "split is 'all'");

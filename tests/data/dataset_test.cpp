@@ -130,6 +130,50 @@ TEST(Srn, FindsTheFolderOfTheSplit) {
     EXPECT_ERROR(Dataset::open(desc).status(), Code::kInvalidArgument, "give the path of one");
 }
 
+TEST(Srn, AFolderWithoutSplitsServesAny) {
+    const SampleFolder folder;
+    put_object(folder.path() / "a");
+    bool lacks = false;
+    DatasetDesc desc;
+    desc.path = folder.path().string();
+    for (const char* split : {"train", "test"}) {
+        desc.split = split;
+        ASSERT_NE(opened(desc), nullptr);
+        EXPECT_FALSE(opened(desc)->index().has_splits);
+    }
+    desc.lacks_split = &lacks;
+    EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound, "has no splits: its objects");
+    EXPECT_TRUE(lacks) << "for one who looks for a split of its own";
+    fs::create_directory(folder.path() / "cars_train");
+    fs::rename(folder.path() / "a", folder.path() / "cars_train/a");
+    desc.split = "train";
+    ASSERT_NE(opened(desc), nullptr);
+    EXPECT_TRUE(opened(desc)->index().has_splits);
+}
+
+TEST(Srn, TellsAMissingSplitFromADamagedOne) {
+    const SampleFolder folder;
+    put_object(folder.path() / "cars_train/a");
+    DatasetDesc desc;
+    desc.path = folder.path().string();
+    desc.split = "val";
+    const auto lacks = [&] {
+        bool told = false;
+        desc.lacks_split = &told;
+        EXPECT_EQ(Dataset::open(desc).status().code(), Code::kNotFound);
+        return told;
+    };
+    EXPECT_TRUE(lacks());
+    fs::create_directories(folder.path() / "cars_val");
+    EXPECT_FALSE(lacks()) << "its objects are missing";
+    put_object(folder.path() / "cars_val/a");
+    desc.maps = flag_of(MapKind::kDepth);
+    EXPECT_FALSE(lacks()) << "its maps are missing";
+    EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound,
+                 "maps requested: depth; every object has: none; missing: '" +
+                     (folder.path() / "cars_val/a/depth").string());
+}
+
 TEST(Srn, NamesWhatIsWrong) {
     const SampleFolder folder;
     const fs::path object = folder.path() / "cars_train/a";
@@ -318,7 +362,7 @@ TEST(Dataset, ReportsWhatItHolds) {
     desc.resolution = 4;
     EXPECT_EQ(
         report_text(*opened(desc)),
-        R"({"format": "srn", "split": "train", "objects": 1, "views": 2, "excluded": 0, )"
+        R"({"format": "srn", "split": "train", "has_splits": true, "objects": 1, "views": 2, "excluded": 0, )"
         R"("resolution": 4, "stored_resolution": 8, "maps": [], "names": ["a"], "views_of": [2]})");
 }
 

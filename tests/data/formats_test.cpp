@@ -17,6 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::Co3dSample;
+using test::data_desc;
 using test::data_status;
 using test::kPose;
 using test::numbered;
@@ -146,6 +147,15 @@ TEST(Co3d, ReadsArrays) {
             std::vector<float>(128));
     EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "images_fg.npy': expected float32");
     EXPECT_ERROR(data_status(folder.path(), "val"), Code::kNotFound, "0 files val/camera_Rs.npz");
+    fs::remove(folder.path() / "co3d_hydrant_for_gs/train/camera_Ts.npz");
+    bool lacks = false;
+    DatasetDesc desc = data_desc(folder.path());
+    desc.lacks_split = &lacks;
+    EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound, "camera_Ts.npz");
+    EXPECT_FALSE(lacks) << "the split is there, but damaged";
+    desc.split = "val";
+    EXPECT_EQ(Dataset::open(desc).status().code(), Code::kNotFound);
+    EXPECT_TRUE(lacks);
 }
 
 constexpr const char* kFrames = R"({"fl_x": 10, "cx": 6, "cy": 5, "w": 12, "h": 10, "frames": [
@@ -188,6 +198,33 @@ TEST(ImageFolder, TakesTheSquareAroundThePrincipalPoint) {
     EXPECT_ERROR(data_status(folder.path()), Code::kNotFound, "no image './images/b'");
     put_image(folder.path() / "scene/images/b.png", 8, 3);
     EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "its camera has 12 x 10");
+}
+
+TEST(ImageFolder, KnowsWhetherItHasSplits) {
+    const SampleFolder folder;
+    const fs::path scene = folder.path() / "scene";
+    put_text(scene / "transforms.json", kFrames);
+    put_photo(scene / "images/a.png");
+    put_photo(scene / "images/b.png");
+    for (const fs::path& path : {folder.path(), scene, scene / "", scene / "images" / ".."}) {
+        const auto dataset = open_data(path, "test");
+        ASSERT_NE(dataset, nullptr) << path;
+        EXPECT_FALSE(dataset->index().has_splits);
+        EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"scene"})) << path;
+    }
+    fs::rename(scene / "transforms.json", scene / "transforms_train.json");
+    EXPECT_TRUE(open_data(folder.path())->index().has_splits);
+    bool lacks = false;
+    DatasetDesc desc = data_desc(folder.path(), "val");
+    desc.lacks_split = &lacks;
+    EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound,
+                 "holds neither transforms.json nor transforms_val.json nor a COLMAP model");
+    EXPECT_TRUE(lacks);
+    fs::rename(scene / "transforms_train.json", scene / "transforms.json");
+    fs::create_directory(folder.path() / "train");
+    fs::rename(scene, folder.path() / "train/scene");
+    EXPECT_TRUE(open_data(folder.path())->index().has_splits);
+    EXPECT_ERROR(data_status(folder.path(), "val"), Code::kNotFound, "holds neither");
 }
 
 TEST(ImageFolder, ReadsColmapModels) {

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <fstream>
 
 #include "core/fault.h"
@@ -229,6 +230,60 @@ TEST(Resume, StoreInUseIsRefused) {
     test::put_text(folder.path() / "full/photo.txt", "mine");
     EXPECT_ERROR(StoreWriter::open((folder.path() / "full").string(), index, false).status(),
                  Code::kInvalidArgument, "is no store");
+}
+
+TEST(Resume, StoreOfTooManyObjectsIsRefusedBeforeItBegins) {
+    const SampleFolder folder;
+    StoreIndex index;
+    index.split = "train";
+    index.resolution = 4;
+    index.maps = {Table::kRgb};
+    index.objects.assign(200'000,
+                         {"0123456789abcdef", "131.25 64. 64. 0.\n0. 0. 0.\n1.\n4 4\n", 2});
+    index.frames.resize(2 * index.objects.size());
+    const fs::path store = folder.path() / "store";
+    EXPECT_ERROR(StoreWriter::open(store.string(), std::move(index), false).status(),
+                 Code::kUnsupported, "200000 objects take ");
+    EXPECT_FALSE(fs::exists(store));
+}
+
+TEST(Resume, ChangedFilesAreNoticed) {
+    const SampleFolder folder;
+    const fs::path source = folder.path() / "srn";
+    test::write_all(test::sample_cars(source));
+    const auto both = [&] {
+        const Status store = convert(source, "train", Layout::kStore, folder.path() / "store");
+        const Status srn = convert(source, "train", Layout::kSrn, folder.path() / "out");
+        return std::pair(store, srn);
+    };
+    for (int i = 0; i < 2; ++i) {
+        const auto [store, srn] = both();
+        ASSERT_OK(store);
+        ASSERT_OK(srn);
+    }
+    fs::path mask;
+    for (const auto& entry : fs::recursive_directory_iterator(source / "srn_cars/cars_train"))
+        if (entry.path().parent_path().filename() == "mask") mask = entry.path();
+    fs::last_write_time(mask, fs::last_write_time(mask) + std::chrono::seconds(1));
+    const auto [store, srn] = both();
+    EXPECT_ERROR(store, Code::kInvalidArgument, "or one of files that have changed since");
+    EXPECT_ERROR(srn, Code::kInvalidArgument, "holds another export of the split train");
+}
+
+TEST(Resume, StoreOfAnotherSplitIsRefused) {
+    const SampleFolder folder;
+    test::write_all(test::sample_cars(folder.path() / "srn"));
+    const fs::path store = folder.path() / "store";
+    ASSERT_OK(convert(folder.path() / "srn", "train", Layout::kStore, store));
+    bool lacks = false;
+    data::DatasetDesc desc;
+    desc.path = (store / "train").string();
+    EXPECT_OK(data::Dataset::open(desc).status());
+    desc.split = "test";
+    desc.lacks_split = &lacks;
+    EXPECT_ERROR(data::Dataset::open(desc).status(), Code::kNotFound,
+                 "is a store of the split train, not of test: ask for the split train, or name");
+    EXPECT_TRUE(lacks);
 }
 
 TEST(Resume, StoreWithADamagedRecordIsRefused) {

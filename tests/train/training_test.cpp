@@ -229,6 +229,26 @@ TEST_F(TrainingTest, RefusesBeforeItMakesAFolder) {
     EXPECT_FALSE(fs::exists(given.folder));
 }
 
+TEST_F(TrainingTest, DoesNotValidateOnWhatItTrainsOn) {
+    const std::string objects = cars_.path + "/srn_cars/cars_train";
+    const auto training = open(desc("run", {"data.root='" + objects + "'", "opt.iterations=1"}));
+    ASSERT_NE(training, nullptr);
+    EXPECT_EQ(first_of(run(*training), EventKind::kValidation), nullptr);
+    EXPECT_NE(file("run", "log.txt").find("no validation: '" + objects + "' has no splits"),
+              std::string::npos);
+}
+
+/// Only a split that is missing means none.
+TEST_F(TrainingTest, RefusesADamagedValidation) {
+    const fs::path val = fs::path(cars_.path) / "srn_cars/cars_val";
+    fs::remove_all(val / "000000_car/depth");
+    EXPECT_ERROR(refusal(desc("run", {"data.use_pred_depth=true"})), Code::kNotFound,
+                 "split val: maps requested: depth");
+    fs::remove_all(val);
+    EXPECT_NE(open(desc("run", {"data.use_pred_depth=true"})), nullptr);
+    EXPECT_NE(file("run", "log.txt").find("no validation: "), std::string::npos);
+}
+
 TEST_F(TrainingTest, StartsFromWeights) {
     run(*open(desc("first")));
     const std::string weights = (folder_.path() / "first/weights_last.safetensors").string();

@@ -18,9 +18,10 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kDataCheckFooter =
-    R"(Reads every image, map and camera of every split that exists. Problems: missing files, images that cannot
-be read or differ in size, poses that are not finite or not rotations, objects with a single view. Warnings:
-equal views or objects, images of one colour. The hash is that of the decoded images, maps and cameras.
+    R"(Reads every image, map and camera of every split that exists; a folder without splits is read once, as train.
+Problems: missing files, images that cannot be read or differ in size, poses that are not finite or not rotations,
+objects with a single view. Warnings: equal views or objects, images of one colour. The hash is that of the decoded
+images, maps and cameras.
 
 Exit status: 0 no problems, 2 wrong usage, 4 problems, or no data.
 
@@ -65,6 +66,9 @@ Dataset open_split(const CheckOptions& options, const char* split) {
     desc.cache_bytes = 1;
     Dataset dataset;
     check(splat_dataset_open(&desc, dataset.out()));
+    if (options.split == "all" && std::string(split) != "train" &&
+        !library_json(splat_dataset_report, dataset.get()).at("has_splits").get<bool>())
+        throw Failure(kBadData, "'" + options.path + "' has no splits, and was read as train");
     return dataset;
 }
 

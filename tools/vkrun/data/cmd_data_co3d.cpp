@@ -19,7 +19,8 @@ folder for each sequence. OUT/co3d_CATEGORY_for_gs/SPLIT gets, as Splatter Image
 sequence images_full.npy, images_fg.npy on black, focal_lengths.npy and frame_order.txt, and for all of them
 camera_Rs.npz and camera_Ts.npz; and masks.npy, the foreground probability. Each image is the largest square around
 the principal point. The origin, axes and scale of the world come from the point cloud and the cameras. Sequences
-that are there are kept, so an interrupted run can be repeated; 'vkrun --verbose data co3d' tells each one.
+that are there are kept, so an interrupted run can be repeated, also with another --limit; prepared.json keeps --size,
+--subset and --stored-poses, and others are refused. 'vkrun --verbose data co3d' tells each sequence.
 
 Exit status: 0 done, 1 a file cannot be written, 2 wrong usage, 4 the release is missing, damaged or incomplete.
 
@@ -52,7 +53,8 @@ Json prepare_split(const Co3dOptions& options, const char* split) {
     const Stopwatch watch;
     const splat_result result = splat_co3d_prepare(&desc, &info);
     const bool bad_data = result == SPLAT_ERROR_NOT_FOUND || result == SPLAT_ERROR_FORMAT;
-    check(result, bad_data ? kBadData : kFailed);
+    const bool wrong = result == SPLAT_ERROR_INVALID_ARGUMENT;
+    check(result, wrong ? kUsageError : bad_data ? kBadData : kFailed);
     if (!options.json)
         std::printf("%s: %u sequences, %llu frames; %u were there, %u left out; %.1f s\n", split,
                     info.sequences, static_cast<unsigned long long>(info.frames), info.kept,

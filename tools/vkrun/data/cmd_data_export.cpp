@@ -17,7 +17,8 @@ cameras, and others. LAYOUT is
   images  {train,val,test}/OBJECT/ with transforms.json, the images in rgb/, and the maps that there are
   store   .npy files as 'vkrun data import' writes them
 Text of cameras, images and maps go from one to the other unchanged. OUT/export_{train,val,test}.json say what OUT
-holds, with a checksum of each table. A repeated command goes on where a stopped one ended.
+holds, with a checksum of each table. A folder without splits becomes train, or the --split that is given. A repeated
+command goes on where a stopped one ended; it is refused if files of DIR have changed since.
 
 Exit status: 0 done, 2 wrong usage, 4 the data cannot be read, or OUT cannot be written.
 

@@ -21,7 +21,8 @@ tables themselves, into DIR/.splat.
 
 DIR may also be a data set of any other format: SRN's folders (also those of 'vkrun data synth'), photographs with
 transforms.json or a COLMAP model, and so on. Its images and maps become the same files, at --size pixels and over
-their background. A repeated command goes on where a stopped one ended.
+their background. A folder without splits becomes train, or the --split that is given. A repeated command goes on
+where a stopped one ended; it is refused if files of DIR have changed since.
 
 --shard 0/4 to 3/4, on machines that share OUT, import a part each; the last to end completes OUT. docs/shards.md
 shows them with GNU parallel and as a Slurm array.

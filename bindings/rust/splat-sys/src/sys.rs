@@ -3383,7 +3383,7 @@ extern "C" {
     /// several threads; each sequence done is a message of the level info.
     /// info    out, may be NULL
     /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, sequences of another size, subset or flags
     ///   SPLAT_ERROR_NOT_FOUND             annotations, an image, a mask or points are not there
     ///   SPLAT_ERROR_IO                    a file cannot be read or written
     ///   SPLAT_ERROR_FORMAT                damaged or incomplete annotations, a damaged file
@@ -3397,8 +3397,8 @@ extern "C" {
     /// ```text
     /// Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
     /// in folders depth, normal and mask of an object (CO3D's: depths.npy, normals.npy, masks.npy);
-    /// without masks, alpha is the mask. Objaverse has no split "test", GSO none "train". The
-    /// first opening of a split of tables imports it, as splat_dataset_import with out NULL does.
+    /// without masks, alpha is the mask. Objaverse has no split "test", GSO none "train"; a folder without
+    /// splits serves any. The first opening of a split of tables imports it, as with out NULL.
     /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of several categories
     ///   SPLAT_ERROR_NOT_FOUND             there is no such folder, split or list, or no such maps
@@ -3413,8 +3413,8 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// JSON: {"format", "split", "objects", "views" (of all objects), "excluded" (by a list),
-    /// "resolution", "stored_resolution", "maps": ["depth", ...], "names": [], "views_of": []}.
+    /// JSON: {"format", "split", "has_splits", "objects", "views" (of all objects), "excluded" (by a
+    /// list), "resolution", "stored_resolution", "maps": ["depth", ...], "names": [], "views_of": []}.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
     /// ```
     pub fn splat_dataset_report(
@@ -3471,8 +3471,9 @@ extern "C" {
     ///                                     with the same import begun in another number of shards
     ///   SPLAT_ERROR_INVALID_STATE         another process imports into the folder, or the same shard
     ///   SPLAT_ERROR_NOT_FOUND             no such folder, table or split; no DuckDB, with how to get it
-    ///   SPLAT_ERROR_UNSUPPORTED           a DuckDB that lacks a function; more than 8,388,608 rows; row
-    ///                                     groups that do not fit in that memory
+    ///   SPLAT_ERROR_UNSUPPORTED           a DuckDB that lacks a function; more than 8,388,608 rows, or
+    ///                                     objects (some 120,000) of more than 16 MiB in store.json;
+    ///                                     row groups that do not fit in that memory
     ///   SPLAT_ERROR_FORMAT                with table, column, row and file: missing columns, rows that
     ///                                     one table lacks, ids that occur twice, values of wrong length,
     ///                                     damaged files
@@ -3493,10 +3494,11 @@ extern "C" {
     /// callback, user   as splat_dataset_import
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
     ///   SPLAT_ERROR_CANCELLED, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with another export of the split
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with another export of the split,
+    ///                                     or one of files that have changed since
     ///   SPLAT_ERROR_INVALID_STATE         another process writes the store
     ///   SPLAT_ERROR_NOT_FOUND             no DuckDB, with how to get it; a missing file of the data set
-    ///   SPLAT_ERROR_UNSUPPORTED           an object of several focal lengths; a DuckDB as above
+    ///   SPLAT_ERROR_UNSUPPORTED           an object of several focal lengths; a DuckDB, a store as above
     ///   SPLAT_ERROR_FORMAT, SPLAT_ERROR_IO  a damaged file; the disk is full, a file cannot be written
     /// ```
     pub fn splat_dataset_export(
