@@ -38,7 +38,9 @@ class EvaluatorTest : public testing::Test {
         Evaluation labels;
         labels.method = network ? "" : "mine";
         Evaluator made(std::move(data.value()), std::move(protocol), {}, labels);
-        if (network) made.use(*context_, *network_);
+        if (network) {
+            EXPECT_OK(made.use(*context_, *network_));
+        }
         return made;
     }
 
