@@ -136,8 +136,6 @@ Status check_training(const TrainConfig& c, const char* what) {
     if (c.batch_size % c.micro_batch != 0)
         return wrong("opt.micro_batch", c.micro_batch,
                      format("a divisor of opt.batch_size, %u", c.batch_size));
-    if (c.schedule == Schedule::kStep && c.step_lr_at == 0)
-        return wrong("opt.step_lr_at", 0, "at least 1 where opt.lr_schedule is step");
     if (c.ema && c.ema_every == 0) return wrong("opt.ema.update_every", 0, "at least 1");
     if (c.ssim_weight + c.lpips_weight > 1)
         return error(

@@ -161,7 +161,7 @@ Status check_preparation(const Co3dPreparation& preparation) {
     return {};
 }
 
-/// Checks that the folder holds nothing made with other values; sequences without a manifest may be.
+/// Checks that the folder holds nothing made with other values.
 Status check_manifest(const Co3dPreparation& preparation, const fs::path& root) {
     const fs::path path = root / "prepared.json";
     JsonWriter json;
@@ -169,14 +169,16 @@ Status check_manifest(const Co3dPreparation& preparation, const fs::path& root) 
     json.member("size", preparation.size).member("subset", preparation.subset);
     json.member("stored_poses", preparation.stored_poses).end();
     const std::string expected = json.text() + "\n";
-    std::string found = "no prepared.json\n";
-    if (is_file(path)) {
-        SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string(), kMaxManifestBytes));
-        found = io::as_text(file);
-        if (found == expected) return {};
-    } else if (folders_in(root).empty()) {
-        return io::write_file(path.string(), io::as_bytes(expected));
+    if (!is_file(path)) {
+        if (folders_in(root).empty()) return io::write_file(path.string(), io::as_bytes(expected));
+        return error(Code::kInvalidArgument,
+                     "'%s' holds sequences, but no prepared.json that tells with which values they "
+                     "were made, as of an earlier version: use another folder, or remove them",
+                     root.c_str());
     }
+    SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string(), kMaxManifestBytes));
+    const std::string found(io::as_text(file));
+    if (found == expected) return {};
     return error(Code::kInvalidArgument,
                  "'%s' holds sequences made with other values: %sexpected: %suse another folder, "
                  "or the same values to add sequences",

@@ -51,7 +51,7 @@ struct DatasetIndex {
     bool has_splits = true;            ///< false: the folder has none and serves any
     std::vector<std::string> names;    ///< of the objects, in order
     std::vector<std::string> folders;  ///< of their files
-    std::vector<std::string> files;    ///< and more of them, that may lie elsewhere
+    std::vector<std::string> files;    ///< and more of them, that lie elsewhere
     std::vector<std::uint32_t> views_of;
     std::uint32_t maps = 0;              ///< flags of the maps that every object has
     std::array<std::string, 4> lacking;  ///< by MapKind: a place where such maps are not

@@ -156,6 +156,11 @@ std::vector<fs::path> objects_in(const fs::path& root) {
     return folders;
 }
 
+bool lies_outside(const fs::path& path, const fs::path& folder) {
+    const fs::path way = path.lexically_normal().lexically_relative(folder.lexically_normal());
+    return way.empty() || *way.begin() == "..";
+}
+
 /// The last name of a path, also of "lego/" and ".".
 std::string name_of(const fs::path& folder) {
     std::error_code failed;
@@ -242,7 +247,8 @@ class ImageFolderReader : public DatasetReader {
             }
             photos.push_back(std::move(photo.value()));
             names.cameras.push_back(camera.name);
-            index_.files.push_back(photos.back().path);  // may lie outside the folder
+            if (lies_outside(photos.back().path, folder))
+                index_.files.push_back(photos.back().path);
         }
         names.images = names.cameras;
         SPLAT_TRY(index_.add(name, folder.string(), names, desc.lenient,

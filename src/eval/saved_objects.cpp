@@ -122,7 +122,10 @@ Result<std::map<std::uint32_t, ObjectScores>> load_objects(
     for (const auto& [key, expected] : labels_of(like)) {
         const JsonTree* const found = tree.value().find(key);
         if (found == nullptr || found->text() == nullptr)
-            return error(Code::kFormat, "'%s' has no text '%s'", path.c_str(), key);
+            return error(Code::kFormat,
+                         "'%s' has no text '%s': it is damaged, or of an earlier version; score "
+                         "the objects again",
+                         path.c_str(), key);
         if (*found->text() != expected)
             return error(Code::kInvalidArgument, "'%s' has scores of %s '%s', expected '%s'%s",
                          path.c_str(), key, shown(*found->text()).c_str(), expected.c_str(),

@@ -117,8 +117,8 @@ Status StoreWriter::check(bool replace) {
         if (!replace)
             return error(
                 Code::kInvalidArgument,
-                "'%s' holds another import, or one of files that have changed since: remove "
-                "it, or choose another folder",
+                "'%s' holds another import, or one of files that have changed since or of an "
+                "earlier version: remove it, or choose another folder",
                 folder_.c_str());
         log(LogLevel::kWarning,
             format("'%s' was imported from other tables, and is imported again", folder_.c_str()));

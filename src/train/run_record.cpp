@@ -161,7 +161,7 @@ Status check_same_data(std::string_view run_json, const data::Dataset& dataset) 
     const auto run = parse_json_tree(run_json, "run.json");
     const JsonTree* const before = run.ok() ? run.value().find("data") : nullptr;
     if (before == nullptr || !now.ok()) return {};
-    for (const char* name : {"format", "split", "objects", "views", "stored_resolution"}) {
+    for (const char* name : {"split", "objects", "views", "stored_resolution"}) {
         const JsonTree* const one = before->find(name);
         const std::string was = one == nullptr ? "" : text_of(*one);
         const std::string is = text_of(*now.value().find(name));

@@ -57,6 +57,9 @@ std::span<const T> part_of(std::span<const T> all, std::size_t count, std::size_
 Result<std::unique_ptr<Trainer>> Trainer::create(vk::Context& context,
                                                  const model::PredictorConfig& network,
                                                  const config::TrainConfig& config) {
+    if (config.schedule == config::Schedule::kStep && config.step_lr_at == 0)
+        return error(Code::kInvalidArgument,
+                     "'opt.step_lr_at' is 0, expected at least 1 where opt.lr_schedule is step");
     std::unique_ptr<Trainer> self(new Trainer(context, config));
     SPLAT_TRY(self->build(network));
     return self;

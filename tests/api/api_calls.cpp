@@ -159,6 +159,10 @@ Model make_model(const Device& device) {
 Predictor make_predictor(const Device& device) {
     const Model model = make_model(device);
     EXPECT_DONE(splat_model_init(model, 3));
+    return make_predictor(device, model);
+}
+
+Predictor make_predictor(const Device& device, const Model& model) {
     Weights weights;
     EXPECT_DONE(splat_model_store(model, weights.out()));
     auto desc = sized<splat_predictor_desc>();

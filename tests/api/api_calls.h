@@ -153,6 +153,7 @@ Model make_model(const Device& device);
 
 /// A predictor of such a model with random weights, for white backgrounds.
 Predictor make_predictor(const Device& device);
+Predictor make_predictor(const Device& device, const Model& model);
 /// A port of a splat_module_desc.
 splat_port port_desc(const Dims& dims, const char* name);
 

@@ -132,8 +132,6 @@ TEST(TrainConfigRules, RefusesAndNamesTheKey) {
         {"opt: {loss: huber}", "'opt.loss' is 'huber', expected one of l2, l1"},
         {"opt: {lambda_ssim: 0.7, lambda_lpips: 0.6}", "expected a sum of at most 1"},
         {"opt: {ema: {update_every: 0}}", "'opt.ema.update_every' is 0, expected at least 1"},
-        {"opt: {lr_schedule: step}",
-         "'opt.step_lr_at' is 0, expected at least 1 where opt.lr_schedule is step"},
         {"logging: {valog: 1}", "did you mean 'logging.val_log'?"},
         {"modle: {base_dim: 64}", "there is no section 'modle'; did you mean 'model'?"},
         {"base_lr: 1", "there is no section 'base_lr'"},

@@ -1,8 +1,8 @@
 // Photographs whose transforms.json gives no focal length: that of their Exif data.
 #include "data/dataset.h"
 #include "io/file.h"
-#include "support/exif_jpeg.h"
 #include "support/expect_status.h"
+#include "support/sample_jpeg.h"
 #include "synthetic/sample_folder.h"
 
 namespace splat::data {

@@ -27,6 +27,7 @@
 #include "io/weights_file.h"
 #include "support/child_cost.h"
 #include "support/expect_status.h"
+#include "support/sample_jpeg.h"
 
 namespace splat::io {
 namespace {
@@ -186,27 +187,8 @@ TEST(DecodeBomb, PngOfALargeChunkAfterThePixels) {
 
 /// A gray image without detail.
 Buffer progressive_jpeg(JDIMENSION side) {
-    jpeg_compress_struct jpeg{};
-    jpeg_error_mgr errors{};
-    jpeg.err = jpeg_std_error(&errors);
-    jpeg_create_compress(&jpeg);
-    unsigned char* bytes = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&jpeg, &bytes, &size);
-    jpeg.image_width = jpeg.image_height = side;
-    jpeg.input_components = 1;
-    jpeg.in_color_space = JCS_GRAYSCALE;
-    jpeg_set_defaults(&jpeg);
-    jpeg_simple_progression(&jpeg);
-    jpeg_start_compress(&jpeg, TRUE);
-    std::vector<unsigned char> row(side, 100);
-    unsigned char* first = row.data();
-    for (JDIMENSION y = 0; y < side; ++y) jpeg_write_scanlines(&jpeg, &first, 1);
-    jpeg_finish_compress(&jpeg);
-    jpeg_destroy_compress(&jpeg);
-    Buffer file(reinterpret_cast<std::byte*>(bytes), reinterpret_cast<std::byte*>(bytes) + size);
-    std::free(bytes);
-    return file;
+    return test::sample_jpeg(std::vector<std::uint8_t>(std::size_t{side} * side, 100), side, side,
+                             {1, JCS_GRAYSCALE, true, 75, {}});
 }
 
 TEST(DecodeBomb, JpegOfManyPixels) {

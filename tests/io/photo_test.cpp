@@ -16,6 +16,7 @@
 #include "io/photo/webp.h"
 #include "support/expect_status.h"
 #include "support/real_data.h"
+#include "support/sample_jpeg.h"
 
 namespace splat::io {
 namespace {
@@ -32,31 +33,9 @@ std::vector<std::uint8_t> ramp(int width, int height, int channels) {
 
 Buffer jpeg_of(std::vector<std::uint8_t> samples, int width, int height, int channels,
                bool progressive, J_COLOR_SPACE space) {
-    jpeg_compress_struct jpeg{};
-    jpeg_error_mgr errors{};
-    jpeg.err = jpeg_std_error(&errors);
-    jpeg_create_compress(&jpeg);
-    unsigned char* bytes = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&jpeg, &bytes, &size);
-    jpeg.image_width = static_cast<JDIMENSION>(width);
-    jpeg.image_height = static_cast<JDIMENSION>(height);
-    jpeg.input_components = channels;
-    jpeg.in_color_space = space;
-    jpeg_set_defaults(&jpeg);
-    jpeg_set_quality(&jpeg, 100, TRUE);
-    if (progressive) jpeg_simple_progression(&jpeg);
-    jpeg_start_compress(&jpeg, TRUE);
-    for (int y = 0; y < height; ++y) {
-        unsigned char* row = &samples[static_cast<std::size_t>(y * width * channels)];
-        jpeg_write_scanlines(&jpeg, &row, 1);
-    }
-    jpeg_finish_compress(&jpeg);
-    jpeg_destroy_compress(&jpeg);
-    const auto* const first = reinterpret_cast<const std::byte*>(bytes);
-    Buffer file(first, first + size);
-    std::free(bytes);
-    return file;
+    return test::sample_jpeg(std::move(samples), static_cast<JDIMENSION>(width),
+                             static_cast<JDIMENSION>(height),
+                             {channels, space, progressive, 100, {}});
 }
 
 Buffer webp_of(const std::vector<std::uint8_t>& samples, int width, int height, int channels) {

@@ -359,6 +359,13 @@ TEST_P(TrainerRules, ResumesBitByBit) {
     }
 }
 
+TEST_P(TrainerRules, RefusesAStepWithoutAPlace) {
+    TrainConfig training = small_training();
+    training.schedule = config::Schedule::kStep;
+    EXPECT_ERROR(Trainer::create(context(), small_network(), training).status(),
+                 Code::kInvalidArgument, "'opt.step_lr_at' is 0, expected at least 1");
+}
+
 TEST_P(TrainerRules, RefusesADamagedOrForeignState) {
     const auto trainer = make(small_network(), small_training());
     ASSERT_TRUE(trainer);

@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "api/predict/picture_calls.h"
-#include "support/exif_jpeg.h"
+#include "support/sample_jpeg.h"
 
 namespace splat::test {
 namespace {

@@ -142,13 +142,7 @@ TEST_F(ApiPredictor, TheFieldOfViewIsThatOfTheWeights) {
     Model model;
     ASSERT_DONE(splat_model_create(device_, &model_of_weights, model.out()));
     ASSERT_DONE(splat_model_init(model, 3));
-    Weights weights;
-    ASSERT_DONE(splat_model_store(model, weights.out()));
-    auto desc = sized<splat_predictor_desc>();
-    desc.weights = weights;
-    desc.config = kSmallModel;
-    Predictor predictor;
-    ASSERT_DONE(splat_predictor_create(device_, &desc, predictor.out()));
+    const Predictor predictor = make_predictor(device_, model);
     auto info = sized<splat_predictor_info>();
     ASSERT_DONE(splat_predictor_get_info(predictor, &info));
     EXPECT_NEAR(info.fov_degrees, 90, 1e-3);
@@ -271,13 +265,7 @@ TEST_F(ApiPredictor, WeightsThatOverflowAreAnError) {
         }
     }
     ASSERT_FALSE(name.empty());
-    Weights weights;
-    ASSERT_DONE(splat_model_store(model, weights.out()));
-    auto desc = sized<splat_predictor_desc>();
-    desc.weights = weights;
-    desc.config = kSmallModel;
-    Predictor made;
-    ASSERT_DONE(splat_predictor_create(device_, &desc, made.out()));
+    const Predictor made = make_predictor(device_, model);
     Scene scene;
     EXPECT_REFUSED(splat_predictor_predict(made, &picture_, 1, scene.out(), nullptr),
                    SPLAT_ERROR_INVALID_STATE, "the network's output is not finite");

@@ -5,9 +5,8 @@ mod support;
 
 use splat::{
     image, log, Code, DecodeLimits, Device, DeviceDesc, EvaluatedViews, Evaluator, EvaluatorDesc,
-    Image, ImageFormat, LogLevel, Model, ModelDesc, ModelFlags, NamedArray, Optimizer,
-    OptimizerDesc, OptimizerItem, Predictor, Scene, SyntheticDesc, Tensor, Trainer, Training,
-    Weights, WeightsFormat,
+    Image, ImageFormat, LogLevel, NamedArray, Predictor, Scene, SyntheticDesc, Tensor, Trainer,
+    Training, Weights, WeightsFormat,
 };
 use std::cell::RefCell;
 use std::panic::{catch_unwind, AssertUnwindSafe};
@@ -15,7 +14,7 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Barrier, Mutex};
 use std::time::Duration;
-use support::Folder;
+use support::{model_and_optimizer, Folder};
 
 /// Run a test of this program, which is ignored otherwise, in a process of its own.
 fn run_alone(name: &str) {
@@ -244,18 +243,7 @@ fn alone_waiting() {
         model.init(1).unwrap();
     });
 
-    let desc = ModelDesc {
-        flags: ModelFlags::GRADIENTS,
-        config: Some(config),
-        ..Default::default()
-    };
-    let model = Model::create(&device, &desc).unwrap();
-    let items = [OptimizerItem::Model(None, &model)];
-    let desc = OptimizerDesc {
-        items: &items,
-        ..Default::default()
-    };
-    let optimizer = Optimizer::create(&device, &desc).unwrap();
+    let (model, optimizer) = model_and_optimizer(&device, config);
     let fails = move || drop(model.read("none", &mut [0.0]).unwrap_err());
     assert_waits("a network and its optimizer", fails, move || {
         optimizer.zero_gradients().unwrap();

@@ -3,13 +3,13 @@
 mod support;
 
 use splat::{
-    Code, Device, Image, Model, ModelDesc, ModelInput, Optimizer, OptimizerDesc, OptimizerItem,
-    Picture, Predictor, RasterState, Tensor, Trainer,
+    Code, Device, Image, Model, ModelDesc, ModelInput, Picture, Predictor, RasterState, Tensor,
+    Trainer,
 };
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
-use support::{camera, rasterizer, scene};
+use support::{camera, model_and_optimizer, rasterizer, scene};
 
 const TINY: &str = "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], \
                     attention_resolutions: [8]}\ndata: {training_resolution: 16}\n\
@@ -167,19 +167,7 @@ fn memory_returns_when_objects_are_dropped() {
 #[test]
 fn what_shares_a_network_waits_for_its_calls() {
     let device = Device::create(&Default::default()).unwrap();
-    let flags = splat::ModelFlags::GRADIENTS;
-    let desc = ModelDesc {
-        flags,
-        config: Some(TINY),
-        ..Default::default()
-    };
-    let model = Model::create(&device, &desc).unwrap();
-    let items = [OptimizerItem::Model(None, &model)];
-    let desc = OptimizerDesc {
-        items: &items,
-        ..Default::default()
-    };
-    let optimizer = Optimizer::create(&device, &desc).unwrap();
+    let (model, optimizer) = model_and_optimizer(&device, TINY);
     let worker = thread::spawn(move || {
         for _ in 0..20 {
             optimizer.step().unwrap();

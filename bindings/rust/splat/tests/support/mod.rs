@@ -1,7 +1,10 @@
 //! What several test programs need. Each uses a part.
 #![allow(dead_code)]
 
-use splat::{Camera, Device, Rasterizer, RasterizerDesc, Scene, SceneDesc};
+use splat::{
+    Camera, Device, Model, ModelDesc, ModelFlags, Optimizer, OptimizerDesc, OptimizerItem,
+    Rasterizer, RasterizerDesc, Scene, SceneDesc,
+};
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
@@ -21,6 +24,23 @@ pub fn device() -> &'static Device {
         });
         DEVICE.unwrap()
     }
+}
+
+/// A network with gradients, and an optimizer of its parameters.
+pub fn model_and_optimizer(device: &Device, config: &str) -> (Model, Optimizer) {
+    let desc = ModelDesc {
+        flags: ModelFlags::GRADIENTS,
+        config: Some(config),
+        ..Default::default()
+    };
+    let model = Model::create(device, &desc).unwrap();
+    let items = [OptimizerItem::Model(None, &model)];
+    let desc = OptimizerDesc {
+        items: &items,
+        ..Default::default()
+    };
+    let optimizer = Optimizer::create(device, &desc).unwrap();
+    (model, optimizer)
 }
 
 /// A grid of opaque Gaussians of different colours around the origin.
