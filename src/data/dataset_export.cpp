@@ -113,7 +113,7 @@ const std::string& ExportRows::name(std::uint32_t object) const {
     return dataset_.index().names[object];
 }
 
-std::string ExportRows::source(const std::string& out) const {
+Result<std::string> ExportRows::source(const std::string& out) {
     const DatasetIndex& index = dataset_.index();
     std::uint32_t crc = 0, files = 0;
     for (const std::uint32_t object : objects_)
@@ -124,6 +124,7 @@ std::string ExportRows::source(const std::string& out) const {
     std::string last;  // a store is the folder of all its objects
     for (const std::uint32_t object : objects_) {
         if (index.folders[object] == last) continue;
+        SPLAT_TRY(advance(0));
         last = index.folders[object];
         files = io::crc32_of(io::as_bytes(stamps_below(last, out)), files);
     }
@@ -177,7 +178,7 @@ Status ExportRows::advance(std::uint64_t rows) {
 Status export_store(ExportRows& rows, const ExportDesc& desc) {
     tables::StoreIndex index;
     index.split = desc.split;
-    index.source = rows.source(desc.path);
+    SPLAT_ASSIGN(index.source, rows.source(desc.path));
     index.resolution = rows.dataset().resolution();
     index.maps = rows.maps();
     for (const std::uint32_t object : rows.objects()) {

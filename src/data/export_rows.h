@@ -19,8 +19,8 @@ class ExportRows {
     [[nodiscard]] Dataset& dataset() { return dataset_; }
 
     /// What tells exports apart, as text: format, category, objects, sizes, maps, background; names, sizes and times
-    /// of the objects' files, without those below `out`.
-    [[nodiscard]] std::string source(const std::string& out) const;
+    /// of the objects' files, without those below `out`. Errors: those of progress.
+    [[nodiscard]] Result<std::string> source(const std::string& out);
 
     /// The cameras of an object with the numbers of its views; where their names are no numbers, they are counted,
     /// with one warning. Errors: as DatasetReader::text().

@@ -87,9 +87,10 @@ Status export_object(ExportRows& rows, std::uint32_t object, const fs::path& fol
 
 Status export_folders(ExportRows& rows, const ExportDesc& desc, const fs::path& folder,
                       WriteFiles write_files) {
-    SPLAT_ASSIGN(const tables::ExportJournal journal,
-                 tables::ExportJournal::open(desc.path, desc.split, rows.source(desc.path),
-                                             {folder.string()}));
+    SPLAT_ASSIGN(std::string source, rows.source(desc.path));
+    SPLAT_ASSIGN(
+        const tables::ExportJournal journal,
+        tables::ExportJournal::open(desc.path, desc.split, std::move(source), {folder.string()}));
     SPLAT_TRY(make_folders(folder));
     for (const std::uint32_t object : rows.objects())
         SPLAT_TRY(export_object(rows, object, folder, write_files));

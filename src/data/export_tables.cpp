@@ -152,9 +152,9 @@ Status export_tables(ExportRows& rows, const ExportDesc& desc) {
     std::vector<std::string> targets;
     for (const Table table : all)
         targets.push_back(desc.path + "/" + tables::kind_of(table).name + "/" + desc.split);
-    SPLAT_ASSIGN(
-        tables::ExportJournal journal,
-        tables::ExportJournal::open(desc.path, desc.split, rows.source(desc.path), targets));
+    SPLAT_ASSIGN(std::string source, rows.source(desc.path));
+    SPLAT_ASSIGN(tables::ExportJournal journal,
+                 tables::ExportJournal::open(desc.path, desc.split, std::move(source), targets));
     for (const Table table : all) SPLAT_TRY(export_table(rows, desc, table, *session, journal));
     return write_card(rows, desc, all);
 }

@@ -186,11 +186,7 @@ class ImageFolderReader : public DatasetReader {
                                         "'%s' holds neither transforms.json nor transforms_%s.json "
                                         "nor a COLMAP model",
                                         root.c_str(), desc.split.c_str()));
-        if (!index_.has_splits)
-            index_.has_splits =
-                std::all_of(folders.begin(), folders.end(), [&](const auto& folder) {
-                    return is_file(folder / ("transforms_" + desc.split + ".json"));
-                });
+        if (!index_.has_splits) find_splits(folders, desc.split);
         for (const fs::path& folder : folders) {
             if (desc.limit != 0 && objects_.size() == desc.limit) break;
             SPLAT_TRY(add(folder, name_of(folder), desc));
@@ -231,6 +227,19 @@ class ImageFolderReader : public DatasetReader {
     }
 
   private:
+    /// Objects have splits if each has cameras of its own for this one.
+    void find_splits(const std::vector<fs::path>& folders, const std::string& split) {
+        const std::string name = "transforms_" + split + ".json";
+        const auto has = [&name](const fs::path& folder) { return is_file(folder / name); };
+        const auto without = std::find_if_not(folders.begin(), folders.end(), has);
+        index_.has_splits = without == folders.end();
+        if (!index_.has_splits && std::any_of(folders.begin(), folders.end(), has))
+            log(LogLevel::kWarning,
+                format("'%s' has no %s, which other objects have; the data set counts as one "
+                       "without splits",
+                       without->c_str(), name.c_str()));
+    }
+
     Status add(const fs::path& folder, const std::string& name, const ReaderDesc& desc) {
         SPLAT_ASSIGN(io::CameraSet set, load_cameras(folder, desc.split));
         std::sort(set.cameras.begin(), set.cameras.end(),

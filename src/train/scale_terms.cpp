@@ -2,6 +2,8 @@
 
 #include "train/scale_terms.h"
 
+#include <cmath>
+
 #include "train/trainer.h"
 
 namespace splat::train {
@@ -14,9 +16,22 @@ constexpr float kScaleWeight = 0.1F;
 
 void ScaleOutliers::add(std::span<const float> scales) {
     for (const float s : scales) {
-        large += s > kMostScale ? 1 : 0;
-        small += s < kLeastScale ? 1 : 0;
+        if (s > kMostScale) {
+            ++large;
+            large_sum += double{s};
+        }
+        if (s < kLeastScale) {
+            ++small;
+            small_sum -= std::log(double{s});
+        }
     }
+}
+
+double ScaleOutliers::loss() const {
+    double mean = 0;
+    if (large > 0) mean += large_sum / static_cast<double>(large);
+    if (small > 0) mean += small_sum / static_cast<double>(small);
+    return double{kScaleWeight} * mean;
 }
 
 void add_scale_gradients(std::span<const float> scales, const ScaleOutliers& batch,

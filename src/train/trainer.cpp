@@ -180,6 +180,7 @@ Status Trainer::step(const TrainBatch& batch, TrainStep& result) {
     Stopwatch watch;
     for (const std::uint32_t first : terms.waiting)
         SPLAT_TRY(repeat_for_scales(batch, first, terms.outliers));
+    result.loss.total += terms.outliers.loss();
     watch.add_to(result.network_seconds);
     SPLAT_ASSIGN(const GradientStats gradients, optimiser_->measure_gradients());
     result.gradients_zero = gradients.zero;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "core/log.h"
 #include "data/sample_formats.h"
 #include "io/file.h"
 #include "support/expect_status.h"
@@ -225,6 +226,29 @@ TEST(ImageFolder, KnowsWhetherItHasSplits) {
     fs::rename(scene, folder.path() / "train/scene");
     EXPECT_TRUE(open_data(folder.path())->index().has_splits);
     EXPECT_ERROR(data_status(folder.path(), "val"), Code::kNotFound, "holds neither");
+}
+
+TEST(ImageFolder, WarnsOfObjectsWithoutTheSplitOfOthers) {
+    const SampleFolder folder;
+    for (const char* name : {"one", "other"}) {
+        put_text(folder.path() / name / "transforms.json", kFrames);
+        put_text(folder.path() / name / "transforms_val.json", kFrames);
+        put_photo(folder.path() / name / "images/a.png");
+        put_photo(folder.path() / name / "images/b.png");
+    }
+    std::string warned;
+    const auto keep = [](void* user, int, const char* text) {
+        *static_cast<std::string*>(user) += text;
+    };
+    set_log_sink(keep, &warned, LogLevel::kWarning);
+    EXPECT_TRUE(open_data(folder.path(), "val")->index().has_splits);
+    EXPECT_EQ(warned, "");
+    fs::remove(folder.path() / "other/transforms_val.json");
+    EXPECT_FALSE(open_data(folder.path(), "val")->index().has_splits);
+    set_log_sink(nullptr, nullptr, LogLevel::kWarning);
+    EXPECT_NE(warned.find("other' has no transforms_val.json, which other objects have"),
+              std::string::npos)
+        << warned;
 }
 
 TEST(ImageFolder, ReadsColmapModels) {

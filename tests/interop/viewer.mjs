@@ -176,6 +176,11 @@ async function loadAgain(browser, name) {
     await browser.value("document.activeElement.blur()");
     await again();
     expect(await look() === "0,0,0,false,BODY", "a page that was loaded again looks like " + await look());
+    await browser.value('document.querySelector(".splat button:last-of-type").focus()');
+    const button = await browser.value("document.activeElement.textContent");
+    await again();
+    expect(await browser.value("document.activeElement.textContent") === button, `${button} has lost the focus`);
+    await browser.value("document.activeElement.blur()");
     await browser.key(" ");
     await again();
     expect(await viewer("turning"), "a view that turned stands after the page was loaded again");

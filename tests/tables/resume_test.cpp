@@ -143,6 +143,19 @@ TEST(Resume, ParquetExportGoesOnAfterKill) {
         EXPECT_NE(entry.path().extension(), ".tmp") << entry.path();
 }
 
+TEST(Resume, ExportEndsWhileItLooksAtItsFiles) {
+    const SampleFolder folder;
+    test::write_all(test::sample_cars(folder.path() / "srn"));
+    for (const Layout to : {Layout::kStore, Layout::kSrn, Layout::kImages}) {
+        const auto stop = [](std::uint64_t done, std::uint64_t) {
+            return done > 0 ? Status() : Status(Code::kCancelled, "at the first object");
+        };
+        EXPECT_ERROR(convert(folder.path() / "srn", "train", to, folder.path() / "out", stop),
+                     Code::kCancelled, "at the first object");
+        EXPECT_FALSE(fs::exists(folder.path() / "out"));
+    }
+}
+
 TEST(Resume, ParquetExportWithAChangedByteIsRefused) {
     SPLAT_NEED_DUCKDB();
     const SampleFolder folder;

@@ -272,7 +272,8 @@ TEST_P(TrainerRules, ScaleTermsAreMeansOverTheBatch) {
     Batch batch(network, training);
     std::fill(batch.images.begin(),
               batch.images.begin() + static_cast<std::ptrdiff_t>(batch.images.size() / 2), 0.5F);
-    for (Trainer* trainer : {single.get(), pair.get(), without.get()}) run(*trainer, batch);
+    const double loss = run(*single, batch).loss.total, loss_of_pair = run(*pair, batch).loss.total;
+    const double loss_without = run(*without, batch).loss.total;
     std::vector<float> scales;
     ASSERT_OK(pair->predictor().parameters().read(pair->predictor().outputs().scales, scales));
     std::size_t large[2] = {};
@@ -296,6 +297,8 @@ TEST_P(TrainerRules, ScaleTermsAreMeansOverTheBatch) {
     for (const float s : scales) mean += s > 20 ? static_cast<double>(s) : 0;
     mean /= static_cast<double>(large[0] + large[1]);
     EXPECT_NEAR(of_terms, 0.1 * mean, 1e-3 * mean);
+    EXPECT_NEAR(loss - loss_without, 0.1 * mean, 1e-5 * mean);
+    EXPECT_NEAR(loss, loss_of_pair, 1e-6 * loss);
 }
 
 /// Activations that are computed once more have the same bits, dropout included, and need less memory.

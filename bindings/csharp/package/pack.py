@@ -63,8 +63,8 @@ def dynamic(library: Path) -> tuple[set[str], str]:
 def bundled(library: Path) -> dict[str, Path]:
     """The libraries to pack beside a library, by their SONAMEs."""
     named, runpath = dynamic(library)
-    if runpath != "$ORIGIN":
-        raise PackError(f"{library} has RUNPATH {runpath}, expected $ORIGIN, without which it does not find "
+    if runpath.split(":")[0] != "$ORIGIN":
+        raise PackError(f"{library} has RUNPATH {runpath}, expected $ORIGIN first, without which it does not find "
                         "what is packed beside it; take the libsplat.so of a build or an installation")
     libraries = needed(library)
     for name in sorted(set(libraries) - named):

@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kDataCheckFooter =
     R"(Reads every image, map and camera of every split that exists; a folder without splits is read once, as train.
-Problems: missing files, images that cannot be read or differ in size, poses that are not finite or not rotations,
+Problems: splits that cannot be opened, missing files, images that cannot be read or differ in size, poses that are not finite or not rotations,
 objects with a single view. Warnings: equal views or objects, images of one colour. The hash is that of the decoded
 images, maps and cameras.
 
@@ -56,6 +56,11 @@ class TextHash {
     unsigned long long value_ = 0xCBF29CE484222325U;
 };
 
+struct NoSplit : Failure {
+    explicit NoSplit(const std::string& sentence) : Failure(kBadData, sentence) {}
+};
+
+/// Throws NoSplit for one of all splits that is not there, Failure for other errors.
 Dataset open_split(const CheckOptions& options, const char* split) {
     auto desc = sized<splat_dataset_desc>();
     desc.path = options.path.c_str();
@@ -65,10 +70,13 @@ Dataset open_split(const CheckOptions& options, const char* split) {
     desc.flags = SPLAT_DATA_LENIENT;
     desc.cache_bytes = 1;
     Dataset dataset;
-    check(splat_dataset_open(&desc, dataset.out()));
+    const splat_result result = splat_dataset_open(&desc, dataset.out());
+    if (options.split == "all" && result == SPLAT_ERROR_NOT_FOUND)
+        throw NoSplit(splat_last_error_message());
+    check(result, kBadData);
     if (options.split == "all" && std::string(split) != "train" &&
         !library_json(splat_dataset_report, dataset.get()).at("has_splits").get<bool>())
-        throw Failure(kBadData, "'" + options.path + "' has no splits, and was read as train");
+        throw NoSplit("'" + options.path + "' has no splits, and was read as train");
     return dataset;
 }
 
@@ -101,8 +109,7 @@ void find_other_sizes(const std::vector<Json>& objects, Json& problems) {
     }
 }
 
-Json check_split(const CheckOptions& options, const char* split) {
-    const Dataset dataset = open_split(options, split);
+Json check_split(const CheckOptions& options, const char* split, const Dataset& dataset) {
     const Json report = library_json(splat_dataset_report, dataset.get());
     std::vector<Json> objects(report.at("objects").get<std::size_t>());
     for_each_index(split, static_cast<std::uint32_t>(objects.size()), options.threads,
@@ -144,6 +151,11 @@ void print_list(const char* kind, const Json& list) {
 }
 
 void print_split(const Json& split) {
+    if (!split.contains("format")) {
+        std::printf("%s: cannot be opened: %s\n", split.at("split").get<std::string>().c_str(),
+                    split.at("problems")[0].at("sentence").get<std::string>().c_str());
+        return;
+    }
     std::string maps;
     for (const Json& map : split.at("maps")) maps += " " + map.get<std::string>();
     const auto number = [&split](const char* key) { return split.at(key).get<std::uint32_t>(); };
@@ -159,19 +171,37 @@ void print_split(const Json& split) {
     print_list("warning", split.at("warnings"));
 }
 
-/// The chosen split, or for "all" those that can be opened, at least one.
+/// A split that is there, but cannot be opened.
+Json unopened(const char* split, const Failure& failure) {
+    return {{"split", split},
+            {"problems", Json::array({{{"object", nullptr}, {"sentence", failure.what()}}})},
+            {"warnings", Json::array()},
+            {"hash", ""}};
+}
+
+/// The chosen split, or for "all" those that are there; at least one can be opened.
 std::vector<Json> check_splits(const CheckOptions& options) {
     std::vector<Json> splits;
-    std::optional<Failure> missing;
+    std::optional<Failure> first;
+    bool opened = false;
     for (const char* split : {"train", "val", "test"}) {
         if (options.split != "all" && options.split != split) continue;
+        Dataset dataset;
         try {
-            splits.push_back(check_split(options, split));
+            dataset = open_split(options, split);
+        } catch (const NoSplit& failure) {
+            if (!first) first = failure;
+            continue;
         } catch (const Failure& failure) {
-            if (!missing) missing = failure;
+            if (failure.code() != kBadData) throw;
+            if (!first) first = failure;
+            splits.push_back(unopened(split, failure));
+            continue;
         }
+        splits.push_back(check_split(options, split, dataset));
+        opened = true;
     }
-    if (splits.empty()) throw Failure(kBadData, missing->what());
+    if (!opened) throw Failure(kBadData, first->what());
     return splits;
 }
 

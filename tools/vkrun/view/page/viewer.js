@@ -198,20 +198,24 @@ class SplatViewer {
             const saved = sessionStorage.getItem(name);
             sessionStorage.removeItem(name);
             if (saved) {
-                const {camera, turning, other, bare, focused, of} = JSON.parse(saved);
+                const {camera, turning, other, bare, focus, of} = JSON.parse(saved);
                 if (of === poses) {
                     this.camera.restore(camera);
                     this.turning = turning;
                     if (other) this.otherBackground();
                     this.element.classList.toggle("splat-bare", bare);
-                    if (focused) this.canvas.focus({preventScroll: true});
+                    this.controls()[focus]?.focus({preventScroll: true});
                 }
             }
             addEventListener("pagehide", () => sessionStorage.setItem(name, JSON.stringify({
                 camera: this.camera.save(), turning: this.turning, other: this.background !== this.scene.background,
-                bare: this.element.classList.contains("splat-bare"), focused: document.activeElement === this.canvas,
-                of: poses})));
+                bare: this.element.classList.contains("splat-bare"),
+                focus: this.controls().indexOf(document.activeElement), of: poses})));
         } catch {}  // a browser that keeps nothing
+    }
+
+    controls() {
+        return [...this.element.querySelectorAll("canvas, button, a")];
     }
 
     change() {
