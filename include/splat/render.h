@@ -254,7 +254,7 @@ typedef struct splat_rasterizer_info {
     /* device memory of the state, with the gradients that states share, without the packed copies
      * of scenes, which rasterizers share */
     uint64_t bytes;
-    uint32_t runs;      /* 0: nothing had changed; 2 or more: memory had to grow */
+    uint32_t runs;      /* 0: nothing had changed; 2 or more: other memory or passes */
     uint32_t gaussians; /* n of the outputs' shapes */
     uint32_t views;     /* v of the outputs' shapes */
     uint32_t reserved;

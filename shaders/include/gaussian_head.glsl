@@ -20,6 +20,7 @@ layout(push_constant) uniform Push { GaussianHeadParams dims; };
 
 #include "launch.glsl"
 #include "activations/silu.glsl"
+#include "norms/quaternion.glsl"
 
 const uint kOpacity = 1 + 3 * kOffset;
 const uint kScale = kOpacity + 1;
@@ -36,14 +37,6 @@ const float kDivisorGuard = 1e-10;  // added to the homogeneous coordinate
 
 vec4 hamilton(vec4 a, vec4 b) {  // w first
     return vec4(a.x * b.x - dot(a.yzw, b.yzw), a.x * b.yzw + b.x * a.yzw + cross(a.yzw, b.yzw));
-}
-
-// |q|, also where squares overflow.
-float norm_of(vec4 q) {
-    const float square = dot(q, q);
-    if (square < 1e37) return sqrt(square);
-    const vec4 small = q * 8.2718061e-25;  // 2^-80
-    return sqrt(dot(small, small)) / 8.2718061e-25;
 }
 
 // Row-vector matrix of the camera, and its quaternion.

@@ -10,6 +10,7 @@
 #define SPLAT_PROJECTION_GLSL
 
 #include "finite.glsl"
+#include "norms/quaternion.glsl"
 #include "params/project_params.h"
 #include "raster_constants.h"
 

@@ -109,8 +109,10 @@ void item_backward(uint index, uint v, uint item, Gaussian from, Records records
     grad_q += quaternion_backward(from.q, gradient.rq);
     grad_opacity += gradient.opacity;
     if (kPose) {
-        // The direction starts at the camera's position, -R^T t.
-        const vec3 moved = view.rotation * by_direction;
+        // The direction starts at the camera's position, -R^-1 t, which moves by -R^-1 (dt + dR position).
+        const mat3 r = view.rotation;
+        const mat3 cofactors = mat3(cross(r[1], r[2]), cross(r[2], r[0]), cross(r[0], r[1]));
+        const vec3 moved = cofactors * by_direction / dot(r[0], cofactors[0]);
         const mat3 rotation = transpose(pose_gradient.rotation + outerProduct(moved, view.position));
         const vec3 translation = pose_gradient.translation + moved;
         pose0 = vec4(rotation[0], translation.x);
@@ -134,7 +136,7 @@ void main() {
     const vec4 g0 = present ? LD4(gaussians, index * 3) : vec4(0);
     const vec4 g1 = present ? LD4(gaussians, index * 3 + 1) : vec4(1);
     const vec4 raw_q = present ? LD4(gaussians, index * 3 + 2) : vec4(1, 0, 0, 0);
-    const float q_norm = max(length(raw_q), kQuaternionMin);
+    const float q_norm = max(norm_of(raw_q), kQuaternionMin);
     const bool normalise = (kFlags & kFlagGsplat) != 0;
     const vec4 q = normalise ? raw_q / q_norm : raw_q;
 
@@ -173,7 +175,7 @@ void main() {
             pose0 = workgroup_sum(pose0);
             pose1 = workgroup_sum(pose1);
             pose2 = workgroup_sum(pose2);
-            if (gl_LocalInvocationID.x == 0) {
+            if (gl_LocalInvocationID.x == 0 && present) {
                 ST4(pose, (group * params.views + v) * 3, pose0);
                 ST4(pose, (group * params.views + v) * 3 + 1, pose1);
                 ST4(pose, (group * params.views + v) * 3 + 2, pose2);

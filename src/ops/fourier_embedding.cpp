@@ -8,6 +8,9 @@
 namespace splat::ops {
 namespace {
 
+/// The gradient takes four turns for each in one invocation, see kMaxTurns in vk/launch.h.
+constexpr std::uint32_t kMaxFrequencies = 16000;
+
 Status record(vk::Recorder& recorder, const char* name, const FourierEmbeddingDesc& desc,
               std::uint32_t channels, std::vector<vk::Access> accesses) {
     SPLAT_TRY(fourier_embedding_check(desc));
@@ -36,6 +39,9 @@ Status fourier_embedding_check(const FourierEmbeddingDesc& desc) {
                      "fourier_embedding: %u rows of %u features with %u frequencies have 2^31 "
                      "values or more",
                      desc.rows, desc.features, desc.waves);
+    if (desc.waves > kMaxFrequencies)
+        return error(Code::kUnsupported, "fourier_embedding: %u frequencies, expected at most %u",
+                     desc.waves, kMaxFrequencies);
     return {};
 }
 

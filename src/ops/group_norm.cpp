@@ -9,8 +9,15 @@
 namespace splat::ops {
 namespace {
 
-/// 1024 lanes loop over a group three times, each within kMaxTurns.
-constexpr std::uint64_t kMaxGroupElements = 1024 * vk::kMaxTurns;
+/// Loops over a group, five where squares overflow, take the turns of three within kMaxTurns each.
+constexpr std::uint64_t turns_over(std::uint64_t elements) {
+    return ceil_div(5 * elements, 3);
+}
+
+constexpr std::uint64_t kMaxGroupElements = 1024 * vk::kMaxTurns * 3 / 5;
+
+/// Loops over the quads of channels of a group have up to 20 turns for each, see kMaxTurns; only lavapipe counts.
+constexpr std::uint32_t kMaxGroupChannels = 4096;
 
 params::GroupNormParams params_of(const GroupNormDesc& desc, bool accumulate) {
     return {desc.x.n,
@@ -42,7 +49,7 @@ std::uint32_t lanes_for(const vk::Recorder& recorder, const GroupNormDesc& desc,
         case vk::Kernels::kGpu:
             return vk::workgroup_size(recorder.device(), 256, elements / 8);
         default:
-            return vk::workgroup_size(recorder.device(), 64, elements);
+            return vk::workgroup_size(recorder.device(), 64, turns_over(elements));
     }
 }
 
@@ -60,6 +67,11 @@ Status group_norm_check(const vk::DeviceInfo& device, const GroupNormDesc& desc)
                      "group_norm: a group of %llu elements, expected at most %llu: use more groups",
                      static_cast<unsigned long long>(group_elements(desc)),
                      static_cast<unsigned long long>(kMaxGroupElements));
+    if (device.kind == vk::DeviceKind::kCpu && desc.x.c / desc.groups > kMaxGroupChannels)
+        return error(Code::kUnsupported,
+                     "group_norm: a group of %u channels, expected at most %u on this device: use "
+                     "more groups",
+                     desc.x.c / desc.groups, kMaxGroupChannels);
     if (desc.groups > device.limits.max_groups[0] || desc.x.n > device.limits.max_groups[1])
         return error(Code::kUnsupported,
                      "group_norm: batch %u with %u groups, but the device takes at most %u and %u",

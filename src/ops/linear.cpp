@@ -56,7 +56,7 @@ vk::Work product_work(const LinearDesc& desc) {
 }
 
 /// The plain kernels loop over all features of a row in one invocation, see kMaxTurns.
-constexpr std::uint32_t kMaxFeatures = 65535;
+constexpr std::uint32_t kMaxFeatures = 65000;
 
 /// linear_backward_weight_fast.comp: most features per tile, both ways.
 constexpr std::uint32_t kFeatureTile = 32;

@@ -81,6 +81,13 @@ Result<std::array<float, 4 * kCameraQuads>> pack_camera(const scene::Camera& cam
     std::array<float, 4 * kCameraQuads> packed{};
     std::transform(values.begin(), values.end(), packed.begin(),
                    [](double x) { return static_cast<float>(x); });
+    const bool fits =
+        std::all_of(packed.begin(), packed.end(), [](float x) { return std::isfinite(x); });
+    if (!fits)
+        return error(Code::kInvalidArgument,
+                     "camera %s: its pose, its position (%g %g %g) or a bound of its view exceeds "
+                     "float32; move the scene closer to the origin",
+                     name, p[0], p[1], p[2]);
     return packed;
 }
 

@@ -4,6 +4,7 @@
 
 #include "core/checked_math.h"
 #include "params/tile_bin_params.h"
+#include "raster_constants.h"
 
 namespace splat::raster {
 namespace {
@@ -11,6 +12,9 @@ namespace {
 /// Pairs per item at first. The number that a scene needs is known after its first frame.
 constexpr std::uint64_t kFirstPairsPerItem = 4;
 constexpr std::uint64_t kLeastCapacity = 4096;
+
+/// Of blending.
+constexpr std::uint32_t kLeastWorkgroup = kTileSize * kTileSize;
 
 /// Passes of a call before its pairs are known. One pass if there are no views.
 std::uint32_t first_passes(const RasterDesc& desc) {
@@ -45,6 +49,11 @@ Status check_desc(const vk::DeviceInfo& device, const RasterDesc& desc) {
         return error(Code::kInvalidArgument,
                      "rasterizer: near plane %g, far plane %g, expected 0 < near < far",
                      static_cast<double>(desc.near_plane), static_cast<double>(desc.far_plane));
+    if (limits.max_group_invocations < kLeastWorkgroup)
+        return error(Code::kUnsupported,
+                     "rasterizer: workgroups of %u invocations, expected at least %u, one for each "
+                     "pixel of a tile: use another device",
+                     limits.max_group_invocations, kLeastWorkgroup);
     const std::uint64_t binding = limits.max_storage_buffer_bytes;
     if (desc.items() > binding / 48)
         return error(Code::kUnsupported,
@@ -99,9 +108,9 @@ Status Rasterizer::upload(std::vector<float> values) {
     return {};
 }
 
-Status Rasterizer::run_forward(std::uint64_t& needed) {
+Status Rasterizer::run_forward(std::uint64_t& needed, std::uint64_t& all) {
     RasterStats sum{};
-    needed = 0;
+    needed = all = 0;
     for (vk::CommandList& list : forward_) {
         SPLAT_TRY(context_.run(list));
         std::array<std::uint32_t, params::kStatWords> words{};
@@ -113,6 +122,7 @@ Status Rasterizer::run_forward(std::uint64_t& needed) {
         sum.empty_tiles += words[params::kStatEmptyTiles];
         needed = std::max<std::uint64_t>(needed, words[params::kStatNeeded]);
         if (needed > space_.capacity) return {};  // all passes have to run again
+        all += words[params::kStatNeeded];
     }
     sum.culled = now_.items() - sum.visible - sum.non_finite;
     sum.tiles = std::uint64_t{now_.tiles_x()} * now_.tiles_y() * now_.views;
@@ -121,6 +131,21 @@ Status Rasterizer::run_forward(std::uint64_t& needed) {
     sum.bytes = space_.bytes();
     stats_ = sum;
     return {};
+}
+
+/// Passes to go on with if one needs so many pairs.
+std::uint32_t Rasterizer::more_passes(std::uint32_t passes, std::uint64_t needed) const {
+    const std::uint64_t most = Workspace::max_capacity(context_.device().info(), desc_);
+    if (needed <= most) return passes;
+    const std::uint64_t more = passes * (ceil_div(needed, most) + 1);
+    return static_cast<std::uint32_t>(std::min<std::uint64_t>(more, desc_.tiles_y()));
+}
+
+/// Gradients are added pass by pass, so the number of passes must not depend on earlier calls: it is that of a
+/// rasterizer that has drawn nothing, as far as the pairs of all passes tell.
+bool Rasterizer::could_begin_so(std::uint64_t all) const {
+    const std::uint32_t first = first_passes(now_);
+    return passes_ == first || (first == 1 && passes_ == more_passes(first, all));
 }
 
 Status Rasterizer::grow(std::uint64_t needed) {
@@ -134,9 +159,7 @@ Status Rasterizer::grow(std::uint64_t needed) {
                          "the device takes at most %llu: render fewer views per call",
                          static_cast<unsigned long long>(needed),
                          static_cast<unsigned long long>(most));
-        const std::uint64_t factor = ceil_div(needed, most) + 1;
-        passes_ =
-            static_cast<std::uint32_t>(std::min<std::uint64_t>(passes_ * factor, desc_.tiles_y()));
+        passes_ = more_passes(passes_, needed);
         return {};
     }
     const std::uint64_t wanted = std::min(needed + needed / 4, most);
@@ -160,7 +183,6 @@ std::uint64_t Rasterizer::list_limit() const {
 Status Rasterizer::record(const PackedGaussians& scene, const RasterDesc& desc) {
     const RasterDesc before = now_;
     const std::uint32_t passes_before = passes_;
-    // Gradients are added pass by pass: a rasterizer of exactly this size would begin so.
     if (desc.gaussians != now_.gaussians || desc.views != now_.views) passes_ = first_passes(desc);
     now_ = desc;
     const Status recorded = record_forward(scene);
@@ -193,12 +215,21 @@ Status Rasterizer::forward(const PackedGaussians& scene, const PackedViews& view
     valid_ = false;
     if (counted_ != now_.items()) SPLAT_TRY(count_items());
     if (moved) SPLAT_TRY(upload(std::move(values)));
+    bool began = false;  // this call, with the passes of a new rasterizer
     for (stats_.runs = 1;; ++stats_.runs) {
         if (forward_.empty()) SPLAT_TRY(record_forward(scene));
-        std::uint64_t needed = 0;
-        SPLAT_TRY(run_forward(needed));
-        if (needed <= space_.capacity) break;
-        SPLAT_TRY(grow(needed));
+        std::uint64_t needed = 0, all = 0;
+        SPLAT_TRY(run_forward(needed, all));
+        if (needed > space_.capacity) {
+            SPLAT_TRY(grow(needed));
+        } else if (began || could_begin_so(all)) {
+            break;
+        } else {
+            began = true;
+            passes_ = first_passes(now_);
+            forward_.clear();
+            backward_.clear();
+        }
     }
     if (stats_.longest > list_limit())
         return error(Code::kUnsupported,

@@ -19,7 +19,8 @@ struct RasterStats {
     std::uint64_t tiles = 0;
     std::uint64_t bytes = 0;   ///< device memory of the workspace
     std::uint32_t passes = 1;  ///< groups of tile rows
-    std::uint32_t runs = 1;    ///< 0: nothing had changed; 2 or more: the pair arrays had to grow
+    std::uint32_t runs =
+        1;  ///< 0: nothing had changed; 2 or more: the pairs needed other arrays or passes
 };
 
 /// Errors: kInvalidArgument; kUnsupported beyond the device's limits.
@@ -84,8 +85,11 @@ class Rasterizer {
                           const Window& window);
     Status record_backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
                            const PackedGradients& gradients);
-    Status run_forward(std::uint64_t& needed);
+    /// `needed` is the most pairs of a pass, `all` the pairs of all passes if each fits.
+    Status run_forward(std::uint64_t& needed, std::uint64_t& all);
     Status grow(std::uint64_t needed);
+    [[nodiscard]] std::uint32_t more_passes(std::uint32_t passes, std::uint64_t needed) const;
+    [[nodiscard]] bool could_begin_so(std::uint64_t all) const;
     [[nodiscard]] TileRanges tile_views() const;
     [[nodiscard]] BlendViews blend_views(const Window& window) const;
     [[nodiscard]] std::uint64_t list_limit() const;

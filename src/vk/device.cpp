@@ -55,8 +55,19 @@ void read_memory(const VkPhysicalDeviceMemoryProperties& memory, DeviceInfo& inf
 
 /// Fast kernels read 8 lanes through constant shuffles (shaders/ops/linear_forward_fast.comp), so they need
 /// subgroups of 8 or more.
+/// What the largest of the fast kernels take: radix_sort_downsweep_gpu.comp, and workgroups of 256.
+constexpr std::uint32_t kFastSharedBytes = (16 * 256 + 256) * 4;
+constexpr std::uint32_t kFastInvocations = 256;
+
+/// Storage buffers of project_backward.comp. Vulkan guarantees 4, devices have 16 and more.
+constexpr std::uint32_t kStorageBuffers = 13;
+
 Kernels best_kernels(const DeviceInfo& info) {
-    if (info.limits.subgroup_size < 8 || !info.features.subgroup_shuffle) return Kernels::kPlain;
+    const DeviceLimits& limits = info.limits;
+    if (limits.subgroup_size < 8 || !info.features.subgroup_shuffle ||
+        limits.shared_memory_bytes < kFastSharedBytes ||
+        limits.max_group_invocations < kFastInvocations)
+        return Kernels::kPlain;
     // Those for CPU devices store floats as 64-bit integers (shaders/include/store.glsl).
     return info.kind == DeviceKind::kCpu && info.features.int64 ? Kernels::kCpu : Kernels::kGpu;
 }
@@ -94,6 +105,9 @@ std::string why_unusable(const DeviceInfo& info, bool has_queue) {
                       VK_API_VERSION_MAJOR(info.vulkan_version),
                       VK_API_VERSION_MINOR(info.vulkan_version));
     if (!has_queue) return "no queue family with compute";
+    if (info.limits.max_storage_buffers < kStorageBuffers)
+        return format("%u storage buffers in a shader, libsplat needs %u",
+                      info.limits.max_storage_buffers, kStorageBuffers);
     return "";
 }
 
@@ -126,6 +140,7 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
 
     DeviceLimits& limits = info.limits;
     limits.max_storage_buffer_bytes = core.limits.maxStorageBufferRange;
+    limits.max_storage_buffers = core.limits.maxPerStageDescriptorStorageBuffers;
     limits.max_texel_elements = core.limits.maxTexelBufferElements;
     limits.max_allocation_bytes = p11.maxMemoryAllocationSize;
     limits.offset_alignment = std::max({core.limits.minStorageBufferOffsetAlignment,
@@ -296,11 +311,13 @@ Status Device::choose_kernels(Kernels wish) {
     if (kernels_ == Kernels::kAuto) kernels_ = info_.kernels;
     if (kernels_ != Kernels::kPlain && info_.kernels == Kernels::kPlain)
         return error(Code::kUnsupported,
-                     "device %u (%s) has subgroups of %u lanes%s; %s kernels need 8 or more with "
-                     "shuffle: use plain ones",
+                     "device %u (%s) has subgroups of %u lanes%s, %u bytes of shared memory and "
+                     "workgroups of %u; %s kernels need 8 or more with shuffle, %u and %u: use "
+                     "plain ones",
                      info_.index, info_.name.c_str(), info_.limits.subgroup_size,
                      info_.features.subgroup_shuffle ? "" : " without shuffle, ballot or vote",
-                     kernels_name(kernels_));
+                     info_.limits.shared_memory_bytes, info_.limits.max_group_invocations,
+                     kernels_name(kernels_), kFastSharedBytes, kFastInvocations);
     if (kernels_ == Kernels::kCpu && !info_.features.int64)
         return error(
             Code::kUnsupported,

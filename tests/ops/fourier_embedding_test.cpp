@@ -97,6 +97,8 @@ TEST(FourierEmbeddingCheck, RefusesResultsBeyond31Bits) {
     EXPECT_ERROR(ops::fourier_embedding_check({1U << 16, 1U << 7, 1U << 7}), Code::kUnsupported,
                  "2^31");
     EXPECT_ERROR(ops::fourier_embedding_check({~0U, ~0U, ~0U}), Code::kUnsupported, "2^31");
+    EXPECT_OK(ops::fourier_embedding_check({1, 4, 16000}));
+    EXPECT_ERROR(ops::fourier_embedding_check({1, 4, 16001}), Code::kUnsupported, "16001");
 }
 
 }  // namespace

@@ -141,6 +141,19 @@ TEST_P(GaussianHead, ExtremesStayFinite) {
     EXPECT_TRUE(all_finite(gpu.grad_inputs[0], {"grad_net_out", "x 30"}));
 }
 
+/// A number that is not finite stays one, so that it is counted and drawn nowhere.
+TEST_P(GaussianHead, NoNumberComesOfNaN) {
+    OpCall call = call_of(head_cases()[1], 330);
+    const std::size_t pixels = 35, opacity = 4;
+    call.inputs[0].values[0] = std::numeric_limits<float>::quiet_NaN();
+    call.inputs[0].values[opacity * pixels + 1] = std::numeric_limits<float>::quiet_NaN();
+    const OpResult gpu = run_op(context(), call);
+    ASSERT_OK(gpu.status);
+    EXPECT_TRUE(std::isnan(gpu.outputs[0][0])) << "mean of pixel 0";
+    EXPECT_TRUE(std::isnan(gpu.outputs[1][1])) << "opacity of pixel 1";
+    EXPECT_TRUE(std::isfinite(gpu.outputs[0][3]));
+}
+
 TEST_P(GaussianHead, RejectsWhatDoesNotFit) {
     const OpCall good = call_of(head_cases()[1], 340);
     const auto status = [&](const auto& change) {

@@ -192,6 +192,33 @@ TEST(GroupNormLimits, WorksOnTheLeastDeviceVulkanAllows) {
     }
 }
 
+/// Two attempts and the output loop five times over a group; lavapipe ends loops after 65535 turns in all.
+TEST_P(GroupNormRules, LargeGroupsAreWholeWhereSquaresOverflow) {
+    GroupNormCase c({1, 1, 1000, 1000, 1}, false, 745);
+    for (float& x : c.x) x *= 1e25F;
+    OpCall call = c.call();
+    call.grad_outputs.clear();
+    const OpResult gpu = run_op(context(), call);
+    ASSERT_OK(gpu.status);
+    EXPECT_TRUE(matches(gpu.outputs[0], ref::group_norm_forward(c.reference()).y,
+                        tolerance("group_norm", "y"), {"y", reproduce(c.text())}));
+}
+
+TEST_P(GroupNormRules, RefusesGroupsThatLoopsCannotWalk) {
+    if (context().device().info().kind != vk::DeviceKind::kCpu) GTEST_SKIP() << "only CPU devices";
+    for (const bool many : {false, true}) {
+        const GroupNormCase c({1, many ? 4097U : 4096U, 1, 2, 1}, true, 746);
+        const OpResult gpu = run_op(context(), c.call());
+        if (many) {
+            EXPECT_ERROR(gpu.status, Code::kUnsupported, "a group of 4097 channels");
+            continue;
+        }
+        ASSERT_OK(gpu.status);
+        EXPECT_TRUE(matches(gpu.outputs[0], ref::group_norm_forward(c.reference()).y,
+                            tolerance("group_norm", "y"), {"y", reproduce(c.text())}));
+    }
+}
+
 TEST_P(GroupNormRules, RejectsBadShapesAndAttributes) {
     const GroupNormCase good({2, 6, 3, 5, 3}, false, 750);
     const auto status = [&](const auto& change) {

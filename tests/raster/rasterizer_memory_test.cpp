@@ -192,6 +192,34 @@ TEST_P(RasterizerMemory, GroupsOfTileRowsGiveTheSameImage) {
     expect_same_in_groups(context(), *narrow, scene, kRasterModes[0], 2, cpu);
 }
 
+/// A scene that needs groups of rows leaves no groups to one of as many Gaussians that needs none.
+TEST_P(RasterizerMemory, PassesDoNotDependOnEarlierScenes) {
+    const RasterCase wide = wide_faint_scene({360, 32, 96});
+    RasterCase few = wide;
+    for (float& scale : few.scales) scale *= 0.1F;
+    const auto narrow = lowered(16 * wide.pixels());
+    ASSERT_NE(narrow, nullptr);
+    const raster::RasterDesc desc = with_gradients(raster_desc(wide, kRasterModes[0]));
+    const std::vector<float> weights = normal_fill(4 * wide.pixels(), 1);
+    RasterSession fresh(*narrow, few, desc);
+    ASSERT_OK(fresh.forward());
+    ASSERT_OK(fresh.backward(weights));
+    RasterSession used(*narrow, wide, desc);
+    ASSERT_OK(used.forward());
+    const std::uint32_t groups = used.rasterizer().stats().passes;
+    ASSERT_GE(groups, 2U);
+    const std::vector<float> image = used.image();
+    const scene::Camera camera = camera_of(few);
+    ASSERT_OK(used.draw(fresh.scene().scene(), {&camera, 1}));
+    EXPECT_EQ(used.rasterizer().stats().passes, 1U);
+    EXPECT_EQ(used.image(), fresh.image());
+    ASSERT_OK(used.backward(weights));
+    EXPECT_EQ(used.gradients(), fresh.gradients());
+    ASSERT_OK(used.forward());
+    EXPECT_EQ(used.rasterizer().stats().passes, groups);
+    EXPECT_EQ(used.image(), image);
+}
+
 /// For each Gaussian mean, opacity, depth, conic factor, reach; then all radii.
 std::vector<float> of_gaussians(vk::Context& context, RasterSession& session, std::size_t count) {
     const raster::Workspace& space = session.rasterizer().workspace();

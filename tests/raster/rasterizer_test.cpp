@@ -75,6 +75,7 @@ TEST_P(Rasterizer, RefusesCamerasAndLeavesTheImage) {
     refuses([](Camera& c) { c.height = 22; }, "37 x 22 pixels");
     refuses([=](Camera& c) { c.world_to_camera[5] = nan; }, "camera left: a pose or intrinsic");
     refuses([=](Camera& c) { c.world_to_camera[3] = infinity; }, "is not finite");
+    refuses([=](Camera& c) { c.world_to_camera[3] = 1e39; }, "camera left: its pose, its position");
     refuses([=](Camera& c) { c.cx = nan; }, "is not finite");
     refuses([](Camera& c) { c.fx = 0; }, "camera left: focal lengths are 0 and");
     refuses([](Camera& c) { c.fy = -3; }, "expected > 0");

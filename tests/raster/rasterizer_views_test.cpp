@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "ops/op_harness.h"
 #include "raster/raster_scenes.h"
@@ -73,6 +74,48 @@ void expect_views(vk::Context& context, const RasterCase& scene, const RasterMod
 TEST_P(RasterizerViews, EqualSingleCalls) {
     expect_views(context(), random_scene({100, 37, 29}, 90, 2), kRasterModes[0]);
     expect_views(context(), tie_scene({60, 40, 33}, 91), kRasterModes[2]);
+}
+
+/// x / z and y / z of R m + t do not change with a common factor of R and t, so gradients of these are divided by it.
+TEST_P(RasterizerViews, PoseGradientsHoldForScaledCameras) {
+    const RasterCase scene = random_scene({100, 37, 29}, 93, 2);
+    const std::vector<float> weights = normal_fill(4 * scene.pixels(), 4);
+    RasterSession session(context(), scene, with_gradients(raster_desc(scene, kRasterModes[1])));
+    ASSERT_OK(session.status());
+    std::vector<float> poses[2];
+    for (const double factor : {1.0, 2.0}) {
+        scene::Camera camera = camera_of(scene);
+        for (std::size_t i = 0; i < 12; ++i) camera.world_to_camera[i] *= factor;
+        ASSERT_OK(session.forward({&camera, 1}));
+        ASSERT_OK(session.backward(weights));
+        std::vector<float>& pose = poses[factor > 1 ? 1 : 0];
+        pose = pose_of(context(), session);
+        for (float& g : pose) g *= static_cast<float>(factor);
+    }
+    EXPECT_LE(relative_difference(poses[1], poses[0]), 1e-5);
+}
+
+/// gsplat's convention normalises rotations, of any length.
+TEST_P(RasterizerViews, LongRotationsAreTheirUnitOnes) {
+    const RasterCase unit = random_scene({100, 37, 29}, 94, 1);
+    RasterCase scaled = unit;
+    for (float& q : scaled.rotations) q *= 0x1p80F;
+    std::vector<float> images[2], normals[2];
+    for (const RasterCase* scene : {&unit, &std::as_const(scaled)}) {
+        raster::RasterDesc desc = with_gradients(raster_desc(*scene, kRasterModes[1]));
+        desc.normals = true;
+        RasterSession session(context(), *scene, desc);
+        ASSERT_OK(session.forward());
+        ASSERT_OK(session.backward(normal_fill(4 * scene->pixels(), 5)));
+        EXPECT_EQ(session.rasterizer().stats().non_finite, 0U);
+        const std::size_t i = scene == &unit ? 0 : 1;
+        images[i] = session.image();
+        normals[i] = download(context(), session.rasterizer().workspace().normal_image.range(),
+                              4 * scene->pixels());
+        for (const float g : session.gradients()) ASSERT_TRUE(std::isfinite(g));
+    }
+    EXPECT_LE(relative_difference(images[1], images[0]), 1e-5);
+    EXPECT_LE(relative_difference(normals[1], normals[0]), 1e-5);
 }
 
 class RasterizerViewsFull : public RasterizerViews {};

@@ -130,6 +130,17 @@ TEST_F(Device, KernelsFollowSubgroups) {
     EXPECT_ERROR(open(silent), Code::kUnsupported, "shuffle");
 }
 
+TEST_F(Device, FastKernelsNeedSharedMemoryAndWorkgroups) {
+    DeviceDesc small = desc();
+    small.fake = [](DeviceInfo& info) { info.limits.shared_memory_bytes = 16384; };
+    EXPECT_EQ(vk::Device::create(small).value()->kernels(), Kernels::kPlain);
+    small.kernels = Kernels::kGpu;
+    EXPECT_ERROR(open(small), Code::kUnsupported, "16384 bytes of shared memory");
+    DeviceDesc narrow = desc();
+    narrow.fake = [](DeviceInfo& info) { info.limits.max_group_invocations = 128; };
+    EXPECT_EQ(vk::Device::create(narrow).value()->kernels(), Kernels::kPlain);
+}
+
 TEST_F(Device, CpuKernelsNeed64BitIntegers) {
     DeviceDesc poor = desc();
     poor.fake = [](DeviceInfo& info) { info.features.int64 = false; };

@@ -197,7 +197,7 @@ namespace Splat
         public long EmptyTiles { get; }
         /// <summary>device memory of the state, with the gradients that states share, without the packed copies of scenes, which rasterizers share</summary>
         public long Bytes { get; }
-        /// <summary>0: nothing had changed; 2 or more: memory had to grow</summary>
+        /// <summary>0: nothing had changed; 2 or more: other memory or passes</summary>
         public int Runs { get; }
         /// <summary>n of the outputs' shapes</summary>
         public int Gaussians { get; }

@@ -3598,7 +3598,7 @@ namespace Splat.Interop
         public ulong empty_tiles;
         /// <summary>device memory of the state, with the gradients that states share, without the packed copies of scenes, which rasterizers share</summary>
         public ulong bytes;
-        /// <summary>0: nothing had changed; 2 or more: memory had to grow</summary>
+        /// <summary>0: nothing had changed; 2 or more: other memory or passes</summary>
         public uint runs;
         /// <summary>n of the outputs' shapes</summary>
         public uint gaussians;

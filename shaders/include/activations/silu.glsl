@@ -6,8 +6,10 @@
 #ifndef SPLAT_SILU_GLSL
 #define SPLAT_SILU_GLSL
 
-float sigmoid(float t) { return 1.0 / (1.0 + exp(min(-t, 88.0))); }
-vec4 sigmoid(vec4 t) { return 1.0 / (1.0 + exp(min(-t, vec4(88.0)))); }
+float sigmoid(float t) {
+    const bool least = floatBitsToUint(t) - 0xC2B00000u <= 0xFF800000u - 0xC2B00000u;  // -infinity to -88
+    return 1.0 / (1.0 + exp(least ? 88.0 : -t));
+}
 
 // -89 for numbers from -infinity to there.
 vec4 bounded_below(vec4 t) {

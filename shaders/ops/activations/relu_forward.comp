@@ -14,5 +14,7 @@ layout(push_constant) uniform Push { ActivationParams params; };
 
 void main() {
     const uint i = invocation_index(params.groups_x);
-    if (i < params.quads) ST4(y, i, max(LD4(x, i), vec4(0)));
+    if (i >= params.quads) return;
+    const vec4 t = LD4(x, i);
+    ST4(y, i, mix(t, vec4(0), lessThan(t, vec4(0))));  // drivers may turn NaN into a bound of max()
 }

@@ -9,6 +9,9 @@ namespace {
 /// One workgroup sums an image: turns of its loop, see kMaxTurns in vk/launch.h.
 constexpr std::uint32_t kMaxPixels = 1U << 20;
 
+/// The gradient takes three turns for each quad of channels.
+constexpr std::uint32_t kMaxChannels = 1U << 16;
+
 params::FeatureDistanceParams params_of(const QuadDims& dims, std::uint32_t groups_x) {
     return {dims.c, dims.n, dims.p, static_cast<float>(1.0 / dims.p), groups_x};
 }
@@ -16,6 +19,9 @@ params::FeatureDistanceParams params_of(const QuadDims& dims, std::uint32_t grou
 }  // namespace
 
 Status feature_distance_check(const QuadDims& dims) {
+    if (dims.c > kMaxChannels)
+        return error(Code::kUnsupported, "feature_distance: %u channels, expected at most %u",
+                     dims.c, kMaxChannels);
     if (dims.p < kMaxPixels) return {};
     return error(Code::kUnsupported,
                  "feature_distance: images of %u pixels, expected fewer than %u", dims.p,

@@ -34,6 +34,18 @@ TEST_P(Relu, HasNoSlopeAtZero) {
     EXPECT_EQ(gpu.grad_inputs[0], (std::vector<float>{0, 0, 3, 0}));
 }
 
+TEST_P(Relu, KeepsNaN) {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const float infinity = std::numeric_limits<float>::infinity();
+    const OpResult gpu = run_op(
+        context(), sample("relu", Json::object(), {{{1, 4}, {nan, -nan, infinity, -infinity}}},
+                          std::vector<HostTensor>{}));
+    ASSERT_OK(gpu.status);
+    EXPECT_TRUE(std::isnan(gpu.outputs[0][0]) && std::isnan(gpu.outputs[0][1]));
+    EXPECT_EQ(gpu.outputs[0][2], infinity);
+    EXPECT_EQ(gpu.outputs[0][3], 0.0F);
+}
+
 TEST_P(Relu, RejectsBadShapes) {
     EXPECT_ERROR(
         run_op(context(), sample("relu", Json::object(), {normal_tensor({6}, 1)}, {Shape{6}}))

@@ -1704,7 +1704,7 @@ pub struct RasterizerInfo {
     pub empty_tiles: u64,
     /// device memory of the state, with the gradients that states share, without the packed copies of scenes, which rasterizers share
     pub bytes: u64,
-    /// 0: nothing had changed; 2 or more: memory had to grow
+    /// 0: nothing had changed; 2 or more: other memory or passes
     pub runs: u32,
     /// n of the outputs' shapes
     pub gaussians: u32,
