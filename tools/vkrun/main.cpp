@@ -5,6 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
+#include <new>
+#include <stdexcept>
 
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/failure.h"
@@ -19,6 +21,9 @@ namespace {
 constexpr const char* kAbout =
     "vkrun: 3D Gaussian splatting and Splatter Image on the command line.\n"
     "Results go to standard output, messages to standard error.";
+
+constexpr const char* kOutOfMemorySentence =
+    "host memory ran out: free some and repeat the command, or ask for less at once";
 
 constexpr const char* kMainFooter = R"(Exit status:
   0    success
@@ -117,6 +122,10 @@ int main(int argc, char** argv) {
     } catch (const std::filesystem::filesystem_error& error) {
         exit_code = vkrun::fail(vkrun::kFailed, "cannot use '" + error.path1().string() +
                                                     "': " + error.code().message());
+    } catch (const std::bad_alloc&) {
+        exit_code = vkrun::fail(vkrun::kOutOfMemory, vkrun::kOutOfMemorySentence);
+    } catch (const std::length_error&) {  // of a vector that no memory could hold
+        exit_code = vkrun::fail(vkrun::kOutOfMemory, vkrun::kOutOfMemorySentence);
     } catch (const std::exception& error) {
         exit_code = vkrun::fail(vkrun::kFailed, error.what());
     }

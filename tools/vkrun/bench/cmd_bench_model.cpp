@@ -157,13 +157,14 @@ void add_bench_model(CLI::App& bench, int& exit_code) {
         ->capture_default_str()
         ->check(CLI::Range(1, 10000).description(""));
     model->add_flag("--peer", options->with_peer, "Alternate with the same network in PyTorch");
+    model->add_flag("--profile", options->profile, "Add the times by operator, of one more pass");
     CLI::Option* errors =
         model->add_flag("--errors", options->errors,
                         "Compare time and error of every precision and of PyTorch;\n"
                         "excludes --precision, --backward, --recompute, --lora,\n"
-                        "--low-memory and --peer");
-    for (const char* other :
-         {"--precision", "--backward", "--recompute", "--lora", "--low-memory", "--peer"})
+                        "--low-memory, --peer and --profile");
+    for (const char* other : {"--precision", "--backward", "--recompute", "--lora", "--low-memory",
+                              "--peer", "--profile"})
         errors->excludes(other);
     model->add_option("--svg", options->svg, "Draw the comparison of --errors")
         ->type_name("FILE")
@@ -189,7 +190,6 @@ void add_bench_model(CLI::App& bench, int& exit_code) {
         ->check(CLI::ExistingFile.description(""));
     add_device_option(*model, options->device);
     add_json_flag(*model, options->json);
-    model->add_flag("--profile", options->profile, "Add the times by operator, of one more pass");
     model->callback([options, model, &exit_code] {
         for (const char* of_peer : {"--peer-isa", "--peer-layout", "--python", "--peer-script"})
             if (model->count(of_peer) > 0 && !options->with_peer && !options->errors)

@@ -90,10 +90,14 @@ std::string config_target(const std::string& weights) {
     return std::filesystem::path(weights).replace_extension(".json").string();
 }
 
-void check_config_target(const std::string& weights, const Json& config, bool overwrite) {
+void check_config_target(const std::string& weights, const Json& config, bool overwrite,
+                         const std::string& read) {
     const std::string path = config_target(weights);
-    if (overwrite || !std::filesystem::exists(path)) return;
+    std::error_code none;
+    const bool is_read = std::filesystem::equivalent(path, read, none);
+    if ((overwrite && !is_read) || !std::filesystem::exists(path)) return;
     if (Json::parse(read_text(path), nullptr, false) == config) return;
+    check_target(path, true, {read});
     throw Failure(kUsageError,
                   "'" + path + "', the place for the configuration of '" + weights +
                       "', exists with other contents: choose another name, or pass --overwrite");

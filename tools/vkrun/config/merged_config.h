@@ -28,8 +28,10 @@ std::string adapters_beside(const std::string& weights, const std::string& given
 /// Where commands that write weights write their configuration: the name of the weights with .json.
 std::string config_target(const std::string& weights);
 
-/// Throws a usage Failure if that file exists with another configuration and may not be replaced.
-void check_config_target(const std::string& weights, const Json& config, bool overwrite);
+/// Throws a usage Failure if that file exists with another configuration and is the one that is read, or may not be
+/// replaced.
+void check_config_target(const std::string& weights, const Json& config, bool overwrite,
+                         const std::string& read = "");
 
 /// Write that file. Throws a Failure.
 void write_config_beside(const std::string& weights, const Json& config);

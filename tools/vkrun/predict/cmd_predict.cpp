@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <vector>
 
@@ -60,15 +61,15 @@ void check_options(const CLI::App& command, const PredictionOptions& options) {
                       "--elevation goes with a picture; the data set places its cameras itself");
     if (!options.data.empty() && !options.true_depth.empty())
         throw Failure(kUsageError, "--true-depth goes with a picture, not with --data");
-    const bool cut = options.whole || options.foreground != 0 || !options.mask.empty() ||
+    const bool cut = options.whole || options.foreground || !options.mask.empty() ||
                      !options.depth.empty() || !options.normal.empty() ||
-                     !options.embedding.empty() || !options.tokens.empty() || options.focal != 0 ||
-                     options.origin_distance != 0;
+                     !options.embedding.empty() || !options.tokens.empty() || options.focal ||
+                     options.origin_distance;
     if (!options.data.empty() && cut)
         throw Failure(kUsageError,
                       "--mask, --depth, --normal, --embedding, --tokens, --whole, --foreground, "
                       "--focal and --origin-distance go with a picture, not with --data");
-    if (options.whole && options.foreground != 0)
+    if (options.whole && options.foreground)
         throw Failure(kUsageError, "--foreground has no effect with --whole: nothing is cut out");
     const bool by_network = !options.mask_model.empty() || !options.mask_preset.empty();
     if (by_network && (!options.mask.empty() || options.whole || !options.data.empty()))
@@ -77,21 +78,29 @@ void check_options(const CLI::App& command, const PredictionOptions& options) {
             "--mask-preset and --mask-model go with a picture, without --mask and --whole");
     check_number("--elevation", options.elevation, -89, 89);
     check_number("--views", options.views, 1, 10000);
-    if (options.focal != 0) check_number("--focal", options.focal, 1, 1e6);
-    if (options.origin_distance != 0)
-        check_number("--origin-distance", options.origin_distance, 1e-6, 1e6);
-    if (options.foreground != 0) check_number("--foreground", options.foreground, 0.051, 1);
+    if (options.focal) check_number("--focal", *options.focal, 1, 1e6);
+    if (options.origin_distance)
+        check_number("--origin-distance", *options.origin_distance, 1e-6, 1e6);
+    if (options.foreground)
+        check_number("--foreground", static_cast<double>(*options.foreground), 0.051, 1);
 }
 
-/// Throws a usage Failure if a file that is read is one of those that are written.
+/// Throws a usage Failure if a file that is read is one of those that are written, or removed: the
+/// further views of an earlier run.
 void check_targets(const PredictionOptions& o) {
-    std::vector<std::string> names = {"scene.ply", "input.png", "orbit.png", "sheet.png",
-                                      "report.html"};
-    for (std::uint32_t i = 0; i < o.views; ++i) names.push_back(format("view_%02u.png", i));
-    for (const std::string& name : names)
-        check_target(o.out + "/" + name, true,
+    const auto check = [&o](const std::string& path) {
+        check_target(path, true,
                      {o.image, o.mask, o.depth, o.normal, o.embedding, o.tokens, o.true_depth,
                       o.weights, o.config, o.adapters});
+    };
+    for (const char* name : {"scene.ply", "input.png", "orbit.png", "sheet.png", "report.html"})
+        check(o.out + "/" + name);
+    std::error_code none;
+    for (std::uint32_t i = 0;; ++i) {
+        const std::string path = o.out + format("/view_%02u.png", i);
+        if (i >= o.views && !std::filesystem::exists(path, none)) break;
+        check(path);
+    }
 }
 
 int predict(const CLI::App& command, const PredictionOptions& options, bool json) {

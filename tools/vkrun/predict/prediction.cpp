@@ -40,9 +40,9 @@ splat_picture picture_of(const PredictionOptions& options) {
     picture.depth.path = path(options.depth);
     picture.normal.path = path(options.normal);
     picture.mask.path = path(options.mask);
-    picture.foreground = options.foreground;
-    picture.focal = options.focal;
-    picture.origin_distance = options.origin_distance;
+    picture.foreground = options.foreground.value_or(0.0F);
+    picture.focal = options.focal.value_or(0);
+    picture.origin_distance = options.origin_distance.value_or(0);
     if (options.whole) picture.flags |= SPLAT_PICTURE_WHOLE;
     return picture;
 }
@@ -99,11 +99,11 @@ Predicted read_photo(const PredictionOptions& options, const Network& network) {
     if (info.views != 1)
         throw Failure(kUsageError, "the network takes " + std::to_string(info.views) +
                                        " views of an object, expected 1: predict from --data");
-    if (info.origin_distance != 0 && options.origin_distance == 0)
+    if (info.origin_distance != 0 && !options.origin_distance)
         throw Failure(kUsageError,
                       "the network takes the distance of the object's origin "
                       "(data.origin_distances): give --origin-distance, or predict from --data");
-    if (info.origin_distance == 0 && options.origin_distance != 0)
+    if (info.origin_distance == 0 && options.origin_distance)
         throw Failure(kUsageError, "--origin-distance: the network takes none");
     const bool depth = info.depth != 0, normal = info.normal != 0;
     if (depth != !options.depth.empty() || normal != !options.normal.empty())

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "vkrun/cli/html_page.h"
@@ -16,9 +17,9 @@ struct PredictionOptions {
     std::uint32_t object = 0;
     std::string weights, config, adapters;
     bool whole = false;
-    float foreground = 0;
-    double focal = 0;            ///< pixels; 0: by the picture's Exif data
-    double origin_distance = 0;  ///< 0: none
+    std::optional<float> foreground;
+    std::optional<double> focal;  ///< pixels; default: by the picture's Exif data
+    std::optional<double> origin_distance;
     std::uint32_t views = 24;
     double elevation = 20;
     std::string true_depth;

@@ -25,7 +25,7 @@ png16 has the same numbers in 16 bits, npy float32: depth and normals as the mod
 'mask' without a model takes the picture's alpha, else what differs from the colour of its border.
 
 'normal --from-depth' makes normals of depth maps by the camera: .npy maps hold distances, others relative depth, from
-1 / FAR (0) to 1 / NEAR (255).
+1 / FAR (0) to 1 / NEAR (255). The .npy maps of presets of inverse depth, such as midas-small, hold neither.
 
 '--preset edges' makes edges of the pictures' gray values, or with --from-depth of depth maps, without a model: each
 operator (canny, sobel, scharr, prewitt) is a channel of the map, which a network takes in the place of depth (one
@@ -52,8 +52,11 @@ int run_priors(MapOptions options, bool json) {
         options.edges.operators = default_operators(options.map);
     if (options.depth.use && !options.edges.use && options.map != "normal")
         throw Failure(kUsageError, "--from-depth goes with --preset edges, or makes normals");
-    if (options.edges.use && (!options.depth.distances.empty() || options.depth.fov_degrees != 0))
+    if (options.edges.use && (!options.depth.distances.empty() || options.depth.fov_degrees))
         throw Failure(kUsageError, "--distances and --fov have no effect on edges");
+    if (options.depth.fov_degrees) check_number("--fov", *options.depth.fov_degrees, 0.1, 179);
+    if (options.depth.use && !options.edges.use)
+        options.depth.inverse_preset = inverse_preset_of(options.out);
     const MapReport report = make_maps(options);
     if (json)
         print_json({{"out", options.out},

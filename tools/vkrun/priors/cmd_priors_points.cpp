@@ -5,9 +5,11 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <memory>
 #include <numbers>
+#include <optional>
 
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/json.h"
@@ -25,7 +27,8 @@ along the camera's axis in the scene's units, 0 where there is no surface. Its c
 a predicted scene.
 
 --pose brings SCENE from the frame of its picture's camera to that of the mesh: 16 numbers, row by row, of the
-camera's place in that world (OpenCV's axes), as SRN's pose files have them.
+camera's place in that world (OpenCV's axes), as SRN's pose files have them: a rotation and a place, the last row
+0 0 0 1.
 
 accuracy is the mean distance from Gaussians to the nearest true point, completeness that from true points to the
 nearest Gaussian, and chamfer the mean of both; the F-score is the harmonic mean of the shares that are nearer than
@@ -42,7 +45,9 @@ struct PointsOptions {
     std::string scene, truth, camera, pose;
     std::uint32_t view = 0, samples = 100000;
     std::uint64_t seed = 0;
-    double fov = 0, threshold = 0, min_opacity = 1.0 / 255;
+    std::optional<double> fov;        ///< degrees
+    std::optional<double> threshold;  ///< scene units
+    double min_opacity = 1.0 / 255;
     bool json = false;
 };
 
@@ -76,9 +81,9 @@ splat_camera camera_of(const PointsOptions& options, const splat_image& depth) {
               kBadData);
         return cameras[options.view];
     }
-    if (options.fov == 0) throw Failure(kUsageError, "a depth map needs --camera or --fov");
+    if (!options.fov) throw Failure(kUsageError, "a depth map needs --camera or --fov");
     splat_camera camera{};
-    check(splat_camera_from_fov(depth.width, depth.height, options.fov * std::numbers::pi / 180,
+    check(splat_camera_from_fov(depth.width, depth.height, *options.fov * std::numbers::pi / 180,
                                 &camera));
     return camera;
 }
@@ -103,6 +108,29 @@ std::vector<float> depth_points(const PointsOptions& options) {
     return points;
 }
 
+/// Throws a Failure of bad data unless `r`, row by row, turns without scaling or mirroring.
+void check_rotation(const std::string& path, const double (&r)[9]) {
+    constexpr double kTolerance = 1e-3;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j <= i; ++j) {
+            const int expected = i == j ? 1 : 0;
+            double product = 0;
+            for (int k = 0; k < 3; ++k) product += r[3 * i + k] * r[3 * j + k];
+            if (!(std::abs(product - expected) <= kTolerance))
+                throw Failure(kBadData,
+                              format("'%s' is no pose: the product of rows %d and %d of its "
+                                     "rotation is %g, expected %d within %g",
+                                     path.c_str(), j + 1, i + 1, product, expected, kTolerance));
+        }
+    const double determinant = r[0] * (r[4] * r[8] - r[5] * r[7]) -
+                               r[1] * (r[3] * r[8] - r[5] * r[6]) +
+                               r[2] * (r[3] * r[7] - r[4] * r[6]);
+    if (determinant < 0)
+        throw Failure(kBadData, "'" + path +
+                                    "' is no pose: the determinant of its rotation is -1, "
+                                    "expected 1; an axis is mirrored");
+}
+
 /// w, x, y, z of a rotation, row by row.
 void set_rotation(const double (&r)[9], double (&quaternion)[4]) {
     const double traces[4] = {r[0] + r[4] + r[8], r[0] - r[4] - r[8], r[4] - r[0] - r[8],
@@ -115,16 +143,33 @@ void set_rotation(const double (&r)[9], double (&quaternion)[4]) {
     std::copy_n(all[largest], 4, quaternion);  // of any length
 }
 
-void move_to_world(const std::string& path, splat_scene scene) {
+/// The numbers of a pose. Throws a Failure of bad data.
+std::vector<double> load_pose(const std::string& path) {
     std::ifstream file(path);
     std::vector<double> pose;
-    for (double number = 0; file >> number;) pose.push_back(number);
+    for (std::string word; file >> word;) {
+        char* end = nullptr;
+        pose.push_back(std::strtod(word.c_str(), &end));
+        if (*end != '\0')
+            throw Failure(kBadData, format("'%s' holds '%s', expected the 16 numbers of a pose",
+                                           path.c_str(), word.c_str()));
+    }
     if (pose.size() != 16)
         throw Failure(kBadData, format("'%s' holds %zu numbers, expected the 16 of a pose",
                                        path.c_str(), pose.size()));
+    if (pose[12] != 0 || pose[13] != 0 || pose[14] != 0 || pose[15] != 1)
+        throw Failure(kBadData, format("'%s' is no pose: its last row is %g %g %g %g, expected "
+                                       "0 0 0 1",
+                                       path.c_str(), pose[12], pose[13], pose[14], pose[15]));
+    return pose;
+}
+
+void move_to_world(const std::string& path, splat_scene scene) {
+    const std::vector<double> pose = load_pose(path);
     splat_similarity to_world{};
     const double rotation[9] = {pose[0], pose[1], pose[2], pose[4], pose[5],
                                 pose[6], pose[8], pose[9], pose[10]};
+    check_rotation(path, rotation);
     set_rotation(rotation, to_world.rotation);
     for (int i = 0; i < 3; ++i) to_world.translation[i] = pose[4 * i + 3];
     to_world.scale = 1;
@@ -177,21 +222,22 @@ int compare_points(const CLI::App& command, const PointsOptions& options) {
     if (!mesh && !has_extension(options.truth, ".npy"))
         throw Failure(kUsageError,
                       "'" + options.truth + "' is neither a mesh (.obj) nor a depth map (.npy)");
-    if (mesh && (!options.camera.empty() || options.fov != 0))
+    if (mesh && (!options.camera.empty() || options.fov))
         throw Failure(kUsageError, "--camera and --fov are of depth maps, not of a mesh");
     for (const char* name : {"--samples", "--seed"})
         if (!mesh && command.count(name) != 0)
             throw Failure(kUsageError, std::string(name) + " is of a mesh, not of depth maps");
     if (options.camera.empty() && command.count("--view") != 0)
         throw Failure(kUsageError, "--view is of the file of --camera, which is not given");
-    if (!options.camera.empty() && options.fov != 0)
+    if (!options.camera.empty() && options.fov)
         throw Failure(kUsageError, "--camera and --fov exclude each other");
-    if (options.fov != 0) check_number("--fov", options.fov, 0.1, 179);
+    if (options.fov) check_number("--fov", *options.fov, 0.1, 179);
+    if (options.threshold) check_number("--threshold", *options.threshold, 1e-12, 1e12);
     check_number("--min-opacity", options.min_opacity, 0, 1);
     SceneFile scene = load_scene(options.scene);
     if (!options.pose.empty()) move_to_world(options.pose, scene.scene.get());
     const std::vector<float> points = mesh ? mesh_points(options) : depth_points(options);
-    const double threshold = options.threshold != 0 ? options.threshold : default_threshold(points);
+    const double threshold = options.threshold ? *options.threshold : default_threshold(points);
     auto scores = sized<splat_point_scores>();
     check(splat_scene_compare_points(scene.scene.get(), options.min_opacity, points.data(),
                                      points.size(), threshold, &scores),

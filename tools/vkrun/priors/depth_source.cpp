@@ -7,6 +7,7 @@
 
 #include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
+#include "vkrun/priors/preset_list.h"
 
 namespace vkrun {
 namespace {
@@ -25,8 +26,8 @@ fs::path depth_path(const MapJob& job) {
 
 /// Pixels, of SRN's intrinsics.txt: a focal length first, height and width last.
 double focal_of(const MapJob& job, const DepthOptions& options, double width) {
-    if (options.fov_degrees > 0)
-        return width / 2 / std::tan(options.fov_degrees * std::numbers::pi / 360);
+    if (options.fov_degrees)
+        return width / 2 / std::tan(*options.fov_degrees * std::numbers::pi / 360);
     const fs::path path = job.picture.parent_path().parent_path() / "intrinsics.txt";
     std::ifstream file = open_to_read(path);
     std::vector<double> numbers;
@@ -52,6 +53,21 @@ LoadedDepth load_file(const fs::path& path) {
 
 }  // namespace
 
+std::string inverse_preset_of(const std::string& folder) {
+    const fs::path path = fs::path(folder) / "priors-depth.json";
+    std::error_code none;
+    if (!fs::exists(path, none)) return "";
+    const Json record = Json::parse(read_text(path.string()), nullptr, false);
+    if (!record.is_object() || record.value("format", Json()) != "npy") return "";
+    for (const std::string& name : preset_names()) {
+        if (record.value("preset", Json()) != name) continue;
+        for (const Json& output : preset_json(name).at("preset").at("outputs"))
+            if (output.at("map") == "depth" && output.value("depth", "inverse") == "inverse")
+                return name;
+    }
+    return "";
+}
+
 LoadedDepth load_depth_plane(const MapJob& job) {
     const fs::path path = depth_path(job);
     LoadedDepth loaded = load_file(path);
@@ -65,7 +81,13 @@ LoadedDepth load_depth_plane(const MapJob& job) {
 
 LoadedDepth load_depth(const MapJob& job, const DepthOptions& options) {
     const fs::path path = depth_path(job);
-    const bool distances = path.extension() == ".npy" && options.distances.empty();
+    const bool numbers = path.extension() == ".npy";
+    if (numbers && !options.inverse_preset.empty())
+        throw Failure(kUsageError, "'" + path.string() + "' has the inverse depth of preset '" +
+                                       options.inverse_preset +
+                                       "', expected distances: make the depth maps again with "
+                                       "--format png16, and give --distances NEAREST FARTHEST");
+    const bool distances = numbers && options.distances.empty();
     if (!distances && options.distances.empty())
         throw Failure(kUsageError, "'" + path.string() +
                                        "' is relative depth: give --distances NEAREST FARTHEST");

@@ -13,9 +13,10 @@ namespace vkrun {
 /// What normals of depth maps need besides these.
 struct DepthOptions {
     bool use = false;
-    double fov_degrees = 0;  ///< across the width; 0: by intrinsics.txt of the data set
+    std::optional<double> fov_degrees;  ///< across the width; default: by intrinsics.txt
     std::vector<double>
         distances;  ///< nearest and farthest of relative depth; empty: .npy of distances
+    std::string inverse_preset;  ///< that made the .npy, which are no distances then; may be empty
 };
 
 /// A depth map in memory.
@@ -25,11 +26,15 @@ struct LoadedDepth {
     splat_normals_desc desc{};
 };
 
+/// The preset of inverse depth that, as priors-depth.json says, made the .npy maps of a folder; empty if none did.
+std::string inverse_preset_of(const std::string& folder);
+
 /// The depth map of a picture, where maps go or beside its folder rgb/; a .npy from its least, 0, to
 /// its greatest number, 1. Throws a Failure of bad data.
 LoadedDepth load_depth_plane(const MapJob& job);
 
-/// The same depth map with its own numbers, and its camera. Throws a Failure of bad data.
+/// The same depth map with its own numbers, and its camera. Throws a Failure: of usage for numbers that are no
+/// distances, else of bad data.
 LoadedDepth load_depth(const MapJob& job, const DepthOptions& options);
 
 }  // namespace vkrun

@@ -109,18 +109,21 @@ std::vector<View> orbit_views(const RenderOptions& options, splat_scene scene) {
     return views;
 }
 
-/// Views named after the images, without folder and extension; all are numbered if two names are equal.
+/// Views named after the images, without folder and extension; all are numbered if two files would have one name.
 std::vector<View> file_views(const RenderOptions& options) {
     const CameraFile file =
         load_cameras(options.cameras, {image_size(options.size), options.ignore_distortion});
     print_warnings(file, options.cameras);
     std::set<std::string> seen;
+    bool distinct = true;
     std::vector<View> views;
     for (std::size_t i = 0; i < file.cameras.size(); ++i) {
         views.push_back({std::filesystem::path(file.names[i]).stem().string(), file.cameras[i]});
-        seen.insert(views.back().name);
+        const std::string& name = views.back().name;
+        for (const OutputKind& kind : kinds_of(options))
+            distinct = seen.insert(name + kind.suffix).second && !name.empty() && distinct;
     }
-    if (seen.size() < views.size() || seen.count("") != 0)
+    if (!distinct)
         for (std::size_t i = 0; i < views.size(); ++i)
             views[i].name = format("%04zu", i) + "_" + views[i].name;
     return views;
@@ -294,8 +297,14 @@ void check_options(const RenderOptions& options) {
 }
 
 void check_targets(const RenderOptions& options, const std::vector<View>& views) {
-    const auto check = [&options](const std::string& path) {
+    std::set<std::filesystem::path> targets;
+    const auto check = [&options, &targets](const std::string& path) {
         check_target(path, options.overwrite, {options.scene, options.cameras});
+        const auto place = std::filesystem::weakly_canonical(std::filesystem::absolute(path));
+        if (!targets.insert(place).second)
+            throw Failure(kUsageError, "'" + path +
+                                           "' would be written twice: name another file with "
+                                           "--animate or --page");
     };
     if (options.animate) check(animation_path(options));
     if (!options.page.empty()) check(options.page);

@@ -101,9 +101,15 @@ void check_config(const TrainOptions& options) {
         import_first(root, data.at("format").get<std::string>(), split);
 }
 
-Training open_training(splat_device device, const TrainOptions& options) {
+/// --set, and --data as data.root.
+std::vector<std::string> all_changes(const TrainOptions& options) {
     std::vector<std::string> changes = options.changes;
     if (!options.data.empty()) changes.push_back("data.root=" + Json(options.data).dump());
+    return changes;
+}
+
+Training open_training(splat_device device, const TrainOptions& options) {
+    const std::vector<std::string> changes = all_changes(options);
     std::vector<const char*> values;
     for (const std::string& change : changes) values.push_back(change.c_str());
     const std::string config = options.config.empty() ? "" : config_text(options.config);
@@ -148,7 +154,7 @@ splat_training_event_kind run(splat_training training, const TrainOptions& optio
 
 int train(TrainOptions& options) {
     if (options.show) {
-        const Json config = merged_config(options.config, options.changes);
+        const Json config = merged_config(options.config, all_changes(options));
         std::printf("%s\n", config.dump(2).c_str());
         return kSuccess;
     }
@@ -204,7 +210,12 @@ void add_train(CLI::App& app, int& exit_code) {
                      "Input channels of --init after RGB: any of depth,normal,mask")
         ->type_name("LIST")
         ->delimiter(',');
-    command->add_flag("--show", t.show, "Print the merged configuration and exit");
+    CLI::Option* show =
+        command->add_flag("--show", t.show,
+                          "Print the merged configuration and exit; excludes --out,\n"
+                          "--resume, --overwrite, --init and --init-channels");
+    for (const char* other : {"--out", "--resume", "--overwrite", "--init", "--init-channels"})
+        show->excludes(other);
     add_device_option(*command, t.device);
     command->add_flag("--json", t.json, "Print one JSON object on standard output at the end");
     command->callback([options, &exit_code] { exit_code = train(*options); });

@@ -231,6 +231,8 @@ double largest_difference(const std::vector<float>& a, const std::vector<float>&
     return largest;
 }
 
+constexpr const char* kOnlyInSecond = "only in the second file";
+
 /// A tensor that differs: in what, or if `problem` is empty, by how much.
 struct Difference {
     std::string name;
@@ -260,7 +262,7 @@ std::vector<Difference> differences(const WeightsFile& a, const WeightsFile& b, 
         check(splat_weights_get_info(b.weights.get(), i, &info));
         std::uint32_t index = 0;
         if (splat_weights_find(a.weights.get(), info.name, &index) != SPLAT_OK)
-            found.push_back({info.name, "only in the second file", 0});
+            found.push_back({info.name, kOnlyInSecond, 0});
     }
     return found;
 }
@@ -280,8 +282,11 @@ int diff(const std::string& first, const std::string& second, double tolerance, 
             std::printf("%s: %s\n", d.name.c_str(),
                         d.problem.empty() ? format("differs by up to %.6g", d.largest).c_str()
                                           : d.problem.c_str());
-        std::printf("%zu of %u tensors differ by more than %g\n", found.size(),
-                    std::max(a.count, b.count), tolerance);
+        const auto only_second = std::count_if(found.begin(), found.end(), [](const Difference& d) {
+            return d.problem == kOnlyInSecond;
+        });
+        std::printf("%zu of %lld tensors differ by more than %g\n", found.size(),
+                    static_cast<long long>(a.count + only_second), tolerance);
     }
     return found.empty() ? kSuccess : kFailed;
 }
@@ -300,7 +305,7 @@ void add_weights_convert(CLI::App& weights, int& exit_code) {
         add_command(weights, "convert", "Write weights in another format.", kWeightsConvertFooter);
     const auto options = std::make_shared<WeightsConvertOptions>();
     command->add_option("IN", options->in, "Weights to read")->required()->type_name("");
-    command->add_option("OUT", options->out, "Weights to write: .safetensors or .npz")
+    command->add_option("OUT", options->out, "Weights to write: .safetensors, .pth or .npz")
         ->required()
         ->type_name("");
     command->add_flag("--half", options->half, "Write float16, in half the bytes");

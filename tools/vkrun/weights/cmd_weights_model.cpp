@@ -121,9 +121,9 @@ class StartedModel {
 };
 
 int graft(const WeightsModelOptions& options) {
-    check_target(options.out, options.overwrite);
+    check_target(options.out, options.overwrite, {options.config});
     const Json config = merged_config(options.config, {});
-    check_config_target(options.out, config, options.overwrite);
+    check_config_target(options.out, config, options.overwrite, options.config);
     StartedModel model(options);
     model.load(options.in, graft_flags("--from", options.from));
     const Json report = model.report();
@@ -169,7 +169,7 @@ struct Adapted {
 };
 
 int extract(const WeightsModelOptions& options) {
-    check_target(options.out, options.overwrite);
+    check_target(options.out, options.overwrite, {options.config});
     const Adapted made(options);
     check(splat_weights_save(made.adapters.get(), options.out.c_str(), 0));
     if (options.json)
@@ -183,9 +183,9 @@ int extract(const WeightsModelOptions& options) {
 }
 
 int merge(const WeightsModelOptions& options) {
-    check_target(options.out, options.overwrite);
+    check_target(options.out, options.overwrite, {options.config, options.adapters});
     const Json config = merged_config(options.config, {"opt.lora_finetune=false"});
-    check_config_target(options.out, config, options.overwrite);
+    check_config_target(options.out, config, options.overwrite, options.config);
     const Adapted adapted(options);
     Weights made;
     check(splat_model_export(adapted.model.get(), SPLAT_EXPORT_MERGED, made.out()));
@@ -225,7 +225,7 @@ double alpha_of(splat_weights adapters, const std::string& path) {
 }
 
 int unmerge(const UnmergeOptions& options) {
-    check_target(options.out, options.overwrite);
+    check_target(options.out, options.overwrite, {options.adapters});
     constexpr double kMost = std::numeric_limits<float>::max();  // as opt.lora_alpha is kept
     if (options.alpha_given) check_number("--alpha", options.alpha, -kMost, kMost);
     const Weights merged = load_weights(options.in);
@@ -252,7 +252,7 @@ void add_unmerge(CLI::App& weights, int& exit_code) {
     CLI::App* command = add_command(
         weights, "lora-unmerge", "Take low-rank adapters out of merged weights.", kUnmergeFooter);
     command->add_option("IN", options->in, "Weights to read")->required()->type_name("");
-    command->add_option("OUT", options->out, "Weights to write: .safetensors or .npz")
+    command->add_option("OUT", options->out, "Weights to write: .safetensors, .pth or .npz")
         ->required()
         ->type_name("");
     command->add_option("--adapters", options->adapters, "File of the adapters that were folded in")
@@ -275,7 +275,7 @@ CLI::App* add(CLI::App& weights, const char* name, const char* sentence, const c
               WeightsModelOptions& options) {
     CLI::App* command = add_command(weights, name, sentence, footer);
     command->add_option("IN", options.in, "Weights to read")->required()->type_name("");
-    command->add_option("OUT", options.out, "Weights to write: .safetensors or .npz")
+    command->add_option("OUT", options.out, "Weights to write: .safetensors, .pth or .npz")
         ->required()
         ->type_name("");
     command
