@@ -32,8 +32,8 @@ enum { SPLAT_PICTURE_WHOLE = 1u << 0 }; /* use the largest centred square, not t
 /* One view of an object. Frozen. */
 typedef struct splat_picture {
     splat_picture_source image;
-    splat_picture_source mask;   /* of the object, 1 (U8: 255) inside; none: the image's alpha, else
-                                  * what differs from its border's colour, else the whole image */
+    splat_picture_source mask;   /* of the object, 1 (U8: 255) inside; none: an alpha not opaque
+                                  * everywhere, else what differs from its border's colour, else all */
     splat_picture_source depth;  /* where the network takes it; larger is nearer, at any scale */
     splat_picture_source normal; /* where the network takes it; (normal + 1) / 2, camera's axes */
     uint32_t flags;              /* SPLAT_PICTURE_* */
@@ -133,7 +133,7 @@ typedef struct splat_predictor_desc {
  * is used, with a warning in the report.
  * desc      NULL: the built-in weights
  * Returns SPLAT_OK, SPLAT_ERROR_NOT_FOUND (a file, or the configuration beside it),
- *   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights that do not fit the configuration),
+ *   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights or adapters that do not fit),
  *   or as splat_weights_load, splat_weights_fold and splat_model_create */
 SPLAT_API splat_result splat_predictor_create(splat_device device, const splat_predictor_desc* desc,
                                               splat_predictor* predictor);

@@ -113,8 +113,8 @@ SPLAT_API splat_result splat_prior_model_run(splat_prior_model model, const spla
 /* Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_prior_model_destroy(splat_prior_model model);
 
-/* Find the object of a picture without a network: by its alpha, else by the colour of its border, as
- * predictors do.
+/* Find the object of a picture without a network: by an alpha that is not opaque everywhere, else by
+ * the colour of its border, as predictors do.
  * mask      1 channel of the picture's size; 1 (U8: 255) on the object
  * found     out, may be NULL; with SPLAT_FOUND_NOTHING the mask is 1 everywhere
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (NULL, a field of an image),

@@ -52,8 +52,8 @@ struct Photograph {
 /// Cut an object out of a picture and put it in the middle of a square on a plain background, as
 /// Splatter Image's demonstration does: the object's bounding box takes `foreground` of the side.
 ///
-/// The mask, else the image's alpha, marks the object (above a half). Without both, the background is
-/// flooded from the border, over colours within 0.1 of the border's median; if less than 1 % or more than
+/// The mask, else an alpha that is not above a half everywhere, marks the object (above a half). Without both, the
+/// background is flooded from the border, over colours within 0.1 of the border's median; if less than 1 % or more than
 /// 95 % remains, the whole image is the object. Samples of 16 bits are reduced to 8.
 ///
 /// Errors       kInvalidArgument with the name: maps of another size, an empty mask
@@ -61,8 +61,8 @@ struct Photograph {
 /// Source       preprocessing of Splatter Image's demonstration (foreground ratio 0.65, white, Lanczos)
 Result<Photograph> cut_photograph(const Picture& picture, const CutOptions& options);
 
-/// The object's mask without a map of it, 0 to 255 for each pixel of an image of 8 or 16 bits: the image's alpha, else
-/// what the flood leaves, else 255 everywhere. `from` says which.
+/// The object's mask without a map of it, 0 to 255 for each pixel of an image of 8 or 16 bits: an alpha that is not
+/// above a half everywhere, else what the flood leaves, else 255 everywhere. `from` says which.
 Result<std::vector<std::uint8_t>> mask_of(const io::Image& image, MaskFrom& from);
 
 /// Read a picture of any format and turn it by its Exif orientation. Errors: those of io::load_image().

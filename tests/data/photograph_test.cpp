@@ -103,6 +103,13 @@ TEST_F(PhotographRules, FloodsFromTheBorder) {
     EXPECT_EQ(photo.value().mask_from, data::MaskFrom::kBorder);
     EXPECT_STREQ(data::mask_from_name(photo.value().mask_from), "border");
     expect_in_the_middle(photo.value());
+    // An alpha of a screenshot, which leaves nothing out.
+    io::Image opaque = picture(4, 200);
+    for (std::size_t i = 3; i < opaque.samples.size(); i += 4) opaque.samples[i] = 255;
+    const auto screenshot = read({save("screenshot.png", opaque)});
+    ASSERT_OK(screenshot.status());
+    EXPECT_EQ(screenshot.value().mask_from, data::MaskFrom::kBorder);
+    expect_in_the_middle(screenshot.value());
 }
 
 /// Of a square of 20 pixels in the middle of 60, white inside where it opens to one side.

@@ -86,7 +86,8 @@ predict() {
     shift
     rm -rf "$temp/scene"
     "$vkrun" predict "$@" --views 1 --out "$temp/scene" >"$temp/out" 2>&1 || fail "vkrun predict $*: $(cat "$temp/out")"
-    grep -q "$mask" "$temp/scene/report.html" || fail "vkrun predict $*: not cut out by $mask"
+    grep -q "<th>Object found by</th><td>$mask</td>" "$temp/scene/report.html" ||
+        fail "vkrun predict $*: not cut out by $mask"
 }
 predict "network u2net" "$temp/photos/a.png" --mask-preset u2net --mask-model "$temp/models/u2net.onnx"
 SPLAT_MASK_MODEL=$temp/models/u2net.onnx
@@ -94,6 +95,17 @@ export SPLAT_MASK_MODEL
 predict "network u2net" "$temp/photos/a.png"
 unset SPLAT_MASK_MODEL
 predict "border" "$temp/photos/a.png"
+# An alpha of 255 everywhere finds nothing: a blue rectangle on white, with four channels.
+echo "iVBORw0KGgoAAAANSUhEUgAAACAAAAAgCAYAAABzenr0AAAANklEQVR42u3VsQkAQAgDwOy/tD+CIMiDXCBdiuuS+pwAAAAAALSDzAoA
+AABwB+ALAAAAALbzAPLR2ev1YCSgAAAAAElFTkSuQmCC" | base64 -d >"$temp/opaque.png"
+predict "border" "$temp/opaque.png"
+predict "network u2net" "$temp/opaque.png" --mask-model "$temp/models/u2net.onnx"
+# A mask of everything is left out: the sample model sees but one red pixel on green, beside a blue rectangle.
+echo "iVBORw0KGgoAAAANSUhEUgAAACAAAAAgCAIAAAD8GO2jAAAAMUlEQVR42mNg+M9AWzRqwagFoxYMawuIN2PUgmFlAUh4NIiGkQWjhd2o
+BaMWjFoARwCtAvwuoklFjQAAAABJRU5ErkJggg==" | base64 -d >"$temp/green.png"
+predict "border" "$temp/green.png" --mask-model "$temp/models/u2net.onnx"
+grep -q "warning: the mask of the network u2net was not used: 99[.0-9]* % of the picture" "$temp/out" ||
+    fail "no warning: $(cat "$temp/out")"
 # A model that is where 'vkrun priors where' says is used unasked; without ONNX Runtime there is a warning instead.
 SPLAT_PRIORS_DIR=$temp/at_hand
 export SPLAT_PRIORS_DIR

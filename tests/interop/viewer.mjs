@@ -38,8 +38,8 @@ function random(seed) {
 }
 
 // A ball's shell of Gaussians, flat ones and needles, with harmonics of a degree. The first `broken` have a NaN,
-// the last `stray` are far darker or brighter than all others.
-function writeScene(path, count, degree, {broken = 0, stray = 0} = {}) {
+// the last `stray` are far darker or brighter than all others, or have a far larger harmonic; the last `huge` are huge.
+function writeScene(path, count, degree, {broken = 0, stray = 0, huge = 0} = {}) {
     const next = random(7 + count + degree), rest = (degree + 1) ** 2 - 1;
     const names = ["x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2"];
     for (let i = 0; i < 3 * rest; ++i) names.push("f_rest_" + i);
@@ -51,11 +51,14 @@ function writeScene(path, count, degree, {broken = 0, stray = 0} = {}) {
         for (const v of mean) values[o++] = i < broken ? NaN : v;
         for (const v of mean) {
             const usual = 1.5 * v + 0.8 * Math.sin(9 * v) + 0.3 * (next() - 0.5);
-            values[o++] = i < count - stray ? usual : i % 2 ? 20 : -20;
+            values[o++] = i < count - stray || degree > 0 ? usual : i % 2 ? 20 : -20;
         }
-        for (let k = 0; k < 3 * rest; ++k) values[o++] = 0.3 * (next() - 0.5);
+        for (let k = 0; k < 3 * rest; ++k) {
+            const usual = 0.3 * (next() - 0.5);
+            values[o++] = i < count - stray || k > 0 ? usual : 1000;
+        }
         values[o++] = 8 * next() - 4.5;
-        for (let k = 0; k < 3; ++k) values[o++] = size + 2 * (next() - 0.6);
+        for (let k = 0; k < 3; ++k) values[o++] = size + 2 * (next() - 0.6) + (i < count - huge ? 0 : 15);
         for (let k = 0; k < 4; ++k) values[o++] = next() - 0.5;
     }
     const header = `ply\nformat binary_little_endian 1.0\nelement vertex ${count}\n` +
@@ -151,6 +154,18 @@ async function useIt(browser) {
     await browser.size(...SIZE);
 }
 
+// A view that stopped because its frames took too long turns again when it is asked to.
+async function turnAgain(browser) {
+    await browser.value('document.querySelector(".splat").viewer.slow = 6');
+    await browser.value("new Promise(done => setTimeout(done, 300))");
+    await browser.key(" ");
+    await browser.value("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))");
+    const turning = await browser.value('document.querySelector(".splat").viewer.turning');
+    expect(turning, "a view that stopped by itself does not turn any more");
+    await browser.key("r");
+    await settled(browser);
+}
+
 // A page that is loaded again looks the same, and turns on if it turned; one of other views begins anew.
 async function loadAgain(browser, name) {
     const again = async () => {
@@ -226,6 +241,9 @@ async function leaveOut(browser) {
     }).map(one => one.textContent).join()`);
     expect(covered === "", "in a narrow window something lies over " + covered);
     await browser.size(...SIZE);
+    writeScene(at("huge.ply"), 2000, 0, {huge: 1});
+    const {notes} = JSON.parse(run("view", at("huge.ply"), "--stills", "0", "--json", "--out", at("huge.html")));
+    expect(notes.join().startsWith("1 of the page's 2000 Gaussians are larger than 55 times the scene"), notes.join());
 }
 
 // A view in a page of others: it sleeps while nobody sees it, and keys go to it when it has the focus.
@@ -325,12 +343,13 @@ try {
         for (const count of [100000, 1000000]) await measure(browser, count);
     } else {
         for (const degree of [0, 2, 3]) {
-            writeScene(at(`shell${degree}.ply`), 20000, degree, {stray: degree === 0 ? 2 : 0});
+            writeScene(at(`shell${degree}.ply`), 20000, degree, {stray: degree === 2 ? 0 : 2});
             await comparePoses(browser, at(`shell${degree}.ply`), `shell${degree}`, degree === 3 ? "1,1,1" : "0.2,0.4,0.6");
         }
         await browser.key("r");
         await settled(browser);
         await useIt(browser);
+        await turnAgain(browser);
         await loadAgain(browser, "shell3");
         await saveIt(browser, "shell3");
         await leaveOut(browser);

@@ -1417,7 +1417,7 @@ namespace Splat.Interop
         /// is used, with a warning in the report.
         /// desc      NULL: the built-in weights
         /// Returns SPLAT_OK, SPLAT_ERROR_NOT_FOUND (a file, or the configuration beside it),
-        ///   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights that do not fit the configuration),
+        ///   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights or adapters that do not fit),
         ///   or as splat_weights_load, splat_weights_fold and splat_model_create
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
@@ -2439,8 +2439,8 @@ namespace Splat.Interop
         public static extern ResultCode splat_prior_model_destroy(IntPtr model);
 
         /// <summary>
-        /// Find the object of a picture without a network: by its alpha, else by the colour of its border, as
-        /// predictors do.
+        /// Find the object of a picture without a network: by an alpha that is not opaque everywhere, else by
+        /// the colour of its border, as predictors do.
         /// mask      1 channel of the picture's size; 1 (U8: 255) on the object
         /// found     out, may be NULL; with SPLAT_FOUND_NOTHING the mask is 1 everywhere
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (NULL, a field of an image),
@@ -3342,7 +3342,7 @@ namespace Splat.Interop
     public unsafe struct splat_picture
     {
         public splat_picture_source image;
-        /// <summary>of the object, 1 (U8: 255) inside; none: the image's alpha, else what differs from its border's colour, else the whole image</summary>
+        /// <summary>of the object, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs from its border's colour, else all</summary>
         public splat_picture_source mask;
         /// <summary>where the network takes it; larger is nearer, at any scale</summary>
         public splat_picture_source depth;

@@ -105,8 +105,8 @@ namespace Splat
         }
 
         /// <summary>
-        /// The object of a picture without a network: by its alpha, else by the colour of its border. A
-        /// mask of bytes, 255 on the object.
+        /// The object of a picture without a network: by an alpha that is not opaque everywhere, else by
+        /// the colour of its border. A mask of bytes, 255 on the object.
         /// </summary>
         public static Image PictureMask(Image picture, out Found found)
         {

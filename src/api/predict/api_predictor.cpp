@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 
 #include "api/api_guard.h"
@@ -60,6 +61,12 @@ Result<config::Settings> predictor_settings(const char* text, const std::string&
     return predict::settings_of(std::string(io::as_text(file)), "'" + path + "'");
 }
 
+/// Weights that do not fit the configuration are a matter of their file, not of an argument.
+Status of_weights(const Status& loaded) {
+    if (loaded.code() != Code::kInvalidArgument) return loaded;
+    return {Code::kFormat, loaded.message()};
+}
+
 /// The weights with the adapters folded in.
 Result<WeightsPointer> with_adapters(const WeightsPointer& weights,
                                      const splat_predictor_desc& desc,
@@ -68,27 +75,26 @@ Result<WeightsPointer> with_adapters(const WeightsPointer& weights,
         return error(Code::kInvalidArgument,
                      "splat_predictor_desc: adapters_path and adapters are both given, expected "
                      "one of them");
+    if (!std::isfinite(desc.adapters_alpha))
+        return error(Code::kInvalidArgument,
+                     "splat_predictor_desc.adapters_alpha is %g, expected a finite number",
+                     desc.adapters_alpha);
     SPLAT_ASSIGN(const WeightsPointer adapters,
                  predictor_weights(desc.adapters_path, desc.adapters, "adapters"));
     if (adapters == nullptr) return weights;
     if (!model::has_adapters(adapters->tensors))
-        return error(Code::kInvalidArgument, "the adapters have no tensors '<layer>.lora_A'");
+        return error(Code::kFormat, "the adapters have no tensors '<layer>.lora_A'");
     double alpha = desc.adapters_alpha;
     if (alpha == 0) {
         SPLAT_ASSIGN(alpha, predict::adapters_alpha(*adapters, network));
     }
     io::WeightsFile folded;
     folded.metadata = weights->metadata;
-    SPLAT_ASSIGN(folded.tensors,
-                 model::merge_adapters(weights->tensors, adapters->tensors, alpha, 1));
+    auto merged = model::merge_adapters(weights->tensors, adapters->tensors, alpha, 1);
+    SPLAT_TRY(of_weights(merged.status()));
+    folded.tensors = std::move(merged.value());
     SPLAT_TRY(adapters->tensors.unchanged());
     return WeightsPointer(std::make_shared<const io::WeightsFile>(std::move(folded)));
-}
-
-/// Weights that do not fit the configuration are a matter of their file, not of an argument.
-Status of_weights(const Status& loaded) {
-    if (loaded.code() != Code::kInvalidArgument) return loaded;
-    return {Code::kFormat, loaded.message()};
 }
 
 /// What was noticed about the weights, in sentences.

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "api/misuse/misuse_table.h"
 
 namespace splat::test {
@@ -138,7 +140,9 @@ void MisuseTable::predictor_rows() {
         d.adapters = d.weights;
         d.adapters_path = "a.npz";
     });
-    invalid("no adapters", kArgument, [](splat_predictor_desc& d) { d.adapters = d.weights; });
+    invalid("no adapters", kFormat, [](splat_predictor_desc& d) { d.adapters = d.weights; });
+    invalid("a factor that is not finite", kArgument,
+            [](splat_predictor_desc& d) { d.adapters_alpha = NAN; });
     invalid("no file", kNoFile, [](splat_predictor_desc& d) {
         d.weights = nullptr;
         d.weights_path = "/nowhere/weights.npz";

@@ -52,6 +52,10 @@ TEST(ApiPictureMaps, MasksAreTheAlphaOrWhatTheBorderLeaves) {
     EXPECT_DONE(splat_picture_mask(&picture, &to, &found));
     EXPECT_EQ(found, SPLAT_FOUND_BY_ALPHA);
     EXPECT_EQ(mask, alpha) << "soft, as it is";
+    for (std::size_t i = 0; i < 64; ++i) rgba[4 * i + 3] = 255;
+    EXPECT_DONE(splat_picture_mask(&picture, &to, &found));
+    EXPECT_EQ(found, SPLAT_FOUND_BY_BORDER) << "an alpha that leaves nothing out";
+    EXPECT_EQ(mask, expected);
     std::vector<std::uint8_t> plain(8 * 8 * 3, 7);
     picture = bytes_map(plain, 8, 8, 3);
     EXPECT_DONE(splat_picture_mask(&picture, &to, &found));

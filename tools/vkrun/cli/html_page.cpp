@@ -67,8 +67,13 @@ struct Axes {
                 y0 = std::min(y0, y);
                 y1 = std::max(y1, y);
             }
-        if (!(x1 > x0)) x1 = x0 + 1;
-        if (!(y1 > y0)) std::tie(y0, y1) = std::pair(y0 - 0.5, y1 + 0.5);
+        if (!apart(x0, x1)) x1 = x0 + std::max(1.0, 1e-3 * std::abs(x0));
+        const double half = std::max(0.5, 1e-3 * std::abs(y0));
+        if (!apart(y0, y1)) std::tie(y0, y1) = std::pair(y0 - half, y1 + half);
+    }
+    /// Whether numbers have room for steps between them that floating point can make.
+    static bool apart(double low, double high) {
+        return high - low > 1e-9 * std::max(std::abs(low), std::abs(high));
     }
     [[nodiscard]] double x(double value) const { return kLeft + kWidth * (value - x0) / (x1 - x0); }
     [[nodiscard]] double y(double value) const {
@@ -197,8 +202,8 @@ void HtmlPage::chart(const std::string& caption, const std::vector<Curve>& curve
                 "style='stroke:%s' stroke-dasharray='%s'/></svg>&nbsp;%s",
                 color, dashes, xml_escaped(curves[i].name).c_str());
     }
-    body_ += svg + "</svg><figcaption>" + xml_escaped(caption) + legend +
-             "</figcaption></figure>\n";
+    body_ +=
+        svg + "</svg><figcaption>" + xml_escaped(caption) + legend + "</figcaption></figure>\n";
 }
 
 void HtmlPage::embed(const std::string& markup, const std::string& style,

@@ -19,11 +19,11 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kPredictFooter =
-    R"(IMAGE is a picture of one object, of any size. The object is cut out by --mask, by the image's alpha, by a
-network (--mask-preset, --mask-model or SPLAT_MASK_MODEL, else one of 'vkrun priors where' whose file is there),
-or by its difference from the colour of the border, and centred in a white square. A picture in which none of these
-finds an object is taken whole, with a warning. Instead of a picture, --data and --object take an object of a data
-set, and the prediction is compared with its images.
+    R"(IMAGE is a picture of one object, of any size. The object is cut out by --mask, by the image's alpha (unless it
+is opaque everywhere), by a network (--mask-preset, --mask-model or SPLAT_MASK_MODEL, else one of 'vkrun priors
+where' whose file is there), or by its difference from the colour of the border, and centred in a white square. A
+picture in which none of these finds an object is taken whole, with a warning. Instead of a picture, --data and
+--object take an object of a data set, and the prediction is compared with its images.
 
 Networks with focal lengths of their own (data.fov 0) take that of the picture's Exif data, or --focal.
 
@@ -180,7 +180,7 @@ void add_predict(CLI::App& app, int& exit_code) {
         ->type_name("FILE");
     command
         ->add_option("--mask-preset", o.mask_preset,
-                     "Kind of model that makes the mask, where IMAGE has no alpha")
+                     "Kind of model that makes the mask, where IMAGE has no alpha that does")
         ->type_name("NAME");
     command
         ->add_option("--mask-model", o.mask_model,

@@ -1,10 +1,13 @@
 #include "vkrun/predict/network_mask.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <utility>
 
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/picture.h"
+#include "vkrun/cli/text.h"
 #include "vkrun/priors/map_maker.h"
 #include "vkrun/priors/preset_list.h"
 
@@ -25,6 +28,14 @@ std::string preset_at_hand() {
     return "";
 }
 
+bool found_by_alpha(const splat_image& picture) {
+    std::vector<std::uint8_t> bytes(std::size_t{picture.width} * picture.height);
+    const splat_image mask = bytes_image(bytes.data(), picture.width, picture.height, 1);
+    splat_found found = 0;
+    check(splat_picture_mask(&picture, &mask, &found));
+    return found == SPLAT_FOUND_BY_ALPHA;
+}
+
 void run_network(const std::string& model, const std::string& preset, const LoadedPicture& picture,
                  NetworkMask& mask) {
     const PriorModel loaded = load_prior_model(model, preset, "", 0, false);
@@ -37,6 +48,21 @@ void run_network(const std::string& model, const std::string& preset, const Load
     check(result, result == SPLAT_ERROR_INVALID_STATE ? kNotFinite : kBadData);
     mask.preset = info.preset;
     mask.image = maps.mask;
+}
+
+/// Leaves out a mask of nothing or of everything, by the bounds that the library has for the border's.
+void drop_without_object(NetworkMask& mask) {
+    constexpr double kLeastMask = 0.01, kMostMask = 0.95;
+    const auto inside = std::count_if(mask.bytes.begin(), mask.bytes.end(),
+                                      [](std::uint8_t value) { return value > 127; });
+    const double part = static_cast<double>(inside) / static_cast<double>(mask.bytes.size());
+    if (part >= kLeastMask && part <= kMostMask) return;
+    NetworkMask none;
+    none.warning = format(
+        "the mask of the network %s was not used: %.3g %% of the picture is inside, expected 1 to "
+        "95 %%",
+        mask.preset.c_str(), 100 * part);
+    mask = std::move(none);
 }
 
 }  // namespace
@@ -52,9 +78,10 @@ NetworkMask network_mask(const PredictionOptions& options) {
     if (!named) preset = preset_at_hand();
     if (model.empty() && preset.empty()) return mask;
     const LoadedPicture picture = load_picture(options.image);
-    if (picture.image.channels == 2 || picture.image.channels == 4) return mask;
+    if (found_by_alpha(picture.image)) return mask;
     try {
         run_network(model, preset, picture, mask);
+        drop_without_object(mask);
     } catch (const Failure& failure) {
         if (named) throw;
         mask.warning =

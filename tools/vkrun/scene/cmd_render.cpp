@@ -330,9 +330,15 @@ void write_render_page(const RenderOptions& options, const SceneFile& file,
     viewer.instead = "The pictures show it.";
     std::copy_n(options.background.begin(), 3, viewer.background);
     if (!options.cameras.empty()) up_of(viewer.cameras, viewer.up);
-    const ViewerFacts facts = add_viewer(page, file.scene.get(), viewer);
-    for (const std::string& note : facts.notes)
-        std::fprintf(stderr, "vkrun: warning: %s\n", note.c_str());
+    try {
+        const ViewerFacts facts = add_viewer(page, file.scene.get(), viewer);
+        for (const std::string& note : facts.notes)
+            std::fprintf(stderr, "vkrun: warning: %s\n", note.c_str());
+    } catch (const Failure& failure) {  // such as a scene in which nothing can be seen
+        const std::string why = std::string("The scene does not turn here: ") + failure.what();
+        page.paragraph(why);
+        std::fprintf(stderr, "vkrun: warning: '%s': %s\n", options.page.c_str(), why.c_str());
+    }
     page.heading(views.size() > kMostShown
                      ? format("The first %zu of %zu views", kMostShown, views.size())
                      : "Views");

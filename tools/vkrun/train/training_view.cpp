@@ -93,13 +93,21 @@ void TrainingView::keep_object(const splat_training_event& event) {
 }
 
 void TrainingView::show_validation(const splat_training_event& event) {
-    make_folder(folder_ + "/renders");
-    contact_sheet(cells_, side_, 1 + 3 * kShownViews)
-        .save(folder_ + format("/renders/step_%08llu.png", wide(event.step)));
+    save_sheet(event.step);
     board_.scalars(event.step,
                    {{"val/psnr_novel", event.novel_psnr}, {"val/ssim_novel", event.novel_ssim}});
     if (event.novel_psnr >= event.best_psnr) save_scene();
     write_page(true);
+}
+
+void TrainingView::save_sheet(std::uint64_t step) {
+    try {
+        make_folder(folder_ + "/renders");
+        contact_sheet(cells_, side_, 1 + 3 * kShownViews)
+            .save(folder_ + format("/renders/step_%08llu.png", wide(step)));
+    } catch (const Failure& failure) {  // no reason to end a training
+        std::fprintf(stderr, "vkrun: warning: no pictures of a validation: %s\n", failure.what());
+    }
 }
 
 void TrainingView::save_scene() {

@@ -28,6 +28,8 @@ class TrainingView {
     void keep_object(const splat_training_event& event);
     void show_validation(const splat_training_event& event);
 
+    // What cannot be written of these is warned of.
+    void save_sheet(std::uint64_t step);
     void save_scene();
     void write_page(bool running);
 

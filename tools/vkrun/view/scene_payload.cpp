@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "vkrun/cli/text.h"
 
@@ -15,7 +16,7 @@ namespace {
 /// Spherical harmonic of degree 0.
 const double kPackedY00 = 0.5 * std::sqrt(1 / std::numbers::pi);
 
-/// Log scales further from the scene's radius are as good as these: far below a pixel, far beyond the scene.
+/// Log scales further from the scene's size are as good as these: far below a pixel, far beyond the scene.
 constexpr double kSmallest = -14, kLargest = 4;
 
 /// Colours outside are clamped: brighter than white or darker than black in every direction.
@@ -25,6 +26,15 @@ std::vector<float> attribute(splat_scene scene, const char* name, std::uint64_t 
     std::vector<float> values(floats);
     check(splat_scene_read(scene, name, values.data(), values.size() * sizeof(float)));
     return values;
+}
+
+/// The log of the scene's radius, or of the scale that one in a thousand exceeds if it is larger, as that of
+/// Gaussians about one point.
+double log_size(const splat_scene_info& info, std::vector<float> log_scales) {
+    const std::size_t last = log_scales.size() - 1;
+    const auto large = log_scales.begin() + static_cast<std::ptrdiff_t>(last - last / 1000);
+    std::nth_element(log_scales.begin(), large, log_scales.end());
+    return std::max(std::log(std::max(info.radius, 1e-30)), static_cast<double>(*large));
 }
 
 /// Least value and extent of what is packed, within the bounds.
@@ -141,32 +151,73 @@ splat_scene_info filter(splat_scene scene, ScenePayload& payload) {
     return info;
 }
 
-/// Planes of coefficients after the constant one. Returns their limits.
-std::vector<double> pack_harmonics(const std::vector<float>& sh, std::uint32_t degree,
-                                   const std::vector<std::size_t>& kept, std::uint32_t* words) {
+/// Codes from 0 to 127 of the absolute coefficients of one degree: limit s^2 with s = code / 127, and above the code
+/// 119 also beyond (s - 119 / 127), which is 0 unless a few are so large that they would make all others coarse.
+class Coefficients {
+  public:
+    explicit Coefficients(std::vector<float> values) {
+        if (values.empty()) return;
+        const std::size_t last = values.size() - 1;
+        const auto large = values.begin() + static_cast<std::ptrdiff_t>(last - last / 1000);
+        std::nth_element(values.begin(), large, values.end());
+        const auto most = static_cast<double>(*std::max_element(large, values.end()));
+        limit_ = most;
+        if (const double usual = kStray * static_cast<double>(*large); usual > 0 && most > usual) {
+            limit_ = usual;
+            beyond_ = (most - usual) / (1 - kBend);
+        }
+    }
+    [[nodiscard]] std::uint32_t code(double value) const {
+        if (limit_ <= 0) return 0;
+        const double s = std::sqrt(value / limit_);
+        if (s <= kBend || beyond_ <= 0)
+            return static_cast<std::uint32_t>(std::lround(std::min(s, 1.0) * 127));
+        std::uint32_t nearest = kBendCode;
+        for (std::uint32_t c = kBendCode + 1; c <= 127; ++c)
+            if (std::abs(value_of(c) - value) < std::abs(value_of(nearest) - value)) nearest = c;
+        return nearest;
+    }
+    [[nodiscard]] double limit() const { return limit_; }
+    [[nodiscard]] double beyond() const { return beyond_; }
+
+  private:
+    static constexpr std::uint32_t kBendCode = 119;
+    static constexpr double kBend = kBendCode / 127.0;
+    static constexpr double kStray = 8;  ///< times what one in a thousand exceeds
+
+    [[nodiscard]] double value_of(std::uint32_t code) const {
+        const double s = code / 127.0;
+        return limit_ * s * s + beyond_ * std::max(s - kBend, 0.0);
+    }
+    double limit_ = 0, beyond_ = 0;
+};
+
+/// Planes of coefficients after the constant one. Returns how to read those of each degree.
+std::vector<Coefficients> pack_harmonics(const std::vector<float>& sh, std::uint32_t degree,
+                                         const std::vector<std::size_t>& kept,
+                                         std::uint32_t* words) {
     const std::size_t terms = (degree + 1) * (degree + 1);
-    std::vector<double> limits(3, 0);
-    const auto limit_of = [&limits](std::size_t k) -> double& {
-        return limits[k < 4 ? 0 : k < 9 ? 1 : 2];
-    };
-    for (const std::size_t i : kept)
-        for (std::size_t k = 1; k < terms; ++k)
-            for (std::size_t c = 0; c < 3; ++c)
-                limit_of(k) = std::max(limit_of(k),
-                                       std::abs(static_cast<double>(sh[(i * terms + k) * 3 + c])));
+    std::vector<Coefficients> degrees;
+    for (std::size_t d = 1; d <= 3; ++d) {
+        const std::size_t first = 3 * d * d, end = d > degree ? first : 3 * (d + 1) * (d + 1);
+        std::vector<float> values;
+        values.reserve(kept.size() * (end - first));
+        for (const std::size_t i : kept)
+            for (std::size_t at = first; at < end; ++at)
+                values.push_back(std::abs(sh[3 * i * terms + at]));
+        degrees.emplace_back(std::move(values));
+    }
     for (std::size_t n = 0; n < kept.size(); ++n)
         for (std::size_t k = 1; k < terms; ++k)
             for (std::size_t c = 0; c < 3; ++c) {
                 const auto value = static_cast<double>(sh[(kept[n] * terms + k) * 3 + c]);
-                const double limit = limit_of(k);
-                const double root = limit > 0 ? std::sqrt(std::abs(value) / limit) * 127 : 0;
-                const auto code = static_cast<std::uint32_t>(
-                    std::lround(value < 0 ? -root : root));  // two's complement
+                std::uint32_t code = degrees[k < 4 ? 0 : k < 9 ? 1 : 2].code(std::abs(value));
+                if (value < 0) code = -code;  // two's complement
                 const std::size_t byte = 3 * ((k - 1) % 4) + c;
                 words[3 * ((k - 1) / 4 * kept.size() + n) + byte / 4] |= (code & 255U)
                                                                          << (8 * (byte % 4));
             }
-    return limits;
+    return degrees;
 }
 
 }  // namespace
@@ -193,8 +244,17 @@ ScenePayload pack_scene(splat_scene scene, std::uint64_t most) {
         for (std::size_t c = 0; c < 3; ++c)
             colors.push_back(
                 static_cast<float>(0.5 + kPackedY00 * static_cast<double>(sh[3 * terms * i + c])));
-    const double size = std::log(info.radius > 0 ? info.radius : std::max(info.scale_max, 1e-30));
+    const double size = log_size(info, log_scales);
     const Range scale(log_scales, size + kSmallest, size + kLargest);
+    const auto cut = std::count_if(kept.begin(), kept.end(), [&](std::size_t i) {
+        return static_cast<double>(*std::max_element(&log_scales[3 * i], &log_scales[3 * i] + 3)) >
+               size + kLargest;
+    });
+    if (cut > 0)
+        payload.notes.push_back(
+            format("%zu of the page's %zu Gaussians are larger than %.0f times the scene; the page "
+                   "has them of that size.",
+                   static_cast<std::size_t>(cut), count, std::exp(kLargest)));
     const Colors color(colors);
     constexpr std::size_t kPlanes[] = {2, 3, 4, 6};
     payload.words.resize(kPlanes[degree] * 3 * count);
@@ -212,12 +272,18 @@ ScenePayload pack_scene(splat_scene scene, std::uint64_t most) {
         shape[1] = rotation_code(&rotations[4 * i]);
         shape[2] |= static_cast<std::uint32_t>(std::lround(255 * opacities[i])) << 24U;
     }
-    const auto limits = pack_harmonics(sh, degree, kept, payload.words.data() + 6 * count);
+    Json limits = Json::array(), beyond = Json::array();
+    for (const Coefficients& of :
+         pack_harmonics(sh, degree, kept, payload.words.data() + 6 * count)) {
+        limits.push_back(of.limit());
+        beyond.push_back(of.beyond());
+    }
     payload.facts.update({{"count", count},
                           {"degree", degree},
                           {"log_scale", scale.json()},
                           {"color", color.json()},
                           {"sh_limit", limits},
+                          {"sh_beyond", beyond},
                           {"center", info.center},
                           {"radius", info.radius}});
     return payload;

@@ -23,7 +23,8 @@ class Picture:
     """One view of an object.
 
     image            what shows it; pixels and files are reduced to 8 bits
-    mask             of the object; None: the image's alpha, else what differs from its border
+    mask             of the object; None: an alpha that is not opaque everywhere, else what differs
+                     from the border
     depth, normal    maps where the network takes them; larger depth is nearer; float depths may have
                      any scale, those of files are taken as they are; normals are (normal + 1) / 2 in
                      the camera's axes

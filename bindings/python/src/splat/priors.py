@@ -107,8 +107,8 @@ def filter_map(data: ArrayLike, filter: Union[int, str]) -> Floats:
 
 
 def picture_mask(picture: ArrayLike) -> Tuple[NDArray[np.uint8], _native.Found]:
-    """The object of a picture [height,width,channels] without a network: by its alpha, else by the colour of its
-    border. A mask [height,width] of 0 and 255, and how it was found."""
+    """The object of a picture [height,width,channels] without a network: by an alpha that is not opaque
+    everywhere, else by the colour of its border. A mask [height,width] of 0 and 255, and how it was found."""
     array = pixel_array(picture, "picture")
     mask = np.empty(array.shape[:2], np.uint8)
     found = c_int32()

@@ -1720,7 +1720,7 @@ impl Default for splat_picture_source {
 #[derive(Clone, Copy, Debug)]
 pub struct splat_picture {
     pub image: splat_picture_source,
-    /// of the object, 1 (U8: 255) inside; none: the image's alpha, else what differs from its border's colour, else the whole image
+    /// of the object, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs from its border's colour, else all
     pub mask: splat_picture_source,
     /// where the network takes it; larger is nearer, at any scale
     pub depth: splat_picture_source,
@@ -4404,7 +4404,7 @@ extern "C" {
     /// is used, with a warning in the report.
     /// desc      NULL: the built-in weights
     /// Returns SPLAT_OK, SPLAT_ERROR_NOT_FOUND (a file, or the configuration beside it),
-    ///   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights that do not fit the configuration),
+    ///   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights or adapters that do not fit),
     ///   or as splat_weights_load, splat_weights_fold and splat_model_create
     /// ```
     pub fn splat_predictor_create(
@@ -5391,8 +5391,8 @@ extern "C" {
     pub fn splat_prior_model_destroy(model: splat_prior_model) -> splat_result;
 
     /// ```text
-    /// Find the object of a picture without a network: by its alpha, else by the colour of its border, as
-    /// predictors do.
+    /// Find the object of a picture without a network: by an alpha that is not opaque everywhere, else by
+    /// the colour of its border, as predictors do.
     /// mask      1 channel of the picture's size; 1 (U8: 255) on the object
     /// found     out, may be NULL; with SPLAT_FOUND_NOTHING the mask is 1 everywhere
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (NULL, a field of an image),

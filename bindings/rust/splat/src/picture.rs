@@ -25,7 +25,8 @@ pub enum PictureSource<'a> {
 pub struct Picture<'a> {
     /// The picture itself.
     pub image: PictureSource<'a>,
-    /// Of the object; none: the image's alpha, else what differs from the colour of its border.
+    /// Of the object; none: an alpha that is not opaque everywhere, else what differs from the
+    /// colour of the border.
     pub mask: PictureSource<'a>,
     /// Where the network takes it; larger is nearer, at any scale.
     pub depth: PictureSource<'a>,

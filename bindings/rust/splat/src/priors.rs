@@ -20,8 +20,8 @@ pub fn prior_preset(name: Option<&str>) -> Result<String> {
     })
 }
 
-/// Find the object of a picture without a network: by its alpha, else by the colour of its border.
-/// `mask`: 1 channel of the picture's size.
+/// Find the object of a picture without a network: by an alpha that is not opaque everywhere, else
+/// by the colour of its border. `mask`: 1 channel of the picture's size.
 ///
 /// Errors: `ShapeMismatch`, `InvalidArgument`.
 pub fn picture_mask(picture: ImageView<'_>, mask: ImageViewMut<'_>) -> Result<Found> {

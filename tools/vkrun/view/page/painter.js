@@ -22,7 +22,7 @@ uniform vec3 translation, eye;
 uniform vec4 intrinsics;       // fx fy cx cy, pixels
 uniform vec2 size, logScale;   // logScale: least value, extent
 uniform vec4 color;            // values of the codes 0, 8, 247 and 255
-uniform vec3 shLimit;
+uniform mat3x2 sh;             // limit and beyond of degrees 1 to 3
 layout(location = 0) out uvec4 first;   // middle, l11, l21: alpha = opacity exp2(-|L^T q|^2)
 layout(location = 1) out uvec4 second;  // l22, opacity (0: not seen), colour and half size of the square, halves
 int item;
@@ -37,13 +37,13 @@ float shade(uint code) {
     return color.x + dot(share, color.yzw - color.xyz);
 }
 
-vec3 coefficient(uvec3 words, int k, float limit) {
+vec3 coefficient(uvec3 words, int k, vec2 limits) {
     vec3 v;
     for (int c = 0; c < 3; ++c) {
         int at = 3 * k + c;
         v[c] = float(int(words[at >> 2] << (24 - 8 * (at & 3))) >> 24) / 127.0;
     }
-    return limit * v * abs(v);
+    return sign(v) * (limits.x * v * v + limits.y * max(abs(v) - 119.0 / 127.0, 0.0));
 }
 
 vec3 harmonics(vec3 d) {
@@ -51,25 +51,25 @@ vec3 harmonics(vec3 d) {
     vec3 sum = vec3(0);
     if (degree == 0) return sum;
     uvec3 w = texel(2);
-    sum += 0.4886025119029199 * (-y * coefficient(w, 0, shLimit.x) + z * coefficient(w, 1, shLimit.x) -
-                                 x * coefficient(w, 2, shLimit.x));
+    sum += 0.4886025119029199 * (-y * coefficient(w, 0, sh[0]) + z * coefficient(w, 1, sh[0]) -
+                                 x * coefficient(w, 2, sh[0]));
     if (degree == 1) return sum;
-    sum += 1.0925484305920792 * x * y * coefficient(w, 3, shLimit.y);
+    sum += 1.0925484305920792 * x * y * coefficient(w, 3, sh[1]);
     w = texel(3);
-    sum += -1.0925484305920792 * y * z * coefficient(w, 0, shLimit.y) +
-           0.31539156525252005 * (2.0 * zz - xx - yy) * coefficient(w, 1, shLimit.y) -
-           1.0925484305920792 * x * z * coefficient(w, 2, shLimit.y) +
-           0.5462742152960396 * (xx - yy) * coefficient(w, 3, shLimit.y);
+    sum += -1.0925484305920792 * y * z * coefficient(w, 0, sh[1]) +
+           0.31539156525252005 * (2.0 * zz - xx - yy) * coefficient(w, 1, sh[1]) -
+           1.0925484305920792 * x * z * coefficient(w, 2, sh[1]) +
+           0.5462742152960396 * (xx - yy) * coefficient(w, 3, sh[1]);
     if (degree == 2) return sum;
     w = texel(4);
-    sum += -0.5900435899266435 * y * (3.0 * xx - yy) * coefficient(w, 0, shLimit.z) +
-           2.890611442640554 * x * y * z * coefficient(w, 1, shLimit.z) -
-           0.4570457994644658 * y * (4.0 * zz - xx - yy) * coefficient(w, 2, shLimit.z) +
-           0.3731763325901154 * z * (2.0 * zz - 3.0 * xx - 3.0 * yy) * coefficient(w, 3, shLimit.z);
+    sum += -0.5900435899266435 * y * (3.0 * xx - yy) * coefficient(w, 0, sh[2]) +
+           2.890611442640554 * x * y * z * coefficient(w, 1, sh[2]) -
+           0.4570457994644658 * y * (4.0 * zz - xx - yy) * coefficient(w, 2, sh[2]) +
+           0.3731763325901154 * z * (2.0 * zz - 3.0 * xx - 3.0 * yy) * coefficient(w, 3, sh[2]);
     w = texel(5);
-    return sum - 0.4570457994644658 * x * (4.0 * zz - xx - yy) * coefficient(w, 0, shLimit.z) +
-           1.445305721320277 * z * (xx - yy) * coefficient(w, 1, shLimit.z) -
-           0.5900435899266435 * x * (xx - 3.0 * yy) * coefficient(w, 2, shLimit.z);
+    return sum - 0.4570457994644658 * x * (4.0 * zz - xx - yy) * coefficient(w, 0, sh[2]) +
+           1.445305721320277 * z * (xx - yy) * coefficient(w, 1, sh[2]) -
+           0.5900435899266435 * x * (xx - 3.0 * yy) * coefficient(w, 2, sh[2]);
 }
 
 mat3 quaternionMatrix(uint word) {
@@ -275,7 +275,7 @@ class Painter {
         gl.uniform2f(at("size"), gl.canvas.width, gl.canvas.height);
         gl.uniform2fv(at("logScale"), scene.log_scale);
         gl.uniform4fv(at("color"), scene.color);
-        gl.uniform3fv(at("shLimit"), scene.sh_limit);
+        gl.uniformMatrix3x2fv(at("sh"), false, scene.sh_limit.flatMap((limit, i) => [limit, scene.sh_beyond[i]]));
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
 

@@ -96,7 +96,8 @@ function sceneFile(scene) {
         for (let c = 0; c < 3; ++c)
             for (let k = 0; k < rest; ++k) {
                 const v = signed[12 * ((2 + (k >> 2)) * count + i) + 3 * (k & 3) + c] / 127;
-                values[o++] = scene.sh_limit[k < 3 ? 0 : k < 8 ? 1 : 2] * v * Math.abs(v);
+                const d = k < 3 ? 0 : k < 8 ? 1 : 2, beyond = Math.max(Math.abs(v) - 119 / 127, 0);
+                values[o++] = Math.sign(v) * (scene.sh_limit[d] * v * v + scene.sh_beyond[d] * beyond);
             }
         const opacity = Math.min(rgba >>> 24, 254.9) / 255;  // whose logit is finite
         values[o++] = Math.log(opacity / (1 - opacity));

@@ -175,6 +175,7 @@ class SplatViewer {
 
     toggleTurning() {
         this.turning = !this.turning;
+        this.slow = this.last = 0;  // who asks for it again gets it
         this.change();
     }
 
