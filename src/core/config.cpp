@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <numeric>
 
+#include "core/c_locale.h"
 #include "core/json_writer.h"
 #include "core/shown.h"
 
@@ -224,6 +225,7 @@ void write_scalar(JsonWriter& json, const ConfigScalar& value) {
         json.value(*whole);
     } else if (const auto* real = std::get_if<double>(&value)) {
         // 17 digits restore every double; the shortest text that does is easier to read.
+        const CLocale point;
         int digits = 6;
         while (digits < 17 && std::strtod(format("%.*g", digits, *real).c_str(), nullptr) != *real)
             ++digits;

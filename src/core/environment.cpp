@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "core/c_locale.h"
+
 namespace splat {
 
 std::optional<std::string> environment(const char* name) {
@@ -17,6 +19,7 @@ std::optional<std::string> environment(const char* name) {
 Result<double> environment_positive(const char* name, double fallback) {
     const auto text = environment(name);
     if (!text) return fallback;
+    const CLocale point;
     char* end = nullptr;
     const double value = std::strtod(text->c_str(), &end);
     if (*end != '\0' || !std::isfinite(value) || value <= 0)

@@ -197,6 +197,22 @@ Status visit_json(std::string_view text, const char* what,
     return error(Code::kInvalidArgument, "%s: %s", what, reader.problem.c_str());
 }
 
+Status check_json_name(std::string_view name, const char* what) {
+    try {
+        static_cast<void>(Json(name).dump());
+        return {};
+    } catch (const Json::exception&) {
+        std::string text;
+        for (const char c : name) {
+            const auto byte = static_cast<unsigned char>(c);
+            text += byte < 0x80 ? std::string(1, c) : format("\\x%02x", unsigned{byte});
+        }
+        return error(Code::kInvalidArgument,
+                     "%s '%s' is not UTF-8, expected a name that JSON can hold; rename it", what,
+                     shown(text).c_str());
+    }
+}
+
 std::string json_quote(std::string_view text) {
     return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -65,6 +65,10 @@ struct JsonEvent {
 Status visit_json(std::string_view text, const char* what,
                   const std::function<Status(const JsonEvent&)>& visit);
 
+/// Of a name that must be read back as it is. Errors: kInvalidArgument for what is not UTF-8, which JSON cannot hold;
+/// `what` says what has the name.
+Status check_json_name(std::string_view name, const char* what);
+
 /// A JSON string: quoted and escaped; invalid UTF-8 becomes U+FFFD.
 std::string json_quote(std::string_view text);
 

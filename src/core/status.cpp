@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "core/c_locale.h"
 #include "core/log.h"
 
 namespace splat {
@@ -61,6 +62,7 @@ const CodeRow* find(Code code) {
 }
 
 std::string vformat(const char* pattern, std::va_list args) {
+    const CLocale point;
     std::va_list copy;
     va_copy(copy, args);
     const int length = std::vsnprintf(nullptr, 0, pattern, copy);

@@ -33,7 +33,7 @@ Status in_file(const Status& status, const std::string& place);
 /// A row-major [3,4] or [4,4] as [4,4]. Errors: kFormat for another number of values.
 Result<scene::Mat4> affine(std::span<const float> values);
 
-/// The inverse of a rigid motion. Errors: kFormat as check_pose().
+/// The inverse of a pose, which need not be quite rigid. Errors: kFormat as check_pose().
 Result<scene::Mat4> inverse_pose(const scene::Mat4& pose);
 
 /// A square image of 8 bits, or all but its samples. Errors: as io::load_image(); kFormat if it is not square.

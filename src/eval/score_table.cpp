@@ -6,6 +6,7 @@
 #include <optional>
 #include <sstream>
 
+#include "core/c_locale.h"
 #include "core/shown.h"
 #include "io/file.h"
 
@@ -71,6 +72,7 @@ std::string object_name(const std::string& text, char separator) {
 /// A decimal number, or "nan" or "inf", which mean that there is none. Nothing for other texts, and beyond a double.
 std::optional<double> score_of(const std::string& text) {
     const char* const start = text.c_str();
+    const CLocale point;
     char* end = nullptr;
     const double value = std::strtod(start, &end);
     if (text.empty() || end != start + text.size()) return std::nullopt;

@@ -6,11 +6,12 @@
 namespace splat::io {
 
 /// Cameras of a COLMAP model: the lens from `cameras`, the pose and the name of the image from
-/// `images`; in the order of `images`. Models PINHOLE and SIMPLE_PINHOLE; SIMPLE_RADIAL, RADIAL and
-/// OPENCV where their distortion is 0 or ignored.
+/// `images`; in the order of `images`. Models PINHOLE and SIMPLE_PINHOLE; SIMPLE_RADIAL, RADIAL, OPENCV and
+/// FULL_OPENCV where their distortion is 0 or ignored; OPENCV_FISHEYE, FOV, SIMPLE_RADIAL_FISHEYE,
+/// RADIAL_FISHEYE and THIN_PRISM_FISHEYE as pinholes where that is ignored.
 ///
 /// Errors       kFormat with line or byte, also for an id that appears twice, bytes after the last record and a model
-///              without images; kUnsupported for other models, distortion, and
+///              without images; kUnsupported for other models, distortion and lenses that are not ignored, and
 ///              more cameras than the options allow
 /// Source       COLMAP's documentation, "Output Format"
 Result<CameraSet> read_colmap_text(Bytes cameras, Bytes images, const CameraOptions& options = {});

@@ -9,12 +9,15 @@ namespace {
 constexpr const char* kRadial1[] = {"k"};
 constexpr const char* kRadial2[] = {"k1", "k2"};
 constexpr const char* kOpenCv[] = {"k1", "k2", "p1", "p2"};
+constexpr const char* kFullOpenCv[] = {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"};
 
-constexpr Model kModels[] = {{0, "SIMPLE_PINHOLE", 3, true, {}},
-                             {1, "PINHOLE", 4, false, {}},
-                             {2, "SIMPLE_RADIAL", 4, true, kRadial1},
-                             {3, "RADIAL", 5, true, kRadial2},
-                             {4, "OPENCV", 8, false, kOpenCv}};
+constexpr Model kModels[] = {
+    {0, "SIMPLE_PINHOLE", 3, true, false, {}},         {1, "PINHOLE", 4, false, false, {}},
+    {2, "SIMPLE_RADIAL", 4, true, false, kRadial1},    {3, "RADIAL", 5, true, false, kRadial2},
+    {4, "OPENCV", 8, false, false, kOpenCv},           {5, "OPENCV_FISHEYE", 8, false, true, {}},
+    {6, "FULL_OPENCV", 12, false, false, kFullOpenCv}, {7, "FOV", 5, false, true, {}},
+    {8, "SIMPLE_RADIAL_FISHEYE", 4, true, true, {}},   {9, "RADIAL_FISHEYE", 5, true, true, {}},
+    {10, "THIN_PRISM_FISHEYE", 12, false, true, {}}};
 
 }  // namespace
 
@@ -61,6 +64,9 @@ Status add_camera(const Lenses& lenses, const Pose& pose, const CameraOptions& o
     camera.fy = lens.model->one_focal ? p[0] : p[1];
     camera.cx = p[center];
     camera.cy = p[center + 1];
+    if (lens.model->other_lens)
+        SPLAT_TRY(
+            note_lens(pose.name, "camera model " + std::string(lens.model->name), options, set));
     for (std::size_t i = 0; i < lens.model->distortion.size(); ++i)
         SPLAT_TRY(
             note_distortion(pose.name, lens.model->distortion[i], p[center + 2 + i], options, set));

@@ -14,10 +14,11 @@ struct Model {
     std::string_view name;
     std::size_t parameters;
     bool one_focal;                           ///< f cx cy instead of fx fy cx cy
+    bool other_lens;                          ///< no pinhole, whatever its parameters
     std::span<const char* const> distortion;  ///< names of the parameters that follow
 };
 
-/// nullptr for a model that is not supported.
+/// nullptr for a model that is not known.
 const Model* find_model(std::int32_t id);
 const Model* find_model(std::string_view name);
 
@@ -42,7 +43,7 @@ struct Pose {
 };
 
 /// Errors: kFormat for an unknown camera or one that is not valid; kUnsupported for
-/// distortion.
+/// distortion and for other lenses.
 Status add_camera(const Lenses& lenses, const Pose& pose, const CameraOptions& options,
                   CameraSet& set);
 

@@ -87,6 +87,19 @@ std::string temporary_name(const std::string& target) {
     return target.substr(0, name + NAME_MAX - suffix.size()) + suffix;
 }
 
+/// Creates a file beside the target, or returns -1. A killed process of the same number, such as the first one of a
+/// container, may have left files of such names.
+int create_temporary(const std::string& target, std::string& path) {
+    constexpr int kMostLeft = 100'000;
+    int file = -1;
+    for (int i = 0; file < 0 && i < kMostLeft && (i == 0 || errno == EEXIST); ++i) {
+        path = temporary_name(target);
+        file = SPLAT_SYSTEM("io.create", EACCES,
+                            ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    }
+    return file;
+}
+
 /// A regular file of at most `max_bytes`, opened for reading.
 Result<std::uint64_t> checked_size(const Descriptor& file, const std::string& path,
                                    std::uint64_t max_bytes, struct stat& info) {
@@ -279,12 +292,10 @@ Status write_file(const std::string& path, std::span<const Bytes> pieces) {
     if (!replaced && errno == ELOOP) return failed("replace", path);
     if (replaced && !S_ISREG(old.st_mode) && !S_ISDIR(old.st_mode))
         return error(Code::kIo, "'%s' is not a regular file", path.c_str());
-    Temporary temporary{temporary_name(target)};
-    Descriptor file(SPLAT_SYSTEM(
-        "io.create", EACCES,
-        ::open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)));
+    Temporary temporary;
+    Descriptor file(create_temporary(target, temporary.path));
     if (file.get() < 0) {
-        temporary.kept = true;  // another writer's file, or none
+        temporary.kept = true;  // there is none
         return failed("create", temporary.path);
     }
     // Some file systems have no permissions.

@@ -123,21 +123,26 @@ Buffer write_npy_header(const std::string& dtype, const std::vector<std::uint64_
     return file;
 }
 
-Result<FloatArray> read_npy(Bytes file) {
-    SPLAT_ASSIGN(const NpyHeader header, read_npy_header(file));
-    const bool wide = header.dtype == "f8";
-    if (!wide && header.dtype != "f4")
+Result<Bytes> npy_floats(Bytes file, const NpyHeader& header) {
+    if (header.dtype != "f8" && header.dtype != "f4")
         return error(Code::kUnsupported, "npy: dtype '%c%s', expected '<f4' or '<f8'",
                      header.order == std::endian::big ? '>' : '<', header.dtype.c_str());
-    const std::size_t each = wide ? 8 : 4;
+    const std::size_t each = header.dtype == "f8" ? 8 : 4;
     Reader reader(file.subspan(header.start), "npy");
     SPLAT_TRY(reader.need(header.elements, each, "data"));
     SPLAT_ASSIGN(const Bytes data, reader.take(header.elements * each, "data"));
     if (reader.left() != 0) return bad_npy(std::to_string(reader.left()) + " bytes after the data");
+    return data;
+}
+
+Result<FloatArray> read_npy(Bytes file) {
+    SPLAT_ASSIGN(const NpyHeader header, read_npy_header(file));
+    SPLAT_ASSIGN(const Bytes data, npy_floats(file, header));
     FloatArray array;
     array.shape = header.shape;
     array.values.resize(header.elements);
-    to_floats(wide ? NumberType::kF64 : NumberType::kF32, data, array.values.data(), header.order);
+    to_floats(header.dtype == "f8" ? NumberType::kF64 : NumberType::kF32, data, array.values.data(),
+              header.order);
     return array;
 }
 

@@ -27,6 +27,9 @@ struct NpyHeader {
 /// structured types and for column-major arrays.
 Result<NpyHeader> read_npy_header(Bytes file);
 
+/// The numbers of a file of this header. Errors: as read_npy().
+Result<Bytes> npy_floats(Bytes file, const NpyHeader& header);
+
 /// Version 1.0; `dtype` with its byte order, e.g. "<f4".
 Buffer write_npy_header(const std::string& dtype, const std::vector<std::uint64_t>& shape);
 

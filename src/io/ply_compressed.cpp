@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "io/bytes.h"
 #include "io/ply_rows.h"
@@ -43,13 +44,22 @@ Result<std::size_t> column_of(const PlyElement& element, const std::string& name
                  element.name.c_str(), name.c_str());
 }
 
-Status read_chunks(const PlyElement& element, PlyRows& rows, Packed& packed) {
+/// Notes the properties whose columns are not read.
+void note_unused(const PlyElement& element, std::span<const std::size_t> columns,
+                 LoadReport& report) {
+    for (std::size_t i = 0; i < element.properties.size(); ++i)
+        if (std::find(columns.begin(), columns.end(), i) == columns.end())
+            report.ignored.push_back(element.name + "." + element.properties[i].name);
+}
+
+Status read_chunks(const PlyElement& element, PlyRows& rows, Packed& packed, LoadReport& report) {
     packed.colored_chunks = element.find(kRanges[kColorRanges]).has_value();
     std::array<std::size_t, std::size(kRanges)> columns{};
     const std::size_t used = packed.colored_chunks ? columns.size() : kColorRanges;
     for (std::size_t i = 0; i < used; ++i) {
         SPLAT_ASSIGN(columns[i], column_of(element, kRanges[i]));
     }
+    note_unused(element, std::span(columns).first(used), report);
     SPLAT_TRY(rows.need(element));
     packed.chunks.resize(element.count);
     return rows.read(element, [&](std::size_t row, const std::vector<double>& values) {
@@ -57,13 +67,14 @@ Status read_chunks(const PlyElement& element, PlyRows& rows, Packed& packed) {
     });
 }
 
-Status read_words(const PlyElement& element, PlyRows& rows, Packed& packed) {
+Status read_words(const PlyElement& element, PlyRows& rows, Packed& packed, LoadReport& report) {
     std::array<std::size_t, 4> columns{};
     for (std::size_t i = 0; i < columns.size(); ++i) {
         SPLAT_ASSIGN(columns[i], column_of(element, kWords[i]));
         if (element.properties[columns[i]].type != PlyType::kU32)
             return error(Code::kFormat, "compressed ply: '%s' is not of type uint", kWords[i]);
     }
+    note_unused(element, columns, report);
     SPLAT_TRY(rows.need(element));
     packed.words.resize(element.count);
     return rows.read(element, [&](std::size_t row, const std::vector<double>& values) {
@@ -198,9 +209,9 @@ Result<LoadedScene> read_compressed_ply(Bytes file, const LoadOptions& options) 
     Packed packed;
     for (const PlyElement& element : header.elements) {
         if (element.name == "chunk") {
-            SPLAT_TRY(read_chunks(element, rows, packed));
+            SPLAT_TRY(read_chunks(element, rows, packed, report));
         } else if (element.name == "vertex") {
-            SPLAT_TRY(read_words(element, rows, packed));
+            SPLAT_TRY(read_words(element, rows, packed, report));
         } else if (element.name == "sh") {
             SPLAT_TRY(read_rest(element, rows, packed));
         } else {

@@ -235,6 +235,7 @@ Result<FilePieces> write_safetensors(const NamedTensors& tensors, const Metadata
         if (tensor.name == kMetadata)
             return error(Code::kInvalidArgument,
                          "safetensors: no tensor may be named '__metadata__'");
+        SPLAT_TRY(check_json_name(tensor.name, "safetensors: the tensor"));
         const std::uint64_t begin = end;
         end += tensor.values.size() * (half ? 2 : 4);
         json.key(tensor.name).begin_object().member("dtype", half ? "F16" : "F32");

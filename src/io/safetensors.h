@@ -25,8 +25,8 @@ Result<SafetensorsFile> read_safetensors(const Source& source,
                                          const DecodeLimits& limits = decode_limits());
 
 /// float32, or float16 with `half`; the data starts at a multiple of 8 bytes. The pieces refer to the
-/// tensors. Errors: kInvalidArgument for a tensor named "__metadata__", for a header beyond
-/// kMaxJsonBytes, and for finite values that float16 does not reach.
+/// tensors. Errors: kInvalidArgument for a tensor named "__metadata__", for a name that is
+/// not UTF-8, for a header beyond kMaxJsonBytes, and for finite values that float16 does not reach.
 Result<FilePieces> write_safetensors(const NamedTensors& tensors, const Metadata& metadata = {},
                                      bool half = false);
 Result<FilePieces> write_safetensors(NamedTensors&& tensors, const Metadata& metadata = {},

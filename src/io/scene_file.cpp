@@ -128,6 +128,9 @@ Result<Buffer> write_scene(const scene::Gaussians& gaussians, const SceneFormat&
     if (format.write == nullptr)
         return error(Code::kUnsupported, "%s is read only; write %s", format.name,
                      extension_list(true).c_str());
+    if (options.sh_degree.value_or(0) > format.max_sh_degree)
+        return error(Code::kInvalidArgument, "sh_degree %u to write, but %s holds at most %u",
+                     *options.sh_degree, format.name, format.max_sh_degree);
     return format.write(gaussians, options);
 }
 

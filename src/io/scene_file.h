@@ -40,7 +40,8 @@ Result<const SceneFormat*> written_scene_format(const std::string& name);
 Result<LoadedScene> read_scene(Bytes file, const std::string& name, const LoadOptions& options = {},
                                const SceneFormat* format = nullptr);
 
-/// Errors: as the writers; kUnsupported for a format that is only read.
+/// Errors: as the writers; kUnsupported for a format that is only read; kInvalidArgument for a degree that the format
+/// does not hold.
 Result<Buffer> write_scene(const scene::Gaussians& gaussians, const SceneFormat& format,
                            const SaveOptions& options = {});
 

@@ -1,6 +1,8 @@
 #include "io/splat_file.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "io/bytes.h"
 #include "io/reader.h"
@@ -27,6 +29,14 @@ void decode(const std::byte* at, Gaussians& g, std::size_t i) {
     g.opacity_logits[i] = opacity_logit(byte(27));
     for (std::size_t k = 0; k < 4; ++k)
         g.rotations[i * 4 + k] = static_cast<float>((byte(28 + k) - 128) / 128.0);
+}
+
+/// Finite, but its exponential is 0 or infinite as a float32.
+bool is_lost(float log_scale) {
+    const double scale = std::exp(static_cast<double>(log_scale));
+    return std::isfinite(log_scale) &&
+           (scale > static_cast<double>(std::numeric_limits<float>::max()) ||
+            static_cast<float>(scale) == 0);
 }
 
 void encode(Buffer& to, const Gaussians& g, std::size_t i) {
@@ -73,6 +83,12 @@ Result<Buffer> write_splat(const Gaussians& gaussians, const SaveOptions& option
                 "splat: Gaussian %zu has a rotation, opacity or colour that is not finite, "
                 "which bytes cannot hold; remove it, or write .ply",
                 i);
+        for (std::size_t k = 3 * i; k < 3 * i + 3; ++k)
+            if (is_lost(scene.log_scales[k]))
+                return error(Code::kInvalidArgument,
+                             "splat: Gaussian %zu has a log scale of %g, whose exponential float32 "
+                             "cannot hold, expected about -103 to 88; remove it, or write .ply",
+                             i, static_cast<double>(scene.log_scales[k]));
         encode(file, scene, i);
     }
     return file;

@@ -14,7 +14,8 @@ Result<LoadedScene> read_splat(Bytes file, const LoadOptions& options = {});
 
 /// Bands above 0 are lost. Colours outside [0, 1] are clamped. Within half a step of 1/255 (colour,
 /// opacity) and 1/128 (components of the rotation); positions exactly, scales to float32 rounding of
-/// exp. Errors: as prepare_save(); kInvalidArgument if a rotation, opacity or colour is not finite.
+/// exp. Errors: as prepare_save(); kInvalidArgument if a rotation, opacity or colour is not finite, or a
+/// finite log scale has no exponential in float32.
 Result<Buffer> write_splat(const scene::Gaussians& gaussians, const SaveOptions& options = {});
 
 }  // namespace splat::io

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "config/config_file.h"
+#include "core/c_locale.h"
 #include "core/environment.h"
 
 namespace splat::predict {
@@ -86,6 +87,7 @@ Result<double> adapters_alpha(const io::WeightsFile& adapters,
                               const config::PredictorConfig& network) {
     for (const auto& [key, value] : adapters.metadata) {
         if (key != "lora_alpha") continue;
+        const CLocale point;
         char* end = nullptr;
         const double alpha = std::strtod(value.c_str(), &end);
         if (end != value.c_str() && *end == 0 && std::isfinite(alpha)) return alpha;

@@ -53,9 +53,9 @@ Status check_pose(const Mat4& m) {
     return {};
 }
 
-/// The inverse of a rigid motion.
+/// The inverse of a pose that is rigid only within kRigidTolerance: there and back is where it was.
 Mat4 inverse_pose(const Mat4& m) {
-    const Mat3 back = transposed(rotation_of(m));
+    const Mat3 back = inverse(rotation_of(m));
     return pose(back, scaled(product(back, translation_of(m)), -1));
 }
 
@@ -170,7 +170,8 @@ Result<std::vector<Camera>> orbit(const Statistics& scene, const OrbitOptions& o
 }
 
 Vec3 camera_center(const Camera& camera) {
-    return translation_of(inverse_pose(camera.world_to_camera));
+    const Mat4& m = camera.world_to_camera;
+    return scaled(product(transposed(rotation_of(m)), translation_of(m)), -1);
 }
 
 Result<Mat4> opencv_from_opengl(const Mat4& camera_to_world) {

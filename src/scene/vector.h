@@ -43,6 +43,13 @@ constexpr double determinant(const Mat3& m) {
     return dot(m[0], cross(m[1], m[2]));
 }
 
+/// Of a matrix that is not singular.
+constexpr Mat3 inverse(const Mat3& m) {
+    const double scale = 1 / determinant(m);
+    return transposed({scaled(cross(m[1], m[2]), scale), scaled(cross(m[2], m[0]), scale),
+                       scaled(cross(m[0], m[1]), scale)});
+}
+
 /// Hamilton product: the rotation b, then the rotation a.
 constexpr Quaternion product(const Quaternion& a, const Quaternion& b) {
     return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],

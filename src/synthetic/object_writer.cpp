@@ -242,6 +242,7 @@ Status write_object(const WriterDesc& desc, std::uint32_t index) {
     static std::atomic<unsigned> counter{0};
     TemporaryFolder temporary{
         folder / format(".%s.%d-%u.tmp", name.c_str(), static_cast<int>(::getpid()), counter++)};
+    fs::remove_all(temporary.path, code);  // of a killed process of the same number
     SPLAT_TRY(write_views(desc, place, shape.solids, temporary.path));
     fs::rename(temporary.path, folder / name, code);
     if (!code) temporary.kept = true;

@@ -94,6 +94,7 @@ Result<std::string> store_text(const StoreIndex& index) {
     json.end().member("rows", index.frames.size()).member("source", index.source);
     json.key("objects").begin_array();
     for (const StoreObject& object : index.objects) {
+        SPLAT_TRY(check_json_name(object.name, "a store: the object"));
         json.newline(2).begin_object().member("name", object.name).member("views", object.views);
         json.member("intrinsics", object.intrinsics).end();
     }
@@ -104,6 +105,11 @@ Result<std::string> store_text(const StoreIndex& index) {
                  "%zu objects take %zu bytes of store.json, at most %zu: divide them among several "
                  "data sets",
                  index.objects.size(), text.size(), kMaxJsonBytes);
+}
+
+bool is_store_text(const std::string& folder) {
+    const auto file = io::read_file(folder + "/store.json", kMaxJsonBytes);
+    return file.ok() && io::as_text(file.value()).find(kStoreFormat) != std::string_view::npos;
 }
 
 Result<StoreIndex> read_store_text(const std::string& folder) {

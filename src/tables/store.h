@@ -85,8 +85,8 @@ class StoreWriter {
   public:
     /// Take the folder: one that does not exist, is empty, or holds the same import, begun or complete.
     /// `replace`: another store in it is removed. Errors: kInvalidState if another process writes it, or this part;
-    /// kInvalidArgument for a folder with anything else, or begun in another number of parts; kUnsupported for more
-    /// rows or objects than a store holds; as io::system_error().
+    /// kInvalidArgument for a folder with anything else, or begun in another number of parts, and for names of
+    /// objects that are not UTF-8; kUnsupported for more rows or objects than a store holds; as io::system_error().
     static Result<std::unique_ptr<StoreWriter>> open(const std::string& folder, StoreIndex index,
                                                      bool replace, Part part = {});
     StoreWriter(const StoreWriter&) = delete;

@@ -35,21 +35,48 @@ bool is_of_parts(const std::string& name, std::uint32_t count) {
                       : name.ends_with(format("_of_%u.json", count));
 }
 
-/// Names of the files in a folder that start so.
-std::vector<std::string> names_like(const fs::path& folder, const std::string& start) {
+/// The name with '#' for each number.
+std::string numbers_out(const std::string& name) {
+    std::string pattern;
+    for (const char c : name) {
+        const bool digit = c >= '0' && c <= '9';
+        if (!digit || !pattern.ends_with('#')) pattern += digit ? '#' : c;
+    }
+    return pattern;
+}
+
+/// "import.json", "import_0_of_2.json", and what a killed io::write_file() leaves of one:
+/// "import.json.12-0.tmp".
+bool is_journal(const std::string& name) {
+    constexpr std::string_view kTemporary = ".#-#.tmp";
+    std::string pattern = numbers_out(name);
+    if (pattern.ends_with(kTemporary)) pattern.resize(pattern.size() - kTemporary.size());
+    return pattern == "import.json" || pattern == "import_#_of_#.json";
+}
+
+bool is_lock(const std::string& name) {
+    return name == kLockFile || name == kStartLock || numbers_out(name) == "lock_#_of_#";
+}
+
+bool is_any(const std::string& /*name*/) {
+    return true;
+}
+
+/// Names in a folder that are so.
+std::vector<std::string> names_in(const fs::path& folder, bool (*are)(const std::string&)) {
     std::vector<std::string> names;
     std::error_code none;
     for (fs::directory_iterator entry(folder, none), end; !none && entry != end;
          entry.increment(none)) {
         std::string name = entry->path().filename().string();
-        if (name.starts_with(start)) names.push_back(std::move(name));
+        if (are(name)) names.push_back(std::move(name));
     }
     return names;
 }
 
 /// The folder holds nothing, or only locks.
 bool is_empty_folder(const fs::path& folder) {
-    return names_like(folder, "").size() == names_like(folder, kLockFile).size();
+    return names_in(folder, is_any).size() == names_in(folder, is_lock).size();
 }
 
 /// What a journal of this source says is done; nothing for another one, or a damaged one.
@@ -110,7 +137,8 @@ Result<FileLock> StoreWriter::lock_start() const {
 
 Status StoreWriter::check(bool replace) {
     const fs::path folder = folder_;
-    if (is_there(folder / kStoreFile)) {
+    const bool has_store = is_there(folder / kStoreFile);
+    if (has_store && is_store_text(folder_)) {
         const auto found = read_store_text(folder_);
         complete_ = found.ok() && found.value().source == index_.source;
         if (complete_) return {};
@@ -125,7 +153,7 @@ Status StoreWriter::check(bool replace) {
         std::error_code failed;
         fs::remove(folder / kStoreFile, failed);
         if (failed) return io::system_error(failed.value(), "remove", folder / kStoreFile);
-    } else if (names_like(folder, kJournal).empty() && !is_empty_folder(folder)) {
+    } else if (has_store || (names_in(folder, is_journal).empty() && !is_empty_folder(folder))) {
         return error(Code::kInvalidArgument, "'%s' is there and is no store: choose another folder",
                      folder_.c_str());
     }
@@ -137,7 +165,7 @@ Status StoreWriter::read_journal() {
     const fs::path folder = folder_;
     const std::string own = part_name(kJournal, part_, ".json");
     bool begun = false;
-    for (const std::string& name : names_like(folder, kJournal)) {
+    for (const std::string& name : names_in(folder, is_journal)) {
         if (!name.ends_with(".json")) continue;
         auto done = journal_of(folder / name, index_.source);
         if (!done) continue;
@@ -155,7 +183,7 @@ Status StoreWriter::read_journal() {
     for (const char* name : {"frame", "pose", "rgb", "depth", "normal", "mask"})
         for (const char* end : {".npy", "_crc.npy"})
             fs::remove(folder / (std::string(name) + end), none);
-    for (const std::string& name : names_like(folder, kJournal)) fs::remove(folder / name, none);
+    for (const std::string& name : names_in(folder, is_journal)) fs::remove(folder / name, none);
     return mark("", 0);
 }
 
@@ -221,7 +249,7 @@ Status StoreWriter::finish() {
     SPLAT_ASSIGN(const std::string text, store_text(index_));
     SPLAT_TRY(io::write_file(folder_ + "/" + kStoreFile, io::as_bytes(text)));
     std::error_code none;
-    for (const std::string& name : names_like(folder_, kJournal))
+    for (const std::string& name : names_in(folder_, is_journal))
         fs::remove(fs::path(folder_) / name, none);
     complete_ = true;
     return {};

@@ -69,7 +69,10 @@ Result<TableReader::Columns> TableReader::columns_of(const std::string& file) co
         SPLAT_ASSIGN(const std::size_t more, count->next());
         if (more == 0) break;
     }
-    SPLAT_ASSIGN(const auto none, session_->query("SELECT * FROM read_parquet(?) LIMIT 0", {file}));
+    // A folder named "split=x" is part of the path, not the value of a column.
+    SPLAT_ASSIGN(const auto none,
+                 session_->query("SELECT * FROM read_parquet(?, hive_partitioning = false) LIMIT 0",
+                                 {file}));
     const std::vector<Rows::Column> columns = none->columns();
     for (const char* name : {"uuid", "frame_id", "split"}) {
         if (std::string_view(name) == "frame_id" && !has_frames()) continue;
@@ -164,12 +167,12 @@ Status TableReader::scan(std::size_t file, const std::string& select, std::uint6
         has_frames() ? format("left(CAST(frame_id AS VARCHAR), %zu)", kMaxFrameBytes + 1) : "''";
     const bool image = kind_of(table_.table).map != nullptr && select != kNoValue;
     const std::string bytes = (image ? "octet_length(" : "strlen(") + select + ")";
-    std::string sql = format("SELECT file_row_number, left(uuid, %zu), ", kMaxUuidBytes + 1) +
-                      frame + ", CASE WHEN " + bytes +
-                      format(" <= %llu THEN ", static_cast<unsigned long long>(most)) + select +
-                      " END, CAST(" + bytes +
-                      " AS BIGINT) FROM read_parquet(?, file_row_number = true)"
-                      " WHERE file_row_number >= ? AND file_row_number < ?";
+    std::string sql =
+        format("SELECT file_row_number, left(uuid, %zu), ", kMaxUuidBytes + 1) + frame +
+        ", CASE WHEN " + bytes + format(" <= %llu THEN ", static_cast<unsigned long long>(most)) +
+        select + " END, CAST(" + bytes +
+        " AS BIGINT) FROM read_parquet(?, file_row_number = true,"
+        " hive_partitioning = false) WHERE file_row_number >= ? AND file_row_number < ?";
     std::vector<Parameter> parameters = {table_.files[file], static_cast<std::int64_t>(first),
                                          static_cast<std::int64_t>(last)};
     if (table_.split_column) {

@@ -230,6 +230,13 @@ TEST(ApiScene, RefusesFilesThatAreNot) {
     old.spz_version = 2;
     EXPECT_REFUSED(splat_scene_save_memory(scene, &old, nullptr, 0, &needed),
                    SPLAT_ERROR_INVALID_ARGUMENT, "spz_version is 2");
+    auto other = file_desc(SPLAT_SCENE_SPLAT);
+    other.spz_version = 4;
+    EXPECT_REFUSED(splat_scene_save_memory(scene, &other, nullptr, 0, &needed),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "spz_version is 4, but the file is a splat");
+    const auto banded = file_desc(SPLAT_SCENE_SPLAT, 2);
+    EXPECT_REFUSED(splat_scene_save_memory(scene, &banded, nullptr, 0, &needed),
+                   SPLAT_ERROR_INVALID_ARGUMENT, "splat holds at most 0");
     EXPECT_EQ(needed, 77U);
 }
 

@@ -4,6 +4,8 @@
 
 #include <cstdlib>
 
+#include "support/decimal_comma.h"
+
 namespace splat {
 namespace {
 
@@ -51,6 +53,13 @@ TEST_F(Environment, PositiveNumbersOnly) {
         EXPECT_NE(result.status().message().find(kName), std::string::npos);
         EXPECT_NE(result.status().message().find(text), std::string::npos);
     }
+}
+
+TEST_F(Environment, NumbersHaveDecimalPointsInAnyLocale) {
+    const test::DecimalComma comma;
+    if (!comma) GTEST_SKIP() << "no locale with decimal commas";
+    setenv(kName, "0.25", 1);
+    EXPECT_EQ(environment_positive(kName, 1).value(), 0.25);
 }
 
 TEST_F(Environment, CacheFolderFollowsXdgThenHome) {

@@ -127,6 +127,15 @@ std::string events_of(const std::string& text) {
     return all;
 }
 
+TEST(Json, NamesThatAreNotUtf8AreRefused) {
+    for (const char* good : {"", "a.b", "\xC3\xA4", "quote\" and\nline"})
+        EXPECT_OK(check_json_name(good, "tensor"));
+    EXPECT_ERROR(check_json_name("a\xE4", "tensor"), Code::kInvalidArgument,
+                 "tensor 'a\\xe4' is not UTF-8");
+    for (const char* bad : {"\xC3", "\xE4\xE4", "a\xFFz"})
+        EXPECT_ERROR(check_json_name(bad, "x"), Code::kInvalidArgument, "is not UTF-8");
+}
+
 TEST(VisitJson, ReportsValuesInOrder) {
     EXPECT_EQ(events_of(R"({"a": [1, {"b": true}, []], "c": "t", "d": null, "e": 1.5})"),
               ":{0 /a:[0 /a/0:i1 /a/1:{0 /a/1/b:b1 /a/2:[0 /c:dt0 /d:n0 /e:r0 ");

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <set>
 #include <string>
+
+#include "support/decimal_comma.h"
 
 namespace splat {
 namespace {
@@ -62,6 +65,16 @@ TEST(Status, FormatsLongMessages) {
     EXPECT_EQ(status.message(), "tensor " + longer + " is 7");
     EXPECT_EQ(format("%s", ""), "");
     EXPECT_TRUE(Status().ok());
+}
+
+TEST(Status, NumbersHaveDecimalPointsInAnyLocale) {
+    const test::DecimalComma comma;
+    if (!comma) GTEST_SKIP() << "no locale with decimal commas";
+    EXPECT_EQ(format("%g %.2f", 1.5, 0.25), "1.5 0.25");
+    EXPECT_EQ(error(Code::kShape, "%g", 1.5).message(), "1.5");
+    char text[8];
+    std::snprintf(text, sizeof text, "%g", 1.5);
+    EXPECT_STREQ(text, "1,5") << "the host's locale is as it was";
 }
 
 Status fail_if(bool fail) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "data/folder.h"
 #include "data/resample.h"
 #include "support/expect_status.h"
 #include "support/golden_file.h"
@@ -30,6 +31,16 @@ Mat3 times(const Mat3& a, const Mat3& b) {
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j) out[i][j] = scene::dot(a[i], columns[j]);
     return out;
+}
+
+TEST(Folder, InverseOfAPoseRoundedToFloatsGoesBack) {
+    Mat4 rounded = pose(times(about_x(0.3), about_z(1.1)), {100, 50, 7});
+    for (double& number : rounded) number = static_cast<double>(static_cast<float>(number));
+    const auto there = inverse_pose(rounded);
+    ASSERT_OK(there.status());
+    const auto back = inverse_pose(there.value());
+    ASSERT_OK(back.status());
+    for (std::size_t i = 0; i < 16; ++i) EXPECT_NEAR(back.value()[i], rounded[i], 1e-12) << i;
 }
 
 TEST(RelativePose, FirstIsExactlyTheIdentity) {

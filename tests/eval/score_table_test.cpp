@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "support/decimal_comma.h"
 #include "support/expect_status.h"
 
 namespace splat::eval {
@@ -46,6 +47,12 @@ TEST_F(ScoreTableTest, ReadsBothFormats) {
     EXPECT_EQ(table.values.at("ssim"), (std::map<std::string, double>{{"0_b", 0.9}}));
     for (const std::string& path : {folder_.string(), (folder_ / "results.json").string()})
         EXPECT_EQ(read_scores(path).value().values, table.values);
+}
+
+TEST_F(ScoreTableTest, ReadsDecimalPointsInAnyLocale) {
+    const test::DecimalComma comma;
+    if (!comma) GTEST_SKIP() << "no locale with decimal commas";
+    EXPECT_EQ(read("scores.txt", "0_b 20.5 0.9 0.1\n").values.at("psnr").at("b"), 20.5);
 }
 
 TEST_F(ScoreTableTest, SaysWhatIsWrong) {

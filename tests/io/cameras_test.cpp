@@ -225,6 +225,64 @@ TEST(Colmap, ErrorsNameLineAndCause) {
         Code::kUnsupported, "more than 1");
 }
 
+/// A model of COLMAP that is no pinhole, with `focals` focal lengths and so many parameters.
+struct OtherLens {
+    const char* name;
+    std::int32_t id;
+    std::size_t focals;
+    std::size_t parameters;
+};
+constexpr OtherLens kOtherLenses[] = {{"OPENCV_FISHEYE", 5, 2, 8},
+                                      {"FULL_OPENCV", 6, 2, 12},
+                                      {"FOV", 7, 2, 5},
+                                      {"SIMPLE_RADIAL_FISHEYE", 8, 1, 4},
+                                      {"RADIAL_FISHEYE", 9, 1, 5},
+                                      {"THIN_PRISM_FISHEYE", 10, 2, 12}};
+
+TEST(Colmap, OtherLensesAreRefusedOrReadAsPinholes) {
+    CameraOptions ignore;
+    ignore.ignore_distortion = true;
+    for (const OtherLens& lens : kOtherLenses) {
+        std::string text = "1 " + std::string(lens.name) + " 64 48";
+        Buffer binary;
+        put(binary, std::uint64_t{1});
+        put(binary, std::int32_t{1});
+        put(binary, lens.id);
+        put(binary, std::uint64_t{64});
+        put(binary, std::uint64_t{48});
+        for (std::size_t i = 0; i < lens.parameters; ++i) {
+            const double value =
+                i < lens.focals ? 50 + static_cast<double>(i) : (i < lens.focals + 2 ? 30 : 0.25);
+            text += format(" %g", value);
+            put(binary, value);
+        }
+        const Buffer images = bytes_of("1 1 0 0 0 1 2 3 1 a.png\n\n");
+        const Buffer binary_images = [] {
+            Buffer one = test::sample_colmap_images();
+            one[0] = std::byte{1};
+            one.resize(8 + 4 + 7 * 8 + 4 + 8 + 8 + 24);  // name and NUL, points
+            return one;
+        }();
+        for (const bool is_text : {true, false}) {
+            const auto read = [&](const CameraOptions& options) {
+                return is_text ? read_colmap_text(bytes_of(text), images, options)
+                               : read_colmap_binary(binary, binary_images, options);
+            };
+            EXPECT_ERROR(read({}).status(), Code::kUnsupported, "SPLAT_CAMERA_IGNORE_DISTORTION");
+            const auto found = read(ignore);
+            ASSERT_OK(found.status());
+            const scene::Camera& camera = found.value().cameras.at(0);
+            EXPECT_EQ(camera.fx, 50) << lens.name;
+            EXPECT_EQ(camera.fy, lens.focals == 1 ? 50 : 51) << lens.name;
+            EXPECT_EQ(camera.cx, 30) << lens.name;
+            EXPECT_EQ(camera.cy, 30) << lens.name;
+            EXPECT_FALSE(found.value().warnings.empty()) << lens.name;
+        }
+        EXPECT_ERROR(read_colmap_text(bytes_of(text + " 1"), images, ignore).status(),
+                     Code::kFormat, lens.name);
+    }
+}
+
 TEST(Colmap, BinaryRefusesPrefixesDamageAndHostileCounts) {
     const Buffer cameras = test::sample_colmap_cameras();
     const Buffer images = test::sample_colmap_images();

@@ -113,6 +113,18 @@ TEST_F(File, TakesTheLongestNames) {
     EXPECT_ERROR(write_file(path(name + "n"), bytes_of("x")), Code::kIo, "name too long");
 }
 
+TEST_F(File, PassesTemporariesOfAKilledProcessOfTheSameNumber) {
+    constexpr int kLeft = 1000;
+    const auto left = [this](int k) {
+        return path("x." + std::to_string(getpid()) + "-" + std::to_string(k) + ".tmp");
+    };
+    for (int k = 0; k < kLeft; ++k) std::ofstream(left(k)) << "part";
+    ASSERT_OK(write_file(path("x"), bytes_of("whole")));
+    EXPECT_EQ(as_text(read_file(path("x")).value()), "whole");
+    EXPECT_EQ(files(), kLeft + 1U);
+    for (const int k : {0, kLeft - 1}) EXPECT_EQ(as_text(read_file(left(k)).value()), "part");
+}
+
 TEST_F(File, IsReadPieceByPiece) {
     FilePieces pieces;
     pieces.add(bytes_of("own "));

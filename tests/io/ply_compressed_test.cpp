@@ -58,6 +58,19 @@ TEST(PlyCompressed, BandsAreChannelMajorBytes) {
     }
 }
 
+TEST(PlyCompressed, ReportsPropertiesThatItDoesNotRead) {
+    CompressedPlyLayout layout;
+    layout.extra = true;
+    const auto loaded = read_compressed_ply(sample_compressed_ply(layout));
+    ASSERT_OK(loaded.status());
+    EXPECT_EQ(loaded.value().report.ignored,
+              (std::vector<std::string>{"chunk.extra", "vertex.extra"}));
+    EXPECT_EQ(loaded.value().gaussians.means, (std::vector<float>{-1, -1, -1, 2, 2, 2}));
+    const auto plain = read_compressed_ply(sample_compressed_ply({}));
+    ASSERT_OK(plain.status());
+    EXPECT_TRUE(plain.value().report.ignored.empty());
+}
+
 TEST(PlyCompressed, RefusesWhatDoesNotFitTogether) {
     const auto refused = [](CompressedPlyLayout layout, const char* part) {
         EXPECT_ERROR(read_compressed_ply(sample_compressed_ply(layout)).status(), Code::kFormat,

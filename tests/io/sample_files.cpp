@@ -24,9 +24,11 @@ std::string compressed_ply_header(const CompressedPlyLayout& layout) {
         "ply\nformat binary_little_endian 1.0\nelement chunk " + layout.chunks + "\n";
     for (std::size_t i = 0; i < range_count(layout); ++i)
         text += std::string("property float ") + kRanges[i] + "\n";
+    if (layout.extra) text += "property float extra\n";
     text += "element vertex " + layout.vertices + "\n";
     for (const char* name : {"position", "rotation", "scale", "color"})
         text += std::string("property uint packed_") + name + "\n";
+    if (layout.extra) text += "property uchar extra\n";
     if (layout.rest > 0) text += "element sh " + layout.rest_rows + "\n";
     for (std::size_t i = 0; i < layout.rest; ++i)
         text += "property uchar f_rest_" + std::to_string(i) + "\n";
@@ -40,10 +42,13 @@ Buffer sample_compressed_ply(const CompressedPlyLayout& layout) {
     Buffer file;
     io::put_text(file, compressed_ply_header(layout));
     for (std::size_t i = 0; i < range_count(layout); ++i) put(file, kEnds[i / 3]);
+    if (layout.extra) put(file, 0.0F);
     for (const std::uint32_t word : {0U, kMiddle << 20U | kZeros, 0U, 51U}) put(file, word);
+    if (layout.extra) put(file, std::uint8_t{0});
     for (const std::uint32_t word :
          {~0U, 2U << 30U | 1023U << 20U | kZeros, ~0U, 0xFFFFFF00U + 51U})
         put(file, word);
+    if (layout.extra) put(file, std::uint8_t{0});
     for (std::size_t row = 0; row < 2; ++row)
         for (std::size_t i = 0; i < layout.rest; ++i)
             put(file, static_cast<std::uint8_t>(i == 0 ? 0 : (i == 1 ? 255 : 63)));

@@ -13,6 +13,7 @@ struct CompressedPlyLayout {
     std::string chunks = "1";
     std::string vertices = "2";
     std::string rest_rows = "2";
+    bool extra = false;  ///< chunk and vertex have a property "extra" more
 };
 
 std::string compressed_ply_header(const CompressedPlyLayout& layout);

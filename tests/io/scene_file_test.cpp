@@ -79,6 +79,16 @@ TEST(SceneFile, OptionsReachTheFormat) {
     EXPECT_ERROR(read_scene(file.value(), "b", few).status(), Code::kUnsupported, "3 Gaussians");
 }
 
+TEST(SceneFile, RefusesDegreesThatTheFormatDoesNotHold) {
+    SaveOptions options;
+    options.sh_degree = 2;
+    EXPECT_ERROR(write_scene(sample_scene(1, 2), format_named("splat"), options).status(),
+                 Code::kInvalidArgument, "sh_degree 2 to write, but splat holds at most 0");
+    EXPECT_OK(write_scene(sample_scene(1, 2), format_named("splat")).status());
+    options.sh_degree = 0;
+    EXPECT_OK(write_scene(sample_scene(1, 2), format_named("splat"), options).status());
+}
+
 TEST(SceneFile, RefusesOtherFiles) {
     const auto refused = [](const std::string& text, const char* name, Code code,
                             const char* part) {

@@ -102,6 +102,15 @@ TEST(SplatFile, RefusesToWriteWhatBytesCannotHold) {
     auto scene = sample_scene(3, 1);
     scene.rotations[5] = std::numeric_limits<float>::quiet_NaN();
     EXPECT_ERROR(write_splat(scene).status(), Code::kInvalidArgument, "Gaussian 1");
+    for (const auto& [value, text] : {std::pair{90.0F, "90"}, {-110.0F, "-110"}}) {
+        auto scaled = sample_scene(3, 0);
+        scaled.log_scales[8] = value;
+        EXPECT_ERROR(write_splat(scaled).status(), Code::kInvalidArgument,
+                     ("Gaussian 2 has a log scale of " + std::string(text)).c_str());
+    }
+    auto most = sample_scene(1, 0);
+    most.log_scales = {88.0F, -100.0F, -std::numeric_limits<float>::infinity()};
+    EXPECT_OK(write_splat(most).status());
 }
 
 }  // namespace

@@ -137,6 +137,19 @@ TEST_F(WeightsFileTest, ContentsDecideAndExtensionsSave) {
     EXPECT_FALSE(save_weights(weights, path("none/a.npz")).ok());
 }
 
+TEST_F(WeightsFileTest, NamesThatAreNotUtf8StayOutOfSafetensors) {
+    WeightsFile weights;
+    for (const char* name : {"a\xE4", "a\xF6"})
+        ASSERT_OK(weights.tensors.add({name, {1}, NumberType::kF32, {1.0F}}));
+    ASSERT_OK(save_weights(weights, path("a.npz")));
+    const auto read = load_weights(path("a.npz"));
+    ASSERT_OK(read.status());
+    ASSERT_EQ(read.value().tensors.size(), 2U);
+    EXPECT_ERROR(save_weights(read.value(), path("a.safetensors")), Code::kInvalidArgument,
+                 "the tensor 'a\\xe4' is not UTF-8");
+    EXPECT_FALSE(std::filesystem::exists(path("a.safetensors")));
+}
+
 TEST_F(WeightsFileTest, KnowsCheckpoints) {
     test::PickleText pickle;
     pickle.raw("}(").text("iteration").integer(9).text("loss").real(0.1).text("model_state_dict");

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "support/decimal_comma.h"
 #include "support/expect_status.h"
 #include "synthetic/sample_folder.h"
 
@@ -77,6 +78,14 @@ TEST(WeightsPlace, TakesTheAlphaOfAdaptersFromTheirFile) {
     EXPECT_EQ(adapters_alpha(adapters, network).value(), 0.5);
     adapters.metadata = {{"lora_alpha", "half"}};
     EXPECT_ERROR(adapters_alpha(adapters, network).status(), Code::kInvalidArgument, "'half'");
+}
+
+TEST(WeightsPlace, TakesTheAlphaOfAdaptersInAnyLocale) {
+    const test::DecimalComma comma;
+    if (!comma) GTEST_SKIP() << "no locale with decimal commas";
+    io::WeightsFile adapters;
+    adapters.metadata = {{"lora_alpha", "0.5"}};
+    EXPECT_EQ(adapters_alpha(adapters, {}).value(), 0.5);
 }
 
 TEST(WeightsPlace, TellsTheFieldOfViewOfARayGrid) {

@@ -111,6 +111,22 @@ TEST(CameraPose, OpenGlAndOpenCvAreInverse) {
     EXPECT_EQ(cv.value()[10], -1);
 }
 
+TEST(CameraPose, PosesRoundedToFloatsKeepTheirPlaces) {
+    Camera camera = sample_camera();
+    for (const std::size_t i : {0U, 1U, 2U, 4U, 5U, 6U, 8U, 9U, 10U})
+        camera.world_to_camera[i] =
+            static_cast<double>(static_cast<float>(camera.world_to_camera[i]));
+    camera.world_to_camera[3] = 100;
+    camera.world_to_camera[7] = 50;
+    camera.world_to_camera[11] = 7;
+    const auto gl = opengl_from_opencv(camera.world_to_camera);
+    ASSERT_OK(gl.status());
+    const auto back = opencv_from_opengl(gl.value());
+    ASSERT_OK(back.status());
+    for (std::size_t i = 0; i < 16; ++i)
+        EXPECT_NEAR(back.value()[i], camera.world_to_camera[i], 1e-12) << i;
+}
+
 TEST(CameraPose, QuaternionPose) {
     const double h = std::sqrt(0.5);
     const auto pose = pose_from_quaternion({2 * h, 0, 0, 2 * h}, {1, 2, 3});

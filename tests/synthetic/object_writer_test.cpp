@@ -1,6 +1,7 @@
 #include "synthetic/object_writer.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <map>
 #include <thread>
@@ -89,6 +90,17 @@ TEST(ObjectWriter, AnInterruptedObjectIsWrittenAnew) {
     EXPECT_FALSE(fs::exists(split / ".000000_car.2000000000-0.tmp"));
     EXPECT_TRUE(fs::exists(split / ".000001_car.2000000000-0.tmp")) << "another object's";
     EXPECT_TRUE(fs::exists(split / "000000_car/intrinsics.txt"));
+}
+
+TEST(ObjectWriter, AKilledProcessOfTheSameNumberBlocksNoObject) {
+    const SampleFolder folder;
+    const fs::path split = folder.path() / "srn_cars/cars_train";
+    for (int k = 0; k < 1000; ++k)
+        test::put_text(split / (".000000_car." + std::to_string(::getpid()) + "-" +
+                                std::to_string(k) + ".tmp/rgb/000000.png"),
+                       "part");
+    ASSERT_OK(write_object(sample_cars(folder.path()), 0));
+    EXPECT_NE(file_text(split / "000000_car/rgb/000000.png"), "part");
 }
 
 TEST(ObjectWriter, RefusesAFolderWithOtherParameters) {

@@ -74,6 +74,16 @@ TEST(Import, ParquetFilesOfAllSplitsAreReadByTheirColumn) {
     EXPECT_ERROR(import(folder.path(), "val"), Code::kNotFound, "no rows of this split");
 }
 
+TEST(Import, ParquetFilesLieInFoldersOfAnyName) {
+    SPLAT_NEED_DUCKDB();
+    const SampleFolder folder;
+    const fs::path odd = folder.path() / "a[1] b?c*/split=test";
+    fs::create_directories(odd);
+    ASSERT_OK(PublishedTables().write_with_split(odd));
+    ASSERT_OK(import(odd));
+    expect_published(odd / ".splat/train");
+}
+
 TEST(Import, ParquetFilesMayBeMany) {
     SPLAT_NEED_DUCKDB();
     const SampleFolder folder;

@@ -39,6 +39,40 @@ Status write_part(const fs::path& folder, Part part, const std::string& source =
     return store->finish();
 }
 
+TEST(StoreWriter, LeavesFilesOfOthers) {
+    const SampleFolder folder;
+    const auto refused = [&](const char* name) {
+        const fs::path full = folder.path() / ("with_" + std::string(name));
+        test::put_text(full / name, "mine");
+        test::put_text(full / "rgb.npy", "photographs");
+        EXPECT_ERROR(write_part(full, {}), Code::kInvalidArgument, "is there and is no store");
+        EXPECT_EQ(test::file_text(full / name), "mine");
+        EXPECT_EQ(test::file_text(full / "rgb.npy"), "photographs");
+    };
+    for (const char* name : {"importance.csv", "import.log", "import_1_of_2.json.bak", "imports",
+                             "lockers.csv", "store.json"})
+        refused(name);
+    const fs::path begun = folder.path() / "begun";
+    for (const char* name : {"import.log", "imports/a", "import_0_of_2.json.7-0.tmp"})
+        test::put_text(begun / name, "mine");
+    test::put_text(begun / "import.json", "{\"source\": \"y\", \"done\": {}}");
+    ASSERT_OK(write_part(begun, {}));
+    EXPECT_TRUE(is_store(begun.string()));
+    EXPECT_TRUE(fs::exists(begun / "import.log"));
+    EXPECT_TRUE(fs::exists(begun / "imports/a"));
+    EXPECT_FALSE(fs::exists(begun / "import_0_of_2.json.7-0.tmp"));
+    EXPECT_FALSE(fs::exists(begun / "import.json"));
+}
+
+TEST(StoreWriter, RefusesNamesThatAreNotUtf8BeforeItBegins) {
+    const SampleFolder folder;
+    StoreIndex index = small_index("x");
+    index.objects[0].name = "b\xFCste";
+    EXPECT_ERROR(StoreWriter::open((folder.path() / "store").string(), index, false).status(),
+                 Code::kInvalidArgument, "the object 'b\\xfcste' is not UTF-8");
+    EXPECT_FALSE(fs::exists(folder.path() / "store"));
+}
+
 TEST(Shards, CoverEveryRowOnce) {
     for (const std::uint64_t rows : {0, 1, 5, 1000}) {
         std::uint64_t next = 0;

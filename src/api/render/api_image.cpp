@@ -9,7 +9,6 @@
 #include "io/npy.h"
 #include "io/photo/image_file.h"
 #include "io/photo/webp_animation.h"
-#include "io/reader.h"
 #include "scene/camera_pose.h"
 
 using namespace splat;
@@ -54,8 +53,7 @@ Result<ImageFile> read_float_image(io::Bytes file, bool header_only) {
     read.image.channels = static_cast<std::uint32_t>(channels);
     read.image.bits = 32;
     if (header_only) {  // the caller makes room for what it says
-        io::Reader numbers(file.subspan(header.start), "npy");
-        SPLAT_TRY(numbers.need(header.elements, header.dtype == "f8" ? 8 : 4, "data"));
+        SPLAT_TRY(io::npy_floats(file, header).status());
         return read;
     }
     SPLAT_ASSIGN(io::FloatArray array, io::read_npy(file));

@@ -6,6 +6,7 @@
 #include "core/log.h"
 #include "io/file.h"
 #include "io/scene_file.h"
+#include "io/spz.h"
 #include "scene/arrays.h"
 
 using namespace splat;
@@ -97,6 +98,10 @@ Result<splat_scene> load(io::Bytes file, const char* name, const splat_scene_fil
 
 Result<io::Buffer> file_of(api::SceneObject& object, const io::SceneFormat& format,
                            const splat_scene_file_desc& desc) {
+    if (desc.spz_version != 0 && format.write != io::write_spz)
+        return error(Code::kInvalidArgument,
+                     "splat_scene_file_desc.spz_version is %u, but the file is a %s; leave it 0",
+                     desc.spz_version, format.name);
     io::SaveOptions options;
     options.frame = frame_of(desc);
     options.sh_degree = degree_of(desc);

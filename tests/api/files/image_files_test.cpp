@@ -1,6 +1,7 @@
 // Image files and the caller's pixels. Needs no device.
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -202,6 +203,26 @@ TEST_F(ApiImage, TruncatedBytesAreOfNoFormat) {
     EXPECT_REFUSED(splat_image_load_memory(npy.data(), npy.size() - 1, &header, nullptr),
                    SPLAT_ERROR_FORMAT, "npy: 'data' at byte 0 needs 18 x 4 bytes, but 71 are left");
     EXPECT_DONE(splat_image_load_memory(npy.data(), npy.size(), &header, nullptr));
+}
+
+TEST_F(ApiImage, ArraysOfWholeNumbersAreRefusedWithAndWithoutPixels) {
+    std::vector<float> values(6);
+    const ImageBytes floats =
+        image_in_memory(packed_image(values, SPLAT_PIXEL_F32, 3, 2, 1), SPLAT_IMAGE_NPY);
+    for (const auto& [type, bytes] : {std::pair{"|u1", 1U}, std::pair{"<i4", 4U}}) {
+        ImageBytes file = floats;
+        const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
+        const auto at = static_cast<std::ptrdiff_t>(text.find("<f4"));
+        std::copy_n(type, 3, file.begin() + at);
+        file.resize(file.size() - 6 * (4 - bytes));
+        splat_image header{};
+        EXPECT_REFUSED(splat_image_load_memory(file.data(), file.size(), &header, nullptr),
+                       SPLAT_ERROR_UNSUPPORTED, "expected '<f4' or '<f8'");
+        EXPECT_EQ(header.width, 0U);
+        splat_image into = packed_image(values, SPLAT_PIXEL_F32, 3, 2, 1);
+        EXPECT_REFUSED(splat_image_load_memory(file.data(), file.size(), &into, nullptr),
+                       SPLAT_ERROR_UNSUPPORTED, "expected '<f4' or '<f8'");
+    }
 }
 
 TEST_F(ApiImage, ErrorsTellFilesApart) {

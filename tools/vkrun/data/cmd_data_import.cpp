@@ -95,6 +95,8 @@ void import_tables(const ImportOptions& options, const std::string& split, std::
 void import_folders(const ImportOptions& options, const std::string& split, std::string& missing) {
     if (options.overwrite)
         throw Failure(kUsageError, "--overwrite is of tables; remove OUT to import folders again");
+    if (!options.duckdb.empty())
+        throw Failure(kUsageError, "--duckdb goes with tables; folders are imported without it");
     const Dataset dataset = open_source(options, split, &missing);
     if (missing.empty()) write_split(options, dataset.get(), split, {});
 }

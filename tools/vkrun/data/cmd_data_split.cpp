@@ -39,7 +39,8 @@ std::vector<std::uint32_t> shuffled(std::uint32_t count, std::uint64_t seed) {
     return order;
 }
 
-void split_data(const SplitOptions& options) {
+void split_data(const CLI::App& command, const SplitOptions& options) {
+    check_effect(command, options);
     check_number("--val", options.val, 0, 1);
     check_number("--test", options.test, 0, 1);
     check_number("--val and --test together", options.val + options.test, 0, 1);
@@ -87,8 +88,8 @@ void add_data_split(CLI::App& data, int& exit_code) {
     command->add_option("--seed", options->seed, "Seed of the random order")
         ->type_name("N")
         ->capture_default_str();
-    command->callback([options, &exit_code] {
-        split_data(*options);
+    command->callback([command, options, &exit_code] {
+        split_data(*command, *options);
         exit_code = kSuccess;
     });
 }

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <locale.h>
+
+namespace splat {
+
+/// While it lives, printf and strtod of this thread use a decimal point. A host may have set a locale with
+/// decimal commas, in which numbers of files could not be read back.
+class CLocale {
+  public:
+    CLocale();
+    CLocale(const CLocale&) = delete;
+    CLocale& operator=(const CLocale&) = delete;
+    ~CLocale();
+
+  private:
+    locale_t before_;
+};
+
+}  // namespace splat
