@@ -100,7 +100,8 @@ double exif_focal(const fs::path& folder, const std::string& name) {
 Result<io::CameraSet> load_transforms(const fs::path& folder, const fs::path& file) {
     SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(file.string(), kMaxCameraBytes));
     const auto first = first_image(folder, io::as_text(bytes));
-    if (!first.ok()) return in_file(first.status(), file.string());
+    if (!first.ok())  // the split is there
+        return in_file(error(Code::kFormat, "%s", first.status().message().c_str()), file.string());
     io::CameraOptions options;
     options.focal = [&folder](const std::string& name) { return exif_focal(folder, name); };
     auto cameras =

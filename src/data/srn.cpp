@@ -76,7 +76,7 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     for (const std::string& name :
          folders_in(folder))  // as in srn_chairs/chairs_train/chairs_2.0_train
         if (has_objects(folder / name)) return folder / name;
-    return error(Code::kNotFound, "'%s' holds no folder with intrinsics.txt", folder.c_str());
+    return error(Code::kFormat, "'%s' holds no folder with intrinsics.txt", folder.c_str());
 }
 
 Result<std::string> text_of_file(const fs::path& path) {

@@ -9,12 +9,12 @@
 namespace splat::ops {
 namespace {
 
-/// Loops over a group, five where squares overflow, take the turns of three within kMaxTurns each.
-constexpr std::uint64_t turns_over(std::uint64_t elements) {
-    return ceil_div(5 * elements, 3);
+/// Up to 1024 lanes loop over a group three times, or five times where squares overflow. lavapipe then ends loops
+/// unless each takes 3/5 of kMaxTurns.
+std::uint64_t max_group_elements(const vk::DeviceInfo& device) {
+    const std::uint64_t most = 1024 * vk::kMaxTurns;
+    return device.kind == vk::DeviceKind::kCpu ? most * 3 / 5 : most;
 }
-
-constexpr std::uint64_t kMaxGroupElements = 1024 * vk::kMaxTurns * 3 / 5;
 
 /// Loops over the quads of channels of a group have up to 20 turns for each, see kMaxTurns; only lavapipe counts.
 constexpr std::uint32_t kMaxGroupChannels = 4096;
@@ -49,7 +49,7 @@ std::uint32_t lanes_for(const vk::Recorder& recorder, const GroupNormDesc& desc,
         case vk::Kernels::kGpu:
             return vk::workgroup_size(recorder.device(), 256, elements / 8);
         default:
-            return vk::workgroup_size(recorder.device(), 64, turns_over(elements));
+            return vk::workgroup_size(recorder.device(), 64, ceil_div(5 * elements, 3));
     }
 }
 
@@ -62,11 +62,11 @@ Status group_norm_check(const vk::DeviceInfo& device, const GroupNormDesc& desc)
     if (!std::isfinite(desc.eps) || desc.eps <= 0)
         return error(Code::kInvalidArgument, "group_norm: eps is %g, expected a finite number > 0",
                      static_cast<double>(desc.eps));
-    if (group_elements(desc) > kMaxGroupElements)
+    if (group_elements(desc) > max_group_elements(device))
         return error(Code::kUnsupported,
                      "group_norm: a group of %llu elements, expected at most %llu: use more groups",
                      static_cast<unsigned long long>(group_elements(desc)),
-                     static_cast<unsigned long long>(kMaxGroupElements));
+                     static_cast<unsigned long long>(max_group_elements(device)));
     if (device.kind == vk::DeviceKind::kCpu && desc.x.c / desc.groups > kMaxGroupChannels)
         return error(Code::kUnsupported,
                      "group_norm: a group of %u channels, expected at most %u on this device: use "

@@ -13,7 +13,7 @@ struct GroupNormDesc {
 };
 
 /// Errors: kShape if C % groups != 0, kInvalidArgument for eps <= 0 or not finite, kUnsupported
-/// beyond the device's group counts.
+/// beyond the device's group counts and for groups of more elements or channels than its loops can walk.
 Status group_norm_check(const vk::DeviceInfo& device, const GroupNormDesc& desc);
 
 /// Bytes of `sums` in the backward pass: [N,C] pairs.

@@ -13,7 +13,7 @@ struct LinearDesc {
     float scale = 1;  ///< factor of the output
 };
 
-/// Errors: kUnsupported if a product of two extents reaches 2^31, or features exceed 65535.
+/// Errors: kUnsupported if a product of two extents reaches 2^31, or features exceed 65000.
 Status linear_check(const LinearDesc& desc);
 
 /// Bytes of the packed weight of linear_pack_weight; 0 if the kernels in use read the weight itself.

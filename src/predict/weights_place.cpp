@@ -91,7 +91,7 @@ Result<double> adapters_alpha(const io::WeightsFile& adapters,
         char* end = nullptr;
         const double alpha = std::strtod(value.c_str(), &end);
         if (end != value.c_str() && *end == 0 && std::isfinite(alpha)) return alpha;
-        return error(Code::kInvalidArgument,
+        return error(Code::kFormat,
                      "the adapters' metadata has lora_alpha '%s', expected a number",
                      value.c_str());
     }

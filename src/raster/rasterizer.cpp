@@ -142,7 +142,8 @@ std::uint32_t Rasterizer::more_passes(std::uint32_t passes, std::uint64_t needed
 }
 
 /// Gradients are added pass by pass, so the number of passes must not depend on earlier calls: it is that of a
-/// rasterizer that has drawn nothing, as far as the pairs of all passes tell.
+/// rasterizer that has drawn nothing. The pairs of all passes tell it if one step of grow() leads there from one pass;
+/// else every call begins anew.
 bool Rasterizer::could_begin_so(std::uint64_t all) const {
     const std::uint32_t first = first_passes(now_);
     return passes_ == first || (first == 1 && passes_ == more_passes(first, all));

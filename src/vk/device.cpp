@@ -53,8 +53,6 @@ void read_memory(const VkPhysicalDeviceMemoryProperties& memory, DeviceInfo& inf
     }
 }
 
-/// Fast kernels read 8 lanes through constant shuffles (shaders/ops/linear_forward_fast.comp), so they need
-/// subgroups of 8 or more.
 /// What the largest of the fast kernels take: radix_sort_downsweep_gpu.comp, and workgroups of 256.
 constexpr std::uint32_t kFastSharedBytes = (16 * 256 + 256) * 4;
 constexpr std::uint32_t kFastInvocations = 256;
@@ -62,6 +60,8 @@ constexpr std::uint32_t kFastInvocations = 256;
 /// Storage buffers of project_backward.comp. Vulkan guarantees 4, devices have 16 and more.
 constexpr std::uint32_t kStorageBuffers = 13;
 
+/// Fast kernels read 8 lanes through constant shuffles (shaders/ops/linear_forward_fast.comp), so they need
+/// subgroups of 8 or more.
 Kernels best_kernels(const DeviceInfo& info) {
     const DeviceLimits& limits = info.limits;
     if (limits.subgroup_size < 8 || !info.features.subgroup_shuffle ||

@@ -196,7 +196,7 @@ TEST(ImageFolder, TakesTheSquareAroundThePrincipalPoint) {
         EXPECT_EQ(images[9], 200.0F / 255);
     }
     fs::remove(folder.path() / "scene/images/b.png");
-    EXPECT_ERROR(data_status(folder.path()), Code::kNotFound, "no image './images/b'");
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "no image './images/b'");
     put_image(folder.path() / "scene/images/b.png", 8, 3);
     EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "its camera has 12 x 10");
 }

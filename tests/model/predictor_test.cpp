@@ -68,7 +68,7 @@ TEST_P(PredictorRules, CountsWhatIsNotFiniteOrTooFaint) {
         values[4] = std::numeric_limits<float>::quiet_NaN();
         ASSERT_OK(predictor->parameters().write(*bias, values));
         ledger = count();
-        EXPECT_EQ(ledger.non_finite, 512U) << "though the head makes an opacity of 0 of it";
+        EXPECT_EQ(ledger.non_finite, 2 * 512U) << "of the network and of the opacities";
     }
 }
 

@@ -77,7 +77,7 @@ TEST(WeightsPlace, TakesTheAlphaOfAdaptersFromTheirFile) {
     adapters.metadata = {{"lora_alpha", "0.5"}};
     EXPECT_EQ(adapters_alpha(adapters, network).value(), 0.5);
     adapters.metadata = {{"lora_alpha", "half"}};
-    EXPECT_ERROR(adapters_alpha(adapters, network).status(), Code::kInvalidArgument, "'half'");
+    EXPECT_ERROR(adapters_alpha(adapters, network).status(), Code::kFormat, "'half'");
 }
 
 TEST(WeightsPlace, TakesTheAlphaOfAdaptersInAnyLocale) {

@@ -9,8 +9,8 @@ namespace {
 /// One workgroup sums an image: turns of its loop, see kMaxTurns in vk/launch.h.
 constexpr std::uint32_t kMaxPixels = 1U << 20;
 
-/// The gradient takes three turns for each quad of channels.
-constexpr std::uint32_t kMaxChannels = 1U << 16;
+/// The gradient takes four turns for each quad of channels where a length is 0 or overflows.
+constexpr std::uint32_t kMaxChannels = 64000;
 
 params::FeatureDistanceParams params_of(const QuadDims& dims, std::uint32_t groups_x) {
     return {dims.c, dims.n, dims.p, static_cast<float>(1.0 / dims.p), groups_x};

@@ -19,9 +19,9 @@ namespace {
 
 constexpr const char* kDataCheckFooter =
     R"(Reads every image, map and camera of every split that exists; a folder without splits is read once, as train.
-Problems: splits that cannot be opened, missing files, images that cannot be read or differ in size, poses that are not finite or not rotations,
-objects with a single view. Warnings: equal views or objects, images of one colour. The hash is that of the decoded
-images, maps and cameras.
+Problems: splits that cannot be opened, missing files, images that cannot be read or differ in size, poses that are not
+finite or not rotations, objects with a single view. Warnings: equal views or objects, images of one colour. The hash is
+that of the decoded images, maps and cameras.
 
 Exit status: 0 no problems, 2 wrong usage, 4 problems, or no data.
 

@@ -22,7 +22,8 @@ set itself.
 depth from the picture's farthest (0) to its nearest (255), normals (n + 1) * 127.5, masks 255 on the object.
 png16 has the same numbers in 16 bits, npy float32: depth and normals as the model gives them.
 
-'mask' without a model takes the picture's alpha, else what differs from the colour of its border.
+'mask' without a model takes the picture's alpha unless it is opaque everywhere, else what differs from the
+colour of its border.
 
 'normal --from-depth' makes normals of depth maps by the camera: .npy maps hold distances, others relative depth, from
 1 / FAR (0) to 1 / NEAR (255). The .npy maps of presets of inverse depth, such as midas-small, hold neither.

@@ -61,7 +61,8 @@ std::string inverse_preset_of(const std::string& folder) {
     if (!record.is_object() || record.value("format", Json()) != "npy") return "";
     for (const std::string& name : preset_names()) {
         if (record.value("preset", Json()) != name) continue;
-        for (const Json& output : preset_json(name).at("preset").at("outputs"))
+        const Json preset = preset_json(name).at("preset");
+        for (const Json& output : preset.at("outputs"))
             if (output.at("map") == "depth" && output.value("depth", "inverse") == "inverse")
                 return name;
     }

@@ -28,11 +28,12 @@ std::vector<float> attribute(splat_scene scene, const char* name, std::uint64_t 
     return values;
 }
 
-/// The log of the scene's radius, or of the scale that one in a thousand exceeds if it is larger, as that of
-/// Gaussians about one point.
+/// The log of the scene's radius, or of the scale that one in a thousand exceeds, and no Gaussian alone, if it is
+/// larger, as that of Gaussians about one point.
 double log_size(const splat_scene_info& info, std::vector<float> log_scales) {
     const std::size_t last = log_scales.size() - 1;
-    const auto large = log_scales.begin() + static_cast<std::ptrdiff_t>(last - last / 1000);
+    const std::size_t rank = std::max(last / 1000, std::min<std::size_t>(3, last / 2));
+    const auto large = log_scales.begin() + static_cast<std::ptrdiff_t>(last - rank);
     std::nth_element(log_scales.begin(), large, log_scales.end());
     return std::max(std::log(std::max(info.radius, 1e-30)), static_cast<double>(*large));
 }

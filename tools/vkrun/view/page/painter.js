@@ -38,12 +38,13 @@ float shade(uint code) {
 }
 
 vec3 coefficient(uvec3 words, int k, vec2 limits) {
-    vec3 v;
+    vec3 code;
     for (int c = 0; c < 3; ++c) {
         int at = 3 * k + c;
-        v[c] = float(int(words[at >> 2] << (24 - 8 * (at & 3))) >> 24) / 127.0;
+        code[c] = float(int(words[at >> 2] << (24 - 8 * (at & 3))) >> 24);
     }
-    return sign(v) * (limits.x * v * v + limits.y * max(abs(v) - 119.0 / 127.0, 0.0));
+    vec3 v = code / 127.0;
+    return sign(code) * (limits.x * v * v + limits.y * max(abs(code) - 119.0, 0.0) / 127.0);
 }
 
 vec3 harmonics(vec3 d) {
