@@ -124,8 +124,10 @@ void main() {
     const float q2 = dot(q, q);
     bool all_finite = finite(g0) && finite(g1.xyz) && finite(q);
     bool valid = all_finite && g0.w > 0.0 && q2 >= kQuaternionMin * kQuaternionMin;
-    if (is_set(kFlagGsplat))
-        q = q2 < kMostSquare ? q * inversesqrt(max(q2, kQuaternionMin * kQuaternionMin)) : q / norm_of(q);
+    if (is_set(kFlagGsplat)) {
+        q = shrunk(q);
+        q *= inversesqrt(max(dot(q, q), kQuaternionMin * kQuaternionMin));
+    }
     const Projection p = project(view, g0.xyz, g1.xyz, q);
     const float z = p.m.z;
     valid = valid && (is_set(kFlagGsplat) ? z >= params.near_plane && z <= params.far_plane

@@ -27,7 +27,7 @@ void main() {
     const vec4 q = LD4(gaussians, index * 3 + 2);
     View view;
     LOAD_VIEW(view, cameras, gl_WorkGroupID.z);
-    const mat3 axes = quaternion_matrix((kFlags & kFlagGsplat) != 0 ? unit_of(q) : q);
+    const mat3 axes = quaternion_matrix((kFlags & kFlagGsplat) != 0 ? normalize(shrunk(q)) : q);
     const vec3 axis = scale.x <= scale.y && scale.x <= scale.z ? axes[0]
                       : scale.y <= scale.z                     ? axes[1]
                                                                : axes[2];

@@ -3,15 +3,15 @@
 #ifndef SPLAT_QUATERNION_GLSL
 #define SPLAT_QUATERNION_GLSL
 
-const float kMostSquare = 1e37;
+const float kShrink80 = 8.2718061e-25;  // 2^-80
+
+bool squares_fit(vec4 q) { return dot(q, q) < 1e37; }
+
+vec4 shrunk(vec4 q) { return squares_fit(q) ? q : q * kShrink80; }
 
 float norm_of(vec4 q) {
-    const float square = dot(q, q);
-    if (square < kMostSquare) return sqrt(square);
-    const vec4 small = q * 8.2718061e-25;  // 2^-80
-    return sqrt(dot(small, small)) / 8.2718061e-25;
+    const vec4 small = shrunk(q);
+    return sqrt(dot(small, small)) * (squares_fit(q) ? 1.0 : 1.0 / kShrink80);
 }
-
-vec4 unit_of(vec4 q) { return dot(q, q) < kMostSquare ? normalize(q) : q / norm_of(q); }
 
 #endif
