@@ -149,8 +149,7 @@ ConfigEntry write_field(const Key& /*key*/, float value) {
     const std::string text = format("%.9g", static_cast<double>(value));
     if (text.find_first_not_of("-0123456789") == std::string::npos)
         return one(std::int64_t{std::strtoll(text.c_str(), nullptr, 10)});
-    const CLocale point;
-    return one(std::strtod(text.c_str(), nullptr));
+    return one(*decimal_number(text));
 }
 
 ConfigEntry write_field(const Key& /*key*/, double value) {

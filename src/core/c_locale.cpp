@@ -1,5 +1,7 @@
 #include "core/c_locale.h"
 
+#include <cstdlib>
+
 namespace splat {
 namespace {
 
@@ -15,6 +17,14 @@ CLocale::CLocale() : before_(::uselocale(c_locale())) {}
 
 CLocale::~CLocale() {
     ::uselocale(before_);
+}
+
+std::optional<double> decimal_number(const std::string& text) {
+    const CLocale point;
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    if (text.empty() || end != text.c_str() + text.size()) return std::nullopt;
+    return value;
 }
 
 }  // namespace splat

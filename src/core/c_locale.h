@@ -2,6 +2,9 @@
 
 #include <locale.h>
 
+#include <optional>
+#include <string>
+
 namespace splat {
 
 /// While it lives, printf and strtod of this thread use a decimal point. A host may have set a locale with
@@ -16,5 +19,8 @@ class CLocale {
   private:
     locale_t before_;
 };
+
+/// The number that the whole text is, as strtod reads it, with a decimal point whatever the host's locale.
+std::optional<double> decimal_number(const std::string& text);
 
 }  // namespace splat

@@ -1,7 +1,6 @@
 #include "core/config.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <numeric>
 
 #include "core/c_locale.h"
@@ -225,10 +224,8 @@ void write_scalar(JsonWriter& json, const ConfigScalar& value) {
         json.value(*whole);
     } else if (const auto* real = std::get_if<double>(&value)) {
         // 17 digits restore every double; the shortest text that does is easier to read.
-        const CLocale point;
         int digits = 6;
-        while (digits < 17 && std::strtod(format("%.*g", digits, *real).c_str(), nullptr) != *real)
-            ++digits;
+        while (digits < 17 && decimal_number(format("%.*g", digits, *real)) != *real) ++digits;
         json.number(*real, digits);
     } else if (const auto* text = std::get_if<std::string>(&value)) {
         json.value(*text);

@@ -19,13 +19,11 @@ std::optional<std::string> environment(const char* name) {
 Result<double> environment_positive(const char* name, double fallback) {
     const auto text = environment(name);
     if (!text) return fallback;
-    const CLocale point;
-    char* end = nullptr;
-    const double value = std::strtod(text->c_str(), &end);
-    if (*end != '\0' || !std::isfinite(value) || value <= 0)
+    const auto value = decimal_number(*text);
+    if (!value || !std::isfinite(*value) || *value <= 0)
         return error(Code::kInvalidArgument,
                      "environment variable %s is '%s', expected a number > 0", name, text->c_str());
-    return value;
+    return *value;
 }
 
 std::optional<std::string> user_cache_folder() {

@@ -1,7 +1,6 @@
 #include "eval/score_table.h"
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <sstream>
@@ -71,14 +70,11 @@ std::string object_name(const std::string& text, char separator) {
 
 /// A decimal number, or "nan" or "inf", which mean that there is none. Nothing for other texts, and beyond a double.
 std::optional<double> score_of(const std::string& text) {
-    const char* const start = text.c_str();
-    const CLocale point;
-    char* end = nullptr;
-    const double value = std::strtod(start, &end);
-    if (text.empty() || end != start + text.size()) return std::nullopt;
+    const auto value = decimal_number(text);
+    if (!value) return std::nullopt;
     const bool digits = text.find_first_of("0123456789") != std::string::npos;
     const bool hexadecimal = text.find_first_of("xX") != std::string::npos;
-    if (hexadecimal || (digits && !std::isfinite(value))) return std::nullopt;
+    if (hexadecimal || (digits && !std::isfinite(*value))) return std::nullopt;
     return value;
 }
 

@@ -1,7 +1,6 @@
 #include "predict/weights_place.h"
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <numbers>
 #include <set>
@@ -87,12 +86,9 @@ Result<double> adapters_alpha(const io::WeightsFile& adapters,
                               const config::PredictorConfig& network) {
     for (const auto& [key, value] : adapters.metadata) {
         if (key != "lora_alpha") continue;
-        const CLocale point;
-        char* end = nullptr;
-        const double alpha = std::strtod(value.c_str(), &end);
-        if (end != value.c_str() && *end == 0 && std::isfinite(alpha)) return alpha;
-        return error(Code::kFormat,
-                     "the adapters' metadata has lora_alpha '%s', expected a number",
+        const auto alpha = decimal_number(value);
+        if (alpha && std::isfinite(*alpha)) return *alpha;
+        return error(Code::kFormat, "the adapters' metadata has lora_alpha '%s', expected a number",
                      value.c_str());
     }
     if (network.lora.rank > 0) return static_cast<double>(network.lora.alpha);

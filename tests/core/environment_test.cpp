@@ -57,7 +57,7 @@ TEST_F(Environment, PositiveNumbersOnly) {
 
 TEST_F(Environment, NumbersHaveDecimalPointsInAnyLocale) {
     const test::DecimalComma comma;
-    if (!comma) GTEST_SKIP() << "no locale with decimal commas";
+    if (!comma) GTEST_SKIP() << "no locale with decimal commas: install locales";
     setenv(kName, "0.25", 1);
     EXPECT_EQ(environment_positive(kName, 1).value(), 0.25);
 }

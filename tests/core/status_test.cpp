@@ -69,7 +69,7 @@ TEST(Status, FormatsLongMessages) {
 
 TEST(Status, NumbersHaveDecimalPointsInAnyLocale) {
     const test::DecimalComma comma;
-    if (!comma) GTEST_SKIP() << "no locale with decimal commas";
+    if (!comma) GTEST_SKIP() << "no locale with decimal commas: install locales";
     EXPECT_EQ(format("%g %.2f", 1.5, 0.25), "1.5 0.25");
     EXPECT_EQ(error(Code::kShape, "%g", 1.5).message(), "1.5");
     char text[8];

@@ -51,7 +51,7 @@ TEST_F(ScoreTableTest, ReadsBothFormats) {
 
 TEST_F(ScoreTableTest, ReadsDecimalPointsInAnyLocale) {
     const test::DecimalComma comma;
-    if (!comma) GTEST_SKIP() << "no locale with decimal commas";
+    if (!comma) GTEST_SKIP() << "no locale with decimal commas: install locales";
     EXPECT_EQ(read("scores.txt", "0_b 20.5 0.9 0.1\n").values.at("psnr").at("b"), 20.5);
 }
 

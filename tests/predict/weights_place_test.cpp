@@ -82,7 +82,7 @@ TEST(WeightsPlace, TakesTheAlphaOfAdaptersFromTheirFile) {
 
 TEST(WeightsPlace, TakesTheAlphaOfAdaptersInAnyLocale) {
     const test::DecimalComma comma;
-    if (!comma) GTEST_SKIP() << "no locale with decimal commas";
+    if (!comma) GTEST_SKIP() << "no locale with decimal commas: install locales";
     io::WeightsFile adapters;
     adapters.metadata = {{"lora_alpha", "0.5"}};
     EXPECT_EQ(adapters_alpha(adapters, {}).value(), 0.5);
