@@ -41,7 +41,7 @@ class Abi(unittest.TestCase):
 
     def test_dump_is_complete(self) -> None:
         """The dump has every function, and no path."""
-        text = abi.DUMP.read_text(encoding="utf-8")
+        text = abi.read_dump()
         for name in re.findall(r"\b(splat_\w+)\(", abi.stub_text(abi.INCLUDE)):
             self.assertIn(f"<elf-symbol name='{name}'", text)
         for word in ("comp-dir-path", "filepath", " path='/"):
