@@ -10,17 +10,24 @@ float64.f64: the raw output, then means, opacities, scales, rotations and spheri
 either precision and written as float64. With --check FILE it compares outputs and
 gradients with a file of golden/net instead.
 
+With --device cuda the network and its input are on the GPU, and a time ends when the GPU is done. Products are
+real float32 unless --tf32 is given, and cuDNN measures its algorithms in the first passes. With --graphs the
+first pass of a kind captures a CUDA graph, and all passes of that kind replay it.
+
 Source  Szymanowicz et al. 2024, arXiv:2312.13150; the U-Net is DDPM++ of Karras et al. 2022,
         arXiv:2206.00364, without noise conditioning
-Exit status  0 success, 1 --check found a difference, 3 there is no PyTorch
+Exit status  0 success, 1 --check found a difference, 2 wrong usage, 3 there is no PyTorch, or no CUDA device where
+             it was asked for, 4 a file cannot be read or a pass failed
 """
 
 import argparse
+import copy
 import json
 import math
 import os
 import sys
 import time
+import traceback
 
 
 def parse():
@@ -36,16 +43,40 @@ def parse():
     add("--batch", type=int, default=1, help="images of a pass: objects times views")
     add("--sh-degree", type=int, default=1)
     add("--lora", type=int, default=0, help="rank of adapters, then the only trained parameters")
-    add("--threads", type=int, default=2)
+    add("--device", choices=["cpu", "cuda"], default="cpu")
+    add("--tf32", action="store_true", help="cuda: allow TF32 in products of matrices and in cuDNN")
+    add("--graphs", action="store_true", help="cuda: replay passes as CUDA graphs")
+    add("--threads", type=int, help="cpu: default 2")
     add("--passes", type=int, default=0, help="time so many of each kind, print their minima, and end")
-    add("--isa", choices=["default", "avx2"], default="default")
+    add("--isa", choices=["default", "avx2"], help="cpu: default, or at most 256-bit vectors")
     add("--layout", choices=["contiguous", "channels_last"], default="contiguous")
     add("--fov", type=float, default=51.98948897809546, help="degrees")
     add("--znear", type=float, default=0.8)
     add("--zfar", type=float, default=1.8)
     add("--exchange", metavar="FOLDER", help="with weights and images; outputs go there")
     add("--check", metavar="FILE", help=".npz of golden/net without embedding")
-    return parser.parse_args()
+    options = parser.parse_args()
+    refuse_without_effect(options)
+    options.threads, options.isa = options.threads or 2, options.isa or "default"
+    return options
+
+
+def refuse_without_effect(options):
+    of_the_other = ("threads", "isa") if options.device == "cuda" else ("tf32", "graphs")
+    for name in of_the_other:
+        if getattr(options, name):
+            stop(2, f"--{name} has no effect with --device {options.device}")
+    if options.graphs and options.check:
+        stop(2, "--graphs has no effect with --check, which runs one pass")
+
+
+def stop(status, message):
+    print(f"torch_model.py: {message}", file=sys.stderr)
+    sys.exit(status)
+
+
+def first_line(error):
+    return next(iter(str(error).strip().splitlines()), type(error).__name__)
 
 
 def limit(options):
@@ -64,9 +95,8 @@ try:
     import torch
     import torch.nn.functional as F
     from torch import nn
-except ImportError as missing:
-    print(f"torch_model.py: {missing}", file=sys.stderr)
-    sys.exit(3)
+except (ImportError, OSError) as missing:
+    stop(3, first_line(missing))
 
 HALF = math.sqrt(0.5)
 
@@ -257,6 +287,17 @@ class Settings:
             self.lora, self.alpha = int(golden["lora_rank"]), float(golden["lora_alpha"])
 
 
+def prepare_cuda():
+    try:
+        torch.cuda.init()
+        torch.zeros(1, device="cuda")
+    except (RuntimeError, AssertionError) as missing:
+        stop(3, f"PyTorch {torch.__version__} has no CUDA device: {first_line(missing)}")
+    torch.backends.cuda.matmul.allow_tf32 = OPTIONS.tf32
+    torch.backends.cudnn.allow_tf32 = OPTIONS.tf32
+    torch.backends.cudnn.benchmark = True
+
+
 def build(settings):
     torch.set_num_threads(settings.threads)
     torch.manual_seed(1)
@@ -264,7 +305,7 @@ def build(settings):
     if settings.lora:
         for name, parameter in model.named_parameters():
             parameter.requires_grad_("lora_" in name)
-    return model
+    return model.to(OPTIONS.device)
 
 
 def check(path):
@@ -273,7 +314,7 @@ def check(path):
     import numpy
     golden = numpy.load(path)
     model = build(Settings(OPTIONS, golden))
-    take = lambda name: torch.from_numpy(golden[name]).float()
+    take = lambda name: torch.from_numpy(golden[name]).float().to(OPTIONS.device)
     named = dict(model.named_parameters())
     given = {k[2:] for k in golden.files if k.startswith("p.")}
     if given != set(named):
@@ -292,10 +333,12 @@ def check(path):
     return 0 if worst < 2e-4 and wrong < 1e-4 else 1
 
 
-def loaded(library):
-    """Whether a shared library of this name is in this process."""
+def blas():
+    """The library of PyTorch's products on the CPU, or None if it is none of the fast ones."""
+    if torch.backends.mkl.is_available():
+        return "MKL"
     with open("/proc/self/maps", encoding="utf-8") as maps:
-        return library in maps.read()
+        return "OpenBLAS" if "openblas" in maps.read() else None
 
 
 def read_floats(data):
@@ -327,6 +370,8 @@ class Passes:
         if OPTIONS.layout == "channels_last":
             self.model = self.model.to(memory_format=torch.channels_last)
             self.input[0] = self.input[0].contiguous(memory_format=torch.channels_last)
+        self.input = [value.to(OPTIONS.device) for value in self.input]
+        self.graphs = {}
 
     def forward(self):
         with torch.no_grad():
@@ -338,7 +383,7 @@ class Passes:
 
     def outputs(self):
         for name, dtype in ("float32", torch.float32), ("float64", torch.float64):
-            model, values = self.model.to(dtype), [value.to(dtype) for value in self.input]
+            model, values = copy.deepcopy(self.model).to(dtype), [value.to(dtype) for value in self.input]
             with torch.no_grad():
                 made = model(*values)
                 sh = [made[k] for k in ("features_dc", "features_rest") if k in made]
@@ -346,23 +391,61 @@ class Passes:
                          made["scaling"], made["rotation"], torch.cat(sh, dim=2)]
             with open(os.path.join(OPTIONS.exchange, name + ".f64"), "wb") as file:
                 for part in parts:
-                    file.write(part.contiguous().double().numpy().tobytes())
+                    file.write(part.contiguous().double().cpu().numpy().tobytes())
+
+    def captured(self, kind):
+        """The graph of a pass. Passes before it choose algorithms and make the gradients to which it adds."""
+        side = torch.cuda.Stream()
+        side.wait_stream(torch.cuda.current_stream())
+        with torch.cuda.stream(side):
+            for _ in range(3):
+                getattr(self, kind)()
+        torch.cuda.current_stream().wait_stream(side)
+        graph = torch.cuda.CUDAGraph()
+        with torch.cuda.graph(graph):
+            getattr(self, kind)()
+        return graph
+
+    def run(self, kind):
+        if not OPTIONS.graphs or kind == "outputs":
+            return getattr(self, kind)()
+        if kind not in self.graphs:
+            self.graphs[kind] = self.captured(kind)
+        return self.graphs[kind].replay()
 
     def milliseconds(self, kind):
+        wait = torch.cuda.synchronize if OPTIONS.device == "cuda" else lambda: None
+        wait()
         start = time.perf_counter()
-        getattr(self, kind)()
+        self.run(kind)
+        wait()
         return (time.perf_counter() - start) * 1e3
 
     def about(self):
         parameters = list(self.model.parameters())
-        return {"torch": torch.__version__, "threads": torch.get_num_threads(), "isa": OPTIONS.isa,
-                "layout": OPTIONS.layout, "openblas": loaded("openblas"),
-                "onednn": torch.backends.mkldnn.is_available(),
+        made = {"torch": torch.__version__, "device": OPTIONS.device, "layout": OPTIONS.layout,
                 "parameters": sum(p.numel() for p in parameters),
                 "trainable": sum(p.numel() for p in parameters if p.requires_grad)}
+        if OPTIONS.device == "cpu":
+            return made | {"threads": torch.get_num_threads(), "isa": OPTIONS.isa, "blas": blas(),
+                           "onednn": torch.backends.mkldnn.is_available()}
+        return made | {"name": torch.cuda.get_device_name(), "cuda": torch.version.cuda,
+                       "cudnn": torch.backends.cudnn.version(), "tf32": OPTIONS.tf32, "graphs": OPTIONS.graphs}
+
+
+def answer(passes, kind):
+    """What a line of standard input is told. A pass that fails, for want of memory perhaps, ends nothing."""
+    if kind not in ("forward", "step") + (("outputs",) if OPTIONS.exchange else ()):
+        return f"error: '{kind}', expected forward, step, outputs (with --exchange) or quit"
+    try:
+        return f"{passes.milliseconds(kind):.6f}"
+    except (RuntimeError, OSError) as failed:
+        return f"error: {first_line(failed)}"
 
 
 def main():
+    if OPTIONS.device == "cuda":
+        prepare_cuda()
     if OPTIONS.check:
         return check(OPTIONS.check)
     passes = Passes()
@@ -373,15 +456,15 @@ def main():
             print(f"{kind} {min(times[1:]):.3f} ms", flush=True)
         return 0
     for line in sys.stdin:
-        kind = line.strip()
-        if kind == "quit":
+        if line.strip() == "quit":
             break
-        if kind not in ("forward", "step") + (("outputs",) if OPTIONS.exchange else ()):
-            print(f"error: '{kind}', expected forward, step, outputs (with --exchange) or quit", flush=True)
-            continue
-        print(f"{passes.milliseconds(kind):.6f}", flush=True)
+        print(answer(passes, line.strip()), flush=True)
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except Exception as failed:
+        places = [call.lineno for call in traceback.extract_tb(failed.__traceback__) if call.filename == __file__]
+        stop(4, f"line {places[-1]}: {type(failed).__name__}: {first_line(failed)}")

@@ -107,15 +107,15 @@ ErrorMeasurement measure_errors(splat_device device, const ModelBenchOptions& op
     command.insert(command.end(), {"--exchange", folder.path()});
     for (const char* key : {"fov", "znear", "zfar"})
         command.insert(command.end(), {std::string("--") + key, config.at("data").at(key).dump()});
-    ModelPeer peer(command, kPeerRemedy);
-    measurement.peer = peer.about();
+    const auto peer = start_torch(options.peer, command);
+    measurement.peer = peer->about();
     for (int call = 0; call < options.rounds + 2; ++call)
         for (std::size_t i = 0; i < rows.size(); ++i)
-            rows[i].times.add(i < runs.size() ? runs[i]->forward() : peer.run("forward"), call);
+            rows[i].times.add(i < runs.size() ? runs[i]->forward() : peer->run("forward"), call);
 
     Outputs ours;
     for (std::size_t k = 0; k < kOutputs.size(); ++k) ours[k] = runs.front()->output(kOutputs[k]);
-    peer.run("outputs");
+    peer->run("outputs");
     const Outputs reference = read_outputs(folder.file("float64.f64"), ours);
     set_errors(rows.back(), read_outputs(folder.file("float32.f64"), ours), reference);
     for (std::size_t i = 0; i < runs.size(); ++i) {

@@ -75,11 +75,26 @@ std::vector<std::string> network_arguments(const Json& config, std::uint32_t obj
     return arguments;
 }
 
+std::string remedy(const PeerOptions& options) {
+    return std::string(options.device == "cuda"
+                           ? "PyTorch with CUDA, and a GPU for it"
+                           : "PyTorch and a fast BLAS for it: `apt-get install python3-torch "
+                             "libopenblas0-pthread`") +
+           "; --python PROGRAM names another interpreter";
+}
+
 }  // namespace
 
-const char* const kPeerRemedy =
-    "PyTorch and a fast BLAS for it: `apt-get install python3-torch libopenblas0-pthread`; "
-    "--python PROGRAM names another interpreter";
+void check_peer_options(const PeerOptions& options) {
+    const bool cuda = options.device == "cuda";
+    const auto refuse = [](bool given, const char* what) {
+        if (given) throw Failure(kUsageError, what);
+    };
+    refuse(cuda && options.isa != "default",
+           "--peer-isa limits a CPU: leave it out, or use --peer-device cpu");
+    refuse(!cuda && options.tf32, "--peer-tf32 needs --peer-device cuda");
+    refuse(!cuda && options.graphs, "--peer-graphs needs --peer-device cuda");
+}
 
 std::string find_script(const std::string& name) {
     namespace fs = std::filesystem;
@@ -163,9 +178,24 @@ std::vector<std::string> peer_command(const PeerOptions& options, const Json& co
         options.python,
         options.script.empty() ? find_script("tools/bench/torch_model.py") : options.script};
     for (const std::string& word : network_arguments(config, objects)) command.push_back(word);
-    command.insert(command.end(),
-                   {"--threads", "2", "--isa", options.isa, "--layout", options.layout});
+    if (options.device == "cuda")
+        command.insert(command.end(), {"--device", "cuda"});
+    else
+        command.insert(command.end(), {"--threads", "2", "--isa", options.isa});
+    if (options.tf32) command.push_back("--tf32");
+    if (options.graphs) command.push_back("--graphs");
+    command.insert(command.end(), {"--layout", options.layout});
     return command;
+}
+
+std::unique_ptr<ModelPeer> start_torch(const PeerOptions& options,
+                                       const std::vector<std::string>& command) {
+    auto peer = std::make_unique<ModelPeer>(command, remedy(options));
+    if (options.device == "cpu" && peer->about().at("blas").is_null())
+        throw Failure(kFailed,
+                      "the peer has neither MKL nor OpenBLAS, which makes it many times slower "
+                      "than PyTorch can be: `apt-get install libopenblas0-pthread`");
+    return peer;
 }
 
 }  // namespace vkrun::bench

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -9,7 +10,10 @@ namespace vkrun::bench {
 
 /// How torch_model.py is started.
 struct PeerOptions {
-    std::string isa = "default";  ///< or avx2
+    std::string device = "cpu";   ///< or cuda
+    std::string isa = "default";  ///< or avx2, of the CPU
+    bool tf32 = false;            ///< of CUDA: allow TF32
+    bool graphs = false;          ///< of CUDA: replay graphs
     std::string layout = "channels_last";
     std::string python = "/usr/bin/python3";  ///< where Debian's python3-torch is found
     std::string script;                       ///< empty: find_script()
@@ -39,8 +43,8 @@ class ModelPeer {
     Json about_;
 };
 
-/// What to do if torch_model.py does not get ready.
-extern const char* const kPeerRemedy;
+/// Throws if an option has no effect on the peer's device.
+void check_peer_options(const PeerOptions& options);
 
 /// A script of the sources in a folder above this program or above the current folder.
 std::string find_script(const std::string& name);
@@ -49,5 +53,10 @@ std::string find_script(const std::string& name);
 /// peer cannot build such a network.
 std::vector<std::string> peer_command(const PeerOptions& options, const Json& config,
                                       std::uint32_t objects);
+
+/// torch_model.py, started by such a command, perhaps with more arguments. Throws, with the remedy,
+/// unless it gets ready, and if it has no fast BLAS on the CPU.
+std::unique_ptr<ModelPeer> start_torch(const PeerOptions& options,
+                                       const std::vector<std::string>& command);
 
 }  // namespace vkrun::bench

@@ -19,18 +19,6 @@ const char* precision_name(splat_precision precision) {
                                                : "balanced";
 }
 
-std::unique_ptr<ModelPeer> start_peer(const ModelBenchOptions& options, const Json& config) {
-    if (!options.with_peer) return nullptr;
-    auto peer = std::make_unique<ModelPeer>(peer_command(options.peer, config, options.objects),
-                                            kPeerRemedy);
-    if (!peer->about().at("openblas").get<bool>())
-        throw Failure(
-            kFailed,
-            "the peer has no OpenBLAS, which makes it many times slower than PyTorch can be: "
-            "`apt-get install libopenblas0-pthread`");
-    return peer;
-}
-
 Json times_json(const PassTimes& times, double gflop) {
     if (times.times_ms.empty()) return nullptr;
     Json json;
@@ -105,8 +93,10 @@ void measure_passes(Json& json, splat_device device, const ModelBenchOptions& op
         ModelRun run(device, made);
         if (!step) {
             describe(json, run, options);
-            peer = start_peer(options, run.report().at("config"));
-            if (peer != nullptr) {
+            if (options.with_peer) {
+                const Json config = run.report().at("config");
+                peer =
+                    start_torch(options.peer, peer_command(options.peer, config, options.objects));
                 json["peer"] = peer->about();
                 json["peer"]["forward"] = json["peer"]["forward_backward"] = nullptr;
             }
@@ -121,10 +111,16 @@ void measure_passes(Json& json, splat_device device, const ModelBenchOptions& op
 }
 
 void print_peer(const Json& peer) {
-    std::printf("peer: PyTorch %s, %d threads, instructions %s, %s\n",
-                peer.at("torch").get<std::string>().c_str(), peer.at("threads").get<int>(),
-                peer.at("isa").get<std::string>().c_str(),
-                peer.at("layout").get<std::string>().c_str());
+    const auto text = [&](const char* key) { return peer.at(key).get<std::string>(); };
+    const auto flag = [&](const char* key) { return peer.at(key).get<bool>() ? "on" : "off"; };
+    std::printf("peer: PyTorch %s, ", text("torch").c_str());
+    if (text("device") == "cuda")
+        std::printf("%s, CUDA %s, TF32 %s, graphs %s", text("name").c_str(), text("cuda").c_str(),
+                    flag("tf32"), flag("graphs"));
+    else
+        std::printf("%d threads, %s, instructions %s", peer.at("threads").get<int>(),
+                    text("blas").c_str(), text("isa").c_str());
+    std::printf(", %s\n", text("layout").c_str());
 }
 
 void print_passes(const Json& json) {

@@ -30,15 +30,20 @@ prepares them in every pass.
   GFLOP/s            of the shortest call: convolutions and products of attention, two operations
                      per multiplication of a direct convolution; forward + backward counts as three
                      forward passes; none with adapters
-  peer               --peer: the same network in PyTorch, on the CPU with 2 threads, in a process
-                     of tools/bench/torch_model.py; both run alternately (A B A B)
+  peer               --peer: the same network in PyTorch, in a process of
+                     tools/bench/torch_model.py; both run alternately (A B A B). It runs on the CPU
+                     with 2 threads, or with --peer-device cuda on the GPU, in real float32 unless
+                     --peer-tf32 is given, its inputs there already; its times end when the GPU is
+                     done. With --peer-graphs its first call captures a CUDA graph, the others
+                     replay it
   ratio              the peer's shortest time over ours: above 1, libsplat is faster
   memory             activations and prepared weights of each model; the total of the device
   --profile          times of one more pass by operator, and between dispatches; every pass then
                      has timestamps, which on lavapipe take longer than what is between dispatches
   --errors           instead: forward passes of every precision and of the peer alternately, on the
-                     same weights, with their errors against PyTorch in float64: relative L2 of the
-                     network's raw output, and the largest error of any attribute of a Gaussian
+                     same weights, with their errors against PyTorch in float64 on the peer's
+                     device: relative L2 of the network's raw output, and the largest error of
+                     any attribute of a Gaussian
 
 JSON: {library, device, config, precision, objects, parameters, trainable, gflop, forward,
 forward_backward, peer, ratio_forward, ratio_forward_backward, profile, memory}; figures that were not
@@ -48,6 +53,7 @@ Exit status: 0 success, 1 a run failed, 2 wrong usage, 3 no device, 4 a file can
 
 Examples:
   vkrun bench model --backward --peer
+  vkrun bench model --backward --peer --peer-device cuda --peer-graphs --python python3
   vkrun bench model --errors --svg errors.svg
   vkrun bench model --config config.yaml --lora 8 --backward --precision fast --json
 )";
@@ -119,6 +125,35 @@ int run_bench_model(BenchModelOptions options) {
     return kSuccess;
 }
 
+void add_peer_options(CLI::App& model, bench::PeerOptions& peer) {
+    model.add_option("--peer-device", peer.device, "Device of the peer: cpu or cuda")
+        ->type_name("NAME")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"cpu", "cuda"}).description(""));
+    model.add_flag("--peer-tf32", peer.tf32, "Let a peer with CUDA round factors to TF32");
+    model.add_flag("--peer-graphs", peer.graphs,
+                   "Let a peer with CUDA replay its passes as graphs");
+    model
+        .add_option("--peer-isa", peer.isa,
+                    "Instruction set of a peer on the CPU: default (all) or avx2")
+        ->type_name("NAME")
+        ->check(CLI::IsMember({"default", "avx2"}).description(""));
+    model
+        .add_option("--peer-layout", peer.layout,
+                    "Layout of the peer's tensors: channels_last or contiguous;\n"
+                    "default: channels_last")
+        ->type_name("NAME")
+        ->check(CLI::IsMember({"channels_last", "contiguous"}).description(""));
+    model.add_option("--python", peer.python, "Python interpreter of the peer")
+        ->type_name("PROGRAM")
+        ->capture_default_str();
+    model
+        .add_option("--peer-script", peer.script,
+                    "Script of the peer; default: tools/bench/torch_model.py")
+        ->type_name("FILE")
+        ->check(CLI::ExistingFile.description(""));
+}
+
 }  // namespace
 
 void add_bench_model(CLI::App& bench, int& exit_code) {
@@ -169,31 +204,15 @@ void add_bench_model(CLI::App& bench, int& exit_code) {
     model->add_option("--svg", options->svg, "Draw the comparison of --errors")
         ->type_name("FILE")
         ->needs(errors);
-    model
-        ->add_option("--peer-isa", options->peer.isa,
-                     "Instruction set of the peer: default (the CPU's) or avx2")
-        ->type_name("NAME")
-        ->check(CLI::IsMember({"default", "avx2"}).description(""));
-    model
-        ->add_option("--peer-layout", options->peer.layout,
-                     "Layout of the peer's tensors: channels_last or contiguous;\n"
-                     "default: channels_last")
-        ->type_name("NAME")
-        ->check(CLI::IsMember({"channels_last", "contiguous"}).description(""));
-    model->add_option("--python", options->peer.python, "Python interpreter of the peer")
-        ->type_name("PROGRAM")
-        ->capture_default_str();
-    model
-        ->add_option("--peer-script", options->peer.script,
-                     "Script of the peer; default: tools/bench/torch_model.py")
-        ->type_name("FILE")
-        ->check(CLI::ExistingFile.description(""));
+    add_peer_options(*model, options->peer);
     add_device_option(*model, options->device);
     add_json_flag(*model, options->json);
     model->callback([options, model, &exit_code] {
-        for (const char* of_peer : {"--peer-isa", "--peer-layout", "--python", "--peer-script"})
+        for (const char* of_peer : {"--peer-device", "--peer-tf32", "--peer-graphs", "--peer-isa",
+                                    "--peer-layout", "--python", "--peer-script"})
             if (model->count(of_peer) > 0 && !options->with_peer && !options->errors)
                 throw Failure(kUsageError, std::string(of_peer) + " needs --peer or --errors");
+        bench::check_peer_options(options->peer);
         exit_code = run_bench_model(*options);
     });
 }
