@@ -19,7 +19,10 @@ install(TARGETS splat EXPORT SplatTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LI
 
 # The built-in weights; src/predict/weights_place.cpp looks for them here.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/weights
-        DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat)
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat
+        PATTERN "*.difference" EXCLUDE)
+install(FILES ${PROJECT_BINARY_DIR}/tools/weights/cars64-depth-normal/weights.safetensors
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat/weights/cars64-depth-normal)
 
 # The presets, for reading; the library has them inside.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/priors_model/presets

@@ -83,8 +83,8 @@ def weights_folder(library: Path) -> Path:
     loaded = ctypes.CDLL(str(library))
     buffer = ctypes.create_string_buffer(4096)
     if loaded.splat_builtin_weights(None, buffer, ctypes.c_size_t(4096), None) != 0:
-        raise WheelError(f"{library} does not find its built-in weights: install it, or use the one "
-                         "of a build folder inside the sources")
+        raise WheelError(f"{library} does not find its built-in weights: install it, or use that "
+                         "of a build folder")
     return Path(os.fsdecode(buffer.value)).parent
 
 

@@ -105,8 +105,7 @@ SPLAT_API splat_result splat_picture_cut(const splat_picture* picture,
  * demonstration does. Thread-safe: the device runs one network at a time; pictures are read and cut
  * out at once. */
 
-/* Get the path of weights that come with the library: below its prefix, or in the sources of its
- * build folder.
+/* Get the path of weights that come with the library: below its prefix, or in its build folder.
  * name      "cars64" or NULL: procedural cars at 64 x 64 pixels; "cars64-depth-normal": the same from
  *           a picture with depth and normals
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names) */

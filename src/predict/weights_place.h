@@ -11,8 +11,7 @@ namespace splat::predict {
 inline constexpr const char* kDefaultWeights = "cars64";
 
 /// The path of built-in weights: of share/libsplat/weights where the library is installed, of
-/// tools/weights where it lies in a build folder of the sources. Errors: kNotFound, with the names
-/// that there are.
+/// tools/weights where it lies in a build folder. Errors: kNotFound, with the names that there are.
 Result<std::string> builtin_weights(const std::string& name);
 
 /// The same, for a library in the folder `library`.

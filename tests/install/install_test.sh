@@ -41,6 +41,11 @@ one_of "lib*/cmake/Splat/SplatConfigVersion.cmake" >>"$temp/found"
 pc_dir=$(dirname "$(one_of "lib*/pkgconfig/splat.pc")")
 
 one_of share/libsplat/weights/cars64/weights.safetensors >>"$temp/found"
+printf './%s\n' README.md cars64/README.md cars64/cars64.yaml cars64/chairs.json cars64/chairs.md \
+    cars64/chairs.safetensors cars64/config.json cars64/weights.safetensors cars64-depth-normal/README.md \
+    cars64-depth-normal/config.json cars64-depth-normal/weights.safetensors | LC_ALL=C sort >"$temp/weights"
+(cd "$prefix/share/libsplat/weights" && find . ! -type d) | LC_ALL=C sort | diff "$temp/weights" - ||
+    die "the weights (<: expected, >: installed)"
 
 # No installed file may name the build tree.
 if grep -rlF "$build_dir" "$prefix" --include='*.pc' --include='*.cmake' --include='*.h'; then

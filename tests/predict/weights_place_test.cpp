@@ -9,7 +9,7 @@
 namespace splat::predict {
 namespace {
 
-TEST(WeightsPlace, FindsBuiltInWeightsOfTheSources) {
+TEST(WeightsPlace, FindsBuiltInWeightsOfTheBuildFolder) {
     const auto path = builtin_weights(kDefaultWeights);
     ASSERT_OK(path.status());
     EXPECT_TRUE(path.value().ends_with("tools/weights/cars64/weights.safetensors"));
@@ -19,6 +19,9 @@ TEST(WeightsPlace, FindsBuiltInWeightsOfTheSources) {
     const auto maps = builtin_weights("cars64-depth-normal");
     ASSERT_OK(maps.status());
     EXPECT_TRUE(maps.value().ends_with("tools/weights/cars64-depth-normal/weights.safetensors"));
+    const auto maps_config = config_beside(maps.value());
+    ASSERT_OK(maps_config.status());
+    EXPECT_TRUE(maps_config.value().ends_with("cars64-depth-normal/config.json"));
 }
 
 TEST(WeightsPlace, PrefersThoseOfThePrefixOfAnInstalledLibrary) {

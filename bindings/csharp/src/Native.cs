@@ -1399,8 +1399,7 @@ namespace Splat.Interop
             splat_picture_info* info);
 
         /// <summary>
-        /// Get the path of weights that come with the library: below its prefix, or in the sources of its
-        /// build folder.
+        /// Get the path of weights that come with the library: below its prefix, or in its build folder.
         /// name      "cars64" or NULL: procedural cars at 64 x 64 pixels; "cars64-depth-normal": the same from
         ///           a picture with depth and normals
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)

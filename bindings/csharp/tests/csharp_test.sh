@@ -12,7 +12,6 @@
 # SPLAT_BINDINGS_BUILD is the folder for what is compiled, SPLAT_LIB_DIR that of libsplat.so.
 set -eu
 here=$(cd "$(dirname "$0")/.." && pwd)
-root=$(cd "$here/../.." && pwd)
 out=$SPLAT_BINDINGS_BUILD
 export LD_LIBRARY_PATH="$SPLAT_LIB_DIR${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
 
@@ -127,8 +126,8 @@ package() {
     trap 'rm -rf "$temp"' EXIT
     unset LD_LIBRARY_PATH
     pack() {
-        "$python" "$here/package/pack.py" --assembly "$out/Splat.dll" --library "$1" --weights "$root/tools/weights" \
-            --output "$temp"
+        "$python" "$here/package/pack.py" --assembly "$out/Splat.dll" --library "$1" \
+            --weights "$SPLAT_LIB_DIR/../tools/weights" --output "$temp"
     }
     python=$1
     pack "$SPLAT_LIB_DIR/libsplat.so"
