@@ -341,7 +341,7 @@ TEST_P(GoldenNet, FoldedAdapters) {
 /// A checkpoint of the published trainer predicts here what it predicted there.
 TEST_P(GoldenNet, CheckpointPredictsWhatItDid) {
     const std::string folder = *golden_folder() + "/net/";
-    auto npz = Npz::read(folder + "ckpt.npz");
+    auto npz = Npz::read(folder + "ckpt.npz.xz");
     ASSERT_OK(npz.status());
     const Golden golden{std::move(npz.value()), "ckpt"};
     for (const char* file : {"ckpt.pth", "ckgpu.pth"}) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <utility>
 
 namespace splat::test {
@@ -107,7 +106,7 @@ Result<GoldenScene> read_golden_scene(const std::string& path) {
         if (!found.ok()) return found.status();
     }
     RasterCase& inputs = scene.inputs;
-    inputs.name = std::filesystem::path(path).stem().string();
+    inputs.name = golden_name(path);
     inputs.means = floats(npz, "in_means");
     inputs.scales = floats(npz, "in_scales");
     inputs.rotations = floats(npz, "in_quats");

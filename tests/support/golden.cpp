@@ -24,17 +24,23 @@ std::vector<std::string> golden_files(const std::string& subfolder, const std::s
     for (const auto& entry :
          std::filesystem::directory_iterator(*folder + "/" + subfolder, failed)) {
         const std::string name = entry.path().filename().string();
-        if (name.starts_with(family) && name.ends_with(".npz")) paths.push_back(entry.path());
+        if (name.starts_with(family) && (name.ends_with(".npz") || name.ends_with(".npz.xz")))
+            paths.push_back(entry.path());
     }
     std::sort(paths.begin(), paths.end());
     if (paths.empty())
-        ADD_FAILURE() << *folder << "/" << subfolder << " holds no file " << family << "*.npz";
+        ADD_FAILURE() << *folder << "/" << subfolder << " holds no file " << family
+                      << "*.npz or *.npz.xz";
     return paths;
 }
 
+std::string golden_name(const std::string& path) {
+    const std::string file = std::filesystem::path(path).filename().string();
+    return file.substr(0, file.rfind(".npz"));
+}
+
 bool is_shipped_golden(const std::string& path, const std::string& family) {
-    return !environment("SPLAT_GOLDEN_DIR") &&
-           std::filesystem::path(path).filename().string() == family + ".npz";
+    return !environment("SPLAT_GOLDEN_DIR") && golden_name(path) == family;
 }
 
 }  // namespace splat::test

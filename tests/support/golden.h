@@ -13,7 +13,10 @@ std::optional<std::string> golden_folder();
 /// added under further names. Fails the test if the folder exists without such a file.
 std::vector<std::string> golden_files(const std::string& subfolder, const std::string& family);
 
-/// Whether the path is `<family>.npz` of tests/golden, not of SPLAT_GOLDEN_DIR or of another name.
+/// The name of a golden file, without .npz or .npz.xz.
+std::string golden_name(const std::string& path);
+
+/// Whether the path is `<family>` of tests/golden, not of SPLAT_GOLDEN_DIR or of another name.
 bool is_shipped_golden(const std::string& path, const std::string& family);
 
 }  // namespace splat::test

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
 #include <set>
 #include <string>
 #include <vector>
@@ -18,7 +17,7 @@ namespace splat::test {
 struct Golden {
     Npz npz;
     std::string name;      ///< of the file, without its ending
-    bool shipped = false;  ///< tests/golden/net/<family>.npz itself
+    bool shipped = false;  ///< tests/golden/net/<family>.npz.xz itself
 
     [[nodiscard]] bool has(const std::string& key) const { return npz.has(key); }
     [[nodiscard]] const NpyArray& array(const std::string& key) const {
@@ -72,7 +71,7 @@ void each_golden(const char* family, const Body& body) {
     for (const std::string& path : golden_files("net", family)) {
         auto npz = Npz::read(path);
         ASSERT_OK(npz.status());
-        body(Golden{std::move(npz.value()), std::filesystem::path(path).stem().string(),
+        body(Golden{std::move(npz.value()), golden_name(path),
                     is_shipped_golden(path, family)});
         if (testing::Test::HasFatalFailure()) return;
     }

@@ -1,5 +1,6 @@
 #include "support/npz.h"
 
+#include <lzma.h>
 #include <zlib.h>
 
 #include <cstdint>
@@ -120,6 +121,39 @@ Result<std::vector<std::byte>> read_member(Bytes file, const Member& member,
     const auto crc = crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
     if (!bytes.empty() && crc != member.crc) return bad(what, "its CRC does not match");
     return bytes;
+}
+
+/// Enough for any golden file; a damaged one does not take all memory.
+constexpr std::size_t kMostUnpacked = std::size_t{1} << 30;
+
+bool is_xz(Bytes file) {
+    constexpr std::string_view kMark(
+        "\xFD"
+        "7zXZ\0",
+        6);
+    return file.size() >= kMark.size() && std::memcmp(file.data(), kMark.data(), kMark.size()) == 0;
+}
+
+Result<std::vector<std::byte>> unpack_xz(Bytes packed, const std::string& what) {
+    std::vector<std::byte> out;
+    std::vector<std::byte> piece(std::size_t{1} << 20);
+    lzma_stream stream = LZMA_STREAM_INIT;
+    if (lzma_stream_decoder(&stream, kMostUnpacked, LZMA_CONCATENATED) != LZMA_OK)
+        return bad(what, "liblzma did not start");
+    stream.next_in = reinterpret_cast<const std::uint8_t*>(packed.data());
+    stream.avail_in = packed.size();
+    lzma_ret result = LZMA_OK;
+    while (result == LZMA_OK && out.size() <= kMostUnpacked) {
+        stream.next_out = reinterpret_cast<std::uint8_t*>(piece.data());
+        stream.avail_out = piece.size();
+        result = lzma_code(&stream, LZMA_FINISH);
+        out.insert(out.end(), piece.begin(),
+                   piece.end() - static_cast<std::ptrdiff_t>(stream.avail_out));
+    }
+    lzma_end(&stream);
+    if (result != LZMA_STREAM_END)
+        return bad(what, format("xz data is damaged or too large (liblzma %d)", int{result}));
+    return out;
 }
 
 /// 0 for a dtype that is not supported. "U12" is text of at most 12 characters of 4 bytes.
@@ -278,6 +312,9 @@ Result<Npz> Npz::read(const std::string& path) {
     std::vector<std::byte> bytes(static_cast<std::size_t>(size));
     file.seekg(0);
     if (!file.read(reinterpret_cast<char*>(bytes.data()), size)) return bad(path, "read failed");
+    if (is_xz(bytes)) {
+        SPLAT_ASSIGN(bytes, unpack_xz(bytes, path));
+    }
     return parse(bytes, path);
 }
 

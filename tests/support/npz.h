@@ -26,7 +26,8 @@ struct NpyArray {
     [[nodiscard]] Result<std::vector<std::string>> strings() const;
 };
 
-/// A .npz file: a zip of .npy members, stored or deflated, as numpy.savez(_compressed) writes it.
+/// A .npz file: a zip of .npy members, stored or deflated, as numpy.savez(_compressed) writes it; read() also takes
+/// one that is compressed as a whole, .npz.xz.
 class Npz {
   public:
     /// Errors: kInvalidArgument, naming file, member and what is wrong: truncated, bad CRC, unknown

@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
+#include <lzma.h>
 #include <zlib.h>
 
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 
 #include "support/npz.h"
 #include "support/npz_writer.h"
@@ -120,6 +122,29 @@ TEST(Npz, ReadsWhatIsWritten) {
     EXPECT_EQ(at("e").ints().value(), (std::vector<std::int64_t>{'a', 'b'}));
     EXPECT_EQ(at("f").shape, (std::vector<std::size_t>{0, 3}));
     EXPECT_FALSE(write_npz("/nonexistent/x.npz", {}).ok());
+}
+
+TEST(Npz, ReadsFilesCompressedAsAWhole) {
+    const std::string path = testing::TempDir() + "npz_test.npz.xz";
+    const std::string plain = sample();
+    std::string packed(lzma_stream_buffer_bound(plain.size()), '\0');
+    std::size_t size = 0;
+    ASSERT_EQ(lzma_easy_buffer_encode(6, LZMA_CHECK_CRC64, nullptr,
+                                      reinterpret_cast<const std::uint8_t*>(plain.data()),
+                                      plain.size(), reinterpret_cast<std::uint8_t*>(packed.data()),
+                                      &size, packed.size()),
+              LZMA_OK);
+    const auto read = [&](std::size_t length) {
+        std::ofstream(path, std::ios::binary) << packed.substr(0, length);
+        return Npz::read(path);
+    };
+    const auto npz = read(size);
+    ASSERT_TRUE(npz.ok()) << npz.status().message();
+    EXPECT_EQ(npz.value().names(), (std::vector<std::string>{"a", "b", "c", "d", "e"}));
+    for (std::size_t length = 6; length < size; ++length)
+        EXPECT_NE(read(length).status().message().find("xz data is damaged"), std::string::npos)
+            << length << " of " << size;
+    std::remove(path.c_str());
 }
 
 TEST(Npz, NamesWhatIsThere) {

@@ -215,16 +215,17 @@ class GoldenFolder : public testing::Test {
 };
 
 TEST_F(GoldenFolder, FindsFilesByFamily) {
-    for (const char* name : {"norm_s2.npz", "norm.npz", "conv.npz", "norm.txt"})
+    for (const char* name : {"norm_s2.npz", "norm.npz.xz", "conv.npz", "norm.txt"})
         std::ofstream(folder_ / "net" / name) << "x";
     const std::vector<std::string> files = golden_files("net", "norm");
     ASSERT_EQ(files.size(), 2U);
-    EXPECT_TRUE(files[0].ends_with("/net/norm.npz"));
+    EXPECT_TRUE(files[0].ends_with("/net/norm.npz.xz"));
+    EXPECT_EQ(golden_name(files[0]), "norm");
     EXPECT_TRUE(files[1].ends_with("/net/norm_s2.npz"));
 }
 
 TEST_F(GoldenFolder, FailsWithoutFileAndSkipsWithoutFolder) {
-    EXPECT_NONFATAL_FAILURE(golden_files("net", "norm"), "holds no file norm*.npz");
+    EXPECT_NONFATAL_FAILURE(golden_files("net", "norm"), "holds no file norm*.npz or *.npz.xz");
     std::filesystem::remove_all(folder_);
     EXPECT_FALSE(golden_folder().has_value());
     EXPECT_TRUE(golden_files("net", "norm").empty());

@@ -23,6 +23,7 @@ Exit status  0 success, 1 --check found a difference, 2 wrong usage, 3 there is 
 import argparse
 import copy
 import json
+import lzma
 import math
 import os
 import sys
@@ -54,7 +55,7 @@ def parse():
     add("--znear", type=float, default=0.8)
     add("--zfar", type=float, default=1.8)
     add("--exchange", metavar="FOLDER", help="with weights and images; outputs go there")
-    add("--check", metavar="FILE", help=".npz of golden/net without embedding")
+    add("--check", metavar="FILE", help=".npz or .npz.xz of golden/net without embedding")
     options = parser.parse_args()
     refuse_without_effect(options)
     options.threads, options.isa = options.threads or 2, options.isa or "default"
@@ -312,11 +313,12 @@ def check(path):
     """Largest error over the norm-wise tolerances of golden/net/INDEX.md: 2e-4 absolute of outputs,
     1e-4 relative of each gradient."""
     import numpy
-    golden = numpy.load(path)
+    with (lzma.open if path.endswith(".xz") else open)(path, "rb") as file:
+        golden = dict(numpy.load(file))
     model = build(Settings(OPTIONS, golden))
     take = lambda name: torch.from_numpy(golden[name]).float().to(OPTIONS.device)
     named = dict(model.named_parameters())
-    given = {k[2:] for k in golden.files if k.startswith("p.")}
+    given = {k[2:] for k in golden if k.startswith("p.")}
     if given != set(named):
         print("names differ:", sorted(given ^ set(named))[:6])
         return 1
@@ -327,7 +329,7 @@ def check(path):
     outputs = model(flat("x"), flat("v2w"), flat("quat"))
     sum((take("g." + k) * v).sum() for k, v in outputs.items()).backward()
     worst = max((v - take("o64." + k)).abs().max().item() for k, v in outputs.items())
-    gradients = [k for k in golden.files if k.startswith("d.")]
+    gradients = [k for k in golden if k.startswith("d.")]
     wrong = max(((named[k[2:]].grad - take(k)).norm() / take(k).norm()).item() for k in gradients)
     print(f"outputs: {worst:.1e} at most; {len(gradients)} gradients: {wrong:.1e} of their norm at most")
     return 0 if worst < 2e-4 and wrong < 1e-4 else 1
