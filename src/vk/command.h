@@ -98,4 +98,8 @@ struct Command {
     std::uint32_t part = 0;    ///< of a split dispatch; parts do not conflict with each other
 };
 
+inline bool is_barrier(const Command& command) {
+    return command.kind == CommandKind::kBarrier || command.kind == CommandKind::kToHost;
+}
+
 }  // namespace splat::vk

@@ -184,38 +184,50 @@ Status CommandList::Objects::make_command_buffers(std::uint32_t queue_family) {
     return {};
 }
 
-Status CommandList::Objects::make_queries() {
+Status CommandList::Objects::make_queries(bool alone) {
+    spans = timed_spans(commands, segments, alone);
+    if (spans.empty()) return {};
     VkQueryPoolCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
     info.queryType = VK_QUERY_TYPE_TIMESTAMP;
-    info.queryCount = static_cast<std::uint32_t>(2 * commands.size());
+    info.queryCount = static_cast<std::uint32_t>(2 * spans.size());
     return device->check(device->vk.vkCreateQueryPool(device->handle(), &info, nullptr, &queries),
                          "vkCreateQueryPool");
 }
 
 Status CommandList::Objects::encode() {
+    const VolkDeviceTable& vk = device->vk;
+    std::size_t span = 0;
+    const auto stamp = [&](VkCommandBuffer to, std::size_t end) {
+        vk.vkCmdWriteTimestamp(to, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, queries,
+                               static_cast<std::uint32_t>(2 * span + end));
+    };
     for (std::size_t i = 0; i < segments.size(); ++i) {
         VkCommandBufferBeginInfo begin{};
         begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
-        SPLAT_TRY(device->check(device->vk.vkBeginCommandBuffer(buffers[i], &begin),
-                                "vkBeginCommandBuffer"));
-        for (std::size_t c = segments[i].first; c < segments[i].last; ++c) encode(buffers[i], c);
-        SPLAT_TRY(device->check(device->vk.vkEndCommandBuffer(buffers[i]), "vkEndCommandBuffer"));
+        SPLAT_TRY(
+            device->check(vk.vkBeginCommandBuffer(buffers[i], &begin), "vkBeginCommandBuffer"));
+        for (std::size_t c = segments[i].first; c < segments[i].last; ++c) {
+            const bool timed = queries != VK_NULL_HANDLE && span < spans.size();
+            if (timed && c == spans[span].first) {
+                vk.vkCmdResetQueryPool(buffers[i], queries, static_cast<std::uint32_t>(2 * span),
+                                       2);
+                stamp(buffers[i], 0);
+            }
+            encode(buffers[i], commands[c]);
+            if (timed && c + 1 == spans[span].last) {
+                stamp(buffers[i], 1);
+                ++span;
+            }
+        }
+        SPLAT_TRY(device->check(vk.vkEndCommandBuffer(buffers[i]), "vkEndCommandBuffer"));
     }
     encoded = true;
     return {};
 }
 
-void CommandList::Objects::encode(VkCommandBuffer to, std::size_t index) {
-    const Command& command = commands[index];
+void CommandList::Objects::encode(VkCommandBuffer to, const Command& command) {
     const VolkDeviceTable& vk = device->vk;
-    const bool timed = queries != VK_NULL_HANDLE && command.kind != CommandKind::kBarrier &&
-                       command.kind != CommandKind::kToHost;
-    const auto query = static_cast<std::uint32_t>(2 * index);
-    if (timed) {
-        vk.vkCmdResetQueryPool(to, queries, query, 2);
-        vk.vkCmdWriteTimestamp(to, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, queries, query);
-    }
     switch (command.kind) {
         case CommandKind::kDispatch:
             encode_dispatch(to, command);
@@ -253,7 +265,18 @@ void CommandList::Objects::encode(VkCommandBuffer to, std::size_t index) {
             break;
         }
     }
-    if (timed) vk.vkCmdWriteTimestamp(to, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, queries, query + 1);
+}
+
+void CommandList::Objects::deal(const CommandSpan& span, double milliseconds,
+                                std::vector<double>& command_ms) const {
+    constexpr double kLeastSeconds = 1e-6;  // of a dispatch that does next to nothing
+    double sum = 0;
+    for (std::size_t i = span.first; i < span.last; ++i) {
+        command_ms[i] =
+            kLeastSeconds + estimated_seconds(device->info(), device->kernels(), commands[i].work);
+        sum += command_ms[i];
+    }
+    for (std::size_t i = span.first; i < span.last; ++i) command_ms[i] *= milliseconds / sum;
 }
 
 void CommandList::Objects::encode_dispatch(VkCommandBuffer to, const Command& command) {
@@ -291,7 +314,8 @@ Result<CommandList> CommandList::create(Context& context, std::vector<Command> c
     objects.cut(device.info(), device.kernels());
     SPLAT_TRY(objects.make_command_buffers(device.info().queue_family));
     if (context.profile() != nullptr && device.info().limits.timestamp_ns > 0)
-        SPLAT_TRY(objects.make_queries());
+        SPLAT_TRY(objects.make_queries(device.info().kind == DeviceKind::kCpu &&
+                                       !context.profiles_levels()));
     return list;
 }
 

@@ -5,15 +5,13 @@
 #include <vector>
 
 #include "vk/command_list.h"
+#include "vk/timers.h"
 
 namespace splat::vk {
 
 /// The Vulkan objects of one command list; private to command_list.cpp and submit.cpp.
 struct CommandList::Objects {
-    struct Segment {  ///< commands [first, last) of one submit
-        std::size_t first;
-        std::size_t last;
-    };
+    using Segment = CommandSpan;  ///< of one submit
 
     Objects() = default;
     ~Objects();
@@ -24,9 +22,11 @@ struct CommandList::Objects {
     Status make_set(Command& command);
     void cut(const DeviceInfo& info, Kernels kernels);
     Status make_command_buffers(std::uint32_t queue_family);
-    Status make_queries();
+    Status make_queries(bool alone);
     Status encode();  ///< once the pipelines are compiled
-    void encode(VkCommandBuffer to, std::size_t index);
+    void encode(VkCommandBuffer to, const Command& command);
+    /// Deal the time of a span to its commands, by their estimated times.
+    void deal(const CommandSpan& span, double milliseconds, std::vector<double>& command_ms) const;
     void encode_dispatch(VkCommandBuffer to, const Command& command);
 
     Device* device = nullptr;
@@ -41,7 +41,8 @@ struct CommandList::Objects {
     std::array<VkFence, 2> fences{};
     std::size_t submitted = 0;             ///< segments of the latest run
     std::size_t ended = 0;                 ///< those that are known to have ended
-    VkQueryPool queries = VK_NULL_HANDLE;  ///< begin and end of every command; null without profile
+    VkQueryPool queries = VK_NULL_HANDLE;  ///< begin and end of every span; null without profile
+    std::vector<CommandSpan> spans;        ///< timed ones
     bool encoded = false;
 };
 

@@ -35,6 +35,7 @@ Result<std::shared_ptr<Context>> Context::create(const ContextDesc& desc) {
     context->queue_ =
         std::make_unique<Queue>(device, *context->memory_, context->mutex, timeout_ns);
     context->profile_enabled_ = desc.profile;
+    context->profile_levels_ = desc.profile_levels;
     return context;
 }
 

@@ -15,6 +15,7 @@ struct ContextDesc {
     std::uint64_t timeout_ns = 0;  ///< 0 = 60 s; multiplied by SPLAT_TIMEOUT_SCALE
     std::string cache_folder;      ///< "" = no pipeline cache file
     bool profile = false;
+    bool profile_levels = false;  ///< tests: time a CPU device as a GPU, see timers.h
 };
 
 /// An open device with its memory, pipelines, queue and profile.
@@ -35,6 +36,8 @@ class Context {
     /// Do the part of run() that may take memory, for several lists that must all run or not at
     /// all.
     Status make_ready(CommandList& list) { return queue_->make_ready(list); }
+
+    [[nodiscard]] bool profiles_levels() const { return profile_levels_; }
 
     /// Run a recorded list and add its times to the profile.
     Status run(CommandList& list) { return queue_->run(list, unprofiled ? nullptr : profile()); }
@@ -75,6 +78,7 @@ class Context {
     std::optional<Buffer> staging_;
     Profile profile_;
     bool profile_enabled_ = false;
+    bool profile_levels_ = false;
 };
 
 }  // namespace splat::vk

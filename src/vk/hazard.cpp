@@ -15,10 +15,6 @@ const char* use_name(Use use) {
     return "unknown";
 }
 
-bool is_barrier(const Command& command) {
-    return command.kind == CommandKind::kBarrier || command.kind == CommandKind::kToHost;
-}
-
 Status check_pair(std::span<const Command> commands, std::size_t earlier, std::size_t later) {
     const Command& a = commands[earlier];
     const Command& b = commands[later];

@@ -120,47 +120,41 @@ Status Queue::settle() {
 }
 
 Status Queue::read_times(const CommandList::Objects& objects, Profile& profile) {
-    std::vector<std::uint64_t> ticks(2 * objects.commands.size());
-    for (std::size_t i = 0; i < objects.commands.size(); ++i) {
-        const CommandKind kind = objects.commands[i].kind;
-        if (kind == CommandKind::kBarrier || kind == CommandKind::kToHost) continue;
+    std::vector<std::uint64_t> ticks(2 * objects.spans.size());
+    for (std::size_t i = 0; i < objects.spans.size(); ++i)
         SPLAT_TRY(
             device_.check(device_.vk.vkGetQueryPoolResults(
                               device_.handle(), objects.queries, static_cast<std::uint32_t>(2 * i),
                               2, 2 * sizeof(std::uint64_t), &ticks[2 * i], sizeof(std::uint64_t),
                               VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
                           "vkGetQueryPoolResults"));
-    }
     const DeviceLimits& limits = device_.info().limits;
     const auto between = [&](std::uint64_t from, std::uint64_t to) {
         return static_cast<double>((to - from) & limits.timestamp_mask) * limits.timestamp_ns *
                1e-6;
     };
-    std::uint64_t end = 0;
-    double idle = 0;
-    std::uint64_t gaps = 0;
-    for (std::size_t i = 0; i < objects.commands.size(); ++i) {
-        const CommandKind kind = objects.commands[i].kind;
-        if (kind == CommandKind::kBarrier || kind == CommandKind::kToHost) continue;
-        if (end != 0) idle += between(end, ticks[2 * i]), ++gaps;
-        end = ticks[2 * i + 1];
+    std::vector<double> command_ms(objects.commands.size());
+    ListTotals totals{.submits = objects.segments.size()};
+    for (std::size_t i = 0; i < objects.spans.size(); ++i) {
+        objects.deal(objects.spans[i], between(ticks[2 * i], ticks[2 * i + 1]), command_ms);
+        if (i > 0) totals.idle_ms += between(ticks[2 * i - 1], ticks[2 * i]), ++totals.gaps;
     }
-    if (gaps > 0) profile.add_idle(idle, gaps);
+    totals.device_ms = between(ticks.front(), ticks.back());
+    for (const Command& command : objects.commands)
+        ++(is_barrier(command) ? totals.barriers : totals.commands);
+    profile.add_list(totals);
     for (std::size_t i = 0;
          i < objects.commands.size();) {  // the parts of a split dispatch count as one
         const Command& command = objects.commands[i];
         double milliseconds = 0;
         Work work;
-        std::size_t next = i;
         do {
-            milliseconds += between(ticks[2 * next], ticks[2 * next + 1]);
-            work.flops += objects.commands[next].work.flops;
-            work.bytes += objects.commands[next].work.bytes;
-            ++next;
-        } while (next < objects.commands.size() && objects.commands[next].part > 0);
-        i = next;
-        if (command.kind == CommandKind::kBarrier || command.kind == CommandKind::kToHost) continue;
-        profile.add(command.op, command.shader, milliseconds, work);
+            milliseconds += command_ms[i];
+            work.flops += objects.commands[i].work.flops;
+            work.bytes += objects.commands[i].work.bytes;
+            ++i;
+        } while (i < objects.commands.size() && objects.commands[i].part > 0);
+        if (!is_barrier(command)) profile.add(command.op, command.shader, milliseconds, work);
     }
     return {};
 }

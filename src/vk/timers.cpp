@@ -6,6 +6,25 @@
 
 namespace splat::vk {
 
+std::vector<CommandSpan> timed_spans(const std::vector<Command>& commands,
+                                     const std::vector<CommandSpan>& segments, bool alone) {
+    std::vector<CommandSpan> spans;
+    for (const CommandSpan& segment : segments) {
+        bool open = false;
+        for (std::size_t i = segment.first; i < segment.last; ++i) {
+            if (is_barrier(commands[i])) {
+                open = false;
+            } else if (open && !alone) {
+                spans.back().last = i + 1;
+            } else {
+                spans.push_back({i, i + 1});
+                open = true;
+            }
+        }
+    }
+    return spans;
+}
+
 void Profile::add(std::string_view op, std::string_view shader, double milliseconds,
                   const Work& work) {
     const std::lock_guard lock(mutex_);
@@ -21,17 +40,22 @@ void Profile::add(std::string_view op, std::string_view shader, double milliseco
     entry.work.flops += work.flops;
 }
 
-void Profile::add_idle(double milliseconds, std::uint64_t gaps) {
+void Profile::add_list(const ListTotals& totals) {
     const std::lock_guard lock(mutex_);
-    idle_ms_ += milliseconds;
-    gaps_ += gaps;
+    ++lists_;
+    totals_.submits += totals.submits;
+    totals_.commands += totals.commands;
+    totals_.barriers += totals.barriers;
+    totals_.gaps += totals.gaps;
+    totals_.idle_ms += totals.idle_ms;
+    totals_.device_ms += totals.device_ms;
 }
 
 void Profile::reset() {
     const std::lock_guard lock(mutex_);
     entries_.clear();
-    idle_ms_ = 0;
-    gaps_ = 0;
+    totals_ = {};
+    lists_ = 0;
 }
 
 std::vector<Profile::Row> Profile::rows() const {
@@ -52,8 +76,10 @@ std::string Profile::json(const std::string& device) const {
     const std::lock_guard lock(mutex_);
     JsonWriter json;
     json.begin_object().member("device", device).newline(1).key("ops").begin_array();
+    double bytes = 0;
     for (const Row& row : rows()) {
         const auto count = static_cast<double>(row.entry->count);
+        bytes += row.entry->work.bytes;
         json.newline(2).begin_object().member("op", row.key->first);
         json.member("kernel", row.key->second).member("count", row.entry->count);
         json.key("total_ms").number(row.entry->total_ms, 9);
@@ -62,8 +88,13 @@ std::string Profile::json(const std::string& device) const {
         json.member("bytes", row.entry->work.bytes / count);
         json.member("flops", row.entry->work.flops / count).end();
     }
-    json.end().newline(1).key("idle").begin_object().member("count", gaps_).key("total_ms");
-    json.number(idle_ms_, 9).end().end();
+    json.end().newline(1).key("idle").begin_object().member("count", totals_.gaps);
+    json.key("total_ms").number(totals_.idle_ms, 9).end();
+    json.newline(1).key("lists").begin_object().member("count", lists_);
+    json.member("submits", totals_.submits).member("commands", totals_.commands);
+    json.member("barriers", totals_.barriers);
+    json.member("bytes", bytes);
+    json.key("device_ms").number(totals_.device_ms, 9).end().end();
     return json.text();
 }
 
@@ -84,7 +115,12 @@ std::string Profile::table(const std::string& device) const {
                    rate(row.entry->work.bytes), rate(row.entry->work.flops));
     }
     text += format("%-28s %-32s %8llu %10.3f\n", "between dispatches", "",
-                   static_cast<unsigned long long>(gaps_), idle_ms_);
+                   static_cast<unsigned long long>(totals_.gaps), totals_.idle_ms);
+    text += format(
+        "%llu lists: %llu submits, %llu commands, %llu barriers, %.3f ms from first to last\n",
+        static_cast<unsigned long long>(lists_), static_cast<unsigned long long>(totals_.submits),
+        static_cast<unsigned long long>(totals_.commands),
+        static_cast<unsigned long long>(totals_.barriers), totals_.device_ms);
     return text;
 }
 

@@ -12,16 +12,38 @@
 
 namespace splat::vk {
 
-/// Device times of dispatches, by operator label and shader. Thread-safe.
+/// Commands [first, last) of a list.
+struct CommandSpan {
+    std::size_t first;
+    std::size_t last;
+};
+
+/// What two timestamps enclose: each command alone, or all commands between two barriers of a submit, which may
+/// overlap on a GPU and which stamps of their own would put in a row.
+std::vector<CommandSpan> timed_spans(const std::vector<Command>& commands,
+                                     const std::vector<CommandSpan>& segments, bool alone);
+
+/// What one run of a command list did.
+struct ListTotals {
+    std::uint64_t submits = 0;
+    std::uint64_t commands = 0;  ///< dispatches, each part of a split one, fills and copies
+    std::uint64_t barriers = 0;
+    std::uint64_t gaps = 0;  ///< between commands, or levels of them, that were timed
+    double idle_ms = 0;      ///< in the gaps
+    double device_ms = 0;    ///< from the first command's beginning to the last one's end
+};
+
+/// Device times of dispatches, by operator label and shader. Thread-safe. Dispatches that no barrier separates may
+/// overlap: on GPUs they are timed together, and each gets a share by its estimated time.
 class Profile {
   public:
     void add(std::string_view op, std::string_view shader, double milliseconds, const Work& work);
-    /// Time from the end of one command to the beginning of the next of the same list, `gaps` times.
-    void add_idle(double milliseconds, std::uint64_t gaps);
+    void add_list(const ListTotals& totals);
     void reset();
 
-    /// {"device": …, "ops": [{"op", "kernel", "count", "total_ms", "min_ms", "median_ms", "bytes",
-    /// "flops"}], "idle": {"count", "total_ms"}}, longest first; bytes and flops are means over the dispatches.
+    /// {"device": …, "ops": [{"op", "kernel", "count", "total_ms", "min_ms", "median_ms", "bytes", "flops"}],
+    /// "idle": {"count", "total_ms"}, "lists": {"count", "submits", "commands", "barriers", "bytes",
+    /// "device_ms"}}, longest first; of an operator, bytes and flops are means over the dispatches.
     [[nodiscard]] std::string json(const std::string& device) const;
     /// The same as a table, with rates over the total time.
     [[nodiscard]] std::string table(const std::string& device) const;
@@ -45,8 +67,8 @@ class Profile {
 
     mutable std::mutex mutex_;
     std::map<std::pair<std::string, std::string>, Entry> entries_;
-    double idle_ms_ = 0;
-    std::uint64_t gaps_ = 0;
+    ListTotals totals_;
+    std::uint64_t lists_ = 0;
 };
 
 }  // namespace splat::vk

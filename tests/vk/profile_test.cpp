@@ -34,17 +34,25 @@ TEST(Profile, SumsUpByOperatorAndShader) {
     EXPECT_NE(table.find("a_cpu"), std::string::npos);
     EXPECT_NE(table.find("20.00"), std::string::npos) << "GB/s of all dispatches: " << table;
     EXPECT_LT(table.find("b_plain"), table.find("a_cpu"));
-    profile.add_idle(1.5, 3);
-    profile.add_idle(0.25, 1);
-    const Json idle = parse_json(profile.json("x"), "profile").value()["idle"];
-    EXPECT_EQ(idle["count"], 4);
-    EXPECT_EQ(idle["total_ms"], 1.75);
+    profile.add_list(
+        {.submits = 1, .commands = 5, .barriers = 2, .gaps = 3, .idle_ms = 1.5, .device_ms = 9});
+    profile.add_list(
+        {.submits = 2, .commands = 2, .barriers = 1, .gaps = 1, .idle_ms = 0.25, .device_ms = 1});
+    const Json both = parse_json(profile.json("x"), "profile").value();
+    EXPECT_EQ(both["idle"], (Json{{"count", 4}, {"total_ms", 1.75}}));
+    EXPECT_EQ(both["lists"], (Json{{"count", 2},
+                                   {"submits", 3},
+                                   {"commands", 7},
+                                   {"barriers", 3},
+                                   {"bytes", 3e8},
+                                   {"device_ms", 10}}));
     EXPECT_NE(profile.table("x").find("between dispatches"), std::string::npos);
     profile.reset();
     const Json none = std::move(parse_json(profile.json("x"), "profile").value());
     EXPECT_EQ(none["ops"].size(), 0U);
     EXPECT_EQ(none["idle"]["count"], 0);
     EXPECT_EQ(none["idle"]["total_ms"], 0);
+    EXPECT_EQ(none["lists"]["commands"], 0);
 }
 
 TEST(Profile, KeepsItsMemoryBounded) {
@@ -89,6 +97,51 @@ TEST(Profile, MeasuresEveryDispatchOnTheDevice) {
     double sum = idle["total_ms"].get<double>();
     for (const Json& op : json["ops"]) sum += op["total_ms"].get<double>();
     EXPECT_LE(sum, wall.count()) << "idle and busy times are parts of the calls";
+}
+
+std::vector<std::pair<std::size_t, std::size_t>> spans_of(const std::string& kinds, bool alone) {
+    std::vector<Command> commands(kinds.size());
+    for (std::size_t i = 0; i < kinds.size(); ++i)
+        commands[i].kind = kinds[i] == '|' ? CommandKind::kBarrier : CommandKind::kDispatch;
+    std::vector<std::pair<std::size_t, std::size_t>> found;
+    for (const CommandSpan& span : timed_spans(commands, {{0, 4}, {4, kinds.size()}}, alone))
+        found.emplace_back(span.first, span.last);
+    return found;
+}
+
+TEST(Profile, TimesLevelsOrCommands) {
+    using Spans = std::vector<std::pair<std::size_t, std::size_t>>;
+    EXPECT_EQ(spans_of("|ab|cd|e", true), (Spans{{1, 2}, {2, 3}, {4, 5}, {5, 6}, {7, 8}}));
+    EXPECT_EQ(spans_of("|ab|cd|e", false), (Spans{{1, 3}, {4, 6}, {7, 8}}));
+    EXPECT_EQ(spans_of("|abcd||", false), (Spans{{1, 4}, {4, 5}})) << "a submit ends a span";
+    EXPECT_EQ(spans_of("|||||", false), Spans{});
+}
+
+TEST(Profile, DealsTheTimeOfALevelByEstimates) {
+    ContextDesc desc = test::context_desc();
+    desc.profile = desc.profile_levels = true;
+    const auto context = test::make_context(desc);
+    ASSERT_NE(context, nullptr);
+    if (context->device().info().limits.timestamp_ns <= 0)
+        SPLAT_SKIP_FOR_DEVICE("this device has no timestamps");
+    const Buffer x = test::device_buffer(*context, 4096);
+    const Buffer y = test::device_buffer(*context, 4096);
+    Recorder recorder(*context);
+    EXPECT_OK(recorder.dispatch(test::slow(x.range(), {8, 1, 1}, 2000, 3e6)));
+    EXPECT_OK(recorder.fill(y.range(), 0));  // may run beside it
+    EXPECT_OK(recorder.fill(x.range(), 0));  // may not
+    CommandList list = std::move(recorder.finish().value());
+    EXPECT_OK(context->run(list));
+    const Json json = parse_json(context->profile()->json("x"), "profile").value();
+    EXPECT_EQ(json["idle"]["count"], 1) << "between two levels";
+    EXPECT_EQ(json["lists"]["commands"], 3);
+    EXPECT_EQ(json["lists"]["barriers"], 3) << "before, between, to the host";
+    double sum = json["idle"]["total_ms"].get<double>();
+    for (const Json& op : json["ops"]) {
+        EXPECT_GT(op["min_ms"].get<double>(), 0) << op;
+        sum += op["total_ms"].get<double>();
+    }
+    EXPECT_NEAR(sum, json["lists"]["device_ms"].get<double>(), 1e-3);
 }
 
 TEST(Profile, IsAbsentUnlessAskedFor) {

@@ -67,7 +67,7 @@ void describe(Json& json, const ModelRun& run, const ModelBenchOptions& options)
     json["trainable"] = run.report().at("trainable");
     json["gflop"] = run.gflop();
     for (const char* key : {"forward", "forward_backward", "peer", "ratio_forward",
-                            "ratio_forward_backward", "profile"})
+                            "ratio_forward_backward", "profile", "lists"})
         json[key] = nullptr;
 }
 
@@ -103,10 +103,12 @@ void measure_passes(Json& json, splat_device device, const ModelBenchOptions& op
         }
         add_pass(json, step ? "forward_backward" : "forward", run, peer.get(), options);
         json["memory"] = memory_json(device);
-        if (!options.profile || step != options.backward) continue;
+        if (!options.profile) continue;
         check(splat_device_profile_reset(device));
         step ? run.step() : run.forward();
-        json["profile"] = library_json(splat_device_profile_json, device).at("ops");
+        const Json profile = library_json(splat_device_profile_json, device);
+        json["profile"] = profile.at("ops");
+        json["lists"][step ? "forward_backward" : "forward"] = profile.at("lists");
     }
 }
 
