@@ -76,8 +76,8 @@ function(HelpNamesEveryCommand)
   expect("${out}" "devices" "doctor" "bench" "render" "inspect" "convert" "Exit status" "SPLAT_KERNELS"
          "4    data that is missing, damaged" "130  interrupted")
   foreach(command IN ITEMS devices doctor demo render view inspect convert "bench;ops" "bench;raster" "bench;model"
-                           "bench;start" "weights;show" "weights;convert" "weights;diff" "weights;graft"
-                           "weights;lora-merge" "weights;lora-unmerge" "weights;lora-extract" "data;synth"
+                           "bench;start" "bench;dispatch" "weights;show" "weights;convert" "weights;diff"
+                           "weights;graft" "weights;lora-merge" "weights;lora-unmerge" "weights;lora-extract" "data;synth"
                            "data;check" "data;co3d" "data;show" "data;import" "data;export" "data;split" compare
                            "config;list" "config;show" "config;presets" train eval predict report "priors;eval"
                            "priors;depth" "priors;normal" "priors;mask" "priors;where" "priors;edges"
@@ -257,11 +257,42 @@ function(BenchMeasuresTimeAndError)
     expect_range("${one}" 1e-3 1e6 ratio_min)
   endforeach()
   expect_json("${result}" plain kernels plain)
+  vkrun(0 bench ops --quick --list)
+  string(JSON listed LENGTH "${out}")
+  math(EXPR listed "2 * ${listed}")
+  if(NOT listed EQUAL count)
+    message(FATAL_ERROR "${listed} directions of cases, expected ${count}")
+  endif()
+  string(JSON list GET "${out}" 0)
+  expect_json("${list}" add op)
+  expect_json("${list}" a inputs 0 name)
   vkrun(0 bench ops --quick --only linear)
   expect("${out}" "GFLOP/s" "forward +plain +2 " "backward +plain +2 ")
   if(out MATCHES "group_norm")
     message(FATAL_ERROR "--only linear measured group_norm")
   endif()
+endfunction()
+
+function(BenchMeasuresDispatches)
+  vkrun(0 bench dispatch --json)
+  string(JSON chains LENGTH "${out}" chains)
+  if(NOT chains EQUAL 8)
+    message(FATAL_ERROR "${chains} chains, expected 8")
+  endif()
+  foreach(i RANGE 7)
+    expect_range("${out}" 1e-2 1e5 chains ${i} us min)
+  endforeach()
+  foreach(ceiling IN ITEMS copy_gb_per_s transfer_gb_per_s fma_tflop_per_s shuffle_t_per_s)
+    expect_range("${out}" 1e-4 1e5 ceilings ${ceiling} best)
+  endforeach()
+  expect_range("${out}" 1e-2 1e6 submit_us min)
+  expect_range("${out}" 1e-2 1e4 mapped 0 read_gb_per_s)
+  vkrun(0 bench dispatch --describe --json)
+  if(out MATCHES "ceilings")
+    message(FATAL_ERROR "--describe measured:\n${out}")
+  endif()
+  expect("${out}" "\"heaps\"" "\"lanes\"")
+  vkrun(2 bench dispatch --describe)
 endfunction()
 
 function(BenchMeasuresTheRasterizer)
@@ -305,6 +336,11 @@ function(BenchMeasuresTheRasterizer)
   vkrun(0 bench raster ${TEMP}/scene.ply --orbit 2 --size 16x16 --seconds 0.01 --no-plain --exact-pairs --json)
   expect_json("${out}" 6 result fewest_pairs)
   expect_json("${out}" 6 result all_pairs)
+  vkrun(0 bench raster ${TEMP}/scene.ply --orbit 1 --size 16x16 --seconds 0 --no-plain --no-skips --json)
+  string(JSON skips LENGTH "${out}" result skips)
+  if(NOT skips EQUAL 0)
+    message(FATAL_ERROR "--no-skips measured ${skips} skips")
+  endif()
 endfunction()
 
 # Every row of <file> has <count> cells. No cell contains a comma here.

@@ -339,8 +339,9 @@ RasterMeasurement measure_raster(const RasterDevices& devices, const RasterCase&
         warm_up(sides, reference);
         profile_stages(sides, result.views, effort.seconds / 4);
     }
-    result.skips =
-        measure_skips({devices.fast.get(), from, reference, effort.seconds / 8}, scene.sh_degree);
+    if (effort.skips)
+        result.skips = measure_skips({devices.fast.get(), from, reference, effort.seconds / 8},
+                                     scene.sh_degree);
     if (effort.exact_pairs) result.fewest_pairs = fewest_pairs(from);
     return result;
 }

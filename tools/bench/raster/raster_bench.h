@@ -76,6 +76,7 @@ struct RasterEffort {
     bool plain;        ///< also the plain kernels
     int samples;       ///< pixels compared with float64
     bool exact_pairs;  ///< count the pairs that are needed
+    bool skips;        ///< measure each of them
 };
 
 /// The same device with each set of kernels; `profiled` ones time their stages, which costs a little.

@@ -15,6 +15,7 @@ void add_bench(CLI::App& app, int& exit_code) {
     add_bench_raster(*bench, exit_code);
     add_bench_model(*bench, exit_code);
     add_bench_start(*bench, exit_code);
+    add_bench_dispatch(*bench, exit_code);
 }
 
 }  // namespace vkrun

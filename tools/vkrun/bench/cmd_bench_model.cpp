@@ -46,8 +46,9 @@ prepares them in every pass.
                      any attribute of a Gaussian
 
 JSON: {library, device, config, precision, objects, parameters, trainable, gflop, forward,
-forward_backward, peer, ratio_forward, ratio_forward_backward, profile, memory}; figures that were not
-requested are null. With --errors: {library, device, config, objects, parameters, gflop, peer, errors}.
+forward_backward, peer, ratio_forward, ratio_forward_backward, profile, lists, memory}; figures that were not
+requested are null; "lists" is what each pass of --profile submitted. With --errors: {library, device, config,
+objects, parameters, gflop, peer, errors}.
 
 Exit status: 0 success, 1 a run failed, 2 wrong usage, 3 no device, 4 a file cannot be read.
 

@@ -54,6 +54,7 @@ struct BenchOpsOptions {
     bool json = false;
     bool table = false;
     bool quick = false;
+    bool list = false;
 };
 
 Device open_with(const BenchOpsOptions& options, splat_kernels kernels) {
@@ -87,6 +88,22 @@ void print_table(const splat_device_info& info, int repeat, const std::vector<st
     std::printf("\n%s", bench::measurement_table(measurements).c_str());
 }
 
+/// The cases without their values.
+Json cases_json(const std::vector<std::string>& ops, bool quick) {
+    Json cases = Json::array();
+    for (const std::string& op : ops)
+        for (const bench::OpCase& one : bench::bench_cases(op, quick)) {
+            Json row = {{"op", op}, {"case", one.title}, {"attributes", one.attributes}};
+            for (const bench::CaseTensor& input : one.inputs)
+                row["inputs"].push_back(
+                    {{"name", input.name}, {"dims", input.dims}, {"constant", input.constant}});
+            for (const bench::CaseTensor& output : one.outputs)
+                row["outputs"].push_back({{"name", output.name}, {"dims", output.dims}});
+            cases.push_back(std::move(row));
+        }
+    return cases;
+}
+
 /// Check of --only: empty if the library has the operator, else what is wrong.
 std::string check_op(const std::string& name) {
     std::string names;
@@ -100,6 +117,10 @@ std::string check_op(const std::string& name) {
 int run_ops(BenchOpsOptions options) {
     check_number("--seconds", options.seconds, 0, 1e6);
     if (options.only.empty()) options.only = bench::bench_ops();
+    if (options.list) {
+        print_json(cases_json(options.only, options.quick));
+        return kSuccess;
+    }
     if (options.repeat == 0) options.repeat = options.quick ? 2 : 10;
     const bench::BenchDevices devices{open_with(options, SPLAT_KERNELS_PLAIN),
                                       open_with(options, SPLAT_KERNELS_AUTO)};
@@ -162,6 +183,7 @@ void add_bench_ops(CLI::App& bench, int& exit_code) {
         ->check(CLI::Range(0.0, 1e6).description(""));
     add_device_option(*ops, options->device);
     ops->add_flag("--quick", options->quick, "Measure one small shape per operator, as a check");
+    ops->add_flag("--list", options->list, "Print the cases as JSON instead: shapes, attributes");
     ops->add_flag("--table", options->table, "Print tables (the default)");
     add_json_flag(*ops, options->json);
     ops->callback([options, &exit_code] {

@@ -51,6 +51,7 @@ struct BenchRasterOptions : bench::RasterCaseOptions {
     bool json = false;
     bool no_plain = false;
     bool exact_pairs = false;
+    bool no_skips = false;
     std::string csv;
     std::string svg;
 };
@@ -72,8 +73,10 @@ int run_bench_raster(const BenchRasterOptions& options) {
         open(SPLAT_KERNELS_PLAIN, false), open(SPLAT_KERNELS_AUTO, false),
         open(SPLAT_KERNELS_PLAIN, true), open(SPLAT_KERNELS_AUTO, true)};
     const bench::RasterCase from = bench::make_case(options);
-    const bench::RasterMeasurement measurement = bench::measure_raster(
-        devices, from, {options.seconds, !options.no_plain, options.samples, options.exact_pairs});
+    const bench::RasterMeasurement measurement =
+        bench::measure_raster(devices, from,
+                              {options.seconds, !options.no_plain, options.samples,
+                               options.exact_pairs, !options.no_skips});
     const splat_device_info info = info_of(devices.fast.get());
     if (options.json) {
         Json document;
@@ -148,6 +151,7 @@ void add_bench_raster(CLI::App& bench, int& exit_code) {
         ->capture_default_str()
         ->check(CLI::Range(1, 100000).description(""));
     raster->add_flag("--no-plain", options->no_plain, "Measure the fast kernels only");
+    raster->add_flag("--no-skips", options->no_skips, "Do not measure what each skip gains");
     raster->add_flag("--exact-pairs", options->exact_pairs,
                      "Count the pairs of tile and Gaussian that a pixel needs");
     add_json_flag(*raster, options->json);

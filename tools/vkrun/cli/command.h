@@ -50,5 +50,6 @@ void add_bench_ops(CLI::App& bench, int& exit_code);
 void add_bench_raster(CLI::App& bench, int& exit_code);
 void add_bench_model(CLI::App& bench, int& exit_code);
 void add_bench_start(CLI::App& bench, int& exit_code);
+void add_bench_dispatch(CLI::App& bench, int& exit_code);
 
 }  // namespace vkrun
