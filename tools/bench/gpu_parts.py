@@ -1,0 +1,306 @@
+"""The parts of tools/bench/gpu. Each takes a Bench and returns its figures; a row that could not be measured has
+"problem" instead of figures. Part `peers` is in gpu_peers.py."""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import statistics
+import sys
+import tempfile
+import time
+
+from gpu_peers import NETWORKS, peers
+from programs import PROGRAMS, hash_lines, last_line, listed_tests, run, test_outcome
+
+KERNELS = ("plain", "cpu", "gpu")
+OBJECTS = (1, 4, 16)
+
+
+class Bench:
+    """Where things are, the time that is left, and the document that the parts fill."""
+
+    def __init__(self, root, options):
+        self.root, self.options, self.vkrun = root, options, options.vkrun
+        self.build = options.vkrun.parents[2]
+        self.out = options.out
+        self.end = time.monotonic() + options.seconds
+        self.deadline = self.end
+        self.pythons = {}  # by the module they have
+        self.plain = dict(os.environ)  # for other programs than ours
+        self.environment = self.plain | {"SPLAT_VALIDATION": "0", "SPLAT_TEST_VALIDATION": "0", "NODEVICE_SELECT": "1"}
+        libraries = self.build / "lib"
+        if libraries.is_dir():  # of a packed build, for its programs alone
+            self.environment["LD_LIBRARY_PATH"] = str(libraries)
+            self.environment["SPLAT_GOLDEN_DIR"] = str(root / "tests/golden")
+        self.out.mkdir(parents=True, exist_ok=True)
+        self.path = self.out / "gpu.json"
+        self.document = json.loads(self.path.read_text(encoding="utf-8")) if self.path.exists() else {"parts": {}}
+        self.open_device()
+
+    def open_device(self):
+        status, output, errors = run([self.vkrun, "devices", "--json"], self.environment, 60)
+        try:
+            found = [one for one in json.loads(output)["devices"] if one["default"]]
+        except (ValueError, KeyError):
+            found = []
+        if status != 0 or not found:
+            sys.exit("gpu: no usable device: " + last_line(errors) + "; `vkrun doctor` says why")
+        self.device = found[0]
+        self.is_cpu = self.device["kind"] == "cpu"
+        who = [f"{one['name']} with driver {one['driver']}, UUID {one['uuid']}"
+               for one in (self.document.get("device", self.device), self.device)]
+        if who[0] != who[1]:
+            sys.exit(f"gpu: {self.path} has the figures of {who[0]}; this device is {who[1]}: name another folder with "
+                     "--out")
+        self.document = {"device": self.device} | self.document
+
+    def left(self):
+        return max(self.deadline - time.monotonic(), 0)
+
+    def call(self, *command, most=1e9, given=None, **environment):
+        """Status, output and errors of a command that ends with the part at the latest, or None for the status
+        without time for it."""
+        seconds = min(self.left(), most)
+        if seconds < 1:
+            return None, "", "no time was left"
+        return run(command, self.environment | environment, seconds, given)
+
+    def config(self, path):
+        """The options for a network of NETWORKS."""
+        return ["--config", self.root / path] if path else []
+
+    def python(self, module):
+        """An interpreter that has a module: the given one, or else this one or the system's, or None."""
+        if module not in self.pythons:
+            given = self.options.python
+            able = [program for program in ([given] if given else [sys.executable, "/usr/bin/python3"])
+                    if run([program, "-c", "import " + module], self.plain, 60)[0] == 0]
+            self.pythons[module] = able[0] if able else None
+        return self.pythons[module]
+
+    def script(self, module, name, *words, most=1e9, **environment):
+        """As call(), of a script beside this one that needs a module of Python."""
+        program = self.python(module)
+        if program is None:
+            return 1, "", f"no {module} for Python here: --python PROGRAM names an interpreter that has it"
+        seconds = min(self.left(), most)
+        if seconds < 1:
+            return None, "", "no time was left"
+        return run([program, self.root / "tools/bench" / name, *words], self.plain | environment, seconds)
+
+    def json(self, *command, most=1e9, statuses=(0,), **environment):
+        """The JSON that a command of vkrun prints, or {"problem": ...}."""
+        return answer(*self.call(self.vkrun, *command, "--json", most=most, **environment), statuses)
+
+    def run_parts(self):
+        names = self.options.only or list(PARTS)
+        for i, name in enumerate(names):
+            shares = [PARTS[later][1] for later in names[i:]]
+            begin = time.monotonic()
+            self.deadline = begin + max(self.end - begin, 0) * shares[0] / sum(shares)
+            figures = {}
+            try:
+                self.document["parts"][name] = figures
+                PARTS[name][0](self, figures)
+                figures["status"] = "done" if self.left() > 0 else "cut off at its deadline"
+            except Exception as problem:  # the other parts go on
+                figures["status"] = f"failed: {type(problem).__name__}: {problem}"
+            figures["seconds"] = round(time.monotonic() - begin, 1)
+            figures["share"] = round(self.deadline - begin, 1)
+            self.save()
+            yield name, figures
+
+    def save(self):
+        self.document["seconds"] = self.options.seconds
+        parts = self.document["parts"]
+        self.document["parts"] = {name: parts[name] for name in PARTS if name in parts}
+        whole = self.path.with_suffix(".tmp")
+        whole.write_text(json.dumps(self.document, indent=1), encoding="utf-8")
+        whole.replace(self.path)
+
+
+def answer(status, output, errors, statuses=(0,)):
+    if status == 124:
+        return {"problem": "cut off at the deadline"}
+    if status not in statuses:
+        return {"problem": last_line(errors) if status is None else f"status {status}: {last_line(errors)}"}
+    try:
+        return json.loads(output)
+    except ValueError:
+        return {"problem": "its output is no JSON"}
+
+
+def without_device(found):
+    return {key: value for key, value in found.items() if key not in ("device", "library")}
+
+
+def device(bench, figures):
+    figures["driver"] = {key: bench.device[key] for key in ("name", "kind", "driver", "vulkan", "features", "kernels",
+                                                            "subgroup_size", "shared_memory_bytes", "heap_bytes",
+                                                            "max_storage_buffer_bytes")}
+    figures["vulkan"] = without_device(bench.json("bench", "dispatch", "--describe"))
+    fields = "name,driver_version,clocks.sm,clocks.max.sm,clocks.mem,clocks.max.mem,power.limit,temperature.gpu"
+    if shutil.which("nvidia-smi"):
+        _, output, _ = run(["nvidia-smi", "--query-gpu=" + fields, "--format=csv,noheader"], os.environ, 20)
+        figures["clocks"] = dict(zip(fields.split(","), (word.strip() for word in last_line(output).split(","))))
+    figures["kernels"] = {}
+    for kernels in KERNELS:
+        status, _, errors = bench.call(bench.vkrun, "bench", "dispatch", "--describe", "--json", SPLAT_KERNELS=kernels,
+                                       most=30)
+        figures["kernels"][kernels] = "run" if status == 0 else last_line(errors)
+
+
+def dispatch(bench, figures):
+    figures.update(without_device(bench.json("bench", "dispatch")))
+
+
+def checks(bench, figures):
+    figures["self_test"], figures["tests"] = {}, {}
+    for kernels in KERNELS:
+        status, output, errors = bench.call(bench.vkrun, "doctor", SPLAT_KERNELS=kernels, most=bench.left() / 4)
+        wrong = [line.strip() for line in (output + errors).splitlines() if "computes wrongly" in line]
+        figures["self_test"][kernels] = ("passed" if status == 0 and not wrong else
+                                         "; ".join(wrong) or answer(status, "", errors)["problem"])
+    figures["hashes"] = {}
+    for kind in ("ops", "raster"):
+        twice = [hash_lines(bench.build, kind, bench.environment, max(bench.left() / 4, 1)) for _ in range(2)]
+        figures["hashes"][kind] = ({"lines": len(twice[0]), "equal": twice[0] == twice[1], "values": twice[0]}
+                                   if twice[0] and twice[1] else {"problem": "the program failed or was cut off"})
+    stress = bench.json("stress", "--quick", most=bench.left() / 2, statuses=(0, 6, 7))
+    results = stress.get("results")
+    figures["stress"] = stress if results is None else {
+        "results": len(results), "failed": [r["case"] if "case" in r else r for r in results if not r["passed"]],
+        "worst": max(r["error"] / r["allowed"] for r in results if r["allowed"] and not r["non_finite"])}
+    for test in tests_for(bench):
+        layer = PROGRAMS[pathlib.Path(test["program"]).name]
+        row = figures["tests"].setdefault(layer, {"passed": 0, "failed": [], "skipped": 0, "left_out": []})
+        if bench.left() < 2:
+            row["left_out"].append(test["name"])
+            continue
+        outcome = test_outcome(bench.build, test, bench.environment, bench.left())
+        row["passed"] += outcome["passed"]
+        row["failed"] += outcome["failed"]
+        row["skipped"] += sum(map(len, outcome["skipped"].values()))
+
+
+def tests_for(bench):
+    """The quick tests of the layers that compute. On a GPU also those of the kernels for GPUs that are too slow for a
+    quick run on a CPU, and not those of the kernels for CPUs."""
+    for test in listed_tests(bench.build):
+        layer = PROGRAMS[pathlib.Path(test["program"]).name]
+        filters = " ".join(test["arguments"])
+        if layer not in ("vk", "ops", "nn", "raster") or test["name"].startswith("Harness"):
+            continue
+        wanted = "quick" in test["labels"]
+        if not bench.is_cpu:
+            wanted = (wanted or filters.endswith("/gpu")) and not filters.endswith("/cpu")
+            test["arguments"] = [re.sub("-[*]/gpu$", "-*/cpu", word) for word in test["arguments"]]
+        if wanted:
+            yield test
+
+
+def ops(bench, figures):
+    size = ["--quick"] if bench.is_cpu else []
+    figures["shapes"] = "small ones" if bench.is_cpu else "those of the networks"
+    cases = bench.json("bench", "ops", "--list", *size)
+    if "problem" in cases:
+        raise RuntimeError(cases["problem"])
+    ceilings = bench.document["parts"].get("dispatch", {}).get("ceilings")
+    status, output, problem = bench.call(bench.build / "tests/ops/op_replay", given=json.dumps(cases),
+                                         most=bench.left() * 0.6)
+    figures["rows"] = rows = [with_rates(json.loads(line), ceilings) for line in output.splitlines()
+                              if line.endswith("}")]
+    for op in dict.fromkeys(row["op"] for row in rows):
+        checked = bench.json("bench", "ops", "--only", op, "--repeat", "1", *size, statuses=(0, 1))
+        errors = {(one["case"], one["direction"]): one["fast"] for one in checked.get("results", [])}
+        for row in rows:
+            if row["op"] == op:
+                fast = errors.get((row["case"], row["direction"]), {})
+                row["relative_l2"], row["good"] = fast.get("relative_l2"), fast.get("good")
+    if status != 0:
+        rows.append({"op": "the others" if rows else "all"} | answer(status, "", problem))
+
+
+def with_rates(row, ceilings):
+    seconds = row["ms"]["min"] * 1e-3
+    if seconds > 0:
+        row["tflop_per_s"], row["gb_per_s"] = row["flops"] / seconds * 1e-12, row["bytes"] / seconds * 1e-9
+        if ceilings:
+            row["of_ceiling"] = max(row["tflop_per_s"] / ceilings["fma_tflop_per_s"]["best"],
+                                    row["gb_per_s"] / ceilings["copy_gb_per_s"]["best"])
+    return row
+
+
+def networks(bench, figures):
+    figures["rows"] = []
+    for objects in OBJECTS:
+        for name, config in NETWORKS.items():
+            command = ["bench", "model", *bench.config(config), "--objects", str(objects), "--backward"]
+            row = bench.json(*command, "--rounds", "5" if not bench.is_cpu else "1")
+            if "problem" not in row:
+                row = {key: row[key] for key in ("parameters", "gflop", "forward", "forward_backward", "memory")}
+                profiled = bench.json(*command, "--rounds", "1", "--profile")
+                row["lists"] = profiled.get("lists", profiled)
+                row["profile"] = profiled.get("profile")
+            figures["rows"].append({"network": name, "objects": objects} | row)
+
+
+def scenes(bench, folder):
+    """Name, scene and options of each, or a problem; made by scenes.py, and the real one where it is."""
+    status, _, errors = bench.script("numpy", "scenes.py", folder, most=bench.left() / 3)
+    made = None if status == 0 else answer(status, "", errors)["problem"]
+    real = pathlib.Path(os.environ.get("SPLAT_REAL_DIR", bench.root.parent / "shared/real"))
+    for name in ("si128_trained", "si128_init"):
+        yield name, made, [folder / f"{name}.ply", "--cameras", folder / f"{name}.json", "--background", "1,1,1"]
+    guitar = real / "derived/guitar_inria_sh0.ply"
+    yield ("guitar", None if guitar.exists() else "not here; SPLAT_REAL_DIR names the folder of real files",
+           [guitar, "--cameras", real / "images/guitar_orbit/transforms.json", "--scale", "5"])
+    for name in ("synth500k", "million"):
+        yield name, made, [folder / f"{name}.ply", "--cameras", folder / f"{name}.json"]
+
+
+def raster(bench, figures):
+    figures["rows"] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name, problem, words in scenes(bench, pathlib.Path(folder)):
+            row = {"problem": problem} if problem else bench.json(
+                "bench", "raster", *words, "--no-plain", "--no-skips", "--samples", "50",
+                "--seconds", "0.5" if bench.is_cpu else "2")
+            figures["rows"].append(row.get("result", row) | {"scene": name})
+
+
+def training(bench, figures):
+    figures["rows"] = []
+    with tempfile.TemporaryDirectory() as folder:
+        made = bench.json("data", "synth", folder + "/data", "--objects", "8", "--views", "12", "--size", "64",
+                          "--seed", "1")
+        for objects in (4, 8):
+            row = made if "problem" in made else training_steps(bench, folder, objects)
+            figures["rows"].append({"objects": objects, "views": 6} | row)
+
+
+def training_steps(bench, folder, objects):
+    steps = 4 if bench.is_cpu else 60
+    run_folder = pathlib.Path(folder) / f"run{objects}"
+    status, _, errors = bench.call(
+        bench.vkrun, "train", bench.root / "tools/weights/cars64/cars64.yaml", "--data", folder + "/data", "--out",
+        run_folder, *(word for setting in (f"opt.batch_size={objects}", f"opt.micro_batch={objects}",
+                                           "opt.imgs_per_obj=6", f"opt.iterations={steps}", "logging.loss_log=1", "logging.val_log=1000000")
+                      for word in ("--set", setting)))
+    lines = (run_folder / "metrics.jsonl")
+    rows = [json.loads(line) for line in lines.read_text().splitlines()] if lines.exists() else []
+    rows = [row for row in rows if "network_ms" in row]
+    if len(rows) < 3:
+        return {"problem": answer(status, "", errors)["problem"] if status else f"only {len(rows)} steps were logged"}
+    each = [1e3 * (after["seconds"] - before["seconds"]) for before, after in zip(rows[1:], rows[2:])]
+    figures = {"steps": len(rows), "step_ms": {"min": min(each), "median": statistics.median(each)}}
+    for key in ("network_ms", "render_ms", "update_ms"):
+        figures[key] = statistics.median(row[key] for row in rows[1:])
+    return figures
+
+
+# A share of the time each. A GPU needs less for most of them; a CPU is cut off.
+PARTS = {"device": (device, 2), "dispatch": (dispatch, 5), "checks": (checks, 30), "ops": (ops, 14),
+         "networks": (networks, 25), "raster": (raster, 14), "training": (training, 6), "peers": (peers, 14)}

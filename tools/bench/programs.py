@@ -1,0 +1,83 @@
+"""Running the project's programs for tools/bench/devices and tools/bench/gpu: with a deadline, tests by layer, hashes."""
+
+import json
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import tempfile
+from xml.etree import ElementTree
+
+PROGRAMS = {"vk_test": "vk", "ops_test": "ops", "nn_test": "nn", "raster_test": "raster", "model_test": "model",
+            "api_test": "api", "api_raster_test": "api"}
+
+
+def run(command, environment, timeout=3600, given=None):
+    """Exit status (124 after the timeout), standard output and error. What the command started ends with it."""
+    with subprocess.Popen(list(map(str, command)), env=environment, text=True, errors="replace", start_new_session=True,
+                          stdin=subprocess.PIPE if given is not None else subprocess.DEVNULL, stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE) as process:
+        try:
+            output, errors = process.communicate(given, timeout=timeout)
+            return process.returncode, output, errors
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            output, errors = process.communicate()
+            return 124, output, errors
+
+
+def last_line(text):
+    """What a program said last; of vkrun its sentence, before the advice."""
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    return next((line for line in lines if line.startswith("vkrun: ")), lines[-1] if lines else "nothing was said")
+
+
+def listed_tests(build):
+    """Tests of PROGRAMS as [{name, labels, program, arguments, environment}], of ctest, or of tests.json of a packed
+    build, where there is no ctest."""
+    packed = pathlib.Path(build) / "tests.json"
+    if packed.exists():
+        return json.loads(packed.read_text(encoding="utf-8"))
+    listed = json.loads(subprocess.run(["ctest", "--show-only=json-v1"], cwd=build, stdout=subprocess.PIPE, text=True,
+                                       check=True).stdout)["tests"]
+    found = []
+    for test in listed:
+        properties = {p["name"]: p["value"] for p in test["properties"]}
+        if "command" not in test or pathlib.Path(test["command"][0]).name not in PROGRAMS:
+            continue
+        found.append({"name": test["name"], "labels": properties["LABELS"],
+                      "program": os.path.relpath(test["command"][0], build), "arguments": test["command"][1:],
+                      "environment": dict(pair.split("=", 1) for pair in properties.get("ENVIRONMENT", []))})
+    return found
+
+
+def test_outcome(build, test, environment, timeout=3600):
+    """{passed, failed: [names], skipped: {reason: [names]}} of the cases of a test. One that does not end has failed."""
+    row = {"passed": 0, "failed": [], "skipped": {}}
+    with tempfile.NamedTemporaryFile(suffix=".xml") as report:
+        status, output, _ = run([pathlib.Path(build) / test["program"], *test["arguments"],
+                                 f"--gtest_output=xml:{report.name}"], test["environment"] | environment, timeout)
+        text = report.read()
+    if not text:
+        row["passed"] = len(re.findall(r"^\[       OK \]", output, re.M))
+        row["failed"].append(f"{test['name']} did not end in time" if status == 124
+                             else f"{test['name']} ended with {status}")
+        return row
+    for case in ElementTree.fromstring(text).iter("testcase"):
+        name, skipped = f"{case.get('classname')}.{case.get('name')}", case.find("skipped")
+        if case.find("failure") is not None:
+            row["failed"].append(name)
+        elif skipped is not None:
+            row["skipped"].setdefault(skipped.get("message").splitlines()[-1], []).append(name)
+        elif case.get("status") == "run":
+            row["passed"] += 1
+    return row
+
+
+def hash_lines(build, kind, environment, timeout=3600):
+    """The lines of op_hashes ("ops") or raster_hashes ("raster"), one for each operator or scene and set of kernels;
+    None if the program failed."""
+    command = {"ops": ["tests/ops/op_hashes"], "raster": ["tests/raster/raster_hashes", "1"]}[kind]
+    status, output, _ = run([pathlib.Path(build) / command[0], *command[1:]], environment, timeout)
+    return output.splitlines() if status == 0 else None
