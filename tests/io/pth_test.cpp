@@ -39,7 +39,7 @@ using test::Golden;
 
 /// ckpt.npz, which describes the checkpoints in the same folder.
 Golden checkpoint_arrays(const std::string& folder) {
-    auto npz = test::Npz::read(folder + "ckpt.npz");
+    auto npz = test::Npz::read(folder + "ckpt.npz.xz");
     EXPECT_OK(npz.status());
     return {npz.ok() ? std::move(npz.value()) : test::Npz(), "ckpt", false};
 }
