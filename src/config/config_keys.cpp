@@ -97,6 +97,20 @@ constexpr Field kSubset{
         return ConfigEntry{"", {count == 0 ? -1 : count}, false, false};
     }};
 
+/// opt.step_lr_at: -1 means never. Published configurations have no opt.lr_schedule: the key alone asks for the step.
+constexpr Field kStepAt{
+    KeyType::kInteger, Part::kTraining,
+    [](const Config& config, const Key& key, Settings& settings) -> Status {
+        TrainConfig& c = settings.training;
+        SPLAT_ASSIGN(const std::int64_t step, config.get<std::int64_t>(key.name, 0));
+        c.step_lr_at = static_cast<std::uint64_t>(std::max<std::int64_t>(step, 0));
+        if (step > 0 && config.find("opt.lr_schedule") == nullptr) c.schedule = Schedule::kStep;
+        return check_range(config.what(), key, static_cast<double>(step));
+    },
+    [](const Key& key, const Settings& settings) {
+        return write_field(key, settings.training.step_lr_at);
+    }};
+
 /// opt.pretrained_hf: whether to fetch weights, or their name.
 constexpr Field kHub{KeyType::kAny, Part::kTraining,
                      [](const Config& config, const Key& key, Settings&) -> Status {
@@ -297,8 +311,10 @@ constexpr Key kOptimiserKeys[] = {
      "opt.step_lr_at on."},
     {"opt.warmup", kTraining<&T::warmup>, kSteps, kOurs,
      "Updates in which the learning rate rises from 0."},
-    {"opt.step_lr_at", kTraining<&T::step_lr_at>, kSteps, kPublished,
-     "First update with a tenth of the learning rate, where opt.lr_schedule is step."},
+    {"opt.step_lr_at", kStepAt, Values{-1, 1e15}, kPublished,
+     "First update with a tenth of the learning rate, where opt.lr_schedule is step or not given; "
+     "-1: "
+     "never."},
     {"opt.loss", kTraining<&T::pixel_loss>, words("l2, l1"), kPublished,
      "Difference of pixels: its square, or its magnitude."},
     {"opt.lambda_ssim", kTraining<&T::ssim_weight>, kFraction, kOurs,

@@ -72,7 +72,10 @@ constexpr Dependent kDependent[] = {
     {"data.tokens_file", has_tokens, "where model.token_dim is 0"},
     {"cam_embd.dimension", is_modulated, kNoEmbedding},
     {"cam_embd.film", is_modulated, kNoEmbedding},
-    {"opt.step_lr_at", [](const Settings& s) { return s.training.schedule == Schedule::kStep; },
+    {"opt.step_lr_at",
+     [](const Settings& s) {
+         return s.training.schedule == Schedule::kStep || s.training.step_lr_at == 0;
+     },
      "unless opt.lr_schedule is step"},
     {"opt.start_lpips_after", has_lpips, kNoLpips},
     {"opt.lpips_weights", has_lpips, kNoLpips},

@@ -53,8 +53,8 @@ TEST(ConfigEffects, KeysThatNeedAnotherAreNamedWithoutIt) {
         const char* complete;
     };
     const Case cases[] = {
-        {"opt: {step_lr_at: 5}", "'opt.step_lr_at' has no effect unless opt.lr_schedule is step",
-         "opt: {step_lr_at: 5, lr_schedule: step}"},
+        {"opt: {step_lr_at: 5, lr_schedule: constant}",
+         "'opt.step_lr_at' has no effect unless opt.lr_schedule is step", "opt: {step_lr_at: 5}"},
         {"opt: {start_lpips_after: 5}", "'opt.start_lpips_after' has no effect while",
          "opt: {start_lpips_after: 5, lambda_lpips: 0.1}"},
         {"opt: {lpips_weights: [a]}", "'opt.lpips_weights' has no effect while",

@@ -64,6 +64,34 @@ TEST(TrainConfigPublished, LoadWithWarningsOnly) {
               "merged.yaml: 'general.num_devices'\n");
 }
 
+/// Keys of the trainer that made the released weights. A step without a schedule means the schedule step; -1 none.
+TEST(TrainConfigPublished, OlderKeysMeanWhatTheyMeant) {
+    const auto made = [](const std::string& opt) {
+        const auto merged = merge(defaults(true), "opt: {" + opt + "}\n");
+        EXPECT_OK(merged.status());
+        return merged.ok() ? merged.value().training : config::TrainConfig();
+    };
+    const config::TrainConfig cars =
+        made("lambda_lpips: 0.01, start_lpips_after: 800001, step_lr_at: 800001");
+    EXPECT_EQ(cars.schedule, config::Schedule::kStep);
+    EXPECT_EQ(cars.rate(800000), 5e-5);
+    EXPECT_EQ(cars.rate(800001), 5e-5 / 10);
+    EXPECT_EQ(cars.lpips_after, 800001U);
+    const config::TrainConfig objaverse = made("step_lr_at: -1, start_lpips_after: 0");
+    EXPECT_EQ(objaverse.schedule, config::Schedule::kConstant);
+    EXPECT_EQ(objaverse.rate(1000000), 5e-5);
+    EXPECT_EQ(made("step_lr_at: 7, lr_schedule: cosine").schedule, config::Schedule::kCosine);
+    EXPECT_ERROR(merge(defaults(true), "opt: {step_lr_at: -2}\n").status(), Code::kInvalidArgument,
+                 "'opt.step_lr_at' is -2, expected -1 to 10^15");
+    const std::string never[] = {"opt.step_lr_at=-1"};
+    const auto config = read_yaml_config(defaults(true), "merged.yaml");
+    const auto warnings =
+        config::training_warnings(config::with_values(config.value(), never).value());
+    ASSERT_OK(warnings.status());
+    for (const std::string& warning : warnings.value())
+        EXPECT_EQ(warning.find("step_lr_at"), std::string::npos) << warning;
+}
+
 TEST(TrainConfigPublished, DataSetsOfOneFieldOfView) {
     struct Case {
         const char* over;

@@ -114,11 +114,79 @@ TEST(Pickle, RunsNothing) {
         expect_pickle_refused(PickleText().text(module).text(name).raw("\x93").done(), full.c_str(),
                               Code::kUnsupported);
     }
-    for (const char* op :
-         {"i", "o", "\x81", "\x92", "\x82", "P", "S'x'\n", "I1\n", "\x8b", "0", "2"})
+    for (const char* op : {"i", "o", "\x92", "\x82", "P", "S'x'\n", "I1\n", "\x8b", "0", "2"})
         expect_pickle_refused(std::string("\x80\x02}") + op + "....", "opcode", Code::kUnsupported);
     expect_pickle_refused("\x80\x05N.", "protocol 5", Code::kUnsupported);
     expect_pickle_refused(std::string("\x80\0N.", 4), "protocol 0", Code::kUnsupported);
+}
+
+/// An object of a class that is not run, without a state.
+PickleText& object(PickleText& text, const char* name = "dictconfig DictConfig") {
+    const std::string full = name;
+    const std::size_t blank = full.find(' ');
+    return text.global("omegaconf." + full.substr(0, blank), full.substr(blank + 1)).raw(")\x81");
+}
+
+TEST(Pickle, StandsInForConfigurations) {
+    PickleText text;
+    text.raw("}");
+    object(text.text("betas"), "listconfig ListConfig").raw("q\1}q\2(");
+    text.text("_parent").raw("h\1");  // a cycle
+    text.text("_metadata");
+    object(text, "base ContainerMetadata").raw("}(").text("object_type");
+    text.global("__builtin__", "list").text("ref_type").global("typing", "Any");
+    text.text("resolver_cache").global("collections", "defaultdict");
+    text.global("__builtin__", "dict").raw("\x85Rub");
+    text.text("_content").raw("]");
+    object(text, "nodes AnyNode").raw("}").text("_val").real(0.9).raw("sbaubs");
+    const auto pickle = read(text.done());
+    ASSERT_OK(pickle.status());
+    const Pickle& p = pickle.value();
+    const PickleNode* betas = p.find(p.root(), "betas");
+    ASSERT_TRUE(betas != nullptr && betas->kind == Kind::kObject);
+    EXPECT_EQ(p.find(*betas, "_parent"), betas);
+    const PickleNode* metadata = p.find(*betas, "_metadata");
+    ASSERT_NE(metadata, nullptr);
+    EXPECT_EQ(p.find(*metadata, "resolver_cache")->kind, Kind::kDict);
+    const PickleNode* content = p.find(*betas, "_content");
+    ASSERT_TRUE(content != nullptr && content->items.size() == 1);
+    EXPECT_EQ(p.find(p[content->items[0]], "_val")->real, 0.9);
+}
+
+TEST(Pickle, RefusesOtherUsesOfConfigurations) {
+    const auto refused = [](const std::string& text, const char* part) {
+        PickleText pickle;
+        expect_pickle_refused(object(pickle).raw(text).done(), part);
+    };
+    refused("K\1b", "a state for an object");
+    refused("]b", "a state for an object");
+    refused(")R", "not a function");
+    refused("K\1a", "items for an object");
+    const auto made = [](const char* module, const char* name, const char* rest, const char* part) {
+        expect_pickle_refused(PickleText().global(module, name).raw(rest).done(), part);
+    };
+    made("omegaconf.dictconfig", "DictConfig", "K\1\x85\x81", "has arguments here");
+    made("omegaconf.dictconfig", "DictConfig", ")R", "do not fit omegaconf");
+    made("__builtin__", "list", ")\x81", "an object of __builtin__.list");
+    made("__builtin__", "list", ")R", "do not fit __builtin__.list");
+    made("torch", "FloatStorage", ")\x81", "an object of torch.FloatStorage");
+    made("collections", "defaultdict", "K\1\x85R", "do not fit collections.defaultdict");
+    made("collections", "defaultdict", ")\x81", "an object of collections.defaultdict");
+    expect_pickle_refused("\x80\x02})\x81.", "not a class");
+    for (const char* name : {"_impl instantiate", "omegaconf OmegaConf", "base Node"}) {
+        PickleText pickle;
+        expect_pickle_refused(object(pickle, name).done(), "not part of a state dict",
+                              Code::kUnsupported);
+    }
+    // Each object costs the attributes that it takes.
+    PickleText many;
+    many.raw("}q\1(");
+    for (int i = 0; i < 1000; ++i) many.text(std::to_string(i)).raw("N");
+    many.raw("u(");
+    for (int i = 0; i < 1000; ++i) object(many).raw("h\1b");
+    DecodeBudget budget(0, {0, 1ULL << 20U});
+    EXPECT_ERROR(Pickle::read(bytes_of(many.raw("t").done()), budget).status(), Code::kFormat,
+                 "which may take 1048576");
 }
 
 TEST(Pickle, RefusesCallsThatDoNotFit) {

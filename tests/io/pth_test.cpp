@@ -92,6 +92,22 @@ TEST(GoldenNetCheckpoint, WeightsAndScalars) {
     }
 }
 
+/// The published trainer of cars and chairs: the pickle holds its configuration, too.
+TEST(GoldenNetCheckpoint, OfficialFilesHoldAConfiguration) {
+    SPLAT_NEEDS_GOLDEN_FOLDER();
+    const std::string folder = *test::golden_folder() + "/net/";
+    const auto source = open_source(folder + "official_style.pth");
+    ASSERT_OK(source.status());
+    const auto file = read_pth(*source.value());
+    ASSERT_OK(file.status());
+    expect_golden(file.value().tensors, checkpoint_arrays(folder));
+    const auto adam = read_pth_adam(*source.value());
+    ASSERT_OK(adam.status());
+    ASSERT_EQ(adam.value().groups.size(), 1U);
+    EXPECT_EQ(adam.value().groups[0].beta1, 0.9);
+    EXPECT_EQ(adam.value().groups[0].beta2, 0.999);
+}
+
 TEST(GoldenNetCheckpoint, StridesAreThoseOfTheFile) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
     const Golden golden = checkpoint_arrays(*test::golden_folder() + "/net/");

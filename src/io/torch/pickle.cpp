@@ -181,6 +181,8 @@ class Unpickler {
                 return push_global_stack();
             case 'R':
                 return reduce();
+            case 0x81:  // NEWOBJ
+                return push_object();
             case 'b':
                 return build();
             case 'Q':
@@ -210,7 +212,8 @@ class Unpickler {
                 return push_long();
             case 'G': {
                 SPLAT_ASSIGN(const Bytes data, reader_.take(8, "number"));
-                return push_real(number<double>(data.data(), std::endian::big));
+                return push(node(
+                    {.kind = Kind::kFloat, .real = number<double>(data.data(), std::endian::big)}));
             }
             case 'X':
                 return push_sized<std::uint32_t>(Kind::kText);
@@ -247,12 +250,6 @@ class Unpickler {
         T value = 0;
         SPLAT_TRY(reader_.read(value, "number"));
         return push_new(Kind::kInt, value);
-    }
-
-    Status push_real(double real) {
-        SPLAT_TRY(push_new(Kind::kFloat));
-        at(stack_.back()).real = real;
-        return {};
     }
 
     /// Little-endian, two's complement, of any length.
@@ -374,10 +371,35 @@ class Unpickler {
                 return push_new(Kind::kDtype, 0, at(arguments[0]).text);
             case Role::kScalar:
                 return scalar(arguments) ? Status() : misfit();
+            case Role::kDefaultDict: {
+                const bool by_type = arguments.size() == 1 && is_type(arguments[0]);
+                return arguments.empty() || by_type ? push_new(Kind::kDict) : misfit();
+            }
+            case Role::kObject:
+            case Role::kType:
             case Role::kStorageType:
                 break;
         }
         return misfit();
+    }
+
+    [[nodiscard]] bool is_type(std::uint32_t i) {
+        return at(i).kind == Kind::kGlobal &&
+               pickle_globals()[static_cast<std::size_t>(at(i).integer)].role == Role::kType;
+    }
+
+    /// An object without arguments, of a class that nothing here needs: a stand-in without attributes.
+    Status push_object() {
+        SPLAT_ASSIGN(const std::vector<std::uint32_t> call, pop_many(2));
+        const PickleNode& global = at(call[0]);
+        const PickleNode& arguments = at(call[1]);
+        if (global.kind != Kind::kGlobal || arguments.kind != Kind::kTuple)
+            return bad("an object of something that is not a class");
+        const PickleGlobal& row = pickle_globals()[static_cast<std::size_t>(global.integer)];
+        if (row.role != Role::kObject || !arguments.items.empty())
+            return bad("an object of " + std::string(row.name) +
+                       ", which is made by a call or has arguments here");
+        return push_new(Kind::kObject);
     }
 
     /// OrderedDict(), and OrderedDict([[key, value], ...]), as Python 2 writes it.
@@ -412,22 +434,21 @@ class Unpickler {
         if (arguments.size() != 2 || at(arguments[0]).kind != Kind::kDtype ||
             (at(arguments[1]).kind != Kind::kBytes && at(arguments[1]).kind != Kind::kText))
             return false;
-        const std::string_view type = at(arguments[0]).text;
-        const Bytes data = as_bytes(at(arguments[1]).text);
-        if (type == "f8" && data.size() == 8) return push_real(number<double>(data.data())).ok();
-        if (type == "f4" && data.size() == 4)
-            return push_real(static_cast<double>(number<float>(data.data()))).ok();
-        if (type == "i8" && data.size() == 8)
-            return push_new(Kind::kInt, number<std::int64_t>(data.data())).ok();
-        return false;
+        const auto value = numpy_scalar(at(arguments[0]).text, as_bytes(at(arguments[1]).text));
+        return value && push(node(*value)).ok();
     }
 
-    /// The state of an object: attributes of a dict or of a parameter, which are ignored, or a dtype's byte order.
+    /// The state of an object: attributes of a dict or of a parameter, which are ignored; those of a stand-in; a
+    /// dtype's byte order.
     Status build() {
         SPLAT_ASSIGN(const std::uint32_t state, pop());
         SPLAT_TRY(need(1));
         const PickleNode& object = at(stack_.back());
         if (object.kind == Kind::kDict && at(state).kind == Kind::kDict) return {};
+        if (object.kind == Kind::kObject && at(state).kind == Kind::kDict) {
+            give_items(at(state).items);
+            return {};
+        }
         if (object.kind == Kind::kTensor && at(state).kind == Kind::kTuple) return {};
         if (object.kind == Kind::kDtype && at(state).kind == Kind::kTuple &&
             at(state).items.size() >= 2) {
@@ -474,21 +495,6 @@ Result<Pickle> Pickle::read(Buffer bytes, DecodeBudget& budget, std::size_t coun
     pickle.bytes_ = std::move(bytes);
     SPLAT_TRY(Unpickler(pickle, budget).run(count));
     return pickle;
-}
-
-Result<NumberType> Pickle::storage_type(const PickleNode& global) {
-    const auto row = static_cast<std::size_t>(global.integer);
-    if (global.kind == Kind::kGlobal && pickle_globals()[row].role == PickleRole::kStorageType)
-        return pickle_globals()[row].type;
-    return error(Code::kUnsupported, "pickle: '%s' is not a storage type",
-                 std::string(global.text).c_str());
-}
-
-const char* kind_name(PickleNode::Kind kind) {
-    constexpr const char* kNames[] = {"None",      "a bool",   "a number", "a number", "a text",
-                                      "a text",    "a list",   "a tuple",  "a dict",   "a type",
-                                      "a storage", "a tensor", "a type"};
-    return kNames[static_cast<std::size_t>(kind)];
 }
 
 }  // namespace splat::io

@@ -26,13 +26,14 @@ struct PickleNode {
         kStorage,  ///< items of the persistent id: 'storage', type, key, location, elements
         kTensor,   ///< items: storage, offset, size, stride, ...
         kDtype,    ///< text: NumPy's letter and size, e.g. "f8"
+        kObject,   ///< items: its attributes, as of a dict; an object of a class that is not run
     };
 
     Kind kind = Kind::kNone;
     std::int64_t integer = 0;
     double real = 0;
-    std::string_view text;
-    std::vector<std::uint32_t> items;  ///< numbers of nodes
+    std::string_view text = {};
+    std::vector<std::uint32_t> items = {};  ///< numbers of nodes
 };
 
 /// The values of a Python pickle, of the kinds that torch.save() writes. Nodes refer to each other by
@@ -42,8 +43,8 @@ class Pickle {
     using Kind = PickleNode::Kind;
 
     /// Reads pickles of protocol 2 to 4 that follow each other, without running any of it: a global off the allow-list
-    /// (tensors, storages, OrderedDict, torch.Size, scalars of NumPy) is refused by name, called or
-    /// not, as is every opcode that a state dict does not need.
+    /// (tensors, storages, OrderedDict, torch.Size, scalars of NumPy, the configuration that published trainers saved
+    /// too) is refused by name, called or not, as is every opcode that a state dict does not need.
     ///
     /// Errors       kUnsupported with the global or the opcode; kFormat with the byte, for
     ///              a pickle that is damaged or exceeds the budget, kMaxBytes, kMaxNodes or kMaxMarks
@@ -61,9 +62,9 @@ class Pickle {
         return size_;
     }  ///< bytes up to the end of the last one
 
-    /// The last value of this key; nullptr if there is none, or `dict` is not a dict.
+    /// The last value of this key, or attribute of an object; nullptr if there is none, or `dict` is neither.
     [[nodiscard]] const PickleNode* find(const PickleNode& dict, std::string_view key) const {
-        if (dict.kind != Kind::kDict) return nullptr;
+        if (dict.kind != Kind::kDict && dict.kind != Kind::kObject) return nullptr;
         for (std::size_t i = dict.items.size(); i >= 2; i -= 2) {
             const PickleNode& name = nodes_[dict.items[i - 2]];
             if (name.kind == Kind::kText && name.text == key) return &nodes_[dict.items[i - 1]];

@@ -1,5 +1,7 @@
 #include "io/torch/pickle_globals.h"
 
+#include "io/reader.h"
+
 namespace splat::io {
 namespace {
 
@@ -14,6 +16,18 @@ constexpr PickleGlobal kPickleGlobals[] = {
     {"numpy.dtype", PickleRole::kDtype},
     {"numpy.core.multiarray.scalar", PickleRole::kScalar},
     {"numpy._core.multiarray.scalar", PickleRole::kScalar},
+    // The published trainer saved the betas of Adam as a node of its OmegaConf configuration, and with it all of the
+    // configuration.
+    {"collections.defaultdict", PickleRole::kDefaultDict},
+    {"omegaconf.dictconfig.DictConfig", PickleRole::kObject},
+    {"omegaconf.listconfig.ListConfig", PickleRole::kObject},
+    {"omegaconf.nodes.AnyNode", PickleRole::kObject},
+    {"omegaconf.base.Metadata", PickleRole::kObject},
+    {"omegaconf.base.ContainerMetadata", PickleRole::kObject},
+    {"typing.Any", PickleRole::kType},
+    {"__builtin__.dict", PickleRole::kType},
+    {"__builtin__.list", PickleRole::kType},
+    {"__builtin__.long", PickleRole::kType},
     {"torch.FloatStorage", PickleRole::kStorageType, NumberType::kF32},
     {"torch.DoubleStorage", PickleRole::kStorageType, NumberType::kF64},
     {"torch.HalfStorage", PickleRole::kStorageType, NumberType::kF16},
@@ -46,6 +60,36 @@ std::optional<std::string> latin1(std::string_view text) {
         }
     }
     return bytes;
+}
+
+std::optional<PickleNode> numpy_scalar(std::string_view type, Bytes data) {
+    PickleNode value;
+    value.kind = type == "i8" ? PickleNode::Kind::kInt : PickleNode::Kind::kFloat;
+    if (type == "f8" && data.size() == 8)
+        value.real = number<double>(data.data());
+    else if (type == "f4" && data.size() == 4)
+        value.real = static_cast<double>(number<float>(data.data()));
+    else if (type == "i8" && data.size() == 8)
+        value.integer = number<std::int64_t>(data.data());
+    else
+        return std::nullopt;
+    return value;
+}
+
+Result<NumberType> Pickle::storage_type(const PickleNode& global) {
+    const auto row = static_cast<std::size_t>(global.integer);
+    if (global.kind == PickleNode::Kind::kGlobal &&
+        pickle_globals()[row].role == PickleRole::kStorageType)
+        return pickle_globals()[row].type;
+    return error(Code::kUnsupported, "pickle: '%s' is not a storage type",
+                 std::string(global.text).c_str());
+}
+
+const char* kind_name(PickleNode::Kind kind) {
+    constexpr const char* kNames[] = {"None",      "a bool",   "a number", "a number", "a text",
+                                      "a text",    "a list",   "a tuple",  "a dict",   "a type",
+                                      "a storage", "a tensor", "a type",   "an object"};
+    return kNames[static_cast<std::size_t>(kind)];
 }
 
 }  // namespace splat::io

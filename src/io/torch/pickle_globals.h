@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "io/tensor_file.h"
+#include "io/torch/pickle.h"
 
 namespace splat::io {
 
@@ -18,7 +19,10 @@ enum class PickleRole : std::uint8_t {
     kSize,
     kEncode,
     kDtype,
-    kScalar
+    kScalar,
+    kDefaultDict,
+    kObject,  ///< made without arguments and given a state; neither has a meaning here
+    kType     ///< named, never called
 };
 
 /// A name that a pickle may use.
@@ -34,5 +38,8 @@ std::span<const PickleGlobal> pickle_globals();
 /// What _codecs.encode(text, 'latin1') returns: the bytes that protocol 2 writes as text in UTF-8; nothing for a
 /// character outside Latin-1.
 std::optional<std::string> latin1(std::string_view text);
+
+/// A number of NumPy: its type, such as "f8", and its bytes. Nothing for other types and sizes.
+std::optional<PickleNode> numpy_scalar(std::string_view type, Bytes data);
 
 }  // namespace splat::io

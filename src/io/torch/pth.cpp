@@ -1,6 +1,7 @@
 #include "io/torch/pth.h"
 
 #include <algorithm>
+#include <array>
 
 #include "core/checked_math.h"
 #include "io/reader.h"
@@ -257,6 +258,23 @@ Result<AdamMoments> read_moments(PthReader& reader, const PickleNode& key,
     return bad_pth("'" + prefix + "exp_avg' and '" + prefix + "exp_avg_sq' differ in shape");
 }
 
+/// Adam's betas: two numbers, or a list of an OmegaConf configuration, whose numbers are objects too.
+std::optional<std::array<double, 2>> betas_of(const Pickle& pickle, const PickleNode& group) {
+    const PickleNode* list = pickle.find(group, "betas");
+    if (list != nullptr && list->kind == Kind::kObject) list = pickle.find(*list, "_content");
+    if (list == nullptr || list->items.size() != 2 ||
+        (list->kind != Kind::kTuple && list->kind != Kind::kList))
+        return std::nullopt;
+    std::array<double, 2> betas{};
+    for (std::size_t i = 0; i < 2; ++i) {
+        const PickleNode* beta = &pickle[list->items[i]];
+        if (beta->kind == Kind::kObject) beta = pickle.find(*beta, "_val");
+        if (beta == nullptr || beta->kind != Kind::kFloat) return std::nullopt;
+        betas[i] = beta->real;
+    }
+    return betas;
+}
+
 Result<AdamGroup> read_group(PthReader& reader, const PickleNode& dict) {
     const Pickle& pickle = reader.pickle();
     SPLAT_TRY(check_few(dict));
@@ -264,13 +282,10 @@ Result<AdamGroup> read_group(PthReader& reader, const PickleNode& dict) {
     SPLAT_ASSIGN(group.lr, required(reader, dict, "lr"));
     SPLAT_ASSIGN(group.eps, required(reader, dict, "eps"));
     SPLAT_ASSIGN(group.weight_decay, required(reader, dict, "weight_decay"));
-    const PickleNode* betas = pickle.find(dict, "betas");
-    if (betas == nullptr || betas->items.size() != 2 ||
-        pickle[betas->items[0]].kind != Kind::kFloat ||
-        pickle[betas->items[1]].kind != Kind::kFloat)
-        return bad_pth("the optimiser does not have two 'betas', so it is not Adam");
-    group.beta1 = pickle[betas->items[0]].real;
-    group.beta2 = pickle[betas->items[1]].real;
+    const auto betas = betas_of(pickle, dict);
+    if (!betas) return bad_pth("the optimiser does not have two 'betas', so it is not Adam");
+    group.beta1 = (*betas)[0];
+    group.beta2 = (*betas)[1];
     const PickleNode* parameters = pickle.find(dict, "params");
     if (parameters == nullptr || parameters->kind != Kind::kList)
         return bad_pth("a group of the optimiser has no list 'params'");
