@@ -141,7 +141,9 @@ Status Queue::read_times(const CommandList::Objects& objects, Profile& profile) 
     }
     totals.device_ms = between(ticks.front(), ticks.back());
     for (const Command& command : objects.commands)
-        ++(is_barrier(command) ? totals.barriers : totals.commands);
+        ++(is_barrier(command)                      ? totals.barriers
+           : command.kind == CommandKind::kDispatch ? totals.dispatches
+                                                    : totals.copies);
     profile.add_list(totals);
     for (std::size_t i = 0;
          i < objects.commands.size();) {  // the parts of a split dispatch count as one

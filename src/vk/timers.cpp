@@ -44,7 +44,8 @@ void Profile::add_list(const ListTotals& totals) {
     const std::lock_guard lock(mutex_);
     ++lists_;
     totals_.submits += totals.submits;
-    totals_.commands += totals.commands;
+    totals_.dispatches += totals.dispatches;
+    totals_.copies += totals.copies;
     totals_.barriers += totals.barriers;
     totals_.gaps += totals.gaps;
     totals_.idle_ms += totals.idle_ms;
@@ -91,7 +92,8 @@ std::string Profile::json(const std::string& device) const {
     json.end().newline(1).key("idle").begin_object().member("count", totals_.gaps);
     json.key("total_ms").number(totals_.idle_ms, 9).end();
     json.newline(1).key("lists").begin_object().member("count", lists_);
-    json.member("submits", totals_.submits).member("commands", totals_.commands);
+    json.member("submits", totals_.submits).member("dispatches", totals_.dispatches);
+    json.member("copies", totals_.copies);
     json.member("barriers", totals_.barriers);
     json.member("bytes", bytes);
     json.key("device_ms").number(totals_.device_ms, 9).end().end();
@@ -116,11 +118,12 @@ std::string Profile::table(const std::string& device) const {
     }
     text += format("%-28s %-32s %8llu %10.3f\n", "between dispatches", "",
                    static_cast<unsigned long long>(totals_.gaps), totals_.idle_ms);
+    const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
     text += format(
-        "%llu lists: %llu submits, %llu commands, %llu barriers, %.3f ms from first to last\n",
-        static_cast<unsigned long long>(lists_), static_cast<unsigned long long>(totals_.submits),
-        static_cast<unsigned long long>(totals_.commands),
-        static_cast<unsigned long long>(totals_.barriers), totals_.device_ms);
+        "%llu lists: %llu submits, %llu dispatches, %llu fills and copies, %llu barriers, %.3f ms "
+        "from first to last\n",
+        count(lists_), count(totals_.submits), count(totals_.dispatches), count(totals_.copies),
+        count(totals_.barriers), totals_.device_ms);
     return text;
 }
 

@@ -19,14 +19,15 @@ struct CommandSpan {
 };
 
 /// What two timestamps enclose: each command alone, or all commands between two barriers of a submit, which may
-/// overlap on a GPU and which stamps of their own would put in a row.
+/// overlap on a GPU; timestamps around each would serialise them.
 std::vector<CommandSpan> timed_spans(const std::vector<Command>& commands,
                                      const std::vector<CommandSpan>& segments, bool alone);
 
 /// What one run of a command list did.
 struct ListTotals {
     std::uint64_t submits = 0;
-    std::uint64_t commands = 0;  ///< dispatches, each part of a split one, fills and copies
+    std::uint64_t dispatches = 0;  ///< each part of a split one
+    std::uint64_t copies = 0;      ///< and fills
     std::uint64_t barriers = 0;
     std::uint64_t gaps = 0;  ///< between commands, or levels of them, that were timed
     double idle_ms = 0;      ///< in the gaps
@@ -42,7 +43,7 @@ class Profile {
     void reset();
 
     /// {"device": …, "ops": [{"op", "kernel", "count", "total_ms", "min_ms", "median_ms", "bytes", "flops"}],
-    /// "idle": {"count", "total_ms"}, "lists": {"count", "submits", "commands", "barriers", "bytes",
+    /// "idle": {"count", "total_ms"}, "lists": {"count", "submits", "dispatches", "copies", "barriers", "bytes",
     /// "device_ms"}}, longest first; of an operator, bytes and flops are means over the dispatches.
     [[nodiscard]] std::string json(const std::string& device) const;
     /// The same as a table, with rates over the total time.

@@ -4,17 +4,21 @@
 What it writes, how it shares its time, what it says of bad input, and that what it packs runs without a Python.
 """
 
+import fcntl
 import json
 import os
 import pathlib
 import shutil
 import subprocess
 import sys
+import time
+import types
 import unittest
 
 TOOL, VKRUN, FOLDER = map(pathlib.Path, sys.argv[1:4])
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(TOOL.parent))
+import gpu_parts  # noqa: E402
 import gpu_report  # noqa: E402
 
 
@@ -31,6 +35,25 @@ def measure(name, *words, status=0, **environment):
     said = gpu("--vkrun", VKRUN, "--out", FOLDER / name, *words, status=status, **environment)
     path = FOLDER / name / "gpu.json"
     return said, json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
+
+
+def command_of(pid):
+    try:
+        return pathlib.Path(f"/proc/{pid}/cmdline").read_text(encoding="utf-8")
+    except OSError:
+        return ""
+
+
+def children_of(pid):
+    found = {}
+    for path in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        try:
+            parent = path.read_text(encoding="utf-8").rpartition(")")[2].split()[1]
+        except OSError:
+            continue
+        if parent == str(pid):
+            found[int(path.parent.name)] = command_of(path.parent.name)
+    return found
 
 
 class GpuBench(unittest.TestCase):
@@ -58,7 +81,9 @@ class GpuBench(unittest.TestCase):
         self.assertLess(networks["seconds"] + peers["seconds"], 8)
         self.assertEqual(len(networks["rows"]), 6)
         self.assertIn("problem", networks["rows"][-1])
+        self.assertGreater(len(peers["rows"]), 2)
         self.assertTrue(all("problem" in row for row in peers["rows"]), peers)
+        self.assertEqual(networks["status"], "cut off by its deadline")
 
     def test_refuses_what_it_cannot_do(self):
         self.assertIn("give either --out or --pack", gpu(status=2))
@@ -72,6 +97,43 @@ class GpuBench(unittest.TestCase):
         path = FOLDER / "other/gpu.json"
         path.write_text(path.read_text(encoding="utf-8").replace('"uuid": "', '"uuid": "0', 1), encoding="utf-8")
         self.assertIn("name another folder with --out", measure("other", "--only", "device", status=1)[0])
+        for damaged in ('{"parts":', "[]", "{}", '{"parts": [], "device": {}}', '{"parts": {}, "device": "x"}'):
+            path.write_text(damaged, encoding="utf-8")
+            said = gpu("--vkrun", VKRUN, "--out", FOLDER / "other", "--only", "device", status=1)
+            self.assertIn("is damaged: move it away", said)
+        self.assertIn("cannot write to", gpu("--vkrun", VKRUN, "--out", path / "below", status=1))
+        self.assertIn("no program in a build folder", gpu("--vkrun", "/bin/true", "--out", FOLDER, status=2))
+        with open(FOLDER / "other/gpu.lock", "w", encoding="utf-8") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            path.unlink()
+            self.assertIn("another run writes", measure("other", "--only", "device", status=1)[0])
+
+    def test_ends_what_it_started_when_it_is_interrupted(self):
+        with subprocess.Popen([TOOL, "--vkrun", VKRUN, "--out", FOLDER / "killed", "--only", "dispatch"],
+                              stderr=subprocess.PIPE, text=True) as process:
+            for _ in range(200):
+                started = children_of(process.pid)
+                if any("dispatch" in command for command in started.values()):
+                    break
+                time.sleep(0.05)
+            process.terminate()
+            self.assertNotIn("Traceback", process.communicate(timeout=20)[1])
+            self.assertEqual(process.returncode, 143)
+        self.assertTrue(started)
+        time.sleep(0.2)
+        for pid, command in started.items():
+            self.assertNotEqual(command_of(pid), command, "it goes on")
+
+    def test_chooses_tests_by_device(self):
+        def chosen(is_cpu):
+            bench = types.SimpleNamespace(build=VKRUN.parents[2], is_cpu=is_cpu)
+            return {test["name"]: test for test in gpu_parts.tests_for(bench)}
+        cpu, other = chosen(True), chosen(False)
+        self.assertIn("Conv2dCpu", cpu)
+        self.assertLess({"GaussianHead", "Losses", "Conv2dGpu", "Rasterizer", "Vk"}, set(other))
+        for name in ("Conv2dCpu", "SsimCpu", "OpSamplesBounds", "RasterizerLong"):
+            self.assertNotIn(name, other)
+        self.assertIn("-*/cpu", " ".join(other["Rasterizer"]["arguments"]))
 
     def test_tables_take_parts_that_ended_early(self):
         document = {"device": {"kind": "discrete", "name": "a GPU", "driver": "1"},
@@ -79,7 +141,7 @@ class GpuBench(unittest.TestCase):
         gpu_report.write(FOLDER, document)
         text = (FOLDER / "gpu.md").read_text(encoding="utf-8")
         self.assertTrue(text.startswith("# a GPU (1)"))
-        self.assertEqual(text.count("failed: x, 1 s."), len(gpu_report.SECTIONS))
+        self.assertEqual(text.count("failed: x, 1 of 0 s."), len(gpu_report.SECTIONS))
 
     def test_packs_what_runs_without_python(self):
         table = gpu("--vkrun", VKRUN, "--pack", FOLDER / "pack")

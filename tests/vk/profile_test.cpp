@@ -34,15 +34,26 @@ TEST(Profile, SumsUpByOperatorAndShader) {
     EXPECT_NE(table.find("a_cpu"), std::string::npos);
     EXPECT_NE(table.find("20.00"), std::string::npos) << "GB/s of all dispatches: " << table;
     EXPECT_LT(table.find("b_plain"), table.find("a_cpu"));
-    profile.add_list(
-        {.submits = 1, .commands = 5, .barriers = 2, .gaps = 3, .idle_ms = 1.5, .device_ms = 9});
-    profile.add_list(
-        {.submits = 2, .commands = 2, .barriers = 1, .gaps = 1, .idle_ms = 0.25, .device_ms = 1});
+    profile.add_list({.submits = 1,
+                      .dispatches = 4,
+                      .copies = 1,
+                      .barriers = 2,
+                      .gaps = 3,
+                      .idle_ms = 1.5,
+                      .device_ms = 9});
+    profile.add_list({.submits = 2,
+                      .dispatches = 2,
+                      .copies = 0,
+                      .barriers = 1,
+                      .gaps = 1,
+                      .idle_ms = 0.25,
+                      .device_ms = 1});
     const Json both = parse_json(profile.json("x"), "profile").value();
     EXPECT_EQ(both["idle"], (Json{{"count", 4}, {"total_ms", 1.75}}));
     EXPECT_EQ(both["lists"], (Json{{"count", 2},
                                    {"submits", 3},
-                                   {"commands", 7},
+                                   {"dispatches", 6},
+                                   {"copies", 1},
                                    {"barriers", 3},
                                    {"bytes", 3e8},
                                    {"device_ms", 10}}));
@@ -52,7 +63,7 @@ TEST(Profile, SumsUpByOperatorAndShader) {
     EXPECT_EQ(none["ops"].size(), 0U);
     EXPECT_EQ(none["idle"]["count"], 0);
     EXPECT_EQ(none["idle"]["total_ms"], 0);
-    EXPECT_EQ(none["lists"]["commands"], 0);
+    EXPECT_EQ(none["lists"]["dispatches"], 0);
 }
 
 TEST(Profile, KeepsItsMemoryBounded) {
@@ -134,7 +145,8 @@ TEST(Profile, DealsTheTimeOfALevelByEstimates) {
     EXPECT_OK(context->run(list));
     const Json json = parse_json(context->profile()->json("x"), "profile").value();
     EXPECT_EQ(json["idle"]["count"], 1) << "between two levels";
-    EXPECT_EQ(json["lists"]["commands"], 3);
+    EXPECT_EQ(json["lists"]["dispatches"], 1);
+    EXPECT_EQ(json["lists"]["copies"], 2);
     EXPECT_EQ(json["lists"]["barriers"], 3) << "before, between, to the host";
     double sum = json["idle"]["total_ms"].get<double>();
     for (const Json& op : json["ops"]) {

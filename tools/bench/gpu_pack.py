@@ -10,9 +10,11 @@ import sys
 import tarfile
 import tempfile
 
+from gpu_parts import commit_of
 from programs import listed_tests
 
 MIB = 2.0**20
+MOST = 64 * MIB  # of the tree and the archive, on the machines that are lent
 NAME = "libsplat-gpu"
 PROGRAMS = ("tools/vkrun/vkrun", "tests/vk/vk_test", "tests/ops/ops_test", "tests/ops/op_hashes",
             "tests/ops/op_replay", "tests/nn/nn_test", "tests/raster/raster_test", "tests/raster/raster_hashes",
@@ -21,8 +23,7 @@ PROGRAMS = ("tools/vkrun/vkrun", "tests/vk/vk_test", "tests/ops/ops_test", "test
 OF_OPERATORS = ("conv", "metric", "net_rgb", "net_sh0", "norm", "train")
 SOURCES = ("tools/bench/gpu", "tools/bench/*.py", "tools/bench/cub_sort.cu", "tools/weights/cars64/config.json",
            "tools/weights/cars64/cars64.yaml", "tests/golden/raster/*.xz",
-           *(f"tests/golden/net/{family}.npz.xz" for family in OF_OPERATORS),
-           "tests/support/vk_layer_settings_no_bounds.txt")
+           *(f"tests/golden/net/{family}.npz.xz" for family in OF_OPERATORS))
 # Of the C library and the loader, which every machine has; a copy of them would not fit its kernel and its drivers.
 OF_THE_SYSTEM = re.compile(r"(ld-linux.*|lib(c|m|dl|rt|pthread|resolv|util|nsl|anl|mvec))\.so[.0-9]*$")
 # Modules in C that are loaded when they are first needed.
@@ -30,12 +31,12 @@ EXTENSIONS = ("pyexpat", "_elementtree")
 RUN = """#!/bin/sh
 # Runs tools/bench/gpu of this folder with its arguments.
 here=$(cd "$(dirname "$0")" && pwd) || exit 1
+DRIVER
 newer='import sys; sys.exit(sys.version_info < (3, 9))'
 if command -v python3 >/dev/null 2>&1 && python3 -c "$newer" 2>/dev/null; then
     exec python3 "$here/tools/bench/gpu" "$@"
 fi
 export LD_LIBRARY_PATH="$here/build/packed/lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}" PYTHONHOME="$here/python"
-VK_DRIVER_FILES
 exec "$here/python/bin/python3" "$here/tools/bench/gpu" "$@"
 """
 
@@ -89,7 +90,7 @@ def add_library(folder, library):
     add_libraries_of(library, folder)
 
 
-def add_programs(build, into):
+def add_programs(root, build, into):
     (into / "lib").mkdir(parents=True)
     for program in PROGRAMS:
         if not (build / program).is_file():
@@ -98,9 +99,11 @@ def add_programs(build, into):
         add_libraries_of(build / program, into / "lib")
     add_library(into / "lib", pathlib.Path(loader_of_vulkan()))
     packed = {path.name for path in (into / "tests").glob("*/*")}
-    tests = [test for test in listed_tests(build) if pathlib.Path(test["program"]).name in packed]
+    tests = [test for test in listed_tests(build) if pathlib.Path(test["program"]).name in packed
+             and not test["name"].startswith("SecondGolden")]
     for test in tests:  # the settings of the validation layer, which is not carried
         test["environment"].pop("VK_LAYER_SETTINGS_PATH", None)
+    (into / "commit").write_text(commit_of(root), encoding="utf-8")
     (into / "tests.json").write_text(json.dumps(tests, indent=1), encoding="utf-8")
 
 
@@ -146,19 +149,20 @@ def tracked_bytes(root):
 
 def pack(root, options):
     build = options.vkrun.parents[2]
+    if not shutil.which("strip") or not shutil.which("ldd"):
+        sys.exit("gpu: --pack needs strip and ldd: install binutils and libc-bin")
     options.pack.mkdir(parents=True, exist_ok=True)
     archive = options.pack / f"{NAME}.tar.gz"
     with tempfile.TemporaryDirectory() as folder:
         top = pathlib.Path(folder) / NAME
         packed = top / "build/packed"
-        add_programs(build, packed)
+        add_programs(root, build, packed)
         add_sources(root, top)
         add_python(top / "python", packed / "lib")
         if options.software:
             software_driver(packed)
-        line = 'export VK_DRIVER_FILES="${VK_DRIVER_FILES:-$here/build/packed/icd.d/lvp_icd.json}"'
-        (top / "run").write_text(RUN.replace("VK_DRIVER_FILES\n", line + "\n" if options.software else ""),
-                                 encoding="utf-8")
+        line = 'export VK_ADD_DRIVER_FILES="$here/build/packed/icd.d/lvp_icd.json"  # after those of the machine\n'
+        (top / "run").write_text(RUN.replace("DRIVER\n", line if options.software else ""), encoding="utf-8")
         (top / "run").chmod(0o755)
         rows = [("programs", bytes_below(packed / "tools") + bytes_below(packed / "tests")),
                 ("libraries", bytes_below(packed / "lib")), ("Python", bytes_below(top / "python")),
@@ -173,3 +177,5 @@ def pack(root, options):
     width = max(len(name) for name, _ in rows)
     for name, size in rows:
         print(f"{name:<{width}}  {size / MIB:6.1f} MiB")
+    if rows[-1][1] > MOST:
+        print(f"gpu: warning: more than {MOST / MIB:.0f} MiB, which some machines do not take", file=sys.stderr)

@@ -1,11 +1,11 @@
 """The parts of tools/bench/gpu. Each takes a Bench and returns its figures; a row that could not be measured has
 "problem" instead of figures. Part `peers` is in gpu_peers.py."""
 
+import fcntl
 import json
 import os
 import pathlib
 import re
-import shutil
 import statistics
 import sys
 import tempfile
@@ -16,6 +16,7 @@ from programs import PROGRAMS, hash_lines, last_line, listed_tests, run, test_ou
 
 KERNELS = ("plain", "cpu", "gpu")
 OBJECTS = (1, 4, 16)
+LEAST = 3  # seconds of a part, while there are as many
 
 
 class Bench:
@@ -26,28 +27,54 @@ class Bench:
         self.build = options.vkrun.parents[2]
         self.out = options.out
         self.end = time.monotonic() + options.seconds
-        self.deadline = self.end
+        self.deadline, self.was_cut = self.end, False
         self.pythons = {}  # by the module they have
-        self.plain = dict(os.environ)  # for other programs than ours
+        libraries = str(self.build / "lib")  # of a packed build, for its programs alone
+        given = os.environ.get("LD_LIBRARY_PATH", "").split(":")
+        self.plain = {key: value for key, value in os.environ.items() if key not in ("PYTHONHOME", "LD_LIBRARY_PATH")}
+        self.plain |= {"LD_LIBRARY_PATH": ":".join(one for one in given if one and one != libraries)}
         self.environment = self.plain | {"SPLAT_VALIDATION": "0", "SPLAT_TEST_VALIDATION": "0", "NODEVICE_SELECT": "1"}
-        libraries = self.build / "lib"
-        if libraries.is_dir():  # of a packed build, for its programs alone
-            self.environment["LD_LIBRARY_PATH"] = str(libraries)
+        if os.path.isdir(libraries):
+            self.environment["LD_LIBRARY_PATH"] = libraries
             self.environment["SPLAT_GOLDEN_DIR"] = str(root / "tests/golden")
-        self.out.mkdir(parents=True, exist_ok=True)
-        self.path = self.out / "gpu.json"
-        self.document = json.loads(self.path.read_text(encoding="utf-8")) if self.path.exists() else {"parts": {}}
+        self.open_folder()
         self.open_device()
 
-    def open_device(self):
-        status, output, errors = run([self.vkrun, "devices", "--json"], self.environment, 60)
+    def open_folder(self):
+        """What the folder holds; no other run may write to it."""
+        self.path = self.out / "gpu.json"
         try:
-            found = [one for one in json.loads(output)["devices"] if one["default"]]
-        except (ValueError, KeyError):
+            self.out.mkdir(parents=True, exist_ok=True)
+            self.lock = open(self.out / "gpu.lock", "w", encoding="utf-8")
+        except OSError as problem:
+            sys.exit(f"gpu: cannot write to {self.out}: {problem.strerror}")
+        try:
+            fcntl.flock(self.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            sys.exit(f"gpu: another run writes to {self.out}: wait for it, or name another folder with --out")
+        self.document = {"parts": {}}
+        if not self.path.exists():
+            return
+        try:
+            self.document = json.loads(self.path.read_text(encoding="utf-8"))
+            good = (all(isinstance(part, dict) for part in self.document["parts"].values())
+                    and all(self.document["device"][key] for key in ("name", "driver", "uuid")))
+        except (OSError, ValueError, TypeError, KeyError, AttributeError):
+            good = False
+        if not good:
+            sys.exit(f"gpu: {self.path} is damaged: move it away, or name another folder with --out")
+
+    def open_device(self):
+        status, output, errors = run([self.vkrun, "devices", "--json"], self.environment, min(60, self.options.seconds))
+        try:
+            listed = json.loads(output)
+            found = [one for one in listed["devices"] if one["default"]]
+        except (ValueError, KeyError, TypeError):
             found = []
         if status != 0 or not found:
-            sys.exit("gpu: no usable device: " + last_line(errors) + "; `vkrun doctor` says why")
-        self.device = found[0]
+            why = "vkrun did not answer" if status == 124 else last_line(errors)
+            sys.exit(f"gpu: no usable device: {why}; `vkrun doctor` says more")
+        self.device, self.code = found[0], f"libsplat {listed['library']}{self.commit()}"
         self.is_cpu = self.device["kind"] == "cpu"
         who = [f"{one['name']} with driver {one['driver']}, UUID {one['uuid']}"
                for one in (self.document.get("device", self.device), self.device)]
@@ -56,16 +83,29 @@ class Bench:
                      "--out")
         self.document = {"device": self.device} | self.document
 
+    def commit(self):
+        """That of a packed build, or of the sources."""
+        packed = self.build / "commit"
+        if packed.exists():
+            return packed.read_text(encoding="utf-8")
+        return commit_of(self.root)
+
     def left(self):
         return max(self.deadline - time.monotonic(), 0)
 
     def call(self, *command, most=1e9, given=None, **environment):
         """Status, output and errors of a command that ends with the part at the latest, or None for the status
         without time for it."""
+        return self.run_for(most, command, self.environment | environment, given)
+
+    def run_for(self, most, command, environment, given=None):
         seconds = min(self.left(), most)
         if seconds < 1:
+            self.was_cut = True
             return None, "", "no time was left"
-        return run(command, self.environment | environment, seconds, given)
+        status, output, errors = run(command, environment, seconds, given)
+        self.was_cut = self.was_cut or status == 124
+        return status, output, errors
 
     def config(self, path):
         """The options for a network of NETWORKS."""
@@ -85,10 +125,7 @@ class Bench:
         program = self.python(module)
         if program is None:
             return 1, "", f"no {module} for Python here: --python PROGRAM names an interpreter that has it"
-        seconds = min(self.left(), most)
-        if seconds < 1:
-            return None, "", "no time was left"
-        return run([program, self.root / "tools/bench" / name, *words], self.plain | environment, seconds)
+        return self.run_for(most, [program, self.root / "tools/bench" / name, *words], self.plain | environment)
 
     def json(self, *command, most=1e9, statuses=(0,), **environment):
         """The JSON that a command of vkrun prints, or {"problem": ...}."""
@@ -99,12 +136,14 @@ class Bench:
         for i, name in enumerate(names):
             shares = [PARTS[later][1] for later in names[i:]]
             begin = time.monotonic()
-            self.deadline = begin + max(self.end - begin, 0) * shares[0] / sum(shares)
-            figures = {}
+            left = max(self.end - begin, 0)
+            self.deadline = begin + max(left * shares[0] / sum(shares), min(left, LEAST))
+            self.was_cut = False
+            figures = {"code": self.code, "begun": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())}
             try:
                 self.document["parts"][name] = figures
                 PARTS[name][0](self, figures)
-                figures["status"] = "done" if self.left() > 0 else "cut off at its deadline"
+                figures["status"] = "cut off by its deadline" if self.was_cut or self.left() == 0 else "done"
             except Exception as problem:  # the other parts go on
                 figures["status"] = f"failed: {type(problem).__name__}: {problem}"
             figures["seconds"] = round(time.monotonic() - begin, 1)
@@ -113,12 +152,20 @@ class Bench:
             yield name, figures
 
     def save(self):
-        self.document["seconds"] = self.options.seconds
         parts = self.document["parts"]
         self.document["parts"] = {name: parts[name] for name in PARTS if name in parts}
         whole = self.path.with_suffix(".tmp")
         whole.write_text(json.dumps(self.document, indent=1), encoding="utf-8")
         whole.replace(self.path)
+
+
+def commit_of(root):
+    """", commit 1234567", with "changed" where the sources have other contents; empty without git."""
+    said = [run(["git", "-C", root, *words], os.environ, 20) for words in (["rev-parse", "--short", "HEAD"],
+                                                                         ["status", "--porcelain"])]
+    if said[0][0] != 0:
+        return ""
+    return f", commit {said[0][1].strip()}{' changed' if said[1][1].strip() else ''}"
 
 
 def answer(status, output, errors, statuses=(0,)):
@@ -142,9 +189,11 @@ def device(bench, figures):
                                                             "max_storage_buffer_bytes")}
     figures["vulkan"] = without_device(bench.json("bench", "dispatch", "--describe"))
     fields = "name,driver_version,clocks.sm,clocks.max.sm,clocks.mem,clocks.max.mem,power.limit,temperature.gpu"
-    if shutil.which("nvidia-smi"):
-        _, output, _ = run(["nvidia-smi", "--query-gpu=" + fields, "--format=csv,noheader"], os.environ, 20)
-        figures["clocks"] = dict(zip(fields.split(","), (word.strip() for word in last_line(output).split(","))))
+    status, output, _ = run(["nvidia-smi", "--query-gpu=" + fields, "--format=csv,noheader"], bench.plain, 20)
+    for line in output.splitlines() if status == 0 else []:
+        values = dict(zip(fields.split(","), (word.strip() for word in line.split(","))))
+        if values["name"] == bench.device["name"]:
+            figures["clocks"] = values
     figures["kernels"] = {}
     for kernels in KERNELS:
         status, _, errors = bench.call(bench.vkrun, "bench", "dispatch", "--describe", "--json", SPLAT_KERNELS=kernels,
@@ -178,6 +227,7 @@ def checks(bench, figures):
         row = figures["tests"].setdefault(layer, {"passed": 0, "failed": [], "skipped": 0, "left_out": []})
         if bench.left() < 2:
             row["left_out"].append(test["name"])
+            bench.was_cut = True
             continue
         outcome = test_outcome(bench.build, test, bench.environment, bench.left())
         row["passed"] += outcome["passed"]
@@ -190,12 +240,13 @@ def tests_for(bench):
     quick run on a CPU, and not those of the kernels for CPUs."""
     for test in listed_tests(bench.build):
         layer = PROGRAMS[pathlib.Path(test["program"]).name]
-        filters = " ".join(test["arguments"])
-        if layer not in ("vk", "ops", "nn", "raster") or test["name"].startswith("Harness"):
+        if layer not in ("vk", "ops", "nn", "raster") or test["name"].startswith(("Harness", "SecondGolden")):
             continue
         wanted = "quick" in test["labels"]
         if not bench.is_cpu:
-            wanted = (wanted or filters.endswith("/gpu")) and not filters.endswith("/cpu")
+            only = {pattern.rpartition("/")[2] for word in test["arguments"]
+                    for pattern in word.partition("=")[2].partition("-")[0].split(":")}
+            wanted = (wanted or only == {"gpu"}) and "long" not in test["labels"] and only != {"cpu"}
             test["arguments"] = [re.sub("-[*]/gpu$", "-*/cpu", word) for word in test["arguments"]]
         if wanted:
             yield test
@@ -220,7 +271,7 @@ def ops(bench, figures):
                 fast = errors.get((row["case"], row["direction"]), {})
                 row["relative_l2"], row["good"] = fast.get("relative_l2"), fast.get("good")
     if status != 0:
-        rows.append({"op": "the others" if rows else "all"} | answer(status, "", problem))
+        rows.append({"op": "op_replay"} | answer(status, "", problem))
 
 
 def with_rates(row, ceilings):
@@ -229,7 +280,8 @@ def with_rates(row, ceilings):
         row["tflop_per_s"], row["gb_per_s"] = row["flops"] / seconds * 1e-12, row["bytes"] / seconds * 1e-9
         if ceilings:
             row["of_ceiling"] = max(row["tflop_per_s"] / ceilings["fma_tflop_per_s"]["best"],
-                                    row["gb_per_s"] / ceilings["copy_gb_per_s"]["best"])
+                                    row["gb_per_s"] / max(ceilings[copy]["best"]
+                                                          for copy in ("copy_gb_per_s", "transfer_gb_per_s")))
     return row
 
 
@@ -252,6 +304,7 @@ def scenes(bench, folder):
     status, _, errors = bench.script("numpy", "scenes.py", folder, most=bench.left() / 3)
     made = None if status == 0 else answer(status, "", errors)["problem"]
     real = pathlib.Path(os.environ.get("SPLAT_REAL_DIR", bench.root.parent / "shared/real"))
+    yield "100,000 at random", None, []
     for name in ("si128_trained", "si128_init"):
         yield name, made, [folder / f"{name}.ply", "--cameras", folder / f"{name}.json", "--background", "1,1,1"]
     guitar = real / "derived/guitar_inria_sh0.ply"
@@ -287,13 +340,13 @@ def training_steps(bench, folder, objects):
     status, _, errors = bench.call(
         bench.vkrun, "train", bench.root / "tools/weights/cars64/cars64.yaml", "--data", folder + "/data", "--out",
         run_folder, *(word for setting in (f"opt.batch_size={objects}", f"opt.micro_batch={objects}",
-                                           "opt.imgs_per_obj=6", f"opt.iterations={steps}", "logging.loss_log=1", "logging.val_log=1000000")
-                      for word in ("--set", setting)))
-    lines = (run_folder / "metrics.jsonl")
+                                           "opt.imgs_per_obj=6", f"opt.iterations={steps}", "logging.loss_log=1",
+                                           "logging.val_log=1000000") for word in ("--set", setting)))
+    lines = run_folder / "metrics.jsonl"
     rows = [json.loads(line) for line in lines.read_text().splitlines()] if lines.exists() else []
     rows = [row for row in rows if "network_ms" in row]
     if len(rows) < 3:
-        return {"problem": answer(status, "", errors)["problem"] if status else f"only {len(rows)} steps were logged"}
+        return answer(status, "", errors) if status else {"problem": f"only {len(rows)} steps were logged"}
     each = [1e3 * (after["seconds"] - before["seconds"]) for before, after in zip(rows[1:], rows[2:])]
     figures = {"steps": len(rows), "step_ms": {"min": min(each), "median": statistics.median(each)}}
     for key in ("network_ms", "render_ms", "update_ms"):

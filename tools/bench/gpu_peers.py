@@ -2,7 +2,6 @@
 
 import json
 import pathlib
-import shutil
 import tempfile
 
 from programs import last_line
@@ -22,7 +21,7 @@ def peers(bench, figures):
     for peer in (torch, sort, gsplat):  # the last one may have to be built for minutes
         try:
             rows.extend(peer(bench))
-        except (KeyError, ValueError) as problem:
+        except (KeyError, ValueError, TypeError) as problem:
             rows.append({"peer": peer.__name__, "what": "all", "problem": f"{type(problem).__name__}: {problem}"})
 
 
@@ -80,7 +79,7 @@ def gsplat(bench):
             for key, title in (("forward", "forward"), ("forward_backward", "forward + backward")):
                 both = ("render",) if key == "forward" else ("forward", "backward")
                 rows.append(row | {"what": f"{name}: {title}", "versions": versions,
-                                   "peer_ms": {"min": found[key]["wall_min_ms"], "median": found[key]["median_ms"]},
+                                   "peer_ms": {each: found[key][f"wall_{each}_ms"] for each in ("min", "median")},
                                    "ours_ms": ours and {each: sum(ours[one][each + "_ms"] for one in both)
                                                         for each in ("min", "median")}})
     return rows
@@ -88,22 +87,27 @@ def gsplat(bench):
 
 def sort(bench):
     """CUB's radix sort of pairs beside ours, by the number of pairs and bits."""
-    row = {"peer": "CUB", "what": "sort"}
-    ours = by_size(bench.call(bench.build / "tests/raster/radix_sort_bench", "--json", *map(str, SORTED),
-                              most=bench.left() / 3)[1])
-    rows = [row | {"what": f"sort of {items} pairs, {bits} bits", "ours_ms": times} for (items, bits), times in ours.items()]
-    compiler = shutil.which("nvcc")
-    theirs, versions, problem = {}, "", "no nvcc on this machine to build it with"
+    sizes = list(map(str, SORTED))
+    status, output, errors = bench.call(bench.build / "tests/raster/radix_sort_bench", "--json", *sizes,
+                                        most=bench.left() / 3)
+    ours, problem = by_size(output), f"ours: {last_line(errors)}" if status != 0 else None
+    theirs, versions = {}, ""
     with tempfile.TemporaryDirectory() as folder:
         program = pathlib.Path(folder, "cub_sort")
-        if compiler:
-            status, _, errors = bench.call(compiler, "-O3", "-arch=native", "-o", program,
-                                           bench.root / "tools/bench/cub_sort.cu", most=bench.left() / 2)
-            status, output, errors = bench.call(program, *map(str, SORTED)) if status == 0 else (status, "", errors)
-            theirs, problem = by_size(output), last_line(errors)
+        source = bench.root / "tools/bench/cub_sort.cu"
+        status, _, errors = bench.run_for(bench.left() / 2, ["nvcc", "-O3", "-arch=native", "-o", program, source],
+                                          bench.plain)
+        if status == 0:
+            status, output, errors = bench.run_for(bench.left(), [program, *sizes], bench.plain)
+            theirs = by_size(output)
             versions = f"CUB {json.loads(output)['cub']}" if theirs else ""
-    return [one | ({"peer_ms": theirs[size], "versions": versions} if size in theirs else {"problem": problem})
-            for one, size in zip(rows, ours)] or [row | {"problem": problem}]
+        missing = "no nvcc on this machine to build it with" if status == 127 else last_line(errors)
+    rows = []
+    for items, bits in dict.fromkeys([*ours, *theirs]):
+        row = {"peer": "CUB", "what": f"sort of {items} pairs, {bits} bits", "versions": versions}
+        row |= {"ours_ms": ours[items, bits]} if (items, bits) in ours else {}
+        rows.append(row | ({"peer_ms": theirs[items, bits]} if (items, bits) in theirs else {"problem": missing}))
+    return rows + ([{"peer": "CUB", "what": "sort", "problem": problem}] if problem else [])
 
 
 def by_size(output):
@@ -111,4 +115,3 @@ def by_size(output):
         return {(one["items"], one["bits"]): pair(one) for one in json.loads(output)["results"]}
     except ValueError:
         return {}
-

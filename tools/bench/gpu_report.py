@@ -82,31 +82,33 @@ def ops(figures):
         if "problem" in row:
             rows.append((row["op"], row["problem"], *[""] * 7))
             continue
-        wrong = "" if row["good"] in (True, None) else " **wrong**"
+        wrong = "" if row.get("good") in (True, None) else " **wrong**"
         rows.append((row["op"], row["case"], row["direction"], row["replays"], pair(row["ms"]),
                      number(row.get("tflop_per_s")), number(row.get("gb_per_s")),
                      f"{100 * row['of_ceiling']:.0f} %" if "of_ceiling" in row else "",
-                     number(row["relative_l2"], 2) + wrong))
-    return [f"Shapes: {figures['shapes']}. Rates are those of the shortest run; the ceiling is that of multiply-adds or "
-            "of copies, whichever is nearer.", ""] + table(heads, rows)
+                     number(row.get("relative_l2"), 2) + wrong))
+    return [f"Shapes: {figures['shapes']}. Rates are those of the shortest run. The ceiling is that of multiply-adds "
+            "or of copies, whichever is nearer. Operations are those of a direct convolution: F(2x2) and F(4x4) do "
+            "fewer and may pass 100 %.", ""] + table(heads, rows)
 
 
 def networks(figures):
-    heads = ["network", "objects", "pass", "wall ms, min / median", "on the device ms", "submits", "commands",
-             "barriers", "bytes moved", "GFLOP/s"]
+    heads = ["network", "objects", "pass", "wall ms, min / median", "on the device ms", "submits", "dispatches",
+             "fills and copies", "barriers", "bytes moved", "GFLOP/s"]
     rows = []
     for row in figures["rows"]:
         if "problem" in row:
-            rows.append((row["network"], row["objects"], row["problem"], *[""] * 7))
+            rows.append((row["network"], row["objects"], row["problem"], *[""] * 8))
             continue
         for key, title in (("forward", "forward"), ("forward_backward", "forward + backward")):
             lists = row["lists"].get(key, {})
             rows.append((row["network"], row["objects"], title, pair({"min": row[key]["min_ms"],
                                                                       "median": row[key]["median_ms"]}),
                          number(lists.get("device_ms"), 4), lists.get("submits", row["lists"].get("problem", "")),
-                         lists.get("commands", ""), lists.get("barriers", ""),
+                         lists.get("dispatches", ""), lists.get("copies", ""), lists.get("barriers", ""),
                          size(lists["bytes"]) if "bytes" in lists else "", number(row[key]["gflop_per_s"], 4)))
-    return table(heads, rows)
+    return ["The times on the device are those of one more pass with timestamps; bytes as the operators count them.",
+            ""] + table(heads, rows)
 
 
 def raster(figures):
@@ -157,11 +159,14 @@ def write(folder, document):
             continue
         text += ["", f"## {title}", ""]
         if "problem" in figures:
-            text += [figures["problem"]]
+            text += [figures["problem"], ""]
         else:
             try:
                 text += section(figures)
-            except (KeyError, TypeError, ValueError) as missing:  # of a part that was cut off or failed
-                text += [f"Without a table: {type(missing).__name__} {missing}."]
-        text += [f"{figures['status']}, {figures['seconds']} s."]
-    (folder / "gpu.md").write_text("\n".join(text).rstrip() + "\n", encoding="utf-8")
+            except Exception as missing:  # in a part that was cut off or failed
+                text += [f"Without a table: {type(missing).__name__} {missing}.", ""]
+        text += [", ".join(str(figures[key]) for key in ("status", "code", "begun") if key in figures)
+                 + f", {figures.get('seconds', 0)} of {figures.get('share', 0)} s."]
+    whole = folder / "gpu.md.tmp"
+    whole.write_text("\n".join(text).rstrip() + "\n", encoding="utf-8")
+    whole.replace(folder / "gpu.md")

@@ -11,12 +11,13 @@ one lens, as scenes.py writes it.
 A call draws one view. `forward` is without gradients; `forward_backward` gives the gradients of means, scales,
 rotations, opacities and harmonics from a fixed random gradient of the image. Scales and opacities are activated
 beforehand. The views take turns, and so do the two kinds, until --seconds have passed, but at least 3 rounds. Times
-are those between two CUDA events around a call; `wall_min_ms` is the shortest on the host's clock. Parameters that
+are those between two CUDA events around a call; `wall_min_ms` and `wall_median_ms` are those of
+the host's clock. Parameters that
 are not named here have gsplat's defaults.
 
 Prints one JSON object: {gsplat, torch, cuda, device, max_alpha, max_alpha_from, packed, packed_is_default, import_s,
 scene, count, degree, width, height, views, background, forward, forward_backward, mean_colors}. forward and
-forward_backward are {min_ms, median_ms, wall_min_ms, runs} over all views; mean_colors has red, green and blue of
+forward_backward are {min_ms, median_ms, wall_min_ms, wall_median_ms, runs} over all views; mean_colors has red, green and blue of
 each view. max_alpha, at which the opacity of a pixel is clamped, is 0.99 in libsplat: images of a version with
 another limit differ. Everything else that is printed, also by gsplat's build, goes to --log.
 
@@ -232,7 +233,7 @@ def measure(torch, drawing, seconds):
     for kind, pairs in times.items():
         device, wall = zip(*pairs)
         figures[kind] = {"min_ms": min(device), "median_ms": statistics.median(device), "wall_min_ms": min(wall),
-                         "runs": len(pairs)}
+                         "wall_median_ms": statistics.median(wall), "runs": len(pairs)}
     return figures
 
 

@@ -1,4 +1,4 @@
-"""Running the project's programs for tools/bench/devices and tools/bench/gpu: with a deadline, tests by layer, hashes."""
+"""Running the project's programs for tools/bench/devices and tools/bench/gpu: deadlines, tests by layer, hashes."""
 
 import json
 import os
@@ -14,17 +14,27 @@ PROGRAMS = {"vk_test": "vk", "ops_test": "ops", "nn_test": "nn", "raster_test": 
 
 
 def run(command, environment, timeout=3600, given=None):
-    """Exit status (124 after the timeout), standard output and error. What the command started ends with it."""
-    with subprocess.Popen(list(map(str, command)), env=environment, text=True, errors="replace", start_new_session=True,
-                          stdin=subprocess.PIPE if given is not None else subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE) as process:
+    """Exit status (124 after the timeout, 127 if it cannot be started), standard output and error. What the command
+    started ends with it, also where this program is interrupted."""
+    try:
+        process = subprocess.Popen(list(map(str, command)), env=environment, text=True, errors="replace",
+                                   start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                   stdin=subprocess.PIPE if given is not None else subprocess.DEVNULL)
+    except OSError as problem:
+        return 127, "", str(problem)
+    try:
+        output, errors = process.communicate(given, timeout=timeout)
+        return process.returncode, output, errors
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
         try:
-            output, errors = process.communicate(given, timeout=timeout)
-            return process.returncode, output, errors
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            output, errors = process.communicate()
-            return 124, output, errors
+            output, errors = process.communicate(timeout=5)
+        except subprocess.TimeoutExpired:  # it hangs in its driver
+            return 124, "", "it cannot be killed: the device may be lost"
+        return 124, output, errors
+    except BaseException:
+        os.killpg(process.pid, signal.SIGKILL)
+        raise
 
 
 def last_line(text):
@@ -53,7 +63,7 @@ def listed_tests(build):
 
 
 def test_outcome(build, test, environment, timeout=3600):
-    """{passed, failed: [names], skipped: {reason: [names]}} of the cases of a test. One that does not end has failed."""
+    """{passed, failed: [names], skipped: {reason: [names]}} of a test's cases. One that does not end has failed."""
     row = {"passed": 0, "failed": [], "skipped": {}}
     with tempfile.NamedTemporaryFile(suffix=".xml") as report:
         status, output, _ = run([pathlib.Path(build) / test["program"], *test["arguments"],

@@ -183,10 +183,10 @@ namespace Splat.Interop
         /// Report the time of every kind of dispatch since creation or the last reset, on a device with
         /// SPLAT_DEVICE_PROFILE. JSON: {"device": name, "ops": [{"op", "kernel", "count", "total_ms",
         /// "min_ms", "median_ms", "bytes", "flops"}], "idle": {"count", "total_ms"}, "lists": {"count",
-        /// "submits", "commands", "barriers", "bytes", "device_ms"}}; of an operator, bytes and flops are means
-        /// over the dispatches, as it counts them; idle is the time between dispatches of one list, "lists" what all lists
-        /// together held and took. On GPUs, dispatches that may overlap are timed together, and each gets a
-        /// share by its estimated time.
+        /// "submits", "dispatches", "copies", "barriers", "bytes", "device_ms"}}. "bytes" and "flops" of an
+        /// operator are means over its dispatches, as it counts them. "idle" is the time between what is timed
+        /// in one list. "lists" is what all lists together held and took. On GPUs, dispatches between two
+        /// barriers may overlap: they are timed together, and each gets a share by its estimated time.
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, or
         ///   SPLAT_ERROR_INVALID_STATE  the device was created without SPLAT_DEVICE_PROFILE
         /// </summary>

@@ -111,6 +111,7 @@ Json measure_chains(RawVulkan& vulkan) {
         Json row;
         row["chain"] = chain.name;
         row["us"] = repeated(run);
+        record.erase(record.begin());  // of the run that is left out
         row["record_us"] = figures(std::move(record));
         rows.push_back(std::move(row));
     }
@@ -127,9 +128,9 @@ std::uint32_t enough_turns(const std::function<double(std::uint32_t)>& run) {
 
 /// Turns of an arithmetic kernel in 1e12 a second; each does `of_a_turn` operations an invocation.
 Json measure_rate(RawVulkan& vulkan, std::span<const std::uint32_t> shader, std::uint32_t groups,
-                  double of_a_turn) {
+                  double of_a_turn, std::uint32_t constant = 0) {
     const RawBuffer out = needed(vulkan, VkDeviceSize{groups} * 256 * 4);
-    const RawPipeline pipeline = vulkan.pipeline(shader, {out});
+    const RawPipeline pipeline = vulkan.pipeline(shader, {out}, constant);
     const auto run = [&](std::uint32_t turns) {
         std::array<std::uint32_t, 3> push = {turns, 0, 0};
         const float values[2] = {0.999F, 0.001F};
@@ -202,7 +203,12 @@ Json measure_ceilings(RawVulkan& vulkan, const splat_device_info& info) {
                              VkDeviceSize{info.heap_bytes / 8}}) &
                        ~VkDeviceSize{4095},
                    json);
-    json["fma_tflop_per_s"] = measure_rate(vulkan, shaders::bench_fma, groups, 2 * 512);
+    for (const std::uint32_t vectors :
+         {2U, 4U, 8U}) {  // more need registers, fewer wait for results
+        Json rate = measure_rate(vulkan, shaders::bench_fma, groups, 2.0 * 64 * vectors, vectors);
+        Json& best = json["fma_tflop_per_s"];
+        if (best.is_null() || rate.at("best") > best.at("best")) best = std::move(rate);
+    }
     json["shuffle_t_per_s"] = (info.features & SPLAT_FEATURE_SUBGROUP_SHUFFLE) == 0
                                   ? Json(nullptr)
                                   : measure_rate(vulkan, shaders::bench_shuffle, groups, 64);
@@ -250,11 +256,14 @@ Json measure_mapped(RawVulkan& vulkan) {
             std::memcpy(host.data(), mapped, kBytes);
         });
         row["read_4_bytes_us"] = repeated([&] {
-            return timed_ms([&] {
-                       vulkan.invalidate(*buffer);
-                       host[0] = *static_cast<volatile const char*>(mapped);
-                   }) *
-                   1e3;
+            constexpr int kReads = 256;
+            const double ms = timed_ms([&] {
+                for (int i = 0; i < kReads; ++i) {
+                    vulkan.invalidate(*buffer);
+                    host[0] = static_cast<char>(*reinterpret_cast<volatile std::uint32_t*>(mapped));
+                }
+            });
+            return ms * 1e3 / kReads;
         });
         rows.push_back(std::move(row));
         vulkan.free(*buffer);
@@ -299,7 +308,6 @@ Json measure_dispatch(const splat_device_info& info, bool measure) {
     json["ceilings"] = measure_ceilings(vulkan, info);
     json["chains"] = measure_chains(vulkan);
     json["submit_us"] = repeated([&] { return vulkan.submit(false) * 1e3; });
-    vulkan.run([](VkCommandBuffer) {});
     json["submit_empty_list_us"] =
         repeated([&] { return vulkan.run([](VkCommandBuffer) {}).wall_ms * 1e3; });
     json["mapped"] = measure_mapped(vulkan);

@@ -11,8 +11,7 @@ namespace vkrun::bench {
 /// What Vulkan itself does on a device, without libsplat's kernels: memory, ceilings and overheads.
 ///
 /// measure  false: describe the device only
-/// Returns  {memory: {heaps, types}, lanes, extensions, ceilings, chains, submit_us, mapped}; see the help of
-///          `vkrun bench dispatch`.
+/// Returns  what the help of `vkrun bench dispatch` lists under JSON
 Json measure_dispatch(const splat_device_info& info, bool measure);
 
 std::string dispatch_table(const Json& measured);

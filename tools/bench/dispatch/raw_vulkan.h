@@ -45,8 +45,8 @@ class RawVulkan {
     RawVulkan(const RawVulkan&) = delete;
     RawVulkan& operator=(const RawVulkan&) = delete;
 
-    /// A storage buffer that is also copied from and to. `wanted` memory properties; Returns nothing if the device
-    /// has no memory with all of these and none of `unwanted`.
+    /// A storage buffer that is also copied from and to. Returns nothing if the device has no memory with all of the
+    /// `wanted` properties and none of the `unwanted` ones.
     std::optional<RawBuffer> buffer(VkDeviceSize bytes, VkMemoryPropertyFlags wanted,
                                     VkMemoryPropertyFlags unwanted = 0);
     void free(RawBuffer& buffer);

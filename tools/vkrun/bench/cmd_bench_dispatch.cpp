@@ -14,18 +14,18 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kBenchDispatchFooter =
-    R"(Small shaders of this command run on the device, without libsplat's kernels between: what no kernel can
-pass, and what every dispatch costs. Each figure has the shortest and the median of 7 runs.
+    R"(Small shaders of this command run on the device, without libsplat's kernels between: what simple
+kernels reach, and what every dispatch costs. Each figure has the shortest and the median of 7 runs.
 
   copy             a kernel, and vkCmdCopyBuffer, between buffers larger than the caches: bytes read
                    and written together
-  multiply-adds    32 of them in flight in each invocation; two operations each
+  multiply-adds    8, 16 or 32 of them in flight in each invocation, the best; two operations each
   shuffles         of a subgroup, with an addition each, counted per lane
   chain            1000 dispatches of one workgroup that does nothing, in one submission; 'barrier of
                    command lists' is the one that libsplat records, with transfers and indirect commands
   bound each time  the pipeline, its buffers and push constants before each dispatch, as libsplat does
   us to record     on the host, for each dispatch
-  mapped memory    by the host, 16 MiB, and its first byte, of each kind that the device has
+  mapped memory    by the host, 16 MiB, and its first 4 bytes, of each kind that the device has
 
 JSON: {library, device, memory: {heaps, types}, lanes: [smallest, largest], timestamp_ns, extensions,
 ceilings, chains: [{chain, us, record_us}], submit_us, submit_empty_list_us, mapped}.
