@@ -134,7 +134,25 @@ class Log(Case):
             splat.Device().close()
         finally:
             sys.unraisablehook = hook
-        self.assertEqual((str(caught[0].exc_value), caught[0].object), ("in the callback", fail))
+        self.assertEqual(str(caught[0].exc_value), "in the callback")
+        self.assertIs(caught[0].exc_type, ValueError)
+        self.assertIs(caught[0].object.__wrapped__, fail)
+
+    def test_the_usual_hook_tells_exceptions(self) -> None:
+        status, output, errors = run_program("""
+import functools, splat, sys
+def fail(level, text): raise ValueError("in the callback")
+for callback in (fail, functools.partial(fail), sys.exit):
+    splat.set_log(callback, "info")
+    splat.Device().close()
+splat.set_log(None)
+print("goes on")
+""")
+        self.assertEqual((status, output), (0, "goes on\n"), errors)
+        self.assertIn("ValueError: in the callback", errors)
+        self.assertIn("<function fail", errors)
+        self.assertNotIn("hook", errors)
+        self.assertGreaterEqual(errors.count("Traceback"), 2)
 
     def test_a_callback_may_call_the_library(self) -> None:
         found: List[int] = []

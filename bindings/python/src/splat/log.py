@@ -1,9 +1,8 @@
 """Settings of the whole process: the log, without which the library is silent, and limits of files."""
 import atexit
-import sys
+import functools
 import threading
 from ctypes import byref, c_void_p, cast, sizeof
-from types import SimpleNamespace
 from typing import Any, Callable, Optional, Union
 
 from . import _native
@@ -21,17 +20,11 @@ _set: Any = NONE  # the function that the library may call; it must live as long
 
 
 def _wrapped(callback: Callback) -> Any:
-    """The callback as a function of C. Its exceptions go to sys.unraisablehook."""
+    """The callback as a function of C. ctypes gives its exceptions to sys.unraisablehook."""
 
+    @functools.wraps(callback, updated=())  # what the hook tells
     def call(user: Any, level: int, message: bytes) -> None:
-        try:
-            callback(_native.LogLevel(level), message.decode("utf-8", "replace"))
-        except BaseException:
-            kind, value, trace = sys.exc_info()
-            unraisable: Any = SimpleNamespace(
-                exc_type=kind, exc_value=value, exc_traceback=trace,
-                err_msg="Exception ignored in a log callback of splat", object=callback)
-            sys.unraisablehook(unraisable)
+        callback(_native.LogLevel(level), message.decode("utf-8", "replace"))
 
     return _native.splat_log_callback(call)
 
@@ -41,7 +34,8 @@ def set_log(callback: Optional[Callback], min_level: Union[int, str] = "warning"
 
     It is called on the thread that caused the message, at the end of the call. When this function
     returns, no thread runs the callback before. Do not call it holding a lock that one takes.
-    What it raises goes to sys.unraisablehook, also what a signal raises in it, such as Ctrl-C.
+    What it raises goes to sys.unraisablehook, also what a signal raises in it, such as Ctrl-C. The
+    hook's `object` has the callback as `__wrapped__`.
     min_level  "debug", "info", "warning" or "error"
     """
     global _set
