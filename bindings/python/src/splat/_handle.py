@@ -31,10 +31,18 @@ class Handle:
     Objects may be closed and collected in any order: the library keeps what others need.
     """
 
+    # Every class below has them as well, so that no object takes an attribute that is misspelt.
+    __slots__ = ("_device", "_keeper", "_lock", "__weakref__")
+
     _kind: ClassVar[str] = ""  # splat_<kind>_destroy ends it
-    _device: Optional["Device"] = None
-    _keeper: Optional[Keeper] = None  # None: closed
-    _lock: Optional[threading.RLock] = None  # of those whose calls the caller must serialise
+    _device: Optional["Device"]
+    _keeper: Optional[Keeper]  # None: closed
+    _lock: Optional[threading.RLock]  # of those whose calls the caller must serialise
+
+    def __new__(cls: Type[Own], *_: Any, **__: Any) -> Own:
+        made = super().__new__(cls)
+        made._device = made._keeper = made._lock = None
+        return made
 
     def _own(self, value: int, device: Optional["Device"] = None) -> None:
         """Take an object that the library made."""

@@ -28,6 +28,8 @@ class Camera:
     name             of its image in a file, else empty
     """
 
+    __slots__ = ("raw", "name", "__weakref__")
+
     def __init__(self, width: int, height: int, fx: float, fy: Optional[float] = None,
                  cx: Optional[float] = None, cy: Optional[float] = None,
                  world_to_camera: Optional[ArrayLike] = None, name: str = "") -> None:

@@ -39,6 +39,7 @@ class Comparison(Handle):
     Raises NotFound (no file; no shared object), FormatError, InvalidArgument.
     """
 
+    __slots__ = ()
     _kind = "comparison"
 
     def __init__(self, a: ScoreSet, b: ScoreSet, *, unpaired: bool = False, seed: int = 0,

@@ -75,6 +75,7 @@ class Dataset(Handle):
     Raises NotFound, IoError, FormatError, InvalidArgument.
     """
 
+    __slots__ = ("_maps", "_side", "_views")
     _kind = "dataset"
 
     def __init__(self, path: PathLike, *, format: Optional[str] = None, split: str = "train",

@@ -53,6 +53,7 @@ class Device(Handle):
     Raises NoDevice (with a list of the devices), Unsupported (the device lacks a feature).
     """
 
+    __slots__ = ()
     _kind = "device"
 
     def __init__(self, index: Optional[int] = None, *, uuid: Optional[bytes] = None,

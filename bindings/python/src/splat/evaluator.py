@@ -27,6 +27,7 @@ class Lpips(Handle):
     side     pixels, both ways; >= 16
     """
 
+    __slots__ = ("_side",)
     _kind = "lpips"
 
     def __init__(self, weights: Sequence[Weights], side: int,
@@ -83,6 +84,7 @@ class Evaluator(Handle):
     Raises InvalidArgument, ShapeMismatch, and as `Dataset`.
     """
 
+    __slots__ = ()
     _kind = "evaluator"
 
     def __init__(self, predictor: Optional[Predictor] = None, dataset: Optional[Dataset] = None, *,

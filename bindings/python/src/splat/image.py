@@ -24,6 +24,8 @@ class Image:
           RGB and alpha; anything that `Tensor` takes, such as a picture of PIL
     """
 
+    __slots__ = ("array", "focal", "bits", "__weakref__")
+
     def __init__(self, data: ArrayLike) -> None:
         self.array: NDArray[Any] = pixel_array(data, "data")
         self.focal = 0.0  # pixels, from the Exif data of a file; 0: not known

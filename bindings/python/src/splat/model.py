@@ -23,6 +23,8 @@ Config = Union[None, str, "dict[str, Any]"]
 class Port:
     """A named tensor of a model or a module: name, shape, optional, trainable, gradient."""
 
+    __slots__ = ("name", "shape", "optional", "trainable", "gradient", "__weakref__")
+
     def __init__(self, raw: _native.splat_port) -> None:
         self.name: str = raw.name.decode()
         self.shape: Tuple[int, ...] = tuple(raw.dims[:raw.rank])
@@ -59,6 +61,7 @@ class Model(Handle):
     Parameters are zero until `init` or `load`. Threads take turns on one model.
     """
 
+    __slots__ = ()
     _kind = "model"
 
     def __init__(self, device: Optional[Device] = None, config: Config = None, *, objects: int = 1,

@@ -37,6 +37,7 @@ class Op(Handle):
     Raises InvalidArgument, ShapeMismatch; the message names the tensor.
     """
 
+    __slots__ = ()
     _kind = "op"
 
     def __init__(self, device: Device, type: str, inputs: Tensors, outputs: Tensors, *,
@@ -78,6 +79,7 @@ class Module(Handle):
     Raises InvalidArgument, ShapeMismatch; the message names the port.
     """
 
+    __slots__ = ("_shapes",)
     _kind = "module"
 
     def __init__(self, device: Device, type: str, shapes: Mapping[str, Sequence[int]], *,

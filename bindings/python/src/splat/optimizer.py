@@ -60,6 +60,7 @@ class Optimizer(Handle):
     Raises InvalidArgument, InvalidState (made without gradients), ShapeMismatch.
     """
 
+    __slots__ = ()
     _kind = "optimizer"
 
     def __init__(self, device: Device, items: Sequence[Item], *, groups: Sequence[Group] = (),

@@ -1,7 +1,7 @@
 """Pictures of objects: what a predictor sees, and how it cuts them out."""
 from ctypes import byref, sizeof
 from dataclasses import dataclass
-from typing import Any, Dict, List, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
 
 import numpy as np
 
@@ -47,6 +47,13 @@ class Picture:
     world_to_camera: Optional[ArrayLike] = None
     embedding: Optional[ArrayLike] = None
     tokens: Optional[ArrayLike] = None
+
+    if not TYPE_CHECKING:  # tools find misspelt names by the fields
+        def __setattr__(self, name: str, value: Any) -> None:
+            if type(self) is Picture and name not in self.__dataclass_fields__:
+                raise AttributeError(f"a Picture has no {name!r}, expected one of "
+                                     f"{', '.join(self.__dataclass_fields__)}")
+            super().__setattr__(name, value)
 
 
 def _fill_source(raw: Any, source: Optional[Source], what: str, kept: List[Any]) -> float:

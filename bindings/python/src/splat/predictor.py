@@ -53,6 +53,7 @@ class Predictor(Handle):
     Raises NotFound (a file), ShapeMismatch or FormatError (weights that do not fit).
     """
 
+    __slots__ = ("_scoring",)
     _kind = "predictor"
 
     def __init__(self, device: Optional[Device] = None,

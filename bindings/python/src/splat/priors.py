@@ -187,6 +187,7 @@ class PriorModel(Handle):
     Raises NotFound (a file, ONNX Runtime), FormatError (a model of another interface).
     """
 
+    __slots__ = ()
     _kind = "prior_model"
 
     def __init__(self, preset: Union[None, str, "dict[str, Any]"] = None,

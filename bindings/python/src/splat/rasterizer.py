@@ -32,6 +32,7 @@ GAUSSIAN_OUTPUTS = {Output.MEANS2D: (2,), Output.RADII: (2,), Output.CONICS: (3,
 class RasterState(Handle):
     """Memory of one forward call with its images, and of what its backward call needs."""
 
+    __slots__ = ()
     _kind = "raster_state"
 
     def __init__(self, rasterizer: "Rasterizer") -> None:
@@ -57,6 +58,7 @@ class Rasterizer(Handle):
     Threads take turns on one rasterizer.
     """
 
+    __slots__ = ("_size", "_terms")
     _kind = "rasterizer"
 
     def __init__(self, device: Optional[Device], gaussians: int, width: int, height: int, *,

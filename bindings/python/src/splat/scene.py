@@ -70,6 +70,7 @@ class Scene(Handle):
     Arrays are float32 and are copied. Raises InvalidArgument, ShapeMismatch.
     """
 
+    __slots__ = ()
     _kind = "scene"
 
     means = _Attribute("[n,3] scene units; a copy. Assign to it to change the scene.")

@@ -64,6 +64,7 @@ class Tensor(Handle):
     Raises InvalidArgument (type, memory of another device), Unsupported (too large for the device).
     """
 
+    __slots__ = ()
     _kind = "tensor"
 
     def __init__(self, device: Device, data: ArrayLike, *, name: Optional[str] = None) -> None:

@@ -73,6 +73,7 @@ class Training(Handle):
     FormatError, IoError; the folder is then untouched.
     """
 
+    __slots__ = ("_ended",)
     _kind = "training"
 
     def __init__(self, folder: PathLike, config: Config = None, *, values: Sequence[str] = (),
@@ -144,6 +145,8 @@ class Batch:
     [B*V,2] where data.fov is 0, embedding, tokens; targets [B*T,3,R,R] and their `cameras`
     """
 
+    __slots__ = ("raw", "__weakref__")
+
     def __init__(self, images: ArrayLike, targets: ArrayLike, cameras: Sequence[Camera], *,
                  view_to_world: ArrayLike, quaternions: ArrayLike,
                  focals: Optional[ArrayLike] = None, embedding: Optional[ArrayLike] = None,
@@ -178,6 +181,7 @@ class Batches(Handle):
     config   that of the trainer
     """
 
+    __slots__ = ()
     _kind = "batches"
 
     def __init__(self, dataset: Dataset, config: Config = None, seed: int = 0) -> None:
@@ -201,6 +205,7 @@ class Trainer(Handle):
     config  from `config_merge`; None: the defaults. Parameters are zero until the model has others.
     """
 
+    __slots__ = ()
     _kind = "trainer"
 
     def __init__(self, device: Optional[Device] = None, config: Config = None) -> None:

@@ -25,6 +25,7 @@ class Weights(Handle):
     arrays  by their names; float32, copied
     """
 
+    __slots__ = ()
     _kind = "weights"
 
     def __init__(self, arrays: Mapping[str, ArrayLike]) -> None:
