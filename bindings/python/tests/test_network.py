@@ -1,4 +1,6 @@
 """Weights, models, modules, operators, and the optimizer."""
+from typing import Any, Tuple
+
 import numpy as np
 
 import splat
@@ -26,6 +28,26 @@ class WeightFiles(Case):
                          ((4,), 4, True, False))
         self.assertFalse(weights.view("b").flags.writeable)
         self.assertEqual(splat.Weights.load(weights.to_bytes(half=True)).info("b").dtype, "float16")
+
+    def test_names_that_no_array_has(self) -> None:
+        weights = splat.Weights({"a": values(2), "5": values(1), "\u00fc": values(1)})
+        for name in ("a\0b", "a\0", "\ud800", "a\udcff", "b", "", 5, None, b"a"):
+            self.assertNotIn(name, weights)
+        self.assertIn("\u00fc", weights)
+        for name in ("\ud800", "a\0"):
+            for function in ("__getitem__", "view", "info"):
+                self.refused(splat.InvalidArgument, "name has", getattr(weights, function), name)
+        calls: Tuple[Any, ...] = (splat.builtin_weights, splat.Weights.load, splat.Camera.load,
+                                  splat.config_preset, splat.prior_preset)
+        for call in calls:
+            self.refused(splat.InvalidArgument, "surrogate", call, "\ud800")
+        weights.close()
+        self.refused(splat.InvalidHandle, "was closed", weights.__contains__, "a\0b")
+
+    def test_writes_into_copies_are_refused(self) -> None:
+        weights = splat.Weights({"a": values(2, 2), "none": values(0, 2)})
+        self.refused(ValueError, "read-only", weights["a"].__setitem__, 0, 1)
+        self.refused(ValueError, "read-only", weights.view("a").__setitem__, 0, 1)
 
     def test_adapters_fold(self) -> None:
         base = {"layer.weight": values(4, 3)}
@@ -153,6 +175,8 @@ class Parts(Case):
         self.refused(splat.ShapeMismatch, "", make, self.device, "conv2d", {"x": (1, 2, 4, 4)})
         self.refused(splat.InvalidArgument, "", make, self.device, "silu", {"x": (1, 2, 4, 4)},
                      attributes={"size": 3})
+        self.refused(splat.InvalidArgument, "'x' has the shape", make, self.device, "silu",
+                     {"x": (1, 2.5, 4, 4)})
         self.refused(splat.InvalidArgument, "dimensions", make, self.device, "silu",
                      {"x": (1,) * 9})
         module = make(self.device, "silu", {"x": (1, 2, 4, 4)})

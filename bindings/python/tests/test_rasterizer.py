@@ -88,6 +88,7 @@ class Drawing(Case):
             self.refused(splat.InvalidState, "mapped", rasterizer.forward_arrays, cameras(),
                          **{**given, "means": mapped})
         self.refused(splat.InvalidArgument, "degree 9", self.make, sh_degree=9)
+        self.refused(splat.InvalidArgument, "sh_degree", self.make, sh_degree=2, direct_colors=True)
         self.refused(splat.InvalidArgument, "gaussians is -1", splat.Rasterizer, self.device, -1, 4,
                      4)
 

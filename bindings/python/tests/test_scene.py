@@ -31,6 +31,16 @@ class Scenes(Case):
             made.means = means[::-1]
             np.testing.assert_array_equal(made.means, means[::-1])
 
+    def test_writes_into_copies_are_refused(self) -> None:
+        made = scene(20)
+        for name in ("means", "scales", "log_scales", "rotations", "opacities", "opacity_logits",
+                     "sh"):
+            array = getattr(made, name)
+            self.refused(ValueError, "read-only", array.__setitem__, 0, 99)
+            self.refused(ValueError, "", array.setflags, write=True)
+            setattr(made, name, array.copy())
+            made.read(name)[0] = 0  # of a method one expects a new array
+
     def test_defaults_and_none_at_all(self) -> None:
         made = splat.Scene(values(3, 3))
         np.testing.assert_array_equal(made.rotations, [[1, 0, 0, 0]] * 3)
@@ -101,6 +111,15 @@ class Cameras(Case):
         made.world_to_camera = np.eye(4)
         np.testing.assert_array_equal(made.world_to_camera, np.eye(4))
 
+    def test_writes_into_the_matrix_are_refused(self) -> None:
+        camera = cameras()[0]
+        self.refused(ValueError, "read-only", camera.world_to_camera.__setitem__, (0, 3), 5)
+        matrix = camera.world_to_camera.copy()
+        matrix[0, 3] = 5
+        camera.world_to_camera = matrix
+        self.assertEqual(camera.world_to_camera[0, 3], 5)
+        camera.to_opengl()[0, 3] = 5
+
     def test_files(self) -> None:
         made = cameras(3)
         for index, camera in enumerate(made):
@@ -139,6 +158,9 @@ class Cameras(Case):
         self.refused(splat.FormatError, "", splat.Camera.load, b"{")
         self.refused(splat.NotFound, "", splat.Camera.load, self.folder / "transforms.json")
         self.refused(splat.InvalidArgument, "count is -1", splat.Camera.orbit, scene(), -1)
+        self.assertEqual(len(splat.Camera.orbit(scene(), np.int64(2))), 2)  # type: ignore[arg-type]
+        self.refused(splat.InvalidArgument, "expected a whole number", splat.Camera.orbit, scene(),
+                     np.ones(2, int))
         self.assertEqual(splat.Camera.orbit(scene(), 0), [])
         self.assertEqual(splat.Scene.merge([]).info.count, 0)
 
@@ -158,6 +180,16 @@ class Images(Case):
         self.assertEqual(splat.Image.load(image.to_bytes(), dtype=np.float16).array.dtype,
                          np.float16)
         self.assertTrue(image._repr_png_().startswith(b"\x89PNG"))
+
+    def test_numpy_asks_for_no_copy(self) -> None:
+        image = splat.Image(picture())
+        self.assertIs(image.__array__(copy=False), image.array)
+        self.assertIs(image.__array__(np.uint8), image.array)
+        self.refused(ValueError, "without a copy", image.__array__, np.float32, copy=False)
+        self.assertEqual(image.__array__(np.float32).dtype, np.float32)
+        self.assertIsNot(image.__array__(np.uint8, copy=True), image.array)
+        if np.lib.NumpyVersion(np.__version__) >= "2.0.0":
+            self.refused(ValueError, "without a copy", np.asarray, image, np.float32, copy=False)
 
     def test_limits_of_files(self) -> None:
         self.addCleanup(splat.set_decode_limits)

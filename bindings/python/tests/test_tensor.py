@@ -133,6 +133,12 @@ class Tensors(Case):
                                                                                    np.float32))
         self.refused(splat.InvalidArgument, "dims", make.zeros, device, (2, -1))
         self.refused(splat.InvalidArgument, "dtype is 'none'", make.zeros, device, 3, "none")
+        for shape in ((2.7, 3), (3, np.float32(2)), "23", 2.7, (None,), (np.ones(2, int),)):
+            self.refused(splat.InvalidArgument, "expected whole numbers", make.zeros, device, shape)
+        shapes: Tuple[Any, ...] = (np.int64(3), np.array([2, 3]), range(1, 3))
+        self.assertEqual([make.zeros(device, each).shape for each in shapes],
+                         [(3,), (2, 3), (1, 2)])
+        self.refused(splat.InvalidArgument, "beyond 64 bits", make.zeros, device, ((1 << 64) + 2,))
         tensor = make(device, values(3, 4))
         self.refused(splat.ShapeMismatch, "expected [3,4]", tensor.write, values(4, 3))
         self.refused(splat.InvalidArgument, "expected float32", tensor.write,
@@ -144,6 +150,26 @@ class Tensors(Case):
         self.refused(splat.InvalidArgument, "can be written", tensor.numpy, frozen)
         self.refused(splat.InvalidArgument, "negative", tensor.numpy, values(3, 4)[::-1])
         self.refused(splat.InvalidArgument, "name has a NUL", make.zeros, device, 1, name="a\0b")
+
+    def test_masked_arrays_are_refused(self) -> None:
+        numpy_ma: Any = np.ma
+        masked = numpy_ma.masked_greater(values(4, 3), 0.5)
+        words = "is a masked array"
+        for data in (masked, [masked, masked], [[1, numpy_ma.masked]], masked[0, 0:1]):
+            self.refused(splat.InvalidArgument, words, splat.Tensor, self.device, data)
+        tensor = splat.Tensor(self.device, values(4, 3))
+        self.refused(splat.InvalidArgument, words, tensor.write, masked)
+        self.refused(splat.InvalidArgument, words, tensor.numpy, masked)
+        self.refused(splat.InvalidArgument, words, splat.Scene, masked)
+        self.refused(splat.InvalidArgument, words, splat.Image, masked)
+        self.refused(splat.InvalidArgument, words, splat.Weights, {"a": masked})
+        self.refused(splat.InvalidArgument, words, splat.Camera, 4, 4, 5,
+                     world_to_camera=numpy_ma.masked_equal(np.eye(4), 0))
+        self.refused(splat.InvalidArgument, words, splat.Camera.load,
+                     (numpy_ma.masked_equal(np.zeros(9, np.uint8), 1), b""))
+        self.refused(splat.InvalidArgument, "expected numbers", splat.Camera.look_at, (0, 0, 1),
+                     np.array([1j, 0, 0]))
+        splat.Tensor(self.device, masked.filled(0))
 
     def test_closed(self) -> None:
         tensor = splat.Tensor(self.device, 1)

@@ -1,4 +1,5 @@
 """Arrays of the caller: what is taken, and how it is checked."""
+import operator
 from ctypes import c_float, c_void_p
 from typing import Any, Optional, Sequence, Tuple, Union
 
@@ -21,12 +22,23 @@ def _is_plain(data: Any) -> bool:
     return isinstance(data, (int, float, list, tuple, range))
 
 
+def _refuse_masks(data: Any, what: str) -> None:
+    """Refuse an array with a mask of NumPy, or a sequence with one, as it would be dropped."""
+    if isinstance(data, (list, tuple)):
+        for each in data:
+            _refuse_masks(each, what)
+    elif isinstance(data, np.ma.MaskedArray):
+        raise InvalidArgument(f"{what} is a masked array, whose mask would be lost: give one "
+                              "without, as with .filled(0)")
+
+
 def host_array(data: ArrayLike, what: str) -> NDArray[Any]:
     """The array of an object, without a copy where that is possible. It may have any layout.
 
     Raises InvalidArgument for memory of another device, and for what is no array of numbers.
     """
     if isinstance(data, np.ndarray):
+        _refuse_masks(data, what)
         return data
     device = getattr(data, "__dlpack_device__", None)
     if device is not None and int(device()[0]) not in DLPACK_HOST:
@@ -38,12 +50,14 @@ def host_array(data: ArrayLike, what: str) -> NDArray[Any]:
         if device is not None and not any(hasattr(data, name) for name in interfaces):
             array: NDArray[Any] = np.from_dlpack(data)
         else:
-            array = np.asarray(data)
+            array = np.asanyarray(data)
     except Exception as error:
         raise InvalidArgument(f"{what} cannot be read as an array: {error}") from error
     if array.dtype.kind not in "fiub":
         raise InvalidArgument(f"{what} has the type {array.dtype}, expected numbers")
-    return array
+    _refuse_masks(array, what)
+    _refuse_masks(data, what)
+    return np.asarray(array)
 
 
 def typed_array(data: ArrayLike, dtype: Any, what: str) -> NDArray[Any]:
@@ -86,16 +100,54 @@ def floats(data: ArrayLike, shape: Optional[Sequence[Optional[int]]], what: str)
 def doubles(data: ArrayLike, shape: Sequence[Optional[int]], what: str) -> NDArray[np.float64]:
     """A row-major float64 array of any real numbers, for cameras and placements."""
     array = host_array(data, what)
+    if array.dtype.kind not in "fiub":  # of others NumPy would drop or read a part
+        raise InvalidArgument(f"{what} has the type {array.dtype}, expected numbers")
     check_shape(array, shape, what)
     return np.ascontiguousarray(array, np.float64)
 
 
-def set_dims(raw: Any, shape: Sequence[int], what: str) -> None:
+def frozen(array: NDArray[Any]) -> NDArray[Any]:
+    """The same array, which NumPy lets no one write any more."""
+    if array.base is not None:
+        array = array.copy()  # what owns its memory could be written by way of it
+    array.flags.writeable = False
+    return array.view()
+
+
+def as_numpy_asks(array: NDArray[Any], dtype: Any, copy: Optional[bool]) -> NDArray[Any]:
+    """What `__array__` of an object with this array gives; see NumPy's protocol.
+
+    copy  None: only if the type differs
+    Raises ValueError where a copy is forbidden and needed.
+    """
+    wanted = array.dtype if dtype is None else np.dtype(dtype)
+    if copy is False and wanted != array.dtype:
+        raise ValueError(f"an array of {array.dtype} cannot become {wanted} without a copy")
+    return array.astype(wanted, copy=bool(copy))
+
+
+def whole_shape(shape: Any, what: str) -> Tuple[int, ...]:
+    """A shape of one or more whole numbers; one number stands for one dimension."""
+    try:
+        return (operator.index(shape),)
+    except TypeError:
+        pass
+    try:
+        return tuple(map(operator.index, shape))
+    except TypeError:
+        raise InvalidArgument(f"{what} has the shape {shape!r}, expected whole numbers") from None
+
+
+def set_dims(raw: Any, shape: Any, what: str) -> None:
     """Write a shape to the fields `dims` and `rank` of a struct."""
+    shape = whole_shape(shape, what)
     if len(shape) > _native.SPLAT_MAX_RANK:
         raise InvalidArgument(f"{what} has {len(shape)} dimensions, expected at most "
                               f"{_native.SPLAT_MAX_RANK}")
-    raw.dims[:len(shape)] = [int(size) for size in shape]
+    for size in shape:
+        if not -1 << 63 <= size < 1 << 63:  # of others ctypes keeps the low bits
+            raise InvalidArgument(f"{what} has the shape {shape_text(shape)}, beyond 64 bits")
+    raw.dims[:len(shape)] = shape
     raw.rank = len(shape)
 
 
@@ -180,6 +232,7 @@ def planes_struct(planes: NDArray[Any]) -> _native.splat_image:
 
 def readable(data: Union[bytes, bytearray, memoryview, Any], what: str) -> NDArray[np.uint8]:
     """The bytes of a file in memory, without a copy."""
+    _refuse_masks(data, what)
     try:
         view = memoryview(data)
         return np.frombuffer(view if view.c_contiguous else bytes(view), np.uint8)

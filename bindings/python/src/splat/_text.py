@@ -41,7 +41,11 @@ def encoded(text: Optional[str], what: str) -> Optional[bytes]:
         raise InvalidArgument(f"{what} is a {type(text).__name__}, expected text")
     if "\0" in text:
         raise InvalidArgument(f"{what} has a NUL character, which no text may have")
-    return text.encode("utf-8", "surrogateescape")
+    try:
+        return text.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:
+        raise InvalidArgument(f"{what} has a lone surrogate, {ascii(text)}, which no text may "
+                              "have") from None
 
 
 def path_of(path: Optional[PathLike], what: str = "path") -> Optional[bytes]:

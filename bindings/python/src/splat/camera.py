@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._arrays import ArrayLike, address, doubles, readable
+from ._arrays import ArrayLike, address, doubles, frozen, readable
 from ._errors import InvalidArgument, check
 from ._library import lib
 from ._text import PathLike, bytes_from, encoded, flags_of, json_from, path_of
@@ -91,7 +91,7 @@ class Camera:
         desc.distance = distance
         desc.up[:] = doubles(up, (3,), "up").tolist()
         raw = (_native.splat_camera * whole(count, "count"))()
-        check(lib.splat_camera_orbit(scene.handle, byref(desc), count, raw))
+        check(lib.splat_camera_orbit(scene.handle, byref(desc), len(raw), raw))
         return [cls._of(each) for each in raw]
 
     @classmethod
@@ -143,8 +143,11 @@ class Camera:
 
     @property
     def world_to_camera(self) -> NDArray[np.float64]:
-        """[4,4] from scene units to the camera's axes; a copy. Assign to it to change the pose."""
-        return np.array(self.raw.world_to_camera).reshape(4, 4)
+        """[4,4] from scene units to the camera's axes; a copy that cannot be written.
+
+        Assign to it to change the pose: change a copy() of it, then assign that.
+        """
+        return frozen(np.array(self.raw.world_to_camera).reshape(4, 4))
 
     @world_to_camera.setter
     def world_to_camera(self, matrix: ArrayLike) -> None:

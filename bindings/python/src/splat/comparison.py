@@ -72,9 +72,10 @@ class Comparison(Handle):
     def samples(self, index: int) -> Tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The scores of A and B that were compared in one metric, by its place in `metrics`."""
         raw = _native.splat_metric_comparison(struct_size=sizeof(_native.splat_metric_comparison))
-        check(lib.splat_comparison_metric(self.handle, whole(index, "index"), byref(raw)))
+        number = whole(index, "index")
+        check(lib.splat_comparison_metric(self.handle, number, byref(raw)))
         a, b = np.empty(raw.n_a), np.empty(raw.n_b)
-        check(lib.splat_comparison_samples(self.handle, index, address(a), a.size, address(b),
+        check(lib.splat_comparison_samples(self.handle, number, address(a), a.size, address(b),
                                            b.size))
         return a, b
 

@@ -1,5 +1,6 @@
 """Devices: the machine's Vulkan devices, and those that are open."""
 import atexit
+import operator
 import os
 import threading
 import time
@@ -32,12 +33,12 @@ def describe(index: int) -> DeviceInfo:
 def whole(value: Any, what: str, bits: int = 32) -> int:
     """Check that a number fits an unsigned field: ctypes keeps only the low bits of others."""
     try:
-        number = value.__index__()
-    except AttributeError:
+        number = operator.index(value)
+    except TypeError:
         raise InvalidArgument(f"{what} is {value!r}, expected a whole number") from None
     if not 0 <= number < 1 << bits:
         raise InvalidArgument(f"{what} is {number}, expected 0 to {(1 << bits) - 1}")
-    return int(number)
+    return number
 
 
 class Device(Handle):

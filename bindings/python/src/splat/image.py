@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._arrays import (PIXELS, ArrayLike, address, floats, image_struct, pixel_array, planes_struct,
+from ._arrays import (PIXELS, ArrayLike, address, as_numpy_asks, floats, image_struct, pixel_array, planes_struct,
                       readable)
 from ._errors import InvalidArgument, check
 from ._library import lib
@@ -101,9 +101,7 @@ class Image:
         return np.ascontiguousarray(values.transpose(2, 0, 1))
 
     def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> NDArray[Any]:
-        if dtype is not None and np.dtype(dtype) != self.array.dtype:
-            return self.array.astype(dtype)
-        return self.array.copy() if copy else self.array
+        return as_numpy_asks(self.array, dtype, copy)
 
     def __repr__(self) -> str:
         return f"Image({self.width} x {self.height}, {self.channels} channels, {self.array.dtype})"

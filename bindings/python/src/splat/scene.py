@@ -5,7 +5,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union, overload
 import numpy as np
 
 from . import _native
-from ._arrays import ArrayLike, Floats, address, doubles, floats, readable
+from ._arrays import ArrayLike, Floats, address, doubles, floats, frozen, readable
 from ._errors import InvalidArgument, check, direct
 from ._handle import Handle, made
 from ._library import lib
@@ -37,7 +37,10 @@ def _file_desc(format: Name, frame: Name, sh_degree: Optional[int], spz_version:
 
 
 class _Attribute:
-    """A property that reads and writes an attribute of a scene."""
+    """A property that reads and writes an attribute of a scene.
+
+    What it gives cannot be written: a change of a copy, as by scene.means[0] = 0, would be lost.
+    """
 
     def __init__(self, about: str) -> None:
         self.__doc__ = about
@@ -52,7 +55,7 @@ class _Attribute:
     def __get__(self, scene: "Scene", owner: Any) -> Floats: ...
 
     def __get__(self, scene: "Optional[Scene]", owner: Any) -> "Union[_Attribute, Floats]":
-        return self if scene is None else scene.read(self._name)
+        return self if scene is None else frozen(scene.read(self._name))
 
     def __set__(self, scene: "Scene", values: ArrayLike) -> None:
         scene.write(self._name, values)
@@ -67,13 +70,15 @@ class Scene(Handle):
     opacities  [n] 0 to 1; or opacity_logits. None: 1/2
     sh         [n,K,3], K = (sh_degree + 1)^2, constant term first; None: zeros of sh_degree 0.
                colour = max(0, 0.5 + sum sh_k Y_k(direction))
-    Arrays are float32 and are copied. Raises InvalidArgument, ShapeMismatch.
+    Arrays are float32 and are copied. Those that attributes give are copies that cannot be written:
+    change a copy() of one and assign it, as in scene.means = scene.means + 1.
+    Raises InvalidArgument, ShapeMismatch.
     """
 
     __slots__ = ()
     _kind = "scene"
 
-    means = _Attribute("[n,3] scene units; a copy. Assign to it to change the scene.")
+    means = _Attribute("[n,3] scene units; a copy that cannot be written. Assign to it to change the scene.")
     scales = _Attribute("[n,3] standard deviations, scene units, > 0; a copy.")
     log_scales = _Attribute("[n,3] logarithms of them; a copy.")
     rotations = _Attribute("[n,4] w, x, y, z; a copy.")
@@ -188,7 +193,7 @@ class Scene(Handle):
         return (info.count, *columns[name])
 
     def read(self, name: str) -> Floats:
-        """A copy of an attribute, float32, in the shape that the class gives."""
+        """A new array with an attribute, float32, in the shape that the class gives; yours to change."""
         values = np.empty(self._shape(name), np.float32)
         check(lib.splat_scene_read(self.handle, name.encode(), values.ctypes.data, values.nbytes))
         return values

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _dlpack, _native
-from ._arrays import (ArrayLike, address, check_shape, host_array, set_dims, shape_text,
-                      typed_array)
-from ._errors import InvalidArgument, check, direct
+from ._arrays import (ArrayLike, address, as_numpy_asks, check_shape, host_array, set_dims,
+                      shape_text, typed_array, whole_shape)
+from ._errors import InvalidArgument, Unsupported, check, direct
 from ._handle import Handle, made
 from ._library import lib
 from ._records import TensorInfo, TensorStats
@@ -83,7 +83,7 @@ class Tensor(Handle):
     def zeros(cls, device: Device, shape: Union[int, Sequence[int]], dtype: Any = "float32", *,
               name: Optional[str] = None) -> "Tensor":
         """A tensor of zeros."""
-        desc = _desc((shape,) if isinstance(shape, int) else tuple(shape), dtype, name)
+        desc = _desc(whole_shape(shape, "the tensor"), dtype, name)
         return cls._of(made("tensor", direct, lib.splat_tensor_create, device.handle, byref(desc)),
                        device)
 
@@ -189,10 +189,12 @@ class Tensor(Handle):
         return (1, 0)
 
     def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> NDArray[Any]:
-        if copy is False:
-            return self.array
-        values = self.numpy()
-        return values if dtype is None else values.astype(dtype, copy=False)
+        if copy is not False:
+            return as_numpy_asks(self.numpy(), dtype, None)
+        try:
+            return as_numpy_asks(self.array, dtype, copy)
+        except Unsupported as error:
+            raise ValueError(f"a tensor cannot become an array without a copy: {error}") from error
 
     def __len__(self) -> int:
         shape = self.shape

@@ -5,8 +5,8 @@ from typing import Any, Dict, Iterator, List, Mapping, Optional, Union
 import numpy as np
 
 from . import _native
-from ._arrays import ArrayLike, Floats, address, floats, readable, set_dims
-from ._errors import check, direct
+from ._arrays import ArrayLike, Floats, address, floats, frozen, readable, set_dims
+from ._errors import InvalidArgument, check, direct
 from ._handle import Handle, made
 from ._dlpack import Memory
 from ._library import lib
@@ -120,15 +120,25 @@ class Weights(Handle):
         return iter(self.keys())
 
     def __contains__(self, name: object) -> bool:
-        code = lib.splat_weights_find(self.handle, str(name).encode(), byref(c_uint32()))
+        try:
+            text = encoded(name, "name") if isinstance(name, str) else None
+        except InvalidArgument:  # no text of the library
+            text = None
+        handle = self.handle
+        if text is None:
+            return False
+        code = lib.splat_weights_find(handle, text, byref(c_uint32()))
         return code != _native.Result.ERROR_NOT_FOUND and check(code) == 0
 
     def __getitem__(self, name: str) -> Floats:
-        """A copy of an array, as float32 whatever its type in the file. Raises NotFound."""
+        """A copy of an array that cannot be written, as float32 whatever its type in the file.
+
+        Raises NotFound.
+        """
         index = self._index(name)
         values = np.empty(self._describe(index).shape, np.float32)
         check(lib.splat_weights_read(self.handle, index, values.ctypes.data, values.nbytes))
-        return values
+        return frozen(values)
 
     def view(self, name: str) -> Floats:
         """The same without a copy, read only; it keeps the memory."""
