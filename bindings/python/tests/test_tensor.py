@@ -1,10 +1,13 @@
 """Devices and tensors."""
+import contextlib
 import gc
-from typing import Any
+from typing import Any, Callable, Tuple
+from unittest import mock
 
 import numpy as np
 
 import splat
+from splat import _dlpack
 from shared import Case, run_program, values
 
 
@@ -19,6 +22,11 @@ class Pack:
 
     def __dlpack_device__(self) -> Any:
         return (self.device, 0)
+
+
+def far_away(tensor: int) -> int:
+    """What `_dlpack.export` does for devices with a memory of their own."""
+    raise splat.Unsupported("far away")
 
 
 class Devices(Case):
@@ -110,6 +118,110 @@ class Tensors(Case):
         np.testing.assert_array_equal(tensor, [1, 2, 3])
         with tensor.map("read") as array:
             self.assertFalse(array.flags.writeable)
+
+    def test_the_array_of_map_ends_with_the_block(self) -> None:
+        tensor = splat.Tensor(self.device, values(3))
+        with tensor.map() as array:
+            array[:] = [1, 2, 3]
+        ended: Any = array
+        self.assertIn("has ended", repr(ended))
+        uses: Tuple[Callable[[], object], ...] = (
+            lambda: ended[0], lambda: ended + 1, lambda: ended.sum(), lambda: float(ended),
+            lambda: ended.__setitem__(..., 0))
+        for use in uses:
+            with self.assertRaises((TypeError, IndexError, ValueError)):
+                use()
+        self.refused(splat.InvalidArgument, "has ended", splat.Tensor, self.device, array)
+        with self.assertRaisesRegex(ZeroDivisionError, "in the block"):
+            with tensor.map() as array:
+                part = array[1:]
+                raise ZeroDivisionError("in the block")
+        np.testing.assert_array_equal(tensor, [1, 2, 3])
+        self.assertEqual(part.sum(), 5)
+
+    def test_an_array_that_is_kept_keeps_the_mapping(self) -> None:
+        keep: Tuple[Callable[[Any], Any], ...] = (
+            lambda array: array[1:], lambda array: array, lambda array: array.reshape(1, 3).T,
+            memoryview, lambda array: [array], lambda array: array.view(np.matrix), iter)
+        for shared in (True, False):
+            for kept_of in keep:
+                self.kept_mapping(kept_of, shared)
+
+    def kept_mapping(self, kept_of: Callable[[Any], Any], shared: bool) -> None:
+        """Leave a block with something that refers to its memory; not shared: of another device."""
+        tensor = splat.Tensor(self.device, values(3))
+        away = mock.patch.object(_dlpack, "export", far_away)
+        around: Any = contextlib.nullcontext() if shared else away
+        with around:
+            with self.assertRaisesRegex(BufferError, "still refers to the memory"):
+                with tensor.map() as array:
+                    kept = kept_of(array)
+        array[:] = [4, 5, 6]
+        self.refused(splat.InvalidState, "mapped", tensor.numpy)
+        del array
+        self.refused(splat.InvalidState, "mapped", tensor.numpy)
+        del kept
+        np.testing.assert_array_equal(tensor, [4, 5, 6])
+
+    def test_map_where_memory_is_not_shared(self) -> None:
+        tensor = splat.Tensor(self.device, values(3))
+        with mock.patch.object(_dlpack, "export", far_away):
+            with tensor.map() as array:
+                np.testing.assert_array_equal(array, values(3))
+                array[:] = [1, 2, 3]
+            with tensor.map("read") as array:
+                self.assertEqual((array.tolist(), array.flags.writeable), ([1, 2, 3], False))
+            with tensor.map("write") as array:
+                array[:] = 5
+        np.testing.assert_array_equal(tensor, [5, 5, 5])
+
+    def test_a_mapped_tensor_may_be_closed(self) -> None:
+        with splat.Device() as device:
+            tensor = splat.Tensor(device, values(3))
+            with self.assertRaises(BufferError):
+                with tensor.map() as array:
+                    kept = array[1:]
+                    tensor.close()
+            del array
+            self.assertEqual(kept.tolist(), values(3)[1:].tolist())
+            self.assertGreater(device.memory.live_bytes, 0)
+            del kept
+            self.assertEqual(device.memory.live_bytes, 0)
+
+    def test_arrays_that_outlive_their_block_and_tensor(self) -> None:
+        self.assertEqual(run_program("""
+import numpy as np, splat
+device = splat.Device()
+views = []
+for number in range(200):
+    tensor = splat.Tensor(device, np.full(1 << 16, number, np.float32))
+    holder = [None]
+    with tensor.map() as holder[0]:
+        holder[0] = memoryview(holder[0])
+    views.append(holder[0])
+    tensor.close()
+print(sum(view[1000] for view in views))
+device.close()
+del views[100:], tensor, device, holder
+print(sum(view[1000] for view in views))
+"""), (0, "19900.0\n4950.0\n", ""))
+
+    def test_numpy_asks_for_no_copy(self) -> None:
+        tensor = splat.Tensor(self.device, values(3))
+        array = tensor.__array__(np.float32, copy=False)
+        array[0] = 7
+        self.assertEqual(tensor.numpy()[0], 7)
+        self.refused(ValueError, "without a copy", tensor.__array__, np.float64, copy=False)
+        self.assertEqual(tensor.__array__(np.float64).dtype, np.float64)
+        tensor.__array__(copy=True)[0] = 8
+        tensor.__array__()[0] = 8
+        self.assertEqual(tensor.numpy()[0], 7)
+        with mock.patch.object(_dlpack, "export", far_away):
+            self.refused(ValueError, "far away", tensor.__array__, copy=False)
+        if np.lib.NumpyVersion(np.__version__) >= "2.0.0":
+            asarray: Any = np.asarray
+            self.assertIs(asarray(tensor, copy=False).dtype, np.dtype(np.float32))
+            self.refused(ValueError, "without a copy", asarray, tensor, np.float64, copy=False)
 
     def test_stats(self) -> None:
         stats = splat.Tensor(self.device, [1, float("nan"), float("inf"), 3]).check()

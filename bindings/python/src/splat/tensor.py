@@ -1,7 +1,6 @@
 """Tensors: arrays of numbers on a device, in and out of NumPy and DLPack."""
-from contextlib import contextmanager
-from ctypes import byref, c_int64, c_size_t, c_void_p, sizeof
-from typing import Any, Iterator, Optional, Sequence, Tuple, Union
+from ctypes import byref, c_int64, sizeof
+from typing import Any, ContextManager, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from ._arrays import (ArrayLike, address, as_numpy_asks, check_shape, host_array
 from ._errors import InvalidArgument, Unsupported, check, direct
 from ._handle import Handle, made
 from ._library import lib
+from ._mapping import Mapping
 from ._records import TensorInfo, TensorStats
 from ._text import choice, encoded
 from .device import Device
@@ -147,23 +147,18 @@ class Tensor(Handle):
         """
         return np.asarray(_dlpack.Shared(self.handle))
 
-    @contextmanager
-    def map(self, access: Union[int, str] = "read_write") -> Iterator[NDArray[Any]]:
+    def map(self, access: Union[int, str] = "read_write") -> ContextManager[NDArray[Any]]:
         """The elements as an array within a `with` block: with tensor.map() as array.
 
         access  "read", "write" (contents undefined until written) or "read_write"
-        The array must not be used behind the block. Raises InvalidState (mapped already).
+        Behind the block NumPy refuses every use of the array. Raises InvalidState (mapped already),
+        and BufferError at the end of the block if anything else refers to the array or to a part of
+        it: the tensor then stays mapped, and all of them usable, until the last of them is gone. An
+        exception of the block goes on and ends the mapping.
         """
-        pointer, size = c_void_p(), c_size_t()
-        code = choice(_native.Access, access, "access")
         info = self.info
-        with self._lent() as kept:
-            check(lib.splat_tensor_map(kept.handle, code, byref(pointer), byref(size)))
-            try:
-                yield np.asarray(_dlpack.Memory(pointer.value or 0, info.shape, DTYPES[info.dtype],
-                                                code == _native.Access.READ, self))
-            finally:
-                check(lib.splat_tensor_unmap(kept.handle))
+        return Mapping(self, info.shape, DTYPES[info.dtype],
+                       choice(_native.Access, access, "access"))
 
     def check(self) -> TensorStats:
         """Counts of NaN and infinities, and the range of a float32 tensor's finite elements."""
