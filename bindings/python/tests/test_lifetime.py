@@ -8,13 +8,14 @@ import pickle
 import sys
 import threading
 import time
+import types
 import unittest
 import weakref
 from typing import Any, List
 
 import splat
-from splat import _calls, _library, _native
-from shared import Case, cameras, run_program, scene
+from splat import _calls, _handle, _library, _native
+from shared import CONFIG, Case, arrays, cameras, run_program, scene, values
 
 
 class Order(Case):
@@ -288,6 +289,87 @@ rasterizer.forward(drawn, view)
 print(count > 200, rasterizer.read().shape, len(os.listdir('/proc/self/task')) - threads < 10)
 """)
         self.assertEqual((status, output), (0, "True (1, 32, 48, 3) True\n"), errors)
+
+
+class Garbage(Case):
+    """Errors leave nothing to the collector."""
+
+    def refusals(self) -> List[Any]:
+        """Functions that raise, each in its own way: short and long calls, lent blocks, callbacks."""
+        rasterizer, drawn = splat.Rasterizer(self.device, 50, 48, 32, backward=True), scene()
+        given = arrays(50)
+        bad = {**given, "opacities": given["opacities"][:, None]}
+        splat.write_synthetic(self.folder / "data", train=1, train_views=3, resolution=16)
+        dataset = splat.Dataset(self.folder / "data")
+        evaluator = splat.Evaluator(None, dataset, method="random")
+        module = splat.Module(self.device, "silu", {"x": (1, 8, 4, 4)})
+        weights = splat.Weights({"a": given["means"]})
+        model = splat.Model(self.device, CONFIG)
+        mapped = splat.Tensor(self.device, given["means"])
+
+        def fail(*_: int) -> None:
+            raise ZeroDivisionError
+
+        def in_a_block() -> None:
+            with mapped.map() as array:
+                array[9999] = 0
+
+        def kept() -> None:
+            with mapped.map() as array:
+                return None if array[1:] is None else memoryview(array)  # type: ignore
+
+        return [lambda: rasterizer.forward_arrays(cameras(), **bad),
+                lambda: rasterizer.forward(drawn, cameras(2)), lambda: rasterizer.read("depth"),
+                lambda: splat.Tensor.zeros(self.device, (2, -1)), lambda: splat.Scene(given["sh"]),
+                lambda: evaluator.score(0), lambda: module.backward(), lambda: weights["b"],
+                lambda: module.ports("gone"), lambda: model.forward(values(1, 3, 8, 8)),
+                lambda: model.ports(99), lambda: splat.Predictor(self.device, "gone"),
+                lambda: splat.Training(self.folder / "run", "nonsense: 1"), in_a_block, kept,
+                lambda: splat.export_dataset(dataset, self.folder / "out", layout="images",
+                                             progress=fail),
+                lambda: splat.Scene.load(b"nonsense"), lambda: splat.Tensor(self.device, ["a"])]
+
+    def left(self, call: Any) -> List[Any]:
+        """What only the collector frees of a call that raises; `assertRaises` would empty the frames."""
+        held = (BaseException, types.FrameType, types.TracebackType, _handle.Handle, _handle.Keeper)
+        refused = False
+        gc.collect()
+        gc.disable()
+        gc.set_debug(gc.DEBUG_SAVEALL)
+        try:
+            call()
+        except Exception:
+            refused = True
+        try:
+            self.assertTrue(refused, call)
+            gc.collect()
+            return [each for each in gc.garbage if isinstance(each, held)]  # ctypes leaves types
+        finally:
+            gc.set_debug(0)
+            gc.garbage.clear()
+            gc.enable()
+
+    def test_refusals_leave_no_cycle(self) -> None:
+        for call in self.refusals():
+            self.assertEqual(self.left(call), [], call)
+
+    def test_device_memory_is_free_behind_the_except_block(self) -> None:
+        with splat.Device() as device:
+            rasterizer, given = splat.Rasterizer(device, 1000, 48, 32), arrays(1000)
+            bad = {**given, "opacities": given["opacities"][:, None]}
+            gc.disable()
+            try:
+                for index in range(5):
+                    try:
+                        rasterizer.forward_arrays(cameras(), **bad)
+                    except splat.ShapeMismatch as error:
+                        held = weakref.ref(error)
+                    self.assertIsNone(held())
+                    if index == 0:
+                        before = device.memory.live_bytes
+                self.assertEqual(device.memory.live_bytes, before)
+            finally:
+                gc.enable()
 
 
 class Calls(unittest.TestCase):

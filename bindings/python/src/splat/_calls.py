@@ -140,4 +140,7 @@ def run(cancel: Optional[Callable[[], object]], lock: Optional["Lock[Any]"],
     if error is None:
         return code
     thread.error = None
-    raise error.with_traceback(None) if isinstance(error, Error) else error
+    try:
+        raise error.with_traceback(None) if isinstance(error, Error) else error
+    finally:
+        del error  # its traceback keeps this frame, which must not keep it

@@ -226,7 +226,7 @@ def _run(call: Callable[[Any], Any], progress: Optional[Progress]) -> None:
     def work() -> int:
         code: int = call(_native.splat_progress_callback(report))
         if raised:
-            raise raised[0]
+            raise raised.pop()  # its traceback keeps the list
         return code
 
     run(stop.set, None, work)
