@@ -1,5 +1,7 @@
 """PyTorch: gradients against float64 autograd, passes in flight, modules, refusals."""
+import gc
 import unittest
+import weakref
 from typing import Any, Tuple
 
 import splat
@@ -95,8 +97,110 @@ class Torch(Case):
             for a, b in zip(got, wanted):
                 self.assertLess(float((a - b).abs().max() / b.abs().max()), 1e-5, kind)
 
+    def test_a_refusal_spoils_nothing(self) -> None:
+        given = gaussians()
+        bad = [*given[:3], given[3][:, None], given[4]]
+        expected = draw(*given, CAMERA).images
+        for _ in range(40):
+            self.refused(splat.ShapeMismatch, "opacities", draw, *bad, CAMERA)
+            gc.collect()
+            self.assertTrue(torch.equal(draw(*given, CAMERA).images, expected))
+
+    def test_a_graph_in_a_cycle_spoils_nothing(self) -> None:
+        given = gaussians()
+        for _ in range(3):
+            drawn = draw(*given, CAMERA).images
+            drawn.grad_fn.metadata["me"] = cycle = [drawn.grad_fn.next_functions]
+            cycle.append(cycle)
+            holder: Any = [drawn]
+            holder.append(holder)
+            del drawn, cycle, holder
+            gc.collect()
+            draw(*given, CAMERA).images.sum().backward()
+
+    def test_a_refusal_leaves_nothing(self) -> None:
+        given = gaussians()
+        bad = [*given[:3], given[3][:, None], given[4]]
+        gc.collect()
+        gc.disable()
+        try:
+            live = []
+            for _ in range(4):
+                try:
+                    draw(*bad, CAMERA)
+                except splat.ShapeMismatch as error:
+                    held = weakref.ref(error)
+                self.assertIsNone(held())
+                live.append(splat.default_device().memory.live_bytes)
+            self.assertEqual(live, live[:1] * 4)
+        finally:
+            gc.enable()
+
+    def test_a_background_gets_its_gradient(self) -> None:
+        given, behind = gaussians(), torch.tensor([0.2, 0.5, 0.9], requires_grad=True)
+        views = [CAMERA, splat.Camera(24, 20, 30)]
+        weight = torch.rand(2, 20, 24, 3)
+        drawn = draw(*given, views, behind)
+        ((drawn.images * weight).sum() + drawn.alpha.square().sum()).backward()
+        exact = ((1 - drawn.alpha.detach().double())[..., None] * weight.double()).sum((0, 1, 2))
+        self.assertLess(float((behind.grad - exact).abs().max() / exact.max()), 1e-6)
+
+        def loss(color: Any) -> Any:
+            with torch.no_grad():
+                return (draw(*given, views, color).images.double() * weight).sum()
+
+        for index in range(3):  # the image is linear in the background
+            step = torch.eye(3)[index] / 4
+            slope = (loss(behind + step) - loss(behind - step)) * 2
+            self.assertLess(abs(float(behind.grad[index] / slope) - 1), 1e-5)
+        plain = draw(*given, views, [0.2, 0.5, 0.9]).images
+        self.assertTrue(torch.equal(plain, drawn.images))
+
+    def test_backgrounds_of_other_kinds(self) -> None:
+        given = [each.detach() for each in gaussians()]
+        for number in (torch.float64, torch.float32, torch.float16, torch.bfloat16):
+            behind = torch.tensor([0.25, 0.5, 1], dtype=number, requires_grad=True)
+            draw(*given, CAMERA, behind).images.sum().backward()
+            self.assertEqual((behind.grad.dtype, behind.grad.shape), (number, (3,)))
+        none = [each[:0] for each in given]
+        behind = torch.zeros(3, requires_grad=True)
+        drawn = draw(*none, CAMERA, behind)
+        (drawn.images * torch.tensor([1.0, 2, 3])).sum().backward()
+        self.assertEqual(behind.grad.tolist(), [480, 960, 1440])
+        drawn.alpha.sum().backward()  # of which the background is no part
+        self.assertEqual(behind.grad.tolist(), [480, 960, 1440])
+        self.refused(splat.ShapeMismatch, "background", draw, *given, CAMERA, torch.ones(1, 3))
+        self.refused(splat.InvalidArgument, "background", draw, *given, CAMERA, [*behind])
+        self.refused(splat.InvalidArgument, "meta", draw, *given, CAMERA,
+                     torch.ones(3, device="meta"))
+
+    @unittest.skipUnless(hasattr(torch, "compile"), "this version of PyTorch compiles nothing")
+    def test_compiled_functions_draw_the_same(self) -> None:
+        given = gaussians()
+
+        def loss(*values: Any) -> Any:
+            drawn = draw(*values, CAMERA)
+            return (drawn.images * 2).square().mean() + drawn.alpha.sum()
+
+        plain = loss(*given)
+        slopes = torch.autograd.grad(plain, given)
+        for backend in ("eager", "aot_eager"):
+            compiled = torch.compile(loss, backend=backend)
+            for _ in range(3):
+                found = compiled(*given)
+                self.assertTrue(torch.equal(found, plain))
+                for one, two in zip(torch.autograd.grad(found, given), slopes):
+                    self.assertTrue(torch.equal(one, two))
+
     def test_bad_input(self) -> None:
         given = gaussians()
+        for degree in (3, 0):
+            self.refused(splat.InvalidArgument, "colors is RGB", draw, *given, CAMERA,
+                         sh_degree=degree)
+        self.refused(splat.InvalidArgument, "sh_degree is 1.0", draw, *given[:4],
+                     torch.rand(30, 4, 3), CAMERA, sh_degree=1.0)
+        self.refused(splat.InvalidArgument, "'x' has the shape", splat.torch.Module, "linear",
+                     {"x": (2.7, 3), "weight": (4, 3), "bias": (4,)})
         self.refused(splat.InvalidArgument, "float64", draw, given[0].double(), *given[1:], CAMERA)
         self.refused(splat.InvalidArgument, "meta", draw, given[0].to("meta"), *given[1:], CAMERA)
         self.refused(splat.ShapeMismatch, "scales", draw, given[0], given[1][:9], *given[2:],

@@ -9,14 +9,15 @@ are copied elsewhere. Gradients exist once: backward of a backward pass is refus
 """
 import importlib
 import threading
+import weakref
 from collections import OrderedDict
-from typing import Any, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, List, Mapping, NamedTuple, Optional, Sequence, Tuple, TypeVar, Union
 
 from . import module as _module
-from ._arrays import ArrayLike
+from ._arrays import ArrayLike, doubles
 from ._errors import InvalidArgument, ShapeMismatch, Unsupported
 from .camera import Camera
-from .device import Device, default_device
+from .device import Device, default_device, whole
 from .rasterizer import Cameras, Rasterizer, RasterState
 from .tensor import Tensor
 
@@ -27,6 +28,7 @@ except ImportError as error:
     raise ImportError("splat.torch needs PyTorch: apt-get install python3-torch, or "
                       "python3 -m pip install torch") from error
 
+Function = TypeVar("Function", bound=Callable[..., Any])
 KEPT = 4  # rasterizers that stay ready for the next call
 
 
@@ -38,13 +40,17 @@ class Drawn(NamedTuple):
     depth: Any
 
 
+def _in_host_memory(value: Any, what: str) -> None:
+    if value.device.type != "cpu":
+        raise InvalidArgument(f"{what} is on {value.device}, expected host memory: copy it there "
+                              "with .cpu()")
+
+
 def _checked(value: Any, what: str) -> Any:
     """A float32 tensor in host memory. Raises InvalidArgument for another object."""
     if not isinstance(value, torch.Tensor):
         raise InvalidArgument(f"{what} is a {type(value).__name__}, expected a torch.Tensor")
-    if value.device.type != "cpu":
-        raise InvalidArgument(f"{what} is on {value.device}, expected host memory: copy it there "
-                              "with .cpu()")
+    _in_host_memory(value, what)
     if value.dtype != torch.float32:
         raise InvalidArgument(f"{what} has the type {value.dtype}, expected torch.float32: convert "
                               "it with .float()")
@@ -66,13 +72,21 @@ def _torch(tensor: Tensor) -> Any:
 class _Pool:
     """A rasterizer and its states that no graph uses."""
 
+    __slots__ = ("rasterizer", "depth", "free")
+
     def __init__(self, rasterizer: Rasterizer, depth: bool) -> None:
         self.rasterizer, self.depth = rasterizer, depth
         self.free: List[RasterState] = []
 
 
 class _Lease:
-    """A state that goes back to its pool when the graph that holds it is freed."""
+    """A state that goes back to its pool when the graph that holds it is freed.
+
+    The finalizer keeps the state. With `__del__` the collector might destroy it first, with a cycle
+    that holds the lease.
+    """
+
+    __slots__ = ("pool", "state", "__weakref__")
 
     def __init__(self, pool: _Pool) -> None:
         self.pool = pool
@@ -80,10 +94,7 @@ class _Lease:
             self.state = pool.free.pop()
         except IndexError:
             self.state = pool.rasterizer.state()
-
-    def __del__(self) -> None:
-        if hasattr(self, "state"):
-            self.pool.free.append(self.state)
+        weakref.finalize(self, pool.free.append, self.state).atexit = False
 
 
 _pools: "OrderedDict[Tuple[Any, ...], _Pool]" = OrderedDict()
@@ -105,6 +116,31 @@ def _pool(device: Device, *key: Any, **options: Any) -> _Pool:
         return _pools[name]
 
 
+def _background(color: Any) -> Any:
+    """A background: a tensor of any type of numbers, or an array. Raises InvalidArgument.
+
+    Numbers are read here, where a list of tensors that require gradients is refused, which in
+    `forward` it would not be.
+    """
+    if isinstance(color, torch.Tensor):
+        _in_host_memory(color, "background")
+        return color
+    return None if color is None else doubles(color, (3,), "background")
+
+
+def _numbers(color: Any) -> Any:
+    """A background for the rasterizer."""
+    return color.detach().double().numpy() if isinstance(color, torch.Tensor) else color
+
+
+def _behind(lease: _Lease, slope: Any) -> Any:
+    """The gradient at the background, whose part of a pixel is 1 - alpha; summed in float64."""
+    if slope is None:
+        return None
+    alpha = torch.from_numpy(lease.pool.rasterizer.read("alpha", state=lease.state))
+    return ((1 - alpha.double())[..., None] * slope.double()).sum((0, 1, 2))
+
+
 class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
     @staticmethod
     def forward(ctx: Any, pool: _Pool, cameras: Cameras, background: Any, names: Sequence[str],
@@ -113,7 +149,7 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
         ctx.lease, ctx.names = _Lease(pool), names
         ctx.shapes = [each.shape for each in given]
         state = ctx.lease.state
-        pool.rasterizer.forward_arrays(cameras, background, state=state,
+        pool.rasterizer.forward_arrays(cameras, _numbers(background), state=state,
                                        **dict(zip(names, map(_array, given))))
         outputs = ("rgb", "alpha", "depth")[:3 if pool.depth else 2]
         return tuple(_torch(pool.rasterizer.output(each, state=state)) for each in outputs)
@@ -122,16 +158,26 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
     @once  # type: ignore[misc]
     def backward(ctx: Any, *slopes: Any) -> Any:
         wanted = [name for name, needed in zip(ctx.names, ctx.needs_input_grad[4:]) if needed]
-        if all(each is None for each in slopes) or 0 in ctx.shapes[0]:
+        behind = _behind(ctx.lease, slopes[0]) if ctx.needs_input_grad[2] else None
+        if not wanted or all(each is None for each in slopes) or 0 in ctx.shapes[0]:
             found = {name: torch.zeros(shape) for name, shape in zip(ctx.names, ctx.shapes)}
         else:
             arrays = {name: None if each is None else _array(each)
                       for name, each in zip(("rgb", "alpha", "depth"), slopes)}
             made = ctx.lease.pool.rasterizer.backward(wanted, state=ctx.lease.state, **arrays)
             found = {name: _torch(tensor) for name, tensor in made.items()}
-        return (None,) * 4 + tuple(found[name] if name in wanted else None for name in ctx.names)
+        return (None, None, behind, None) + tuple(found[name] if name in wanted else None
+                                                  for name in ctx.names)
 
 
+def _not_compiled(function: Function) -> Function:
+    """The function, which torch.compile is to call as it is; before PyTorch 2.1 it stays alone."""
+    disable = getattr(getattr(torch, "compiler", None), "disable", None)
+    kept: Function = function if disable is None else disable(function)
+    return kept
+
+
+@_not_compiled
 def rasterize(means: Any, scales: Any, rotations: Any, opacities: Any, colors: Any,
               cameras: Union[Camera, Sequence[Camera]], background: Optional[ArrayLike] = None, *,
               convention: Union[int, str] = "3dgs", antialiased: bool = False,
@@ -142,8 +188,9 @@ def rasterize(means: Any, scales: Any, rotations: Any, opacities: Any, colors: A
     means [n,3], scales [n,3] (standard deviations), rotations [n,4] w, x, y, z, opacities [n];
     the convention "3dgs" expects rotations of length 1
     colors      RGB [n,3], or spherical harmonics [n,K,3], of which sh_degree uses (degree + 1)^2
-    background  RGB; None: black
-    Forward passes stay alive until their graphs are freed; backward passes come in any order.
+    background  RGB, also a tensor that requires a gradient; None: black
+    Forward passes stay alive until their graphs are freed; backward passes come in any order. A
+    function that torch.compile compiles calls this one between two graphs.
     Raises InvalidArgument (type, device), ShapeMismatch, Cancelled.
     """
     names = ["means", "scales", "rotations", "opacities", "colors"]
@@ -152,10 +199,14 @@ def rasterize(means: Any, scales: Any, rotations: Any, opacities: Any, colors: A
     views = [cameras] if isinstance(cameras, Camera) else list(cameras)
     if not views or not isinstance(views[0], Camera):
         raise InvalidArgument("cameras has no Camera, expected one or more")
+    background = _background(background)
     direct, degree = colors.dim() == 2, 0
+    if direct and sh_degree is not None:
+        raise InvalidArgument(f"sh_degree is {sh_degree!r}, but colors is RGB, which has no degree: "
+                              "give spherical harmonics [n,K,3], or leave sh_degree out")
     if not direct:
         terms = colors.shape[1] if colors.dim() == 3 else 0
-        degree = int(terms**0.5) - 1 if sh_degree is None else sh_degree
+        degree = int(terms**0.5) - 1 if sh_degree is None else whole(sh_degree, "sh_degree")
         if degree not in range(4) or (degree + 1)**2 > terms or (
                 sh_degree is None and (degree + 1)**2 != terms):
             raise ShapeMismatch(f"colors has the shape {list(colors.shape)}, expected [n,3], or "
