@@ -5,6 +5,7 @@
 
 #include "eval/json_number.h"
 #include "eval/saved_objects.h"
+#include "eval/score_table.h"
 #include "io/file.h"
 
 namespace splat::eval {
@@ -107,7 +108,7 @@ std::string table_text(const Evaluation& evaluation) {
         "perfect_views,predict_ms,draw_ms\n";
     for (const auto& [index, o] : evaluation.objects)
         csv +=
-            format("%s,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%u,%u,%.3f,%.3f\n", o.name.c_str(),
+            format("%s,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%u,%u,%.3f,%.3f\n", csv_field(o.name).c_str(),
                    o.novel.psnr, o.novel.ssim, o.novel.lpips, o.conditioning.psnr,
                    o.conditioning.ssim, o.conditioning.lpips, o.novel.views + o.conditioning.views,
                    o.novel.perfect + o.conditioning.perfect, 1e3 * o.predict_seconds,
@@ -118,8 +119,8 @@ std::string table_text(const Evaluation& evaluation) {
 std::string scores_text(const Evaluation& evaluation) {
     std::string text;
     for (const auto& [index, o] : evaluation.objects)
-        text += format("%u_%s %.17g %.17g %.17g\n", index, o.name.c_str(), o.novel.psnr,
-                       o.novel.ssim, o.novel.lpips);
+        text += format("%u_%s %.17g %.17g %.17g\n", index, scores_name(o.name).c_str(),
+                       o.novel.psnr, o.novel.ssim, o.novel.lpips);
     return text;
 }
 

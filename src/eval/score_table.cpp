@@ -1,9 +1,12 @@
 #include "eval/score_table.h"
 
+#include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <optional>
 #include <sstream>
+#include <string_view>
 
 #include "core/c_locale.h"
 #include "core/shown.h"
@@ -26,29 +29,106 @@ std::string table_path(const std::string& path) {
     return path;
 }
 
-std::vector<std::string> split(const std::string& line, char separator) {
-    std::vector<std::string> parts;
-    std::istringstream in(line);
-    for (std::string part; std::getline(in, part, separator);)
-        if (separator != ' ' || !part.empty()) parts.push_back(part);
-    return parts;
+struct Row {
+    std::size_t line = 0;  ///< its first one
+    std::vector<std::string> fields;
+};
+
+/// Fields that white space separates, of each line that is not empty.
+std::vector<Row> text_rows(std::string_view text) {
+    std::vector<Row> rows;
+    std::istringstream in{std::string(text)};
+    std::string line;
+    for (std::size_t number = 1; std::getline(in, line); ++number) {
+        std::istringstream words(line);
+        Row row{number, {}};
+        for (std::string word; words >> word;) row.fields.push_back(word);
+        if (!row.fields.empty()) rows.push_back(std::move(row));
+    }
+    return rows;
 }
+
+/// Reads records of RFC 4180, whose lines may also end without a carriage return. A quoted field may hold commas,
+/// line ends and, doubled, quotes.
+class CsvReader {
+  public:
+    CsvReader(std::string_view text, const std::string& path) : text_(text), path_(path) {}
+
+    Result<std::vector<Row>> rows() {
+        std::vector<Row> rows;
+        while (at_ < text_.size()) {
+            Row row{line_, {}};
+            do {
+                SPLAT_ASSIGN(std::string field, take_field());
+                row.fields.push_back(std::move(field));
+            } while (take(','));
+            take('\r');
+            if (at_ < text_.size() && !take('\n'))
+                return refuse_line(path_, line_, "a quoted field goes on behind its quote");
+            ++line_;
+            if (row.fields.size() > 1 || !row.fields[0].empty()) rows.push_back(std::move(row));
+        }
+        return rows;
+    }
+
+  private:
+    bool take(char c) {
+        if (at_ == text_.size() || text_[at_] != c) return false;
+        ++at_;
+        return true;
+    }
+
+    Result<std::string> take_field() {
+        if (take('"')) return take_quoted();
+        const std::size_t end = std::min(text_.find_first_of(",\n", at_), text_.size());
+        std::string field(text_.substr(at_, end - at_));
+        if (field.ends_with('\r')) field.pop_back();
+        at_ = end;
+        return field;
+    }
+
+    Result<std::string> take_quoted() {
+        const std::size_t begun = line_;
+        std::string field;
+        for (; at_ < text_.size(); ++at_) {
+            if (text_[at_] == '"' && (++at_ == text_.size() || text_[at_] != '"')) return field;
+            line_ += text_[at_] == '\n' ? 1 : 0;
+            field += text_[at_];
+        }
+        return refuse_line(path_, begun, "a quoted field has no end");
+    }
+
+    std::string_view text_;
+    const std::string& path_;
+    std::size_t at_ = 0;
+    std::size_t line_ = 1;
+};
 
 /// The columns of a file that hold metrics.
 struct Columns {
-    char separator = ' ';
+    bool heading = false;  ///< of a .csv, which the first row is
+    std::size_t count = 0;
     std::vector<std::pair<std::string, std::size_t>> metrics;
 };
 
-Result<Columns> columns_of(const std::string& first, const std::string& path) {
-    Columns columns;
-    if (first.find(',') == std::string::npos) {
-        for (std::size_t i = 0; i < std::size(kMetrics); ++i)
-            columns.metrics.emplace_back(kMetrics[i], i + 1);
-        return columns;
-    }
-    columns.separator = ',';
-    const std::vector<std::string> names = split(first, ',');
+/// scores.txt has a name and these columns; its names may hold commas.
+constexpr std::size_t kTextColumns = 1 + std::size(kMetrics);
+
+bool is_text(std::string_view file) {
+    const std::vector<Row> first = text_rows(file.substr(0, file.find('\n')));
+    return file.find(',') == std::string_view::npos ||
+           (first.size() == 1 && first[0].fields.size() == kTextColumns);
+}
+
+Columns text_columns() {
+    Columns columns{false, kTextColumns, {}};
+    for (std::size_t i = 0; i < std::size(kMetrics); ++i)
+        columns.metrics.emplace_back(kMetrics[i], i + 1);
+    return columns;
+}
+
+Result<Columns> csv_columns(const std::vector<std::string>& names, const std::string& path) {
+    Columns columns{true, names.size(), {}};
     for (std::size_t i = 0; i < names.size(); ++i)
         for (const char* metric : kMetrics)
             if (names[i] == std::string(metric) + "_novel") columns.metrics.emplace_back(metric, i);
@@ -59,13 +139,21 @@ Result<Columns> columns_of(const std::string& first, const std::string& path) {
     return columns;
 }
 
-/// The name without the number before it in scores.txt, which depends on the data set.
-std::string object_name(const std::string& text, char separator) {
-    if (separator == ',') return text;
-    const std::size_t digits = text.find_first_not_of("0123456789");
-    return digits != 0 && digits != std::string::npos && text[digits] == '_'
-               ? text.substr(digits + 1)
-               : text;
+/// The name of a column of scores.txt, without the number before it, which depends on the data set.
+std::string object_name(const std::string& text) {
+    std::string name;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        unsigned code = 0;
+        const char* digits = text.data() + i + 1;
+        const bool encoded = text[i] == '%' && i + 2 < text.size() &&
+                             std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2;
+        name += encoded ? static_cast<char>(code) : text[i];
+        i += encoded ? 2 : 0;
+    }
+    const std::size_t digits = name.find_first_not_of("0123456789");
+    return digits != 0 && digits != std::string::npos && name[digits] == '_'
+               ? name.substr(digits + 1)
+               : name;
 }
 
 /// A decimal number, or "nan" or "inf", which mean that there is none. Nothing for other texts, and beyond a double.
@@ -83,20 +171,22 @@ class TableLines {
   public:
     TableLines(ScoreTable& table, Columns columns) : table_(table), columns_(std::move(columns)) {}
 
-    Status take(const std::string& line, std::size_t number) {
-        const std::vector<std::string> parts = split(line, columns_.separator);
-        const std::size_t needed = columns_.metrics.back().second + 1;
-        if (parts.size() < needed)
-            return refuse_line(table_.path, number,
-                               format("%zu columns, expected %zu or more", parts.size(), needed));
-        const std::string name = object_name(parts[0], columns_.separator);
+    Status take(const Row& row) {
+        const std::size_t number = row.line;
+        if (row.fields.size() != columns_.count)
+            return refuse_line(
+                table_.path, number,
+                format("%zu columns, expected %zu%s", row.fields.size(), columns_.count,
+                       columns_.heading ? ", as in the heading" : ""));
+        const std::string name = columns_.heading ? row.fields[0] : object_name(row.fields[0]);
         const auto [place, fresh] = seen_.emplace(name, number);
         if (!fresh)
             return refuse_line(
                 table_.path, number,
                 format("object '%s' is in line %zu already", shown(name).c_str(), place->second));
         for (const auto& [metric, column] : columns_.metrics) {
-            const std::string& text = parts[column];
+            const std::string& text = row.fields[column];
+            if (text.empty()) continue;
             const std::optional<double> value = score_of(text);
             if (!value)
                 return refuse_line(table_.path, number, "'" + shown(text) + "' is not a number");
@@ -105,7 +195,6 @@ class TableLines {
         table_.objects = seen_.size();
         return {};
     }
-    [[nodiscard]] bool has_heading() const { return columns_.separator == ','; }
 
   private:
     ScoreTable& table_;
@@ -119,20 +208,40 @@ Result<ScoreTable> read_scores(const std::string& path) {
     ScoreTable table;
     table.path = table_path(path);
     SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(table.path));
-    std::istringstream in{std::string(io::as_text(bytes))};
-    std::string line;
-    std::getline(in, line);
-    SPLAT_ASSIGN(Columns columns, columns_of(line, table.path));
-    TableLines lines(table, std::move(columns));
-    std::size_t number = 1;
-    if (!lines.has_heading() && !line.empty()) SPLAT_TRY(lines.take(line, number));
-    while (std::getline(in, line)) {
-        ++number;
-        if (!line.empty()) SPLAT_TRY(lines.take(line, number));
+    const std::string_view text = io::as_text(bytes);
+    std::vector<Row> rows;
+    Columns columns = text_columns();
+    if (is_text(text)) {
+        rows = text_rows(text);
+    } else {
+        SPLAT_ASSIGN(rows, CsvReader(text, table.path).rows());
+        if (!rows.empty()) {
+            SPLAT_ASSIGN(columns, csv_columns(rows[0].fields, table.path));
+            rows.erase(rows.begin());
+        }
     }
+    TableLines lines(table, std::move(columns));
+    for (const Row& row : rows) SPLAT_TRY(lines.take(row));
     if (table.objects == 0) return error(Code::kFormat, "'%s' holds no scores", table.path.c_str());
     list_metrics(table);
     return table;
+}
+
+std::string csv_field(const std::string& text) {
+    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+    std::string field = "\"";
+    for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
+    return field + "\"";
+}
+
+std::string scores_name(const std::string& name) {
+    std::string text;
+    for (const char c : name) {
+        const auto code = static_cast<unsigned char>(c);
+        text +=
+            code <= ' ' || code == 0x7F || c == '%' ? format("%%%02X", code) : std::string(1, c);
+    }
+    return text;
 }
 
 void list_metrics(ScoreTable& table) {

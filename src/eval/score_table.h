@@ -19,11 +19,17 @@ struct ScoreTable {
     std::map<std::string, std::map<std::string, double>> values;
 };
 
-/// Read per_object.csv or scores.txt ("index_name psnr ssim lpips") of an evaluation; a folder, or
-/// results.json, stands for the per_object.csv in the same folder. Errors: those of io::read_file;
-/// kFormat, naming file and line, if the file is neither, a number is malformed, or an object occurs
-/// twice.
+/// Read per_object.csv (RFC 4180; an empty score is none) or scores.txt ("index_name psnr ssim lpips") of an
+/// evaluation; a folder, or results.json, stands for the per_object.csv in the same folder. Errors: those of
+/// io::read_file; kFormat, naming file and line, if the file is neither, a line has other columns than the first, a
+/// number is malformed, or an object occurs twice.
 Result<ScoreTable> read_scores(const std::string& path);
+
+/// A field of a .csv, quoted where RFC 4180 asks for it.
+std::string csv_field(const std::string& text);
+
+/// A name as a column of scores.txt: white space, control characters and % as %XX. read_scores() decodes it.
+std::string scores_name(const std::string& name);
 
 /// Set the metrics of a table with values.
 void list_metrics(ScoreTable& table);

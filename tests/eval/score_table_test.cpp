@@ -49,6 +49,53 @@ TEST_F(ScoreTableTest, ReadsBothFormats) {
         EXPECT_EQ(read_scores(path).value().values, table.values);
 }
 
+/// Names from data sets, in both files as they are written.
+TEST_F(ScoreTableTest, AnyNameComesBack) {
+    const std::vector<std::string> names = {
+        "sedan,35", "say \"hello\"", "two words", "tab\there", "line\nend", "cr\r",
+        "100%",     "%41",           "",          ",",         "\"",        " ends ",
+        "ü",        "a,b\n\"c",      "3_4",       "\x01\x7f"};
+    std::string csv = "object,psnr_novel,ssim_novel\r\n";
+    std::string text;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        if (!names[i].empty()) csv += csv_field(names[i]) + format(",%zu.5,0.9\r\n", i);
+        text += format("%zu_%s %zu.5 0.9 0.1\n", i, scores_name(names[i]).c_str(), i);
+    }
+    const ScoreTable table = read("per_object.csv", csv);
+    const ScoreTable scores = read("scores.txt", text);
+    EXPECT_EQ(table.objects, names.size() - 1);
+    EXPECT_EQ(scores.objects, names.size());
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        const double expected = static_cast<double>(i) + 0.5;
+        if (!names[i].empty()) {
+            ASSERT_TRUE(table.values.at("psnr").contains(names[i])) << names[i];
+            EXPECT_EQ(table.values.at("psnr").at(names[i]), expected) << names[i];
+        }
+        ASSERT_TRUE(scores.values.at("psnr").contains(names[i])) << names[i];
+        EXPECT_EQ(scores.values.at("psnr").at(names[i]), expected) << names[i];
+    }
+}
+
+TEST_F(ScoreTableTest, ReadsWhatPandasWrites) {
+    const ScoreTable table =
+        read("per_object.csv",
+             "object,psnr_novel,ssim_novel,lpips_novel\n\"a \"\"b\"\"\",20,0.9,\nc,21,,\n");
+    EXPECT_EQ(table.metrics, (std::vector<std::string>{"psnr", "ssim"})) << "empty is no score";
+    EXPECT_EQ(table.values.at("psnr").at("a \"b\""), 20);
+    EXPECT_EQ(table.values.at("ssim").size(), 1U);
+}
+
+/// Files of earlier versions, with names that were written as they are.
+TEST_F(ScoreTableTest, RefusesShiftedColumns) {
+    refused("object,psnr_novel,ssim_novel\nsedan,35,22.8,0.9\n",
+            "line 2: 4 columns, expected 3, as in the heading");
+    refused("0_two words 22.8 0.9 0.1\n", "line 1: 5 columns, expected 4");
+    EXPECT_EQ(read("scores.txt", "0_sedan,35 22.8 0.9 0.1\n").values.at("psnr").at("sedan,35"),
+              22.8);
+    refused("object,psnr_novel\n\"a,1\n", "line 2: a quoted field has no end");
+    refused("object,psnr_novel\n\"a\"b,1\n", "line 2: a quoted field goes on behind its quote");
+}
+
 TEST_F(ScoreTableTest, ReadsDecimalPointsInAnyLocale) {
     const test::DecimalComma comma;
     if (!comma) GTEST_SKIP() << "no locale with decimal commas: install locales";
