@@ -3,13 +3,13 @@
 # Warnings; sanitizers and coverage as the options say.
 function(splat_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wdouble-promotion)
-  # Warnings are errors, except in a release build with a compiler newer than the tested ones.
-  # gcc 12 warns of its own standard library at -O3; those three stay warnings.
-  set(strict $<OR:$<NOT:$<CONFIG:Release>>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,15>>)
-  target_compile_options(${target} PRIVATE $<${strict}:-Werror>)
-  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-    target_compile_options(${target} PRIVATE $<${strict}:-Wno-error=array-bounds
-                                             -Wno-error=restrict -Wno-error=stringop-overflow>)
+  if(SPLAT_WERROR)
+    target_compile_options(${target} PRIVATE -Werror)
+    # gcc 12 warns of its own standard library at -O3; those three stay warnings.
+    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+      target_compile_options(${target} PRIVATE -Wno-error=array-bounds -Wno-error=restrict
+                                               -Wno-error=stringop-overflow)
+    endif()
   endif()
   if(SPLAT_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${SPLAT_SANITIZE} -fno-omit-frame-pointer

@@ -280,7 +280,9 @@ Status append_file(const std::string& path, Bytes bytes) {
     if (file.get() < 0 || ::fstat(file.get(), &info) != 0 || !S_ISREG(info.st_mode))
         return error(Code::kIo, "cannot write '%s': it is not a regular file", path.c_str());
     Status status = write_all(file.get(), bytes, path);
-    if (!status.ok()) static_cast<void>(::ftruncate(file.get(), info.st_size));
+    if (!status.ok() && ::ftruncate(file.get(), info.st_size) != 0)
+        status = error(status.code(), "%s; what was written of it stays at the end of the file",
+                       status.message().c_str());
     if (file.release() != 0 && status.ok()) status = failed("close", path);
     return status;
 }

@@ -109,22 +109,22 @@ TEST(SceneFile, AGivenFormatChoosesTheReader) {
     auto scene = sample_scene(3, 0);
     // The first float of a .splat file is a position. Here its bytes are the magic of gzip.
     scene.means[0] = std::bit_cast<float>(std::uint32_t{0x41008B1F});
-    const SceneFormat& splat = format_named("splat");
-    const auto file = write_scene(scene, splat);
+    const SceneFormat* const splat = &format_named("splat");
+    const auto file = write_scene(scene, *splat);
     ASSERT_OK(file.status());
     const auto found = detect_scene_format(file.value(), "a.bin");
     ASSERT_OK(found.status());
     ASSERT_EQ(found.value(), &format_named("spz"));
-    const auto loaded = read_scene(file.value(), "a.bin", {}, &splat);
+    const auto loaded = read_scene(file.value(), "a.bin", {}, splat);
     ASSERT_OK(loaded.status());
     EXPECT_EQ(loaded.value().report.format, "splat");
     EXPECT_EQ(loaded.value().gaussians.means, scene.means);
-    const SceneFormat& ply = format_named("ply");
-    const auto plain = write_scene(scene, ply);
+    const SceneFormat* const ply = &format_named("ply");
+    const auto plain = write_scene(scene, *ply);
     ASSERT_OK(plain.status());
     EXPECT_ERROR(read_scene(plain.value(), "a", {}, &format_named("compressed ply")).status(),
                  Code::kFormat, "'a' is of the format ply, expected compressed ply");
-    EXPECT_ERROR(read_scene(bytes_of("abc"), "a.splat", {}, &ply).status(), Code::kFormat,
+    EXPECT_ERROR(read_scene(bytes_of("abc"), "a.splat", {}, ply).status(), Code::kFormat,
                  "'a.splat': ply: ");
 }
 

@@ -1737,7 +1737,7 @@ function(ConfigurationsAreListedAndShown)
   expect("${out}" "\nmodel.base_dim +32 +file\n" "\nopt.base_lr +0.0003 +set\n" "\nopt.eps +1e-15 +default\n"
          "\ngeneral.device +-\n")
   expect("${out}" "\nopt.eps +1e-15 +default\n")
-  vkrun(0 config show --set logging.loop_log=5 --set opt.step_lr_at=9)
+  vkrun(0 config show --set logging.loop_log=5 --set opt.step_lr_at=9 --set opt.lr_schedule=constant)
   expect("${err}" "^vkrun: warning: configuration: 'opt.step_lr_at' has no effect unless opt.lr_schedule is step\n"
          "warning: configuration: 'logging.loop_log' has no effect here: ")
   vkrun(0 config show --set opt.pretrained_hf=true)
