@@ -26,8 +26,13 @@ Result<double> environment_positive(const char* name, double fallback) {
     return *value;
 }
 
+std::optional<std::string> environment_folder(const char* name) {
+    auto folder = environment(name);
+    return folder && folder->starts_with('/') ? folder : std::nullopt;
+}
+
 std::optional<std::string> user_cache_folder() {
-    if (const auto cache = environment("XDG_CACHE_HOME")) return *cache + "/libsplat";
+    if (const auto cache = environment_folder("XDG_CACHE_HOME")) return *cache + "/libsplat";
     if (const auto home = environment("HOME")) return *home + "/.cache/libsplat";
     return std::nullopt;
 }

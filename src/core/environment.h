@@ -14,6 +14,10 @@ std::optional<std::string> environment(const char* name);
 /// kInvalidArgument, names the variable.
 Result<double> environment_positive(const char* name, double fallback);
 
+/// A folder that a variable names; nothing for a relative one, which the XDG base directory specification
+/// asks to ignore.
+std::optional<std::string> environment_folder(const char* name);
+
 /// `$XDG_CACHE_HOME/libsplat`, else `$HOME/.cache/libsplat`, else nothing.
 std::optional<std::string> user_cache_folder();
 

@@ -79,7 +79,7 @@ Result<Preset> preset_of_file(const std::string& path) {
 
 std::string models_folder() {
     if (const auto folder = environment("SPLAT_PRIORS_DIR")) return *folder;
-    if (const auto data = environment("XDG_DATA_HOME")) return *data + "/libsplat/priors";
+    if (const auto data = environment_folder("XDG_DATA_HOME")) return *data + "/libsplat/priors";
     if (const auto home = environment("HOME")) return *home + "/.local/share/libsplat/priors";
     return "";
 }

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <sstream>
 
+#include "core/fault.h"
 #include "core/fork.h"
 #include "core/json_tree.h"
 #include "io/file.h"
@@ -56,12 +57,15 @@ Status cannot(const char* doing, const fs::path& path, const std::string& reason
     return error(Code::kIo, "cannot %s '%s': %s", doing, path.c_str(), reason.c_str());
 }
 
-/// Entries of a folder; none if it cannot be read.
-std::vector<fs::path> entries_of(const fs::path& folder) {
+/// Entries of a folder; none if it is not there. Errors: kIo if it cannot be listed.
+Result<std::vector<fs::path>> entries_of(const fs::path& folder) {
     std::vector<fs::path> found;
     std::error_code failed;
     for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed))
         found.push_back(at->path());
+    if (SPLAT_FAULT("train.list")) failed = std::make_error_code(std::errc::permission_denied);
+    if (failed && failed != std::errc::no_such_file_or_directory)
+        return cannot("list", folder, failed.message());
     return found;
 }
 
@@ -71,10 +75,11 @@ bool is_there(const fs::path& path) {
 }
 
 /// The files of kOwnFiles that are there, with `suffix`, a pattern, after their names.
-std::vector<fs::path> own_files(const fs::path& root, const char* suffix) {
+Result<std::vector<fs::path>> own_files(const fs::path& root, const char* suffix) {
     std::vector<fs::path> found;
-    for (const std::string folder : kOwnFolders)
-        for (const fs::path& entry : entries_of(root / folder)) {
+    for (const std::string folder : kOwnFolders) {
+        SPLAT_ASSIGN(const std::vector<fs::path> entries, entries_of(root / folder));
+        for (const fs::path& entry : entries) {
             const std::string name = folder + entry.filename().string();
             const auto matches = [&](const std::string& own) {
                 return ::fnmatch((own + suffix).c_str(), name.c_str(), FNM_PATHNAME) == 0;
@@ -82,6 +87,7 @@ std::vector<fs::path> own_files(const fs::path& root, const char* suffix) {
             if (std::any_of(std::begin(kOwnFiles), std::end(kOwnFiles), matches))
                 found.push_back(entry);
         }
+    }
     return found;
 }
 
@@ -134,9 +140,11 @@ Status RunFolder::check() const {
                      root_.c_str(), kConfig, kLock, kRun);
     }
     std::error_code ignored;
-    const std::vector<fs::path> entries = entries_of(root_);
-    const bool empty = !is_there(root_) || (fs::is_directory(root_, ignored) &&
-                                            std::all_of(entries.begin(), entries.end(), is_begun));
+    bool empty = !is_there(root_);
+    if (fs::is_directory(root_, ignored)) {
+        SPLAT_ASSIGN(const std::vector<fs::path> entries, entries_of(root_));
+        empty = std::all_of(entries.begin(), entries.end(), is_begun);
+    }
     if (empty || (run && mode_ == Mode::kReplace)) return {};
     return error(Code::kInvalidState, "'%s' is there%s", root_.c_str(),
                  run ? " and holds a run: resume it, overwrite it, or choose another folder"
@@ -165,7 +173,8 @@ Status RunFolder::lock() {
 
 Status RunFolder::clear() const {
     std::error_code failed;
-    for (const fs::path& file : own_files(root_, "")) {
+    SPLAT_ASSIGN(const std::vector<fs::path> files, own_files(root_, ""));
+    for (const fs::path& file : files) {
         if (file.filename() == kConfig) continue;
         fs::remove(file, failed);
         if (failed) return cannot("remove", file, failed.message());
@@ -176,10 +185,11 @@ Status RunFolder::clear() const {
     return {};
 }
 
-std::size_t RunFolder::sweep() const {
+Result<std::size_t> RunFolder::sweep() const {
     std::size_t removed = 0;
     std::error_code failed;
-    for (const fs::path& file : own_files(root_, ".*-*.tmp"))
+    SPLAT_ASSIGN(const std::vector<fs::path> files, own_files(root_, ".*-*.tmp"));
+    for (const fs::path& file : files)
         if (fs::is_regular_file(file, failed) && fs::remove(file, failed)) ++removed;
     return removed;
 }
@@ -190,7 +200,7 @@ Result<std::size_t> RunFolder::begin(const std::string& config) {
     if (failed) return cannot("make the folder", root_, failed.message());
     SPLAT_TRY(lock());
     SPLAT_TRY(check());  // what another process did before the lock was ours
-    const std::size_t removed = sweep();
+    SPLAT_ASSIGN(const std::size_t removed, sweep());
     if (mode_ != Mode::kResume) SPLAT_TRY(clear());
     SPLAT_TRY(write(kConfig, config));
     fs::create_directories(root_ / "checkpoints", failed);
@@ -211,9 +221,10 @@ Status RunFolder::write(const char* name, const std::string& text) const {
     return io::write_file(path(name), io::as_bytes(text));
 }
 
-std::vector<fs::path> RunFolder::states() const {
+Result<std::vector<fs::path>> RunFolder::states() const {
     std::vector<fs::path> found;
-    for (const fs::path& entry : entries_of(root_ / "checkpoints")) {
+    SPLAT_ASSIGN(const std::vector<fs::path> entries, entries_of(root_ / "checkpoints"));
+    for (const fs::path& entry : entries) {
         const std::string name = entry.filename().string();
         if (name.starts_with("step_") && name.ends_with(kStateSuffix)) found.push_back(entry);
     }
@@ -235,15 +246,17 @@ std::string RunFolder::state_path(std::uint64_t step) const {
 }
 
 void RunFolder::keep_latest_states(std::size_t count) const {
-    const std::vector<fs::path> all = states();
+    const auto all = states();  // what cannot be listed stays
     std::error_code ignored;
-    for (std::size_t i = count; i < all.size(); ++i) fs::remove(all[i], ignored);
+    for (std::size_t i = count; all.ok() && i < all.value().size(); ++i)
+        fs::remove(all.value()[i], ignored);
 }
 
-std::vector<MetricLine> RunFolder::metrics() const {
+Result<std::vector<MetricLine>> RunFolder::metrics() const {
     std::vector<MetricLine> lines;
     const auto file = io::read_file(path(kMetrics));
-    if (!file.ok()) return lines;
+    if (file.status().code() == Code::kNotFound) return lines;
+    SPLAT_TRY(file.status());
     std::istringstream rest{std::string(io::as_text(file.value()))};
     for (std::string text; std::getline(rest, text);) {
         const Result<JsonTree> json = parse_json_tree(text, kMetrics);
@@ -265,7 +278,8 @@ std::vector<MetricLine> RunFolder::metrics() const {
 
 Status RunFolder::cut_metrics(std::uint64_t last_step) const {
     std::string text;
-    for (const MetricLine& line : metrics())
+    SPLAT_ASSIGN(const std::vector<MetricLine> lines, metrics());
+    for (const MetricLine& line : lines)
         if (line.step <= last_step) text += line.text + "\n";
     return write(kMetrics, text);
 }

@@ -54,15 +54,15 @@ class RunFolder {
     Status metric(const std::string& json) const;                   ///< the whole line or nothing
     Status write(const char* name, const std::string& text) const;  ///< as a whole or not at all
 
-    /// Saved states, the latest first.
-    [[nodiscard]] std::vector<std::filesystem::path> states() const;
+    /// Saved states, the latest first. Errors: kIo if their folder cannot be listed.
+    [[nodiscard]] Result<std::vector<std::filesystem::path>> states() const;
     [[nodiscard]] std::string state_path(std::uint64_t step) const;
     void keep_latest_states(std::size_t count) const;
     /// Rename a state that cannot be read, so that it no longer counts as one. Errors: kIo.
     Status set_aside(const std::filesystem::path& state) const;
 
-    /// Lines of metrics.jsonl that can be read.
-    [[nodiscard]] std::vector<MetricLine> metrics() const;
+    /// Lines of metrics.jsonl that can be read. Errors: those of io::read_file, if there is such a file.
+    [[nodiscard]] Result<std::vector<MetricLine>> metrics() const;
 
     /// Remove metrics of steps that will run again, and a truncated last line.
     Status cut_metrics(std::uint64_t last_step) const;
@@ -72,7 +72,7 @@ class RunFolder {
     [[nodiscard]] Status check() const;
     Status lock();
     Status clear() const;
-    [[nodiscard]] std::size_t sweep() const;
+    [[nodiscard]] Result<std::size_t> sweep() const;
 
     std::filesystem::path root_;
     Mode mode_;

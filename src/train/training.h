@@ -132,7 +132,7 @@ class Training {
     /// `options`: none: grafted from the likely channels of the file.
     Status load_weights(const std::string& path, const std::optional<model::LoadOptions>& options);
     Status resume();
-    void restore_validations();
+    Status restore_validations();
     Status warn_of_field_of_view();
     [[nodiscard]] Status check_batches(const BatchSource& source) const;
     Status begin(const TrainingDesc& desc);

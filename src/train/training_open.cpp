@@ -249,7 +249,7 @@ Status Training::resume() {
     auto start = text.ok() ? start_of(io::as_text(text.value()), record.c_str())
                            : Result<Start>(text.status());
     if (start.ok()) start_ = std::move(start.value());
-    const auto states = folder_->states();
+    SPLAT_ASSIGN(const auto states, folder_->states());
     if (states.empty()) {
         if (!start.ok())
             return {start.status().code(),
@@ -273,8 +273,7 @@ Status Training::resume() {
         step_ = saved_ = begun_at_ = trainer_->steps();
         skipped_ = trainer_->attempts() - step_;
         messages_.emplace_back("resumed from " + path.filename().string(), false);
-        restore_validations();
-        return {};
+        return restore_validations();
     }
     return error(Code::kNotFound,
                  "no state in '%s' can be read; to start again, let the run be overwritten",
@@ -283,11 +282,12 @@ Status Training::resume() {
 
 /// Take over the validations of the run, from the latest one on that saw other numbers of objects or views than
 /// those to come.
-void Training::restore_validations() {
+Status Training::restore_validations() {
     const std::uint32_t objects = validation_ == nullptr ? 0 : validated_objects();
     const std::uint32_t views = settings_.training.validation_views;
     bool others = false;  // was the latest one another
-    for (const MetricLine& line : folder_->metrics()) {
+    SPLAT_ASSIGN(const std::vector<MetricLine> lines, folder_->metrics());
+    for (const MetricLine& line : lines) {
         if (!line.validation_psnr || line.step > step_) continue;
         others = validation_ != nullptr && (line.validation_objects.value_or(objects) != objects ||
                                             line.validation_views.value_or(views) != views);
@@ -306,6 +306,7 @@ void Training::restore_validations() {
             "warning: the validations so far saw other numbers of objects or views, so the best "
             "validation PSNR and weights_best.safetensors begin anew",
             true);
+    return {};
 }
 
 Status Training::check_batches(const BatchSource& source) const {

@@ -66,6 +66,8 @@ TEST_F(Environment, CacheFolderFollowsXdgThenHome) {
     setenv("XDG_CACHE_HOME", "/x", 1);
     setenv("HOME", "/h", 1);
     EXPECT_EQ(user_cache_folder(), "/x/libsplat");
+    setenv("XDG_CACHE_HOME", "relative/x", 1);
+    EXPECT_EQ(user_cache_folder(), "/h/.cache/libsplat");
     unsetenv("XDG_CACHE_HOME");
     EXPECT_EQ(user_cache_folder(), "/h/.cache/libsplat");
     unsetenv("HOME");

@@ -145,7 +145,7 @@ TEST_F(RunFolderTest, SweepsWhatACrashLeft) {
     const auto swept = folder->begin("{}");
     ASSERT_OK(swept.status());
     EXPECT_EQ(swept.value(), 2U);
-    EXPECT_EQ(folder->states().size(), 1U);
+    EXPECT_EQ(folder->states().value().size(), 1U);
     EXPECT_FALSE(fs::exists(path() + "/run.json.12-1.tmp"));
 }
 
@@ -166,11 +166,12 @@ TEST_F(RunFolderTest, CutsMetricsOfStepsThatRunAgain) {
     const auto folder = open(Mode::kResume);
     ASSERT_NE(folder, nullptr);
     ASSERT_OK(folder->begin("{}").status());
-    ASSERT_EQ(folder->metrics().size(), 3U);
-    EXPECT_EQ(folder->metrics()[0].validation_psnr, 12.25);
-    ASSERT_TRUE(folder->metrics()[1].validation_psnr) << "a validation without a score was done";
-    EXPECT_TRUE(std::isnan(*folder->metrics()[1].validation_psnr));
-    EXPECT_EQ(folder->metrics()[2].validation_psnr, std::nullopt);
+    ASSERT_EQ(folder->metrics().value().size(), 3U);
+    EXPECT_EQ(folder->metrics().value()[0].validation_psnr, 12.25);
+    ASSERT_TRUE(folder->metrics().value()[1].validation_psnr)
+        << "a validation without a score was done";
+    EXPECT_TRUE(std::isnan(*folder->metrics().value()[1].validation_psnr));
+    EXPECT_EQ(folder->metrics().value()[2].validation_psnr, std::nullopt);
     ASSERT_OK(folder->cut_metrics(3));
     ASSERT_OK(folder->metric("{\"step\":4}"));
     EXPECT_EQ(test::file_text(path() + "/metrics.jsonl"),
@@ -183,6 +184,26 @@ TEST_F(RunFolderTest, ALockThatCannotBeWrittenIsAnError) {
     ASSERT_NE(folder, nullptr);
     fault::arm("io.write", 1);
     EXPECT_ERROR(folder->begin("{}").status(), Code::kIo, "/lock': No space left");
+    EXPECT_EQ(fault::disarm(), 1U);
+}
+
+/// A folder that cannot be listed is not an empty one: a resumed run would begin again and cut its metrics.
+TEST_F(RunFolderTest, WhatCannotBeListedIsAnError) {
+    {
+        const auto folder = open(Mode::kNew);
+        ASSERT_NE(folder, nullptr);
+        ASSERT_OK(folder->begin("{}").status());
+        put_text(folder->state_path(3), "state");
+        fault::arm("train.list", 1);
+        EXPECT_ERROR(folder->states().status(), Code::kIo, "cannot list '");
+        folder->keep_latest_states(0);
+        EXPECT_EQ(fault::disarm(), 2U);
+        EXPECT_EQ(folder->states().value().size(), 1U) << "nothing was removed";
+    }
+    const auto resumed = open(Mode::kResume);
+    ASSERT_NE(resumed, nullptr);
+    fault::arm("train.list", 1);
+    EXPECT_ERROR(resumed->begin("{}").status(), Code::kIo, "cannot list '");
     EXPECT_EQ(fault::disarm(), 1U);
 }
 
@@ -207,7 +228,7 @@ TEST_F(RunFolderTest, KeepsTheLatestStates) {
     ASSERT_OK(folder->begin("{}").status());
     for (const std::uint64_t step : {1U, 10U, 9U}) put_text(folder->state_path(step), "state");
     folder->keep_latest_states(2);
-    const auto left = folder->states();
+    const auto left = folder->states().value();
     ASSERT_EQ(left.size(), 2U);
     EXPECT_EQ(left[0].string(), folder->state_path(10));
     EXPECT_EQ(left[1].string(), folder->state_path(9));
@@ -220,7 +241,7 @@ TEST_F(RunFolderTest, SetsAsideAStateThatCannotBeRead) {
     for (const std::uint64_t step : {1U, 2U}) put_text(folder->state_path(step), "state");
     ASSERT_OK(folder->set_aside(folder->state_path(2)));
     EXPECT_EQ(test::file_text(folder->state_path(2) + ".unreadable"), "state");
-    ASSERT_EQ(folder->states().size(), 1U);
+    ASSERT_EQ(folder->states().value().size(), 1U);
     EXPECT_ERROR(folder->set_aside(folder->state_path(2)), Code::kIo, "cannot rename");
 }
 

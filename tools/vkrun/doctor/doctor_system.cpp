@@ -219,7 +219,7 @@ Findings check_cache_folder() {
     const std::string remedy = "set XDG_CACHE_HOME to a folder that can be written";
     const std::string effect = "; every process compiles its pipelines again";
     fs::path folder;
-    if (const auto cache = variable("XDG_CACHE_HOME"))
+    if (const auto cache = variable("XDG_CACHE_HOME"); cache && fs::path(*cache).is_absolute())
         folder = fs::path(*cache) / "libsplat";
     else if (const auto home = variable("HOME"))
         folder = fs::path(*home) / ".cache/libsplat";
