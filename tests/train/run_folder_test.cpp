@@ -131,7 +131,7 @@ TEST_F(RunFolderTest, ReplacesARunButKeepsItUntilThen) {
     EXPECT_EQ(std::distance(fs::directory_iterator(path() + "/eval"), {}), 1) << "what is mine";
     for (const char* name : {"notes.txt", "half.tmp", "eval/mine.txt"})
         EXPECT_EQ(test::file_text(path() + "/" + name), "mine");
-    EXPECT_TRUE(folder->states().empty());
+    EXPECT_TRUE(folder->states().value().empty());
     EXPECT_EQ(test::file_text(path() + "/config.json"), "{\"a\": 1}");
 }
 
