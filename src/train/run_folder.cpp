@@ -57,14 +57,15 @@ Status cannot(const char* doing, const fs::path& path, const std::string& reason
     return error(Code::kIo, "cannot %s '%s': %s", doing, path.c_str(), reason.c_str());
 }
 
-/// Entries of a folder; none if it is not there. Errors: kIo if it cannot be listed.
+/// Entries of a folder; none if it is not there, or no folder. Errors: kIo if it cannot be listed.
 Result<std::vector<fs::path>> entries_of(const fs::path& folder) {
     std::vector<fs::path> found;
     std::error_code failed;
     for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed))
         found.push_back(at->path());
     if (SPLAT_FAULT("train.list")) failed = std::make_error_code(std::errc::permission_denied);
-    if (failed && failed != std::errc::no_such_file_or_directory)
+    if (failed && failed != std::errc::no_such_file_or_directory &&
+        failed != std::errc::not_a_directory)
         return cannot("list", folder, failed.message());
     return found;
 }
