@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "core/checked_math.h"
+#include "params/project_params.h"
 #include "params/tile_bin_params.h"
 #include "raster/radix_sort.h"
 #include "vk/launch.h"

@@ -31,5 +31,5 @@ build() {
 
 flags=$(dpkg-buildflags --get CXXFLAGS | sed 's/-D_FORTIFY_SOURCE=[0-9]//')
 CXXFLAGS="$flags -D_FORTIFY_SOURCE=3" LDFLAGS=$(dpkg-buildflags --get LDFLAGS) build distribution
-CC=clang CXX=clang++ build clang -DCMAKE_BUILD_TYPE=Release
+CC=clang CXX=clang++ build clang -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=12
 echo "built with: $flags -D_FORTIFY_SOURCE=3; clang"
