@@ -312,9 +312,8 @@ constexpr Key kOptimiserKeys[] = {
     {"opt.warmup", kTraining<&T::warmup>, kSteps, kOurs,
      "Updates in which the learning rate rises from 0."},
     {"opt.step_lr_at", kStepAt, Values{-1, 1e15}, kPublished,
-     "First update with a tenth of the learning rate, where opt.lr_schedule is step or not given; "
-     "-1: "
-     "never."},
+     "First update with a tenth of the learning rate, where opt.lr_schedule is step or not given. "
+     "Never: -1."},
     {"opt.loss", kTraining<&T::pixel_loss>, words("l2, l1"), kPublished,
      "Difference of pixels: its square, or its magnitude."},
     {"opt.lambda_ssim", kTraining<&T::ssim_weight>, kFraction, kOurs,

@@ -61,7 +61,7 @@ def loader_of_vulkan():
 
 
 def software_driver(into):
-    """lavapipe with its libraries, and the script's line that selects it where there is no other driver."""
+    """lavapipe, its libraries and the file that names it to the loader."""
     for folder in ("/usr/share", "/usr/local/share", "/etc"):
         for file in sorted(pathlib.Path(folder, "vulkan/icd.d").glob("lvp_icd*.json")):
             described = json.loads(file.read_text(encoding="utf-8"))

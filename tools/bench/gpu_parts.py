@@ -164,7 +164,7 @@ class Bench:
 
 
 def commit_of(root):
-    """", commit 1234567", with "changed" where the sources have other contents; empty without git."""
+    """The commit of the sources, and "changed" if they have other contents. Empty without git."""
     said = [run(["git", "-C", root, *words], os.environ, 20) for words in (["rev-parse", "--short", "HEAD"],
                                                                          ["status", "--porcelain"])]
     if said[0][0] != 0:
