@@ -177,6 +177,8 @@ constexpr Key kSourceKeys[] = {
      "imply their depths, field of view, background and image size, the last two also the geometry "
      "and losses of CO3D."},
     {"data.subset", kSubset, kAll, kPublished, "Objects used, the first in order; 0 or less: all."},
+    {"data.allow_missing", kTraining<&T::allow_missing>, kAll, kOurs,
+     "Leave objects out that lack a file, and name them, instead of refusing the data set."},
     {"data.white_background", kTraining<&T::white_background>, kAll, kPublished,
      "Images and renders have a white background instead of a black one."},
     resumable({"data.cache_mib", kTraining<&T::cache_mib>, kSteps, kOurs,

@@ -66,6 +66,7 @@ struct TrainConfig {
     std::string objects_file, excluded_file, views_file;  ///< see data::DatasetDesc
     std::string embedding_file, tokens_file;              ///< see data::ViewVectors
     std::uint32_t subset = 0;                             ///< the first objects; 0: all
+    bool allow_missing = false;                           ///< leave incomplete objects out
     std::uint64_t cache_mib = 1024;
 
     /// The learning rate of a step, counted from 1.

@@ -8,6 +8,7 @@
 #include "data/object_lists.h"
 #include "data/relative_pose.h"
 #include "io/file.h"
+#include "io/folder.h"
 #include "io/npy.h"
 #include "io/npz.h"
 
@@ -65,13 +66,19 @@ Status examine(FrameArray& array) {
 Result<fs::path> category_folder(const ReaderDesc& desc) {
     const fs::path path = desc.path;
     const std::string &split = desc.split, &category = desc.category;
-    if (is_file(path / split / "camera_Rs.npz")) return path;
+    const auto look = [&](const fs::path& folder, bool& there) -> Result<bool> {
+        SPLAT_ASSIGN(const io::PathKind kind, io::kind_of((folder / split).string()));
+        there = there || kind == io::PathKind::kFolder;
+        return io::has_file((folder / split / "camera_Rs.npz").string());
+    };
+    bool there = false;
+    SPLAT_ASSIGN(const bool is_here, look(path, there));
+    if (is_here) return path;
     std::vector<std::string> found;
-    std::error_code none;
-    bool there = fs::is_directory(path / split, none);
-    for (const std::string& name : folders_in(path)) {
-        there = there || fs::is_directory(path / name / split, none);
-        if (is_file(path / name / split / "camera_Rs.npz")) found.push_back(name);
+    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(path.string()));
+    for (const std::string& name : names) {
+        SPLAT_ASSIGN(const bool is_below, look(path / name, there));
+        if (is_below) found.push_back(name);
     }
     if (found.size() == 1) return path / found.front();
     // The published categories are plurals: "hydrants".
@@ -79,7 +86,9 @@ Result<fs::path> category_folder(const ReaderDesc& desc) {
         "co3d_" + category.substr(0, category.empty() ? 0 : category.size() - 1) + "_for_gs";
     if (std::find(found.begin(), found.end(), wanted) != found.end()) return path / wanted;
     const Status status = error(
-        found.empty() ? Code::kNotFound : Code::kInvalidArgument,
+        !found.empty() ? Code::kInvalidArgument
+        : there        ? Code::kFormat
+                       : Code::kNotFound,
         "'%s' and its folders hold %zu files %s/camera_Rs.npz, expected one: give the path of one "
         "category",
         path.c_str(), found.size(), split.c_str());
@@ -87,8 +96,11 @@ Result<fs::path> category_folder(const ReaderDesc& desc) {
 }
 
 Result<io::NpzFile> load_npz(const fs::path& path) {
-    SPLAT_ASSIGN(const auto source, io::open_source(path.string()));
-    auto file = io::read_npz(*source);
+    const auto source = io::open_source(path.string());
+    if (source.status().code() == Code::kNotFound)  // the split is there
+        return error(Code::kFormat, "%s", source.status().message().c_str());
+    if (!source.ok()) return source.status();
+    auto file = io::read_npz(*source.value());
     if (!file.ok()) return in_file(file.status(), path.string());
     return file;
 }
@@ -109,13 +121,16 @@ class Co3dReader : public DatasetReader {
         index_.files = {root / "camera_Rs.npz", root / "camera_Ts.npz"};
         SPLAT_ASSIGN(rotations_, load_npz(root / "camera_Rs.npz"));
         SPLAT_ASSIGN(translations_, load_npz(root / "camera_Ts.npz"));
-        for (const std::string& name : folders_in(root)) {
+        SPLAT_ASSIGN(const std::vector<std::string> names, sequences_of(root));
+        for (const std::string& name : names) {
             if (desc.limit != 0 && sequences_.size() == desc.limit) break;
-            if (!is_file(root / name / "focal_lengths.npy")) continue;
-            if (excluded.contains(name))
+            if (excluded.contains(name)) {
                 ++index_.excluded;
-            else
-                SPLAT_TRY(add(root / name, name, desc.lenient));
+                continue;
+            }
+            SPLAT_TRY(index_.take(desc, name, (root / name).string(),
+                                  [&] { return add(root / name, name, desc.lenient); }));
+            sequences_.resize(index_.names.size());
         }
         if (sequences_.empty()) {
             const Status status =
@@ -183,9 +198,24 @@ class Co3dReader : public DatasetReader {
     }
 
   private:
-    Status add(const fs::path& folder, const std::string& name, bool lenient) {
+    /// The folders of a split, and the sequences that have cameras.
+    [[nodiscard]] Result<std::vector<std::string>> sequences_of(const fs::path& root) const {
+        SPLAT_ASSIGN(const std::vector<std::string> folders, candidates_in(root));
+        std::set<std::string> names(folders.begin(), folders.end());
+        for (const io::NamedTensor& tensor : rotations_.tensors) names.insert(tensor.name);
+        return std::vector<std::string>(names.begin(), names.end());
+    }
+
+    Result<bool> add(const fs::path& folder, const std::string& name, bool lenient) {
+        SPLAT_ASSIGN(const std::vector<std::string> parts, stems_in(folder, ".npy"));
+        const auto has = [&parts](const char* part) {
+            return std::find(parts.begin(), parts.end(), part) != parts.end();
+        };
+        if (parts.empty() && rotations_.tensors.find(name) == nullptr) return false;
         Sequence sequence{name, folder / "focal_lengths.npy", {}};
-        const bool masked = is_file(folder / "images_fg.npy");
+        if (!has("focal_lengths"))
+            return error(Code::kFormat, "there is no '%s'", sequence.focals.c_str());
+        const bool masked = has("images_fg");
         const char* const files[] = {masked ? "images_fg.npy" : "images_full.npy", "depths.npy",
                                      "normals.npy", "masks.npy"};
         std::vector<std::string> problems;
@@ -194,7 +224,7 @@ class Co3dReader : public DatasetReader {
             FrameArray& array = sequence.arrays[static_cast<std::size_t>(kind)];
             array.path = (folder / files[static_cast<std::size_t>(kind)]).string();
             array.channels = channels_of(kind);
-            if (kind != MapKind::kRgb && !is_file(array.path)) {
+            if (kind != MapKind::kRgb && !has(fs::path(array.path).stem().c_str())) {
                 index_.add_lacking(kind, array.path);
                 continue;
             }
@@ -213,7 +243,7 @@ class Co3dReader : public DatasetReader {
                        [&](const std::vector<std::string>&) { sequences_.push_back(sequence); }));
         index_.problems.back().insert(index_.problems.back().end(), problems.begin(),
                                       problems.end());
-        return {};
+        return true;
     }
 
     DatasetIndex index_;
@@ -224,13 +254,14 @@ class Co3dReader : public DatasetReader {
 
 }  // namespace
 
-bool is_co3d(const std::string& path) {
-    for (const char* split : {"train", "val", "test"}) {
-        if (is_file(fs::path(path) / split / "camera_Rs.npz")) return true;
-        for (const std::string& name : folders_in(path))
-            if (is_file(fs::path(path) / name / split / "camera_Rs.npz")) return true;
-    }
-    return false;
+Result<bool> is_co3d(const std::string& path) {
+    SPLAT_ASSIGN(std::vector<std::string> names, io::folders_in(path));
+    names.emplace_back();
+    return io::holds_for_any(names, [&path](const std::string& name) {
+        return io::holds_for_any({"train", "val", "test"}, [&](const std::string& split) {
+            return io::has_file((fs::path(path) / name / split / "camera_Rs.npz").string());
+        });
+    });
 }
 
 Result<std::unique_ptr<DatasetReader>> open_co3d(const ReaderDesc& desc) {

@@ -11,7 +11,7 @@ namespace splat::data {
 /// (in half sides) and images_fg.npy, else images_full.npy, float32 [F,3,S,S] from 0 to 1, and optionally maps,
 /// depths.npy and masks.npy [F,1,S,S] and normals.npy [F,3,S,S]. Sequences of the excluded file are left out.
 /// Precision: images are kept in 8 bits.
-bool is_co3d(const std::string& path);
+Result<bool> is_co3d(const std::string& path);
 Result<std::unique_ptr<DatasetReader>> open_co3d(const ReaderDesc& desc);
 
 /// OpenCV camera-to-world, row-major, of PyTorch3D's R [3,3] and T [3]. Errors: kFormat for a

@@ -14,6 +14,7 @@
 #include "data/co3d_image.h"
 #include "data/folder.h"
 #include "io/file.h"
+#include "io/folder.h"
 #include "io/npy.h"
 #include "io/npz.h"
 
@@ -134,9 +135,11 @@ Status write_sequence(const fs::path& folder, const PreparedSequence& made) {
 /// The arrays {sequence}/{name}.npy of all sequences in the folder, also of earlier calls, in one file.
 Status collect_cameras(const fs::path& root, const char* name, const char* target) {
     io::NamedTensors tensors;
-    for (const std::string& sequence : folders_in(root)) {
+    SPLAT_ASSIGN(const std::vector<std::string> sequences, io::folders_in(root.string()));
+    for (const std::string& sequence : sequences) {
         const fs::path path = root / sequence / (std::string(name) + ".npy");
-        if (!is_file(path)) continue;
+        SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
+        if (!is_there) continue;
         SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string()));
         const auto array = io::read_npy(file);
         if (!array.ok()) return in_file(array.status(), path.string());
@@ -169,8 +172,10 @@ Status check_manifest(const Co3dPreparation& preparation, const fs::path& root) 
     json.member("size", preparation.size).member("subset", preparation.subset);
     json.member("stored_poses", preparation.stored_poses).end();
     const std::string expected = json.text() + "\n";
-    if (!is_file(path)) {
-        if (folders_in(root).empty()) return io::write_file(path.string(), io::as_bytes(expected));
+    SPLAT_ASSIGN(const bool is_begun, io::has_file(path.string()));
+    if (!is_begun) {
+        SPLAT_ASSIGN(const std::vector<std::string> sequences, io::folders_in(root.string()));
+        if (sequences.empty()) return io::write_file(path.string(), io::as_bytes(expected));
         return error(Code::kInvalidArgument,
                      "'%s' holds sequences, but no prepared.json that tells with which values they "
                      "were made, as of an earlier version: use another folder, or remove them",
@@ -203,7 +208,9 @@ Result<Co3dPrepared> prepare_co3d(const Co3dPreparation& preparation,
     std::atomic<std::size_t> done{0};
     const auto prepare_one = [&](std::size_t i) -> Status {
         const RawSequence& sequence = sequences[i];
-        if (is_file(root / sequence.name / "frame_order.txt")) {
+        SPLAT_ASSIGN(const bool is_done,
+                     io::has_file((root / sequence.name / "frame_order.txt").string()));
+        if (is_done) {
             ++kept;
         } else {
             SPLAT_ASSIGN(const PreparedSequence made, prepare_sequence(preparation, sequence));

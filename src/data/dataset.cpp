@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "core/log.h"
 #include "core/shown.h"
 #include "data/co3d.h"
 #include "data/image_folder.h"
@@ -14,6 +15,7 @@
 #include "data/relative_pose.h"
 #include "data/srn.h"
 #include "data/stored_tables.h"
+#include "io/folder.h"
 #include "tables/store.h"
 #include "tables/table_files.h"
 
@@ -25,7 +27,7 @@ constexpr std::uint32_t kMaxResolution = 4096;
 
 struct Format {
     const char* name;
-    bool (*holds)(const std::string& path);
+    Result<bool> (*holds)(const std::string& path);
     Result<std::unique_ptr<DatasetReader>> (*open)(const ReaderDesc& desc);
 };
 
@@ -47,14 +49,22 @@ std::string format_names() {
 }
 
 Result<const Format*> format_of(const DatasetDesc& desc) {
-    for (const Format& format : kFormats)
-        if (desc.format.empty() ? format.holds(desc.path) : desc.format == format.name)
-            return &format;
-    if (!desc.format.empty())
+    if (!desc.format.empty()) {
+        for (const Format& format : kFormats)
+            if (desc.format == format.name) return &format;
         return error(Code::kInvalidArgument, "format is '%s', expected one of %s",
                      desc.format.c_str(), format_names().c_str());
-    std::error_code unknown;
-    return error(std::filesystem::exists(desc.path, unknown) ? Code::kFormat : Code::kNotFound,
+    }
+    SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(desc.path));
+    Status unreadable;  // by one format; another may not ask for that
+    for (const Format& format : kFormats) {
+        if (kind != io::PathKind::kFolder) break;
+        const auto holds = format.holds(desc.path);
+        if (holds.ok() && holds.value()) return &format;
+        if (!holds.ok() && unreadable.ok()) unreadable = holds.status();
+    }
+    SPLAT_TRY(unreadable);
+    return error(kind == io::PathKind::kNothing ? Code::kNotFound : Code::kFormat,
                  "'%s' is not a data set of a known format (%s); if it is one, name its format",
                  shown(desc.path, PATH_MAX).c_str(), format_names().c_str());
 }
@@ -77,6 +87,24 @@ Status check_maps(std::uint32_t wanted, const DatasetIndex& index) {
                  map_list(wanted).c_str(), map_list(index.maps).c_str(), places.c_str());
 }
 
+/// Tells which objects are left out, and which folders are not read.
+void warn_of_gaps(const std::string& path, const DatasetIndex& index) {
+    const auto warn = [&](const char* what, const std::vector<std::string>& names) {
+        constexpr std::size_t kNamed = 10;
+        if (names.empty()) return;
+        std::string list;
+        for (std::size_t i = 0; i < names.size() && i < kNamed; ++i)
+            list += (i == 0 ? "'" : ", '") + shown(names[i]) + "'";
+        if (names.size() > kNamed) list += format(" and %zu more", names.size() - kNamed);
+        log(LogLevel::kWarning, format("'%s', %s: %zu %s: %s", path.c_str(), index.split.c_str(),
+                                       names.size(), what, list.c_str()));
+    };
+    std::vector<std::string> missing;
+    for (const auto& [name, problem] : index.missing) missing.push_back(name);
+    warn("incomplete objects are left out", missing);
+    warn("folders without a part of an object are not read", index.others);
+}
+
 /// The file as the desc names it, or in the folder of the data.
 std::string list_path(const std::string& file, const std::string& folder) {
     std::error_code none;
@@ -88,8 +116,9 @@ std::string list_path(const std::string& file, const std::string& folder) {
 
 /// Each list belongs to one format.
 Result<ReaderDesc> reader_desc(const DatasetDesc& desc, const char* format) {
-    ReaderDesc reader{desc.path, desc.split, desc.limit, desc.category,   desc.lenient,
-                      {},        {},         {},         desc.lacks_split};
+    ReaderDesc reader{desc.path,    desc.split,         desc.limit, desc.category,
+                      desc.lenient, desc.allow_missing, {},         {},
+                      {},           desc.lacks_split};
     const struct {
         const char* name;
         const char* format;
@@ -162,6 +191,7 @@ Result<std::unique_ptr<Dataset>> Dataset::open(const DatasetDesc& desc) {
             wanted, error(Code::kNotFound, "'%s' has no splits: its objects are those of any split",
                           desc.path.c_str()));
     SPLAT_TRY(check_maps(desc.maps, reader->index()));
+    if (!desc.lenient) warn_of_gaps(desc.path, reader->index());
     return std::unique_ptr<Dataset>(new Dataset(desc, std::move(reader)));
 }
 

@@ -17,6 +17,7 @@ struct DatasetDesc {
     std::uint32_t resolution = 0;       ///< of the images returned; 0: the stored one
     std::uint32_t limit = 0;            ///< objects, the first in order; 0: all
     bool lenient = false;               ///< keep objects with missing files, for check_object()
+    bool allow_missing = false;         ///< leave incomplete objects out, and name them
     std::uint64_t cache_bytes = 0;      ///< decoded images kept; 0: 1 GiB
     std::array<float, 3> background{};  ///< behind transparent pixels, 0 to 1
     /// Lists that the published code reads, see object_lists.h; a path, or one in the folder of the data.
@@ -83,8 +84,7 @@ class Dataset {
     std::vector<Views> cameras_;  ///< of each object read so far
 };
 
-/// JSON: {"format", "split", "objects", "views", "resolution", "stored_resolution", "maps": [],
-/// "names": [], "views_of": []}.
+/// JSON, as splat_dataset_report().
 std::string report_text(const Dataset& dataset);
 
 }  // namespace splat::data

@@ -38,7 +38,7 @@ class Checker {
 
     ObjectCheck run() {
         const std::uint32_t views = dataset_.index().views_of[object_];
-        check_cameras();
+        if (views != 0 || found_.problems.empty()) check_cameras();
         for (std::uint32_t view = 0; view < views; ++view) check_image(view, MapKind::kRgb);
         for (const MapKind kind : kMaps)
             if ((dataset_.index().maps & flag_of(kind)) != 0)

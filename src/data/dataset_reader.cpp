@@ -57,6 +57,44 @@ Status DatasetIndex::add(const std::string& name, const std::string& folder, con
     return {};
 }
 
+Status DatasetIndex::take(const ReaderDesc& desc, const std::string& name,
+                          const std::string& folder, const std::function<Result<bool>()>& add) {
+    const std::size_t count = names.size();
+    const std::uint32_t maps_before = maps;
+    const auto lacking_before = lacking;
+    const Result<bool> added = add();
+    if (added.ok()) {
+        if (!added.value()) others.push_back(name);
+        return {};
+    }
+    const Status& problem = added.status();
+    const bool incomplete = problem.code() == Code::kNotFound || problem.code() == Code::kFormat;
+    if (desc.lenient) {
+        if (names.size() == count) {
+            names.push_back(name);
+            folders.push_back(folder);
+            views_of.push_back(0);
+            problems.emplace_back();
+        }
+        problems.back().push_back(problem.message());
+        return {};
+    }
+    if (!incomplete) return problem;
+    if (!desc.allow_missing)
+        return error(Code::kFormat,
+                     "%s; the object '%s' is incomplete or damaged: repair it, or allow missing "
+                     "objects, which leaves it out",
+                     problem.message().c_str(), name.c_str());
+    names.resize(count);
+    folders.resize(count);
+    views_of.resize(count);
+    problems.resize(count);
+    maps = maps_before;
+    lacking = lacking_before;
+    missing.emplace_back(name, problem.message());
+    return {};
+}
+
 void DatasetIndex::add_lacking(MapKind kind, const std::string& place) {
     maps &= ~flag_of(kind);
     std::string& first = lacking[static_cast<std::size_t>(kind)];
@@ -79,7 +117,10 @@ Status DatasetIndex::find_resolution(const DatasetReader& reader, bool lenient) 
             if (alpha_masks) maps |= flag_of(MapKind::kMask);
             return {};
         }
-        if (!lenient) return first.status();
+        if (!lenient)  // not "no such split"
+            return Status(
+                first.status().code() == Code::kNotFound ? Code::kFormat : first.status().code(),
+                first.status().message());
     }
     return {};
 }

@@ -37,6 +37,7 @@ struct StoredView {
 };
 
 class DatasetReader;
+struct ReaderDesc;
 
 /// Names of the views of an object that have a camera, and of those that have an image; sorted.
 struct ViewNames {
@@ -61,7 +62,10 @@ struct DatasetIndex {
     Filter filter = Filter::kBicubic;    ///< for other resolutions
     double source_distance = 0;  ///< of the first view read, by scaling the scene; 0: not scaled
     std::vector<std::vector<std::string>> problems;  ///< of each object, if lenient
-    std::uint32_t excluded = 0;                      ///< objects that a list leaves out
+    /// Objects left out because they are incomplete, and why; with ReaderDesc::allow_missing.
+    std::vector<std::pair<std::string, std::string>> missing;
+    std::vector<std::string> others;  ///< folders beside the objects, without a part of one
+    std::uint32_t excluded = 0;       ///< objects that a list leaves out
     /// The view that evaluations start from, of each object; empty: that of the format.
     std::vector<std::uint32_t> source_views;
 
@@ -73,6 +77,12 @@ struct DatasetIndex {
     /// become problems.
     Status add(const std::string& name, const std::string& folder, const ViewNames& views,
                bool lenient, const std::function<void(std::vector<std::string>)>& accept);
+
+    /// Take in what may be an object, by `add`: it calls add() above, or gives false for what has no part of an object.
+    /// An object that `add` cannot read or that is incomplete is an error; with desc.lenient its problem; with
+    /// desc.allow_missing an incomplete one is left out. Errors: of `add`, kFormat for what is missing.
+    Status take(const ReaderDesc& desc, const std::string& name, const std::string& folder,
+                const std::function<Result<bool>()>& add);
 
     /// Set the resolution to that of the first image; if lenient, of the first readable one. If it has alpha and
     /// there are no maps of masks, alpha is the mask.
@@ -127,11 +137,12 @@ class DatasetReader {
 
 struct ReaderDesc {
     std::string path;
-    std::string split;         ///< "train", "val", "test"
-    std::uint32_t limit = 0;   ///< objects; 0: all
-    std::string category;      ///< of DatasetDesc
-    bool lenient = false;      ///< keep objects with missing files, and note their problems
-    std::string objects_file;  ///< of DatasetDesc, each empty or a file that exists
+    std::string split;           ///< "train", "val", "test"
+    std::uint32_t limit = 0;     ///< objects; 0: all
+    std::string category;        ///< of DatasetDesc
+    bool lenient = false;        ///< keep objects with missing files, and note their problems
+    bool allow_missing = false;  ///< leave incomplete objects out, and name them
+    std::string objects_file;    ///< of DatasetDesc, each empty or a file that exists
     std::string excluded_file;
     std::string views_file;
     bool* lacks_split = nullptr;  ///< of DatasetDesc

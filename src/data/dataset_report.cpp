@@ -11,7 +11,10 @@ std::string report_text(const Dataset& dataset) {
     json.begin_object().member("format", index.format).member("split", index.split);
     json.member("has_splits", index.has_splits);
     json.member("objects", index.names.size()).member("views", views);
-    json.member("excluded", index.excluded);
+    json.member("excluded", index.excluded).key("missing").begin_array();
+    for (const auto& [name, problem] : index.missing)
+        json.begin_object().member("name", name).member("problem", problem).end();
+    json.end().key("not_objects").list(index.others);
     json.member("resolution", dataset.resolution());
     json.member("stored_resolution", index.resolution).key("maps").begin_array();
     for (const MapKind kind : kMaps)

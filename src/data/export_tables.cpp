@@ -5,6 +5,7 @@
 #include "data/export_rows.h"
 #include "data/folder.h"
 #include "io/file.h"
+#include "io/folder.h"
 #include "tables/table_writer.h"
 
 namespace splat::data {
@@ -118,10 +119,12 @@ Status export_table(ExportRows& rows, const ExportDesc& desc, Table table, table
 }
 
 /// Splits whose folder of poses is there, in the order of kSplits.
-std::vector<std::string> splits_there(const std::string& folder) {
+Result<std::vector<std::string>> splits_there(const std::string& folder) {
     std::vector<std::string> splits;
-    for (const char* split : tables::kSplits)
-        if (is_file(fs::path(folder) / format("export_%s.json", split))) splits.emplace_back(split);
+    for (const char* split : tables::kSplits) {
+        SPLAT_ASSIGN(const bool is_there, io::has_file(folder + format("/export_%s.json", split)));
+        if (is_there) splits.emplace_back(split);
+    }
     return splits;
 }
 
@@ -134,8 +137,9 @@ Status write_card(ExportRows& rows, const ExportDesc& desc, const std::vector<Ta
         log(LogLevel::kWarning, format("'%s' is kept; it is not of an export", path.c_str()));
         return {};
     }
-    const std::string card = tables::table_card(desc.category, all, splits_there(desc.path),
-                                                rows.dataset().resolution());
+    SPLAT_ASSIGN(const std::vector<std::string> splits, splits_there(desc.path));
+    const std::string card =
+        tables::table_card(desc.category, all, splits, rows.dataset().resolution());
     return io::write_file(path, io::as_bytes(card));
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "io/file.h"
+#include "io/folder.h"
 #include "io/photo/image_file.h"
 #include "io/reader.h"
 #include "scene/camera_pose.h"
@@ -12,26 +13,29 @@ namespace splat::data {
 
 namespace fs = std::filesystem;
 
-std::vector<std::string> folders_in(const fs::path& folder) {
+namespace {
+
+/// Names of the entries for which `wanted` is true.
+Result<std::vector<std::string>> names_in(const fs::path& folder,
+                                          bool (*wanted)(const fs::path&, const std::string&),
+                                          const std::string& argument) {
+    const auto entries = io::entries_in(folder.string());
+    if (entries.status().code() == Code::kNotFound) return std::vector<std::string>();
+    if (!entries.ok()) return entries.status();
     std::vector<std::string> names;
-    std::error_code code;
-    for (const auto& entry : fs::directory_iterator(folder, code)) {
-        const std::string name = entry.path().filename().string();
-        if (name.rfind('.', 0) != 0 && entry.is_directory(code)) names.push_back(name);
-    }
-    std::sort(names.begin(), names.end());
+    for (const io::FolderEntry& entry : entries.value())
+        if (wanted(entry.name, argument)) names.push_back(entry.name);
     return names;
 }
 
-std::vector<std::string> stems_in(const fs::path& folder, const std::string& extension) {
-    std::vector<std::string> names;
-    std::error_code code;
-    for (const auto& entry : fs::directory_iterator(folder, code)) {
-        const fs::path& path = entry.path();
-        if (path.extension() == extension && path.filename().string().rfind('.', 0) != 0)
-            names.push_back(path.stem().string());
-    }
-    std::sort(names.begin(), names.end());
+}  // namespace
+
+Result<std::vector<std::string>> stems_in(const fs::path& folder, const std::string& extension) {
+    const auto has_extension = [](const fs::path& name, const std::string& wanted) {
+        return name.extension() == wanted;
+    };
+    SPLAT_ASSIGN(std::vector<std::string> names, names_in(folder, has_extension, extension));
+    for (std::string& name : names) name.resize(name.size() - extension.size());
     return names;
 }
 
@@ -41,19 +45,19 @@ Status make_folders(const fs::path& path) {
     return code ? io::system_error(code.value(), "create the folder", path.string()) : Status();
 }
 
-bool is_file(const fs::path& path) {
-    std::error_code code;
-    return fs::is_regular_file(path, code);
+Result<std::vector<std::string>> images_in(const fs::path& folder) {
+    const auto is_image = [](const fs::path& name, const std::string& /*none*/) {
+        return io::is_image_name(name.string());
+    };
+    return names_in(folder, is_image, {});
 }
 
-std::vector<std::string> images_in(const fs::path& folder) {
+Result<std::vector<std::string>> candidates_in(const fs::path& folder) {
+    SPLAT_ASSIGN(const std::vector<io::FolderEntry> entries, io::entries_in(folder.string()));
     std::vector<std::string> names;
-    std::error_code code;
-    for (const auto& entry : fs::directory_iterator(folder, code)) {
-        const std::string name = entry.path().filename().string();
-        if (io::is_image_name(name) && name.rfind('.', 0) != 0) names.push_back(name);
-    }
-    std::sort(names.begin(), names.end());
+    for (const io::FolderEntry& entry : entries)
+        if (entry.kind == io::PathKind::kFolder || entry.kind == io::PathKind::kBrokenLink)
+            names.push_back(entry.name);
     return names;
 }
 

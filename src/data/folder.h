@@ -11,21 +11,20 @@
 
 namespace splat::data {
 
-/// Names of the folders in a folder, sorted, without those that start with '.'. Empty if it cannot be
-/// read.
-std::vector<std::string> folders_in(const std::filesystem::path& folder);
-
-/// Names of the files with this extension, without it; sorted, without those that start with '.'.
-std::vector<std::string> stems_in(const std::filesystem::path& folder,
-                                  const std::string& extension);
+/// Names of the entries with this extension, without it; sorted, without those that start with '.'. None where there
+/// is no such folder. Errors: kIo if it cannot be listed.
+Result<std::vector<std::string>> stems_in(const std::filesystem::path& folder,
+                                          const std::string& extension);
 
 /// Create a folder, and those above it. Errors: as io::system_error().
 Status make_folders(const std::filesystem::path& path);
 
-bool is_file(const std::filesystem::path& path);
+/// Names of the entries with an image's extension, sorted; the rest as stems_in().
+Result<std::vector<std::string>> images_in(const std::filesystem::path& folder);
 
-/// Names of the files with an image's extension, sorted, without those that start with '.'.
-std::vector<std::string> images_in(const std::filesystem::path& folder);
+/// What may be objects: the names of a folder's folders, and of links that lead nowhere, which were folders. Sorted.
+/// Errors: as io::entries_in().
+Result<std::vector<std::string>> candidates_in(const std::filesystem::path& folder);
 
 /// The error with the place before its message.
 Status in_file(const Status& status, const std::string& place);

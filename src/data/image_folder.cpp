@@ -11,6 +11,7 @@
 #include "data/map_files.h"
 #include "io/colmap.h"
 #include "io/file.h"
+#include "io/folder.h"
 #include "io/photo/image_file.h"
 #include "io/reader.h"
 #include "io/transforms_json.h"
@@ -33,34 +34,32 @@ struct FolderPhoto {
 
 using FolderPhotos = std::vector<FolderPhoto>;
 
-bool has_colmap(const fs::path& folder) {
-    for (const char* below : {"", "sparse/0"})
-        for (const char* name : {"cameras.bin", "cameras.txt"})
-            if (is_file(folder / below / name)) return true;
-    return false;
+/// The folder has one of the files.
+Result<bool> has_any(const fs::path& folder, std::vector<std::string> files) {
+    for (const char* model :
+         {"cameras.bin", "cameras.txt", "sparse/0/cameras.bin", "sparse/0/cameras.txt"})
+        files.emplace_back(model);
+    return io::holds_for_any(files, [&folder](const std::string& name) {
+        return io::has_file((folder / name).string());
+    });
 }
 
-bool has_transforms(const fs::path& folder) {
-    for (const char* name : {"transforms.json", "transforms_train.json", "transforms_val.json",
-                             "transforms_test.json"})
-        if (is_file(folder / name)) return true;
-    return false;
+Result<bool> has_cameras(const fs::path& folder) {
+    return has_any(folder, {"transforms.json", "transforms_train.json", "transforms_val.json",
+                            "transforms_test.json"});
 }
 
-bool has_cameras(const fs::path& folder) {
-    return has_transforms(folder) || has_colmap(folder);
-}
-
-bool has_cameras_of(const fs::path& folder, const std::string& split) {
-    return is_file(folder / ("transforms_" + split + ".json")) ||
-           is_file(folder / "transforms.json") || has_colmap(folder);
+Result<bool> has_cameras_of(const fs::path& folder, const std::string& split) {
+    return has_any(folder, {"transforms_" + split + ".json", "transforms.json"});
 }
 
 /// Some folder in it has cameras.
-bool has_objects(const fs::path& folder) {
-    for (const std::string& name : folders_in(folder))
-        if (has_cameras(folder / name)) return true;
-    return false;
+Result<bool> has_objects(const fs::path& folder) {
+    const auto names = io::folders_in(folder.string());
+    if (names.status().code() == Code::kNotFound) return false;
+    if (!names.ok()) return names.status();
+    return io::holds_for_any(
+        names.value(), [&folder](const std::string& name) { return has_cameras(folder / name); });
 }
 
 /// The file that a camera names: as given, in images/, or with the extension added.
@@ -68,7 +67,8 @@ Result<std::string> image_path(const fs::path& folder, const std::string& name) 
     for (const char* below : {"", "images"})
         for (const char* extension : {"", ".png", ".jpg", ".jpeg", ".webp"}) {
             const fs::path path = folder / below / (name + extension);
-            if (is_file(path)) return path.string();
+            SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
+            if (is_there) return path.string();
         }
     return error(Code::kNotFound, "'%s': there is no image '%s', here or in images/",
                  folder.c_str(), shown(name).c_str());
@@ -87,25 +87,29 @@ Result<io::Image> first_image(const fs::path& folder, std::string_view text) {
     return load_bytes(path, {.header_only = true});
 }
 
-/// Pixels; 0: not known, or there is no such image.
-double exif_focal(const fs::path& folder, const std::string& name) {
-    const auto path = image_path(folder, name);
-    if (!path.ok()) return 0;
+/// Pixels; 0: not known.
+Result<double> exif_focal(const fs::path& folder, const std::string& name) {
+    SPLAT_ASSIGN(const std::string path, image_path(folder, name));
     io::ImageOptions header;
     header.header_only = true;
-    const auto image = io::load_image(path.value(), header);
-    return image.ok() ? image.value().focal : 0;
+    SPLAT_ASSIGN(const io::Image image, io::load_image(path, header));
+    return image.focal;
 }
 
 Result<io::CameraSet> load_transforms(const fs::path& folder, const fs::path& file) {
     SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(file.string(), kMaxCameraBytes));
     const auto first = first_image(folder, io::as_text(bytes));
-    if (!first.ok())  // the split is there
-        return in_file(error(Code::kFormat, "%s", first.status().message().c_str()), file.string());
+    if (!first.ok()) return in_file(first.status(), file.string());
     io::CameraOptions options;
-    options.focal = [&folder](const std::string& name) { return exif_focal(folder, name); };
+    Status unreadable;
+    options.focal = [&](const std::string& name) {
+        const auto focal = exif_focal(folder, name);
+        if (!focal.ok() && focal.status().code() == Code::kIo) unreadable = focal.status();
+        return focal.ok() ? focal.value() : 0;
+    };
     auto cameras =
         io::read_transforms_json(bytes, first.value().width, first.value().height, options);
+    SPLAT_TRY(unreadable);
     if (!cameras.ok()) return in_file(cameras.status(), file.string());
     for (const std::string& warning : cameras.value().warnings)
         log(LogLevel::kWarning, format("'%s': %s", file.c_str(), warning.c_str()));
@@ -114,8 +118,10 @@ Result<io::CameraSet> load_transforms(const fs::path& folder, const fs::path& fi
 
 Result<io::CameraSet> load_cameras(const fs::path& folder, const std::string& split) {
     for (const std::string& name :
-         {"transforms_" + split + ".json", std::string("transforms.json")})
-        if (is_file(folder / name)) return load_transforms(folder, folder / name);
+         {"transforms_" + split + ".json", std::string("transforms.json")}) {
+        SPLAT_ASSIGN(const bool is_there, io::has_file((folder / name).string()));
+        if (is_there) return load_transforms(folder, folder / name);
+    }
     return io::load_colmap(folder.string());
 }
 
@@ -143,18 +149,33 @@ Result<FolderPhoto> photograph_of(const fs::path& folder, const scene::Camera& c
     return photo;
 }
 
-/// The folder that holds the objects: one of the split's name, if that does.
-fs::path root_of_split(const fs::path& folder, const std::string& split) {
-    return !has_cameras(folder) && has_objects(folder / split) ? folder / split : folder;
+/// The folder that holds the objects: one of the split's name, if that or another split's does.
+Result<fs::path> root_of_split(const fs::path& folder, const std::string& split) {
+    SPLAT_ASSIGN(const bool is_object, has_cameras(folder));
+    SPLAT_ASSIGN(const io::PathKind below, io::kind_of((folder / split).string()));
+    if (is_object || below != io::PathKind::kFolder) return folder;
+    SPLAT_ASSIGN(const bool has_splits,
+                 io::holds_for_any({split, "train", "val", "test"}, [&](const std::string& name) {
+                     return has_objects(folder / name);
+                 }));
+    return has_splits ? folder / split : folder;
 }
 
-/// Folders of objects: the root itself, or those in it.
-std::vector<fs::path> objects_in(const fs::path& root) {
-    if (has_cameras(root)) return {root};
+/// What may be objects: the root itself, or the folders in it.
+Result<std::vector<fs::path>> objects_in(const fs::path& root) {
+    SPLAT_ASSIGN(const bool is_object, has_cameras(root));
+    if (is_object) return std::vector<fs::path>{root};
+    SPLAT_ASSIGN(const std::vector<std::string> names, candidates_in(root));
     std::vector<fs::path> folders;
-    for (const std::string& name : folders_in(root))
-        if (has_cameras(root / name)) folders.push_back(root / name);
+    for (const std::string& name : names) folders.push_back(root / name);
     return folders;
+}
+
+/// Pictures lie in the folder, or in images/.
+Result<bool> has_pictures(const fs::path& folder) {
+    SPLAT_ASSIGN(const std::vector<std::string> here, images_in(folder));
+    SPLAT_ASSIGN(const std::vector<std::string> below, images_in(folder / "images"));
+    return !here.empty() || !below.empty();
 }
 
 bool lies_outside(const fs::path& path, const fs::path& folder) {
@@ -176,21 +197,32 @@ class ImageFolderReader : public DatasetReader {
         index_.split = desc.split;
         index_.filter = Filter::kLanczos;
         index_.maps = kAllMaps;
-        const fs::path root = root_of_split(desc.path, desc.split);
-        bool is_there = false;
+        SPLAT_ASSIGN(const fs::path root, root_of_split(desc.path, desc.split));
         index_.has_splits = root != desc.path;
-        const std::vector<fs::path> folders = objects_in(root);
-        for (const fs::path& folder : folders)
-            is_there = is_there || has_cameras_of(folder, desc.split);
+        SPLAT_ASSIGN(const std::vector<fs::path> folders, objects_in(root));
+        // What cannot be read here, take() refuses.
+        bool is_there = false;
+        std::vector<fs::path> with_cameras;
+        for (const fs::path& folder : folders) {
+            const auto pictures = has_pictures(folder);
+            const auto own = has_cameras_of(folder, desc.split);
+            const auto any = has_cameras(folder);
+            is_there = is_there || (own.ok() && own.value()) ||
+                       (index_.has_splits && pictures.ok() && pictures.value());
+            if (any.ok() && any.value()) with_cameras.push_back(folder);
+        }
         if (!is_there)
             return no_split(desc, error(Code::kNotFound,
                                         "'%s' holds neither transforms.json nor transforms_%s.json "
                                         "nor a COLMAP model",
                                         root.c_str(), desc.split.c_str()));
-        if (!index_.has_splits) find_splits(folders, desc.split);
+        if (!index_.has_splits) find_splits(with_cameras, desc.split);
         for (const fs::path& folder : folders) {
             if (desc.limit != 0 && objects_.size() == desc.limit) break;
-            SPLAT_TRY(add(folder, name_of(folder), desc));
+            const std::string name = name_of(folder);
+            SPLAT_TRY(
+                index_.take(desc, name, folder.string(), [&] { return add(folder, name, desc); }));
+            objects_.resize(index_.names.size());
         }
         return index_.find_resolution(*this, desc.lenient);
     }
@@ -231,7 +263,10 @@ class ImageFolderReader : public DatasetReader {
     /// Objects have splits if each has cameras of its own for this one.
     void find_splits(const std::vector<fs::path>& folders, const std::string& split) {
         const std::string name = "transforms_" + split + ".json";
-        const auto has = [&name](const fs::path& folder) { return is_file(folder / name); };
+        const auto has = [&name](const fs::path& folder) {
+            const auto own = io::has_file((folder / name).string());
+            return own.ok() && own.value();
+        };
         const auto without = std::find_if_not(folders.begin(), folders.end(), has);
         index_.has_splits = without == folders.end();
         if (!index_.has_splits && std::any_of(folders.begin(), folders.end(), has))
@@ -241,7 +276,15 @@ class ImageFolderReader : public DatasetReader {
                        without->c_str(), name.c_str()));
     }
 
-    Status add(const fs::path& folder, const std::string& name, const ReaderDesc& desc) {
+    Result<bool> add(const fs::path& folder, const std::string& name, const ReaderDesc& desc) {
+        SPLAT_TRY(io::entries_in(folder.string()).status());
+        SPLAT_ASSIGN(const bool is_posed, has_cameras(folder));
+        SPLAT_ASSIGN(const bool is_pictured, has_pictures(folder));
+        if (!is_posed && !is_pictured) return false;
+        if (!is_posed)
+            return error(Code::kFormat,
+                         "'%s' has pictures, but neither transforms.json nor a COLMAP model",
+                         folder.c_str());
         SPLAT_ASSIGN(io::CameraSet set, load_cameras(folder, desc.split));
         std::sort(set.cameras.begin(), set.cameras.end(),
                   [](const auto& a, const auto& b) { return a.name < b.name; });
@@ -268,7 +311,8 @@ class ImageFolderReader : public DatasetReader {
         std::vector<std::string> stems;
         for (const FolderPhoto& photo : objects_.back())
             stems.push_back(fs::path(photo.path).stem().string());
-        return find_map_files(folder, stems, desc.lenient, index_);
+        SPLAT_TRY(find_map_files(folder, stems, desc.lenient, index_));
+        return true;
     }
 
     DatasetIndex index_;
@@ -277,11 +321,12 @@ class ImageFolderReader : public DatasetReader {
 
 }  // namespace
 
-bool is_image_folder(const std::string& path) {
-    if (has_cameras(path) || has_objects(path)) return true;
-    for (const char* split : {"train", "val", "test"})
-        if (has_objects(fs::path(path) / split)) return true;
-    return false;
+Result<bool> is_image_folder(const std::string& path) {
+    SPLAT_ASSIGN(const bool is_object, has_cameras(path));
+    if (is_object) return true;
+    return io::holds_for_any({"", "train", "val", "test"}, [&path](const std::string& name) {
+        return has_objects(fs::path(path) / name);
+    });
 }
 
 Result<std::unique_ptr<DatasetReader>> open_image_folder(const ReaderDesc& desc) {

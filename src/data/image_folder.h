@@ -8,7 +8,7 @@ namespace splat::data {
 /// COLMAP model (also in sparse/0, with the images in images/); or a folder of such folders, one for each
 /// object. Without transforms_{split}.json all splits are equal. Images become the largest square
 /// around the principal point, and so do maps (see map_files.h), which have the images' sizes.
-bool is_image_folder(const std::string& path);
+Result<bool> is_image_folder(const std::string& path);
 Result<std::unique_ptr<DatasetReader>> open_image_folder(const ReaderDesc& desc);
 
 }  // namespace splat::data

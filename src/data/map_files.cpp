@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "data/folder.h"
+#include "io/folder.h"
 
 namespace splat::data {
 
@@ -14,8 +15,8 @@ Status find_map_files(const fs::path& folder, const std::vector<std::string>& st
     std::sort(expected.begin(), expected.end());
     for (const MapKind kind : kMaps) {
         std::vector<std::string> found;
-        for (const std::string& name : images_in(folder / map_name(kind)))
-            found.push_back(fs::path(name).stem().string());
+        SPLAT_ASSIGN(const std::vector<std::string> images, images_in(folder / map_name(kind)));
+        for (const std::string& name : images) found.push_back(fs::path(name).stem().string());
         std::sort(found.begin(), found.end());
         if (found.empty()) {
             index.add_lacking(kind, (folder / map_name(kind)).string());
@@ -30,8 +31,10 @@ Status find_map_files(const fs::path& folder, const std::vector<std::string>& st
 
 Result<fs::path> map_file(const fs::path& folder, MapKind kind, const std::string& stem) {
     fs::path usual = folder / map_name(kind) / (stem + ".png");
-    if (is_file(usual)) return usual;
-    for (const std::string& name : images_in(folder / map_name(kind)))
+    SPLAT_ASSIGN(const bool is_usual, io::has_file(usual.string()));
+    if (is_usual) return usual;
+    SPLAT_ASSIGN(const std::vector<std::string> images, images_in(folder / map_name(kind)));
+    for (const std::string& name : images)
         if (fs::path(name).stem().string() == stem) return folder / map_name(kind) / name;
     return error(Code::kNotFound, "'%s' has no image '%s'", (folder / map_name(kind)).c_str(),
                  stem.c_str());

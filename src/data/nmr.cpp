@@ -8,6 +8,7 @@
 #include "data/map_files.h"
 #include "data/object_lists.h"
 #include "io/file.h"
+#include "io/folder.h"
 #include "io/npz.h"
 
 namespace splat::data {
@@ -63,10 +64,7 @@ class NmrReader : public DatasetReader {
             SPLAT_TRY(add_source_views(desc));
             return index_.find_resolution(*this, desc.lenient);
         }
-        for (const std::string& category : folders_in(desc.path)) {
-            const fs::path list = list_path(fs::path(desc.path) / category, desc.split);
-            if (is_file(list)) SPLAT_TRY(add_list(desc, category, list));
-        }
+        SPLAT_TRY(add_categories(desc));
         if (objects_.empty())
             return no_split(
                 desc, error(Code::kNotFound, "'%s' has no objects in <category>/softras_%s.lst",
@@ -102,6 +100,45 @@ class NmrReader : public DatasetReader {
     }
 
   private:
+    /// The lists of a split, of all categories.
+    Status add_categories(const ReaderDesc& desc) {
+        SPLAT_ASSIGN(const std::vector<std::string> names, candidates_in(desc.path));
+        std::vector<std::string> without;  // a list of this split, but not of others
+        for (const std::string& category : names) {
+            const fs::path folder = fs::path(desc.path) / category;
+            std::vector<std::string> lists;
+            const auto has = [&lists](const std::string& split) {
+                return std::find(lists.begin(), lists.end(), "softras_" + split) != lists.end();
+            };
+            const auto find_lists = [&]() -> Result<bool> {
+                SPLAT_TRY(io::entries_in(folder.string()).status());
+                SPLAT_ASSIGN(lists, stems_in(folder, ".lst"));
+                return has("train") || has("val") || has("test");
+            };
+            SPLAT_TRY(take(desc, category, folder, find_lists));
+            if (has(desc.split))
+                SPLAT_TRY(add_list(desc, category, list_path(folder, desc.split)));
+            else if (!lists.empty())
+                without.push_back(category);
+        }
+        for (const std::string& category :
+             objects_.empty() ? std::vector<std::string>() : without) {
+            const fs::path list = list_path(fs::path(desc.path) / category, desc.split);
+            SPLAT_TRY(take(desc, category, list.parent_path(), [&list] {
+                return error(Code::kFormat, "there is no '%s', which other categories have",
+                             list.c_str());
+            }));
+        }
+        return {};
+    }
+
+    Status take(const ReaderDesc& desc, const std::string& name, const fs::path& folder,
+                const std::function<Result<bool>()>& add) {
+        SPLAT_TRY(index_.take(desc, name, folder.string(), add));
+        objects_.resize(index_.names.size());
+        return {};
+    }
+
     Status add_list(const ReaderDesc& desc, const std::string& category, const fs::path& list) {
         SPLAT_ASSIGN(const io::Buffer file, io::read_file(list.string(), kMaxListBytes));
         const std::string_view text = io::as_text(file);
@@ -110,7 +147,7 @@ class NmrReader : public DatasetReader {
             const std::string name(text.substr(at, end - at));
             at = end + 1;
             if (name.empty() || (desc.limit != 0 && objects_.size() == desc.limit)) continue;
-            SPLAT_TRY(add(desc, category, name));
+            SPLAT_TRY(take_object(desc, category, name));
         }
         return {};
     }
@@ -120,7 +157,8 @@ class NmrReader : public DatasetReader {
         SPLAT_ASSIGN(const std::vector<SourceView> sources, load_source_views(desc.views_file));
         for (const SourceView& source : sources) {
             if (desc.limit != 0 && objects_.size() == desc.limit) break;
-            SPLAT_TRY(add(desc, source.category, source.object));
+            SPLAT_TRY(take_object(desc, source.category, source.object));
+            if (objects_.size() == index_.source_views.size()) continue;  // is left out
             const std::size_t views = objects_.back().views.size();
             if (source.view >= views && !desc.lenient)
                 return error(Code::kFormat, "'%s': view %u of %s, which has %zu views",
@@ -131,16 +169,25 @@ class NmrReader : public DatasetReader {
         return {};
     }
 
-    Status add(const ReaderDesc& desc, const std::string& category, const std::string& name) {
-        const fs::path folder = fs::path(desc.path) / category / name;
-        const std::vector<std::string> images = images_in(folder / "image");
-        SPLAT_TRY(index_.add(category + "_" + name, folder.string(), {images, images}, desc.lenient,
+    Status take_object(const ReaderDesc& desc, const std::string& category,
+                       const std::string& object) {
+        const fs::path folder = fs::path(desc.path) / category / object;
+        const std::string name = category + "_" + object;
+        return take(desc, name, folder, [&] { return add(desc, folder, name); });
+    }
+
+    Result<bool> add(const ReaderDesc& desc, const fs::path& folder, const std::string& name) {
+        SPLAT_ASSIGN(const bool has_cameras, io::has_file((folder / "cameras.npz").string()));
+        if (!has_cameras) return error(Code::kFormat, "'%s' has no cameras.npz", folder.c_str());
+        SPLAT_ASSIGN(const std::vector<std::string> images, images_in(folder / "image"));
+        SPLAT_TRY(index_.add(name, folder.string(), {images, images}, desc.lenient,
                              [&](std::vector<std::string> views) {
                                  objects_.push_back({folder, std::move(views)});
                              }));
         std::vector<std::string> stems;
         for (const fs::path image : objects_.back().views) stems.push_back(image.stem().string());
-        return find_map_files(folder, stems, desc.lenient, index_);
+        SPLAT_TRY(find_map_files(folder, stems, desc.lenient, index_));
+        return true;
     }
 
     DatasetIndex index_;
@@ -149,11 +196,13 @@ class NmrReader : public DatasetReader {
 
 }  // namespace
 
-bool is_nmr(const std::string& path) {
-    for (const std::string& category : folders_in(path))
-        for (const char* split : {"train", "val", "test"})
-            if (is_file(list_path(fs::path(path) / category, split))) return true;
-    return false;
+Result<bool> is_nmr(const std::string& path) {
+    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(path));
+    return io::holds_for_any(names, [&path](const std::string& category) {
+        return io::holds_for_any({"train", "val", "test"}, [&](const std::string& split) {
+            return io::has_file(list_path(fs::path(path) / category, split).string());
+        });
+    });
 }
 
 Result<std::unique_ptr<DatasetReader>> open_nmr(const ReaderDesc& desc) {

@@ -11,7 +11,7 @@ namespace splat::data {
 /// (camera-to-world), else world_mat_{i} (its inverse), [3,4] or [4,4], and camera_mat_{i}, and optionally maps, see
 /// map_files.h. Objects are named "{category}_{object}", as the published code does. With a views file, the test
 /// objects and their order are those of that file.
-bool is_nmr(const std::string& path);
+Result<bool> is_nmr(const std::string& path);
 Result<std::unique_ptr<DatasetReader>> open_nmr(const ReaderDesc& desc);
 
 /// OpenCV camera-to-world, row-major, of a world_mat_inv of [3,4] or [4,4]: y points up in its world, z in ours.

@@ -1,11 +1,13 @@
 #include "data/objaverse.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "data/folder.h"
 #include "data/map_files.h"
 #include "data/object_lists.h"
 #include "io/file.h"
+#include "io/folder.h"
 #include "io/npy.h"
 
 namespace splat::data {
@@ -23,15 +25,16 @@ struct RenderedObject {
     std::vector<std::string> views;
 };
 
-bool has_renders(const fs::path& folder) {
-    const std::vector<std::string> names = stems_in(folder, ".npy");
-    return !names.empty() && is_file(folder / (names.front() + ".png"));
+Result<bool> has_renders(const fs::path& folder) {
+    SPLAT_ASSIGN(const std::vector<std::string> names, stems_in(folder, ".npy"));
+    if (names.empty()) return false;
+    return io::has_file((folder / (names.front() + ".png")).string());
 }
 
-bool any_has_renders(const fs::path& path, const char* below) {
-    for (const std::string& name : folders_in(path))
-        if (has_renders(path / name / below)) return true;
-    return false;
+Result<bool> any_has_renders(const fs::path& path, const char* below) {
+    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(path.string()));
+    return io::holds_for_any(
+        names, [&](const std::string& name) { return has_renders(path / name / below); });
 }
 
 class RenderReader : public DatasetReader {
@@ -44,7 +47,7 @@ class RenderReader : public DatasetReader {
         index_.maps = kAllMaps;
         std::vector<std::string> names;
         if (desc.objects_file.empty()) {
-            names = folders_in(desc.path);
+            SPLAT_ASSIGN(names, candidates_in(desc.path));
         } else {
             SPLAT_ASSIGN(names, load_object_list(desc.objects_file));
         }
@@ -57,8 +60,17 @@ class RenderReader : public DatasetReader {
         }
         for (const std::string& name : names) {
             if (desc.limit != 0 && objects_.size() == desc.limit) break;
-            const fs::path folder = fs::path(desc.path) / name;
-            SPLAT_TRY(add(*below == '\0' ? folder : folder / below, name, desc.lenient));
+            const fs::path object = fs::path(desc.path) / name;
+            const fs::path folder = *below == '\0' ? object : object / below;
+            SPLAT_TRY(index_.take(desc, name, folder.string(), [&]() -> Result<bool> {
+                SPLAT_ASSIGN(const auto parts, io::entries_in(object.string()));
+                const bool is_begun =
+                    std::any_of(parts.begin(), parts.end(), [&](const auto& part) {
+                        return part.name == fs::path(below).begin()->string();
+                    });
+                return add(folder, name, !desc.objects_file.empty() || is_begun, desc.lenient);
+            }));
+            objects_.resize(index_.names.size());
         }
         if (objects_.empty())
             return no_split(desc, error(Code::kNotFound, "'%s' holds no objects for the split '%s'",
@@ -92,13 +104,18 @@ class RenderReader : public DatasetReader {
     }
 
   private:
-    Status add(const fs::path& folder, const std::string& name, bool lenient) {
-        SPLAT_TRY(index_.add(name, folder.string(),
-                             {stems_in(folder, ".npy"), stems_in(folder, ".png")}, lenient,
-                             [&](std::vector<std::string> views) {
-                                 objects_.push_back({folder, std::move(views)});
-                             }));
-        return find_map_files(folder, objects_.back().views, lenient, index_);
+    /// False for a folder without renders, unless it must have some.
+    Result<bool> add(const fs::path& folder, const std::string& name, bool must, bool lenient) {
+        ViewNames names;
+        SPLAT_ASSIGN(names.cameras, stems_in(folder, ".npy"));
+        SPLAT_ASSIGN(names.images, stems_in(folder, ".png"));
+        if (names.cameras.empty() && names.images.empty() && !must) return false;
+        SPLAT_TRY(
+            index_.add(name, folder.string(), names, lenient, [&](std::vector<std::string> views) {
+                objects_.push_back({folder, std::move(views)});
+            }));
+        SPLAT_TRY(find_map_files(folder, objects_.back().views, lenient, index_));
+        return true;
     }
 
     DatasetIndex index_;
@@ -114,11 +131,11 @@ Result<std::unique_ptr<DatasetReader>> opened(const ReaderDesc& desc, const char
 
 }  // namespace
 
-bool is_objaverse(const std::string& path) {
+Result<bool> is_objaverse(const std::string& path) {
     return any_has_renders(path, "");
 }
 
-bool is_gso(const std::string& path) {
+Result<bool> is_gso(const std::string& path) {
     return any_has_renders(path, kGsoFolder);
 }
 

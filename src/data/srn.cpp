@@ -6,6 +6,7 @@
 #include "data/folder.h"
 #include "data/map_files.h"
 #include "io/file.h"
+#include "io/folder.h"
 #include "tables/srn_text.h"
 
 namespace splat::data {
@@ -20,24 +21,25 @@ struct SrnObject {
     std::vector<std::string> views;  ///< stems of the files
 };
 
-bool has_objects(const fs::path& folder) {
-    for (const std::string& name : folders_in(folder))
-        if (is_file(folder / name / "intrinsics.txt")) return true;
-    return false;
+Result<bool> has_objects(const fs::path& folder) {
+    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(folder.string()));
+    return io::holds_for_any(names, [&folder](const std::string& name) {
+        return io::has_file((folder / name / "intrinsics.txt").string());
+    });
 }
 
-/// Folders "srn_<category>" below a folder.
-std::vector<std::string> categories_in(const fs::path& folder) {
+/// Folders "srn_<category>" of these.
+std::vector<std::string> categories_in(const std::vector<std::string>& names) {
     std::vector<std::string> found;
-    for (const std::string& name : folders_in(folder))
+    for (const std::string& name : names)
         if (name.rfind("srn_", 0) == 0) found.push_back(name);
     return found;
 }
 
-/// Folders "<category>_<split>" below a folder, of any split.
-std::vector<std::string> splits_in(const fs::path& folder) {
+/// Folders "<category>_<split>" of these, of any split.
+std::vector<std::string> splits_in(const std::vector<std::string>& names) {
     std::vector<std::string> found;
-    for (const std::string& name : folders_in(folder))
+    for (const std::string& name : names)
         for (const char* split : {"_train", "_val", "_test"})
             if (name.size() > std::string(split).size() &&
                 name.compare(name.size() - std::string(split).size(), std::string::npos, split) ==
@@ -55,15 +57,20 @@ std::string joined(const std::vector<std::string>& words) {
 /// The folder of the objects of a split.
 Result<fs::path> split_folder(const ReaderDesc& desc) {
     fs::path folder = desc.path;
-    if (has_objects(folder)) return folder;
-    const std::vector<std::string> categories = categories_in(folder);
+    SPLAT_ASSIGN(std::vector<std::string> names, io::folders_in(folder.string()));
+    SPLAT_ASSIGN(const bool is_split, has_objects(folder));
+    if (is_split) return folder;
+    const std::vector<std::string> categories = categories_in(names);
     const std::string wanted = "srn_" + desc.category.substr(0, desc.category.find("_priors"));
     const bool chosen = std::find(categories.begin(), categories.end(), wanted) != categories.end();
     if (categories.size() > 1 && !chosen)
         return error(Code::kInvalidArgument, "'%s' holds %s; give the path of one of them",
                      folder.c_str(), joined(categories).c_str());
-    if (!categories.empty()) folder /= chosen ? wanted : categories.front();
-    const std::vector<std::string> splits = splits_in(folder);
+    if (!categories.empty()) {
+        folder /= chosen ? wanted : categories.front();
+        SPLAT_ASSIGN(names, io::folders_in(folder.string()));
+    }
+    const std::vector<std::string> splits = splits_in(names);
     std::vector<std::string> found;
     for (const std::string& name : splits)
         if (name.substr(name.rfind('_') + 1) == desc.split) found.push_back(name);
@@ -71,11 +78,17 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
         return no_split(
             desc, error(Code::kNotFound, "'%s' has no folder <category>_%s; folders of splits: %s",
                         folder.c_str(), desc.split.c_str(), joined(splits).c_str()));
+    if (found.size() > 1)
+        return error(Code::kInvalidArgument, "'%s' holds %s; give the path of one of them",
+                     folder.c_str(), joined(found).c_str());
     folder /= found.front();
-    if (has_objects(folder)) return folder;
-    for (const std::string& name :
-         folders_in(folder))  // as in srn_chairs/chairs_train/chairs_2.0_train
-        if (has_objects(folder / name)) return folder / name;
+    SPLAT_ASSIGN(const bool has_some, has_objects(folder));
+    if (has_some) return folder;
+    SPLAT_ASSIGN(names, io::folders_in(folder.string()));
+    for (const std::string& name : names) {  // as in srn_chairs/chairs_train/chairs_2.0_train
+        SPLAT_ASSIGN(const bool is_below, has_objects(folder / name));
+        if (is_below) return folder / name;
+    }
     return error(Code::kFormat, "'%s' holds no folder with intrinsics.txt", folder.c_str());
 }
 
@@ -106,12 +119,14 @@ class SrnReader : public DatasetReader {
         index_.split = desc.split;
         index_.ignores_alpha = true;
         index_.maps = kAllMaps;
-        index_.has_splits = !has_objects(desc.path);
         SPLAT_ASSIGN(const fs::path root, split_folder(desc));
-        for (const std::string& name : folders_in(root)) {
+        index_.has_splits = root != desc.path;
+        SPLAT_ASSIGN(const std::vector<std::string> names, candidates_in(root));
+        for (const std::string& name : names) {
             if (desc.limit != 0 && objects_.size() == desc.limit) break;
-            if (!is_file(root / name / "intrinsics.txt")) continue;
-            SPLAT_TRY(add(root / name, name, desc.lenient));
+            SPLAT_TRY(index_.take(desc, name, (root / name).string(),
+                                  [&] { return add(root / name, name, desc.lenient); }));
+            objects_.resize(index_.names.size());
         }
         return index_.find_resolution(*this, desc.lenient);
     }
@@ -152,14 +167,24 @@ class SrnReader : public DatasetReader {
     }
 
   private:
-    Status add(const fs::path& folder, const std::string& name, bool lenient) {
-        const ViewNames names = {stems_in(folder / "pose", ".txt"),
-                                 stems_in(folder / "rgb", ".png")};
+    Result<bool> add(const fs::path& folder, const std::string& name, bool lenient) {
+        SPLAT_ASSIGN(const std::vector<io::FolderEntry> parts, io::entries_in(folder.string()));
+        const auto has = [&parts](const char* part) {
+            return std::any_of(parts.begin(), parts.end(),
+                               [part](const io::FolderEntry& each) { return each.name == part; });
+        };
+        if (!has("rgb") && !has("pose") && !has("intrinsics.txt")) return false;
+        if (!has("intrinsics.txt"))
+            return error(Code::kFormat, "'%s' has no intrinsics.txt", folder.c_str());
+        ViewNames names;
+        SPLAT_ASSIGN(names.cameras, stems_in(folder / "pose", ".txt"));
+        SPLAT_ASSIGN(names.images, stems_in(folder / "rgb", ".png"));
         SPLAT_TRY(
             index_.add(name, folder.string(), names, lenient, [&](std::vector<std::string> views) {
                 objects_.push_back({folder, std::move(views)});
             }));
-        return find_map_files(folder, objects_.back().views, lenient, index_);
+        SPLAT_TRY(find_map_files(folder, objects_.back().views, lenient, index_));
+        return true;
     }
 
     DatasetIndex index_;
@@ -168,8 +193,10 @@ class SrnReader : public DatasetReader {
 
 }  // namespace
 
-bool is_srn(const std::string& path) {
-    return has_objects(path) || !categories_in(path).empty() || !splits_in(path).empty();
+Result<bool> is_srn(const std::string& path) {
+    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(path));
+    if (!categories_in(names).empty() || !splits_in(names).empty()) return true;
+    return has_objects(path);
 }
 
 Result<std::unique_ptr<DatasetReader>> open_srn(const ReaderDesc& desc) {

@@ -5,7 +5,7 @@
 namespace splat::data {
 
 /// The folder has the layout of SRN's data.
-bool is_srn(const std::string& path);
+Result<bool> is_srn(const std::string& path);
 
 /// SRN's ShapeNet renders: [{path}/srn_{category}/]{category}_{split}/{object}/ with intrinsics.txt,
 /// pose/*.txt (16 numbers, row-major camera-to-world, OpenCV axes), rgb/*.png, and optionally maps, see map_files.h.

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "data/folder.h"
+#include "io/folder.h"
 #include "tables/import.h"
 #include "tables/srn_text.h"
 #include "tables/store.h"
@@ -122,12 +123,19 @@ Result<std::unique_ptr<DatasetReader>> open_reader(const ReaderDesc& desc,
 
 Result<std::unique_ptr<DatasetReader>> open_store(const ReaderDesc& desc) {
     const fs::path folder = desc.path;
-    if (is_file(folder / "store.json")) return open_reader(desc, desc.path, "store");
-    if (is_file(folder / desc.split / "store.json"))
-        return open_reader(desc, (folder / desc.split).string(), "store");
+    const auto has_store = [&folder](const std::string& name) {
+        return io::has_file((folder / name / "store.json").string());
+    };
+    SPLAT_ASSIGN(const bool is_split, has_store(""));
+    if (is_split) return open_reader(desc, desc.path, "store");
+    SPLAT_ASSIGN(const bool is_above, has_store(desc.split));
+    if (is_above) return open_reader(desc, (folder / desc.split).string(), "store");
     std::string splits;
-    for (const std::string& name : folders_in(folder))
-        if (is_file(folder / name / "store.json")) splits += (splits.empty() ? "" : ", ") + name;
+    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(folder.string()));
+    for (const std::string& name : names) {
+        SPLAT_ASSIGN(const bool is_other, has_store(name));
+        if (is_other) splits += (splits.empty() ? "" : ", ") + name;
+    }
     return no_split(
         desc, error(Code::kNotFound, "'%s' has no store of the split %s; it has: %s",
                     folder.c_str(), desc.split.c_str(), splits.empty() ? "none" : splits.c_str()));

@@ -12,7 +12,7 @@
 namespace splat::io {
 namespace {
 
-constexpr SceneFormat kFormats[] = {
+constexpr SceneFormat kSceneFormats[] = {
     {"ply", ".ply", "all of a scene, as 3DGS writes it", "the line 'ply'", is_plain_ply, read_ply,
      write_ply, scene::kMaxShDegree, scene::Frame::kRdf},
     {"compressed ply", ".ply", "quantised chunks of 256, as SuperSplat writes them",
@@ -44,7 +44,7 @@ std::string extension_of(const std::string& name) {
 /// ".ply, .splat or .spz": extensions of all formats that are read, or of those that are written.
 std::string extension_list(bool written) {
     std::vector<std::string> extensions;
-    for (const SceneFormat& format : kFormats)
+    for (const SceneFormat& format : kSceneFormats)
         if ((!written || format.write != nullptr) &&
             std::find(extensions.begin(), extensions.end(), format.extension) == extensions.end())
             extensions.emplace_back(format.extension);
@@ -65,7 +65,7 @@ Status with_name(const Status& status, const std::string& name) {
 
 /// The format whose mark the file starts with; null for none. Errors: see SceneFormat::detect.
 Result<const SceneFormat*> marked_format(Bytes file) {
-    for (const SceneFormat& format : kFormats) {
+    for (const SceneFormat& format : kSceneFormats) {
         if (format.detect == nullptr) continue;
         SPLAT_ASSIGN(const bool found, format.detect(file));
         if (found) return &format;
@@ -76,7 +76,7 @@ Result<const SceneFormat*> marked_format(Bytes file) {
 }  // namespace
 
 std::span<const SceneFormat> scene_formats() {
-    return kFormats;
+    return kSceneFormats;
 }
 
 Result<const SceneFormat*> detect_scene_format(Bytes file, const std::string& name) {
@@ -88,7 +88,7 @@ Result<const SceneFormat*> detect_scene_format(Bytes file, const std::string& na
         if (format.mark.empty() ? extension == format.extension
                                 : as_text(file).starts_with(format.mark))
             return unread(name, format);
-    for (const SceneFormat& format : kFormats) {
+    for (const SceneFormat& format : kSceneFormats) {
         if (extension != format.extension) continue;
         if (format.detect == nullptr) return &format;
         return error(Code::kFormat, "'%s' is not a %s file: its first bytes differ; expected %s",
@@ -100,7 +100,7 @@ Result<const SceneFormat*> detect_scene_format(Bytes file, const std::string& na
 
 Result<const SceneFormat*> written_scene_format(const std::string& name) {
     const std::string extension = extension_of(name);
-    for (const SceneFormat& format : kFormats)
+    for (const SceneFormat& format : kSceneFormats)
         if (format.write != nullptr && extension == format.extension) return &format;
     return error(Code::kUnsupported, "'%s': extension '%s', expected %s", name.c_str(),
                  extension.c_str(), extension_list(true).c_str());

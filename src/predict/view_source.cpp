@@ -109,6 +109,7 @@ Result<std::shared_ptr<data::Dataset>> ViewSource::open_split(const config::Sett
     desc.maps = maps_of(settings.network);
     desc.resolution = settings.network.resolution;
     desc.limit = training.subset;
+    desc.allow_missing = training.allow_missing;
     desc.cache_bytes = training.cache_mib << 20U;
     desc.background = background_of(settings);
     desc.lacks_split = lacks_split;

@@ -6,6 +6,7 @@
 #include "core/json_tree.h"
 #include "core/json_writer.h"
 #include "core/shown.h"
+#include "io/folder.h"
 #include "io/reader.h"
 #include "tables/store_index.h"
 
@@ -138,13 +139,12 @@ RecordShape image_shape(const StoreIndex& index, Table map) {
     return shape;
 }
 
-bool is_store(const std::string& folder) {
-    std::error_code none;
-    if (std::filesystem::is_regular_file(folder + "/store.json", none)) return true;
-    for (const char* split : kSplits)
-        if (std::filesystem::is_regular_file(folder + "/" + split + "/store.json", none))
-            return true;
-    return false;
+Result<bool> is_store(const std::string& folder) {
+    std::vector<std::string> places(std::begin(kSplits), std::end(kSplits));
+    places.emplace_back();
+    return io::holds_for_any(places, [&folder](const std::string& split) {
+        return io::has_file(folder + "/" + split + "/store.json");
+    });
 }
 
 Result<std::unique_ptr<Store>> Store::open(const std::string& folder) {

@@ -45,7 +45,7 @@ inline constexpr std::size_t kMaxIntrinsicsBytes = 512;
 /// Of a store: the numbers of its rows lie in memory.
 inline constexpr std::uint64_t kMaxRows = std::uint64_t{1} << 23;
 
-bool is_store(const std::string& folder);
+Result<bool> is_store(const std::string& folder);
 
 /// Reads a store. Thread-safe.
 class Store {

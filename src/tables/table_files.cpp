@@ -2,31 +2,24 @@
 
 #include <sys/stat.h>
 
-#include <algorithm>
 #include <filesystem>
+
+#include "io/folder.h"
 
 namespace splat::tables {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Names of the entries of a folder, sorted, without those that start with '.'.
-std::vector<std::string> entries_of(const fs::path& folder, bool folders) {
+/// Names of the files that are tables; none where there is no such folder.
+Result<std::vector<std::string>> parquet_files(const fs::path& folder) {
+    const auto entries = io::entries_in(folder.string());
     std::vector<std::string> names;
-    std::error_code none;
-    for (fs::directory_iterator entry(folder, none), end; !none && entry != end;
-         entry.increment(none)) {
-        const std::string name = entry->path().filename().string();
-        std::error_code unknown;
-        if (name[0] != '.' && entry->is_directory(unknown) == folders) names.push_back(name);
-    }
-    std::sort(names.begin(), names.end());
-    return names;
-}
-
-std::vector<std::string> parquet_files(const fs::path& folder) {
-    std::vector<std::string> names = entries_of(folder, false);
-    std::erase_if(names, [](const std::string& name) { return !name.ends_with(".parquet"); });
+    if (entries.status().code() == Code::kNotFound) return names;
+    if (!entries.ok()) return entries.status();
+    for (const io::FolderEntry& entry : entries.value())
+        if (entry.name.ends_with(".parquet") && entry.kind != io::PathKind::kFolder)
+            names.push_back(entry.name);
     return names;
 }
 
@@ -56,7 +49,8 @@ Status several(const std::string& folder, Table table, const std::string& a, con
 /// The folder of a table; empty if there is none.
 Result<std::string> table_folder(const fs::path& folder, Table table) {
     std::string found;
-    for (const std::string& name : entries_of(folder, true)) {
+    SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(folder.string()));
+    for (const std::string& name : names) {
         if (!names_table(name, table)) continue;
         if (!found.empty()) return several(folder.string(), table, found, name);
         found = name;
@@ -64,10 +58,11 @@ Result<std::string> table_folder(const fs::path& folder, Table table) {
     return found;
 }
 
-TableFiles files_below(const fs::path& folder, const std::string& name, Table table,
-                       const std::string& split) {
+Result<TableFiles> files_below(const fs::path& folder, const std::string& name, Table table,
+                               const std::string& split) {
     TableFiles found{table, {}, false};
-    for (const std::string& file : parquet_files(folder / name / split))
+    SPLAT_ASSIGN(const std::vector<std::string> files, parquet_files(folder / name / split));
+    for (const std::string& file : files)
         found.files.push_back((folder / name / split / file).string());
     return found;
 }
@@ -75,7 +70,8 @@ TableFiles files_below(const fs::path& folder, const std::string& name, Table ta
 Result<TableFiles> files_in(const fs::path& folder, Table table) {
     TableFiles found{table, {}, true};
     std::string stem;
-    for (const std::string& file : parquet_files(folder)) {
+    SPLAT_ASSIGN(const std::vector<std::string> files, parquet_files(folder));
+    for (const std::string& file : files) {
         const std::string own = stem_of(file);
         if (!names_table(own, table)) continue;
         if (!stem.empty() && own != stem) return several(folder.string(), table, stem, own);
@@ -87,14 +83,19 @@ Result<TableFiles> files_in(const fs::path& folder, Table table) {
 
 }  // namespace
 
-bool is_tables(const std::string& folder) {
-    for (const std::string& name : entries_of(folder, true))
-        if (names_table(name, Table::kRgb))
-            for (const char* split : kSplits)
-                if (!parquet_files(fs::path(folder) / name / split).empty()) return true;
-    for (const std::string& file : parquet_files(folder))
+Result<bool> is_tables(const std::string& folder) {
+    SPLAT_ASSIGN(const std::vector<std::string> files, parquet_files(folder));
+    for (const std::string& file : files)
         if (names_table(stem_of(file), Table::kRgb)) return true;
-    return false;
+    SPLAT_ASSIGN(std::vector<std::string> names, io::folders_in(folder));
+    std::erase_if(names, [](const std::string& name) { return !names_table(name, Table::kRgb); });
+    return io::holds_for_any(names, [&folder](const std::string& name) -> Result<bool> {
+        for (const char* split : kSplits) {
+            SPLAT_ASSIGN(const auto found, parquet_files(fs::path(folder) / name / split));
+            if (!found.empty()) return true;
+        }
+        return false;
+    });
 }
 
 Result<std::vector<TableFiles>> find_tables(const std::string& folder, const std::string& split) {
@@ -106,7 +107,7 @@ Result<std::vector<TableFiles>> find_tables(const std::string& folder, const std
         SPLAT_ASSIGN(const std::string below, table_folder(folder, table));
         TableFiles found;
         if (!below.empty()) {
-            found = files_below(folder, below, table, split);
+            SPLAT_ASSIGN(found, files_below(folder, below, table, split));
             if (found.files.empty())
                 without_split += (without_split.empty() ? "" : ", ") + std::string(name);
         } else {

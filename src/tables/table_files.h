@@ -18,7 +18,7 @@ struct TableFiles {
 
 /// The folder has the layout of tables: folders of Parquet files named after the tables ("rgbs", "srn_cars_rgbs"),
 /// or Parquet files of such names.
-bool is_tables(const std::string& folder);
+Result<bool> is_tables(const std::string& folder);
 
 /// The tables of a split, in the order of kTables:
 ///   <table>/<split>/*.parquet      any number of files

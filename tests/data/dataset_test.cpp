@@ -16,21 +16,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::put_image;
+using test::put_object;
 using test::put_text;
 using test::sample_cars;
 using test::SampleFolder;
-
-constexpr const char* kPose0 = "1 0 0 0\n0 1 0 0\n0 0 1 -2\n0 0 0 1\n";
-constexpr const char* kPose1 = "0 0 -1 2 0 1 0 0 1 0 0 0 0 0 0 1";
-
-/// An object of two views of 8 x 8 pixels.
-void put_object(const fs::path& folder) {
-    put_text(folder / "intrinsics.txt", "10. 4. 4. 0.\n0. 0. 0.\n1.\n8 8\n");
-    put_text(folder / "pose/000000.txt", kPose0);
-    put_text(folder / "pose/000001.txt", kPose1);
-    put_image(folder / "rgb/000000.png", 8, 3);
-    put_image(folder / "rgb/000001.png", 8, 3, 1);
-}
 
 /// One view's numbers, of any array.
 struct Read {
@@ -362,7 +351,8 @@ TEST(Dataset, ReportsWhatItHolds) {
     desc.resolution = 4;
     EXPECT_EQ(
         report_text(*opened(desc)),
-        R"({"format": "srn", "split": "train", "has_splits": true, "objects": 1, "views": 2, "excluded": 0, )"
+        R"({"format": "srn", "split": "train", "has_splits": true, "objects": 1, "views": 2, )"
+        R"("excluded": 0, "missing": [], "not_objects": [], )"
         R"("resolution": 4, "stored_resolution": 8, "maps": [], "names": ["a"], "views_of": [2]})");
 }
 

@@ -152,7 +152,7 @@ TEST(Co3d, ReadsArrays) {
     bool lacks = false;
     DatasetDesc desc = data_desc(folder.path());
     desc.lacks_split = &lacks;
-    EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound, "camera_Ts.npz");
+    EXPECT_ERROR(Dataset::open(desc).status(), Code::kFormat, "camera_Ts.npz");
     EXPECT_FALSE(lacks) << "the split is there, but damaged";
     desc.split = "val";
     EXPECT_EQ(Dataset::open(desc).status().code(), Code::kNotFound);

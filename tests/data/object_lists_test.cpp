@@ -90,7 +90,7 @@ TEST(ObjectLists, OrderAndSplitObjaverse) {
     desc.split = "val";
     EXPECT_EQ(open_data(desc)->index().names, (std::vector<std::string>{"a"}));
     put_text(folder.path() / "lvis.json", R"(["c", "d"])");
-    EXPECT_ERROR(data_status(desc), Code::kFormat, "/d': 0 views");
+    EXPECT_ERROR(data_status(desc), Code::kFormat, "/d': No such file");
     desc.objects_file = "none.json";
     EXPECT_ERROR(data_status(desc), Code::kNotFound, "none.json");
 }
@@ -160,7 +160,7 @@ TEST(ObjectLists, SourceViewsAreNmrsTestObjects) {
     put_text(folder.path() / "views.txt", "02691156 b 2\n");
     EXPECT_ERROR(data_status(desc), Code::kFormat, "view 2 of 02691156_b, which has 2 views");
     put_text(folder.path() / "views.txt", "02691156 c 0\n");
-    EXPECT_ERROR(data_status(desc), Code::kFormat, "c': 0 views");
+    EXPECT_ERROR(data_status(desc), Code::kFormat, "c' has no cameras.npz");
 }
 
 TEST(ObjectLists, EachBelongsToOneFormat) {

@@ -13,6 +13,14 @@ namespace fs = std::filesystem;
 
 const std::vector<float> kPose = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2};
 
+void put_object(const fs::path& folder) {
+    put_text(folder / "intrinsics.txt", "10. 4. 4. 0.\n0. 0. 0.\n1.\n8 8\n");
+    put_text(folder / "pose/000000.txt", "1 0 0 0\n0 1 0 0\n0 0 1 -2\n0 0 0 1\n");
+    put_text(folder / "pose/000001.txt", "0 0 -1 2 0 1 0 0 1 0 0 0 0 0 0 1");
+    put_image(folder / "rgb/000000.png", 8, 3);
+    put_image(folder / "rgb/000001.png", 8, 3, 1);
+}
+
 void put_npy(const fs::path& path, std::vector<std::uint64_t> shape, std::vector<float> values) {
     const auto file = io::write_npy({std::move(shape), std::move(values)});
     ASSERT_OK(file.status());

@@ -10,6 +10,9 @@ namespace splat::test {
 /// A pose [3,4] without rotation, at -2 along z.
 extern const std::vector<float> kPose;
 
+/// An object of SRN's format, of two views of 8 x 8 pixels.
+void put_object(const std::filesystem::path& folder);
+
 void put_npy(const std::filesystem::path& path, std::vector<std::uint64_t> shape,
              std::vector<float> values);
 void put_npz(const std::filesystem::path& path,
@@ -31,7 +34,7 @@ struct Co3dSample {
     std::string name = "106_1_2";
 };
 
-/// A preprocessed sequence of hydrants.
+/// A preprocessed sequence of hydrants; the only one that has cameras.
 void put_co3d(const std::filesystem::path& root, const Co3dSample& sample);
 
 data::DatasetDesc data_desc(const std::filesystem::path& path, const std::string& split = "train");

@@ -213,7 +213,7 @@ TEST(Import, ParquetTablesWithErrorsAreRefused) {
         tables.selects[row.table] = "WITH t AS (" + tables.selects[row.table] + ") " + row.select;
         ASSERT_OK(tables.write(folder.path())) << row.select;
         EXPECT_ERROR(import(folder.path()), Code::kFormat, row.message) << row.select;
-        EXPECT_FALSE(is_store((folder.path() / ".splat/train").string()));
+        EXPECT_FALSE(is_store((folder.path() / ".splat/train").string()).value());
     }
 }
 

@@ -86,7 +86,7 @@ TEST(Resume, ParquetImportGoesOnAfterKill) {
     ASSERT_OK(write_large(folder.path()));
     ASSERT_TRUE(
         killed([&] { static_cast<void>(import_to_store(folder.path(), kill_after(960))); }));
-    EXPECT_FALSE(is_store((folder.path() / "store").string()));
+    EXPECT_FALSE(is_store((folder.path() / "store").string()).value());
     std::uint64_t first = 0;  // row of rgb, after those of poses
     ASSERT_OK(
         import_to_store(folder.path(), [&](std::uint64_t done, std::uint64_t total) -> Status {
@@ -200,7 +200,7 @@ TEST(Resume, ParquetImportOntoAFullDiskGoesOnWithSpace) {
             break;
         }
         EXPECT_ERROR(status, Code::kIo, "No space left on device");
-        EXPECT_FALSE(is_store((folder.path() / "store").string()));
+        EXPECT_FALSE(is_store((folder.path() / "store").string()).value());
     }
 }
 

@@ -57,7 +57,7 @@ TEST(StoreWriter, LeavesFilesOfOthers) {
         test::put_text(begun / name, "mine");
     test::put_text(begun / "import.json", "{\"source\": \"y\", \"done\": {}}");
     ASSERT_OK(write_part(begun, {}));
-    EXPECT_TRUE(is_store(begun.string()));
+    EXPECT_TRUE(is_store(begun.string()).value());
     EXPECT_TRUE(fs::exists(begun / "import.log"));
     EXPECT_TRUE(fs::exists(begun / "imports/a"));
     EXPECT_FALSE(fs::exists(begun / "import_0_of_2.json.7-0.tmp"));
@@ -90,10 +90,10 @@ TEST(Shards, TheLastOneCompletesTheStore) {
     for (const auto& order : {std::vector<std::uint32_t>{0, 1, 2}, {2, 0, 1}, {1, 1, 2, 0}}) {
         const fs::path parts = folder.path() / "parts";
         for (const std::uint32_t i : order) {
-            EXPECT_FALSE(is_store(parts.string())) << "before part " << i;
+            EXPECT_FALSE(is_store(parts.string()).value()) << "before part " << i;
             ASSERT_OK(write_part(parts, {i, 3}));
         }
-        EXPECT_TRUE(is_store(parts.string()));
+        EXPECT_TRUE(is_store(parts.string()).value());
         EXPECT_TRUE(tree_of(parts, {".npy", ".json"}) ==
                     tree_of(folder.path() / "whole", {".npy", ".json"}));
         EXPECT_OK(write_part(parts, {1, 3})) << "a complete store is left alone";
@@ -134,13 +134,13 @@ TEST(Shards, ThatDoNotFitAreRefused) {
         EXPECT_ERROR(write_part(store, {}), Code::kInvalidState, "is in use");
         EXPECT_OK(write_part(store, {2, 3})) << "another shard is not in the way";
     }
-    EXPECT_FALSE(is_store(store.string()));
+    EXPECT_FALSE(is_store(store.string()).value());
     // Parts of other tables begin anew, and do not count what was done of the first.
     ASSERT_OK(write_part(store, {1, 3}, "y"));
     ASSERT_OK(write_part(store, {2, 3}, "y"));
-    EXPECT_FALSE(is_store(store.string()));
+    EXPECT_FALSE(is_store(store.string()).value());
     ASSERT_OK(write_part(store, {0, 3}, "y"));
-    EXPECT_TRUE(is_store(store.string()));
+    EXPECT_TRUE(is_store(store.string()).value());
 }
 
 TEST(Shards, ParquetTablesAreImportedInParts) {
@@ -155,7 +155,7 @@ TEST(Shards, ParquetTablesAreImportedInParts) {
     };
     ASSERT_OK(import("whole", {}));
     for (const std::uint32_t i : {3U, 0U, 2U, 1U}) {
-        EXPECT_FALSE(is_store((folder.path() / "parts").string()));
+        EXPECT_FALSE(is_store((folder.path() / "parts").string()).value());
         ASSERT_OK(import("parts", {i, 4}));
     }
     EXPECT_TRUE(tree_of(folder.path() / "parts", {".npy", ".json"}) ==

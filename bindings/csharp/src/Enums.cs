@@ -200,6 +200,8 @@ namespace Splat
         Mask = 4,
         /// <summary>keep objects with missing files, for splat_dataset_check</summary>
         Lenient = 8,
+        /// <summary>leave incomplete objects out; the log and the report name them</summary>
+        AllowMissing = 16,
     }
 
     /// <summary>splat_import_flags of the C API.</summary>

@@ -64,7 +64,7 @@ splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* d
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::require(dataset, "dataset"));
         SPLAT_TRY(api::check_desc(desc, "splat_dataset_desc", sizeof(splat_dataset_desc),
-                                  kMapFlags | SPLAT_DATA_LENIENT));
+                                  kMapFlags | SPLAT_DATA_LENIENT | SPLAT_DATA_ALLOW_MISSING));
         SPLAT_TRY(api::require(desc->path, "desc.path"));
         data::DatasetDesc value;
         value.path = desc->path;
@@ -76,6 +76,7 @@ splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* d
         if (desc->views_file != nullptr) value.views_file = desc->views_file;
         value.maps = desc->flags & kMapFlags;
         value.lenient = (desc->flags & SPLAT_DATA_LENIENT) != 0;
+        value.allow_missing = (desc->flags & SPLAT_DATA_ALLOW_MISSING) != 0;
         value.resolution = desc->resolution;
         value.limit = desc->limit;
         value.cache_bytes = desc->cache_bytes;

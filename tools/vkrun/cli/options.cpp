@@ -73,6 +73,11 @@ void add_changes_option(CLI::App& command, std::vector<std::string>& changes) {
         ->allow_extra_args(false);
 }
 
+void add_allow_missing_flag(CLI::App& command, bool& allow) {
+    command.add_flag("--allow-missing", allow,
+                     "Leave objects out that lack a file, and name them, instead of refusing them");
+}
+
 void check_number(const char* option, double value, double least, double most) {
     if (value >= least && value <= most) return;  // false for NaN
     throw Failure(kUsageError, format("%s is %g, expected %g to %g", option, value, least, most));

@@ -36,6 +36,9 @@ void add_threads_option(CLI::App& command, std::uint32_t& threads);
 /// --set KEY=VALUE, any number of times.
 void add_changes_option(CLI::App& command, std::vector<std::string>& changes);
 
+/// --allow-missing
+void add_allow_missing_flag(CLI::App& command, bool& allow);
+
 // ---- Checks of their values
 
 /// Throws a usage Failure, "--distance is nan, expected ...", unless the value is in the range.

@@ -19,9 +19,10 @@ namespace {
 
 constexpr const char* kDataCheckFooter =
     R"(Reads every image, map and camera of every split that exists; a folder without splits is read once, as train.
-Problems: splits that cannot be opened, missing files, images that cannot be read or differ in size, poses that are not
-finite or not rotations, objects with a single view. Warnings: equal views or objects, images of one colour. The hash is
-that of the decoded images, maps and cameras.
+Problems: splits that cannot be opened, objects that lack a file or cannot be read, images that cannot be read or differ
+in size, poses that are not finite or not rotations, objects with a single view. Warnings: equal views or objects,
+images of one colour. Folders beside the objects that have no part of one are named. The hash is that of the decoded
+images, maps and cameras.
 
 Exit status: 0 no problems, 2 wrong usage, 4 problems, or no data.
 
@@ -139,6 +140,7 @@ Json check_split(const CheckOptions& options, const char* split, const Dataset& 
             {"resolution", report.at("stored_resolution")},
             {"maps", report.at("maps")},
             {"hash", hash.text()},
+            {"not_objects", report.at("not_objects")},
             {"problems", problems},
             {"warnings", warnings}};
 }
@@ -167,6 +169,10 @@ void print_split(const Json& split) {
         number("resolution"), number("resolution"), maps.empty() ? " none" : maps.c_str(),
         split.at("problems").size(), split.at("warnings").size(),
         split.at("hash").get<std::string>().c_str());
+    std::string others;
+    for (const Json& name : split.at("not_objects"))
+        others += (others.empty() ? "" : ", ") + name.get<std::string>();
+    if (!others.empty()) std::printf("  not an object: %s\n", others.c_str());
     print_list("problem", split.at("problems"));
     print_list("warning", split.at("warnings"));
 }

@@ -48,6 +48,7 @@ Json stored_json(const ImportOptions& options, const std::string& split) {
     store.source = options.out;
     store.format.clear();
     store.size = 0;
+    store.allow_missing = false;
     const Dataset dataset = open_source(store, split);
     const Json report = library_json(splat_dataset_report, dataset.get());
     return {{"split", split},
@@ -64,18 +65,21 @@ bool holds_tables(const ImportOptions& options) {
     if (!options.format.empty()) return options.format == "tables";
     constexpr int kDeepest = 2;
     std::error_code failed;
-    for (fs::recursive_directory_iterator entry(options.source, failed), end;
+    for (fs::recursive_directory_iterator
+             entry(options.source, fs::directory_options::skip_permission_denied, failed),
+         end;
          !failed && entry != end; entry.increment(failed)) {
         if (entry->path().extension() == ".parquet") return true;
         if (entry.depth() == kDeepest) entry.disable_recursion_pending();
     }
-    return false;
+    return false;  // what cannot be read, opening the data set tells
 }
 
 void import_tables(const ImportOptions& options, const std::string& split, std::string& missing) {
-    if (options.size != 0 || options.black)
+    if (options.size != 0 || options.black || options.allow_missing)
         throw Failure(kUsageError,
-                      "--size and --black go with folders: tables are imported as they are");
+                      "--size, --black and --allow-missing go with folders: tables are imported as "
+                      "they are");
     auto desc = sized<splat_dataset_import_desc>();
     desc.path = options.source.c_str();
     desc.out = options.out.c_str();

@@ -36,6 +36,7 @@ Dataset open_data(const Json& config, const std::string& root, const std::string
     desc.excluded_file = text_of("excluded_file");
     desc.views_file = text_of("views_file");
     desc.flags = ImageChannels::of(config).flags();
+    if (data.at("allow_missing").get<bool>()) desc.flags |= SPLAT_DATA_ALLOW_MISSING;
     desc.path = folder.c_str();
     desc.format = format.empty() ? nullptr : format.c_str();
     desc.split = split.c_str();

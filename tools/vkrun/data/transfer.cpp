@@ -77,6 +77,7 @@ void add_source_options(CLI::App& command, TransferOptions& options) {
                      4096);
     command.add_flag("--black", options.black,
                      "Show black behind transparent pixels instead of white");
+    add_allow_missing_flag(command, options.allow_missing);
 }
 
 void with_progress(const std::string& what,
@@ -93,6 +94,7 @@ Dataset open_source(const TransferOptions& options, const std::string& split,
     desc.split = split.c_str();
     desc.resolution = options.size;
     desc.cache_bytes = 1;
+    if (options.allow_missing) desc.flags = SPLAT_DATA_ALLOW_MISSING;
     for (float& value : desc.background) value = options.black ? 0.0F : 1.0F;
     Dataset dataset;
     const splat_result result = splat_dataset_open(&desc, dataset.out());

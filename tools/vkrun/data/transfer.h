@@ -24,6 +24,7 @@ struct TransferOptions {
     std::string shard;  ///< of a store
     std::uint32_t size = 0;
     bool black = false;
+    bool allow_missing = false;
     bool json = false;
 };
 
@@ -35,7 +36,7 @@ void add_split_option(CLI::App& command, TransferOptions& options);
 void add_export_options(CLI::App& command, TransferOptions& options);
 /// Throws a usage Failure for options that the layout does not take.
 void check_effect(const CLI::App& command, const TransferOptions& options);
-/// --format, --size, --black.
+/// --format, --size, --black, --allow-missing.
 void add_source_options(CLI::App& command, TransferOptions& options);
 
 /// Call the library under a progress bar. Throws a Failure.

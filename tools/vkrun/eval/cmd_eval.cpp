@@ -70,6 +70,7 @@ struct EvalOptions {
     std::string shard;
     std::uint32_t objects = 0, views = 0, images = 0, single = 0;
     std::string device = "best";
+    bool allow_missing = false;
     bool json = false;
 };
 
@@ -228,8 +229,12 @@ int evaluate(const EvalOptions& options) {
                                        "replaced; name another, such as '" +
                                        options.out + "/eval'");
     const Shard shard = parse_shard(options.shard);
-    const NetworkFiles files = network_files(weights_named(options.weights), options.config,
-                                             options.adapters, options.changes);
+    // Not what the training allowed.
+    std::vector<std::string> changes = {
+        format("data.allow_missing=%s", options.allow_missing ? "true" : "false")};
+    changes.insert(changes.end(), options.changes.begin(), options.changes.end());
+    const NetworkFiles files =
+        network_files(weights_named(options.weights), options.config, options.adapters, changes);
     Methods methods;
     methods.dataset = open_data(files.config, options.data, options.split);
     methods.device = open_device(device_desc(options.device));
@@ -282,6 +287,7 @@ void add_eval(CLI::App& app, int& exit_code) {
         ->type_name("DIR");
     add_network_options(*command, options->config, options->adapters);
     add_changes_option(*command, options->changes);
+    add_allow_missing_flag(*command, options->allow_missing);
     command->add_option("--objects", options->objects, "Only the first N objects; default: all")
         ->type_name("N");
     command

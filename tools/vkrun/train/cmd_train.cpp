@@ -83,6 +83,7 @@ struct TrainOptions {
     bool resume = false;
     bool overwrite = false;
     std::string device = "best";
+    bool allow_missing = false;
     bool show = false;
     bool json = false;
 };
@@ -101,9 +102,10 @@ void check_config(const TrainOptions& options) {
         import_first(root, data.at("format").get<std::string>(), split);
 }
 
-/// --set, and --data as data.root.
+/// --set, --allow-missing, and --data as data.root.
 std::vector<std::string> all_changes(const TrainOptions& options) {
     std::vector<std::string> changes = options.changes;
+    if (options.allow_missing) changes.emplace_back("data.allow_missing=true");
     if (!options.data.empty()) changes.push_back("data.root=" + Json(options.data).dump());
     return changes;
 }
@@ -198,6 +200,7 @@ void add_train(CLI::App& app, int& exit_code) {
         ->type_name("DIR");
     command->add_option("--out", t.out, "Folder of the run; default: runs/DATE")->type_name("DIR");
     add_changes_option(*command, t.changes);
+    add_allow_missing_flag(*command, t.allow_missing);
     command->add_flag("--resume", t.resume, "Continue the run in --out");
     command->add_flag("--overwrite", t.overwrite, "Replace the run in --out");
     command

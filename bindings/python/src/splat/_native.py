@@ -142,6 +142,7 @@ class DataFlags(IntFlag):
     NORMAL = 2
     MASK = 4
     LENIENT = 8
+    ALLOW_MISSING = 16
 
 
 class ImportFlags(IntFlag):

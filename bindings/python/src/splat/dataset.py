@@ -69,6 +69,8 @@ class Dataset(Handle):
     background   behind transparent pixels, RGB
     depth, normal, mask  maps that are required
     lenient      keep objects with missing files, for `check`
+    allow_missing  leave incomplete objects out instead of refusing them; `report["missing"]`
+                 names them
     objects_file, excluded_file, views_file  lists that the published code reads: objects of
                  "objaverse" (JSON), sequences of "co3d" to leave out, test objects and source
                  views of "nmr"; paths, or in the folder of the data
@@ -81,7 +83,7 @@ class Dataset(Handle):
     def __init__(self, path: PathLike, *, format: Optional[str] = None, split: str = "train",
                  resolution: int = 0, limit: int = 0, cache_bytes: int = 0,
                  background: ArrayLike = (0, 0, 0), depth: bool = False, normal: bool = False,
-                 mask: bool = False, lenient: bool = False,
+                 mask: bool = False, lenient: bool = False, allow_missing: bool = False,
                  objects_file: Optional[PathLike] = None,
                  excluded_file: Optional[PathLike] = None,
                  views_file: Optional[PathLike] = None,
@@ -89,7 +91,8 @@ class Dataset(Handle):
         bits = _native.DataFlags
         desc = _native.splat_dataset_desc(struct_size=sizeof(_native.splat_dataset_desc))
         desc.flags = flags_of((depth, bits.DEPTH), (normal, bits.NORMAL), (mask, bits.MASK),
-                              (lenient, bits.LENIENT))
+                              (lenient, bits.LENIENT),
+                              (allow_missing, bits.ALLOW_MISSING))
         desc.path, desc.format = path_of(path), encoded(format, "format")
         desc.split, desc.category = encoded(split, "split"), encoded(category, "category")
         desc.resolution, desc.limit = whole(resolution, "resolution"), whole(limit, "limit")

@@ -114,6 +114,8 @@ pub const SPLAT_DATA_NORMAL: u32 = 2;
 pub const SPLAT_DATA_MASK: u32 = 4;
 /// keep objects with missing files, for splat_dataset_check
 pub const SPLAT_DATA_LENIENT: u32 = 8;
+/// leave incomplete objects out; the log and the report name them
+pub const SPLAT_DATA_ALLOW_MISSING: u32 = 16;
 
 /// an import of other tables in the folder is removed
 pub const SPLAT_IMPORT_REPLACE: u32 = 1;
@@ -3401,12 +3403,15 @@ extern "C" {
     /// in folders depth, normal and mask of an object (CO3D's: depths.npy, normals.npy, masks.npy);
     /// without masks, alpha is the mask. Objaverse has no split "test", GSO none "train"; a folder without
     /// splits serves any. The first opening of a split of tables imports it, as with out NULL.
+    /// A folder of a split is an object if it has any part of its format (SRN's: rgb, pose, intrinsics.txt);
+    /// one that cannot be read is an error, and so is one that lacks a part, unless flags have LENIENT or
+    /// ALLOW_MISSING. Other folders are not read; the log and the report name them.
     /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder of several categories
     ///   SPLAT_ERROR_NOT_FOUND             there is no such folder, split or list, or no such maps
     ///   SPLAT_ERROR_IO                    a file cannot be read
-    ///   SPLAT_ERROR_FORMAT                a folder of no known format, a damaged file, images without
-    ///                                     poses, an object with one view
+    ///   SPLAT_ERROR_FORMAT                a folder of no known format, a damaged file, an object without
+    ///                                     a part of it, images without poses, an object with one view
     ///   of tables as splat_dataset_import
     /// ```
     pub fn splat_dataset_open(
@@ -3416,7 +3421,9 @@ extern "C" {
 
     /// ```text
     /// JSON: {"format", "split", "has_splits", "objects", "views" (of all objects), "excluded" (by a
-    /// list), "resolution", "stored_resolution", "maps": ["depth", ...], "names": [], "views_of": []}.
+    /// list), "missing": [{"name", "problem"}] (left out with ALLOW_MISSING), "not_objects": [names of
+    /// other folders], "resolution", "stored_resolution", "maps": ["depth", ...], "names": [],
+    /// "views_of": []}.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
     /// ```
     pub fn splat_dataset_report(

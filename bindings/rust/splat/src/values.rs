@@ -343,6 +343,8 @@ impl DataFlags {
     pub const MASK: DataFlags = DataFlags(sys::SPLAT_DATA_MASK);
     /// keep objects with missing files, for splat_dataset_check
     pub const LENIENT: DataFlags = DataFlags(sys::SPLAT_DATA_LENIENT);
+    /// leave incomplete objects out; the log and the report name them
+    pub const ALLOW_MISSING: DataFlags = DataFlags(sys::SPLAT_DATA_ALLOW_MISSING);
 
     /// Whether all bits of `other` are set.
     pub fn contains(self, other: DataFlags) -> bool {
@@ -360,7 +362,7 @@ impl std::ops::BitOr for DataFlags {
 
 impl std::fmt::Debug for DataFlags {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        crate::text::bits(f, "DataFlags", self.0, &[("DEPTH", DataFlags::DEPTH.0), ("NORMAL", DataFlags::NORMAL.0), ("MASK", DataFlags::MASK.0), ("LENIENT", DataFlags::LENIENT.0)])
+        crate::text::bits(f, "DataFlags", self.0, &[("DEPTH", DataFlags::DEPTH.0), ("NORMAL", DataFlags::NORMAL.0), ("MASK", DataFlags::MASK.0), ("LENIENT", DataFlags::LENIENT.0), ("ALLOW_MISSING", DataFlags::ALLOW_MISSING.0)])
     }
 }
 

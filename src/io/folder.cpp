@@ -1,0 +1,96 @@
+#include "io/folder.h"
+
+#include <dirent.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <memory>
+
+#include "core/fault.h"
+#include "core/shown.h"
+#include "io/file.h"
+
+namespace splat::io {
+namespace {
+
+struct CloseFolder {
+    void operator()(DIR* folder) const { ::closedir(folder); }
+};
+
+PathKind kind_in(const struct stat& info) {
+    if (S_ISREG(info.st_mode)) return PathKind::kFile;
+    return S_ISDIR(info.st_mode) ? PathKind::kFolder : PathKind::kOther;
+}
+
+Status cannot_list(int number, const std::string& folder) {
+    const auto kind = kind_of(folder);
+    if (kind.ok() && kind.value() == PathKind::kBrokenLink)
+        return error(Code::kNotFound, "'%s' is a link to what does not exist",
+                     shown(folder).c_str());
+    return system_error(number, "list the folder", folder);
+}
+
+}  // namespace
+
+Result<PathKind> kind_of(const std::string& path) {
+    struct stat info {};
+    errno = 0;
+    if (!SPLAT_FAULT("io.stat") && ::stat(path.c_str(), &info) == 0) return kind_in(info);
+    const int number = errno != 0 ? errno : EACCES;
+    if (number != ENOENT && number != ENOTDIR && number != ELOOP)
+        return system_error(number, "look at", path);
+    const bool is_link = ::lstat(path.c_str(), &info) == 0 && S_ISLNK(info.st_mode);
+    return is_link ? PathKind::kBrokenLink : PathKind::kNothing;
+}
+
+Result<bool> has_file(const std::string& path) {
+    SPLAT_ASSIGN(const PathKind kind, kind_of(path));
+    return kind == PathKind::kFile;
+}
+
+Result<std::vector<FolderEntry>> entries_in(const std::string& folder) {
+    const std::unique_ptr<DIR, CloseFolder> open(
+        SPLAT_FAULT("io.list") ? (errno = EACCES, nullptr) : ::opendir(folder.c_str()));
+    if (open == nullptr) return cannot_list(errno, folder);
+    std::vector<FolderEntry> entries;
+    while (true) {
+        errno = 0;
+        const dirent* const found = ::readdir(open.get());
+        if (found == nullptr) break;
+        FolderEntry entry{found->d_name, PathKind::kNothing};
+        if (entry.name.starts_with('.')) continue;
+        if (found->d_type == DT_REG || found->d_type == DT_DIR) {
+            entry.kind = found->d_type == DT_REG ? PathKind::kFile : PathKind::kFolder;
+        } else {
+            SPLAT_ASSIGN(entry.kind, kind_of(folder + "/" + entry.name));
+        }
+        entries.push_back(std::move(entry));
+    }
+    if (errno != 0) return cannot_list(errno, folder);
+    std::sort(entries.begin(), entries.end(),
+              [](const FolderEntry& a, const FolderEntry& b) { return a.name < b.name; });
+    return entries;
+}
+
+Result<std::vector<std::string>> folders_in(const std::string& folder) {
+    SPLAT_ASSIGN(const std::vector<FolderEntry> entries, entries_in(folder));
+    std::vector<std::string> names;
+    for (const FolderEntry& entry : entries)
+        if (entry.kind == PathKind::kFolder) names.push_back(entry.name);
+    return names;
+}
+
+Result<bool> holds_for_any(const std::vector<std::string>& names,
+                           const std::function<Result<bool>(const std::string&)>& holds) {
+    Status first;
+    for (const std::string& name : names) {
+        const auto found = holds(name);
+        if (found.ok() && found.value()) return true;
+        if (!found.ok() && first.ok()) first = found.status();
+    }
+    if (!first.ok()) return first;
+    return false;
+}
+
+}  // namespace splat::io

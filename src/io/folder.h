@@ -1,0 +1,37 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/status.h"
+
+namespace splat::io {
+
+/// What lies at a path, behind symbolic links.
+enum class PathKind { kNothing, kFile, kFolder, kOther, kBrokenLink };
+
+struct FolderEntry {
+    std::string name;
+    PathKind kind = PathKind::kNothing;
+};
+
+/// Errors: as system_error() if the system refuses to tell. That nothing is there is no error.
+Result<PathKind> kind_of(const std::string& path);
+
+/// Whether a regular file is there. Errors: as kind_of().
+Result<bool> has_file(const std::string& path);
+
+/// The entries of a folder, sorted by name, without those that start with '.'. Errors: as system_error(), also if an
+/// entry cannot be looked at: a list is whole or an error.
+Result<std::vector<FolderEntry>> entries_in(const std::string& folder);
+
+/// Names of the folders among them.
+Result<std::vector<std::string>> folders_in(const std::string& folder);
+
+/// Whether `holds` is true of a name; to recognise a format, where the unreadable entry is not the one that tells.
+/// Errors: the first one of `holds`, if it is true of none.
+Result<bool> holds_for_any(const std::vector<std::string>& names,
+                           const std::function<Result<bool>(const std::string&)>& holds);
+
+}  // namespace splat::io

@@ -1,0 +1,286 @@
+/// Every format: what is there is read, or an error, or named. No run silently takes fewer objects than there are.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <functional>
+
+#include "core/fault.h"
+#include "core/log.h"
+#include "data/dataset_check.h"
+#include "data/sample_formats.h"
+#include "support/expect_status.h"
+#include "synthetic/sample_folder.h"
+
+namespace splat::data {
+namespace {
+
+namespace fs = std::filesystem;
+using test::data_desc;
+using test::put_image;
+using test::put_text;
+using test::SampleFolder;
+
+constexpr std::size_t kObjects = 3;
+
+std::vector<float> two(const std::vector<float>& values) {
+    std::vector<float> both = values;
+    both.insert(both.end(), values.begin(), values.end());
+    return both;
+}
+
+void put_srn(const fs::path& root) {
+    for (const char* name : {"a", "b", "c"}) test::put_object(root / "cars_train" / name);
+}
+
+void put_sequences(const fs::path& root) {
+    test::Co3dSample sample;
+    sample.r = two({1, 0, 0, 0, 1, 0, 0, 0, 1});
+    sample.t = two({0, 0, 3});
+    sample.focal = {2, 2, 2, 2};
+    sample.images.assign(2 * 3 * 64, 0.2F);
+    std::map<std::string, std::vector<float>> r, t;
+    for (const char* name : {"a", "b", "c"}) {
+        sample.name = name;
+        test::put_co3d(root, sample);
+        r[name] = sample.r;
+        t[name] = sample.t;
+    }
+    test::put_npz(root / "co3d_hydrant_for_gs/train/camera_Rs.npz", r);
+    test::put_npz(root / "co3d_hydrant_for_gs/train/camera_Ts.npz", t);
+}
+
+void put_nmr_objects(const fs::path& root) {
+    for (const char* name : {"a", "b", "c"}) test::put_nmr(root, two(test::kPose), 12, name);
+    put_text(root / "02691156/softras_train.lst", "a\nb\nc\n");
+}
+
+void put_objaverse(const fs::path& root) {
+    for (const char* name : {"a", "b", "c", "d"}) test::put_renders(root / name, two(test::kPose));
+}
+
+void put_gso(const fs::path& root) {
+    for (const char* name : {"a", "b", "c"})
+        test::put_renders(root / name / "render_mvs_25/model", two(test::kPose));
+}
+
+void put_photographs(const fs::path& root) {
+    constexpr const char* kTwoFrames = R"({"fl_x": 8, "w": 8, "h": 8, "frames": [
+        {"file_path": "0", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
+        {"file_path": "1", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})";
+    for (const char* name : {"a", "b", "c"}) {
+        put_text(root / name / "transforms.json", kTwoFrames);
+        for (const char* image : {"0.png", "1.png"}) put_image(root / name / image, 8, 3);
+    }
+}
+
+/// Root reads everything: while this lives, the process is nobody.
+class AnotherUser {
+  public:
+    AnotherUser() : was_root_(::geteuid() == 0 && ::seteuid(kNobody) == 0) {}
+    AnotherUser(const AnotherUser&) = delete;
+    AnotherUser& operator=(const AnotherUser&) = delete;
+    ~AnotherUser() {
+        if (was_root_ && ::seteuid(0) != 0) ADD_FAILURE() << "cannot be root again";
+    }
+
+  private:
+    static constexpr uid_t kNobody = 65534;
+    bool was_root_;
+};
+
+/// A format, where its object b lies, and parts of an object, each without which it is incomplete.
+struct Case {
+    const char* format;
+    void (*put)(const fs::path& root);
+    const char* split;
+    const char* objects;
+    std::vector<const char*> parts;
+    const char* only_part;  ///< that still makes it an object; nullptr: none
+};
+
+const std::vector<Case>& cases() {
+    static const std::vector<Case> all = {
+        {"srn", put_srn, "train", "cars_train", {"intrinsics.txt", "rgb", "pose"}, "rgb"},
+        {"co3d",
+         put_sequences,
+         "train",
+         "co3d_hydrant_for_gs/train",
+         {"focal_lengths.npy", "images_full.npy", ""},
+         nullptr},
+        {"nmr", put_nmr_objects, "train", "02691156", {"cameras.npz", "image", ""}, nullptr},
+        {"objaverse", put_objaverse, "train", "", {"001.npy", "000.png"}, nullptr},
+        {"gso",
+         put_gso,
+         "test",
+         "",
+         {"render_mvs_25/model/001.npy", "render_mvs_25/model"},
+         nullptr},
+        {"images", put_photographs, "train", "", {"transforms.json", "1.png"}, "0.png"}};
+    return all;
+}
+
+DatasetDesc desc_of(const Case& c, const SampleFolder& folder) {
+    return data_desc(folder.path(), c.split);
+}
+
+/// Opens the data set with object b broken in this way, in each of the three ways.
+void expect_gap(const Case& c, const std::string& what, bool unreadable,
+                const std::function<void(const fs::path& object)>& broken) {
+    SCOPED_TRACE(std::string(c.format) + ": " + what);
+    const SampleFolder folder;
+    c.put(folder.path());
+    const fs::path object = folder.path() / c.objects / "b";
+    broken(object);
+    DatasetDesc desc = desc_of(c, folder);
+    EXPECT_ERROR(Dataset::open(desc).status(), unreadable ? Code::kIo : Code::kFormat,
+                 object.string());
+    desc.lenient = true;
+    const auto checked = Dataset::open(desc);
+    ASSERT_OK(checked.status());
+    const DatasetIndex& all = checked.value()->index();
+    ASSERT_EQ(all.names.size(), kObjects);
+    for (std::uint32_t i = 0; i < kObjects; ++i)
+        EXPECT_EQ(check_object(*checked.value(), i).value().problems.empty(), i != 1) << i;
+    desc.lenient = false;
+    desc.allow_missing = true;
+    const auto rest = Dataset::open(desc);
+    if (unreadable) {
+        EXPECT_ERROR(rest.status(), Code::kIo, object.string());
+        return;
+    }
+    ASSERT_OK(rest.status());
+    const DatasetIndex& taken = rest.value()->index();
+    EXPECT_EQ(taken.names, (std::vector<std::string>{all.names[0], all.names[2]}));
+    ASSERT_EQ(taken.missing.size(), 1U);
+    EXPECT_EQ(taken.missing[0].first, all.names[1]);
+    EXPECT_OK(test::data_status(desc));
+}
+
+TEST(MissingObjects, AreRefusedListedOrNamed) {
+    for (const Case& c : cases()) {
+        for (const char* part : c.parts)
+            expect_gap(c, std::string("without ") + part, false, [&](const fs::path& object) {
+                fs::remove_all(*part == '\0' ? object : object / part);
+            });
+        expect_gap(c, "a link that leads nowhere", false, [](const fs::path& object) {
+            fs::remove_all(object);
+            fs::create_symlink("/nonexistent/elsewhere", object);
+        });
+        if (c.only_part != nullptr)
+            expect_gap(c, std::string("nothing but ") + c.only_part, false,
+                       [&](const fs::path& object) {
+                           fs::rename(object / c.only_part, object.string() + "_part");
+                           fs::remove_all(object);
+                           fs::create_directory(object);
+                           fs::rename(object.string() + "_part", object / c.only_part);
+                       });
+        const AnotherUser user;
+        expect_gap(c, "mode 000", true,
+                   [](const fs::path& object) { fs::permissions(object, fs::perms::none); });
+    }
+}
+
+TEST(MissingObjects, OtherFoldersAreNamed) {
+    std::string warned;
+    const auto keep = [](void* user, int, const char* text) {
+        *static_cast<std::string*>(user) += text;
+    };
+    for (const Case& c : cases()) {
+        SCOPED_TRACE(c.format);
+        const bool listed = std::string(c.format) == "nmr";
+        const SampleFolder folder;
+        c.put(folder.path());
+        put_text(folder.path() / (listed ? "" : c.objects) / "aa/notes.txt", "not an object");
+        warned.clear();
+        set_log_sink(keep, &warned, LogLevel::kWarning);
+        const auto dataset = Dataset::open(desc_of(c, folder));
+        set_log_sink(nullptr, nullptr, LogLevel::kWarning);
+        ASSERT_OK(dataset.status());
+        EXPECT_EQ(dataset.value()->index().names.size(), kObjects);
+        EXPECT_EQ(dataset.value()->index().others, std::vector<std::string>{"aa"});
+        EXPECT_NE(warned.find("1 folders without a part of an object are not read: 'aa'"),
+                  std::string::npos)
+            << warned;
+    }
+}
+
+/// Objaverse's split is a share of what is listed: a link that leads nowhere keeps its place.
+TEST(MissingObjects, DoNotMoveTheSplit) {
+    const SampleFolder folder;
+    put_objaverse(folder.path());
+    fs::remove_all(folder.path() / "a");
+    fs::create_symlink("/nonexistent/elsewhere", folder.path() / "a");
+    DatasetDesc desc = data_desc(folder.path(), "val");
+    desc.allow_missing = true;
+    EXPECT_EQ(test::open_data(desc)->index().names, std::vector<std::string>{"d"});
+    desc.split = "train";
+    EXPECT_EQ(test::open_data(desc)->index().names, (std::vector<std::string>{"b", "c"}));
+}
+
+TEST(MissingObjects, ACategoryWithoutTheListOfOthersIsOne) {
+    const SampleFolder folder;
+    put_nmr_objects(folder.path());
+    put_text(folder.path() / "02828884/softras_val.lst", "x\n");
+    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+                 "02828884/softras_train.lst', which other categories have");
+    EXPECT_FALSE(Dataset::open(data_desc(folder.path(), "test")).ok());
+}
+
+/// What a run gets of a data set: its objects, with the sum of their images and poses. Those that are left out
+/// and named count as they are in `whole`.
+Result<std::map<std::string, std::string>> everything(
+    const DatasetDesc& desc, const std::map<std::string, std::string>& whole = {}) {
+    SPLAT_ASSIGN(const auto dataset, Dataset::open(desc));
+    const DatasetIndex& index = dataset->index();
+    std::map<std::string, std::string> objects = {{"maps", std::to_string(index.maps)}};
+    for (const auto& [name, problem] : index.missing) objects[name] = whole.at(name);
+    for (std::uint32_t object = 0; object < index.names.size(); ++object) {
+        const std::vector<std::uint32_t> views = {0, 1};
+        const std::size_t area = std::size_t{dataset->resolution()} * dataset->resolution();
+        std::vector<float> images(2 * 3 * area), poses(2 * 16);
+        ViewArrays out;
+        out.images = images.data();
+        out.view_to_world = poses.data();
+        SPLAT_TRY(dataset->read(object, views, out));
+        double sum = 0;
+        for (const float value : images) sum += static_cast<double>(value);
+        for (const float value : poses) sum += static_cast<double>(value);
+        objects[index.names[object]] = format("%.17g", sum);
+    }
+    return objects;
+}
+
+#if SPLAT_FAULT_POINTS
+/// Each listing, look and opening is refused once, and from then on: an error, or all of the data.
+TEST(MissingObjects, NoRefusalOfTheSystemTakesAnyAway) {
+    std::size_t places = 0, errors = 0;
+    for (const Case& c : cases()) {
+        const SampleFolder folder;
+        c.put(folder.path());
+        for (const bool allowed : {false, true}) {
+            DatasetDesc desc = desc_of(c, folder);
+            desc.allow_missing = allowed;
+            fault::arm(nullptr, fault::kForever);
+            const auto whole = everything(desc);
+            const std::uint64_t hits = fault::disarm();
+            ASSERT_OK(whole.status());
+            ASSERT_GT(hits, 20U);
+            for (const std::uint64_t count : {std::uint64_t{1}, fault::kForever})
+                for (std::uint64_t hit = 1; hit <= hits; ++hit, ++places) {
+                    fault::arm(nullptr, hit, count);
+                    const auto found = everything(desc, whole.value());
+                    fault::disarm();
+                    errors += found.ok() ? 0 : 1;
+                    EXPECT_EQ(found.ok() ? found.value() : whole.value(), whole.value())
+                        << c.format << ", place " << hit << " of " << hits << ", allowed "
+                        << allowed << ", times " << count;
+                }
+        }
+    }
+    std::printf("%zu refusals, %zu of them errors\n", places, errors);
+    EXPECT_GT(errors, places / 2);
+}
+#endif
+
+}  // namespace
+}  // namespace splat::data
