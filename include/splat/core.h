@@ -31,7 +31,9 @@
  *               caller's code.
  *   Fork        in a forked child, objects of a device that the parent opened are refused with
  *               SPLAT_ERROR_INVALID_STATE, and destroying them frees nothing of the device. Scenes,
- *               weights and data sets work. The child may open a device of its own.
+ *               weights and data sets work. The child may open a device of its own if no process
+ *               that it comes from had opened one; else that is refused in the same way, because
+ *               drivers have threads, which a child lacks: start children with spawn, or fork first.
  *   Exit        what is alive when the process ends needs no destroying. But exit() unloads the
  *               driver, so a call that still runs on a device then, on another thread, is undefined:
  *               cancel it (splat_device_cancel) and let it return first. _exit() may come at any time:
@@ -285,12 +287,14 @@ typedef struct splat_device_info {
  * count     out
  * Returns SPLAT_OK (count may be 0), or
  *   SPLAT_ERROR_NO_DEVICE      the Vulkan loader is missing or has no driver at all; the message
- *                              says what to install */
+ *                              says what to install
+ *   SPLAT_ERROR_INVALID_STATE  forked, see above */
 SPLAT_API splat_result splat_device_count(uint32_t* count);
 
 /* Describe device `index` without creating it.
  * info      in/out, struct_size set
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (index >= count), SPLAT_ERROR_NO_DEVICE. */
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (index >= count), SPLAT_ERROR_NO_DEVICE,
+ *   SPLAT_ERROR_INVALID_STATE (forked). */
 SPLAT_API splat_result splat_device_describe(uint32_t index, splat_device_info* info);
 
 typedef int32_t splat_device_select;
@@ -336,6 +340,7 @@ typedef struct splat_device_desc {
  *                                     message lists the devices
  *   SPLAT_ERROR_UNSUPPORTED           the device lacks a feature, which the message names, or the
  *                                     validation layer is missing
+ *   SPLAT_ERROR_INVALID_STATE         forked, see above
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
  *
  * The first operator, network or rasterizer on a device tests the kernels that it needs. Where they

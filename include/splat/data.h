@@ -118,6 +118,13 @@ SPLAT_API splat_result splat_dataset_check(splat_dataset dataset, uint32_t objec
 /* Destroy a data set. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_dataset_destroy(splat_dataset dataset);
 
+/* The name of an object or a view as one part of a path, for files that are named after it: %XX for
+ * separators and whatever else leads elsewhere or is forbidden on some system, at most 200 bytes.
+ * Names come from files, tables and annotations, and may be "../../x". eval and the exports use it.
+ * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL) */
+SPLAT_API splat_result splat_path_name(const char* name, char* buffer, size_t capacity,
+                                       size_t* needed);
+
 /* ---- Tables ---------------------------------------------------------------------------------- */
 
 /* Data sets as tables in Parquet files, in the layout of the published SRN cars with priors:

@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 
+#include "core/shown.h"
 #include "data/folder.h"
 #include "data/object_lists.h"
 #include "data/relative_pose.h"
@@ -202,7 +203,12 @@ class Co3dReader : public DatasetReader {
     [[nodiscard]] Result<std::vector<std::string>> sequences_of(const fs::path& root) const {
         SPLAT_ASSIGN(const std::vector<std::string> folders, candidates_in(root));
         std::set<std::string> names(folders.begin(), folders.end());
-        for (const io::NamedTensor& tensor : rotations_.tensors) names.insert(tensor.name);
+        for (const io::NamedTensor& tensor : rotations_.tensors) {
+            if (!is_folder_name(tensor.name))
+                return error(Code::kFormat, "'%s': '%s' is not the name of a folder",
+                             (root / "camera_Rs.npz").c_str(), shown(tensor.name).c_str());
+            names.insert(tensor.name);
+        }
         return std::vector<std::string>(names.begin(), names.end());
     }
 

@@ -6,10 +6,12 @@
 #include <atomic>
 #include <cmath>
 #include <filesystem>
+#include <set>
 
 #include "core/json_writer.h"
 #include "core/log.h"
 #include "core/parallel.h"
+#include "core/path_name.h"
 #include "data/co3d_cameras.h"
 #include "data/co3d_image.h"
 #include "data/folder.h"
@@ -89,6 +91,7 @@ Result<PreparedSequence> prepare_sequence(const Co3dPreparation& preparation,
         fs::path(sequence.points).is_relative()
             ? fs::path(sequence.points)  // else a path of another machine
             : fs::path(preparation.category) / sequence.name / fs::path(sequence.points).filename();
+    SPLAT_TRY(check_below(file.string()));
     SPLAT_ASSIGN(const std::vector<scene::Vec3> points,
                  read_points((fs::path(preparation.raw) / file).string()));
     auto cameras = normalised_cameras(sequence.frames, points);
@@ -103,11 +106,11 @@ Status write_array(const fs::path& path, const io::FloatArray& array) {
 }
 
 /// Writes the folder of a sequence, whole or not at all.
-Status write_sequence(const fs::path& folder, const PreparedSequence& made) {
+Status write_sequence(const fs::path& root, const PathName& name, const PreparedSequence& made) {
     static std::atomic<unsigned> counter{0};
-    const fs::path temporary =
-        folder.parent_path() /
-        format(".%s.%d-%u.tmp", folder.filename().c_str(), static_cast<int>(::getpid()), counter++);
+    const fs::path folder = root / name;
+    const fs::path temporary = root / format(".%s.%d-%u.tmp", name.text().c_str(),
+                                             static_cast<int>(::getpid()), counter++);
     const std::uint64_t frames = made.full.shape[0];
     const auto write = [&]() -> Status {
         SPLAT_TRY(make_folders(temporary));
@@ -200,6 +203,11 @@ Result<Co3dPrepared> prepare_co3d(const Co3dPreparation& preparation,
                                preparation.split));
     if (preparation.limit != 0 && sequences.size() > preparation.limit)
         sequences.resize(preparation.limit);
+    std::set<std::string> folders;
+    for (const RawSequence& sequence : sequences)
+        if (!folders.insert(PathName(sequence.name).text()).second)
+            return error(Code::kFormat, "two sequences would have the folder '%s'",
+                         PathName(sequence.name).text().c_str());
     const fs::path root = fs::path(preparation.out) / ("co3d_" + preparation.category + "_for_gs") /
                           preparation.split;
     SPLAT_TRY(make_folders(root));
@@ -208,15 +216,15 @@ Result<Co3dPrepared> prepare_co3d(const Co3dPreparation& preparation,
     std::atomic<std::size_t> done{0};
     const auto prepare_one = [&](std::size_t i) -> Status {
         const RawSequence& sequence = sequences[i];
-        SPLAT_ASSIGN(const bool is_done,
-                     io::has_file((root / sequence.name / "frame_order.txt").string()));
+        const PathName name(sequence.name);
+        SPLAT_ASSIGN(const bool is_done, io::has_file((root / name / "frame_order.txt").string()));
         if (is_done) {
             ++kept;
         } else {
             SPLAT_ASSIGN(const PreparedSequence made, prepare_sequence(preparation, sequence));
             if (all_finite(made.focals.values) && all_finite(made.cameras.rotations) &&
                 all_finite(made.cameras.translations)) {
-                SPLAT_TRY(write_sequence(root / sequence.name, made));
+                SPLAT_TRY(write_sequence(root, name, made));
             } else {
                 ++left_out;
                 log(LogLevel::kWarning,

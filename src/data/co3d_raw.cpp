@@ -8,6 +8,7 @@
 
 #include "core/decode_budget.h"
 #include "core/json_tree.h"
+#include "core/path_name.h"
 #include "core/shown.h"
 #include "data/folder.h"
 #include "io/compress.h"
@@ -166,6 +167,8 @@ Result<RawFrame> frame_of(const JsonTree& tree) {
     SPLAT_ASSIGN(frame.time, number_at(tree, "frame_timestamp"));
     SPLAT_ASSIGN(frame.image, text_at(tree, "image.path"));
     SPLAT_ASSIGN(frame.mask, text_at(tree, "mask.path"));
+    SPLAT_TRY(check_below(frame.image));
+    SPLAT_TRY(check_below(frame.mask));
     SPLAT_ASSIGN(const auto size, (numbers_at<2>(tree, "image.size")));  // height, width
     if (!(size[0] >= 1 && size[1] >= 1 && size[0] < 65536 && size[1] < 65536))
         return no_member("image.size");

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <map>
 
+#include "core/hash.h"
 #include "core/json_writer.h"
 
 namespace splat::data {
@@ -11,23 +12,6 @@ namespace {
 
 /// Most sentences of one kind that are listed; the others are counted.
 constexpr std::size_t kListed = 10;
-
-/// FNV-1a of 64 bits.
-class Hash {
-  public:
-    void add(const void* data, std::size_t bytes) {
-        const auto* at = static_cast<const unsigned char*>(data);
-        for (std::size_t i = 0; i < bytes; ++i) value_ = (value_ ^ at[i]) * 0x100000001B3U;
-    }
-    template <class T>
-    void add(const T& number) {
-        add(&number, sizeof number);
-    }
-    [[nodiscard]] std::uint64_t value() const { return value_; }
-
-  private:
-    std::uint64_t value_ = 0xCBF29CE484222325U;
-};
 
 class Checker {
   public:
@@ -62,9 +46,9 @@ class Checker {
         std::map<scene::Mat4, std::size_t> poses;
         for (std::size_t i = 0; i < cameras.value().size(); ++i) {
             const StoredView& view = cameras.value()[i];
-            hash_.add(view.camera_to_world);
-            hash_.add(view.focal_x);
-            hash_.add(view.focal_y);
+            hash_.add_number(view.camera_to_world);
+            hash_.add_number(view.focal_x);
+            hash_.add_number(view.focal_y);
             const auto [place, fresh] = poses.emplace(view.camera_to_world, i);
             if (!fresh)
                 found_.warnings.push_back(
@@ -93,8 +77,8 @@ class Checker {
         const io::Image& image = loaded.value();
         Hash own;
         for (Hash* hash : {&own, &hash_}) {
-            hash->add(image.width);
-            hash->add(image.channels);
+            hash->add_number(image.width);
+            hash->add_number(image.channels);
             hash->add(image.samples.data(), image.samples.size() * sizeof image.samples[0]);
         }
         if (kind != MapKind::kRgb) return;

@@ -11,6 +11,7 @@
 #include "core/log.h"
 #include "data/export_rows.h"
 #include "io/compress.h"
+#include "io/file.h"
 #include "tables/store.h"
 
 namespace splat::data {
@@ -55,7 +56,7 @@ std::string stamp_of(const std::string& name, const fs::path& file) {
 
 /// The stamps of all files in a folder and those below, in the order of their names; without hidden ones, and those
 /// in `out`.
-std::string stamps_below(const fs::path& folder, const fs::path& out) {
+Result<std::string> stamps_below(const fs::path& folder, const fs::path& out) {
     std::vector<std::string> stamps;
     std::error_code failed, none;
     const auto links = fs::directory_options::follow_directory_symlink;
@@ -69,6 +70,7 @@ std::string stamps_below(const fs::path& folder, const fs::path& out) {
             stamps.push_back(stamp_of(path.lexically_relative(folder).string(), path));
         }
     }
+    if (failed) return io::system_error(failed.value(), "list the folder", folder.string());
     std::sort(stamps.begin(), stamps.end());
     return std::accumulate(stamps.begin(), stamps.end(), std::string());
 }
@@ -126,7 +128,8 @@ Result<std::string> ExportRows::source(const std::string& out) {
         if (index.folders[object] == last) continue;
         SPLAT_TRY(advance(0));
         last = index.folders[object];
-        files = io::crc32_of(io::as_bytes(stamps_below(last, out)), files);
+        SPLAT_ASSIGN(const std::string stamps, stamps_below(last, out));
+        files = io::crc32_of(io::as_bytes(stamps), files);
     }
     std::string text =
         format("%s, %zu objects, %llu views of %u pixels,", dataset_.index().format.c_str(),

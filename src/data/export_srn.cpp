@@ -1,8 +1,13 @@
 #include <filesystem>
+#include <map>
 
+#include "core/log.h"
+#include "core/path_name.h"
+#include "core/shown.h"
 #include "data/export_rows.h"
 #include "data/folder.h"
 #include "io/file.h"
+#include "io/folder.h"
 #include "io/transforms_json.h"
 
 namespace splat::data {
@@ -67,14 +72,12 @@ using WriteFiles = Status (*)(ExportRows& rows, std::uint32_t object, const fs::
 
 /// The folder of an object appears whole or not at all.
 Status export_object(ExportRows& rows, std::uint32_t object, const fs::path& folder,
-                     WriteFiles write_files) {
-    const std::string& name = rows.name(object);
-    if (name.empty() || name[0] == '.' || name.find('/') != std::string::npos)
-        return error(Code::kFormat, "object '%s' cannot be the name of a folder", name.c_str());
+                     const PathName& name, WriteFiles write_files) {
     std::error_code failed;
-    if (fs::exists(folder / name, failed))
+    SPLAT_ASSIGN(const io::PathKind there, io::kind_of((folder / name).string()));
+    if (there != io::PathKind::kNothing)
         return rows.advance(rows.dataset().index().views_of[object] * (rows.maps().size() + 1));
-    const fs::path temporary = folder / ("." + name + ".tmp");
+    const fs::path temporary = folder / ("." + name.text() + ".tmp");
     fs::remove_all(temporary, failed);
     Status status = write_files(rows, object, temporary);
     if (status.ok()) {
@@ -85,15 +88,37 @@ Status export_object(ExportRows& rows, std::uint32_t object, const fs::path& fol
     return status;
 }
 
+/// The folders of the objects. Errors: kFormat if two would have one.
+Result<std::vector<PathName>> folder_names(const ExportRows& rows) {
+    std::vector<PathName> names;
+    std::map<std::string, std::string> used;
+    std::size_t changed = 0;
+    for (const std::uint32_t object : rows.objects()) {
+        const std::string& name = rows.name(object);
+        names.emplace_back(name);
+        const auto [other, fresh] = used.emplace(names.back().text(), name);
+        if (!fresh)
+            return error(Code::kFormat, "the objects '%s' and '%s' would have the same folder '%s'",
+                         shown(other->second).c_str(), shown(name).c_str(),
+                         names.back().text().c_str());
+        if (names.back().text() != name && changed++ == 0)
+            log(LogLevel::kWarning,
+                format("the object '%s' and others like it get a folder of another name, '%s'",
+                       shown(name).c_str(), names.back().text().c_str()));
+    }
+    return names;
+}
+
 Status export_folders(ExportRows& rows, const ExportDesc& desc, const fs::path& folder,
                       WriteFiles write_files) {
+    SPLAT_ASSIGN(const std::vector<PathName> names, folder_names(rows));
     SPLAT_ASSIGN(std::string source, rows.source(desc.path));
     SPLAT_ASSIGN(
         const tables::ExportJournal journal,
         tables::ExportJournal::open(desc.path, desc.split, std::move(source), {folder.string()}));
     SPLAT_TRY(make_folders(folder));
-    for (const std::uint32_t object : rows.objects())
-        SPLAT_TRY(export_object(rows, object, folder, write_files));
+    for (std::size_t i = 0; i < names.size(); ++i)
+        SPLAT_TRY(export_object(rows, rows.objects()[i], folder, names[i], write_files));
     return {};
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "core/shown.h"
 #include "data/folder.h"
 #include "data/map_files.h"
 #include "data/object_lists.h"
@@ -147,6 +148,9 @@ class NmrReader : public DatasetReader {
             const std::string name(text.substr(at, end - at));
             at = end + 1;
             if (name.empty() || (desc.limit != 0 && objects_.size() == desc.limit)) continue;
+            if (!is_folder_name(name))
+                return error(Code::kFormat, "'%s': '%s' is not the name of a folder", list.c_str(),
+                             shown(name).c_str());
             SPLAT_TRY(take_object(desc, category, name));
         }
         return {};

@@ -13,11 +13,6 @@ namespace {
 
 constexpr std::uint64_t kMaxListFileBytes = 1U << 26;
 
-bool is_folder_name(const std::string& name) {
-    return !name.empty() && name.front() != '.' && name.find('/') == std::string::npos &&
-           name.find('\0') == std::string::npos;
-}
-
 /// The words of a line.
 std::vector<std::string> words_in(std::string_view line) {
     std::vector<std::string> words;
@@ -60,6 +55,11 @@ bool is_word_character(char c) {
 }
 
 }  // namespace
+
+bool is_folder_name(const std::string& name) {
+    return !name.empty() && name.front() != '.' && name.find('/') == std::string::npos &&
+           name.find('\0') == std::string::npos;
+}
 
 Result<std::vector<std::string>> load_object_list(const std::string& path) {
     SPLAT_ASSIGN(const io::Buffer file, io::read_file(path, kMaxListFileBytes));

@@ -9,6 +9,9 @@
 
 namespace splat::data {
 
+/// The name is that of an entry of a folder, and not hidden.
+bool is_folder_name(const std::string& name);
+
 /// Names in a JSON array, such as the LVIS objects of Objaverse. Errors: as io::read_file(); kFormat for other
 /// JSON, an empty array, and a name that is not that of a folder or occurs twice.
 Result<std::vector<std::string>> load_object_list(const std::string& path);

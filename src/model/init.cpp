@@ -3,14 +3,15 @@
 #include <cmath>
 #include <random>
 
+#include "core/hash.h"
+
 namespace splat::model {
 namespace {
 
-/// FNV-1a.
 std::uint64_t hash_of(const std::string& name) {
-    std::uint64_t hash = 0xCBF29CE484222325ULL;
-    for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3ULL;
-    return hash;
+    Hash hash;
+    hash.add(name);
+    return hash.value();
 }
 
 class Uniform {

@@ -1,6 +1,8 @@
 #include "train/run_record.h"
 
+#include "core/hash.h"
 #include "core/json_tree.h"
+#include "core/shown.h"
 
 namespace splat::train {
 namespace {
@@ -59,6 +61,17 @@ void add_device(JsonWriter& json, const vk::Device& device) {
     json.end();
 }
 
+/// Of what steps depend on: names and numbers of views of the objects in order, and the size of images; not of the
+/// place or the format of the data.
+std::string hash_of(const data::DatasetIndex& index) {
+    Hash hash;
+    for (std::size_t i = 0; i < index.names.size(); ++i)
+        hash.add(format("%zu %s %u\n", index.names[i].size(), index.names[i].c_str(),
+                        index.views_of[i]));
+    hash.add(std::to_string(index.resolution));
+    return hash.text();
+}
+
 void add_data(JsonWriter& json, const data::Dataset& dataset) {
     const data::DatasetIndex& index = dataset.index();
     std::uint64_t views = 0;
@@ -66,7 +79,8 @@ void add_data(JsonWriter& json, const data::Dataset& dataset) {
     json.begin_object().member("format", index.format).member("split", index.split);
     json.member("objects", index.names.size()).member("views", views);
     json.member("resolution", dataset.resolution());
-    json.member("stored_resolution", index.resolution).key("maps").begin_array();
+    json.member("stored_resolution", index.resolution);
+    json.member("hash", hash_of(index)).key("maps").begin_array();
     for (const data::MapKind kind : data::kMaps)
         if ((index.maps & data::flag_of(kind)) != 0) json.value(data::map_name(kind));
     json.end().end();
@@ -154,25 +168,32 @@ Result<Start> start_of(std::string_view run_json, const char* what) {
     return start;
 }
 
-Status check_same_data(std::string_view run_json, const data::Dataset& dataset) {
+Result<bool> check_same_data(std::string_view run_json, const data::Dataset& dataset) {
     JsonWriter json;
     add_data(json, dataset);
     const auto now = parse_json_tree(json.text(), "data");
     const auto run = parse_json_tree(run_json, "run.json");
     const JsonTree* const before = run.ok() ? run.value().find("data") : nullptr;
-    if (before == nullptr || !now.ok()) return {};
-    for (const char* name : {"split", "objects", "views", "stored_resolution"}) {
+    if (before == nullptr || !now.ok()) return false;
+    for (const char* name : {"split", "objects", "views", "stored_resolution", "hash"}) {
         const JsonTree* const one = before->find(name);
         const std::string was = one == nullptr ? "" : text_of(*one);
         const std::string is = text_of(*now.value().find(name));
         if (was.empty() || was == is) continue;
+        if (std::string_view(name) == "hash")
+            return error(Code::kInvalidArgument,
+                         "the data is not that of the run that is resumed: its objects have other "
+                         "names or numbers of views, though there are as many (the first is '%s'), "
+                         "and every step depends on them; give the run's data by data.root, or "
+                         "begin a new run",
+                         shown(dataset.index().names.front()).c_str());
         return error(Code::kInvalidArgument,
                      "the data is not that of the run that is resumed: '%s' is %s, but %s in "
                      "run.json, and every step depends on it; give the run's data by data.root, or "
                      "begin a new run",
                      name, is.c_str(), was.c_str());
     }
-    return {};
+    return before->find("hash") != nullptr;
 }
 
 std::string step_json(const TrainStep& step, const StepFacts& facts,

@@ -53,9 +53,10 @@ std::string run_json(const RunFigures& figures, const RunSurroundings& surroundi
 /// The start in the text of a run.json. Errors: kFormat.
 Result<Start> start_of(std::string_view run_json, const char* what);
 
-/// Refuse data whose steps are not those of the run, as far as a run.json tells: another format, split or
-/// stored resolution, other numbers of objects or views. Errors: kInvalidArgument.
-Status check_same_data(std::string_view run_json, const data::Dataset& dataset);
+/// Refuse data whose steps are not those of the run, as far as a run.json tells: another split or stored resolution,
+/// other objects, by their names, or numbers of views. Data may be moved, or imported into another format. False if the
+/// run.json, of an earlier version, has no hash of the names. Errors: kInvalidArgument.
+Result<bool> check_same_data(std::string_view run_json, const data::Dataset& dataset);
 
 /// Numbers of a step besides its own results.
 struct StepFacts {

@@ -259,7 +259,15 @@ Status Training::resume() {
         messages_.emplace_back("the run has no state yet, and begins again", false);
         return this->start();
     }
-    if (text.ok()) SPLAT_TRY(check_same_data(io::as_text(text.value()), data_->dataset()));
+    bool compared = false;
+    if (text.ok()) {
+        SPLAT_ASSIGN(compared, check_same_data(io::as_text(text.value()), data_->dataset()));
+    }
+    if (!compared)
+        messages_.emplace_back(
+            "warning: the run does not say of which objects its data was, so other data of the "
+            "same size would not be noticed",
+            true);
     for (const auto& path : states) {
         const auto file = io::load_weights(path.string());
         Status resumed = file.status();

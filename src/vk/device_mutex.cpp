@@ -76,8 +76,8 @@ Status DeviceMutex::check() const {
     if (forked())
         return error(
             Code::kInvalidState,
-            "this process was forked from the one that opened the device: create a device in "
-            "the child, or start children with spawn");
+            "this process was forked from the one that opened the device: start children with "
+            "spawn, or fork before the first device is opened");
     if (uncancelled_ || interrupt_.count() == seen_) return {};
     return error(
         Code::kCancelled,

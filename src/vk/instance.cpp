@@ -15,12 +15,15 @@ constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 std::weak_ptr<Instance> g_instances[2];  // without and with validation
 std::atomic<std::uint64_t> g_messages{0};
 
-/// A child opens its own: drivers keep threads per instance, which a fork does not copy.
+constexpr std::uint32_t kNone = ~std::uint32_t{0};
+std::uint32_t g_opened_by = kNone;  ///< fork_generation() of the process that made the first one
+
+/// They are the parent's.
 void forget_instances() {
     for (std::weak_ptr<Instance>& instance : g_instances) instance.reset();
 }
 
-/// Of g_instances. Never destroyed: devices may live until the end of the process.
+/// Of g_instances and g_opened_by. Never destroyed: devices may live until the end of the process.
 ForkMutex& instances_mutex() {
     static ForkMutex* const mutex = [] {
         at_fork_in_child(forget_instances);
@@ -122,7 +125,14 @@ Result<std::shared_ptr<Instance>> Instance::get(bool validation) {
     const std::lock_guard lock(instances_mutex());
     std::weak_ptr<Instance>& slot = g_instances[validation ? 1 : 0];
     if (auto living = slot.lock()) return living;
+    // Drivers keep threads, which a fork does not copy, and wait for them when the process exits.
+    if (g_opened_by != kNone && g_opened_by != fork_generation())
+        return error(Code::kInvalidState,
+                     "this process was forked from one that had opened a device, whose driver does "
+                     "not work in a child: start children with spawn, or fork before the first "
+                     "device is opened");
     SPLAT_ASSIGN(std::shared_ptr<Instance> instance, create(validation));
+    g_opened_by = fork_generation();
     slot = instance;
     return instance;
 }

@@ -5,11 +5,13 @@
 
 #include <atomic>
 
+#include "core/path_name.h"
 #include "data/co3d_cameras.h"
 #include "data/co3d_image.h"
 #include "data/sample_formats.h"
 #include "io/compress.h"
 #include "io/file.h"
+#include "io/folder.h"
 #include "support/expect_status.h"
 
 namespace splat::data {
@@ -124,6 +126,36 @@ TEST_F(Co3dPrepare, RefusesAFolderOfOtherValues) {
     refused(other, "made with other values");
     fs::remove(fs::path(desc_.out) / "co3d_hydrant_for_gs/train/prepared.json");
     refused(desc_, "no prepared.json");
+}
+
+/// A sequence's name is text of an annotation.
+TEST_F(Co3dPrepare, NamesLeadNowhereElse) {
+    const auto renamed = [](std::string text, const std::string& from, const std::string& to) {
+        for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+            text.replace(at, from.size(), to);
+        return text;
+    };
+    for (const std::string name : {"../../../../ESCAPED", "/tmp/ESCAPED", ".."}) {
+        const auto renaming = [&](const std::string& text) {
+            return renamed(text, "\"1_2_3\"", "\"" + name + "\"");
+        };
+        put_text(raw_ / "set_lists/set_lists_fewview_dev.json",
+                 renaming(R"({"val": [], "train": [["1_2_3", 1, "x"], ["1_2_3", 0, "y"]]})"));
+        put_gzip(raw_ / "frame_annotations.jgz",
+                 renaming("[" + frame_text(0) + ", " + frame_text(1) + "]"));
+        put_gzip(raw_ / "sequence_annotations.jgz", renaming(R"([{"sequence_name": "1_2_3",
+            "point_cloud": {"path": "hydrant/1_2_3/pointcloud.ply"}}])"));
+        fs::remove_all(desc_.out);
+        ASSERT_OK(prepare().status());
+        EXPECT_TRUE(fs::exists(fs::path(desc_.out) / "co3d_hydrant_for_gs/train" / PathName(name)));
+        EXPECT_EQ(test::open_data(desc_.out)->index().names,
+                  std::vector<std::string>{PathName(name).text()});
+        EXPECT_EQ(io::entries_in(folder_.path().string()).value().size(), 2U) << "in and out";
+    }
+    SetUp();
+    put_gzip(raw_ / "frame_annotations.jgz",
+             "[" + renamed(frame_text(0), "hydrant/1_2_3/0.png", "../secret.png") + "]");
+    expect_refused(Code::kFormat, "the path '../secret.png', expected one below");
 }
 
 TEST_F(Co3dPrepare, RefusesWrongRequests) {

@@ -73,6 +73,22 @@ TEST_F(TrainingResume, ResumesWithTheDataOfTheRun) {
     EXPECT_ERROR(refusal(resumed("run", {moved, "opt.iterations=6"})), Code::kInvalidArgument,
                  "'objects' is 3, but 2 in run.json");
     EXPECT_EQ(file("run", "run.json"), before);
+    // As many others.
+    const fs::path gone = *fs::directory_iterator(train);
+    fs::remove_all(gone.filename() == "zzz" ? *std::next(fs::directory_iterator(train)) : gone);
+    EXPECT_ERROR(refusal(resumed("run", {moved, "opt.iterations=6"})), Code::kInvalidArgument,
+                 "its objects have other names or numbers of views, though there are as many");
+    EXPECT_EQ(file("run", "run.json"), before);
+    // A run of an earlier version does not say.
+    std::string old = before;
+    const std::size_t hash = old.find("\"hash\": ");
+    ASSERT_NE(hash, std::string::npos);
+    old.erase(hash, old.find(',', hash) + 2 - hash);
+    test::put_text(folder_.path() / "run/run.json", old);
+    const auto events = run(*open(resumed("run", {moved, "opt.iterations=6"})));
+    EXPECT_TRUE(std::any_of(events.begin(), events.end(), [](const Event& event) {
+        return event.warning && event.text.find("other data of the same size") != std::string::npos;
+    }));
 }
 
 /// Scores of other views are not compared, nor is a validation of them taken for that of the step.

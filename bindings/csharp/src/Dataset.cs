@@ -136,6 +136,20 @@ namespace Splat
     {
         private readonly int resolution;
 
+        /// <summary>
+        /// The name of an object as one part of a path, for files that are named after it: %XX for
+        /// whatever leads elsewhere or is forbidden on some system, at most 200 bytes.
+        /// </summary>
+        public static string PathName(string name)
+        {
+            using (var arena = new Arena())
+            {
+                byte* text = arena.Text(Check.NotNull(name, nameof(name)));
+                return Text.Get((buffer, capacity, needed) => Native.splat_path_name(
+                    text, buffer, capacity, needed));
+            }
+        }
+
         /// <summary>Open the data set in a folder.</summary>
         public Dataset(string path, DatasetOptions options = null)
             : base(Create(path, options ?? new DatasetOptions()))

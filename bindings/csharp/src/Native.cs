@@ -105,6 +105,7 @@ namespace Splat.Interop
         /// Returns SPLAT_OK (count may be 0), or
         ///   SPLAT_ERROR_NO_DEVICE      the Vulkan loader is missing or has no driver at all; the message
         ///                              says what to install
+        ///   SPLAT_ERROR_INVALID_STATE  forked, see above
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_device_count(uint* count);
@@ -112,7 +113,8 @@ namespace Splat.Interop
         /// <summary>
         /// Describe device `index` without creating it.
         /// info      in/out, struct_size set
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (index &gt;= count), SPLAT_ERROR_NO_DEVICE.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (index &gt;= count), SPLAT_ERROR_NO_DEVICE,
+        ///   SPLAT_ERROR_INVALID_STATE (forked).
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_device_describe(uint index, splat_device_info* info);
@@ -128,6 +130,7 @@ namespace Splat.Interop
         ///                                     message lists the devices
         ///   SPLAT_ERROR_UNSUPPORTED           the device lacks a feature, which the message names, or the
         ///                                     validation layer is missing
+        ///   SPLAT_ERROR_INVALID_STATE         forked, see above
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
         ///
         /// The first operator, network or rasterizer on a device tests the kernels that it needs. Where they
@@ -444,6 +447,19 @@ namespace Splat.Interop
         /// <summary>Destroy a data set. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_dataset_destroy(IntPtr dataset);
+
+        /// <summary>
+        /// The name of an object or a view as one part of a path, for files that are named after it: %XX for
+        /// separators and whatever else leads elsewhere or is forbidden on some system, at most 200 bytes.
+        /// Names come from files, tables and annotations, and may be "../../x". eval and the exports use it.
+        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL)
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_path_name(
+            byte* name,
+            byte* buffer,
+            UIntPtr capacity,
+            UIntPtr* needed);
 
         /// <summary>
         /// Copy a split of tables to a store, &lt;out&gt;/&lt;split&gt;/: .npy files with a checksum for each row, in any

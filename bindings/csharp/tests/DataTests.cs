@@ -62,6 +62,7 @@ namespace Splat.Tests
         [Test]
         private static void ReadsViews()
         {
+            Expect.Equal("%2E.%2Fa%2Fb", Dataset.PathName("../a/b"));
             using (Dataset data = Cars.Open())
             {
                 Expect.Equal(2, data.Count);

@@ -188,19 +188,22 @@ atexit.register(lambda: print("end", predictor.info.views))
         self.assertEqual(run_program("""
 import os, splat, sys
 from shared import cameras, scene
+first = os.fork()  # before any device is opened: the child may open one
+if first == 0:
+    splat.render(scene(), cameras()[0])
+    sys.exit(0)
+assert os.waitpid(first, 0)[1] == 0
 device = splat.default_device()
 rasterizer, drawn = splat.Rasterizer(device, 50, 48, 32), scene()
 rasterizer.forward(drawn, cameras())
 child = os.fork()
 if child == 0:
     for call in (lambda: rasterizer.forward(drawn, cameras()), lambda: splat.Tensor(device, 1),
-                 device.cancel):
+                 device.cancel, splat.Device, lambda: splat.render(drawn, cameras()[0])):
         try: call()
         except splat.InvalidState as error: assert "fork" in str(error), error
         else: raise SystemExit("no error")
     assert len(drawn) == 50
-    with splat.Device() as own: splat.render(drawn, cameras()[0], device=own)
-    splat.render(drawn, cameras()[0])  # by a default device of the child
     del rasterizer, drawn
     sys.exit(0)
 print(os.waitpid(child, 0)[1])

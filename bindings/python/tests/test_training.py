@@ -24,6 +24,7 @@ class Configurations(Case):
         with self.assertRaisesRegex(splat.InvalidArgument, "there are: .*chairs"):
             splat.config_preset("car")
         self.assertEqual(splat.config_warnings(CONFIG), [])
+        self.assertEqual(splat.path_name("../a/b"), "%2E.%2Fa%2Fb")
         self.refused(splat.InvalidArgument, "base_lr", splat.config_merge, None, "opt.base_lt=1")
         self.refused(splat.InvalidArgument, "", splat.config_merge, "a: [")
         self.refused(splat.InvalidArgument, "config is a int", splat.config_merge, 3)

@@ -1,5 +1,6 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
+#include "core/path_name.h"
 #include "data/dataset_check.h"
 #include "synthetic/object_writer.h"
 
@@ -118,6 +119,13 @@ splat_result splat_dataset_check(splat_dataset dataset, uint32_t object, char* b
         SPLAT_ASSIGN(const auto found, api::Datasets::find(dataset, "dataset"));
         SPLAT_ASSIGN(const std::string text, data::check_text(*found->dataset, object));
         return give(text);
+    });
+}
+
+splat_result splat_path_name(const char* name, char* buffer, size_t capacity, size_t* needed) {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+        SPLAT_TRY(api::require(name, "name"));
+        return give(PathName(name).text());
     });
 }
 

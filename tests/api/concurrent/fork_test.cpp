@@ -182,7 +182,7 @@ TEST(ApiFork, ChildrenOfABusyProcessAreRefusedToo) {
         });
     call.begin();
     for (int round = 0; round < 5; ++round)
-        EXPECT_EQ(in_child(_exit,
+        EXPECT_EQ(in_child(round % 2 == 1 && !kForkHasLimits ? std::exit : _exit,
                            [&](Findings& child) {
                                expect_refusals(child, parent);
                                expect_host_objects(child, parent);
@@ -200,8 +200,10 @@ TEST(ApiFork, ChildrenExit) {
     EXPECT_EQ(in_child(std::exit, [&](Findings& child) { expect_refusals(child, parent); }), 0);
 }
 
-TEST(ApiFork, ChildrenOpenDevicesOfTheirOwn) {
-    if (kForkHasLimits) GTEST_SKIP() << "the thread sanitizer refuses threads in a child";
+/// Drivers join threads at exit that the child does not have; tests of bindings have children of processes without a
+/// device, which may open one.
+TEST(ApiFork, ChildrenOfAProcessWithADeviceOpenNone) {
+    if (kForkHasLimits) GTEST_SKIP() << "the thread sanitizer's pthread_join waits for ever";
     Parent parent;
     using End = void (*)(int);
     for (const End end : {End{_exit}, End{std::exit}})
@@ -209,22 +211,11 @@ TEST(ApiFork, ChildrenOpenDevicesOfTheirOwn) {
                            [&](Findings& child) {
                                const splat_device_desc desc = device_desc();
                                splat_device device = nullptr;
-                               child.expect_done(splat_device_create(&desc, &device), "create");
-                               const splat_tensor_desc two = tensor_desc({2});
-                               const float values[2] = {1, 2};
-                               float read[2] = {};
-                               splat_tensor tensor = nullptr;
-                               child.expect_done(
-                                   splat_tensor_from_host(device, &two, values, sizeof values,
-                                                          nullptr, &tensor),
-                                   "from_host");
-                               auto stats = sized<splat_tensor_stats>();
-                               child.expect_done(splat_tensor_check(tensor, &stats), "check");
-                               child.expect(stats.max == 2, "its values");
-                               child.expect_done(
-                                   splat_tensor_read(tensor, read, sizeof read, nullptr), "read");
-                               child.expect_done(splat_tensor_destroy(tensor), "tensor_destroy");
-                               child.expect_done(splat_device_destroy(device), "device_destroy");
+                               child.expect_forked(splat_device_create(&desc, &device), "create");
+                               auto info = sized<splat_device_info>();
+                               child.expect_forked(splat_device_describe(0, &info), "describe");
+                               child.expect(device == nullptr, "no device");
+                               expect_host_objects(child, parent);
                            }),
                   0);
 }

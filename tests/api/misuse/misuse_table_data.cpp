@@ -49,6 +49,11 @@ void MisuseTable::dataset_rows() {
             return splat_dataset_report(d, *outputs.text.out(), 16, outputs.size.out());
         },
         kHandle);
+    add("splat_path_name", "name", "NULL", kArgument,
+        [this] { return splat_path_name(nullptr, *outputs.text.out(), 16, outputs.size.out()); });
+    for (const char* parameter : {"buffer", "capacity", "needed"})
+        add("splat_path_name", parameter, "NULL or 0", SPLAT_INCOMPLETE,
+            [] { return splat_path_name("a/b", nullptr, 0, nullptr); });
     for (const char* parameter : {"buffer", "capacity", "needed"})
         add("splat_dataset_report", parameter, "NULL or 0", SPLAT_INCOMPLETE,
             [this] { return splat_dataset_report(dataset_, nullptr, 0, nullptr); });

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -45,9 +46,14 @@ void for_each_index(const char* what, std::uint32_t count, std::uint32_t threads
     if (threads == 0) threads = std::max(1U, std::thread::hardware_concurrency());
     Shared shared;
     std::vector<std::thread> workers;
-    for (std::uint32_t i = 0; i < std::min(threads, count); ++i)
-        workers.emplace_back([&] { work_through(shared, count, work); });
-    {
+    try {
+        for (std::uint32_t i = 0; i < std::min(threads, count); ++i)
+            workers.emplace_back([&] { work_through(shared, count, work); });
+    } catch (const std::system_error&) {  // no thread is left; the existing ones do the work
+    }
+    if (workers.empty()) {
+        work_through(shared, count, work);
+    } else {
         Progress progress(what, count);
         while (!shared.failed && shared.done < count) {
             progress.show(shared.done);

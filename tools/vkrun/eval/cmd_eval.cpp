@@ -13,6 +13,7 @@
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
+#include "vkrun/cli/path_name.h"
 #include "vkrun/cli/picture.h"
 #include "vkrun/cli/shard.h"
 #include "vkrun/cli/table.h"
@@ -75,8 +76,8 @@ struct EvalOptions {
 };
 
 /// Where files of an object go: OUT/0003_name.
-std::string object_path(const EvalOptions& options, std::uint32_t index, const std::string& name) {
-    return options.out + format("/%04u_", index) + name;
+std::string object_path(const EvalOptions& options, std::uint32_t index, const PathName& name) {
+    return options.out + format("/%04u_", index) + name.text();
 }
 
 /// Each view of an object as it was drawn and as it is, named by its number in the data set.
@@ -154,7 +155,7 @@ splat_object_scores score_object(const EvalOptions& options, const Methods& meth
         scores = score_by_network(evaluator, index);
         if (saved) images = drawn_images(evaluator, index, views);
     }
-    const std::string path = object_path(options, index, scores.name);
+    const std::string path = object_path(options, index, PathName(scores.name));
     if (index < options.images) save_eval_sheet(path + ".png", views, images);
     if (index < options.single) save_views(path, views, images);
     return scores;

@@ -17,6 +17,7 @@
 #include "vkrun/cli/html_page.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
+#include "vkrun/cli/path_name.h"
 #include "vkrun/cli/picture.h"
 #include "vkrun/cli/progress.h"
 #include "vkrun/cli/stopwatch.h"
@@ -96,7 +97,7 @@ std::vector<OutputKind> kinds_of(const RenderOptions& options) {
 }
 
 struct View {
-    std::string name;
+    PathName name;
     splat_camera camera;
 };
 
@@ -105,7 +106,7 @@ std::vector<View> orbit_views(const RenderOptions& options, splat_scene scene) {
     for (const splat_camera& camera :
          orbit_cameras(scene, image_size(options.size), options.elevation.value_or(kElevation),
                        options.distance.value_or(0), options.orbit))
-        views.push_back({format("%03zu", views.size()), camera});
+        views.push_back({PathName(format("%03zu", views.size())), camera});
     return views;
 }
 
@@ -116,16 +117,17 @@ std::vector<View> file_views(const RenderOptions& options) {
     print_warnings(file, options.cameras);
     std::set<std::string> seen;
     bool distinct = true;
-    std::vector<View> views;
-    for (std::size_t i = 0; i < file.cameras.size(); ++i) {
-        views.push_back({std::filesystem::path(file.names[i]).stem().string(), file.cameras[i]});
-        const std::string& name = views.back().name;
+    std::vector<std::string> names;
+    for (const std::string& image : file.names) {
+        names.push_back(std::filesystem::path(image).stem().string());
         for (const OutputKind& kind : kinds_of(options))
-            distinct = seen.insert(name + kind.suffix).second && !name.empty() && distinct;
+            distinct = seen.insert(PathName(names.back()).text() + kind.suffix).second &&
+                       !names.back().empty() && distinct;
     }
-    if (!distinct)
-        for (std::size_t i = 0; i < views.size(); ++i)
-            views[i].name = format("%04zu", i) + "_" + views[i].name;
+    std::vector<View> views;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        views.push_back(
+            {PathName(distinct ? names[i] : format("%04zu_", i) + names[i]), file.cameras[i]});
     return views;
 }
 
@@ -207,8 +209,9 @@ void to_picture(const OutputKind& kind, std::vector<float>& values) {
     for (float& value : values) value = most > 0 ? value / most : 0;
 }
 
-std::string path_of(const RenderOptions& options, const std::string& name) {
-    return (std::filesystem::path(options.out) / (name + "." + options.format)).string();
+std::string path_of(const RenderOptions& options, const PathName& name, const OutputKind& kind) {
+    const std::string file = name.text() + kind.suffix + "." + options.format;
+    return (std::filesystem::path(options.out) / file).string();
 }
 
 Json render_view(const RenderOptions& options, Renderer& renderer, const View& view,
@@ -218,7 +221,7 @@ Json render_view(const RenderOptions& options, Renderer& renderer, const View& v
     const double ms = watch.ms();
     Json files = Json::array();
     for (const OutputKind& kind : renderer.kinds()) {
-        const std::string path = path_of(options, view.name + kind.suffix);
+        const std::string path = path_of(options, view.name, kind);
         const bool framed = options.animate && kind.output == SPLAT_OUTPUT_RGB;
         const bool direct = options.format == "png" && is_picture(kind);
         const auto [width, height] = std::pair(view.camera.width, view.camera.height);
@@ -237,14 +240,10 @@ Json render_view(const RenderOptions& options, Renderer& renderer, const View& v
         }
         files.push_back(path);
     }
-    return {{"name", view.name},
-            {"width", view.camera.width},
-            {"height", view.camera.height},
-            {"ms", ms},
-            {"visible", info.visible},
-            {"culled", info.culled},
-            {"non_finite", info.non_finite},
-            {"pairs", info.pairs},
+    return {{"name", view.name.text()},      {"width", view.camera.width},
+            {"height", view.camera.height},  {"ms", ms},
+            {"visible", info.visible},       {"culled", info.culled},
+            {"non_finite", info.non_finite}, {"pairs", info.pairs},
             {"files", std::move(files)}};
 }
 
@@ -309,8 +308,7 @@ void check_targets(const RenderOptions& options, const std::vector<View>& views)
     if (options.animate) check(animation_path(options));
     if (!options.page.empty()) check(options.page);
     for (const View& view : views) {
-        for (const OutputKind& kind : kinds_of(options))
-            check(path_of(options, view.name + kind.suffix));
+        for (const OutputKind& kind : kinds_of(options)) check(path_of(options, view.name, kind));
         const splat_camera& first = views.front().camera;
         if (options.animate &&
             (view.camera.width != first.width || view.camera.height != first.height))
@@ -344,7 +342,7 @@ void write_render_page(const RenderOptions& options, const SceneFile& file,
                      : "Views");
     for (std::size_t i = 0; i < std::min(kMostShown, views.size()); ++i)
         for (const OutputKind& kind : kinds_of(options))
-            page.picture(path_of(options, views[i].name + kind.suffix), views[i].name + kind.suffix,
+            page.picture(path_of(options, views[i].name, kind), views[i].name.text() + kind.suffix,
                          240);
     replace_file(options.page, page.text());
 }
@@ -358,7 +356,7 @@ int run_render(const RenderOptions& options) {
     if (views.empty()) throw Failure(kBadData, "'" + options.cameras + "' has no cameras");
     if (options.orbit == 0)
         for (const View& view : views)
-            check_distance(view.name, view.camera, file.info, options.lenient);
+            check_distance(view.name.text(), view.camera, file.info, options.lenient);
     check_targets(options, views);
     Renderer renderer(options, file);
     renderer.prepare(views.front().camera);  // a refusal leaves no folder behind

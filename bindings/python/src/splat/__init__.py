@@ -17,8 +17,8 @@ from ._native import (Access, Convention, DeviceKind, Dtype, Found, Frame, Kerne
 from .camera import Camera, cameras_to_bytes, save_cameras
 from .comparison import Comparison
 from .dataset import (Dataset, config_keys, config_merge, config_preset, config_presets,
-                      config_warnings, export_dataset, import_tables, prepare_co3d,
-                      write_synthetic)
+                      config_warnings, export_dataset, import_tables, path_name,
+                      prepare_co3d, write_synthetic)
 from .device import Device, default_device, describe, devices
 from .evaluator import EvaluatedViews, Evaluator, Lpips
 from .image import Image, animation_to_bytes, compare_images, save_animation
@@ -52,7 +52,8 @@ __all__ = [
     "compare_depth", "compare_fidelity", "compare_images", "compare_masks", "compare_normals",
     "config_keys", "config_merge", "config_preset", "config_presets", "config_warnings",
     "cut_picture", "default_device", "depth_points", "describe", "devices", "export_dataset",
-    "filter_map", "import_tables", "mesh_points", "normals_from_depth", "operators", "picture_mask",
+    "filter_map", "import_tables", "mesh_points", "normals_from_depth", "operators", "path_name",
+    "picture_mask",
     "prepare_co3d", "prior_preset",
     "prior_preset_text", "prior_presets", "render", "save_animation", "save_cameras",
     "scene_formats", "set_decode_limits", "set_log", "write_synthetic",

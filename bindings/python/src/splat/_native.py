@@ -2961,6 +2961,8 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
      "Check all files of one object."),
     ("splat_dataset_destroy", c_int32, (c_void_p,),
      "Destroy a data set."),
+    ("splat_path_name", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t)),
+     "The name of an object or a view as one part of a path, for files that are named ...."),
     ("splat_dataset_import", c_int32, (
         POINTER(splat_dataset_import_desc), splat_progress_callback, c_void_p,
     ),

@@ -22,6 +22,12 @@ def texts(values: Sequence[str], what: str) -> Any:
     return (c_char_p * len(values))(*(encoded(each, what) for each in values))
 
 
+def path_name(name: str) -> str:
+    """The name of an object as one part of a path, for files that are named after it: %XX for
+    whatever leads elsewhere or is forbidden on some system, at most 200 bytes."""
+    return text_from(lib.splat_path_name, encoded(name, "name"))
+
+
 def config_keys() -> List[Dict[str, Any]]:
     """All keys of a configuration: type, range, default, and a sentence about each."""
     keys: List[Dict[str, Any]] = json_from(lib.splat_config_keys)

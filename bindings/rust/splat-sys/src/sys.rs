@@ -3136,13 +3136,15 @@ extern "C" {
     /// Returns SPLAT_OK (count may be 0), or
     ///   SPLAT_ERROR_NO_DEVICE      the Vulkan loader is missing or has no driver at all; the message
     ///                              says what to install
+    ///   SPLAT_ERROR_INVALID_STATE  forked, see above
     /// ```
     pub fn splat_device_count(count: *mut u32) -> splat_result;
 
     /// ```text
     /// Describe device `index` without creating it.
     /// info      in/out, struct_size set
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (index >= count), SPLAT_ERROR_NO_DEVICE.
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (index >= count), SPLAT_ERROR_NO_DEVICE,
+    ///   SPLAT_ERROR_INVALID_STATE (forked).
     /// ```
     pub fn splat_device_describe(index: u32, info: *mut splat_device_info) -> splat_result;
 
@@ -3157,6 +3159,7 @@ extern "C" {
     ///                                     message lists the devices
     ///   SPLAT_ERROR_UNSUPPORTED           the device lacks a feature, which the message names, or the
     ///                                     validation layer is missing
+    ///   SPLAT_ERROR_INVALID_STATE         forked, see above
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
     ///
     /// The first operator, network or rasterizer on a device tests the kernels that it needs. Where they
@@ -3467,6 +3470,19 @@ extern "C" {
 
     /// Destroy a data set. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
     pub fn splat_dataset_destroy(dataset: splat_dataset) -> splat_result;
+
+    /// ```text
+    /// The name of an object or a view as one part of a path, for files that are named after it: %XX for
+    /// separators and whatever else leads elsewhere or is forbidden on some system, at most 200 bytes.
+    /// Names come from files, tables and annotations, and may be "../../x". eval and the exports use it.
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL)
+    /// ```
+    pub fn splat_path_name(
+        name: *const c_char,
+        buffer: *mut c_char,
+        capacity: usize,
+        needed: *mut usize,
+    ) -> splat_result;
 
     /// ```text
     /// Copy a split of tables to a store, <out>/<split>/: .npy files with a checksum for each row, in any

@@ -6,6 +6,16 @@ use crate::text::{array_mut, c_optional, count, pointer, text};
 use crate::values::{Co3dFlags, DataFlags};
 use splat_sys as sys;
 
+/// The name of an object as one part of a path, for files that are named after it: %XX for whatever
+/// leads elsewhere or is forbidden on some system, at most 200 bytes.
+pub fn path_name(name: &str) -> Result<String> {
+    let name = c_optional("name", Some(name))?;
+    // SAFETY: name and buffer live through the call.
+    text(|buffer, capacity, needed| unsafe {
+        sys::splat_path_name(pointer(&name), buffer, capacity, needed)
+    })
+}
+
 /// Which data set, and how its images are read.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DatasetDesc<'a> {

@@ -45,7 +45,8 @@ pub use splat_sys as sys;
 pub use camera::CameraBytes;
 pub use comparison::{CompareDesc, Comparison, Score, ScoreSet};
 pub use dataset::{
-    co3d_prepare, synthetic_write, Co3dDesc, Dataset, DatasetDesc, DatasetViews, SyntheticDesc,
+    co3d_prepare, path_name, synthetic_write, Co3dDesc, Dataset, DatasetDesc, DatasetViews,
+    SyntheticDesc,
 };
 pub use device::{Canceller, Device, DeviceDesc};
 pub use error::{Error, Result};

@@ -290,11 +290,10 @@ fn child(tensor: Tensor, device: &Device, scene: Scene) -> Option<&'static str> 
     if !refused(Training::open(device, &Default::default()).map(drop)) {
         return Some("a training of the parent's device was not refused");
     }
-    let own = Device::create(&Default::default());
-    match own.and_then(|own| Tensor::from_slice(&own, &[2], &[1.0_f32, 2.0])?.to_vec::<f32>()) {
-        Ok(values) if values == [1.0, 2.0] => None,
-        _ => Some("a device of the child does not work"),
+    if !refused(Device::create(&Default::default()).map(drop)) {
+        return Some("a device of the child was not refused");
     }
+    None
 }
 
 #[cfg(unix)]

@@ -48,6 +48,7 @@ fn configurations_are_merged_and_checked() {
 fn a_data_set_is_exported() {
     let folder = Folder::new("export");
     let (path, out) = (data(&folder), folder.text("out"));
+    assert_eq!(splat::path_name("../a/b").unwrap(), "%2E.%2Fa%2Fb");
     let dataset = Dataset::open(&DatasetDesc {
         path: &path,
         ..Default::default()
