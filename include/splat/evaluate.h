@@ -294,13 +294,18 @@ typedef struct splat_metric_comparison {
     double difference; /* of the means, B - A */
     /* two-sided; paired: signs of differences flipped, unpaired: all scores shuffled */
     double p_permutation;
-    double p_parametric; /* paired: Student's t test, unpaired: means from a normal distribution */
+    /* paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution */
+    double p_parametric;
     double p_holm;       /* p_permutation corrected for the number of metrics */
-    double low;          /* bootstrap interval of 95 % of the difference */
+    double low;          /* bootstrap interval of 95 % of the difference; NaN of one pair */
     double high;
-    double effect; /* Cohen's d */
+    double effect; /* Cohen's d; infinite if all differences are equal, NaN of one pair */
     uint64_t n_a;  /* scores of A; paired: as many as of B, those of the shared objects */
     uint64_t n_b;
+    /* objects of both that have a finite score in B (in A) only: they are left out, and with any of
+     * them the verdict is NOT_COMPARABLE */
+    uint64_t lacking_a;
+    uint64_t lacking_b;
 } splat_metric_comparison;
 
 /* Get the comparison in one metric.

@@ -12,19 +12,14 @@ constexpr const char* kApart =
     "says";
 
 std::size_t shared_objects(const ScoreTable& a, const ScoreTable& b) {
-    std::size_t most = 0;
-    for (const std::string& metric : a.metrics) {
-        if (b.values.count(metric) == 0) continue;
-        std::size_t count = 0;
-        for (const auto& [name, value] : a.values.at(metric))
-            count += b.values.at(metric).count(name);
-        most = std::max(most, count);
-    }
-    return most;
+    return static_cast<std::size_t>(
+        std::count_if(a.objects.begin(), a.objects.end(),
+                      [&b](const std::string& name) { return b.objects.contains(name); }));
 }
 
 Verdict verdict_of(const MetricFinding& finding, bool comparable) {
-    if (!comparable) return Verdict::kNotComparable;
+    const MetricSamples& samples = finding.samples;
+    if (!comparable || samples.lacking_a + samples.lacking_b > 0) return Verdict::kNotComparable;
     if (!(finding.p_holm < kLevel)) return Verdict::kNoDifference;
     const bool higher = finding.comparison.difference > 0;
     return higher != (finding.samples.metric == "lpips") ? Verdict::kBetter : Verdict::kWorse;
@@ -35,10 +30,19 @@ std::string note_on(const ScoreComparison& found) {
     if (!found.comparable)
         return "A and B do not cover the same objects: their difference may come from the objects "
                "alone; in pairs, the objects in both are compared";
+    std::string note;
     if (found.shared < std::max(found.objects_a, found.objects_b))
-        return format("%zu objects of A and %zu of B are in one file only and are left out",
+        note = format("%zu objects of A and %zu of B are in one file only and are left out",
                       found.objects_a - found.shared, found.objects_b - found.shared);
-    return "";
+    for (const MetricFinding& finding : found.metrics) {
+        const MetricSamples& samples = finding.samples;
+        if (samples.lacking_a + samples.lacking_b == 0) continue;
+        note += format(
+            "%s%s: A lacks a finite score of %zu objects that B has, B of %zu that A has; "
+            "the others do not tell which is better",
+            note.empty() ? "" : "; ", samples.metric.c_str(), samples.lacking_a, samples.lacking_b);
+    }
+    return note;
 }
 
 void write_metric(const MetricFinding& finding, bool unpaired, JsonWriter& json) {
@@ -58,6 +62,8 @@ void write_metric(const MetricFinding& finding, bool unpaired, JsonWriter& json)
     json.end();
     write_number(json.key("effect_size"), c.effect);
     json.member("n_pairs", unpaired ? 0 : a.size()).member("n_a", a.size()).member("n_b", b.size());
+    json.member("lacking_a", finding.samples.lacking_a);
+    json.member("lacking_b", finding.samples.lacking_b);
     json.member("exact", c.exact).member("verdict", verdict_name(finding.verdict)).end();
 }
 
@@ -83,8 +89,8 @@ Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
     found.path_b = b.path;
     found.unpaired = options.unpaired;
     found.resample = options.resample;
-    found.objects_a = a.objects;
-    found.objects_b = b.objects;
+    found.objects_a = a.objects.size();
+    found.objects_b = b.objects.size();
     found.shared = shared_objects(a, b);
     if (found.shared == 0 && !options.unpaired)
         return error(Code::kNotFound,
@@ -94,8 +100,7 @@ Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
     // Unpaired scores cover the same objects only if both tables have all of them.
     found.comparable =
         found.shared != 0 &&
-        (!options.unpaired || (found.shared == a.objects && found.shared == b.objects));
-    found.note = note_on(found);
+        (!options.unpaired || (found.shared == found.objects_a && found.shared == found.objects_b));
     std::vector<double> p;
     for (MetricSamples& samples : samples_of(a, b, options.unpaired)) {
         MetricFinding finding;
@@ -111,6 +116,7 @@ Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
         found.metrics[i].p_holm = adjusted[i];
         found.metrics[i].verdict = verdict_of(found.metrics[i], found.comparable);
     }
+    found.note = note_on(found);
     return found;
 }
 

@@ -192,7 +192,7 @@ class TableLines {
                 return refuse_line(table_.path, number, "'" + shown(text) + "' is not a number");
             if (std::isfinite(*value)) table_.values[metric][name] = *value;
         }
-        table_.objects = seen_.size();
+        table_.objects.insert(name);
         return {};
     }
 
@@ -222,7 +222,8 @@ Result<ScoreTable> read_scores(const std::string& path) {
     }
     TableLines lines(table, std::move(columns));
     for (const Row& row : rows) SPLAT_TRY(lines.take(row));
-    if (table.objects == 0) return error(Code::kFormat, "'%s' holds no scores", table.path.c_str());
+    if (table.objects.empty())
+        return error(Code::kFormat, "'%s' holds no scores", table.path.c_str());
     list_metrics(table);
     return table;
 }
@@ -255,9 +256,13 @@ std::vector<MetricSamples> samples_of(const ScoreTable& a, const ScoreTable& b, 
     for (const std::string& metric : a.metrics) {
         if (b.values.count(metric) == 0) continue;
         MetricSamples samples{metric, {}, {}};
+        const auto& of_a = a.values.at(metric);
         const auto& of_b = b.values.at(metric);
-        for (const auto& [name, value] : a.values.at(metric)) {
+        for (const auto& [name, value] : of_b)
+            if (a.objects.contains(name) && !of_a.contains(name)) ++samples.lacking_a;
+        for (const auto& [name, value] : of_a) {
             const auto other = of_b.find(name);
+            if (b.objects.contains(name) && other == of_b.end()) ++samples.lacking_b;
             if (!unpaired && other == of_b.end()) continue;
             samples.a.push_back(value);
             if (!unpaired) samples.b.push_back(other->second);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,8 @@ inline constexpr const char* kMetrics[] = {"psnr", "ssim", "lpips"};
 
 /// Scores of objects: metric -> name of the object -> value. A value that is not finite is left out.
 struct ScoreTable {
-    std::string path;  ///< empty for scores in memory
-    std::size_t objects = 0;
+    std::string path;                  ///< empty for scores in memory
+    std::set<std::string> objects;     ///< also those without a finite score
     std::vector<std::string> metrics;  ///< those of kMetrics that have values
     std::map<std::string, std::map<std::string, double>> values;
 };
@@ -39,6 +40,8 @@ struct MetricSamples {
     std::string metric;
     std::vector<double> a;
     std::vector<double> b;
+    /// Objects of both tables that have this score in the other one only; if any, the samples are a choice.
+    std::size_t lacking_a = 0, lacking_b = 0;
 };
 
 /// Samples of each metric that both tables have, unless they share no object with it.

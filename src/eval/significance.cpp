@@ -137,11 +137,18 @@ Comparison compare_paired(std::span<const double> a, std::span<const double> b,
     result.exact = n <= kExactPairs;
     result.p_permutation = result.exact ? exact_flips(d, threshold)
                                         : random_flips(d, threshold, options.permutations, numbers);
-    const double deviation = n > 1 ? std::sqrt(squares(d) / static_cast<double>(n - 1)) : 0;
-    if (deviation > 0) {
+    if (n == 1) {  // no deviation is known
+        result.p_parametric = result.effect = result.low = result.high = NAN;
+        return result;
+    }
+    const double deviation = std::sqrt(squares(d) / static_cast<double>(n - 1));
+    if (deviation > kRounding * size / static_cast<double>(n)) {
         result.effect = result.difference / deviation;
         result.p_parametric = student_two_sided(result.effect * std::sqrt(static_cast<double>(n)),
                                                 static_cast<double>(n - 1));
+    } else if (result.difference != 0) {  // all differences are equal
+        result.effect = std::copysign(INFINITY, result.difference);
+        result.p_parametric = 0;
     }
     find_interval(
         options.bootstraps, [&] { return resampled_mean(d, numbers); }, result);
@@ -174,12 +181,16 @@ Comparison compare_pooled(std::span<const double> a, std::span<const double> b,
     result.p_permutation = std::min(
         1.0, 2 * static_cast<double>(std::min(above, below)) / (1.0 + options.permutations));
     const double deviation = std::sqrt(squares(a) / na);
+    if (deviation == 0 && result.difference != 0) result.p_parametric = 0;
     if (deviation > 0)
         result.p_parametric =
             std::erfc(std::abs(result.difference) / (deviation / std::sqrt(na)) / std::sqrt(2.0));
     if (na + nb > 2) {
         const double pooled = std::sqrt((squares(a) + squares(b)) / (na + nb - 2));
-        if (pooled > 0) result.effect = result.difference / pooled;
+        if (pooled > 0)
+            result.effect = result.difference / pooled;
+        else if (result.difference != 0)
+            result.effect = std::copysign(INFINITY, result.difference);
     }
     find_interval(
         options.bootstraps,

@@ -12,10 +12,11 @@ double mean(std::span<const double> values);
 struct Comparison {
     double difference = 0;     ///< mean of b minus mean of a
     double p_permutation = 1;  ///< two-sided
-    double p_parametric = 1;
-    double low = 0, high = 0;  ///< bootstrap interval of 95 % of the difference
-    double effect = 0;         ///< difference over standard deviation; 0 if that is 0
-    bool exact = false;        ///< all permutations were counted
+    double p_parametric = 1;   ///< NaN of one pair
+    double low = 0, high = 0;  ///< bootstrap interval of 95 % of the difference; NaN of one pair
+    double effect =
+        0;  ///< difference over standard deviation, infinite if that is 0; NaN of one pair
+    bool exact = false;  ///< all permutations were counted
 };
 
 struct ResampleOptions {

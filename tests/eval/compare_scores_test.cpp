@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "support/expect_status.h"
 
 namespace splat::eval {
@@ -11,9 +13,11 @@ namespace {
 ScoreTable table(const std::map<std::string, std::vector<double>>& metrics, std::size_t first = 0) {
     ScoreTable made;
     for (const auto& [metric, values] : metrics) {
-        for (std::size_t i = 0; i < values.size(); ++i)
-            made.values[metric]["o" + std::to_string(100 + first + i)] = values[i];
-        made.objects = values.size();
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            const std::string name = "o" + std::to_string(100 + first + i);
+            made.objects.insert(name);
+            if (std::isfinite(values[i])) made.values[metric][name] = values[i];
+        }
     }
     list_metrics(made);
     return made;
@@ -57,6 +61,34 @@ TEST(CompareScores, ObjectsOfOneTableAreLeftOutAndCounted) {
     EXPECT_NE(found.note.find("5 objects of A and 5 of B"), std::string::npos) << found.note;
 }
 
+/// What survives a failure does not show that it is better.
+TEST(CompareScores, ScoresThatAreNotFiniteAreCounted) {
+    std::vector<double> failed = values(1);
+    for (std::size_t i = 0; i < 10; ++i) failed[i] = NAN;
+    for (const bool unpaired : {false, true}) {
+        const ScoreComparison found =
+            compared(table({{"psnr", values(0)}, {"ssim", values(0)}}),
+                     table({{"psnr", failed}, {"ssim", values(1)}}), unpaired);
+        EXPECT_EQ(found.shared, 20U);
+        EXPECT_EQ(found.metrics[0].samples.b.size(), 10U);
+        EXPECT_EQ(found.metrics[0].samples.lacking_a, 0U);
+        EXPECT_EQ(found.metrics[0].samples.lacking_b, 10U);
+        EXPECT_EQ(found.metrics[0].verdict, Verdict::kNotComparable);
+        EXPECT_EQ(found.metrics[1].samples.lacking_b, 0U);
+        EXPECT_EQ(found.metrics[1].verdict == Verdict::kBetter, !unpaired);
+        EXPECT_EQ(found.note,
+                  "psnr: A lacks a finite score of 0 objects that B has, B of 10 that A has; the "
+                  "others do not tell which is better");
+    }
+    // The same objects in both, such as perfect ones: the others can be compared.
+    std::vector<double> a = values(0), b = values(1);
+    a[3] = b[3] = INFINITY;
+    const ScoreComparison found = compared(table({{"psnr", a}}), table({{"psnr", b}}));
+    EXPECT_EQ(found.metrics[0].samples.a.size(), 19U);
+    EXPECT_EQ(found.metrics[0].verdict, Verdict::kBetter);
+    EXPECT_EQ(found.note, "");
+}
+
 TEST(CompareScores, OtherObjectsAreNotComparable) {
     const ScoreTable a = table({{"psnr", values(0)}}), b = table({{"psnr", values(3)}}, 50);
     EXPECT_ERROR(compare_scores(a, b, {}).status(), Code::kNotFound, "share no object");
@@ -73,8 +105,9 @@ TEST(CompareScores, TextHasEveryNumber) {
               R"("shared_objects": 2, "seed": 0, "permutations": 1000, "note": "", "metrics": [)"
               "\n"
               R"( {"metric": "psnr", "mean_a": 1.5, "mean_b": 2.5, "observed_difference": 1.0, )"
-              R"("p_permutation": 0.5, "p_parametric": 1.0, "p_holm": 0.5, "ci": [1.0, 1.0], )"
-              R"("effect_size": 0.0, "n_pairs": 2, "n_a": 2, "n_b": 2, "exact": true, )"
+              R"("p_permutation": 0.5, "p_parametric": 0.0, "p_holm": 0.5, "ci": [1.0, 1.0], )"
+              R"("effect_size": null, "n_pairs": 2, "n_a": 2, "n_b": 2, "lacking_a": 0, )"
+              R"("lacking_b": 0, "exact": true, )"
               R"("verdict": "no difference shown"}]})");
 }
 

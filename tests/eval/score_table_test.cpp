@@ -38,7 +38,7 @@ class ScoreTableTest : public testing::Test {
 
 TEST_F(ScoreTableTest, ReadsBothFormats) {
     const ScoreTable text = read("scores.txt", "0_b 20.5 0.9 nan\n1_a_1 inf 0.8 0.1\n");
-    EXPECT_EQ(text.objects, 2U);
+    EXPECT_EQ(text.objects.size(), 2U);
     EXPECT_EQ(text.values.at("psnr"), (std::map<std::string, double>{{"b", 20.5}}));
     EXPECT_EQ(text.values.at("ssim"), (std::map<std::string, double>{{"a_1", 0.8}, {"b", 0.9}}));
     EXPECT_EQ(text.values.at("lpips"), (std::map<std::string, double>{{"a_1", 0.1}}));
@@ -63,8 +63,8 @@ TEST_F(ScoreTableTest, AnyNameComesBack) {
     }
     const ScoreTable table = read("per_object.csv", csv);
     const ScoreTable scores = read("scores.txt", text);
-    EXPECT_EQ(table.objects, names.size() - 1);
-    EXPECT_EQ(scores.objects, names.size());
+    EXPECT_EQ(table.objects.size(), names.size() - 1);
+    EXPECT_EQ(scores.objects.size(), names.size());
     for (std::size_t i = 0; i < names.size(); ++i) {
         const double expected = static_cast<double>(i) + 0.5;
         if (!names[i].empty()) {

@@ -668,18 +668,21 @@ namespace Splat
         public double Difference { get; }
         /// <summary>two-sided; paired: signs of differences flipped, unpaired: all scores shuffled</summary>
         public double PPermutation { get; }
-        /// <summary>paired: Student's t test, unpaired: means from a normal distribution</summary>
+        /// <summary>paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution</summary>
         public double PParametric { get; }
         /// <summary>p_permutation corrected for the number of metrics</summary>
         public double PHolm { get; }
-        /// <summary>bootstrap interval of 95 % of the difference</summary>
+        /// <summary>bootstrap interval of 95 % of the difference; NaN of one pair</summary>
         public double Low { get; }
         public double High { get; }
-        /// <summary>Cohen's d</summary>
+        /// <summary>Cohen's d; infinite if all differences are equal, NaN of one pair</summary>
         public double Effect { get; }
         /// <summary>scores of A; paired: as many as of B, those of the shared objects</summary>
         public long NA { get; }
         public long NB { get; }
+        /// <summary>objects of both that have a finite score in B (in A) only: they are left out, and with any of them the verdict is NOT_COMPARABLE</summary>
+        public long LackingA { get; }
+        public long LackingB { get; }
 
         internal unsafe MetricComparison(splat_metric_comparison* from)
         {
@@ -697,6 +700,8 @@ namespace Splat
             Effect = from->effect;
             NA = checked((long)from->n_a);
             NB = checked((long)from->n_b);
+            LackingA = checked((long)from->lacking_a);
+            LackingB = checked((long)from->lacking_b);
         }
     }
 

@@ -4150,18 +4150,21 @@ namespace Splat.Interop
         public double difference;
         /// <summary>two-sided; paired: signs of differences flipped, unpaired: all scores shuffled</summary>
         public double p_permutation;
-        /// <summary>paired: Student's t test, unpaired: means from a normal distribution</summary>
+        /// <summary>paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution</summary>
         public double p_parametric;
         /// <summary>p_permutation corrected for the number of metrics</summary>
         public double p_holm;
-        /// <summary>bootstrap interval of 95 % of the difference</summary>
+        /// <summary>bootstrap interval of 95 % of the difference; NaN of one pair</summary>
         public double low;
         public double high;
-        /// <summary>Cohen's d</summary>
+        /// <summary>Cohen's d; infinite if all differences are equal, NaN of one pair</summary>
         public double effect;
         /// <summary>scores of A; paired: as many as of B, those of the shared objects</summary>
         public ulong n_a;
         public ulong n_b;
+        /// <summary>objects of both that have a finite score in B (in A) only: they are left out, and with any of them the verdict is NOT_COMPARABLE</summary>
+        public ulong lacking_a;
+        public ulong lacking_b;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -4584,10 +4587,10 @@ namespace Splat.Interop
             new NativeLayout(typeof(splat_comparison_info), 40, false,
                 "struct_size:0:4 metrics:4:4 objects_a:8:8 objects_b:16:8 shared_objects:24:8 " +
                 "unpaired:32:4 comparable:36:4"),
-            new NativeLayout(typeof(splat_metric_comparison), 104, false,
+            new NativeLayout(typeof(splat_metric_comparison), 120, false,
                 "struct_size:0:4 metric:4:4 verdict:8:4 exact:12:4 mean_a:16:8 mean_b:24:8 " +
                 "difference:32:8 p_permutation:40:8 p_parametric:48:8 p_holm:56:8 low:64:8 " +
-                "high:72:8 effect:80:8 n_a:88:8 n_b:96:8"),
+                "high:72:8 effect:80:8 n_a:88:8 n_b:96:8 lacking_a:104:8 lacking_b:112:8"),
             new NativeLayout(typeof(splat_prior_model_desc), 48, false,
                 "struct_size:0:4 flags:4:4 next:8:8 preset:16:8 model_path:24:8 " +
                 "runtime_path:32:8 threads:40:4 reserved:44:4"),

@@ -24,13 +24,12 @@ Result<eval::ScoreTable> score_table(const splat_score_set& set, const char* nam
                      "splat_compare_desc.%s has no scores, expected a path or an array", name);
     SPLAT_TRY(api::require(set.scores, format("desc.%s.scores", name).c_str()));
     eval::ScoreTable table;
-    std::map<std::string, std::uint64_t> seen;
     for (std::uint64_t i = 0; i < set.score_count; ++i) {
         const splat_score& score = set.scores[i];
         SPLAT_TRY(api::require(score.object, format("desc.%s.scores[%llu].object", name,
                                                     static_cast<unsigned long long>(i))
                                                  .c_str()));
-        if (!seen.emplace(score.object, i).second)
+        if (!table.objects.insert(score.object).second)
             return error(Code::kInvalidArgument,
                          "splat_compare_desc.%s has the object '%s' twice, expected it once", name,
                          score.object);
@@ -39,7 +38,6 @@ Result<eval::ScoreTable> score_table(const splat_score_set& set, const char* nam
             if (std::isfinite(values[metric]))
                 table.values[eval::kMetrics[metric]][score.object] = values[metric];
     }
-    table.objects = seen.size();
     eval::list_metrics(table);
     return table;
 }
@@ -129,6 +127,8 @@ splat_result splat_comparison_metric(splat_comparison comparison, uint32_t index
         filled.effect = c.effect;
         filled.n_a = finding.samples.a.size();
         filled.n_b = finding.samples.b.size();
+        filled.lacking_a = finding.samples.lacking_a;
+        filled.lacking_b = finding.samples.lacking_b;
         api::give(filled, metric);
         return {};
     });

@@ -169,7 +169,7 @@ inline const Layout kComparisonInfo = {  // clang-format off
 inline const Layout kMetricComparison = {  // clang-format off
     "splat_metric_comparison",
     sizeof(splat_metric_comparison),
-    104,
+    120,
     {
     SPLAT_FIELD(splat_metric_comparison, struct_size, 0, 4),
     SPLAT_FIELD(splat_metric_comparison, metric, 4, 4),
@@ -185,7 +185,9 @@ inline const Layout kMetricComparison = {  // clang-format off
     SPLAT_FIELD(splat_metric_comparison, high, 72, 8),
     SPLAT_FIELD(splat_metric_comparison, effect, 80, 8),
     SPLAT_FIELD(splat_metric_comparison, n_a, 88, 8),
-    SPLAT_FIELD(splat_metric_comparison, n_b, 96, 8),}
+    SPLAT_FIELD(splat_metric_comparison, n_b, 96, 8),
+    SPLAT_FIELD(splat_metric_comparison, lacking_a, 104, 8),
+    SPLAT_FIELD(splat_metric_comparison, lacking_b, 112, 8),}
 };  // clang-format on
 
 }  // namespace splat::test

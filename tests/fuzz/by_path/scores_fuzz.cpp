@@ -14,7 +14,7 @@ void check(io::Bytes file) {
     folder.write(0, file);
     const auto table = eval::read_scores(folder.path("scores"));
     if (!fuzz::accepted(table.status())) return;
-    fuzz::require(table.value().objects > 0);
+    fuzz::require(!table.value().objects.empty());
     for (const auto& [metric, values] : table.value().values)
         for (const auto& [object, value] : values) fuzz::require(std::isfinite(value));
     for (const eval::MetricSamples& samples : eval::samples_of(table.value(), table.value()))

@@ -20,8 +20,9 @@ namespace {
 constexpr const char* kCompareFooter =
     R"(A and B are results of 'vkrun eval' (a folder, results.json or per_object.csv) or scores.txt of Splatter Image.
 Objects are paired by name. For each metric the mean difference B - A comes with a permutation test (signs of the
-differences flipped), Student's t test, a bootstrap interval of 95 % and Cohen's d. p_holm is p_permutation
-corrected for the number of metrics; below 0.05 the difference is called better or worse.
+differences flipped), Student's t test, a percentile bootstrap interval of 95 % and Cohen's d of the differences.
+p_holm is p_permutation corrected for the number of metrics; below 0.05 the difference is called better or worse.
+Where only A or only B has a finite score of an object, the others do not tell which is better: not comparable.
 
 --unpaired ignores which object a score belongs to, as the published code does: a permutation of all scores, and
 means drawn from a normal distribution like A. If A and B cover different objects, the difference may come from the
@@ -94,14 +95,16 @@ void print_table(const Json& report, const CompareOptions& options,
     std::printf("A: %s, %zu objects\nB: %s, %zu objects; %zu of them in both; %s\n",
                 text("a").c_str(), count("objects_a"), text("b").c_str(), count("objects_b"),
                 count("shared_objects"), options.unpaired ? "not paired" : "paired by their names");
-    Table table({"metric", ">A", ">B", ">B - A", ">95 % interval", ">p", ">p (Holm)",
+    Table table({"metric", ">n", ">A", ">B", ">B - A", ">95 % interval", ">p", ">p (Holm)",
                  options.unpaired ? ">p (normal)" : ">p (t)", ">d", "verdict"});
     for (const MetricFinding& finding : findings) {
         const splat_metric_comparison& f = finding.found;
-        table.add({finding.metric, format("%.5f", f.mean_a), format("%.5f", f.mean_b),
-                   format("%+.5f", f.difference), format("%+.5f to %+.5f", f.low, f.high),
-                   format("%.3g", f.p_permutation), format("%.3g", f.p_holm),
-                   format("%.3g", f.p_parametric), format("%+.3f", f.effect), finding.verdict});
+        const auto n_a = std::to_string(f.n_a), n_b = std::to_string(f.n_b);
+        table.add({finding.metric, n_a == n_b ? n_a : n_a + ", " + n_b, format("%.5f", f.mean_a),
+                   format("%.5f", f.mean_b), format("%+.5f", f.difference),
+                   format("%+.5f to %+.5f", f.low, f.high), format("%.3g", f.p_permutation),
+                   format("%.3g", f.p_holm), format("%.3g", f.p_parametric),
+                   format("%+.3f", f.effect), finding.verdict});
     }
     std::printf("%s", table.text().c_str());
 }

@@ -2280,6 +2280,8 @@ class splat_metric_comparison(Structure):
     effect: float
     n_a: int
     n_b: int
+    lacking_a: int
+    lacking_b: int
     _fields_ = [
         ("struct_size", c_uint32),
         ("metric", c_int32),
@@ -2296,6 +2298,8 @@ class splat_metric_comparison(Structure):
         ("effect", c_double),
         ("n_a", c_uint64),
         ("n_b", c_uint64),
+        ("lacking_a", c_uint64),
+        ("lacking_b", c_uint64),
     ]
 
 
@@ -2835,11 +2839,12 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("struct_size", 0, 4), ("metrics", 4, 4), ("objects_a", 8, 8), ("objects_b", 16, 8),
         ("shared_objects", 24, 8), ("unpaired", 32, 4), ("comparable", 36, 4),
     )),
-    "splat_metric_comparison": (splat_metric_comparison, False, 104, (
+    "splat_metric_comparison": (splat_metric_comparison, False, 120, (
         ("struct_size", 0, 4), ("metric", 4, 4), ("verdict", 8, 4), ("exact", 12, 4),
         ("mean_a", 16, 8), ("mean_b", 24, 8), ("difference", 32, 8), ("p_permutation", 40, 8),
         ("p_parametric", 48, 8), ("p_holm", 56, 8), ("low", 64, 8), ("high", 72, 8),
-        ("effect", 80, 8), ("n_a", 88, 8), ("n_b", 96, 8),
+        ("effect", 80, 8), ("n_a", 88, 8), ("n_b", 96, 8), ("lacking_a", 104, 8),
+        ("lacking_b", 112, 8),
     )),
     "splat_prior_model_desc": (splat_prior_model_desc, False, 48, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("preset", 16, 8),

@@ -554,6 +554,8 @@ class MetricComparison:
     effect: float
     n_a: int
     n_b: int
+    lacking_a: int
+    lacking_b: int
 
     @classmethod
     def of(cls, raw: Any) -> "MetricComparison":
@@ -561,7 +563,7 @@ class MetricComparison:
         return cls(
             _native.Metric(raw.metric), _native.Verdict(raw.verdict), raw.exact, raw.mean_a,
             raw.mean_b, raw.difference, raw.p_permutation, raw.p_parametric, raw.p_holm, raw.low,
-            raw.high, raw.effect, raw.n_a, raw.n_b,
+            raw.high, raw.effect, raw.n_a, raw.n_b, raw.lacking_a, raw.lacking_b,
         )
 
 

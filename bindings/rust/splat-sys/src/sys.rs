@@ -2789,18 +2789,21 @@ pub struct splat_metric_comparison {
     pub difference: f64,
     /// two-sided; paired: signs of differences flipped, unpaired: all scores shuffled
     pub p_permutation: f64,
-    /// paired: Student's t test, unpaired: means from a normal distribution
+    /// paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution
     pub p_parametric: f64,
     /// p_permutation corrected for the number of metrics
     pub p_holm: f64,
-    /// bootstrap interval of 95 % of the difference
+    /// bootstrap interval of 95 % of the difference; NaN of one pair
     pub low: f64,
     pub high: f64,
-    /// Cohen's d
+    /// Cohen's d; infinite if all differences are equal, NaN of one pair
     pub effect: f64,
     /// scores of A; paired: as many as of B, those of the shared objects
     pub n_a: u64,
     pub n_b: u64,
+    /// objects of both that have a finite score in B (in A) only: they are left out, and with any of them the verdict is NOT_COMPARABLE
+    pub lacking_a: u64,
+    pub lacking_b: u64,
 }
 
 impl Default for splat_metric_comparison {
@@ -6483,7 +6486,7 @@ mod tests {
             unpaired: 32, 4;
             comparable: 36, 4;
         );
-        layout!(splat_metric_comparison, 104, 8,
+        layout!(splat_metric_comparison, 120, 8,
             struct_size: 0, 4;
             metric: 4, 4;
             verdict: 8, 4;
@@ -6499,6 +6502,8 @@ mod tests {
             effect: 80, 8;
             n_a: 88, 8;
             n_b: 96, 8;
+            lacking_a: 104, 8;
+            lacking_b: 112, 8;
         );
         layout!(splat_prior_model_desc, 48, 8,
             struct_size: 0, 4;

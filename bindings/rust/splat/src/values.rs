@@ -2308,20 +2308,24 @@ pub struct MetricComparison {
     pub difference: f64,
     /// two-sided; paired: signs of differences flipped, unpaired: all scores shuffled
     pub p_permutation: f64,
-    /// paired: Student's t test, unpaired: means from a normal distribution
+    /// paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution
     pub p_parametric: f64,
     /// p_permutation corrected for the number of metrics
     pub p_holm: f64,
-    /// bootstrap interval of 95 % of the difference
+    /// bootstrap interval of 95 % of the difference; NaN of one pair
     pub low: f64,
     /// `high` of C.
     pub high: f64,
-    /// Cohen's d
+    /// Cohen's d; infinite if all differences are equal, NaN of one pair
     pub effect: f64,
     /// scores of A; paired: as many as of B, those of the shared objects
     pub n_a: u64,
     /// `n_b` of C.
     pub n_b: u64,
+    /// objects of both that have a finite score in B (in A) only: they are left out, and with any of them the verdict is NOT_COMPARABLE
+    pub lacking_a: u64,
+    /// `lacking_b` of C.
+    pub lacking_b: u64,
 }
 
 impl MetricComparison {
@@ -2342,6 +2346,8 @@ impl MetricComparison {
             effect: raw.effect,
             n_a: raw.n_a,
             n_b: raw.n_b,
+            lacking_a: raw.lacking_a,
+            lacking_b: raw.lacking_b,
         }
     }
 }
