@@ -83,6 +83,8 @@ Status check_maps(std::uint32_t wanted, const DatasetIndex& index) {
     for (const MapKind kind : kMaps)
         if ((wanted & flag_of(kind)) != 0 && !index.lacking[static_cast<std::size_t>(kind)].empty())
             places += "; missing: '" + index.lacking[static_cast<std::size_t>(kind)] + "'";
+    if (!index.unread.empty())
+        places += "; not read, expected .png, .jpg, .webp or .npy: '" + index.unread.front() + "'";
     return error(Code::kNotFound, "maps requested: %s; every object has: %s%s",
                  map_list(wanted).c_str(), map_list(index.maps).c_str(), places.c_str());
 }
@@ -103,6 +105,12 @@ void warn_of_gaps(const std::string& path, const DatasetIndex& index) {
     for (const auto& [name, problem] : index.missing) missing.push_back(name);
     warn("incomplete objects are left out", missing);
     warn("folders without a part of an object are not read", index.others);
+    if (index.unread_count > 0)
+        log(LogLevel::kWarning, format("'%s', %s: %zu files in folders of maps are not read, "
+                                       "expected .png, .jpg, .webp or "
+                                       ".npy: '%s'",
+                                       path.c_str(), index.split.c_str(), index.unread_count,
+                                       shown(index.unread.front()).c_str()));
 }
 
 /// The file as the desc names it, or in the folder of the data.

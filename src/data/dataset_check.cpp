@@ -81,6 +81,10 @@ class Checker {
             hash->add_number(image.channels);
             hash->add(image.samples.data(), image.samples.size() * sizeof image.samples[0]);
         }
+        if (kind == MapKind::kMask &&
+            std::none_of(image.samples.begin(), image.samples.end(),
+                         [](std::uint16_t sample) { return sample != 0; }))
+            found_.warnings.push_back(format("the mask of view %u is empty", view));
         if (kind != MapKind::kRgb) return;
         ++loaded_;
         images_.emplace(own.value(), view);

@@ -126,7 +126,14 @@ Status DatasetIndex::find_resolution(const DatasetReader& reader, bool lenient) 
 }
 
 Result<io::Image> DatasetReader::map(std::uint32_t object, std::uint32_t view, MapKind kind) const {
-    if (kind != MapKind::kMask || !index().alpha_masks) return image(object, view, kind, false);
+    if (kind != MapKind::kMask || !index().alpha_masks) {
+        SPLAT_ASSIGN(io::Image found, image(object, view, kind, false));
+        const bool binary =
+            kind == MapKind::kMask && std::none_of(found.samples.begin(), found.samples.end(),
+                                                   [](std::uint16_t sample) { return sample > 1; });
+        for (std::uint16_t& sample : found.samples) sample = binary ? sample * 255 : sample;
+        return found;
+    }
     SPLAT_ASSIGN(const io::Image found, image(object, view, MapKind::kRgb, false));
     const std::uint32_t channels = found.channels;
     if (channels != 2 && channels != 4)

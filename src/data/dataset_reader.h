@@ -69,6 +69,16 @@ struct DatasetIndex {
     /// The view that evaluations start from, of each object; empty: that of the format.
     std::vector<std::uint32_t> source_views;
 
+    std::vector<std::string>
+        unread;  ///< files in folders of maps that are no maps, the first kMostUnread
+    std::size_t unread_count = 0;
+    static constexpr std::size_t kMostUnread = 10;
+
+    void add_unread(std::string path) {
+        ++unread_count;
+        if (unread.size() < kMostUnread) unread.push_back(std::move(path));
+    }
+
     /// Note that an object has no maps of a kind in this place.
     void add_lacking(MapKind kind, const std::string& place);
 
@@ -122,7 +132,8 @@ class DatasetReader {
     [[nodiscard]] virtual Result<io::Image> image(std::uint32_t object, std::uint32_t view,
                                                   MapKind kind, bool header_only) const = 0;
 
-    /// The same, with masks that are the alpha of images. Errors: also kFormat for an image without alpha.
+    /// The same, with masks that are the alpha of images, and masks of 0 and 1 as 0 and 255. Errors: also kFormat for
+    /// an image without alpha.
     [[nodiscard]] Result<io::Image> map(std::uint32_t object, std::uint32_t view,
                                         MapKind kind) const;
 

@@ -15,6 +15,7 @@ std::string report_text(const Dataset& dataset) {
     for (const auto& [name, problem] : index.missing)
         json.begin_object().member("name", name).member("problem", problem).end();
     json.end().key("not_objects").list(index.others);
+    json.key("not_read").list(index.unread).member("not_read_count", index.unread_count);
     json.member("resolution", dataset.resolution());
     json.member("stored_resolution", index.resolution).key("maps").begin_array();
     for (const MapKind kind : kMaps)

@@ -95,12 +95,15 @@ Result<io::Image> load_square(const fs::path& path, bool header_only) {
 
 Result<io::Image> load_bytes(const fs::path& path, const io::ImageOptions& options) {
     SPLAT_ASSIGN(io::Image found, io::load_image(path.string(), options));
-    if (found.bits == 16) {
-        for (std::uint16_t& sample : found.samples)
+    return reduced_to_bytes(std::move(found));
+}
+
+io::Image reduced_to_bytes(io::Image image) {
+    if (image.bits == 16)
+        for (std::uint16_t& sample : image.samples)
             sample = static_cast<std::uint16_t>((sample * 255U + 32767U) / 65535U);
-        found.bits = 8;
-    }
-    return found;
+    image.bits = 8;
+    return image;
 }
 
 Status check_pose(const scene::Mat4& camera_to_world, const std::string& place) {

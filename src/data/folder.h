@@ -41,6 +41,9 @@ Result<io::Image> load_square(const std::filesystem::path& path, bool header_onl
 /// An image of 8 bits and any size. Errors: as load_square().
 Result<io::Image> load_bytes(const std::filesystem::path& path, const io::ImageOptions& options);
 
+/// The same with samples of 8 bits, rounded.
+io::Image reduced_to_bytes(io::Image image);
+
 /// Largest distance of a camera from the origin of a data set, whose objects have sizes of about 1.
 inline constexpr double kMostDistance = 1e6;
 

@@ -1,8 +1,10 @@
 #include "data/image_folder.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <set>
 
 #include "core/json_tree.h"
 #include "core/log.h"
@@ -30,6 +32,7 @@ struct FolderPhoto {
     StoredView view;
     std::uint32_t width = 0, height = 0;
     std::uint32_t left = 0, top = 0, side = 0;
+    std::array<std::string, 4> maps;  ///< by MapKind; those that the cameras' file names
 };
 
 using FolderPhotos = std::vector<FolderPhoto>;
@@ -125,9 +128,68 @@ Result<io::CameraSet> load_cameras(const fs::path& folder, const std::string& sp
     return io::load_colmap(folder.string());
 }
 
-Result<FolderPhoto> photograph_of(const fs::path& folder, const scene::Camera& camera) {
+/// A camera with the maps that its file names.
+struct ListedCamera {
+    scene::Camera camera;
+    io::CameraMaps maps;
+};
+
+/// The cameras of a split, by name; none if their file lists others only. Errors: kFormat for a name without camera.
+Result<std::vector<ListedCamera>> listed_cameras(const io::CameraSet& set,
+                                                 const std::string& split) {
+    std::set<std::string> names;
+    if (const auto list = set.splits.find(split); list != set.splits.end())
+        names.insert(list->second.begin(), list->second.end());
+    std::vector<ListedCamera> listed;
+    for (std::size_t i = 0; i < set.cameras.size(); ++i) {
+        if (!set.splits.empty() && names.erase(set.cameras[i].name) == 0) continue;
+        listed.push_back({set.cameras[i], set.maps.empty() ? io::CameraMaps() : set.maps[i]});
+    }
+    if (!names.empty())
+        return error(Code::kFormat, "%s_filenames has '%s', which no frame has", split.c_str(),
+                     shown(*names.begin()).c_str());
+    std::sort(listed.begin(), listed.end(),
+              [](const auto& a, const auto& b) { return a.camera.name < b.camera.name; });
+    return listed;
+}
+
+/// The paths of the maps that a file of cameras names; empty where it names none. Errors: kNotFound.
+Result<std::array<std::string, 4>> named_maps(const fs::path& folder, const io::CameraMaps& maps) {
+    std::array<std::string, 4> paths;
+    for (const auto& [kind, name] :
+         {std::pair{MapKind::kMask, &maps.mask}, {MapKind::kDepth, &maps.depth}}) {
+        if (name->empty()) continue;
+        const fs::path path = folder / *name;
+        SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
+        if (!is_there)
+            return error(Code::kNotFound, "'%s': there is no %s map '%s'", folder.c_str(),
+                         map_name(kind), shown(*name).c_str());
+        paths[static_cast<std::size_t>(kind)] = path.string();
+    }
+    return paths;
+}
+
+/// Flags of the maps that all photographs name. Errors: kFormat if some of them do.
+Result<std::uint32_t> maps_named_by_all(const FolderPhotos& photos) {
+    std::uint32_t given = 0;
+    for (const MapKind kind : kMaps) {
+        const auto lacks = [kind](const FolderPhoto& photo) {
+            return photo.maps[static_cast<std::size_t>(kind)].empty();
+        };
+        const auto without = std::find_if(photos.begin(), photos.end(), lacks);
+        if (without == photos.end() && !photos.empty()) given |= flag_of(kind);
+        if (without != photos.end() && !std::all_of(photos.begin(), photos.end(), lacks))
+            return error(Code::kFormat, "'%s' has no %s map, though other frames name theirs",
+                         without->path.c_str(), map_name(kind));
+    }
+    return given;
+}
+
+Result<FolderPhoto> photograph_of(const fs::path& folder, const ListedCamera& listed) {
+    const scene::Camera& camera = listed.camera;
     FolderPhoto photo;
     photo.folder = folder;
+    SPLAT_ASSIGN(photo.maps, named_maps(folder, listed.maps));
     SPLAT_ASSIGN(photo.path, image_path(folder, camera.name));
     const double half =
         std::min({camera.cx, camera.width - camera.cx, camera.cy, camera.height - camera.cy});
@@ -224,6 +286,9 @@ class ImageFolderReader : public DatasetReader {
                 index_.take(desc, name, folder.string(), [&] { return add(folder, name, desc); }));
             objects_.resize(index_.names.size());
         }
+        if (objects_.empty() && of_other_splits_ > 0)
+            return no_split(desc, error(Code::kNotFound, "'%s' lists no frames as %s_filenames",
+                                        root.c_str(), desc.split.c_str()));
         return index_.find_resolution(*this, desc.lenient);
     }
 
@@ -238,17 +303,24 @@ class ImageFolderReader : public DatasetReader {
     [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view, MapKind kind,
                                           bool header_only) const override {
         const FolderPhoto& photo = objects_[object][view];
-        fs::path path = photo.path;
-        if (kind != MapKind::kRgb) {
-            SPLAT_ASSIGN(path, map_file(photo.folder, kind, path.stem().string()));
+        fs::path path =
+            kind == MapKind::kRgb ? photo.path : photo.maps[static_cast<std::size_t>(kind)];
+        const DepthNumbers numbers =
+            path.empty() ? DepthNumbers::kNearness : DepthNumbers::kDistance;
+        if (path.empty()) {
+            SPLAT_ASSIGN(path, map_file(photo.folder, kind, fs::path(photo.path).stem().string()));
         }
-        SPLAT_ASSIGN(io::Image whole, load_bytes(path, {.header_only = true}));
+        const auto load = [&](const io::ImageOptions& options) {
+            return kind == MapKind::kRgb ? load_bytes(path, options)
+                                         : load_map(path, kind, options, numbers);
+        };
+        SPLAT_ASSIGN(io::Image whole, load({.header_only = true}));
         if (whole.width != photo.width || whole.height != photo.height)
             return error(Code::kFormat, "'%s': %u x %u pixels, its camera has %u x %u",
                          path.c_str(), whole.width, whole.height, photo.width, photo.height);
         io::Image square{photo.side, photo.side, whole.channels, 8, {}};
         if (header_only) return square;
-        SPLAT_ASSIGN(whole, load_bytes(path, {}));
+        SPLAT_ASSIGN(whole, load({}));
         const std::size_t row = std::size_t{photo.side} * whole.channels;
         for (std::size_t y = 0; y < photo.side; ++y) {
             const std::size_t start = ((photo.top + y) * whole.width + photo.left) * whole.channels;
@@ -285,13 +357,18 @@ class ImageFolderReader : public DatasetReader {
             return error(Code::kFormat,
                          "'%s' has pictures, but neither transforms.json nor a COLMAP model",
                          folder.c_str());
-        SPLAT_ASSIGN(io::CameraSet set, load_cameras(folder, desc.split));
-        std::sort(set.cameras.begin(), set.cameras.end(),
-                  [](const auto& a, const auto& b) { return a.name < b.name; });
+        SPLAT_ASSIGN(const io::CameraSet set, load_cameras(folder, desc.split));
+        if (!set.splits.empty()) index_.has_splits = true;
+        if (!set.splits.empty() && !set.splits.contains(desc.split)) {
+            ++of_other_splits_;
+            return false;
+        }
+        const auto listed = listed_cameras(set, desc.split);
+        if (!listed.ok()) return in_file(listed.status(), folder.string());
         FolderPhotos photos;
         ViewNames names;
         std::vector<std::string> problems;
-        for (const scene::Camera& camera : set.cameras) {
+        for (const ListedCamera& camera : listed.value()) {
             auto photo = photograph_of(folder, camera);
             if (!photo.ok() && !desc.lenient) return photo.status();
             if (!photo.ok()) {
@@ -299,7 +376,7 @@ class ImageFolderReader : public DatasetReader {
                 continue;
             }
             photos.push_back(std::move(photo.value()));
-            names.cameras.push_back(camera.name);
+            names.cameras.push_back(camera.camera.name);
             if (lies_outside(photos.back().path, folder))
                 index_.files.push_back(photos.back().path);
         }
@@ -311,11 +388,13 @@ class ImageFolderReader : public DatasetReader {
         std::vector<std::string> stems;
         for (const FolderPhoto& photo : objects_.back())
             stems.push_back(fs::path(photo.path).stem().string());
-        SPLAT_TRY(find_map_files(folder, stems, desc.lenient, index_));
+        SPLAT_ASSIGN(const std::uint32_t given, maps_named_by_all(objects_.back()));
+        SPLAT_TRY(find_map_files(folder, stems, desc.lenient, index_, given));
         return true;
     }
 
     DatasetIndex index_;
+    std::size_t of_other_splits_ = 0;  ///< objects whose file lists frames of other splits only
     std::vector<FolderPhotos> objects_;
 };
 

@@ -6,14 +6,26 @@
 
 namespace splat::data {
 
-/// Maps of an object in folders depth/, normal/ and mask/ beside its images, of any image format, with the stems of
-/// its views: takes the kinds that the object lacks out of index.maps. Errors: kFormat for a folder with other
-/// stems; if lenient, a problem of the last object of the index.
+/// Maps of an object in folders depth/, normal/ and mask/ (or depths/, normals/, masks/) beside its images, with the
+/// stems of its views ("a.png", or "a.jpg.png" as COLMAP's masks): takes the kinds that the object lacks out of
+/// index.maps, except those of the flags `given`, and notes other files as not read. Errors: kIo; kFormat for a folder
+/// with other stems, or two files of one; if lenient, a problem of the last object of the index.
 Status find_map_files(const std::filesystem::path& folder, const std::vector<std::string>& stems,
-                      bool lenient, DatasetIndex& index);
+                      bool lenient, DatasetIndex& index, std::uint32_t given = 0);
 
 /// Errors: kNotFound if there is none.
 Result<std::filesystem::path> map_file(const std::filesystem::path& folder, MapKind kind,
                                        const std::string& stem);
+
+/// What the numbers of a depth map are.
+enum class DepthNumbers { kNearness, kDistance };
+
+/// A map of 8 bits from an image, or from a .npy of [height,width] or [height,width,channels]: vectors of normals,
+/// masks of 0 to 1, depth. Depth of .npy and of 16 bits is scaled between its least and its most; of distances, their
+/// inverses are, and 0 stays 0. Errors: as io::load_image() and io::read_npy(); kFormat for another shape and for numbers that
+/// are not finite.
+Result<io::Image> load_map(const std::filesystem::path& path, MapKind kind,
+                           const io::ImageOptions& options,
+                           DepthNumbers numbers = DepthNumbers::kNearness);
 
 }  // namespace splat::data

@@ -97,7 +97,7 @@ class NmrReader : public DatasetReader {
         const fs::path name = found.views[view];
         if (kind == MapKind::kRgb) return load_square(found.folder / "image" / name, header_only);
         SPLAT_ASSIGN(const fs::path path, map_file(found.folder, kind, name.stem().string()));
-        return load_square(path, header_only);
+        return load_map(path, kind, {.square = true, .header_only = header_only});
     }
 
   private:

@@ -100,7 +100,7 @@ class RenderReader : public DatasetReader {
         const std::string& stem = found.views[view];
         if (kind == MapKind::kRgb) return load_square(found.folder / (stem + ".png"), header_only);
         SPLAT_ASSIGN(const fs::path path, map_file(found.folder, kind, stem));
-        return load_square(path, header_only);
+        return load_map(path, kind, {.square = true, .header_only = header_only});
     }
 
   private:

@@ -152,7 +152,7 @@ class SrnReader : public DatasetReader {
         if (kind == MapKind::kRgb)
             return load_square(found.folder / "rgb" / (stem + ".png"), header_only);
         SPLAT_ASSIGN(const fs::path path, map_file(found.folder, kind, stem));
-        return load_square(path, header_only);
+        return load_map(path, kind, {.square = true, .header_only = header_only});
     }
 
     [[nodiscard]] Result<ObjectText> text(std::uint32_t object) const override {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -11,9 +12,18 @@
 namespace splat::io {
 
 /// Cameras of a file.
+/// Maps of a camera's image, as a transforms.json names them; empty: none.
+struct CameraMaps {
+    std::string mask;   ///< mask_path
+    std::string depth;  ///< depth_file_path: distances
+};
+
 struct CameraSet {
     std::vector<scene::Camera> cameras;  ///< valid; `name` is the image's path in the file
-    std::vector<std::string> warnings;   ///< what is ignored
+    std::vector<CameraMaps> maps;        ///< of each camera of a transforms.json
+    /// Names of the cameras of "train", "val" and "test" in a transforms.json that divides its frames.
+    std::map<std::string, std::vector<std::string>> splits;
+    std::vector<std::string> warnings;  ///< what is ignored
 };
 
 struct CameraOptions {

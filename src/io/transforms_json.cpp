@@ -157,6 +157,33 @@ Status read_distortion(const Frame& frame, const std::string& name, const Camera
     return {};
 }
 
+/// The text of a key of the frame; empty if it has none.
+Result<std::string> text_of(const Frame& frame, const char* key) {
+    const JsonTree* const found = frame.member(key);
+    if (found == nullptr || found->is_null()) return std::string();
+    if (found->text() == nullptr) return frame.bad(std::string("'") + key + "' is not text");
+    return *found->text();
+}
+
+/// train_filenames and its like.
+Status read_splits(const JsonTree& file, CameraSet& set) {
+    for (const std::string split : {"train", "val", "test"}) {
+        const std::string key = split + "_filenames";
+        const JsonTree* const found = file.find(key);
+        if (found == nullptr || found->is_null()) continue;
+        const auto bad = [&] {
+            return error(Code::kFormat, "'%s' is not a list of names", key.c_str());
+        };
+        if (found->list() == nullptr) return bad();
+        std::vector<std::string>& names = set.splits[split];
+        for (const JsonTree& name : *found->list()) {
+            if (name.text() == nullptr) return bad();
+            names.push_back(*name.text());
+        }
+    }
+    return {};
+}
+
 }  // namespace
 
 Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uint32_t height,
@@ -174,10 +201,10 @@ Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uin
         const Frame frame(json, frames[i], i);
         if (!frames[i].is_object()) return frame.bad("it is not an object");
         Camera camera;
-        if (const JsonTree* const path = frame.member("file_path")) {
-            if (path->text() == nullptr) return frame.bad("'file_path' is not text");
-            camera.name = *path->text();
-        }
+        CameraMaps maps;
+        SPLAT_ASSIGN(camera.name, text_of(frame, "file_path"));
+        SPLAT_ASSIGN(maps.mask, text_of(frame, "mask_path"));
+        SPLAT_ASSIGN(maps.depth, text_of(frame, "depth_file_path"));
         SPLAT_TRY(read_intrinsics(frame, width, height, options, camera, set));
         SPLAT_TRY(read_pose(frame, camera));
         SPLAT_TRY(read_model(frame, camera.name, options, set));
@@ -185,7 +212,9 @@ Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uin
         if (const Status valid = scene::check_camera(camera); !valid.ok())
             return frame.bad(valid.message());
         set.cameras.push_back(std::move(camera));
+        set.maps.push_back(std::move(maps));
     }
+    SPLAT_TRY(read_splits(json, set));
     return set;
 }
 

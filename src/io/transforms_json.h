@@ -8,7 +8,8 @@ namespace splat::io {
 /// Cameras of a NeRF transforms.json: `frames`, each with `file_path` and `transform_matrix` (OpenGL
 /// camera-to-world, 4x4 or 3x4), and `fl_x fl_y cx cy w h camera_angle_x camera_angle_y`, each for
 /// all frames or for one. Defaults: fl_x from the angle, fl_y = fl_x, cx and cy in the middle, w and h
-/// from `width` and `height`, the size of the images.
+/// from `width` and `height`, the size of the images. A frame's mask_path and depth_file_path, and
+/// train_filenames, val_filenames and test_filenames.
 ///
 /// Errors       kFormat with the frame and the key; kUnsupported for distortion (k1 .. k6,
 ///              p1, p2 other than 0), for a camera_model that has other parameters and for is_fisheye,

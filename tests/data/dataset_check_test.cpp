@@ -83,7 +83,7 @@ TEST_F(DatasetCheck, FindsMissingMaps) {
     const ObjectCheck found = check();
     ASSERT_EQ(found.problems.size(), 2U);
     EXPECT_NE(found.problems[0].find("3 poses and 2 images in depth"), std::string::npos);
-    EXPECT_NE(found.problems[1].find("depth' has no image '000001'"), std::string::npos);
+    EXPECT_NE(found.problems[1].find("depth' has no map '000001'"), std::string::npos);
 }
 
 TEST_F(DatasetCheck, FindsDamagedImages) {

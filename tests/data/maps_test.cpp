@@ -1,6 +1,10 @@
 // Maps and masks of every format.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "core/log.h"
 #include "data/dataset_check.h"
 #include "data/sample_formats.h"
 #include "io/file.h"
@@ -173,6 +177,200 @@ TEST(Maps, OfSrnInOtherImageFormats) {
     expect_maps(folder.path());
     fs::rename(object / "mask/0.png", object / "mask/0.PNG");
     expect_maps(folder.path());
+}
+
+/// An object of SRN's format with two views of 8 x 8 pixels, without maps.
+fs::path put_plain(const SampleFolder& folder) {
+    test::put_object(folder.path() / "a_train/o");
+    return folder.path() / "a_train/o";
+}
+
+std::vector<float> ramp(std::size_t count, float first, float step) {
+    std::vector<float> values;
+    for (std::size_t i = 0; i < count; ++i) values.push_back(first + step * static_cast<float>(i));
+    return values;
+}
+
+/// Where 'priors depth DATA --out DATA --format npy' writes them.
+TEST(Maps, OfArrays) {
+    const SampleFolder folder;
+    const fs::path object = put_plain(folder);
+    for (const char* stem : {"000000.npy", "000001.npy"}) {
+        test::put_npy(object / "depth" / stem, {8, 8}, ramp(64, -3, 0.25F));
+        test::put_npy(object / "normal" / stem, {8, 8, 3}, ramp(192, -1, 2.0F / 191));
+        test::put_npy(object / "mask" / stem, {8, 8}, ramp(64, 0, 1.0F / 63));
+    }
+    const auto dataset = open_data(folder.path());
+    ASSERT_NE(dataset, nullptr);
+    EXPECT_EQ(dataset->index().maps, kAllMaps);
+    const ReadMaps maps = read_maps(*dataset);
+    for (std::size_t i = 0; i < 64; ++i) {
+        const float expected = std::round(255 * static_cast<float>(i) / 63) / 255;
+        EXPECT_EQ(maps.depths[i], expected) << "between the least and the most";
+        EXPECT_EQ(maps.masks[i], expected);
+        EXPECT_NEAR(maps.normals[i], static_cast<float>(3 * i) / 191, 0.5001 / 255);
+    }
+    EXPECT_TRUE(check_object(*dataset, 0).value().problems.empty());
+    const auto refused = [&](const char* file, std::vector<std::uint64_t> shape,
+                             std::vector<float> values, const char* part) {
+        const fs::path kept = folder.path() / "kept.npy";
+        fs::rename(object / file, kept);
+        test::put_npy(object / file, std::move(shape), std::move(values));
+        const auto found = check_object(*open_data(folder.path()), 0).value();
+        ASSERT_EQ(found.problems.size(), 1U);
+        EXPECT_NE(found.problems[0].find(part), std::string::npos) << found.problems[0];
+        fs::rename(kept, object / file);
+    };
+    refused("depth/000001.npy", {8, 8}, std::vector<float>(64, NAN),
+            "depth/000001.npy': number 0 is nan, expected finite ones");
+    refused("normal/000000.npy", {3, 8, 8}, std::vector<float>(192),
+            "normal/000000.npy': expected an array [height,width,3]");
+    refused("mask/000000.npy", {4, 8}, std::vector<float>(32), "a square");
+    put_image(object / "depth/000001.png", 8, 1);
+    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+                 "two files are the depth of view '000001'; remove one");
+}
+
+TEST(Maps, OfOtherFilesAreNamedAsNotRead) {
+    const SampleFolder folder;
+    const fs::path object = put_plain(folder);
+    for (const char* file : {"depth/000000.tiff", "depth/000001.tiff", "mask/000000.pgm"})
+        put_text(object / file, "x");
+    std::string warned;
+    const auto keep = [](void* user, int, const char* text) {
+        *static_cast<std::string*>(user) += text;
+    };
+    set_log_sink(keep, &warned, LogLevel::kWarning);
+    const auto dataset = open_data(folder.path());
+    set_log_sink(nullptr, nullptr, LogLevel::kWarning);
+    EXPECT_NE(warned.find("3 files in folders of maps are not read, expected .png, .jpg, .webp or "
+                          ".npy: '" +
+                          (object / "depth/000000.tiff").string()),
+              std::string::npos)
+        << warned;
+    EXPECT_EQ(dataset->index().unread_count, 3U);
+    EXPECT_NE(report_text(*dataset).find("\"not_read_count\": 3"), std::string::npos);
+    DatasetDesc desc = data_desc(folder.path());
+    desc.maps = flag_of(MapKind::kDepth);
+    EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound,
+                 "not read, expected .png, .jpg, .webp or .npy: '" +
+                     (object / "depth/000000.tiff").string());
+}
+
+/// Millimetres of a depth sensor: 220 different values stay so many.
+TEST(Maps, DepthOf16BitsIsScaled) {
+    const SampleFolder folder;
+    const fs::path object = put_plain(folder);
+    io::Image image{8, 8, 1, 16, {}};
+    for (std::uint16_t i = 0; i < 64; ++i)
+        image.samples.push_back(static_cast<std::uint16_t>(800 + 10 * i));
+    for (const char* stem : {"000000.png", "000001.png"}) {
+        put_image(object / "depth" / stem, 8, 1);
+        ASSERT_OK(io::write_file((object / "depth" / stem).string(), io::write_png(image).value()));
+    }
+    const auto dataset = open_data(folder.path());
+    std::vector<float> depths(64);
+    ViewArrays out;
+    out.depths = depths.data();
+    const std::uint32_t view = 0;
+    ASSERT_OK(dataset->read(0, std::span(&view, 1), out));
+    for (std::size_t i = 0; i < 64; ++i)
+        EXPECT_EQ(depths[i], std::round(255 * static_cast<float>(i) / 63) / 255);
+}
+
+TEST(Maps, MasksOfZeroAndOneAreWhole) {
+    const SampleFolder folder;
+    const fs::path object = put_plain(folder);
+    io::Image image{8, 8, 1, 8, std::vector<std::uint16_t>(64)};
+    image.samples[5] = 1;
+    for (const char* stem : {"000000.png", "000001.png"}) {
+        put_image(object / "mask" / stem, 8, 1);
+        ASSERT_OK(io::write_file((object / "mask" / stem).string(), io::write_png(image).value()));
+    }
+    const ReadMaps maps = read_maps(*open_data(folder.path()), false);
+    EXPECT_EQ(maps.masks[5], 1);
+    EXPECT_EQ(maps.masks[6], 0);
+    image.samples[6] = 2;  // shades of gray stay
+    ASSERT_OK(io::write_file((object / "mask/000000.png").string(), io::write_png(image).value()));
+    EXPECT_EQ(read_maps(*open_data(folder.path()), false).masks[5], 1.0F / 255);
+    image.samples.assign(64, 0);
+    ASSERT_OK(io::write_file((object / "mask/000000.png").string(), io::write_png(image).value()));
+    const auto found = check_object(*open_data(folder.path()), 0).value();
+    EXPECT_TRUE(std::any_of(found.warnings.begin(), found.warnings.end(), [](const auto& text) {
+        return text == "the mask of view 0 is empty";
+    }));
+}
+
+TEST(Maps, MayHavePluralFoldersAndWholeNames) {
+    const SampleFolder folder;
+    const fs::path scene = folder.path() / "scene";
+    put_text(scene / "transforms.json", kCamera);
+    for (const char* name : {"a.png", "b.png"}) put_image(scene / "images" / name, 8, 3);
+    put_maps(scene, {"a", "b"});
+    for (const char* kind : {"depth", "normal", "mask"})
+        fs::rename(scene / kind, scene / (std::string(kind) + "s"));
+    fs::rename(scene / "masks/a.png", scene / "masks/a.png.png");  // as COLMAP's
+    expect_maps(folder.path());
+}
+
+TEST(Maps, MayBeNamedByTheCameras) {
+    const SampleFolder folder;
+    const fs::path scene = folder.path() / "scene";
+    const auto put_cameras = [&](const std::string& of_a, const std::string& of_b,
+                                 const std::string& of_all = "") {
+        const auto frame = [](const char* name, const std::string& more) {
+            return format(R"({"file_path": "images/%s.png"%s, "transform_matrix":
+                [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]})",
+                          name, more.c_str());
+        };
+        put_text(scene / "transforms.json", R"({"fl_x": 10, "w": 8, "h": 8, )" + of_all +
+                                                "\"frames\": [" + frame("a", of_a) + ", " +
+                                                frame("b", of_b) + "]}");
+    };
+    for (const char* name : {"images/a.png", "images/b.png"}) put_image(scene / name, 8, 3);
+    put_image(scene / "m/x.png", 8, 1, 90);
+    put_image(scene / "m/y.png", 8, 1, 91);
+    std::vector<float> metres = ramp(64, 1, 1.0F / 63);
+    metres[0] = 0;  // not measured
+    for (const char* name : {"d/x.npy", "d/y.npy"}) test::put_npy(scene / name, {8, 8}, metres);
+    put_cameras(R"(, "mask_path": "m/x.png", "depth_file_path": "d/x.npy")",
+                R"(, "mask_path": "m/y.png", "depth_file_path": "d/y.npy")");
+    const auto dataset = open_data(folder.path());
+    ASSERT_NE(dataset, nullptr);
+    EXPECT_EQ(dataset->index().maps, flag_of(MapKind::kMask) | flag_of(MapKind::kDepth));
+    std::vector<float> masks(128), depths(128);
+    ViewArrays out;
+    out.masks = masks.data();
+    out.depths = depths.data();
+    const std::uint32_t views[] = {0, 1};
+    ASSERT_OK(dataset->read(0, views, out));
+    EXPECT_EQ(masks[64], 91.0F / 255);
+    EXPECT_EQ(depths[0], 0) << "not measured";
+    EXPECT_EQ(depths[1], 1) << "the nearest";
+    EXPECT_EQ(depths[63], 0) << "the farthest";
+    EXPECT_GT(depths[2], depths[3]);
+    put_cameras(R"(, "mask_path": "m/x.png")", R"(, "mask_path": "m/none.png")");
+    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+                 "there is no mask map 'm/none.png'");
+    put_cameras(R"(, "mask_path": "m/x.png")", "");
+    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+                 "b.png' has no mask map, though other frames name theirs");
+    put_cameras(R"(, "mask_path": 3)", "");
+    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat, "'mask_path' is not text");
+    const auto lists = [&](const std::string& text) { put_cameras("", "", text + ", "); };
+    lists(
+        R"("train_filenames": ["images/a.png", "images/b.png"], "test_filenames": ["images/a.png"])");
+    EXPECT_EQ(open_data(folder.path())->index().views_of[0], 2U);
+    EXPECT_TRUE(open_data(folder.path())->index().has_splits);
+    EXPECT_ERROR(test::data_status(folder.path(), "test"), Code::kFormat, "1 views, expected 2");
+    bool lacks = false;
+    DatasetDesc val = data_desc(folder.path(), "val");
+    val.lacks_split = &lacks;
+    EXPECT_ERROR(Dataset::open(val).status(), Code::kNotFound, "lists no frames as val_filenames");
+    EXPECT_TRUE(lacks);
+    lists(R"("train_filenames": ["images/c.png"])");
+    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+                 "train_filenames has 'images/c.png', which no frame has");
 }
 
 TEST(Maps, AlphaIsTheMask) {

@@ -85,6 +85,33 @@ TEST_F(PriorsEval, AlphaIsAMaskAndAPictureWithoutItNone) {
               std::string::npos);
 }
 
+/// As other programs save masks: with an alpha that says nothing, and as numbers of classes.
+TEST_F(PriorsEval, MasksMayBeOpaqueOrOfZeroAndOne) {
+    const std::vector<float> truth = {1, 0, 0, 1, 0, 0, 0, 0};
+    std::vector<float> opaque, classes;
+    for (const float value : truth) {
+        opaque.insert(opaque.end(), {value, value, value, 1});
+        classes.push_back(value / 255);
+    }
+    ScoreOptions options;
+    options.kind = "mask";
+    const fs::path mask = write("t/mask/0.png", truth, 4, 2);
+    for (const fs::path& same :
+         {write("p/opaque.png", opaque, 4, 2), write("p/classes.png", classes, 4, 2)}) {
+        EXPECT_NEAR(score_map(same, mask, options)[0], 1, 1e-5) << same;
+        EXPECT_NEAR(score_map(mask, same, options)[0], 1, 1e-5) << same;
+    }
+}
+
+TEST_F(PriorsEval, ALinkThatLeadsNowhereIsNoMissingMap) {
+    write("links/a.png", {0, 1});
+    fs::create_symlink("/nonexistent/b.png", folder_ / "links/b.png");
+    EXPECT_NE(refusal([&] {
+                  find_maps(folder_ / "links", "depth");
+              }).find("b.png' is a link to what does not exist"),
+              std::string::npos);
+}
+
 TEST_F(PriorsEval, DepthOfImagesHasTheUnitsOfBytesAndNormalsOfNumbersAreVectors) {
     const fs::path depth = write("d.png", {100.0F / 255, 200.0F / 255});
     const fs::path constant = write("c.png", {1, 1});

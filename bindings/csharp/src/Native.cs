@@ -379,9 +379,13 @@ namespace Splat.Interop
 
         /// <summary>
         /// Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
-        /// in folders depth, normal and mask of an object (CO3D's: depths.npy, normals.npy, masks.npy);
-        /// without masks, alpha is the mask. Objaverse has no split "test", GSO none "train"; a folder without
-        /// splits serves any. The first opening of a split of tables imports it, as with out NULL.
+        /// in folders depth, normal and mask of an object (also depths, normals, masks; CO3D's: depths.npy,
+        /// normals.npy, masks.npy), as images or .npy files: vectors of normals, masks of 0 to 1. Depth of .npy
+        /// files and of 16 bits is scaled between its least and most. A transforms.json may name mask_path,
+        /// depth_file_path (distances: their inverses are scaled) and train_, val_ and test_filenames. Masks of
+        /// 0 and 1 are 0 and 255. Without masks, alpha is the mask. Objaverse has no split "test", GSO none
+        /// "train"; a folder without splits serves any. The first opening of a split of tables imports it, as
+        /// with out NULL.
         /// A folder of a split is an object if it has any part of its format (SRN's: rgb, pose, intrinsics.txt);
         /// one that cannot be read is an error, and so is one that lacks a part, unless flags have LENIENT or
         /// ALLOW_MISSING. Other folders are not read; the log and the report name them.
@@ -401,7 +405,8 @@ namespace Splat.Interop
         /// <summary>
         /// JSON: {"format", "split", "has_splits", "objects", "views" (of all objects), "excluded" (by a
         /// list), "missing": [{"name", "problem"}] (left out with ALLOW_MISSING), "not_objects": [names of
-        /// other folders], "resolution", "stored_resolution", "maps": ["depth", ...], "names": [],
+        /// other folders], "not_read": [the first files in folders of maps that are not read],
+        /// "not_read_count", "resolution", "stored_resolution", "maps": ["depth", ...], "names": [],
         /// "views_of": []}.
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
         /// </summary>

@@ -141,6 +141,8 @@ Json check_split(const CheckOptions& options, const char* split, const Dataset& 
             {"maps", report.at("maps")},
             {"hash", hash.text()},
             {"not_objects", report.at("not_objects")},
+            {"not_read", report.at("not_read")},
+            {"not_read_count", report.at("not_read_count")},
             {"problems", problems},
             {"warnings", warnings}};
 }
@@ -173,6 +175,9 @@ void print_split(const Json& split) {
     for (const Json& name : split.at("not_objects"))
         others += (others.empty() ? "" : ", ") + name.get<std::string>();
     if (!others.empty()) std::printf("  not an object: %s\n", others.c_str());
+    if (number("not_read_count") > 0)
+        std::printf("  not read, no .png, .jpg, .webp or .npy: %u files, such as '%s'\n",
+                    number("not_read_count"), split.at("not_read")[0].get<std::string>().c_str());
     print_list("problem", split.at("problems"));
     print_list("warning", split.at("warnings"));
 }

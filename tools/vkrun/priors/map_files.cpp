@@ -34,7 +34,11 @@ std::map<std::string, std::vector<fs::path>> files_by_place(const fs::path& fold
             at.disable_recursion_pending();
             continue;
         }
-        if (!at->is_regular_file() || !is_map_file(at->path())) continue;
+        if (!is_map_file(at->path())) continue;
+        if (!fs::exists(at->path()))
+            throw Failure(kBadData,
+                          "'" + at->path().string() + "' is a link to what does not exist");
+        if (!at->is_regular_file()) continue;
         const fs::path relative = at->path().lexically_relative(folder);
         const std::string place = relative.parent_path().filename().string();
         found[kLayout.count(place) != 0 ? place : ""].push_back(relative);

@@ -120,17 +120,37 @@ std::vector<double> normal_scores(const std::filesystem::path& prediction,
             fidelity_of(p, g, options.published)};
 }
 
-/// Alpha where there is one, else the first channel of what is no picture of the object.
+/// Masks of 0 and 1 as 0 and 255 are.
+StoredMap load_mask(const std::filesystem::path& path) {
+    constexpr float kOne = 1.5F / 255;
+    StoredMap map = load_map(path);
+    const bool binary =
+        std::all_of(map.values.begin(), map.values.end(), [](float value) { return value < kOne; });
+    if (binary && !map.numbers)
+        for (float& value : map.values) value = value > 0 ? 1 : 0;
+    return map;
+}
+
+/// The alpha of a picture of the object; of a mask, its alpha unless that is opaque everywhere, else its first channel.
 splat_image mask_channel(const StoredMap& map, const std::filesystem::path& path) {
-    if (map.has_alpha()) return map.channels(map.image.channels - 1, 1);
-    if (path.parent_path().filename() == "rgb")
-        throw Failure(kBadData, "'" + path.string() + "' has no alpha, which would be its mask");
-    return map.channels(0, 1);
+    const std::uint32_t channels = map.image.channels;
+    bool counts = map.has_alpha();
+    if (path.parent_path().filename() == "rgb") {
+        if (!counts)
+            throw Failure(kBadData,
+                          "'" + path.string() + "' has no alpha, which would be its mask");
+    } else if (counts) {
+        float least = 1;
+        for (std::size_t i = channels - 1; i < map.values.size(); i += channels)
+            least = std::min(least, map.values[i]);
+        counts = least < 1;
+    }
+    return map.channels(counts ? channels - 1 : 0, 1);
 }
 
 std::vector<double> mask_scores(const std::filesystem::path& prediction,
                                 const std::filesystem::path& truth, const ScoreOptions& options) {
-    const StoredMap p = load_map(prediction), g = load_map(truth);
+    const StoredMap p = load_mask(prediction), g = load_mask(truth);
     const splat_image a = mask_channel(p, prediction), b = mask_channel(g, truth);
     auto s = sized<splat_mask_scores>();
     check(splat_prior_compare_masks(&a, &b,
