@@ -176,8 +176,8 @@ typedef struct splat_similarity {
 } splat_similarity;
 
 /* Move, turn and scale a scene, including its spherical harmonics.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (the similarity),
- *   SPLAT_ERROR_OUT_OF_HOST_MEMORY; on error the scene is unchanged. */
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (the similarity, or one
+ *   that moves means beyond float32), SPLAT_ERROR_OUT_OF_HOST_MEMORY; on error the scene is unchanged. */
 SPLAT_API splat_result splat_scene_transform(splat_scene scene, const splat_similarity* similarity);
 
 /* Keep the Gaussians whose mean lies in a box.
@@ -186,8 +186,9 @@ SPLAT_API splat_result splat_scene_transform(splat_scene scene, const splat_simi
 SPLAT_API splat_result splat_scene_crop(splat_scene scene, const double* low, const double* high);
 
 enum {
-    SPLAT_FILTER_FINITE = 1u << 0, /* drop NaN, infinities and rotations of length 0 */
-    SPLAT_FILTER_SORT = 1u << 1    /* order the remaining ones along a Morton curve */
+    /* drop NaN, infinities and rotations of length 0; an infinite logit is an opacity of 0 or 1 */
+    SPLAT_FILTER_FINITE = 1u << 0,
+    SPLAT_FILTER_SORT = 1u << 1 /* order the remaining ones along a Morton curve */
 };
 
 /* Keep the Gaussians of opacity >= min_opacity, in their order.

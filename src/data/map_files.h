@@ -22,8 +22,8 @@ enum class DepthNumbers { kNearness, kDistance };
 
 /// A map of 8 bits from an image, or from a .npy of [height,width] or [height,width,channels]: vectors of normals,
 /// masks of 0 to 1, depth. Depth of .npy and of 16 bits is scaled between its least and its most; of distances, their
-/// inverses are, and 0 stays 0. Errors: as io::load_image() and io::read_npy(); kFormat for another shape and for numbers that
-/// are not finite.
+/// inverses are, and 0 stays 0. Errors: as io::load_image() and io::read_npy(); kFormat for another shape and for
+/// numbers that are not finite.
 Result<io::Image> load_map(const std::filesystem::path& path, MapKind kind,
                            const io::ImageOptions& options,
                            DepthNumbers numbers = DepthNumbers::kNearness);

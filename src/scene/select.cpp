@@ -101,7 +101,7 @@ Result<Gaussians> remove_invalid(const Gaussians& g) {
     const std::size_t each = std::size_t{sh_coefficients(g.sh_degree)} * 3;
     return select(g, [&](std::size_t i) {
         return finite(g.means, i, 3) && finite(g.log_scales, i, 3) && finite(g.rotations, i, 4) &&
-               !is_zero(g.rotations, i, 4) && finite(g.opacity_logits, i, 1) &&
+               !is_zero(g.rotations, i, 4) && !std::isnan(g.opacity_logits[i]) &&
                finite(g.sh, i, each);
     });
 }

@@ -17,7 +17,7 @@ struct Similarity {
 /// (rotation d) afterwards is the one seen along d before.
 ///
 /// Errors       kInvalidArgument for a rotation of length 0, a scale that is not > 0, anything not
-///              finite, or arrays that do not fit; the scene is then unchanged
+///              finite, means that would not stay finite, or arrays that do not fit; the scene is then unchanged
 /// Precision    computed in float64, rounded once
 Status transform(Gaussians& gaussians, const Similarity& similarity);
 

@@ -99,7 +99,8 @@ TEST(Select, FilterByOpacity) {
 TEST(Select, RemoveInvalid) {
     Gaussians g = row_of(6);
     g.means[1 * 3] = kNanF;
-    g.opacity_logits[2] = kInfinity;
+    g.opacity_logits[0] = kInfinity;  // an opacity of 1
+    g.opacity_logits[2] = kNanF;
     for (std::size_t k = 0; k < 4; ++k) g.rotations[3 * 4 + k] = 0;
     g.sh[4 * 12 + 11] = -kInfinity;
     const auto kept = remove_invalid(g);

@@ -107,15 +107,33 @@ TEST(Transform, InverseUndoesIt) {
     EXPECT_EQ(after.opacity_logits, before.opacity_logits);
 }
 
+/// Also of lengths whose squares are no double.
+TEST(Transform, TakesRotationsOfAnyLength) {
+    const auto before = sample_scene(5, 2);
+    auto expected = before;
+    ASSERT_OK(transform(expected, {{1, 2, 3, 4}, {}, 1}));
+    for (const double length : {1e-300, 1e-200, 1e200, 1e307}) {
+        auto scene = before;
+        ASSERT_OK(transform(scene, {{length, 2 * length, 3 * length, 4 * length}, {}, 1}));
+        EXPECT_LT(test::max_difference(scene.means, expected.means), 1e-6) << length;
+        EXPECT_LT(test::max_angle(scene.rotations, expected.rotations), 1e-3) << length;
+    }
+}
+
 TEST(Transform, RefusesInvalidSimilarities) {
     const auto before = sample_scene(2, 1);
     auto scene = before;
-    EXPECT_ERROR(transform(scene, {{0, 0, 0, 0}, {}, 1}), Code::kInvalidArgument, "length 0");
+    EXPECT_ERROR(transform(scene, {{0, 0, 0, 0}, {}, 1}), Code::kInvalidArgument,
+                 "expected finite numbers, not all 0");
     EXPECT_ERROR(transform(scene, {{1, 0, 0, 0}, {}, 0}), Code::kInvalidArgument, "scale 0");
     EXPECT_ERROR(transform(scene, {{1, 0, 0, 0}, {}, -1}), Code::kInvalidArgument, "scale -1");
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
     EXPECT_FALSE(transform(scene, {{1, kNan, 0, 0}, {}, 1}).ok());
     EXPECT_FALSE(transform(scene, {{1, 0, 0, 0}, {0, kNan, 0}, 1}).ok());
+    EXPECT_ERROR(transform(scene, {{1, 0, 0, 0}, {}, 1e300}), Code::kInvalidArgument,
+                 "move Gaussian 0 beyond float32");
+    EXPECT_ERROR(transform(scene, {{1, 0, 0, 0}, {0, 1e39, 0}, 1}), Code::kInvalidArgument,
+                 "translation 0, 1e+39, 0");
     test::expect_same_bits(scene, before);
 }
 

@@ -7,8 +7,13 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 
 #include "vkrun/cli/failure.h"
+#include "vkrun/cli/temporary_folder.h"
 
 namespace vkrun {
 namespace {
@@ -80,6 +85,41 @@ TEST_F(ReplaceFile, LeavesANameThatIsSwept) {
     ASSERT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1);
     const std::string name = fs::directory_iterator(folder_)->path().filename();
     EXPECT_EQ(fnmatch("report.html.*-*.tmp", name.c_str(), 0), 0) << name;
+}
+
+std::size_t temporary_folders(const fs::path& place) {
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator(place), fs::directory_iterator()));
+}
+
+/// A signal removes the folder; what SIGKILL leaves, the next process removes.
+TEST(TemporaryFolders, DoNotStay) {
+    const fs::path place = fs::temp_directory_path() / ("splat-place-" + std::to_string(getpid()));
+    fs::create_directories(place);
+    fs::create_directories(place / ("vkrun-" + std::to_string(getpid()) + "-mine"));
+    ASSERT_EQ(setenv("TMPDIR", place.c_str(), 1), 0);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGKILL}) {
+        const pid_t child = fork();
+        if (child == 0) {
+            const TemporaryFolder folder;
+            std::ofstream(folder.file("file")) << "x";
+            raise(signal);
+            _exit(0);
+        }
+        int status = 0;
+        ASSERT_EQ(waitpid(child, &status, 0), child);
+        EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == signal);
+        EXPECT_EQ(temporary_folders(place), signal == SIGKILL ? 2U : 1U);
+    }
+    {
+        const TemporaryFolder folder;
+        EXPECT_EQ(temporary_folders(place), 2U) << "the killed one's is gone";
+    }
+    EXPECT_EQ(temporary_folders(place), 1U) << "that of a living process stays";
+    fs::remove_all(place);
+    ASSERT_EQ(setenv("TMPDIR", "", 1), 0);
+    EXPECT_EQ(fs::path(TemporaryFolder().path()).parent_path(), "/tmp");
+    unsetenv("TMPDIR");
 }
 
 }  // namespace

@@ -71,10 +71,13 @@ TEST_F(TensorBoardFile, HoldsEventsWithChecksums) {
     EXPECT_EQ(crc_by_bits("123456789"), 0xE3069283U) << "the check value of CRC-32C";
     TensorBoard board(folder_);
     board.scalars(300, {{"loss", 0.5}, {"rate", 2}});
-    const auto events = events_of(file());
+    auto events = events_of(file());
     ASSERT_TRUE(events.has_value());
-    ASSERT_EQ(events->size(), 2U);
+    ASSERT_EQ(events->size(), 3U);
     EXPECT_NE((*events)[0].find("brain.Event:2"), std::string::npos);
+    // Field 7, a SessionLog, with the status START = 1, at the same step.
+    EXPECT_EQ((*events)[1].substr(9), "\x10\xAC\x02\x3A\x02\x08\x01");
+    events->erase(events->begin() + 1);
     // Field 2, the step, as a varint: 300 = 0xAC 0x02. A value: its tag, field 1, and field 2, a float.
     EXPECT_EQ((*events)[1].substr(9, 3), "\x10\xAC\x02");
     const std::string half("\x0A\x04loss\x15\x00\x00\x00\x3F", 11);
@@ -102,7 +105,7 @@ TEST_F(TensorBoardFile, LeavesOutWhatCannotBeWritten) {
               warnings.rfind("warning:"))
         << warnings;
     board.scalars(4, {{"loss", 1}});
-    EXPECT_EQ(events_of(file()).value().size(), 3U);
+    EXPECT_EQ(events_of(file()).value().size(), 4U);
 }
 
 }  // namespace

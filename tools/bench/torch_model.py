@@ -52,6 +52,8 @@ def parse():
     add("--isa", choices=["default", "avx2"], help="cpu: default, or at most 256-bit vectors")
     add("--layout", choices=["contiguous", "channels_last"], default="contiguous")
     add("--fov", type=float, default=51.98948897809546, help="degrees")
+    add("--inverted-x", type=int, default=0, help="1: rays' x axis points left")
+    add("--inverted-y", type=int, default=1, help="0: rays' y axis points up")
     add("--znear", type=float, default=0.8)
     add("--zfar", type=float, default=1.8)
     add("--exchange", metavar="FOLDER", help="with weights and images; outputs go there")
@@ -228,10 +230,11 @@ class Network(nn.Module):
         return self.out(self.encoder(x))
 
 
-def rays_of(resolution, fov_degrees):
+def rays_of(resolution, fov_degrees, inverted_x=0, inverted_y=1):
     focal = resolution / (2 * math.tan(math.radians(fov_degrees) / 2))
     side = (torch.arange(resolution) + 0.5 - resolution / 2) / focal
     y, x = torch.meshgrid(side, side, indexing="ij")
+    x, y = -x if inverted_x else x, y if inverted_y else -y
     return torch.stack([x, y, torch.ones_like(x)])[None]
 
 
@@ -241,7 +244,7 @@ class Predictor(nn.Module):
     def __init__(self, o):
         super().__init__()
         self.views, self.near, self.far = o.views, o.znear, o.zfar
-        self.register_buffer("ray_dirs", rays_of(o.resolution, o.fov))
+        self.register_buffer("ray_dirs", rays_of(o.resolution, o.fov, o.inverted_x, o.inverted_y))
         self.register_buffer("sh_basis", torch.tensor([[0., 0, -1], [-1, 0, 0], [0, 1, 0]]), False)
         self.network_with_offset = Network(o)
 

@@ -268,7 +268,7 @@ namespace Splat
     {
         /// <summary>Nothing: the default.</summary>
         None = 0,
-        /// <summary>drop NaN, infinities and rotations of length 0</summary>
+        /// <summary>drop NaN, infinities and rotations of length 0; an infinite logit is an opacity of 0 or 1</summary>
         Finite = 1,
         /// <summary>order the remaining ones along a Morton curve</summary>
         Sort = 2,

@@ -665,8 +665,8 @@ namespace Splat.Interop
 
         /// <summary>
         /// Move, turn and scale a scene, including its spherical harmonics.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (the similarity),
-        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY; on error the scene is unchanged.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (the similarity, or one
+        ///   that moves means beyond float32), SPLAT_ERROR_OUT_OF_HOST_MEMORY; on error the scene is unchanged.
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_scene_transform(

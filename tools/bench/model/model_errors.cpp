@@ -107,6 +107,10 @@ ErrorMeasurement measure_errors(splat_device device, const ModelBenchOptions& op
     command.insert(command.end(), {"--exchange", folder.path()});
     for (const char* key : {"fov", "znear", "zfar"})
         command.insert(command.end(), {std::string("--") + key, config.at("data").at(key).dump()});
+    for (const char* axis : {"x", "y"}) {
+        const bool inverted = config.at("model").at(std::string("inverted_") + axis).get<bool>();
+        command.insert(command.end(), {std::string("--inverted-") + axis, inverted ? "1" : "0"});
+    }
     const auto peer = start_torch(options.peer, command);
     measurement.peer = peer->about();
     for (int call = 0; call < options.rounds + 2; ++call)

@@ -58,6 +58,15 @@ void check_target(const std::string& path, bool overwrite, const std::vector<std
         throw Failure(kUsageError, "'" + path + "' is there already; --overwrite replaces it");
 }
 
+void check_no_run(const std::string& folder, const std::string& other) {
+    std::error_code none;
+    if (std::filesystem::exists(std::filesystem::path(folder) / "run.json", none))
+        throw Failure(kUsageError, "'" + folder +
+                                       "' is the folder of a training, whose report.html would be "
+                                       "replaced; name another, such as '" +
+                                       folder + "/" + other + "'");
+}
+
 void check_folder_of(const std::string& path) {
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     std::error_code none;

@@ -14,6 +14,9 @@ void make_folder(const std::filesystem::path& path);
 void check_target(const std::string& path, bool overwrite,
                   const std::vector<std::string>& inputs = {});
 
+/// Throws a usage Failure if the folder is that of a training, whose report.html would be replaced.
+void check_no_run(const std::string& folder, const std::string& other);
+
 /// Throws a Failure if there is no folder for a file that will be written at the end of long work. An empty path is no
 /// file.
 void check_folder_of(const std::string& path);

@@ -83,6 +83,9 @@ std::string problem(const CLI::App& app, const CLI::ParseError& error) {
     const bool option = is_option(word);
     std::string sentence =
         (option ? "unknown option '" : "unknown command or argument '") + word + "'";
+    const std::vector<std::string> options = words_of(command, true);
+    if (option && std::find(options.begin(), options.end(), word) != options.end())
+        return "'" + word + "' follows '--', after which words are files: put options before it";
     const std::string nearest =
         nearest_word(word.substr(0, word.find('=')), words_of(command, option));
     if (!nearest.empty()) return sentence + "; did you mean '" + nearest + "'?";

@@ -223,12 +223,7 @@ Json shared_settings(const EvalOptions& options, const NetworkFiles& files) {
 int evaluate(const EvalOptions& options) {
     if (!options.adapters.empty() && !options.baseline.empty())
         throw Failure(kUsageError, "--adapters has no effect with --baseline: leave one out");
-    std::error_code none;
-    if (std::filesystem::exists(std::filesystem::path(options.out) / "run.json", none))
-        throw Failure(kUsageError, "'" + options.out +
-                                       "' is the folder of a training, whose report.html would be "
-                                       "replaced; name another, such as '" +
-                                       options.out + "/eval'");
+    check_no_run(options.out, "eval");
     const Shard shard = parse_shard(options.shard);
     // Not what the training allowed.
     std::vector<std::string> changes = {

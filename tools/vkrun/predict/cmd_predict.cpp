@@ -105,6 +105,7 @@ void check_targets(const PredictionOptions& o) {
 
 int predict(const CLI::App& command, const PredictionOptions& options, bool json) {
     check_options(command, options);
+    check_no_run(options.out, "predicted");
     check_targets(options);
     const NetworkFiles files = network_files(weights_of(options), options.config, options.adapters);
     const Device device = open_device(device_desc(options.device));

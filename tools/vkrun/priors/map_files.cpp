@@ -27,9 +27,12 @@ bool is_map_file(const fs::path& path) {
 /// Files by the folder of the layout that they lie in; "" for none.
 std::map<std::string, std::vector<fs::path>> files_by_place(const fs::path& folder) {
     std::map<std::string, std::vector<fs::path>> found;
-    for (auto at = fs::recursive_directory_iterator(
-             folder, fs::directory_options::follow_directory_symlink);
-         at != fs::recursive_directory_iterator(); ++at) {
+    std::error_code failed;
+    fs::path last = folder;
+    fs::recursive_directory_iterator at(folder, fs::directory_options::follow_directory_symlink,
+                                        failed);
+    for (; !failed && at != fs::recursive_directory_iterator(); at.increment(failed)) {
+        last = at->path();
         if (at->path().filename().string().front() == '.') {
             at.disable_recursion_pending();
             continue;
@@ -43,6 +46,9 @@ std::map<std::string, std::vector<fs::path>> files_by_place(const fs::path& fold
         const std::string place = relative.parent_path().filename().string();
         found[kLayout.count(place) != 0 ? place : ""].push_back(relative);
     }
+    if (failed)
+        throw Failure(kBadData,
+                      "cannot read the folder '" + last.string() + "': " + failed.message());
     return found;
 }
 

@@ -29,7 +29,8 @@ config presets'); without it, the published cars model is trained. 'vkrun config
 OUT holds config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard, the last two states
 (checkpoints/), weights_last and weights_best.safetensors (averaged weights), renders/, lock, and report.html,
 which is renewed at every validation, loads itself again, and turns a validation object. Ctrl-C, SIGTERM, a closed
-terminal (SIGHUP) and a closed pipe (SIGPIPE) stop after the current step and save everything. --resume continues
+terminal (SIGHUP) and a closed pipe (SIGPIPE) stop after the current step, or the current object of a validation, and
+save everything; a third signal ends at once. --resume continues
 from the last state, or begins again where none was saved; the resumed run has the same bits as an uninterrupted
 one. With CONFIG or --set, values that no earlier step depends on may change, and opt.iterations, with a warning
 where opt.lr_schedule is cosine; anything else, such as other data in data.root, is an error. --overwrite replaces
@@ -51,11 +52,11 @@ Examples:
 volatile std::sig_atomic_t g_interrupted = 0;
 
 void on_signal(int signal) {
-    if (g_interrupted != 0) {  // a second signal ends at once
+    if (g_interrupted >= 2) {  // the third ends at once
         std::signal(signal, SIG_DFL);
         std::raise(signal);
     }
-    g_interrupted = 1;
+    g_interrupted = g_interrupted + 1;
 }
 
 /// Nobody reads what the training prints any more: it saves and ends, like 'head' had asked for no more.

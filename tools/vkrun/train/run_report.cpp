@@ -1,5 +1,9 @@
 #include "vkrun/train/run_report.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <ctime>
 #include <filesystem>
@@ -52,12 +56,28 @@ void add_progress(Run& run) {
     }
 }
 
+/// A process trains in the folder. Source: RunFolder::lock().
+bool is_locked(const std::string& folder) {
+    const int file = open((folder + "/lock").c_str(), O_RDONLY | O_CLOEXEC);
+    if (file < 0) return false;
+    const bool free = flock(file, LOCK_SH | LOCK_NB) == 0;
+    close(file);
+    return !free;
+}
+
 Run read_run(const std::string& folder) {
     std::ifstream file = open_to_read(std::filesystem::path(folder) / "run.json");
     Run run{folder, Json::parse(file, nullptr, false), read_metrics(folder)};
+    if (!file.is_open())
+        throw Failure(kBadData,
+                      "'" + folder + "' holds no run: it has no run.json that can be read");
     if (!run.facts.is_object())
-        throw Failure(kBadData, "'" + folder + "' holds no run (no run.json that can be read)");
+        throw Failure(kBadData, "'" + folder +
+                                    "/run.json' is damaged: it is no JSON object; 'vkrun train "
+                                    "--resume' writes it again");
     add_progress(run);
+    if (run.facts.value("state", "") == "running" && !is_locked(folder))
+        run.facts["state"] = "killed";
     return run;
 }
 

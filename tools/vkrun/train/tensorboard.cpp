@@ -80,8 +80,15 @@ void TensorBoard::scalars(std::uint64_t step,
     std::string summary;
     for (const auto& [tag, value] : values)
         summary += counted(1, counted(1, tag) + key(2, 5) + raw(static_cast<float>(value)));
+    constexpr std::uint64_t kStart = 1;  // of SessionLog.SessionStatus
+    if (!started_) add(event_head(step) + counted(7, key(1, 0) + varint(kStart)));
+    started_ = true;
+    add(event_head(step) + counted(5, summary));
+}
+
+void TensorBoard::add(const std::string& event) {
     try {
-        record(event_head(step) + counted(5, summary));
+        record(event);
     } catch (const Failure& failure) {  // no reason to end a training
         if (!warned_)
             std::fprintf(stderr, "vkrun: warning: events for TensorBoard are missing: %s\n",

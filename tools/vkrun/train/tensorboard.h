@@ -17,13 +17,17 @@ class TensorBoard {
     /// A new file in `folder`, which is made. Throws a Failure.
     explicit TensorBoard(const std::string& folder);
 
-    /// An event that cannot be written is missing, with one warning.
+    /// The first call also notes that a session starts at this step: readers then forget later ones of other files,
+    /// which a killed run wrote after its last state. An event that cannot be written is missing, with one warning.
     void scalars(std::uint64_t step, const std::vector<std::pair<std::string, double>>& values);
 
   private:
+    void add(const std::string& event);
+    /// Throws a Failure.
     void record(const std::string& event);
 
     std::string path_;
+    bool started_ = false;
     bool warned_ = false;
 };
 

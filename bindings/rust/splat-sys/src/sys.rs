@@ -147,7 +147,7 @@ pub const SPLAT_FRAME_LDF: splat_frame = 8;
 /// read .ply and .spz files with bytes that their header does not count, with a warning that they are left out, instead of refusing them
 pub const SPLAT_SCENE_LENIENT: u32 = 1;
 
-/// drop NaN, infinities and rotations of length 0
+/// drop NaN, infinities and rotations of length 0; an infinite logit is an opacity of 0 or 1
 pub const SPLAT_FILTER_FINITE: u32 = 1;
 /// order the remaining ones along a Morton curve
 pub const SPLAT_FILTER_SORT: u32 = 2;
@@ -3690,8 +3690,8 @@ extern "C" {
 
     /// ```text
     /// Move, turn and scale a scene, including its spherical harmonics.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (the similarity),
-    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY; on error the scene is unchanged.
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (the similarity, or one
+    ///   that moves means beyond float32), SPLAT_ERROR_OUT_OF_HOST_MEMORY; on error the scene is unchanged.
     /// ```
     pub fn splat_scene_transform(
         scene: splat_scene,

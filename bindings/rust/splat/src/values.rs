@@ -477,7 +477,7 @@ impl std::fmt::Debug for SceneFlags {
 pub struct FilterFlags(pub u32);
 
 impl FilterFlags {
-    /// drop NaN, infinities and rotations of length 0
+    /// drop NaN, infinities and rotations of length 0; an infinite logit is an opacity of 0 or 1
     pub const FINITE: FilterFlags = FilterFlags(sys::SPLAT_FILTER_FINITE);
     /// order the remaining ones along a Morton curve
     pub const SORT: FilterFlags = FilterFlags(sys::SPLAT_FILTER_SORT);
