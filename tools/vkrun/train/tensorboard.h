@@ -17,7 +17,7 @@ class TensorBoard {
     /// A new file in `folder`, which is made. Throws a Failure.
     explicit TensorBoard(const std::string& folder);
 
-    /// The first call also notes that a session starts at this step: readers then forget later ones of other files,
+    /// The first call also notes that a session starts at this step: readers then forget later steps of other files,
     /// which a killed run wrote after its last state. An event that cannot be written is missing, with one warning.
     void scalars(std::uint64_t step, const std::vector<std::pair<std::string, double>>& values);
 
