@@ -182,8 +182,9 @@ void add_evaluations(HtmlPage& page, const std::vector<Run>& runs) {
             const Json& interval = metric.at("ci");
             std::vector<std::string>& row = rows.back();
             row[4] = format("%+.4f", number("observed_difference"));
-            row[5] = format("%+.4f to %+.4f", interval.at(0).get<double>(),
-                            interval.at(1).get<double>());
+            if (interval.at(0).is_number())  // not of one pair
+                row[5] = format("%+.4f to %+.4f", interval.at(0).get<double>(),
+                                interval.at(1).get<double>());
             row[6] = format("%.2g", number("p_permutation"));
         }
     }
