@@ -87,7 +87,10 @@ enum {
 enum {
     /* read .ply and .spz files with bytes that their header does not count, with a warning that they are
      * left out, instead of refusing them */
-    SPLAT_SCENE_LENIENT = 1u << 0
+    SPLAT_SCENE_LENIENT = 1u << 0,
+    /* write .spz files of scenes of which more than 1 % of the Gaussians have scales that the format does not
+     * hold, with the nearest ones, instead of refusing them */
+    SPLAT_SCENE_CLAMP = 1u << 1
 };
 
 typedef struct splat_scene_file_desc {

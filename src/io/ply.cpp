@@ -192,7 +192,13 @@ Result<Buffer> write_ply(const Gaussians& gaussians, const SaveOptions& options)
                                      (14 + 3 * std::size_t{sh_coefficients(scene.sh_degree)}) *
                                      sizeof(float));
     put_text(file, header);
-    for (std::size_t i = 0; i < scene.count(); ++i) put_vertex(file, scene, i);
+    std::size_t bad = 0;
+    for (std::size_t i = 0; i < scene.count(); ++i) {
+        put_vertex(file, scene, i);
+        bad += holds_numbers(scene, i) ? 0 : 1;
+    }
+    warn_of_loss("ply", bad, scene.count(),
+                 "Gaussians have a value that is not finite, and keep it");
     return file;
 }
 

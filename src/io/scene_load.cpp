@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/log.h"
 #include "scene/arrays.h"
 
 namespace splat::io {
@@ -49,6 +50,18 @@ Result<scene::Gaussians> prepare_save(const scene::Gaussians& gaussians, scene::
     scene::Gaussians copy = scene::with_sh_degree(gaussians, degree);
     scene::convert_frame(copy, scene::Frame::kRdf, options.frame.value_or(usual));
     return copy;
+}
+
+bool holds_numbers(const scene::Gaussians& g, std::size_t i) {
+    const std::size_t each = std::size_t{scene::sh_coefficients(g.sh_degree)} * 3;
+    return all_finite(g.means, i, 3) && all_finite(g.log_scales, i, 3) &&
+           all_finite(g.rotations, i, 4) && all_finite(g.sh, i, each) &&
+           !std::isnan(g.opacity_logits[i]);
+}
+
+void warn_of_loss(const char* format, std::size_t count, std::size_t all, const char* what) {
+    if (count > 0)
+        log(LogLevel::kWarning, splat::format("%s: %zu of %zu %s", format, count, all, what));
 }
 
 }  // namespace splat::io

@@ -34,13 +34,14 @@ struct LoadOptions {
     std::optional<scene::Frame> frame;     ///< of the file, unless it is the format's usual one
     std::uint64_t max_count = 1ULL << 27;  ///< more Gaussians are refused
     DecodeLimits limits = decode_limits();
-    bool lenient = false;                  ///< leave out what a header does not account for
+    bool lenient = false;  ///< leave out what a header does not account for
 };
 
 struct SaveOptions {
     std::optional<scene::Frame> frame;       ///< for the file; nothing = the format's usual one
     std::optional<std::uint32_t> sh_degree;  ///< bands are dropped or padded; nothing = all
     std::uint32_t spz_version = 3;           ///< 3 or 4
+    bool clamp = false;  ///< write scales that a format does not hold as the nearest
 };
 
 /// What a reader checks before it allocates the Gaussians that a header promises. Errors: kUnsupported for more
@@ -57,5 +58,11 @@ LoadedScene finish_load(scene::Gaussians gaussians, LoadReport report, scene::Fr
 /// kInvalidArgument for arrays that do not fit together, or a degree above the highest.
 Result<scene::Gaussians> prepare_save(const scene::Gaussians& gaussians, scene::Frame usual,
                                       const SaveOptions& options);
+
+/// Every value of a Gaussian is finite; the opacity logit may be infinite.
+bool holds_numbers(const scene::Gaussians& gaussians, std::size_t i);
+
+/// Warns of `count` of `all` things, unless there are none: "spz: 3 of 40 colours are outside ...".
+void warn_of_loss(const char* format, std::size_t count, std::size_t all, const char* what);
 
 }  // namespace splat::io

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/log.h"
 #include "io/bytes.h"
 #include "io/reader.h"
 #include "scene/arrays.h"
@@ -72,7 +73,17 @@ Result<Buffer> write_splat(const Gaussians& gaussians, const SaveOptions& option
     SaveOptions flat = options;
     flat.sh_degree = 0;
     SPLAT_ASSIGN(Gaussians scene, prepare_save(gaussians, scene::Frame::kRdf, flat));
-    scene::normalise_rotations(scene);
+    const std::size_t bad_rotations = scene::normalise_rotations(scene);
+    if (!options.sh_degree && gaussians.sh_degree > 0)
+        log(LogLevel::kWarning,
+            format("splat: harmonics of degree 1 to %u are not kept: the format has none",
+                   gaussians.sh_degree));
+    const auto clipped = std::count_if(scene.sh.begin(), scene.sh.end(), [](float value) {
+        return std::abs(scene::kSh0 * static_cast<double>(value)) > 0.5 + 0.5 / 255;
+    });
+    warn_of_loss("splat", static_cast<std::size_t>(clipped), scene.sh.size(),
+                 "colours are outside 0 to 1, and are clipped");
+    warn_of_loss("splat", bad_rotations, scene.count(), "rotations have length 0");
     Buffer file;
     file.reserve(scene.count() * kBytesEach);
     for (std::size_t i = 0; i < scene.count(); ++i) {

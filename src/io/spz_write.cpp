@@ -18,14 +18,13 @@ using namespace spz;
 constexpr int kBand1Step = 8;
 constexpr int kHigherStep = 16;
 constexpr int kUsualFractionBits = 12;
+constexpr int kFinestFractionBits = 23;
+constexpr double kEnoughSteps = 1 << 16;
 constexpr double kMaxFixed = 8388607;
 
 Status check_finite(const Gaussians& g) {
-    const std::size_t each = std::size_t{scene::sh_coefficients(g.sh_degree)} * 3;
     for (std::size_t i = 0; i < g.count(); ++i)
-        if (!all_finite(g.means, i, 3) || !all_finite(g.log_scales, i, 3) ||
-            !all_finite(g.rotations, i, 4) || !all_finite(g.sh, i, each) ||
-            std::isnan(g.opacity_logits[i]))
+        if (!holds_numbers(g, i))
             return error(
                 Code::kInvalidArgument,
                 "spz: Gaussian %zu has a value that is not finite, which the format cannot "
@@ -34,12 +33,52 @@ Status check_finite(const Gaussians& g) {
     return {};
 }
 
-/// The finest fixed-point unit that holds every mean.
+/// Scales that a byte holds: exp(-10) to exp(5.9375), and what rounds to them.
+constexpr double kLeastLogScale = -10 - 0.5 / 16, kMostLogScale = 255.5 / 16 - 10;
+constexpr double kMostClamped = 0.01;  ///< of the Gaussians, more make another scene
+
+/// Errors: kInvalidArgument, with the factor that helps, if too many scales do not fit.
+Status check_scales(const Gaussians& g, bool clamp) {
+    std::vector<float> least(g.count());
+    std::size_t small = 0, large = 0;
+    for (std::size_t i = 0; i < g.count(); ++i) {
+        const float* const s = &g.log_scales[3 * i];
+        least[i] = std::min({s[0], s[1], s[2]});
+        small += static_cast<double>(least[i]) < kLeastLogScale ? 1 : 0;
+        large += static_cast<double>(std::max({s[0], s[1], s[2]})) > kMostLogScale ? 1 : 0;
+    }
+    const auto few = static_cast<std::size_t>(kMostClamped * static_cast<double>(g.count()));
+    if (clamp || (small <= few && large <= few)) {
+        warn_of_loss("spz", small, g.count(),
+                     "Gaussians have a scale below exp(-10), and get that");
+        warn_of_loss("spz", large, g.count(),
+                     "Gaussians have a scale above exp(5.9375), and get that");
+        return {};
+    }
+    double factor = 0.01;
+    if (small > few) {
+        const auto rank = least.begin() + static_cast<std::ptrdiff_t>(few);
+        std::nth_element(least.begin(), rank, least.end());
+        factor = std::exp(-10 - static_cast<double>(*rank));
+    }
+    return error(
+        Code::kInvalidArgument,
+        "spz: %zu of %zu Gaussians have a scale that the format does not hold, exp(-10) to "
+        "exp(5.9375); scale the scene by %.2g, write .ply, or let the scales be clamped",
+        small > few ? small : large, g.count(), factor);
+}
+
+/// The fixed-point unit: the usual one, coarser where that does not hold every mean, finer for small scenes, down to
+/// 2^-16 of the largest.
 Result<std::uint8_t> choose_fraction_bits(const Gaussians& g) {
     double largest = 0;
     for (const float value : g.means)
         largest = std::max(largest, std::abs(static_cast<double>(value)));
-    for (int bits = kUsualFractionBits; bits >= 0; --bits)
+    int finest = kUsualFractionBits;
+    while (finest < kFinestFractionBits && largest > 0 &&
+           std::ldexp(largest, finest) < kEnoughSteps)
+        ++finest;
+    for (int bits = finest; bits >= 0; --bits)
         if (std::ldexp(largest, bits) <= kMaxFixed) return static_cast<std::uint8_t>(bits);
     return error(
         Code::kInvalidArgument,
@@ -145,7 +184,17 @@ Result<Buffer> write_spz(const Gaussians& gaussians, const SaveOptions& options)
     if (scene.count() > 0xFFFFFFFFU)
         return error(Code::kUnsupported, "spz: %zu Gaussians, the format counts in 32 bits",
                      scene.count());
-    scene::normalise_rotations(scene);
+    SPLAT_TRY(check_scales(scene, options.clamp));
+    warn_of_loss("spz", scene::normalise_rotations(scene), scene.count(),
+                 "rotations have length 0");
+    std::size_t clipped = 0;
+    const std::size_t each = std::size_t{scene::sh_coefficients(scene.sh_degree)} * 3;
+    for (std::size_t i = 0; i < scene.sh.size(); ++i)
+        if (i % each < 3 &&
+            std::abs(kColorScale * static_cast<double>(scene.sh[i])) > 0.5 + 0.5 / 255)
+            ++clipped;
+    warn_of_loss("spz", clipped, 3 * scene.count(),
+                 "colours are outside what a byte holds, and are clipped");
     Header header;
     header.version = options.spz_version;
     header.count = static_cast<std::uint32_t>(scene.count());

@@ -2,13 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "core/log.h"
 #include "io/compress.h"
 #include "io/sample_scene.h"
 #include "io/spz_layout.h"
 #include "scene/activate.h"
+#include "support/compare.h"
 #include "support/expect_status.h"
 
 namespace splat::io {
@@ -85,6 +88,59 @@ TEST(Spz, ASecondRoundTripChangesNothing) {
     const auto second = write_spz(loaded.value().gaussians);
     ASSERT_OK(second.status());
     EXPECT_EQ(first.value(), second.value());
+}
+
+/// A car of millimetres: positions keep their digits, and scales that a byte does not hold are told.
+TEST(Spz, SmallScenesTakeAFinerUnit) {
+    auto scene = sample_scene(300, 0);
+    for (float& value : scene.means) value *= 1e-3F;
+    SaveOptions options;
+    options.clamp = true;
+    for (float& value : scene.log_scales) value = -5;
+    const auto file = write_spz(scene, options);
+    ASSERT_OK(file.status());
+    const auto back = read_spz(file.value());
+    ASSERT_OK(back.status());
+    float largest = 0;
+    for (const float value : scene.means) largest = std::max(largest, std::abs(value));
+    EXPECT_LT(test::max_difference(back.value().gaussians.means, scene.means),
+              static_cast<double>(largest) / 65536);
+}
+
+TEST(Spz, RefusesAndTellsScalesThatItDoesNotHold) {
+    auto scene = sample_scene(1000, 0);
+    for (std::size_t i = 0; i < scene.log_scales.size(); ++i)
+        scene.log_scales[i] = i < 3 * 500 ? -12 : -5;
+    EXPECT_ERROR(write_spz(scene, {}).status(), Code::kInvalidArgument,
+                 "500 of 1000 Gaussians have a scale that the format does not hold, exp(-10) to "
+                 "exp(5.9375); scale the scene by 7.4, write .ply, or let the scales be clamped");
+    const auto warned = [](const scene::Gaussians& gaussians, const SaveOptions& options = {}) {
+        std::string text;
+        const auto keep = [](void* user, int, const char* sentence) {
+            *static_cast<std::string*>(user) += sentence + std::string("\n");
+        };
+        set_log_sink(keep, &text, LogLevel::kWarning);
+        EXPECT_OK(write_spz(gaussians, options).status());
+        set_log_sink(nullptr, nullptr, LogLevel::kWarning);
+        return text;
+    };
+    SaveOptions clamp;
+    clamp.clamp = true;
+    EXPECT_NE(warned(scene, clamp).find("spz: 500 of 1000 Gaussians have a scale below exp(-10)"),
+              std::string::npos);
+    auto few = sample_scene(1000, 0);
+    EXPECT_EQ(warned(few), "");
+    for (std::size_t i = 0; i < 30; ++i) few.log_scales[i] = -12;  // ten: one in a hundred
+    few.sh[5] = 9;
+    for (std::size_t k = 0; k < 4; ++k) few.rotations[4 + k] = 0;
+    EXPECT_EQ(warned(few),
+              "spz: 10 of 1000 Gaussians have a scale below exp(-10), and get that\n"
+              "spz: 1 of 1000 rotations have length 0\n"
+              "spz: 1 of 3000 colours are outside what a byte holds, and are clipped\n");
+    few.log_scales[30] = -12;
+    EXPECT_FALSE(write_spz(few, {}).ok()) << "eleven";
+    for (std::size_t i = 0; i < 60; ++i) few.log_scales[i] = 7;
+    EXPECT_ERROR(write_spz(few, {}).status(), Code::kInvalidArgument, "scale the scene by 0.01");
 }
 
 TEST(Spz, FarMeansTakeACoarserUnit) {

@@ -260,6 +260,8 @@ namespace Splat
         None = 0,
         /// <summary>read .ply and .spz files with bytes that their header does not count, with a warning that they are left out, instead of refusing them</summary>
         Lenient = 1,
+        /// <summary>write .spz files of scenes of which more than 1 % of the Gaussians have scales that the format does not hold, with the nearest ones, instead of refusing them</summary>
+        Clamp = 2,
     }
 
     /// <summary>splat_filter_flags of the C API.</summary>

@@ -35,6 +35,9 @@ namespace Splat
         public long MaxCount { get; set; }
         /// <summary>To read: leave out bytes after the rows that a .ply header counts, with a warning.</summary>
         public bool Lenient { get; set; }
+        /// <summary>Write scales that .spz does not hold as the nearest, instead of refusing
+        /// scenes with more than 1 % of them.</summary>
+        public bool Clamp { get; set; }
 
         internal unsafe splat_scene_file_desc ToNative()
         {
@@ -43,7 +46,7 @@ namespace Splat
             return new splat_scene_file_desc
             {
                 struct_size = (uint)sizeof(splat_scene_file_desc),
-                flags = Lenient ? SceneFlags.Lenient : 0,
+                flags = (Lenient ? SceneFlags.Lenient : 0) | (Clamp ? SceneFlags.Clamp : 0),
                 format = Format,
                 frame = Frame,
                 sh_degree = ShDegree == 0 ? Native.SPLAT_SH_CONSTANT : ShDegree ?? 0,

@@ -28,7 +28,8 @@ Status check_range(const char* field, std::int64_t value, std::int64_t least, st
 Result<splat_scene_file_desc> complete(const splat_scene_file_desc* desc) {
     splat_scene_file_desc full{};
     if (desc == nullptr) return full;
-    SPLAT_TRY(api::check_desc(desc, "splat_scene_file_desc", sizeof full, SPLAT_SCENE_LENIENT));
+    SPLAT_TRY(api::check_desc(desc, "splat_scene_file_desc", sizeof full,
+                              SPLAT_SCENE_LENIENT | SPLAT_SCENE_CLAMP));
     SPLAT_TRY(check_range("format", desc->format, 0, std::ssize(io::scene_formats())));
     SPLAT_TRY(check_range("frame", desc->frame, 0, SPLAT_FRAME_LDF));
     SPLAT_TRY(check_range("sh_degree", desc->sh_degree, SPLAT_SH_CONSTANT, scene::kMaxShDegree));
@@ -106,6 +107,7 @@ Result<io::Buffer> file_of(api::SceneObject& object, const io::SceneFormat& form
     options.frame = frame_of(desc);
     options.sh_degree = degree_of(desc);
     if (desc.spz_version != 0) options.spz_version = desc.spz_version;
+    options.clamp = (desc.flags & SPLAT_SCENE_CLAMP) != 0;
     const std::shared_lock lock(object.mutex);
     return io::write_scene(object.gaussians, format, options);
 }

@@ -177,6 +177,7 @@ class SceneFlags(IntFlag):
     """`splat_scene_flags` of the headers."""
 
     LENIENT = 1
+    CLAMP = 2
 
 
 class FilterFlags(IntFlag):

@@ -142,19 +142,23 @@ class Scene(Handle):
                             byref(desc)))
 
     def save(self, path: PathLike, *, format: Name = None, frame: Name = None,
-             sh_degree: Optional[int] = None, spz_version: int = 0) -> None:
+             sh_degree: Optional[int] = None, spz_version: int = 0, clamp: bool = False) -> None:
         """Write a scene to a file, which appears whole or not at all. Parameters as in `load`.
 
         spz_version  3 or 4; 0: 3
+        clamp        write scales that .spz does not hold as the nearest, instead of refusing
+                     scenes with more than 1 % of them
         Raises NotFound (the folder), IoError, Unsupported (the format), InvalidArgument.
         """
         desc = _file_desc(format, frame, sh_degree, spz_version)
+        desc.flags = flags_of((clamp, _native.SceneFlags.CLAMP))
         check(lib.splat_scene_save(self.handle, path_of(path), byref(desc)))
 
     def to_bytes(self, format: Name, *, frame: Name = None, sh_degree: Optional[int] = None,
-                 spz_version: int = 0) -> bytes:
+                 spz_version: int = 0, clamp: bool = False) -> bytes:
         """The bytes of such a file. Parameters and errors as in `save`."""
         desc = _file_desc(format, frame, sh_degree, spz_version)
+        desc.flags = flags_of((clamp, _native.SceneFlags.CLAMP))
         return bytes_from(lib.splat_scene_save_memory, self.handle, byref(desc))
 
     @staticmethod

@@ -146,6 +146,8 @@ pub const SPLAT_FRAME_LDF: splat_frame = 8;
 
 /// read .ply and .spz files with bytes that their header does not count, with a warning that they are left out, instead of refusing them
 pub const SPLAT_SCENE_LENIENT: u32 = 1;
+/// write .spz files of scenes of which more than 1 % of the Gaussians have scales that the format does not hold, with the nearest ones, instead of refusing them
+pub const SPLAT_SCENE_CLAMP: u32 = 2;
 
 /// drop NaN, infinities and rotations of length 0; an infinite logit is an opacity of 0 or 1
 pub const SPLAT_FILTER_FINITE: u32 = 1;

@@ -451,6 +451,8 @@ pub struct SceneFlags(pub u32);
 impl SceneFlags {
     /// read .ply and .spz files with bytes that their header does not count, with a warning that they are left out, instead of refusing them
     pub const LENIENT: SceneFlags = SceneFlags(sys::SPLAT_SCENE_LENIENT);
+    /// write .spz files of scenes of which more than 1 % of the Gaussians have scales that the format does not hold, with the nearest ones, instead of refusing them
+    pub const CLAMP: SceneFlags = SceneFlags(sys::SPLAT_SCENE_CLAMP);
 
     /// Whether all bits of `other` are set.
     pub fn contains(self, other: SceneFlags) -> bool {
@@ -468,7 +470,7 @@ impl std::ops::BitOr for SceneFlags {
 
 impl std::fmt::Debug for SceneFlags {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        crate::text::bits(f, "SceneFlags", self.0, &[("LENIENT", SceneFlags::LENIENT.0)])
+        crate::text::bits(f, "SceneFlags", self.0, &[("LENIENT", SceneFlags::LENIENT.0), ("CLAMP", SceneFlags::CLAMP.0)])
     }
 }
 
