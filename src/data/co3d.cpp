@@ -225,13 +225,14 @@ class Co3dReader : public DatasetReader {
         const char* const files[] = {masked ? "images_fg.npy" : "images_full.npy", "depths.npy",
                                      "normals.npy", "masks.npy"};
         std::vector<std::string> problems;
+        std::vector<MapKind> lacking;
         for (const MapKind kind :
              {MapKind::kRgb, MapKind::kDepth, MapKind::kNormal, MapKind::kMask}) {
             FrameArray& array = sequence.arrays[static_cast<std::size_t>(kind)];
             array.path = (folder / files[static_cast<std::size_t>(kind)]).string();
             array.channels = channels_of(kind);
             if (kind != MapKind::kRgb && !has(fs::path(array.path).stem().c_str())) {
-                index_.add_lacking(kind, array.path);
+                lacking.push_back(kind);
                 continue;
             }
             Status status = examine(array);
@@ -249,6 +250,7 @@ class Co3dReader : public DatasetReader {
                        [&](const std::vector<std::string>&) { sequences_.push_back(sequence); }));
         index_.problems.back().insert(index_.problems.back().end(), problems.begin(),
                                       problems.end());
+        for (const MapKind kind : lacking) index_.add_lacking(kind, sequence.of(kind).path);
         return true;
     }
 

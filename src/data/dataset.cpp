@@ -81,8 +81,8 @@ Status check_maps(std::uint32_t wanted, const DatasetIndex& index) {
     if ((wanted & ~index.maps) == 0) return {};
     std::string places;
     for (const MapKind kind : kMaps)
-        if ((wanted & flag_of(kind)) != 0 && !index.lacking[static_cast<std::size_t>(kind)].empty())
-            places += "; missing: '" + index.lacking[static_cast<std::size_t>(kind)] + "'";
+        if ((wanted & flag_of(kind)) != 0 && !index.lacking(kind).empty())
+            places += "; missing: '" + index.lacking(kind) + "'";
     if (!index.unread.empty())
         places += "; not read, expected .png, .jpg, .webp or .npy: '" + index.unread.front() + "'";
     return error(Code::kNotFound, "maps requested: %s; every object has: %s%s",

@@ -61,7 +61,6 @@ Status DatasetIndex::take(const ReaderDesc& desc, const std::string& name,
                           const std::string& folder, const std::function<Result<bool>()>& add) {
     const std::size_t count = names.size();
     const std::uint32_t maps_before = maps;
-    const auto lacking_before = lacking;
     const Result<bool> added = add();
     if (added.ok()) {
         if (!added.value()) others.push_back(name);
@@ -90,15 +89,35 @@ Status DatasetIndex::take(const ReaderDesc& desc, const std::string& name,
     views_of.resize(count);
     problems.resize(count);
     maps = maps_before;
-    lacking = lacking_before;
+    std::erase_if(lacks, [count](const Lack& lack) { return lack.object >= count; });
     missing.emplace_back(name, problem.message());
     return {};
 }
 
 void DatasetIndex::add_lacking(MapKind kind, const std::string& place) {
     maps &= ~flag_of(kind);
-    std::string& first = lacking[static_cast<std::size_t>(kind)];
-    if (first.empty()) first = place;
+    lacks.push_back({names.size() - 1, kind, place});
+}
+
+std::string DatasetIndex::lacking(MapKind kind) const {
+    const auto first = std::find_if(lacks.begin(), lacks.end(),
+                                    [kind](const Lack& lack) { return lack.kind == kind; });
+    return first == lacks.end() ? "" : first->place;
+}
+
+void DatasetIndex::compare_maps() {
+    for (const MapKind kind : kMaps) {
+        const auto without = static_cast<std::size_t>(std::count_if(
+            lacks.begin(), lacks.end(), [kind](const Lack& lack) { return lack.kind == kind; }));
+        const auto read = static_cast<std::size_t>(std::count_if(
+            views_of.begin(), views_of.end(), [](std::uint32_t views) { return views > 0; }));
+        if (without == 0 || without >= read) continue;
+        for (const Lack& lack : lacks)
+            if (lack.kind == kind)
+                problems[lack.object].push_back(
+                    splat::format("there are no %s maps in '%s', which %zu other objects have",
+                                  map_name(kind), lack.place.c_str(), read - without));
+    }
 }
 
 Status no_split(const ReaderDesc& desc, Status status) {
@@ -107,6 +126,7 @@ Status no_split(const ReaderDesc& desc, Status status) {
 }
 
 Status DatasetIndex::find_resolution(const DatasetReader& reader, bool lenient) {
+    if (lenient) compare_maps();
     for (std::uint32_t object = 0; object < names.size(); ++object) {
         if (views_of[object] == 0) continue;
         const auto first = reader.image(object, 0, MapKind::kRgb, true);

@@ -54,12 +54,18 @@ struct DatasetIndex {
     std::vector<std::string> folders;  ///< of their files
     std::vector<std::string> files;    ///< and more of them, that lie elsewhere
     std::vector<std::uint32_t> views_of;
-    std::uint32_t maps = 0;              ///< flags of the maps that every object has
-    std::array<std::string, 4> lacking;  ///< by MapKind: a place where such maps are not
-    bool alpha_masks = false;            ///< masks are the alpha of the images
-    bool ignores_alpha = false;          ///< colours of transparent pixels are used as stored
-    std::uint32_t resolution = 0;        ///< of the first image
-    Filter filter = Filter::kBicubic;    ///< for other resolutions
+    std::uint32_t maps = 0;  ///< flags of the maps that every object has
+    /// Objects without maps of a kind, and where those would be.
+    struct Lack {
+        std::size_t object;
+        MapKind kind;
+        std::string place;
+    };
+    std::vector<Lack> lacks;
+    bool alpha_masks = false;          ///< masks are the alpha of the images
+    bool ignores_alpha = false;        ///< colours of transparent pixels are used as stored
+    std::uint32_t resolution = 0;      ///< of the first image
+    Filter filter = Filter::kBicubic;  ///< for other resolutions
     double source_distance = 0;  ///< of the first view read, by scaling the scene; 0: not scaled
     std::vector<std::vector<std::string>> problems;  ///< of each object, if lenient
     /// Objects left out because they are incomplete, and why; with ReaderDesc::allow_missing.
@@ -79,7 +85,7 @@ struct DatasetIndex {
         if (unread.size() < kMostUnread) unread.push_back(std::move(path));
     }
 
-    /// Note that an object has no maps of a kind in this place.
+    /// Note that the last object has no maps of a kind in this place.
     void add_lacking(MapKind kind, const std::string& place);
 
     /// Add an object with the views that have a camera and an image, and pass them to `accept`. Errors:
@@ -93,6 +99,12 @@ struct DatasetIndex {
     /// desc.allow_missing an incomplete one is left out. Errors: of `add`, kFormat for what is missing.
     Status take(const ReaderDesc& desc, const std::string& name, const std::string& folder,
                 const std::function<Result<bool>()>& add);
+
+    /// The first place without maps of a kind; empty: none.
+    [[nodiscard]] std::string lacking(MapKind kind) const;
+
+    /// Note as problems, if lenient, maps that an object lacks and others have.
+    void compare_maps();
 
     /// Set the resolution to that of the first image; if lenient, of the first readable one. If it has alpha and
     /// there are no maps of masks, alpha is the mask.

@@ -180,6 +180,27 @@ TEST(MissingObjects, AreRefusedListedOrNamed) {
     }
 }
 
+TEST(MissingObjects, MapsThatOthersHaveAreMissed) {
+    const SampleFolder folder;
+    put_srn(folder.path());
+    const fs::path objects = folder.path() / "cars_train";
+    for (const char* map :
+         {"a/depth/000000.png", "a/depth/000001.png", "c/depth/000000.png", "c/depth/000001.png"})
+        put_image(objects / map, 8, 1);
+    DatasetDesc desc = data_desc(folder.path());
+    EXPECT_EQ(test::open_data(desc)->index().maps, 0U) << "nobody asked for them";
+    desc.lenient = true;
+    const auto dataset = test::open_data(desc);
+    const auto found = check_object(*dataset, 1).value();
+    ASSERT_EQ(found.problems.size(), 1U);
+    EXPECT_EQ(found.problems[0], "there are no depth maps in '" + (objects / "b/depth").string() +
+                                     "', which 2 other objects have");
+    EXPECT_TRUE(check_object(*dataset, 0).value().problems.empty());
+    put_image(objects / "b/depth/000000.png", 8, 1);
+    put_image(objects / "b/depth/000001.png", 8, 1);
+    EXPECT_TRUE(check_object(*test::open_data(desc), 1).value().problems.empty());
+}
+
 TEST(MissingObjects, OtherFoldersAreNamed) {
     std::string warned;
     const auto keep = [](void* user, int, const char* text) {

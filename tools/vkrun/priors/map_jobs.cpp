@@ -54,9 +54,14 @@ void add_data_set(const fs::path& folder, const fs::path& to, int depth,
                   std::vector<MapJob>& jobs) {
     constexpr int kDeepest = 5;
     if (fs::is_directory(folder / "rgb")) return add_pictures(folder / "rgb", to, jobs);
+    if (fs::exists(folder / "intrinsics.txt") || fs::is_directory(folder / "pose"))
+        throw Failure(kBadData, "'" + folder.string() + "' is an object without rgb/");
     if (depth == kDeepest) return;
-    for (const fs::path& entry : entries_of(folder))
+    for (const fs::path& entry : entries_of(folder)) {
+        if (!fs::exists(entry))
+            throw Failure(kBadData, "'" + entry.string() + "' is a link to what does not exist");
         if (fs::is_directory(entry)) add_data_set(entry, to / entry.filename(), depth + 1, jobs);
+    }
 }
 
 }  // namespace
