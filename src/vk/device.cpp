@@ -8,6 +8,7 @@
 #include "core/environment.h"
 #include "core/fault.h"
 #include "core/log.h"
+#include "vk/device_exit.h"
 
 namespace splat::vk {
 namespace {
@@ -359,6 +360,7 @@ Status Device::open() {
                                 : instance_->create_device(physical_, &info, nullptr, &device_);
     SPLAT_TRY(check(result, "vkCreateDevice"));
     volkLoadDeviceTable(&vk, device_);
+    if (instance_->validation()) add_validated(*this);
     vk.vkGetDeviceQueue(device_, info_.queue_family, 0, &queue_);
     instance_->get_memory_properties(physical_, &memory_);
     return {};
@@ -402,11 +404,19 @@ Status Device::alive() const {
 
 Device::~Device() {
     if (device_ == VK_NULL_HANDLE || vk.vkDestroyDevice == nullptr) return;
+    if (instance_->validation()) remove_validated(*this);
     for (const CommandBuffer& commands : spare) {
         vk.vkDestroyFence(device_, commands.fence, nullptr);
         vk.vkDestroyCommandPool(device_, commands.pool, nullptr);
     }
     vk.vkDestroyDevice(device_, nullptr);
+}
+
+void Device::end_at_exit() noexcept {
+    lost_.store(true, std::memory_order_relaxed);
+    vk.vkDeviceWaitIdle(device_);
+    vk.vkDestroyDevice(device_, nullptr);
+    device_ = VK_NULL_HANDLE;
 }
 
 }  // namespace splat::vk

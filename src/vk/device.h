@@ -118,6 +118,9 @@ class Device {
     /// kDeviceLost if any call before reported it.
     [[nodiscard]] Status alive() const;
 
+    /// Destroy the VkDevice alone: the process exits, and what else is there is left to it. See device_exit.h.
+    void end_at_exit() noexcept;
+
     /// Command buffers that no list uses; at most kMostSpare. Guarded as the context is.
     static constexpr std::size_t kMostSpare = 8;
     std::vector<CommandBuffer> spare;

@@ -1,11 +1,13 @@
 #include "vk/instance.h"
 
+#include <algorithm>
 #include <cstring>
 #include <mutex>
 
 #include "core/fault.h"
 #include "core/fork.h"
 #include "core/log.h"
+#include "vk/device_exit.h"
 
 namespace splat::vk {
 namespace {
@@ -32,10 +34,43 @@ ForkMutex& instances_mutex() {
     return *mutex;
 }
 
-/// Messages of the layer are counted; the loader's own ("general") are only passed on.
+/// The layer's warnings of itself, from 1.3.280 on: its speed, and what it adds to the device for its own shaders.
+/// They come with every instance and device, and no call of ours can be meant.
+bool is_of_the_layer_itself(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
+                            const VkDebugUtilsMessengerCallbackDataEXT& data) {
+    constexpr struct {
+        const char* id;
+        const char* text;
+    } kOwn[] = {
+        {"VALIDATION-SETTINGS", "Both GPU Assisted Validation and Normal Core Check Validation"},
+        {"WARNING-GPU-Assisted-Validation", "Internal Warning: Adding a VkPhysicalDevice"},
+        {"WARNING-GPU-Assisted-Validation", "Internal Warning: Forcing "},
+        {"WARNING-GPU-Assisted-Validation",
+         "Internal Warning: Setting VkPhysicalDeviceVulkan12Properties::maxUpdateAfterBind"},
+        {"WARNING-GPU-Assisted-Validation", "[Disabling gpuav_validate_ray_query]"},
+    };
+    if (severity > VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT ||
+        data.pMessageIdName == nullptr)
+        return false;
+    return std::any_of(std::begin(kOwn), std::end(kOwn), [&](const auto& own) {
+        return std::strcmp(data.pMessageIdName, own.id) == 0 &&
+               std::strstr(data.pMessage, own.text) != nullptr;
+    });
+}
+
+/// Messages of the layer on calls are counted; the loader's own ("general") and the layer's on itself are only
+/// passed on.
 VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
                                           VkDebugUtilsMessageTypeFlagsEXT type,
                                           const VkDebugUtilsMessengerCallbackDataEXT* data, void*) {
+    if (devices_ended_at_exit()) return VK_FALSE;  // what was alive then is no leak
+    if (is_of_the_layer_itself(severity, *data)) {
+        try {
+            log(LogLevel::kInfo, std::string("[vulkan] ") + data->pMessage);
+        } catch (...) {  // no memory for the text
+        }
+        return VK_FALSE;
+    }
     const bool validation = (type & VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT) != 0;
     if (validation) g_messages.fetch_add(1, std::memory_order_relaxed);
     try {
@@ -58,15 +93,60 @@ VkDebugUtilsMessengerCreateInfoEXT messenger_info() {
     return info;
 }
 
-bool has_validation_layer() {
+/// The version of the layer; 0 without it.
+std::uint32_t validation_layer() {
     std::uint32_t count = 0;
-    if (vkEnumerateInstanceLayerProperties(&count, nullptr) != VK_SUCCESS) return false;
+    if (vkEnumerateInstanceLayerProperties(&count, nullptr) != VK_SUCCESS) return 0;
     std::vector<VkLayerProperties> layers(count);
-    if (vkEnumerateInstanceLayerProperties(&count, layers.data()) < VK_SUCCESS) return false;
+    if (vkEnumerateInstanceLayerProperties(&count, layers.data()) < VK_SUCCESS) return 0;
     for (const VkLayerProperties& layer : layers)
-        if (std::strcmp(layer.layerName, kValidationLayer) == 0) return true;
-    return false;
+        if (std::strcmp(layer.layerName, kValidationLayer) == 0) return layer.specVersion;
+    return 0;
 }
+
+/// What the layer is asked to check. Points into itself.
+class LayerFeatures {
+  public:
+    /// Adds the extension that the settings need, if any.
+    LayerFeatures(std::uint32_t layer_version, std::vector<const char*>& extensions) {
+        features_.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT;
+        features_.pNext = &messenger_;
+        features_.enabledValidationFeatureCount = static_cast<std::uint32_t>(std::size(kEnables));
+        features_.pEnabledValidationFeatures = kEnables;
+#ifdef VK_EXT_layer_settings
+        // Since 1.3.296 synchronisation validation leaves out the accesses of shaders otherwise.
+        if (layer_version < VK_MAKE_API_VERSION(0, 1, 3, 296)) return;
+        extensions.push_back(VK_EXT_LAYER_SETTINGS_EXTENSION_NAME);
+        messenger_.pNext = &settings_;
+#else
+        static_cast<void>(layer_version);
+        static_cast<void>(extensions);
+#endif
+    }
+    LayerFeatures(const LayerFeatures&) = delete;
+    LayerFeatures& operator=(const LayerFeatures&) = delete;
+
+    [[nodiscard]] const void* chain() const {
+        return &features_;
+    }
+
+  private:
+    // GPU-assisted validation reserves its own descriptor set, so that every set number below it stays ours.
+    static constexpr VkValidationFeatureEnableEXT kEnables[] = {
+        VK_VALIDATION_FEATURE_ENABLE_GPU_ASSISTED_EXT,
+        VK_VALIDATION_FEATURE_ENABLE_GPU_ASSISTED_RESERVE_BINDING_SLOT_EXT,
+        VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT,
+    };
+    VkDebugUtilsMessengerCreateInfoEXT messenger_ = messenger_info();
+    VkValidationFeaturesEXT features_{};
+#ifdef VK_EXT_layer_settings
+    VkBool32 on_ = VK_TRUE;
+    VkLayerSettingEXT shader_accesses_{kValidationLayer, "syncval_shader_accesses_heuristic",
+                                       VK_LAYER_SETTING_TYPE_BOOL32_EXT, 1, &on_};
+    VkLayerSettingsCreateInfoEXT settings_{VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
+                                           nullptr, 1, &shader_accesses_};
+#endif
+};
 
 Status load_loader() {
     static const VkResult result = volkInitialize();
@@ -139,7 +219,8 @@ Result<std::shared_ptr<Instance>> Instance::get(bool validation) {
 
 Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
     SPLAT_TRY(load_loader());
-    if (validation && !has_validation_layer())
+    const std::uint32_t layer = validation ? validation_layer() : 0;
+    if (validation && layer == 0)
         return error(
             Code::kUnsupported,
             "validation was requested, but the layer %s is not installed: on Debian `apt-get "
@@ -152,30 +233,17 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
     application.pEngineName = "libsplat";
     application.apiVersion = VK_API_VERSION_1_2;
 
-    // GPU-assisted validation reserves its own descriptor set, so that every set number below it
-    // stays ours.
-    const VkValidationFeatureEnableEXT enables[] = {
-        VK_VALIDATION_FEATURE_ENABLE_GPU_ASSISTED_EXT,
-        VK_VALIDATION_FEATURE_ENABLE_GPU_ASSISTED_RESERVE_BINDING_SLOT_EXT,
-        VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT,
-    };
-    VkDebugUtilsMessengerCreateInfoEXT messenger = messenger_info();
-    VkValidationFeaturesEXT features{};
-    features.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT;
-    features.pNext = &messenger;
-    features.enabledValidationFeatureCount = static_cast<std::uint32_t>(std::size(enables));
-    features.pEnabledValidationFeatures = enables;
-    const char* extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
-
+    std::vector<const char*> extensions{VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
+    const LayerFeatures features(layer, extensions);
     VkInstanceCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
     info.pApplicationInfo = &application;
     if (validation) {
-        info.pNext = &features;
+        info.pNext = features.chain();
         info.enabledLayerCount = 1;
         info.ppEnabledLayerNames = &kValidationLayer;
-        info.enabledExtensionCount = 1;
-        info.ppEnabledExtensionNames = extensions;
+        info.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
+        info.ppEnabledExtensionNames = extensions.data();
     }
     std::shared_ptr<Instance> instance(new Instance);
     instance->validation_ = validation;
@@ -190,6 +258,7 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
             "vkCreateInstance failed with %s: no usable Vulkan driver; on Debian `apt-get install "
             "mesa-vulkan-drivers` gives a software one",
             result_name(result));
+    if (validation) end_devices_before(layer);
     SPLAT_TRY(instance->load_functions());
     if (validation) SPLAT_TRY(instance->create_messenger());
     SPLAT_TRY(instance->enumerate());
@@ -252,6 +321,7 @@ Status Instance::enumerate() {
 }
 
 Instance::~Instance() {
+    if (validation_ && devices_ended_at_exit()) return;  // the layer has forgotten it
     if (messenger_ != VK_NULL_HANDLE) destroy_messenger_(instance_, messenger_, nullptr);
     if (instance_ != VK_NULL_HANDLE && destroy_instance_ != nullptr)
         destroy_instance_(instance_, nullptr);

@@ -1,6 +1,8 @@
 // Tests that must fail: ctest expects the harness's message.
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "support/expect_status.h"
 #include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
@@ -50,6 +52,56 @@ TEST(Harness, ExpectedMessagesDoNotFailTheTest) {
     const test::ExpectedMessages bait;
     EXPECT_OK(context->run(list));
     EXPECT_GT(bait.count(), 0U);
+}
+
+/// Send a message as the layer does.
+void submit(const Instance& instance, VkDebugUtilsMessageSeverityFlagBitsEXT severity,
+            const char* id, const char* text) {
+    const auto send = reinterpret_cast<PFN_vkSubmitDebugUtilsMessageEXT>(
+        vkGetInstanceProcAddr(instance.handle(), "vkSubmitDebugUtilsMessageEXT"));
+    ASSERT_NE(send, nullptr);
+    VkDebugUtilsMessengerCallbackDataEXT data{};
+    data.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CALLBACK_DATA_EXT;
+    data.pMessageIdName = id;
+    data.pMessage = text;
+    send(instance.handle(), severity, VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT, &data);
+}
+
+TEST(Harness, WarningsOfTheLayerOnItselfDoNotCount) {
+    if (!test::validation_on()) GTEST_SKIP() << "validation is off";
+    const auto instance = Instance::get(true);
+    ASSERT_OK(instance.status());
+    constexpr auto kWarning = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT;
+    const std::pair<const char*, const char*> own[] = {
+        {"VALIDATION-SETTINGS",
+         "vkCreateInstance(): Both GPU Assisted Validation and Normal Core Check Validation are "
+         "enabled, this is not recommend as it  will be very slow."},
+        {"WARNING-GPU-Assisted-Validation",
+         "vkCreateDevice(): Internal Warning: Adding a VkPhysicalDeviceTimelineSemaphoreFeatures "
+         "to pNext with timelineSemaphore set to VK_TRUE"},
+        {"WARNING-GPU-Assisted-Validation",
+         "vkCreateDevice(): Internal Warning: Forcing shaderInt64 to VK_TRUE"},
+    };
+    const test::ExpectedMessages expected;
+    for (const auto& [id, text] : own) {
+        submit(*instance.value(), kWarning, id, text);
+        EXPECT_EQ(expected.count(), 0U) << text;
+    }
+    std::uint64_t before = 0;
+    const auto expect_counted = [&](const char* what) {
+        EXPECT_GT(expected.count(), before) << what;
+        before = expected.count();
+    };
+    for (const auto& [id, text] : own) {
+        submit(*instance.value(), VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT, id, text);
+        expect_counted("an error");
+        submit(*instance.value(), kWarning, "VUID-vkCreateDevice-pNext-00373", text);
+        expect_counted("another id");
+        submit(*instance.value(), kWarning, id, "The layer gives up.");
+        expect_counted("another text");
+        submit(*instance.value(), kWarning, nullptr, text);
+        expect_counted("no id");
+    }
 }
 
 }  // namespace
