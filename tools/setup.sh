@@ -1,7 +1,7 @@
 # shellcheck shell=sh disable=SC2034  # the packages are used by the scripts that source this
 # Sourced by tools/test and tools/demo.
 #
-#   packages_build, packages_test   packages of Debian 12 for a build, and for the tests
+#   packages_build, packages_test   packages of Debian 12 and 13 for a build, and for the tests
 #   packages_interop                and for the tests against other programs
 #   packages_bindings               and for the tests of the bindings
 #   ensure_packages <package>...    install what is missing, or say what is missing (install=no)
