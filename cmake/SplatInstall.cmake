@@ -7,11 +7,6 @@ include(GNUInstallDirs)
 set(SPLAT_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/Splat)
 set(SPLAT_PC_DIR ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 
-# In the source tree the target has the same name as in an installed package.
-if(NOT TARGET splat::splat)
-  add_library(splat::splat ALIAS splat)
-endif()
-
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         FILES_MATCHING PATTERN "*.h")
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -54,7 +54,7 @@ std::span<const ShaderModule> shader_modules() {
 }  // namespace splat::vk
 ]] @ONLY)
   add_library(${target} STATIC ${sources} ${table})
-  target_include_directories(${target} PRIVATE ${CMAKE_BINARY_DIR}/layers/vk)
+  target_include_directories(${target} PRIVATE ${PROJECT_BINARY_DIR}/layers/vk)
 endfunction()
 
 # One module of the library above: compiled, validated, embedded. Appends to the caller's lists.

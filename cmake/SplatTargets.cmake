@@ -28,7 +28,7 @@ endfunction()
 # only a link to them, so `#include "vk/device.h"` does not compile in a layer that does not use vk.
 function(splat_layer name)
   cmake_parse_arguments(ARG "" "" "SOURCES;USES" ${ARGN})
-  set(view ${CMAKE_BINARY_DIR}/layers/${name})
+  set(view ${PROJECT_BINARY_DIR}/layers/${name})
   file(MAKE_DIRECTORY ${view})
   file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR}/${name} ${view}/${name} SYMBOLIC)
   list(TRANSFORM ARG_SOURCES PREPEND ${name}/)

@@ -29,7 +29,18 @@ build() {
     fi
 }
 
+# Nothing of ours lies in the parent's folders, unless it asks for that.
+check_parent() {
+    cmake --install "$folder/$1" --prefix "$folder/prefix" >>"$folder/$1.log"
+    if [ -e "$folder/$1/layers" ] || [ -e "$folder/prefix" ]; then
+        echo "$1: a project that adds this one gets layers/ in its build, or installs our files:"
+        find "$folder/prefix" -type f | head -n 5
+        exit 1
+    fi
+}
+
 flags=$(dpkg-buildflags --get CXXFLAGS | sed 's/-D_FORTIFY_SOURCE=[0-9]//')
 CXXFLAGS="$flags -D_FORTIFY_SOURCE=3" LDFLAGS=$(dpkg-buildflags --get LDFLAGS) build distribution
+check_parent distribution
 CC=clang CXX=clang++ build clang -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=12
 echo "built with: $flags -D_FORTIFY_SOURCE=3; clang"
