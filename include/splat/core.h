@@ -32,8 +32,9 @@
  *   Fork        in a forked child, objects of a device that the parent opened are refused with
  *               SPLAT_ERROR_INVALID_STATE, and destroying them frees nothing of the device. Scenes,
  *               weights and data sets work. The child may open a device of its own if no process
- *               that it comes from had opened one; else that is refused in the same way, because
- *               drivers have threads, which a child lacks: start children with spawn, or fork first.
+ *               that it comes from had opened, counted or described one; else that is refused in the
+ *               same way, because drivers have threads, which a child lacks: start children with
+ *               spawn, or fork first.
  *   Exit        what is alive when the process ends needs no destroying. But exit() unloads the
  *               driver, so a call that still runs on a device then, on another thread, is undefined:
  *               cancel it (splat_device_cancel) and let it return first. _exit() may come at any time:

@@ -69,6 +69,7 @@ Result<fs::path> category_folder(const ReaderDesc& desc) {
     const std::string &split = desc.split, &category = desc.category;
     const auto look = [&](const fs::path& folder, bool& there) -> Result<bool> {
         SPLAT_ASSIGN(const io::PathKind kind, io::kind_of((folder / split).string()));
+        SPLAT_TRY(check_link(kind, folder / split));
         there = there || kind == io::PathKind::kFolder;
         return io::has_file((folder / split / "camera_Rs.npz").string());
     };
@@ -133,6 +134,7 @@ class Co3dReader : public DatasetReader {
                                   [&] { return add(root / name, name, desc.lenient); }));
             sequences_.resize(index_.names.size());
         }
+        SPLAT_TRY(index_.check_any());
         if (sequences_.empty()) {
             const Status status =
                 error(Code::kNotFound,

@@ -89,7 +89,7 @@ Status DatasetIndex::take(const ReaderDesc& desc, const std::string& name,
     views_of.resize(count);
     problems.resize(count);
     maps = maps_before;
-    std::erase_if(lacks, [count](const Lack& lack) { return lack.object >= count; });
+    while (!lacks.empty() && lacks.back().object >= count) lacks.pop_back();
     missing.emplace_back(name, problem.message());
     return {};
 }
@@ -107,13 +107,16 @@ std::string DatasetIndex::lacking(MapKind kind) const {
 
 void DatasetIndex::compare_maps() {
     for (const MapKind kind : kMaps) {
-        const auto without = static_cast<std::size_t>(std::count_if(
-            lacks.begin(), lacks.end(), [kind](const Lack& lack) { return lack.kind == kind; }));
+        const auto counts = [&](const Lack& lack) {
+            return lack.kind == kind && views_of[lack.object] > 0;
+        };
+        const auto without =
+            static_cast<std::size_t>(std::count_if(lacks.begin(), lacks.end(), counts));
         const auto read = static_cast<std::size_t>(std::count_if(
             views_of.begin(), views_of.end(), [](std::uint32_t views) { return views > 0; }));
         if (without == 0 || without >= read) continue;
         for (const Lack& lack : lacks)
-            if (lack.kind == kind)
+            if (counts(lack))
                 problems[lack.object].push_back(
                     splat::format("there are no %s maps in '%s', which %zu other objects have",
                                   map_name(kind), lack.place.c_str(), read - without));
@@ -125,8 +128,15 @@ Status no_split(const ReaderDesc& desc, Status status) {
     return status;
 }
 
+Status DatasetIndex::check_any() const {
+    if (!names.empty() || missing.empty()) return {};
+    return error(Code::kFormat, "all %zu objects of the split %s are incomplete, the first: %s",
+                 missing.size(), split.c_str(), missing.front().second.c_str());
+}
+
 Status DatasetIndex::find_resolution(const DatasetReader& reader, bool lenient) {
     if (lenient) compare_maps();
+    SPLAT_TRY(check_any());
     for (std::uint32_t object = 0; object < names.size(); ++object) {
         if (views_of[object] == 0) continue;
         const auto first = reader.image(object, 0, MapKind::kRgb, true);

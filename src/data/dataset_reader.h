@@ -106,6 +106,9 @@ struct DatasetIndex {
     /// Note as problems, if lenient, maps that an object lacks and others have.
     void compare_maps();
 
+    /// Errors: kFormat if all objects are left out, which is not a split that is not there.
+    [[nodiscard]] Status check_any() const;
+
     /// Set the resolution to that of the first image; if lenient, of the first readable one. If it has alpha and
     /// there are no maps of masks, alpha is the mask.
     Status find_resolution(const DatasetReader& reader, bool lenient);

@@ -39,6 +39,11 @@ Result<std::vector<std::string>> stems_in(const fs::path& folder, const std::str
     return names;
 }
 
+Status check_link(io::PathKind kind, const fs::path& path) {
+    if (kind != io::PathKind::kBrokenLink) return {};
+    return error(Code::kFormat, "'%s' is a link to what does not exist", path.c_str());
+}
+
 Status make_folders(const fs::path& path) {
     std::error_code code;
     fs::create_directories(path, code);

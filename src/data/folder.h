@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/status.h"
+#include "io/folder.h"
 #include "io/image.h"
 #include "scene/vector.h"
 
@@ -15,6 +16,9 @@ namespace splat::data {
 /// is no such folder. Errors: kIo if it cannot be listed.
 Result<std::vector<std::string>> stems_in(const std::filesystem::path& folder,
                                           const std::string& extension);
+
+/// Errors: kFormat for a link that leads nowhere: what it stands for is not just absent.
+Status check_link(io::PathKind kind, const std::filesystem::path& path);
 
 /// Create a folder, and those above it. Errors: as io::system_error().
 Status make_folders(const std::filesystem::path& path);

@@ -137,17 +137,19 @@ struct ListedCamera {
 /// The cameras of a split, by name; none if their file lists others only. Errors: kFormat for a name without camera.
 Result<std::vector<ListedCamera>> listed_cameras(const io::CameraSet& set,
                                                  const std::string& split) {
-    std::set<std::string> names;
+    std::set<std::string> names, found;
     if (const auto list = set.splits.find(split); list != set.splits.end())
         names.insert(list->second.begin(), list->second.end());
     std::vector<ListedCamera> listed;
     for (std::size_t i = 0; i < set.cameras.size(); ++i) {
-        if (!set.splits.empty() && names.erase(set.cameras[i].name) == 0) continue;
+        if (!set.splits.empty() && !names.contains(set.cameras[i].name)) continue;
+        found.insert(set.cameras[i].name);
         listed.push_back({set.cameras[i], set.maps.empty() ? io::CameraMaps() : set.maps[i]});
     }
-    if (!names.empty())
-        return error(Code::kFormat, "%s_filenames has '%s', which no frame has", split.c_str(),
-                     shown(*names.begin()).c_str());
+    for (const std::string& name : names)
+        if (!found.contains(name))
+            return error(Code::kFormat, "%s_filenames has '%s', which no frame has", split.c_str(),
+                         shown(name).c_str());
     std::sort(listed.begin(), listed.end(),
               [](const auto& a, const auto& b) { return a.camera.name < b.camera.name; });
     return listed;
@@ -215,6 +217,7 @@ Result<FolderPhoto> photograph_of(const fs::path& folder, const ListedCamera& li
 Result<fs::path> root_of_split(const fs::path& folder, const std::string& split) {
     SPLAT_ASSIGN(const bool is_object, has_cameras(folder));
     SPLAT_ASSIGN(const io::PathKind below, io::kind_of((folder / split).string()));
+    SPLAT_TRY(check_link(below, folder / split));
     if (is_object || below != io::PathKind::kFolder) return folder;
     SPLAT_ASSIGN(const bool has_splits,
                  io::holds_for_any({split, "train", "val", "test"}, [&](const std::string& name) {
@@ -262,15 +265,16 @@ class ImageFolderReader : public DatasetReader {
         SPLAT_ASSIGN(const fs::path root, root_of_split(desc.path, desc.split));
         index_.has_splits = root != desc.path;
         SPLAT_ASSIGN(const std::vector<fs::path> folders, objects_in(root));
-        // What cannot be read here, take() refuses.
+        // What cannot be read, take() refuses, and in a split's own folder what has no cameras.
         bool is_there = false;
         std::vector<fs::path> with_cameras;
         for (const fs::path& folder : folders) {
             const auto pictures = has_pictures(folder);
             const auto own = has_cameras_of(folder, desc.split);
             const auto any = has_cameras(folder);
-            is_there = is_there || (own.ok() && own.value()) ||
-                       (index_.has_splits && pictures.ok() && pictures.value());
+            const bool readable = io::entries_in(folder.string()).ok();
+            is_there = is_there || !readable || !own.ok() || own.value() ||
+                       (index_.has_splits && (!pictures.ok() || pictures.value()));
             if (any.ok() && any.value()) with_cameras.push_back(folder);
         }
         if (!is_there)
@@ -286,7 +290,8 @@ class ImageFolderReader : public DatasetReader {
                 index_.take(desc, name, folder.string(), [&] { return add(folder, name, desc); }));
             objects_.resize(index_.names.size());
         }
-        if (objects_.empty() && of_other_splits_ > 0)
+        for (const std::string& name : of_other_splits_) std::erase(index_.others, name);
+        if (objects_.empty() && !of_other_splits_.empty())
             return no_split(desc, error(Code::kNotFound, "'%s' lists no frames as %s_filenames",
                                         root.c_str(), desc.split.c_str()));
         return index_.find_resolution(*this, desc.lenient);
@@ -359,8 +364,9 @@ class ImageFolderReader : public DatasetReader {
                          folder.c_str());
         SPLAT_ASSIGN(const io::CameraSet set, load_cameras(folder, desc.split));
         if (!set.splits.empty()) index_.has_splits = true;
-        if (!set.splits.empty() && !set.splits.contains(desc.split)) {
-            ++of_other_splits_;
+        const auto own = set.splits.find(desc.split);
+        if (!set.splits.empty() && (own == set.splits.end() || own->second.empty())) {
+            of_other_splits_.push_back(name);
             return false;
         }
         const auto listed = listed_cameras(set, desc.split);
@@ -394,7 +400,7 @@ class ImageFolderReader : public DatasetReader {
     }
 
     DatasetIndex index_;
-    std::size_t of_other_splits_ = 0;  ///< objects whose file lists frames of other splits only
+    std::vector<std::string> of_other_splits_;  ///< objects whose file lists frames of others only
     std::vector<FolderPhotos> objects_;
 };
 

@@ -40,7 +40,11 @@ Result<std::vector<std::string>> stems_of_maps(const fs::path& folder, MapKind k
     std::vector<std::string> found;
     for (const std::string& name : folder_names(kind)) {
         const auto entries = io::entries_in((folder / name).string());
-        if (entries.status().code() == Code::kNotFound) continue;
+        if (entries.status().code() == Code::kNotFound) {
+            SPLAT_ASSIGN(const io::PathKind there, io::kind_of((folder / name).string()));
+            SPLAT_TRY(check_link(there, folder / name));
+            continue;
+        }
         if (!entries.ok()) return entries.status();
         for (const io::FolderEntry& entry : entries.value()) {
             if (io::is_image_name(entry.name) || is_npy_name(entry.name))
@@ -139,15 +143,19 @@ Result<fs::path> map_file(const fs::path& folder, MapKind kind, const std::strin
         SPLAT_ASSIGN(const bool is_usual, io::has_file(usual.string()));
         if (is_usual) return usual;
     }
+    fs::path by_name;  // "a.jpg.png" of the view "a.jpg"
     for (const std::string& name : folder_names(kind)) {
         const auto entries = io::entries_in((folder / name).string());
         if (entries.status().code() == Code::kNotFound) continue;
         if (!entries.ok()) return entries.status();
-        for (const io::FolderEntry& entry : entries.value())
-            if ((io::is_image_name(entry.name) || is_npy_name(entry.name)) &&
-                stem_of(entry.name, {stem}) == stem)
-                return folder / name / entry.name;
+        for (const io::FolderEntry& entry : entries.value()) {
+            if (!io::is_image_name(entry.name) && !is_npy_name(entry.name)) continue;
+            const fs::path own = fs::path(entry.name).stem();
+            if (own == stem) return folder / name / entry.name;
+            if (own.stem() == stem) by_name = folder / name / entry.name;
+        }
     }
+    if (!by_name.empty()) return by_name;
     return error(Code::kNotFound, "'%s' has no map '%s'", (folder / map_name(kind)).c_str(),
                  stem.c_str());
 }

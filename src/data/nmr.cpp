@@ -66,6 +66,7 @@ class NmrReader : public DatasetReader {
             return index_.find_resolution(*this, desc.lenient);
         }
         SPLAT_TRY(add_categories(desc));
+        SPLAT_TRY(index_.check_any());
         if (objects_.empty())
             return no_split(
                 desc, error(Code::kNotFound, "'%s' has no objects in <category>/softras_%s.lst",
@@ -141,8 +142,13 @@ class NmrReader : public DatasetReader {
     }
 
     Status add_list(const ReaderDesc& desc, const std::string& category, const fs::path& list) {
-        SPLAT_ASSIGN(const io::Buffer file, io::read_file(list.string(), kMaxListBytes));
-        const std::string_view text = io::as_text(file);
+        const auto file = io::read_file(list.string(), kMaxListBytes);
+        if (file.status().code() == Code::kNotFound)  // it was listed
+            return error(Code::kFormat, "%s", file.status().message().c_str());
+        if (!file.ok()) return file.status();
+        const std::string_view text = io::as_text(file.value());
+        if (text.find_first_not_of("\r\n") == std::string_view::npos)
+            return error(Code::kFormat, "'%s' names no object", list.c_str());
         for (std::size_t at = 0; at < text.size();) {
             const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
             const std::string name(text.substr(at, end - at));

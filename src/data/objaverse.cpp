@@ -66,12 +66,13 @@ class RenderReader : public DatasetReader {
                 SPLAT_ASSIGN(const auto parts, io::entries_in(object.string()));
                 const bool is_begun =
                     std::any_of(parts.begin(), parts.end(), [&](const auto& part) {
-                        return part.name == fs::path(below).begin()->string();
+                        return *below != '\0' && part.name == fs::path(below).begin()->string();
                     });
                 return add(folder, name, !desc.objects_file.empty() || is_begun, desc.lenient);
             }));
             objects_.resize(index_.names.size());
         }
+        SPLAT_TRY(index_.check_any());
         if (objects_.empty())
             return no_split(desc, error(Code::kNotFound, "'%s' holds no objects for the split '%s'",
                                         desc.path.c_str(), desc.split.c_str()));

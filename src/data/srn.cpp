@@ -70,6 +70,7 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
         folder /= chosen ? wanted : categories.front();
         SPLAT_ASSIGN(names, io::folders_in(folder.string()));
     }
+    SPLAT_ASSIGN(names, candidates_in(folder));  // a split may be a link that leads nowhere
     const std::vector<std::string> splits = splits_in(names);
     std::vector<std::string> found;
     for (const std::string& name : splits)
@@ -82,6 +83,8 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
         return error(Code::kInvalidArgument, "'%s' holds %s; give the path of one of them",
                      folder.c_str(), joined(found).c_str());
     folder /= found.front();
+    SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(folder.string()));
+    SPLAT_TRY(check_link(kind, folder));
     SPLAT_ASSIGN(const bool has_some, has_objects(folder));
     if (has_some) return folder;
     SPLAT_ASSIGN(names, io::folders_in(folder.string()));

@@ -128,6 +128,8 @@ Result<std::unique_ptr<DatasetReader>> open_store(const ReaderDesc& desc) {
     };
     SPLAT_ASSIGN(const bool is_split, has_store(""));
     if (is_split) return open_reader(desc, desc.path, "store");
+    SPLAT_ASSIGN(const io::PathKind below, io::kind_of((folder / desc.split).string()));
+    SPLAT_TRY(check_link(below, folder / desc.split));
     SPLAT_ASSIGN(const bool is_above, has_store(desc.split));
     if (is_above) return open_reader(desc, (folder / desc.split).string(), "store");
     std::string splits;

@@ -111,6 +111,10 @@ Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
         p.push_back(finding.comparison.p_permutation);
         found.metrics.push_back(std::move(finding));
     }
+    if (found.metrics.empty())
+        return error(
+            Code::kNotFound,
+            "A and B have no metric with finite scores of both: there is nothing to compare");
     const std::vector<double> adjusted = holm(p);
     for (std::size_t i = 0; i < adjusted.size(); ++i) {
         found.metrics[i].p_holm = adjusted[i];

@@ -269,7 +269,7 @@ std::vector<MetricSamples> samples_of(const ScoreTable& a, const ScoreTable& b, 
         }
         if (unpaired)
             for (const auto& [name, value] : of_b) samples.b.push_back(value);
-        if (!samples.a.empty()) all.push_back(std::move(samples));
+        if (!samples.a.empty() && !samples.b.empty()) all.push_back(std::move(samples));
     }
     return all;
 }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "io/bytes.h"
 #include "io/compress.h"
@@ -39,13 +40,14 @@ constexpr double kMostClamped = 0.01;  ///< of the Gaussians, more make another 
 
 /// Errors: kInvalidArgument, with the factor that helps, if too many scales do not fit.
 Status check_scales(const Gaussians& g, bool clamp) {
-    std::vector<float> least(g.count());
+    std::vector<float> least(g.count()), most(g.count());
     std::size_t small = 0, large = 0;
     for (std::size_t i = 0; i < g.count(); ++i) {
         const float* const s = &g.log_scales[3 * i];
         least[i] = std::min({s[0], s[1], s[2]});
+        most[i] = std::max({s[0], s[1], s[2]});
         small += static_cast<double>(least[i]) < kLeastLogScale ? 1 : 0;
-        large += static_cast<double>(std::max({s[0], s[1], s[2]})) > kMostLogScale ? 1 : 0;
+        large += static_cast<double>(most[i]) > kMostLogScale ? 1 : 0;
     }
     const auto few = static_cast<std::size_t>(kMostClamped * static_cast<double>(g.count()));
     if (clamp || (small <= few && large <= few)) {
@@ -55,17 +57,22 @@ Status check_scales(const Gaussians& g, bool clamp) {
                      "Gaussians have a scale above exp(5.9375), and get that");
         return {};
     }
-    double factor = 0.01;
-    if (small > few) {
-        const auto rank = least.begin() + static_cast<std::ptrdiff_t>(few);
-        std::nth_element(least.begin(), rank, least.end());
-        factor = std::exp(-10 - static_cast<double>(*rank));
-    }
+    const auto ranked = [few](std::vector<float>& values, auto order) {
+        const auto rank = values.begin() + static_cast<std::ptrdiff_t>(few);
+        std::nth_element(values.begin(), rank, values.end(), order);
+        return static_cast<double>(*rank);
+    };
+    // A little further, because two digits are told.
+    const double factor = small > few ? 1.05 * std::exp(-10 - ranked(least, std::less<>()))
+                                      : 0.95 * std::exp(5.9375 - ranked(most, std::greater<>()));
+    const std::string scaling = small > few && large > few
+                                    ? std::string("write .ply")
+                                    : splat::format("scale the scene by %.2g, write .ply", factor);
     return error(
         Code::kInvalidArgument,
         "spz: %zu of %zu Gaussians have a scale that the format does not hold, exp(-10) to "
-        "exp(5.9375); scale the scene by %.2g, write .ply, or let the scales be clamped",
-        small > few ? small : large, g.count(), factor);
+        "exp(5.9375); %s, or let the scales be clamped",
+        std::max(small, large), g.count(), scaling.c_str());
 }
 
 /// The fixed-point unit: the usual one, coarser where that does not hold every mean, finer for small scenes, down to

@@ -208,9 +208,9 @@ Result<std::shared_ptr<Instance>> Instance::get(bool validation) {
     // Drivers keep threads, which a fork does not copy, and wait for them when the process exits.
     if (g_opened_by != kNone && g_opened_by != fork_generation())
         return error(Code::kInvalidState,
-                     "this process was forked from one that had opened a device, whose driver does "
-                     "not work in a child: start children with spawn, or fork before the first "
-                     "device is opened");
+                     "this process was forked from one that had opened or listed devices, whose "
+                     "drivers do not work in a child: start children with spawn, or fork before "
+                     "that");
     SPLAT_ASSIGN(std::shared_ptr<Instance> instance, create(validation));
     g_opened_by = fork_generation();
     slot = instance;

@@ -201,6 +201,53 @@ TEST(MissingObjects, MapsThatOthersHaveAreMissed) {
     EXPECT_TRUE(check_object(*test::open_data(desc), 1).value().problems.empty());
 }
 
+/// All gone is not a split that is not there, and nor is a split's folder that is a link to another disk.
+TEST(MissingObjects, ASplitOfNothingButGapsIsThere) {
+    for (const Case& c : cases()) {
+        SCOPED_TRACE(c.format);
+        const SampleFolder folder;
+        c.put(folder.path());
+        for (const char* name : {"a", "b", "c", "d"})
+            fs::remove_all(folder.path() / c.objects / name / c.parts[0]);
+        DatasetDesc desc = desc_of(c, folder);
+        desc.format = c.format;
+        desc.allow_missing = true;
+        bool lacks = false;
+        desc.lacks_split = &lacks;
+        const Status opened = Dataset::open(desc).status();
+        if (std::string(c.format) == "images" || std::string(c.format) == "srn") {
+            EXPECT_FALSE(opened.ok()) << "cameras and intrinsics.txt are what tells these formats";
+            continue;
+        }
+        EXPECT_ERROR(opened, Code::kFormat, "objects of the split");
+        EXPECT_FALSE(lacks);
+    }
+    const SampleFolder srn, co3d, images;
+    put_srn(srn.path());
+    fs::create_symlink("/nonexistent/disk", srn.path() / "cars_val");
+    put_sequences(co3d.path());
+    fs::create_symlink("/nonexistent/disk", co3d.path() / "co3d_hydrant_for_gs/val");
+    put_photographs(images.path() / "train");
+    fs::create_symlink("/nonexistent/disk", images.path() / "val");
+    for (const fs::path& path : {srn.path(), co3d.path(), images.path()}) {
+        bool lacks = false;
+        DatasetDesc desc = data_desc(path, "val");
+        desc.lacks_split = &lacks;
+        EXPECT_ERROR(Dataset::open(desc).status(), Code::kFormat,
+                     "is a link to what does not exist");
+        EXPECT_FALSE(lacks);
+    }
+    fs::remove(images.path() / "val");
+    fs::create_directory(images.path() / "val");
+    fs::create_symlink("/nonexistent/object", images.path() / "val/b");
+    EXPECT_ERROR(Dataset::open(data_desc(images.path(), "val")).status(), Code::kFormat,
+                 "val/b' is a link to what does not exist");
+    const SampleFolder nmr;
+    put_nmr_objects(nmr.path());
+    put_text(nmr.path() / "02828884/softras_train.lst", "\n");
+    EXPECT_ERROR(test::data_status(nmr.path()), Code::kFormat, "names no object");
+}
+
 TEST(MissingObjects, OtherFoldersAreNamed) {
     std::string warned;
     const auto keep = [](void* user, int, const char* text) {

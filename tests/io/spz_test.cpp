@@ -113,7 +113,7 @@ TEST(Spz, RefusesAndTellsScalesThatItDoesNotHold) {
         scene.log_scales[i] = i < 3 * 500 ? -12 : -5;
     EXPECT_ERROR(write_spz(scene, {}).status(), Code::kInvalidArgument,
                  "500 of 1000 Gaussians have a scale that the format does not hold, exp(-10) to "
-                 "exp(5.9375); scale the scene by 7.4, write .ply, or let the scales be clamped");
+                 "exp(5.9375); scale the scene by 7.8, write .ply, or let the scales be clamped");
     const auto warned = [](const scene::Gaussians& gaussians, const SaveOptions& options = {}) {
         std::string text;
         const auto keep = [](void* user, int, const char* sentence) {
@@ -140,7 +140,10 @@ TEST(Spz, RefusesAndTellsScalesThatItDoesNotHold) {
     few.log_scales[30] = -12;
     EXPECT_FALSE(write_spz(few, {}).ok()) << "eleven";
     for (std::size_t i = 0; i < 60; ++i) few.log_scales[i] = 7;
-    EXPECT_ERROR(write_spz(few, {}).status(), Code::kInvalidArgument, "scale the scene by 0.01");
+    EXPECT_ERROR(write_spz(few, {}).status(), Code::kInvalidArgument, "scale the scene by 0.33");
+    for (std::size_t i = 60; i < 120; ++i) few.log_scales[i] = -12;
+    EXPECT_ERROR(write_spz(few, {}).status(), Code::kInvalidArgument,
+                 "exp(5.9375); write .ply, or let");
 }
 
 TEST(Spz, FarMeansTakeACoarserUnit) {

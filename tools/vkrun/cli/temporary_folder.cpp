@@ -1,7 +1,10 @@
 #include "vkrun/cli/temporary_folder.h"
 
+#include <fcntl.h>
 #include <signal.h>
 #include <stdlib.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -19,13 +22,19 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kPrefix = "vkrun-";
+constexpr const char* kLock = ".vkrun-lock";
 constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP};
 
 char g_folder[PATH_MAX];  ///< that a signal removes; empty: none
 
-/// Only what a handler may call: the folder is removed by another program.
+/// Only what a handler may call: the folder is removed by another program. _Fork() runs no handlers and takes no locks,
+/// which this thread may hold.
 void on_signal(int signal) {
-    const pid_t child = g_folder[0] == '\0' ? -1 : fork();
+#if __GLIBC_PREREQ(2, 34)
+    const pid_t child = g_folder[0] == '\0' ? -1 : _Fork();
+#else
+    const pid_t child = -1;
+#endif
     if (child == 0) {
         execl("/bin/rm", "rm", "-rf", "--", g_folder, static_cast<char*>(nullptr));
         _exit(1);
@@ -40,17 +49,29 @@ fs::path place() {
     return named == nullptr || *named == '\0' ? "/tmp" : named;
 }
 
-/// What processes left that were killed: "vkrun-<process>-XXXXXX".
+/// A file in each of our folders, locked as long as its process lives; -1: it is not ours.
+int lock_in(const fs::path& folder, int flags) {
+    const int file = open((folder / kLock).c_str(), flags | O_CLOEXEC | O_NOFOLLOW, 0600);
+    if (file >= 0 && flock(file, LOCK_EX | LOCK_NB) == 0) return file;
+    if (file >= 0) close(file);
+    return -1;
+}
+
+/// What killed processes of this user left: folders with a lock that nobody holds.
 void remove_stale() {
     std::error_code ignored;
     for (fs::directory_iterator entry(place(), ignored), end; !ignored && entry != end;
          entry.increment(ignored)) {
-        const std::string name = entry->path().filename().string();
-        if (!name.starts_with(kPrefix)) continue;
-        const int process = std::atoi(name.c_str() + std::strlen(kPrefix));
+        struct stat info {};
+        if (!entry->path().filename().string().starts_with(kPrefix) ||
+            lstat(entry->path().c_str(), &info) != 0 || !S_ISDIR(info.st_mode) ||
+            info.st_uid != geteuid())
+            continue;
+        const int lock = lock_in(entry->path(), O_RDONLY);
+        if (lock < 0) continue;
         std::error_code failed;
-        if (process > 0 && kill(process, 0) != 0 && errno == ESRCH)
-            fs::remove_all(entry->path(), failed);
+        fs::remove_all(entry->path(), failed);
+        close(lock);
     }
 }
 
@@ -58,11 +79,12 @@ void remove_stale() {
 
 TemporaryFolder::TemporaryFolder() {
     remove_stale();
-    std::string name = (place() / (kPrefix + std::to_string(getpid()) + "-XXXXXX")).string();
+    std::string name = (place() / (std::string(kPrefix) + "XXXXXX")).string();
     if (mkdtemp(name.data()) == nullptr)
         throw Failure(kFailed, "cannot make a folder like '" + name + "': " + std::strerror(errno) +
                                    "; set TMPDIR to another place");
     path_ = name;
+    lock_ = lock_in(path_, O_WRONLY | O_CREAT | O_EXCL);
     if (g_folder[0] != '\0' || name.size() >= sizeof g_folder) return;
     std::copy_n(name.c_str(), name.size() + 1, g_folder);
     for (const int number : kSignals) {
@@ -75,6 +97,7 @@ TemporaryFolder::TemporaryFolder() {
 TemporaryFolder::~TemporaryFolder() {
     std::error_code ignored;
     fs::remove_all(path_, ignored);
+    if (lock_ >= 0) close(lock_);
     if (path_ != g_folder) return;
     for (const int number : kSignals) {
         struct sigaction old {};

@@ -19,6 +19,7 @@ class TemporaryFolder {
 
   private:
     std::filesystem::path path_;
+    int lock_ = -1;
 };
 
 }  // namespace vkrun
