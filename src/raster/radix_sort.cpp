@@ -217,6 +217,8 @@ Result<RadixSortWorkspace> allocate_radix_sort(vk::Context& context, const Radix
     const vk::Recorder recorder(context);
     const bool cpu = recorder.kernels() == vk::Kernels::kCpu;
     const std::uint64_t table = table_bytes(recorder, desc);
+    // Eight lanes of the CPU's spine read a quad each, also where a row has fewer.
+    constexpr std::uint64_t kBeyondTable = 7 * 16;
     // 16 bits each, written for four entries at a time.
     const std::uint64_t ranks = ceil_div(std::uint64_t{desc.capacity}, 4) * 8;
     RadixSortWorkspace space;
@@ -225,7 +227,7 @@ Result<RadixSortWorkspace> allocate_radix_sort(vk::Context& context, const Radix
                                                        vk::MemoryKind::kDevice, name));
         return {};
     };
-    SPLAT_TRY(allocate(space.table, "sort table", table));
+    SPLAT_TRY(allocate(space.table, "sort table", table + (cpu ? kBeyondTable : 0)));
     SPLAT_TRY(allocate(space.places, "sort places", cpu ? table : 0));
     SPLAT_TRY(allocate(space.ranks, "sort ranks", cpu ? ranks : 0));
     SPLAT_TRY(allocate(space.totals, "sort totals", 4 * kRadixBins));
@@ -241,6 +243,8 @@ std::uint32_t radix_sort_side(const vk::Recorder& recorder, const RadixSortDesc&
 Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const RadixSortViews& views,
                   const RadixSortWorkspace& space) {
     SPLAT_ASSERT(desc.capacity >= 1 && desc.capacity <= kMaxSorted);
+    for (const vk::BufferView& view : {views.input, views.sides[0], views.sides[1]})
+        SPLAT_ASSERT(view.bytes >= 8 * radix_sort_entries(desc.capacity));
     const Arrays arrays = arrays_of(desc, views, space);
     const Plan plan = plan_for(recorder, desc);
     // Only the device knows the first pass of a ranged sort, and so the side of the second values.

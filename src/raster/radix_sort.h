@@ -19,9 +19,14 @@ struct RadixSortDesc {
 /// 8192 of 2^14.
 inline constexpr std::uint32_t kMaxSorted = 1U << 27;
 
+/// Entries of an array that holds `capacity`: kernels read four at a time.
+constexpr std::uint64_t radix_sort_entries(std::uint64_t capacity) {
+    return (capacity + 3) / 4 * 4;
+}
+
 struct RadixSortViews {
-    vk::BufferView input;                   ///< [capacity,2] uint32: key, value
-    std::array<vk::BufferView, 2> sides;    ///< [capacity,2] uint32: passes write them in turn;
+    vk::BufferView input;                   ///< [radix_sort_entries(capacity),2] uint32: key, value
+    std::array<vk::BufferView, 2> sides;    ///< like the input: passes write them in turn;
                                             ///< sides[1] may be the input if key_bits < 32
     std::array<vk::BufferView, 2> seconds;  ///< [capacity] uint32 if desc.second: second values of
                                             ///< `sides`; seconds[1] is the input

@@ -35,6 +35,7 @@ Window pass_window(const RasterDesc& desc, std::uint32_t pass, std::uint32_t pas
 Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
     const vk::Recorder recorder(context);
     const std::uint64_t items = std::max<std::uint64_t>(desc.items(), 1);
+    const std::uint64_t sorted_items = 8 * radix_sort_entries(items);
     const std::uint64_t tiles = std::uint64_t{desc.tiles_x()} * desc.tiles_y() * desc.views;
     SPLAT_ASSIGN(
         item_bytes_,
@@ -47,9 +48,9 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
                            {&large, "large footprints", 4 * items},
                            {&cameras, "cameras", std::uint64_t{16} * kCameraQuads * desc.views},
                            {&background, "background", 16},
-                           {&item_keys, "depth keys", 8 * items},
-                           {&item_order[0], "depth order", 8 * items},
-                           {&item_order[1], "depth order", 8 * items},
+                           {&item_keys, "depth keys", sorted_items},
+                           {&item_order[0], "depth order", sorted_items},
+                           {&item_order[1], "depth order", sorted_items},
                            {&item_count, "item count", 16},
                            {&sorted, "sorted count", 16},
                            {&sums, "scan sums", std::uint64_t{4} * tile_bin_lanes(recorder, desc)},
@@ -78,7 +79,7 @@ Status Workspace::allocate_pairs(vk::Context& context, const RasterDesc& desc,
     capacity = 0;
     pair_bytes_ = 0;
     Pairs fresh;
-    const std::uint64_t entries = std::uint64_t{8} * wanted;
+    const std::uint64_t entries = 8 * radix_sort_entries(wanted);
     const std::uint64_t slots = desc.backward ? std::uint64_t{4} * wanted : 16;
     const std::uint64_t record = desc.backward ? std::uint64_t{16} * wanted : 16;
     SPLAT_ASSIGN(const std::uint64_t bytes,
@@ -104,7 +105,8 @@ std::uint32_t Workspace::max_capacity(const vk::DeviceInfo& device, const Raster
     const std::uint64_t element = desc.backward ? 16 : 8;
     return static_cast<std::uint32_t>(
         std::min({device.limits.max_storage_buffer_bytes / element,
-                  device.limits.max_texel_elements / 2, std::uint64_t{kMaxSorted}}));
+                  device.limits.max_texel_elements / 2, std::uint64_t{kMaxSorted}}) /
+        4 * 4);  // see radix_sort_entries()
 }
 
 }  // namespace splat::raster

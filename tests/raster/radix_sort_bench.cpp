@@ -55,9 +55,9 @@ class DeviceSort {
   public:
     DeviceSort(vk::Context& context, const std::vector<Pair>& pairs, std::uint32_t bits)
         : context_(context),
-          input_(device_buffer(context, 2 * pairs.size())),
-          sides_{device_buffer(context, 2 * pairs.size()),
-                 device_buffer(context, 2 * pairs.size())},
+          input_(device_buffer(context, 2 * raster::radix_sort_entries(pairs.size()))),
+          sides_{device_buffer(context, 2 * raster::radix_sort_entries(pairs.size())),
+                 device_buffer(context, 2 * raster::radix_sort_entries(pairs.size()))},
           kept_(device_buffer(context, 1)),
           entries_(upload(context,
                           std::vector<std::uint32_t>{static_cast<std::uint32_t>(pairs.size())})) {

@@ -73,7 +73,7 @@ class RadixSort : public KernelsTest {
             words.insert(words.end(), {keys[i], value_of(i)});
             complements.push_back(~value_of(i));
         }
-        const std::size_t size = 2 * std::size_t{desc.capacity};
+        const std::size_t size = 2 * raster::radix_sort_entries(desc.capacity);
         const vk::Buffer input = device_buffer(context(), size);
         const vk::Buffer sides[2] = {device_buffer(context(), size),
                                      device_buffer(context(), size)};
