@@ -118,7 +118,7 @@ def suppressions(names: List[str]) -> str:
     """The changes that are allowed: members appended to the named structs."""
     return "".join(
         f"[suppress_type]\n  type_kind = struct\n  name = {name}\n"
-        "  has_data_member_inserted_at = end\n\n" for name in names)
+        "  has_data_member_inserted_at = end\n  has_size_change = yes\n\n" for name in names)
 
 
 def compare(growing: List[str], folder: Path) -> str:

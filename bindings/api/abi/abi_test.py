@@ -48,19 +48,22 @@ class Abi(unittest.TestCase):
             self.assertNotIn(word, text)
 
     def test_growth_is_accepted(self) -> None:
-        """A member appended to every struct with struct_size, a function, an enumerator, a use for
-        a reserved member."""
+        """A member appended to every struct with struct_size, a function, an enumerator."""
         for path in (self.include / "splat").glob("*.h"):
             text = path.read_text(encoding="utf-8")
             text = re.sub(r"(typedef struct (\w+) \{\n    uint32_t struct_size;.*?)(\n\} \2;)",
                           r"\1\n    uint64_t appended;\3", text, flags=re.S)
             path.write_text(text, encoding="utf-8")
-        self.change("render", r"(uint32_t )reserved;(\n    double squared_error)", r"\1used;\2")
         self.change("core", r"SPLAT_DTYPE_U32 = 3", "SPLAT_DTYPE_U32 = 3, SPLAT_DTYPE_F16 = 4")
         self.change("core", r"(SPLAT_API uint32_t splat_version\(void\);)",
                     r"\1\nSPLAT_API uint32_t splat_added(void);")
         headers = "".join(p.read_text(encoding="utf-8") for p in self.include.glob("splat/*.h"))
         self.assertEqual(headers.count("appended;"), len(abi.growing_structs(self.include)))
+        self.assertEqual(self.judge(), "")
+
+    def test_a_use_for_a_reserved_member_is_accepted(self) -> None:
+        """Alone, because abidiff 2.6 refuses it together with an appended member."""
+        self.change("render", r"(uint32_t )reserved;(\n    double squared_error)", r"\1used;\2")
         self.assertEqual(self.judge(), "")
 
     def test_every_frozen_struct_is_guarded(self) -> None:

@@ -142,8 +142,9 @@ class Data(Case):
         trainer.save(self.folder / "state.safetensors")
         self.assertEqual((self.folder / "state.safetensors").read_bytes(), state)
         loss = trainer.step(batches.next(1)).loss
-        for source in (state, self.folder / "state.safetensors"):
-            trainer.resume(source)  # type: ignore[arg-type]
+        sources: List[Any] = [state, self.folder / "state.safetensors"]
+        for source in sources:
+            trainer.resume(source)
             self.assertEqual((trainer.report["step"], trainer.step(batches.next(1)).loss), (1, loss))
         self.assertGreater(len(trainer.store()), 10)
         last = batches.next(2)

@@ -89,6 +89,7 @@ class Mapping:
                               "mapped until it is gone: within the block, copy what must live "
                               "longer, and delete other names of the array and of its parts")
         weakref.finalize(array, _nothing, root).atexit = False
-        array.__setstate__((1, (), ENDED, False, bytes(1)))
+        state: Any = (1, (), ENDED, False, bytes(1))  # stubs of NumPy 2 want its own bool, which has no int
+        array.__setstate__(state)
         array.flags.writeable = False
         ends()
