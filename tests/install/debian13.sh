@@ -44,7 +44,7 @@ inside() {
         tail -n 20 "$1/log"
         fail "debootstrap"
     }
-    for file in resolv.conf hosts; do
+    for file in resolv.conf hosts ssl/certs/ca-certificates.crt; do  # the way to the registries of packages
         [ ! -e "/etc/$file" ] || cp -L "/etc/$file" "$root/etc/$file"
     done
     mkdir -p "$root/opt/libsplat"
