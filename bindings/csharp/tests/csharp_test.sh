@@ -141,6 +141,8 @@ package() {
         >"$temp/app/Splat.dll.config"
     LD_DEBUG=libs LD_DEBUG_OUTPUT="$temp/loads/of" example "$temp" "$temp/content/lib/netstandard2.0/Splat.dll"
     for library in "$native"/*; do
+        # One that mono itself needs is there before (libz.so.1 on Debian 13).
+        if ldd "$(command -v mono)" | grep -q "^[[:space:]]*${library##*/} "; then continue; fi
         grep -q "calling init: $library$" "$temp"/loads/* || die "the program did not load $library"
     done
 }
