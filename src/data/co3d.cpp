@@ -99,9 +99,7 @@ Result<fs::path> category_folder(const ReaderDesc& desc) {
 
 Result<io::NpzFile> load_npz(const fs::path& path) {
     const auto source = io::open_source(path.string());
-    if (source.status().code() == Code::kNotFound)  // the split is there
-        return error(Code::kFormat, "%s", source.status().message().c_str());
-    if (!source.ok()) return source.status();
+    SPLAT_TRY(as_damage(source.status()));
     auto file = io::read_npz(*source.value());
     if (!file.ok()) return in_file(file.status(), path.string());
     return file;

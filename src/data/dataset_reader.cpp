@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "data/folder.h"
+
 namespace splat::data {
 namespace {
 
@@ -147,10 +149,7 @@ Status DatasetIndex::find_resolution(const DatasetReader& reader, bool lenient) 
             if (alpha_masks) maps |= flag_of(MapKind::kMask);
             return {};
         }
-        if (!lenient)  // not "no such split"
-            return Status(
-                first.status().code() == Code::kNotFound ? Code::kFormat : first.status().code(),
-                first.status().message());
+        if (!lenient) return as_damage(first.status());
     }
     return {};
 }

@@ -75,8 +75,8 @@ struct DatasetIndex {
     /// The view that evaluations start from, of each object; empty: that of the format.
     std::vector<std::uint32_t> source_views;
 
-    std::vector<std::string>
-        unread;  ///< files in folders of maps that are no maps, the first kMostUnread
+    /// Files in folders of maps that are no maps, the first kMostUnread.
+    std::vector<std::string> unread;
     std::size_t unread_count = 0;
     static constexpr std::size_t kMostUnread = 10;
 

@@ -39,6 +39,10 @@ Result<std::vector<std::string>> stems_in(const fs::path& folder, const std::str
     return names;
 }
 
+Status as_damage(const Status& status) {
+    return status.code() == Code::kNotFound ? Status(Code::kFormat, status.message()) : status;
+}
+
 Status check_link(io::PathKind kind, const fs::path& path) {
     if (kind != io::PathKind::kBrokenLink) return {};
     return error(Code::kFormat, "'%s' is a link to what does not exist", path.c_str());

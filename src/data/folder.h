@@ -17,6 +17,9 @@ namespace splat::data {
 Result<std::vector<std::string>> stems_in(const std::filesystem::path& folder,
                                           const std::string& extension);
 
+/// The status with kFormat for kNotFound, which would mean that the split is not there.
+Status as_damage(const Status& status);
+
 /// Errors: kFormat for a link that leads nowhere: what it stands for is not just absent.
 Status check_link(io::PathKind kind, const std::filesystem::path& path);
 

@@ -266,16 +266,15 @@ class ImageFolderReader : public DatasetReader {
         index_.has_splits = root != desc.path;
         SPLAT_ASSIGN(const std::vector<fs::path> folders, objects_in(root));
         // What cannot be read, take() refuses, and in a split's own folder what has no cameras.
+        const auto may = [](const Result<bool>& found) { return !found.ok() || found.value(); };
         bool is_there = false;
         std::vector<fs::path> with_cameras;
         for (const fs::path& folder : folders) {
-            const auto pictures = has_pictures(folder);
-            const auto own = has_cameras_of(folder, desc.split);
-            const auto any = has_cameras(folder);
-            const bool readable = io::entries_in(folder.string()).ok();
-            is_there = is_there || !readable || !own.ok() || own.value() ||
-                       (index_.has_splits && (!pictures.ok() || pictures.value()));
-            if (any.ok() && any.value()) with_cameras.push_back(folder);
+            const auto posed = has_cameras(folder);
+            if (posed.ok() && posed.value()) with_cameras.push_back(folder);
+            is_there = is_there || may(has_cameras_of(folder, desc.split)) ||
+                       !io::entries_in(folder.string()).ok() ||
+                       (index_.has_splits && may(has_pictures(folder)));
         }
         if (!is_there)
             return no_split(desc, error(Code::kNotFound,

@@ -143,9 +143,7 @@ class NmrReader : public DatasetReader {
 
     Status add_list(const ReaderDesc& desc, const std::string& category, const fs::path& list) {
         const auto file = io::read_file(list.string(), kMaxListBytes);
-        if (file.status().code() == Code::kNotFound)  // it was listed
-            return error(Code::kFormat, "%s", file.status().message().c_str());
-        if (!file.ok()) return file.status();
+        SPLAT_TRY(as_damage(file.status()));
         const std::string_view text = io::as_text(file.value());
         if (text.find_first_not_of("\r\n") == std::string_view::npos)
             return error(Code::kFormat, "'%s' names no object", list.c_str());

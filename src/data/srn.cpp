@@ -57,7 +57,7 @@ std::string joined(const std::vector<std::string>& words) {
 /// The folder of the objects of a split.
 Result<fs::path> split_folder(const ReaderDesc& desc) {
     fs::path folder = desc.path;
-    SPLAT_ASSIGN(std::vector<std::string> names, io::folders_in(folder.string()));
+    SPLAT_ASSIGN(std::vector<std::string> names, candidates_in(folder));
     SPLAT_ASSIGN(const bool is_split, has_objects(folder));
     if (is_split) return folder;
     const std::vector<std::string> categories = categories_in(names);
@@ -68,9 +68,8 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
                      folder.c_str(), joined(categories).c_str());
     if (!categories.empty()) {
         folder /= chosen ? wanted : categories.front();
-        SPLAT_ASSIGN(names, io::folders_in(folder.string()));
+        SPLAT_ASSIGN(names, candidates_in(folder));
     }
-    SPLAT_ASSIGN(names, candidates_in(folder));  // a split may be a link that leads nowhere
     const std::vector<std::string> splits = splits_in(names);
     std::vector<std::string> found;
     for (const std::string& name : splits)

@@ -46,8 +46,7 @@ Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
 /// As JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed", "permutations",
 /// "note", "metrics": [{"metric", "mean_a", "mean_b", "observed_difference", "p_permutation",
 /// "p_parametric", "p_holm", "ci": [low, high], "effect_size" (null: infinite, or of one pair), "n_pairs", "n_a",
-/// "n_b", "lacking_a", "lacking_b", "exact",
-/// "verdict"}]}.
+/// "n_b", "lacking_a", "lacking_b", "exact", "verdict"}]}.
 std::string comparison_text(const ScoreComparison& comparison);
 
 }  // namespace splat::eval

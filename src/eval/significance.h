@@ -14,8 +14,8 @@ struct Comparison {
     double p_permutation = 1;  ///< two-sided
     double p_parametric = 1;   ///< NaN of one pair
     double low = 0, high = 0;  ///< bootstrap interval of 95 % of the difference; NaN of one pair
-    double effect =
-        0;  ///< difference over standard deviation, infinite if that is 0; NaN of one pair
+    /// Difference over standard deviation, infinite if that is 0; NaN of one pair.
+    double effect = 0;
     bool exact = false;  ///< all permutations were counted
 };
 

@@ -59,6 +59,15 @@ bool holds_numbers(const scene::Gaussians& g, std::size_t i) {
            !std::isnan(g.opacity_logits[i]);
 }
 
+std::size_t clipped_colors(const scene::Gaussians& g, double scale) {
+    const std::size_t each = std::size_t{scene::sh_coefficients(g.sh_degree)} * 3;
+    std::size_t clipped = 0;
+    for (std::size_t i = 0; i < g.sh.size(); ++i)
+        if (i % each < 3 && std::abs(scale * static_cast<double>(g.sh[i])) > 0.5 + 0.5 / 255)
+            ++clipped;
+    return clipped;
+}
+
 void warn_of_loss(const char* format, std::size_t count, std::size_t all, const char* what) {
     if (count > 0)
         log(LogLevel::kWarning, splat::format("%s: %zu of %zu %s", format, count, all, what));

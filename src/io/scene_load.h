@@ -62,6 +62,11 @@ Result<scene::Gaussians> prepare_save(const scene::Gaussians& gaussians, scene::
 /// Every value of a Gaussian is finite; the opacity logit may be infinite.
 bool holds_numbers(const scene::Gaussians& gaussians, std::size_t i);
 
+inline constexpr const char* kClipped = "colours are outside what a byte holds, and are clipped";
+
+/// How many constant coefficients of colour are beyond a byte, which holds 255 (0.5 + scale sh) rounded.
+std::size_t clipped_colors(const scene::Gaussians& gaussians, double scale);
+
 /// Warns of `count` of `all` things, unless there are none: "spz: 3 of 40 colours are outside ...".
 void warn_of_loss(const char* format, std::size_t count, std::size_t all, const char* what);
 

@@ -78,11 +78,7 @@ Result<Buffer> write_splat(const Gaussians& gaussians, const SaveOptions& option
         log(LogLevel::kWarning,
             format("splat: harmonics of degree 1 to %u are not kept: the format has none",
                    gaussians.sh_degree));
-    const auto clipped = std::count_if(scene.sh.begin(), scene.sh.end(), [](float value) {
-        return std::abs(scene::kSh0 * static_cast<double>(value)) > 0.5 + 0.5 / 255;
-    });
-    warn_of_loss("splat", static_cast<std::size_t>(clipped), scene.sh.size(),
-                 "colours are outside 0 to 1, and are clipped");
+    warn_of_loss("splat", clipped_colors(scene, scene::kSh0), scene.sh.size(), kClipped);
     warn_of_loss("splat", bad_rotations, scene.count(), "rotations have length 0");
     Buffer file;
     file.reserve(scene.count() * kBytesEach);

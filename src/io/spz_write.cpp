@@ -194,14 +194,7 @@ Result<Buffer> write_spz(const Gaussians& gaussians, const SaveOptions& options)
     SPLAT_TRY(check_scales(scene, options.clamp));
     warn_of_loss("spz", scene::normalise_rotations(scene), scene.count(),
                  "rotations have length 0");
-    std::size_t clipped = 0;
-    const std::size_t each = std::size_t{scene::sh_coefficients(scene.sh_degree)} * 3;
-    for (std::size_t i = 0; i < scene.sh.size(); ++i)
-        if (i % each < 3 &&
-            std::abs(kColorScale * static_cast<double>(scene.sh[i])) > 0.5 + 0.5 / 255)
-            ++clipped;
-    warn_of_loss("spz", clipped, 3 * scene.count(),
-                 "colours are outside what a byte holds, and are clipped");
+    warn_of_loss("spz", clipped_colors(scene, kColorScale), 3 * scene.count(), kClipped);
     Header header;
     header.version = options.spz_version;
     header.count = static_cast<std::uint32_t>(scene.count());
