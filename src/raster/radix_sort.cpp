@@ -243,7 +243,8 @@ std::uint32_t radix_sort_side(const vk::Recorder& recorder, const RadixSortDesc&
 Status radix_sort(vk::Recorder& recorder, const RadixSortDesc& desc, const RadixSortViews& views,
                   const RadixSortWorkspace& space) {
     SPLAT_ASSERT(desc.capacity >= 1 && desc.capacity <= kMaxSorted);
-    for (const vk::BufferView& view : {views.input, views.sides[0], views.sides[1]})
+    for ([[maybe_unused]] const vk::BufferView& view :
+         {views.input, views.sides[0], views.sides[1]})
         SPLAT_ASSERT(view.bytes >= 8 * radix_sort_entries(desc.capacity));
     const Arrays arrays = arrays_of(desc, views, space);
     const Plan plan = plan_for(recorder, desc);
