@@ -1,4 +1,4 @@
-# Install rules: headers, library, pkg-config file, CMake package, and vkrun where it is built.
+# Install rules: headers, library, pkg-config file, CMake package, and vkrun with vkrun-bench where they are built.
 # Included by the root CMakeLists.txt after all targets exist.
 
 include(CMakePackageConfigHelpers)
@@ -41,6 +41,6 @@ install(EXPORT SplatTargets NAMESPACE splat:: DESTINATION ${SPLAT_CMAKE_DIR})
 
 if(TARGET vkrun)
   file(RELATIVE_PATH SPLAT_LIB_FROM_BIN /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
-  set_target_properties(vkrun PROPERTIES INSTALL_RPATH "\$ORIGIN/${SPLAT_LIB_FROM_BIN}")
-  install(TARGETS vkrun RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  set_target_properties(vkrun vkrun-bench PROPERTIES INSTALL_RPATH "\$ORIGIN/${SPLAT_LIB_FROM_BIN}")
+  install(TARGETS vkrun vkrun-bench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()

@@ -9,7 +9,6 @@
 #   CPU      module <stem>_cpu from <stem>_cpu.comp, which reads through texel buffers
 function(splat_shader_library target)
   cmake_parse_arguments(ARG "" "" "SHADERS;FAST;LOADS;CPU" ${ARGN})
-  set(sources "")
   set(names "")
   foreach(path IN LISTS ARG_SHADERS)
     get_filename_component(name ${path} NAME)
@@ -31,49 +30,37 @@ function(splat_shader_library target)
     splat_shader_module(${path}_cpu ${name}_cpu -DTEXEL_LOADS=1)
   endforeach()
 
-  set(declarations "")
-  set(rows "")
-  foreach(name IN LISTS names)
-    string(APPEND declarations "extern const std::span<const std::uint32_t> ${name};\n"
-                               "extern const char* const ${name}_sha256;\n")
-    string(APPEND rows "        {\"${name}\", embedded::${name}, embedded::${name}_sha256},\n")
-  endforeach()
-  set(table ${CMAKE_CURRENT_BINARY_DIR}/${target}_table.cpp)
-  file(CONFIGURE OUTPUT ${table} CONTENT [[#include "vk/shaders.h"
-
-namespace splat::vk {
-namespace embedded {
-@declarations@}
-
-std::span<const ShaderModule> shader_modules() {
-    static const ShaderModule modules[] = {
-@rows@    };
-    return modules;
-}
-
-}  // namespace splat::vk
-]] @ONLY)
-  add_library(${target} STATIC ${sources} ${table})
+  splat_embed_shaders(${CMAKE_CURRENT_BINARY_DIR}/${target}.cpp YES ${names})
+  add_library(${target} STATIC ${CMAKE_CURRENT_BINARY_DIR}/${target}.cpp)
   target_include_directories(${target} PRIVATE ${PROJECT_BINARY_DIR}/layers/vk)
 endfunction()
 
-# One module of the library above: compiled, validated, embedded. Appends to the caller's lists.
+# splat_embed_shaders(<out.cpp> <with shader_modules(), YES or NO> <module>...): modules as C++ arrays.
+function(splat_embed_shaders out table)
+  set(files ${ARGN})
+  list(TRANSFORM files PREPEND ${CMAKE_CURRENT_BINARY_DIR}/)
+  list(TRANSFORM files APPEND .spv)
+  add_custom_command(
+    OUTPUT ${out}
+    COMMAND ${CMAKE_COMMAND} "-DFILES=${files}" -DTABLE=${table} -DOUT=${out}
+            -P ${PROJECT_SOURCE_DIR}/cmake/EmbedShaders.cmake
+    DEPENDS ${files} ${PROJECT_SOURCE_DIR}/cmake/EmbedShaders.cmake
+    COMMENT "Embedding shaders"
+    VERBATIM)
+endfunction()
+
+# One module, compiled: <name>.spv in the caller's build folder. Appends to the caller's `names`. The test
+# Shaders.AreValid runs spirv-val.
 macro(splat_shader_module source name)
   set(spv ${CMAKE_CURRENT_BINARY_DIR}/${name}.spv)
-  set(cpp ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)
   add_custom_command(
-    OUTPUT ${spv} ${cpp}
+    OUTPUT ${spv}
     COMMAND ${GLSLANG_VALIDATOR} --quiet -V --target-env vulkan1.2
             -I${PROJECT_SOURCE_DIR}/shaders/include ${ARGN} --depfile ${spv}.d
             -o ${spv} ${CMAKE_CURRENT_SOURCE_DIR}/${source}.comp
-    COMMAND ${SPIRV_VAL} --target-env vulkan1.2 ${spv}
-    COMMAND ${CMAKE_COMMAND} -DSPV=${spv} -DNAME=${name} -DOUT=${cpp}
-            -P ${PROJECT_SOURCE_DIR}/cmake/EmbedShader.cmake
     DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${source}.comp
-            ${PROJECT_SOURCE_DIR}/cmake/EmbedShader.cmake
     DEPFILE ${spv}.d
     COMMENT "Shader ${name}"
     VERBATIM)
-  list(APPEND sources ${cpp})
   list(APPEND names ${name})
 endmacro()

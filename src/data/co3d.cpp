@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kHeaderBytes = 4096;
+constexpr std::size_t kPngHeaderBytes = 4096;
 
 /// Of focal lengths, in half widths of the image.
 constexpr double kLeastFocal = 1e-6, kMostFocal = 1e6;
@@ -45,7 +45,7 @@ struct Sequence {
 /// Errors: kFormat for another shape.
 Status examine(FrameArray& array) {
     SPLAT_ASSIGN(const auto source, io::open_source(array.path));
-    io::Buffer head(std::min<std::uint64_t>(kHeaderBytes, source->size()));
+    io::Buffer head(std::min<std::uint64_t>(kPngHeaderBytes, source->size()));
     SPLAT_TRY(source->read(0, head));
     const auto found = io::read_npy_header(head);
     if (!found.ok()) return in_file(found.status(), array.path);

@@ -21,7 +21,7 @@ struct SrnObject {
     std::vector<std::string> views;  ///< stems of the files
 };
 
-Result<bool> has_objects(const fs::path& folder) {
+Result<bool> has_srn_objects(const fs::path& folder) {
     SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(folder.string()));
     return io::holds_for_any(names, [&folder](const std::string& name) {
         return io::has_file((folder / name / "intrinsics.txt").string());
@@ -58,7 +58,7 @@ std::string joined(const std::vector<std::string>& words) {
 Result<fs::path> split_folder(const ReaderDesc& desc) {
     fs::path folder = desc.path;
     SPLAT_ASSIGN(std::vector<std::string> names, candidates_in(folder));
-    SPLAT_ASSIGN(const bool is_split, has_objects(folder));
+    SPLAT_ASSIGN(const bool is_split, has_srn_objects(folder));
     if (is_split) return folder;
     const std::vector<std::string> categories = categories_in(names);
     const std::string wanted = "srn_" + desc.category.substr(0, desc.category.find("_priors"));
@@ -84,11 +84,11 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     folder /= found.front();
     SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(folder.string()));
     SPLAT_TRY(check_link(kind, folder));
-    SPLAT_ASSIGN(const bool has_some, has_objects(folder));
+    SPLAT_ASSIGN(const bool has_some, has_srn_objects(folder));
     if (has_some) return folder;
     SPLAT_ASSIGN(names, io::folders_in(folder.string()));
     for (const std::string& name : names) {  // as in srn_chairs/chairs_train/chairs_2.0_train
-        SPLAT_ASSIGN(const bool is_below, has_objects(folder / name));
+        SPLAT_ASSIGN(const bool is_below, has_srn_objects(folder / name));
         if (is_below) return folder / name;
     }
     return error(Code::kFormat, "'%s' holds no folder with intrinsics.txt", folder.c_str());
@@ -198,7 +198,7 @@ class SrnReader : public DatasetReader {
 Result<bool> is_srn(const std::string& path) {
     SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(path));
     if (!categories_in(names).empty() || !splits_in(names).empty()) return true;
-    return has_objects(path);
+    return has_srn_objects(path);
 }
 
 Result<std::unique_ptr<DatasetReader>> open_srn(const ReaderDesc& desc) {

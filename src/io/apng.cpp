@@ -11,7 +11,7 @@
 namespace splat::io {
 namespace {
 
-using Row = std::vector<std::uint8_t>;
+using PixelRow = std::vector<std::uint8_t>;
 
 template <class T>
 void put_big(Buffer& to, T value) {
@@ -39,7 +39,8 @@ std::uint8_t paeth(int left, int above, int corner) {
 }
 
 /// PNG's filters 0 none, 1 left, 2 above, 3 average, 4 Paeth.
-void filter(int type, const Row& row, const Row& above, std::size_t pixel, Row& out) {
+void filter(int type, const PixelRow& row, const PixelRow& above, std::size_t pixel,
+            PixelRow& out) {
     for (std::size_t i = 0; i < row.size(); ++i) {
         const int left = i < pixel ? 0 : row[i - pixel];
         const int up = above[i];
@@ -50,7 +51,7 @@ void filter(int type, const Row& row, const Row& above, std::size_t pixel, Row& 
 }
 
 /// The usual heuristic for the smallest file: the least sum of absolute values.
-std::uint64_t cost(const Row& filtered) {
+std::uint64_t cost(const PixelRow& filtered) {
     std::uint64_t sum = 0;
     for (const std::uint8_t value : filtered)
         sum += static_cast<std::uint64_t>(std::abs(static_cast<std::int8_t>(value)));
@@ -62,10 +63,10 @@ Buffer filtered_rows(const Image& image) {
     const std::size_t width = std::size_t{image.width} * image.channels;
     Buffer out;
     out.reserve((width + 1) * image.height);
-    Row above(width);
-    Row row(width);
-    std::array<Row, 5> candidates;
-    candidates.fill(Row(width));
+    PixelRow above(width);
+    PixelRow row(width);
+    std::array<PixelRow, 5> candidates;
+    candidates.fill(PixelRow(width));
     for (std::size_t y = 0; y < image.height; ++y) {
         for (std::size_t i = 0; i < width; ++i)
             row[i] = static_cast<std::uint8_t>(image.samples[y * width + i]);

@@ -58,14 +58,14 @@ void index_row(const Image& image, std::size_t y, std::vector<GifByteType>& row)
     }
 }
 
-/// Target of giflib's callback. giflib is C: no exception may pass through it.
-struct Target {
+/// GifTarget of giflib's callback. giflib is C: no exception may pass through it.
+struct GifTarget {
     Buffer file;
     bool out_of_memory = false;
 };
 
 int append(GifFileType* gif, const GifByteType* bytes, int count) {
-    auto* const target = static_cast<Target*>(gif->UserData);
+    auto* const target = static_cast<GifTarget*>(gif->UserData);
     try {
         put_bytes(target->file, std::as_bytes(std::span(bytes, static_cast<std::size_t>(count))));
         return count;
@@ -78,7 +78,7 @@ int append(GifFileType* gif, const GifByteType* bytes, int count) {
 /// giflib's objects.
 class Encoder {
   public:
-    explicit Encoder(Target& target) : gif_(EGifOpen(&target, append, &error_)) {}
+    explicit Encoder(GifTarget& target) : gif_(EGifOpen(&target, append, &error_)) {}
     Encoder(const Encoder&) = delete;
     Encoder& operator=(const Encoder&) = delete;
     ~Encoder() { static_cast<void>(close()); }
@@ -138,7 +138,7 @@ class Encoder {
     GifFileType* gif_;
 };
 
-Status failure(const Target& target) {
+Status failure(const GifTarget& target) {
     if (target.out_of_memory) throw std::bad_alloc();
     return error(Code::kOutOfHostMemory, "gif: out of memory");
 }
@@ -154,7 +154,7 @@ Result<Buffer> write_gif(const std::vector<Image>& frames, const AnimationOption
     if (first.width > kMaxGifSide || first.height > kMaxGifSide)
         return error(Code::kUnsupported, "gif: %u x %u pixels, expected sides of at most %u",
                      first.width, first.height, kMaxGifSide);
-    Target target;
+    GifTarget target;
     Encoder encoder(target);
     if (!encoder.open() || !encoder.begin(first, options)) return failure(target);
     for (const Image& frame : frames)

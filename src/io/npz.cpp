@@ -48,7 +48,7 @@ Result<NamedTensor> read_member(Bytes file, const NpyHeader& header, const std::
     return tensor;
 }
 
-Status with_name(const Status& status, const std::string& name) {
+Status npz_error(const Status& status, const std::string& name) {
     return {status.code(), "npz: '" + name + "': " + status.message()};
 }
 
@@ -66,13 +66,13 @@ Result<NpzFile> read_npz(const Source& source, const DecodeLimits& limits) {
         SPLAT_TRY(budget.take(entry.bytes, 1, "npz: " + entry.name));
         SPLAT_TRY(zip.read(entry, bytes));
         const auto header = read_npy_header(bytes);
-        if (!header.ok()) return with_name(header.status(), name);
+        if (!header.ok()) return npz_error(header.status(), name);
         if (is_text(header.value())) {
             result.ignored.push_back(name);
             continue;
         }
         auto tensor = read_member(bytes, header.value(), name, budget);
-        if (!tensor.ok()) return with_name(tensor.status(), name);
+        if (!tensor.ok()) return npz_error(tensor.status(), name);
         SPLAT_TRY(from_file(result.tensors.add(std::move(tensor.value()))));
     }
     return result;

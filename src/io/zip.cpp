@@ -16,7 +16,7 @@ constexpr std::uint32_t kEndMagic = 0x06054b50;
 constexpr std::uint32_t kEnd64Magic = 0x06064b50;
 constexpr std::uint32_t kLocator64Magic = 0x07064b50;
 constexpr std::uint64_t kLocalBytes = 30;
-constexpr std::uint64_t kEntryBytes = 46;
+constexpr std::uint64_t kDirectoryEntryBytes = 46;
 constexpr std::uint64_t kEndBytes = 22;
 constexpr std::uint64_t kEnd64Bytes = 56;
 constexpr std::uint64_t kLocator64Bytes = 20;
@@ -41,7 +41,7 @@ class DirectoryReader {
             return bad(format("%llu entries, the limit is %llu",
                               static_cast<unsigned long long>(count_),
                               static_cast<unsigned long long>(limits.max_items)));
-        if (count_ > bytes_ / kEntryBytes)
+        if (count_ > bytes_ / kDirectoryEntryBytes)
             return bad("more entries than its directory has room for");
         SPLAT_ASSIGN(const Buffer directory, piece(start_, bytes_));
         Reader reader(directory, what_ + ": directory");
@@ -142,7 +142,7 @@ class DirectoryReader {
 
     Result<ZipEntry> read_entry(Reader& reader) {
         ZipEntry entry;
-        SPLAT_ASSIGN(const Bytes head, reader.take(kEntryBytes, "entry"));
+        SPLAT_ASSIGN(const Bytes head, reader.take(kDirectoryEntryBytes, "entry"));
         const std::byte* at = head.data();
         if (number<std::uint32_t>(at) != kEntryMagic) return bad("a directory entry has no mark");
         const auto flags = number<std::uint16_t>(at + 8);

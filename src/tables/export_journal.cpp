@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
+constexpr std::size_t kReadBytes = std::size_t{1} << 20;
 
 std::string file_name(const std::string& folder, const std::string& split) {
     return folder + "/export_" + split + ".json";
@@ -26,7 +26,7 @@ Result<ExportJournal::File> file_of(const std::string& folder, const std::string
     file.bytes = source->size();
     io::Buffer piece;
     for (std::uint64_t at = 0; at < file.bytes; at += piece.size()) {
-        piece.resize(std::min<std::uint64_t>(kPieceBytes, file.bytes - at));
+        piece.resize(std::min<std::uint64_t>(kReadBytes, file.bytes - at));
         SPLAT_TRY(source->read(at, piece));
         file.crc = io::crc32_of(piece, file.crc);
     }

@@ -14,8 +14,8 @@ constexpr float kDenormal = 1e-40F;
 constexpr float kSmallestNormal = 0x1p-126F;
 
 /// y = x, and gradients of relu: 2 where x > 0.
-bench::OpCase relu_case(const std::vector<float>& x) {
-    bench::OpCase op_case;
+OpCase relu_case(const std::vector<float>& x) {
+    OpCase op_case;
     op_case.op = "relu";
     op_case.attributes = Json::object();
     const auto size = static_cast<std::int64_t>(x.size());
@@ -24,7 +24,7 @@ bench::OpCase relu_case(const std::vector<float>& x) {
     return op_case;
 }
 
-Summed<double> slopes(const bench::OpCase& op_case) {
+Summed<double> slopes(const OpCase& op_case) {
     const std::vector<float>& x = op_case.inputs[0].values;
     Summed<double> sums(x.size(), 1);
     for (std::size_t i = 0; i < x.size(); ++i) sums.add(i, x[i] > 0 ? 2 : 0);
@@ -32,8 +32,8 @@ Summed<double> slopes(const bench::OpCase& op_case) {
 }
 
 Expected expected_slopes(const std::vector<float>& x) {
-    const bench::OpCase op_case = relu_case(x);
-    const bench::OpCase zeroed = with_denormals_zeroed(op_case);
+    const OpCase op_case = relu_case(x);
+    const OpCase zeroed = with_denormals_zeroed(op_case);
     const Summed<double> flushed = slopes(zeroed);
     return expected_op(op_case, slopes(op_case),
                        has_other_values(zeroed, op_case) ? &flushed : nullptr);
@@ -58,9 +58,9 @@ TEST(StressBound, NormalInputsHaveOneResult) {
 }
 
 TEST(StressBound, ZeroesDenormalsAlone) {
-    bench::OpCase op_case = relu_case({kDenormal, -kDenormal, kSmallestNormal, -3, 0});
+    OpCase op_case = relu_case({kDenormal, -kDenormal, kSmallestNormal, -3, 0});
     op_case.outputs[0].values[1] = -kDenormal;
-    const bench::OpCase zeroed = with_denormals_zeroed(op_case);
+    const OpCase zeroed = with_denormals_zeroed(op_case);
     EXPECT_EQ(zeroed.inputs[0].values, (std::vector<float>{0, 0, kSmallestNormal, -3, 0}));
     EXPECT_TRUE(std::signbit(zeroed.inputs[0].values[1]));
     EXPECT_EQ(zeroed.outputs[0].values, (std::vector<float>{2, 0, 2, 2, 2}));

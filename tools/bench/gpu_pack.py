@@ -16,8 +16,8 @@ from programs import listed_tests
 MIB = 2.0**20
 MOST = 64 * MIB  # of the tree and the archive, on the machines that are lent
 NAME = "libsplat-gpu"
-PROGRAMS = ("tools/vkrun/vkrun", "tests/vk/vk_test", "tests/ops/ops_test", "tests/ops/op_hashes",
-            "tests/ops/op_replay", "tests/nn/nn_test", "tests/raster/raster_test", "tests/raster/raster_hashes",
+PROGRAMS = ("tools/vkrun/vkrun", "tools/vkrun/vkrun-bench", "tests/vk/vk_test", "tests/ops/ops_test",
+            "tests/ops/op_hashes", "tests/ops/op_replay", "tests/nn/nn_test", "tests/raster/raster_test", "tests/raster/raster_hashes",
             "tests/raster/radix_sort_bench")
 # Families of golden files that ops_test reads.
 OF_OPERATORS = ("conv", "metric", "net_rgb", "net_sh0", "norm", "train")

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "bench/ops/op_case.h"
 #include "ref/every/every_op_ref.h"
 #include "vkrun/cli/text.h"
+#include "vkrun/doctor/op_case.h"
 
 namespace vkrun::stress {
 namespace {
@@ -32,9 +32,8 @@ Numbers added(const Numbers& a, const Numbers& b) {
 
 std::size_t Network::give(const std::string& name, const std::vector<std::size_t>& dims, Role role,
                           double mean, double deviation) {
-    tensors.push_back(
-        {name, dims, role,
-         bench::filled(name.c_str(), dims, 100 + tensors.size(), mean, deviation).values});
+    tensors.push_back({name, dims, role,
+                       filled(name.c_str(), dims, 100 + tensors.size(), mean, deviation).values});
     return tensors.size() - 1;
 }
 
@@ -122,7 +121,7 @@ Network residual_network(const ResidualShape& shape) {
 Numbers NetNoise::moved(const ref::Summed<double>& sums, double factor) {
     Numbers numbers = sums.value;
     const double rounding =
-        factor * bench::kErrorLimit * kRounding * (1 + std::sqrt(static_cast<double>(sums.terms)));
+        factor * kErrorLimit * kRounding * (1 + std::sqrt(static_cast<double>(sums.terms)));
     for (std::size_t i = 0; i < numbers.size(); ++i)
         numbers[i] += rounding * sums.magnitude[i] * unit();
     return numbers;
@@ -143,7 +142,7 @@ ref::OpArguments NetworkInDouble::arguments_of(const NetNode& node) const {
     ref::OpArguments arguments;
     for (const std::size_t input : node.inputs)
         arguments.inputs.push_back({net_.tensors[input].dims, values[input]});
-    arguments.attributes = bench::attributes_of(node.op, node.attributes);
+    arguments.attributes = attributes_of(node.op, node.attributes);
     return arguments;
 }
 

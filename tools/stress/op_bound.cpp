@@ -6,9 +6,6 @@
 namespace vkrun::stress {
 namespace {
 
-using bench::CaseTensor;
-using bench::OpCase;
-
 /// A term below float32's smallest normal number, 2^-126, may become zero. A factor of it is at most 2^7 where
 /// an exponential of float32 has not yet vanished: x exp(-x).
 constexpr double kUnderflow = 0x1p-119;
@@ -19,7 +16,7 @@ constexpr double kSsim = 2e-6;  // the project's goal, tests/support/tolerances.
 std::vector<double> allowed_of(const OpCase& op_case, const splat::ref::Summed<double>& sums) {
     const auto terms = static_cast<double>(sums.terms);
     const bool winograd4 = op_case.attributes.value("winograd", 0) == 4;
-    const double factor = bench::kErrorLimit * (winograd4 ? 2 : 1) * kRounding;
+    const double factor = kErrorLimit * (winograd4 ? 2 : 1) * kRounding;
     std::vector<double> allowed;
     for (const double magnitude : sums.magnitude)
         allowed.push_back(factor * (1 + std::sqrt(terms)) * magnitude + (terms + 1) * kUnderflow);

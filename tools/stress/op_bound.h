@@ -1,6 +1,6 @@
 #pragma once
 
-#include "bench/ops/op_case.h"
+#include "vkrun/doctor/op_case.h"
 #include "stress/stress.h"
 
 namespace vkrun::stress {
@@ -9,14 +9,14 @@ namespace vkrun::stress {
 extern const char* const kOpReason;
 
 /// A case's result with its bound. `flushed`: the float64 result of with_denormals_zeroed(), if that is another case.
-Expected expected_op(const bench::OpCase& op_case, const splat::ref::Summed<double>& sums,
+Expected expected_op(const OpCase& op_case, const splat::ref::Summed<double>& sums,
                      const splat::ref::Summed<double>* flushed);
 
 /// The case with zeros, of the same sign, in place of inputs and gradients below 2^-126: Vulkan lets devices flush
 /// these, unless a shader asks for shaderDenormPreserveFloat32, which no kernel does.
-bench::OpCase with_denormals_zeroed(const bench::OpCase& op_case);
+OpCase with_denormals_zeroed(const OpCase& op_case);
 
 /// Whether an input or a gradient differs.
-bool has_other_values(const bench::OpCase& a, const bench::OpCase& b);
+bool has_other_values(const OpCase& a, const OpCase& b);
 
 }  // namespace vkrun::stress

@@ -6,15 +6,13 @@
 #include <limits>
 #include <utility>
 
+#include "bench/ops/conv2d_samples.h"
 #include "bench/ops/op_bench.h"
 #include "stress/own_families.h"
 #include "vkrun/cli/text.h"
 
 namespace vkrun::stress {
 namespace {
-
-using bench::CaseTensor;
-using bench::OpCase;
 
 std::string power(int exponent) {
     return format("1e%d", exponent);
@@ -71,7 +69,7 @@ void add_means(const std::string& op, bool quick, const Add& add) {
                 [&](OpCase& op_case) {
                     CaseTensor& x = op_case.inputs[0];
                     std::vector<std::size_t> dims(x.dims.begin(), x.dims.end());
-                    x.values = bench::filled("", dims, 77, std::pow(10, exponent), 1).values;
+                    x.values = filled("", dims, 77, std::pow(10, exponent), 1).values;
                 });
 }
 
@@ -116,19 +114,19 @@ std::vector<OpStress> op_families(const std::string& op, bool quick) {
 
 namespace {
 
-void widen(bench::Samples& samples, const bench::Samples& other) {
+void widen(Samples& samples, const Samples& other) {
     for (std::size_t i = 0; i < samples.sums.magnitude.size(); ++i)
         samples.sums.magnitude[i] = std::max(samples.sums.magnitude[i], other.sums.magnitude[i]);
 }
 
 /// SSIM's kernels take moments of a - 1/2 and b - 1/2 (kPivot of shaders/include/ssim.glsl), which black images
 /// make as large as white ones: roundings are at least those of the images moved by the pivot.
-bench::CaseReference with_magnitudes_about_gray(const OpCase& op_case) {
-    bench::CaseReference reference = reference_of(op_case);
+CaseReference with_magnitudes_about_gray(const OpCase& op_case) {
+    CaseReference reference = bench::sampled_reference_of(op_case);
     OpCase moved = op_case;
     for (CaseTensor& input : moved.inputs)
         for (float& value : input.values) value -= 0.5F;
-    const bench::CaseReference about = reference_of(moved);
+    const CaseReference about = bench::sampled_reference_of(moved);
     for (std::size_t i = 0; i < reference.outputs.size(); ++i)
         widen(reference.outputs[i], about.outputs[i]);
     for (std::size_t i = 0; i < reference.grad_inputs.size(); ++i)
@@ -138,13 +136,13 @@ bench::CaseReference with_magnitudes_about_gray(const OpCase& op_case) {
 
 }  // namespace
 
-bench::CaseReference reference_about_pivots(const OpCase& op_case) {
+CaseReference reference_about_pivots(const OpCase& op_case) {
     OpCase moved = op_case;
     for (CaseTensor& input : moved.inputs)
         for (float& value : input.values)  // the limit
             if (std::isinf(value)) value = std::copysign(std::numeric_limits<float>::max(), value);
     if (op_case.op == "ssim") return with_magnitudes_about_gray(moved);
-    if (op_case.op != "group_norm") return reference_of(moved);
+    if (op_case.op != "group_norm") return bench::sampled_reference_of(moved);
     const auto groups = op_case.attributes.at("groups").get<std::size_t>();
     std::vector<float>& x = moved.inputs[0].values;
     const auto images = static_cast<std::size_t>(moved.inputs[0].dims[0]);
@@ -159,7 +157,7 @@ bench::CaseReference reference_about_pivots(const OpCase& op_case) {
         for (std::size_t i = first; exact && i < first + each; ++i)
             x[i] = static_cast<float>(static_cast<double>(x[i]) - pivot);
     }
-    return reference_of(moved);
+    return bench::sampled_reference_of(moved);
 }
 
 }  // namespace vkrun::stress

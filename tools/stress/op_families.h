@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/ops/op_case.h"
+#include "vkrun/doctor/op_case.h"
 
 namespace vkrun::stress {
 
@@ -11,7 +11,7 @@ namespace vkrun::stress {
 struct OpStress {
     std::string name;   ///< "silu/magnitude_1e30"
     std::string input;  ///< in words
-    bench::OpCase op_case;
+    OpCase op_case;
 };
 
 /// Families that any operator has (its smallest benchmark with changed values), and those made for this one.
@@ -20,6 +20,6 @@ std::vector<OpStress> op_families(const std::string& op, bool quick);
 /// reference_of(), with group_norm's x taken about a float32 number near the mean of its group. The values are
 /// the same, and x minus that number is exact, so that the magnitudes, and with them the bounds, are those of
 /// statistics about a pivot. An infinite number counts as the largest one.
-bench::CaseReference reference_about_pivots(const bench::OpCase& op_case);
+CaseReference reference_about_pivots(const OpCase& op_case);
 
 }  // namespace vkrun::stress

@@ -12,9 +12,9 @@ constexpr const char* kRemedy =
     "PyTorch is needed: `apt-get install python3-torch`; --python PROGRAM names another "
     "interpreter";
 
-Json described(const std::vector<bench::CaseTensor>& tensors, std::vector<float>& numbers) {
+Json described(const std::vector<CaseTensor>& tensors, std::vector<float>& numbers) {
     Json json = Json::array();
-    for (const bench::CaseTensor& tensor : tensors) {
+    for (const CaseTensor& tensor : tensors) {
         json.push_back({{"name", tensor.name},
                         {"dims", tensor.dims},
                         {"constant", tensor.constant},
@@ -34,7 +34,7 @@ OpPeer::OpPeer(const std::string& python) {
         kRemedy);
 }
 
-PeerResults OpPeer::results_of(const bench::OpCase& op_case) {
+PeerResults OpPeer::results_of(const OpCase& op_case) {
     if (!peer_) return {};
     const Json& known = peer_->about().at("ops");
     if (std::find(known.begin(), known.end(), Json(op_case.op)) == known.end()) return {};
@@ -55,8 +55,8 @@ PeerResults OpPeer::results_of(const bench::OpCase& op_case) {
             throw Failure(kFailed, "the peer wrote fewer numbers than '" + op_case.op + "' has");
         results[name] = std::move(values);
     };
-    for (const bench::CaseTensor& output : op_case.outputs) take(output.name, output.values.size());
-    for (const bench::CaseTensor& input : op_case.inputs)
+    for (const CaseTensor& output : op_case.outputs) take(output.name, output.values.size());
+    for (const CaseTensor& input : op_case.inputs)
         if (!input.constant && !input.dims.empty()) take("grad_" + input.name, input.values.size());
     return results;
 }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bench/model/model_peer.h"
-#include "bench/ops/op_case.h"
+#include "vkrun/doctor/op_case.h"
 #include "vkrun/cli/temporary_folder.h"
 
 namespace vkrun::stress {
@@ -21,7 +21,7 @@ class OpPeer {
     explicit OpPeer(const std::string& python);
 
     /// Empty without a peer, or for an operator that it does not have.
-    [[nodiscard]] PeerResults results_of(const bench::OpCase& op_case);
+    [[nodiscard]] PeerResults results_of(const OpCase& op_case);
 
   private:
     TemporaryFolder folder_;

@@ -12,10 +12,6 @@
 namespace vkrun::stress {
 namespace {
 
-using bench::CaseOnDevice;
-using bench::OpCase;
-using bench::Samples;
-
 std::vector<float> chosen(const std::vector<float>& values, const Samples& samples) {
     if (samples.elements.empty()) return values;
     std::vector<float> some;
@@ -32,13 +28,13 @@ struct Result {
 };
 
 std::vector<Result> results_of(const OpCase& op_case) {
-    const bench::CaseReference reference = reference_about_pivots(op_case);
+    const CaseReference reference = reference_about_pivots(op_case);
     const OpCase zeroed = with_denormals_zeroed(op_case);
-    std::optional<bench::CaseReference> flushed;
+    std::optional<CaseReference> flushed;
     if (has_other_values(zeroed, op_case)) flushed = reference_about_pivots(zeroed);
     std::vector<Result> results;
     const auto add = [&](const std::string& name, bool is_gradient, std::size_t index) {
-        const auto of = [&](const bench::CaseReference& from) -> const Samples& {
+        const auto of = [&](const CaseReference& from) -> const Samples& {
             return is_gradient ? from.grad_inputs[index] : from.outputs[index];
         };
         const Samples& samples = of(reference);

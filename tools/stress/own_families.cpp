@@ -9,8 +9,6 @@
 namespace vkrun::stress {
 namespace {
 
-using bench::CaseTensor;
-using bench::OpCase;
 using Dims = std::vector<std::size_t>;
 
 /// Shapes of one operator with their own values.
@@ -25,7 +23,7 @@ OpCase made(const char* op, Json attributes, std::vector<CaseTensor> inputs,
 }
 
 CaseTensor uniform(const char* name, const Dims& dims, std::uint64_t seed) {
-    return bench::filled(name, dims, seed, 0, 1);
+    return filled(name, dims, seed, 0, 1);
 }
 
 CaseTensor constant(CaseTensor tensor) {
@@ -34,7 +32,7 @@ CaseTensor constant(CaseTensor tensor) {
 }
 
 CaseTensor filled_with(const char* name, const Dims& dims, float value) {
-    CaseTensor tensor = bench::filled(name, dims, 1, 0, 0);
+    CaseTensor tensor = filled(name, dims, 1, 0, 0);
     for (float& element : tensor.values) element = value;
     return tensor;
 }
@@ -56,10 +54,10 @@ void add_activation(std::vector<OpStress>& families, const std::string& op) {
 void add_attention(std::vector<OpStress>& families, bool quick) {
     const Dims dims{1, 16, 5, 13};
     const auto attention = [&](double deviation) {
-        return made("attention", {{"heads", 2}},
-                    {bench::filled("q", dims, 1, 0, deviation), uniform("k", dims, 2),
-                     uniform("v", dims, 3)},
-                    {uniform("y", dims, 4)});
+        return made(
+            "attention", {{"heads", 2}},
+            {filled("q", dims, 1, 0, deviation), uniform("k", dims, 2), uniform("v", dims, 3)},
+            {uniform("y", dims, 4)});
     };
     for (const int exponent : quick ? std::vector<int>{2, 4} : std::vector<int>{1, 2, 3, 4, 6, 30})
         families.push_back({format("attention/softmax_1e%d", exponent),
@@ -77,20 +75,20 @@ void add_group_norm(std::vector<OpStress>& families, bool quick) {
     const auto add = [&](const std::string& name, const std::string& input, const OpCase& op_case) {
         families.push_back({"group_norm/" + name, input, op_case});
     };
-    OpCase flat = bench::group_norm_case(1, 8, 5, 6, 2, false);
+    OpCase flat = group_norm_case(1, 8, 5, 6, 2, false);
     flat.inputs[0] = filled_with("x", {1, 8, 5, 6}, 1234.5F);
     add("flat", "every element 1234.5: no deviation at all", flat);
-    OpCase outlier = bench::group_norm_case(1, 8, 5, 6, 2, false);
+    OpCase outlier = group_norm_case(1, 8, 5, 6, 2, false);
     outlier.inputs[0].values[0] = 1e6F;
     add("outlier", "one element of 1e6 among normal ones", outlier);
-    add("one", "groups of one element", bench::group_norm_case(2, 4, 1, 1, 4, false));
-    OpCase silu = bench::group_norm_case(1, 8, 5, 6, 2, true);
+    add("one", "groups of one element", group_norm_case(2, 4, 1, 1, 4, false));
+    OpCase silu = group_norm_case(1, 8, 5, 6, 2, true);
     for (float& gamma : silu.inputs[1].values) gamma *= 100;
     add("silu_1e2", "SiLU of values up to about 300", silu);
     for (const int exponent : quick ? std::vector<int>{4} : std::vector<int>{2, 3, 4, 5, 6}) {
         const auto side = static_cast<std::size_t>(std::lround(std::sqrt(std::pow(10, exponent))));
         add(format("sum_1e%d", exponent), format("groups of about 1e%d elements", exponent),
-            bench::group_norm_case(1, 2, side, side, 2, false));
+            group_norm_case(1, 2, side, side, 2, false));
     }
 }
 
@@ -100,8 +98,7 @@ void add_sums(std::vector<OpStress>& families, const std::string& op, bool quick
         const Dims dims{1, 4, terms / 20, 5};
         CaseTensor grad = filled_with("loss", {1}, 1);
         return made(op.c_str(), Json::object(),
-                    {bench::filled("a", dims, 1, 0.5, 0.25),
-                     constant(bench::filled("b", dims, 2, 0.5, 0.25))},
+                    {filled("a", dims, 1, 0.5, 0.25), constant(filled("b", dims, 2, 0.5, 0.25))},
                     {grad});
     };
     for (const int exponent : quick ? std::vector<int>{2, 5} : std::vector<int>{2, 3, 4, 5, 6, 7}) {
@@ -109,11 +106,11 @@ void add_sums(std::vector<OpStress>& families, const std::string& op, bool quick
         if (op == "linear" && exponent > 6) continue;  // rows are padded to four numbers
         families.push_back({op + format("/sum_1e%d", exponent),
                             format("sums of 1e%d terms", exponent),
-                            op == "linear" ? bench::linear_case(terms, 1, 2) : loss(terms)});
+                            op == "linear" ? linear_case(terms, 1, 2) : loss(terms)});
     }
     if (op != "linear") return;
-    families.push_back({"linear/inner_1e4", "rows of 1e4 terms", bench::linear_case(3, 10000, 4)});
-    OpCase alternate = bench::linear_case(3, 1000, 4);
+    families.push_back({"linear/inner_1e4", "rows of 1e4 terms", linear_case(3, 10000, 4)});
+    OpCase alternate = linear_case(3, 1000, 4);
     for (std::size_t i = 0; i < alternate.inputs[0].values.size(); ++i)
         alternate.inputs[0].values[i] = i % 2 == 0 ? 1e4F : -1e4F;
     families.push_back({"linear/alternating", "terms of 1e4 and -1e4 in turn", alternate});
@@ -128,14 +125,14 @@ void add_images(std::vector<OpStress>& families, const std::string& op) {
     const auto add = [&](const char* name, const char* input, OpCase op_case) {
         families.push_back({op + "/" + name, input, std::move(op_case)});
     };
-    const CaseTensor noise = bench::filled("a", dims, 1, 0.5, 0.25);
+    const CaseTensor noise = filled("a", dims, 1, 0.5, 0.25);
     add("identical", "the same image twice", images(noise, noise));
-    const CaseTensor white = bench::filled("a", dims, 1, 1, 0);
+    const CaseTensor white = filled("a", dims, 1, 1, 0);
     add("white", "two white images", images(white, white));
     add("bright", "bright and almost flat: mean 1, deviation 1e-3",
-        images(bench::filled("a", dims, 1, 1, 1e-3), bench::filled("b", dims, 2, 1, 1e-3)));
-    CaseTensor close = bench::filled("a", dims, 1, 0.98, 1e-3);
-    const std::vector<float> change = bench::filled("", dims, 2, 0, 1e-4).values;
+        images(filled("a", dims, 1, 1, 1e-3), filled("b", dims, 2, 1, 1e-3)));
+    CaseTensor close = filled("a", dims, 1, 0.98, 1e-3);
+    const std::vector<float> change = filled("", dims, 2, 0, 1e-4).values;
     const CaseTensor before = close;
     for (std::size_t i = 0; i < change.size(); ++i) close.values[i] += change[i];
     add("bright_close", "as bright, and 1e-4 between the images", images(before, close));
@@ -159,8 +156,8 @@ void add_conv2d(std::vector<OpStress>& families) {
         for (const double mean : {0.0, 100.0}) {
             OpCase op_case =
                 made("conv2d", {{"scale", 1}, {"winograd", winograd}},
-                     {bench::filled("x", {1, 32, 12, 12}, 1, mean, 1),
-                      bench::filled("weight", {16, 32, 3, 3}, 2, 0, 0.06), uniform("bias", {16}, 3),
+                     {filled("x", {1, 32, 12, 12}, 1, mean, 1),
+                      filled("weight", {16, 32, 3, 3}, 2, 0, 0.06), uniform("bias", {16}, 3),
                       uniform("residual", {1, 16, 12, 12}, 4)},
                      {uniform("y", {1, 16, 12, 12}, 5)});
             families.push_back({format("conv2d/winograd%d_mean_%g", winograd, mean),

@@ -2,11 +2,11 @@
 
 #include <cmath>
 
-#include "bench/ops/op_case.h"
 #include "stress/net_bound.h"
 #include "stress/network_run.h"
 #include "stress/raster_run.h"
 #include "stress/whole_step.h"
+#include "vkrun/doctor/op_case.h"
 
 namespace vkrun::stress {
 namespace {
@@ -87,7 +87,7 @@ std::vector<std::vector<float>> on_device(splat_device device, const WholeStep& 
     weights.grad_rgb.assign(3 * scene.pixels(), 0);
     weights.grad_alpha.assign(scene.pixels(), 0);
     weights.grad_depth.assign(scene.pixels(), 0);
-    bench::OpCase loss;
+    OpCase loss;
     loss.op = step.loss;
     loss.attributes = Json::object();
     const std::vector<std::int64_t> dims{1, 3, static_cast<std::int64_t>(scene.camera.height),
@@ -97,7 +97,7 @@ std::vector<std::vector<float>> on_device(splat_device device, const WholeStep& 
     loss.inputs = {{"a", dims, planes_of(drawn.output(SPLAT_OUTPUT_RGB, 3 * scene.pixels()))},
                    {"b", dims, step.target, true}};
     loss.outputs = {{"loss", {1}, {1}}};
-    bench::CaseOnDevice compared(device, loss);
+    CaseOnDevice compared(device, loss);
     compared.forward();
     compared.backward();
     const std::vector<float> grad_rgb = pixels_of(compared.grad_input(0));

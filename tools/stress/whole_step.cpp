@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "bench/ops/op_case.h"
 #include "ref/every/every_op_ref.h"
+#include "vkrun/doctor/op_case.h"
 
 namespace vkrun::stress {
 namespace {
@@ -65,7 +65,7 @@ WholeStep make_step(const std::string& name, const std::string& loss, ref::Conve
     step.scene.options = ref::raster_options<double>(convention, antialiased);
     step.scene.background = {0.25, 0.5, 0.75};
     step.scene.sh_coefficients = 1 + 3 * degree;
-    step.target = bench::filled("target", {1, 3, kImageHeight, kImageWidth}, 55, 0.5, 0.25).values;
+    step.target = filled("target", {1, 3, kImageHeight, kImageWidth}, 55, 0.5, 0.25).values;
     return step;
 }
 
@@ -90,7 +90,7 @@ RasterScene scene_of(const WholeStep& step, const std::vector<Numbers>& head) {
 ref::OpArguments WholeInDouble::loss_arguments() const {
     const std::vector<std::size_t> dims{1, 3, kImageHeight, kImageWidth};
     return {{{dims, planes_of(rgb_)}, {dims, {step_.target.begin(), step_.target.end()}}},
-            bench::attributes_of(step_.loss, Json::object())};
+            attributes_of(step_.loss, Json::object())};
 }
 
 double WholeInDouble::forward(NetNoise* noise) {

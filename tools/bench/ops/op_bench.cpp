@@ -83,7 +83,7 @@ double KernelFigures::median_layout_ms() const {
 
 std::vector<Measurement> measure(const BenchDevices& devices, const OpCase& op_case,
                                  const Effort& effort) {
-    const CaseReference reference = reference_of(op_case);
+    const CaseReference reference = sampled_reference_of(op_case);
     std::vector<Measurement> measurements;
     std::vector<Contender> sides;
     if (op_case.plain)

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "bench/ops/op_case.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
+#include "vkrun/doctor/op_case.h"
 
 namespace vkrun::bench {
 

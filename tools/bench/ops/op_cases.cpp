@@ -313,32 +313,6 @@ std::vector<OpCase> activation_cases(const Json& op, bool quick) {
 
 }  // namespace
 
-OpCase group_norm_case(std::size_t N, std::size_t C, std::size_t H, std::size_t W,
-                       std::size_t groups, bool silu) {
-    OpCase result;
-    result.op = "group_norm";
-    result.title = format("[%zu,%zu,%zu,%zu] G=%zu%s", N, C, H, W, groups, silu ? " silu" : "");
-    result.attributes["groups"] = groups;
-    result.attributes["eps"] = 1e-6;
-    result.attributes["silu"] = silu;
-    result.inputs = {filled("x", {N, C, H, W}, 1, 0.5, 1), filled("gamma", {C}, 2, 1, 0.25),
-                     filled("beta", {C}, 3, 0, 0.25)};
-    result.outputs = {filled("y", {N, C, H, W}, 4, 0, 1)};
-    return result;
-}
-
-OpCase linear_case(std::size_t rows, std::size_t in, std::size_t out) {
-    OpCase result;
-    result.op = "linear";
-    result.title = format("%zu x %zu->%zu", rows, in, out);
-    result.attributes = Json::object();
-    const double deviation = 1 / std::sqrt(static_cast<double>(in));  // y is of order 1
-    result.inputs = {filled("x", {rows, in}, 1, 0, 1), filled("weight", {out, in}, 2, 0, deviation),
-                     filled("bias", {out}, 3, 0, 0.25)};
-    result.outputs = {filled("y", {rows, out}, 4, 0, 1)};
-    return result;
-}
-
 std::vector<std::string> bench_ops() {
     std::vector<std::string> names;
     for (const Json& op : library_json(splat_op_list))

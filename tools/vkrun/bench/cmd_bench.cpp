@@ -8,7 +8,7 @@
 namespace vkrun {
 
 void add_bench(CLI::App& app, int& exit_code) {
-    CLI::App* bench = add_command(app, "bench", "Measure speed and error on this machine.",
+    CLI::App* bench = add_command(app, "bench", kBenchSentence,
                                   "'vkrun bench COMMAND --help' describes a command.\n");
     bench->require_subcommand(1);
     add_bench_ops(*bench, exit_code);

@@ -92,12 +92,12 @@ void print_table(const splat_device_info& info, int repeat, const std::vector<st
 Json cases_json(const std::vector<std::string>& ops, bool quick) {
     Json cases = Json::array();
     for (const std::string& op : ops)
-        for (const bench::OpCase& one : bench::bench_cases(op, quick)) {
+        for (const OpCase& one : bench::bench_cases(op, quick)) {
             Json row = {{"op", op}, {"case", one.title}, {"attributes", one.attributes}};
-            for (const bench::CaseTensor& input : one.inputs)
+            for (const CaseTensor& input : one.inputs)
                 row["inputs"].push_back(
                     {{"name", input.name}, {"dims", input.dims}, {"constant", input.constant}});
-            for (const bench::CaseTensor& output : one.outputs)
+            for (const CaseTensor& output : one.outputs)
                 row["outputs"].push_back({{"name", output.name}, {"dims", output.dims}});
             cases.push_back(std::move(row));
         }
@@ -128,7 +128,7 @@ int run_ops(BenchOpsOptions options) {
     const splat_device_info fast = info_of(devices.fast.get());
     std::vector<bench::Measurement> measurements;
     for (const std::string& op : options.only)
-        for (const bench::OpCase& op_case : bench::bench_cases(op, options.quick)) {
+        for (const OpCase& op_case : bench::bench_cases(op, options.quick)) {
             std::fprintf(stderr, "bench: %s %s\n", op.c_str(), op_case.title.c_str());
             for (bench::Measurement& one :
                  bench::measure(devices, op_case, {options.repeat, options.seconds}))

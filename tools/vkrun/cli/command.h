@@ -24,6 +24,11 @@ void add_compare(CLI::App& app, int& exit_code);
 void add_report(CLI::App& app, int& exit_code);
 void add_priors(CLI::App& app, int& exit_code);
 void add_weights(CLI::App& app, int& exit_code);
+
+/// Commands of vkrun-bench, with the sentences under which vkrun lists them.
+constexpr const char* kBenchSentence = "Measure speed and error on this machine.";
+constexpr const char* kStressSentence =
+    "Compare results with float64 on inputs that are hard for float32.";
 void add_bench(CLI::App& app, int& exit_code);
 void add_stress(CLI::App& app, int& exit_code);
 

@@ -17,7 +17,7 @@
 namespace vkrun {
 namespace {
 
-constexpr std::size_t kColumns = 100;
+constexpr std::size_t kLineColumns = 100;
 
 constexpr const char* kListFooter =
     R"(Lists each key with its type, default and range, and with its origin: the published code (Splatter
@@ -30,7 +30,7 @@ Examples:
   vkrun config list --json | jq -r '.[] | select(.origin == "ours").key'
 )";
 
-constexpr const char* kShowFooter =
+constexpr const char* kConfigShowFooter =
     R"(Prints every value of CONFIG, or of the published cars model, and its source: the default, the file or
 --set. '-' stands for a key without a value in this configuration. Warnings name what a training would
 leave out, or why it is refused. With a KEY instead of CONFIG, prints the row of the key: type, range,
@@ -114,7 +114,7 @@ std::string wrapped(const std::string& sentence, std::size_t indent) {
     for (std::size_t at = 0; at < sentence.size();) {
         const std::size_t end = std::min(sentence.find(' ', at), sentence.size());
         const std::string word = sentence.substr(at, end - at);
-        if (!line.empty() && indent + line.size() + 1 + word.size() > kColumns) {
+        if (!line.empty() && indent + line.size() + 1 + word.size() > kLineColumns) {
             text += std::string(indent, ' ') + line + "\n";
             line.clear();
         }
@@ -318,7 +318,7 @@ void add_config(CLI::App& app, int& exit_code) {
     add_json_flag(*presets, options->json);
     presets->callback([options, &exit_code] { exit_code = list_presets(options->json); });
     CLI::App* one = add_command(*group, "show", "Show every value of a configuration, or one key.",
-                                kShowFooter);
+                                kConfigShowFooter);
     one->add_option("CONFIG", options->prefix,
                     "YAML or JSON file, name of a preset, or a KEY; default: the cars model")
         ->type_name("");

@@ -42,7 +42,7 @@ void check_read(splat_result result) {
     if (result < 0) throw Failure(kBadData, splat_last_error_message());
 }
 
-Dataset open_data(const ShowOptions& options) {
+Dataset open_shown(const ShowOptions& options) {
     auto desc = sized<splat_dataset_desc>();
     desc.path = options.path.c_str();
     desc.format = options.format.empty() ? nullptr : options.format.c_str();
@@ -95,7 +95,7 @@ void add_object(splat_dataset dataset, const Json& report, std::uint32_t object,
 
 int show(const ShowOptions& options) {
     check_target(options.out, options.overwrite);
-    const Dataset dataset = open_data(options);
+    const Dataset dataset = open_shown(options);
     const Json report = library_json(splat_dataset_report, dataset.get());
     const auto objects = report.at("objects").get<std::uint32_t>();
     const std::uint32_t columns =

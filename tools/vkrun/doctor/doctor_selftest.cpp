@@ -4,7 +4,7 @@
 #include <cstring>
 #include <limits>
 
-#include "bench/ops/op_case.h"
+#include "vkrun/doctor/op_case.h"
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/text.h"
@@ -23,34 +23,34 @@ bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
 }
 
 Finding errors_finding(const std::string& check, const std::string& what,
-                       const std::vector<bench::TensorError>& errors) {
-    const bench::TensorError most = bench::worst(errors);
+                       const std::vector<TensorError>& errors) {
+    const TensorError most = worst(errors);
     const std::string words =
         format("%s: relative error %.1e, %.2f of %g roundings allowed", what.c_str(),
-               most.relative_l2, most.max_roundings, bench::kErrorLimit);
-    if (bench::good(errors)) return {check, State::kOk, words, ""};
+               most.relative_l2, most.max_roundings, kErrorLimit);
+    if (good(errors)) return {check, State::kOk, words, ""};
     std::string tensors;
-    for (const bench::TensorError& error : errors)
-        if (!bench::good({error})) tensors += (tensors.empty() ? "" : ", ") + error.tensor;
+    for (const TensorError& error : errors)
+        if (!good({error})) tensors += (tensors.empty() ? "" : ", ") + error.tensor;
     return {check, State::kError, words + "; wrong: " + tensors, kWrong};
 }
 
 /// Odd sizes, and sizes that suit the fast kernels.
-std::vector<bench::OpCase> self_test_cases() {
-    return {bench::group_norm_case(2, 32, 9, 7, 4, true), bench::linear_case(37, 28, 19)};
+std::vector<OpCase> self_test_cases() {
+    return {group_norm_case(2, 32, 9, 7, 4, true), linear_case(37, 28, 19)};
 }
 
-Findings check_operator(splat_device device, const char* kernels, const bench::OpCase& op_case) {
+Findings check_operator(splat_device device, const char* kernels, const OpCase& op_case) {
     const std::string name = op_case.op + " (" + kernels + ")";
-    const bench::CaseReference reference = bench::reference_of(op_case);
-    bench::CaseOnDevice run(device, op_case);
+    const CaseReference reference = reference_of(op_case);
+    CaseOnDevice run(device, op_case);
     run.forward();
     const std::vector<float> first = run.output(0);
     run.backward();
     Findings findings{errors_finding(name, "forward " + op_case.title,
-                                     bench::forward_errors(op_case, run, reference)),
+                                     forward_errors(op_case, run, reference)),
                       errors_finding(name, "backward " + op_case.title,
-                                     bench::backward_errors(op_case, run, reference))};
+                                     backward_errors(op_case, run, reference))};
     run.forward();
     if (!same_bits(first, run.output(0)))
         findings.push_back({name, State::kError, "two runs gave different bits", kWrong});
@@ -99,7 +99,7 @@ Findings check_operators(const splat_device_desc& desc) {
         const splat_kernels runs = info_of(device.get()).kernels;
         if (runs == before) continue;
         before = runs;
-        for (const bench::OpCase& op_case : self_test_cases()) try {
+        for (const OpCase& op_case : self_test_cases()) try {
                 for (Finding& finding : check_operator(device.get(), kernels_name(runs), op_case))
                     findings.push_back(std::move(finding));
             } catch (const Failure& failure) {
@@ -114,7 +114,7 @@ Findings check_tensors(splat_device device) {
 }
 
 void run_one_operator(splat_device device) {
-    bench::CaseOnDevice run(device, self_test_cases().front());
+    CaseOnDevice run(device, self_test_cases().front());
     run.forward();
     run.backward();
     static_cast<void>(run.output(0));

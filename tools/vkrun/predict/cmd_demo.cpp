@@ -48,7 +48,7 @@ struct DemoOptions {
     bool json = false;
 };
 
-constexpr std::uint32_t kViews = 24;  ///< novel ones of an object
+constexpr std::uint32_t kNovelViews = 24;  ///< novel ones of an object
 
 /// Write the test objects. Returns the folder of their data set.
 std::string make_objects(const DemoOptions& options, const char* category) {
@@ -78,7 +78,7 @@ std::vector<double> score(const DemoOptions& options, const Method& method) {
     auto desc = sized<splat_evaluator_desc>();
     desc.predictor = method.network.predictor.get();
     desc.dataset = dataset.get();
-    desc.novel_views = kViews;
+    desc.novel_views = kNovelViews;
     desc.objects = options.objects;
     Evaluator evaluator;
     check(splat_evaluator_create(&desc, evaluator.out()), kBadData);
@@ -128,7 +128,7 @@ Json predict(const DemoOptions& options, splat_device device, const Method& meth
     PredictionOptions prediction;
     prediction.data = method.data;
     prediction.object = object;
-    prediction.views = kViews;
+    prediction.views = kNovelViews;
     prediction.out = options.out + "/" + folder;
     return run_prediction(prediction, device, method.network, &page);
 }

@@ -130,9 +130,7 @@ int run_stress(const CLI::App& command, StressOptions options) {
 }  // namespace
 
 void add_stress(CLI::App& app, int& exit_code) {
-    CLI::App* command = add_command(
-        app, "stress", "Compare results with float64 on inputs that are hard for float32.",
-        kStressFooter);
+    CLI::App* command = add_command(app, "stress", kStressSentence, kStressFooter);
     const auto options = std::make_shared<StressOptions>();
     options->python = "/usr/bin/python3";
     command

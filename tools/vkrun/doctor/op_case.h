@@ -11,7 +11,7 @@
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
 
-namespace vkrun::bench {
+namespace vkrun {
 
 /// A tensor of an operator with its values; for an output, these are its gradient.
 struct CaseTensor {
@@ -104,4 +104,4 @@ TensorError worst(const std::vector<TensorError>& errors);
 /// Every figure is finite and within the library's promise.
 bool good(const std::vector<TensorError>& errors);
 
-}  // namespace vkrun::bench
+}  // namespace vkrun

@@ -1,14 +1,14 @@
-#include "bench/ops/op_case.h"
+#include "vkrun/doctor/op_case.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "bench/ops/conv2d_samples.h"
 #include "ref/every/every_op_ref.h"
 #include "vkrun/cli/json.h"
+#include "vkrun/cli/text.h"
 
-namespace vkrun::bench {
+namespace vkrun {
 namespace {
 
 namespace ref = splat::ref;
@@ -56,6 +56,32 @@ CaseTensor filled(const char* name, const std::vector<std::size_t>& dims, std::u
     return tensor;
 }
 
+OpCase group_norm_case(std::size_t N, std::size_t C, std::size_t H, std::size_t W,
+                       std::size_t groups, bool silu) {
+    OpCase result;
+    result.op = "group_norm";
+    result.title = format("[%zu,%zu,%zu,%zu] G=%zu%s", N, C, H, W, groups, silu ? " silu" : "");
+    result.attributes["groups"] = groups;
+    result.attributes["eps"] = 1e-6;
+    result.attributes["silu"] = silu;
+    result.inputs = {filled("x", {N, C, H, W}, 1, 0.5, 1), filled("gamma", {C}, 2, 1, 0.25),
+                     filled("beta", {C}, 3, 0, 0.25)};
+    result.outputs = {filled("y", {N, C, H, W}, 4, 0, 1)};
+    return result;
+}
+
+OpCase linear_case(std::size_t rows, std::size_t in, std::size_t out) {
+    OpCase result;
+    result.op = "linear";
+    result.title = format("%zu x %zu->%zu", rows, in, out);
+    result.attributes = Json::object();
+    const double deviation = 1 / std::sqrt(static_cast<double>(in));  // y is of order 1
+    result.inputs = {filled("x", {rows, in}, 1, 0, 1), filled("weight", {out, in}, 2, 0, deviation),
+                     filled("bias", {out}, 3, 0, 0.25)};
+    result.outputs = {filled("y", {rows, out}, 4, 0, 1)};
+    return result;
+}
+
 std::map<std::string, double> attributes_of(const std::string& op_name, const Json& given) {
     static const Json ops = library_json(splat_op_list);
     std::map<std::string, double> attributes;
@@ -72,7 +98,6 @@ std::map<std::string, double> attributes_of(const std::string& op_name, const Js
 }
 
 CaseReference reference_of(const OpCase& op_case) {
-    if (op_case.op == "conv2d") return conv2d_samples(op_case);
     const ref::EveryOp* op = ref::find_op(op_case.op);
     if (op == nullptr)
         throw Failure(kFailed, "operator '" + op_case.op + "' has no reference in tests/ref/every");
@@ -186,4 +211,4 @@ bool good(const std::vector<TensorError>& errors) {
     return worst(errors).max_roundings <= kErrorLimit;  // false for NaN
 }
 
-}  // namespace vkrun::bench
+}  // namespace vkrun

@@ -1,0 +1,18 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace vkrun {
+
+/// The one option before a command that has a value.
+constexpr const char* kDecodeScaleOption = "--decode-scale";
+
+/// Adds commands, each of which leaves its exit status in `exit_code`.
+using AddCommands = void (*)(CLI::App& app, int& exit_code);
+
+/// Runs the command that the command line names, and returns the exit status of the process.
+int run_program(int argc, char** argv, AddCommands add_commands);
+
+}  // namespace vkrun

@@ -1,0 +1,58 @@
+#include "vkrun/measuring.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <string_view>
+
+#include "vkrun/cli/command.h"
+#include "vkrun/cli/failure.h"
+#include "vkrun/cli/options.h"
+#include "vkrun/cli/program.h"
+
+namespace vkrun {
+namespace {
+
+struct Command {
+    const char* name;
+    const char* sentence;
+};
+
+constexpr Command kCommands[] = {{"bench", kBenchSentence}, {"stress", kStressSentence}};
+
+}  // namespace
+
+void add_measuring(CLI::App& app) {
+    for (const Command& command : kCommands) add_command(app, command.name, command.sentence, "");
+}
+
+bool is_measuring(int argc, char** argv) {
+    for (int i = 1; i < argc; ++i) {
+        const std::string_view word = argv[i];
+        if (word == kDecodeScaleOption) ++i;  // its value
+        if (word.starts_with("-")) continue;
+        for (const Command& command : kCommands)
+            if (word == command.name) return true;
+        return false;
+    }
+    return false;
+}
+
+int run_measuring(char** argv) {
+    std::error_code ignored;
+    const std::filesystem::path program =
+        std::filesystem::read_symlink("/proc/self/exe", ignored).replace_filename("vkrun-bench");
+    ::execv(program.c_str(), argv);
+    std::fprintf(
+        stderr,
+        "vkrun: cannot start '%s', which measures: %s; build it where you built vkrun ('cmake "
+        "--build --preset release')\n",
+        program.c_str(), std::strerror(errno));
+    return kFailed;
+}
+
+}  // namespace vkrun
