@@ -9,7 +9,7 @@
 namespace splat::data {
 namespace {
 
-constexpr int kBorderTolerance = 26;  ///< of 255, in every channel
+constexpr int kBorderTolerance = 26;  ///< levels of 255, in every channel
 constexpr double kLeastObject = 0.01, kMostObject = 0.95;
 
 struct Box {

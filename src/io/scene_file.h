@@ -20,7 +20,7 @@ struct SceneFormat {
     /// Null where the format is only read.
     Result<Buffer> (*write)(const scene::Gaussians& gaussians, const SaveOptions& options);
     std::uint32_t max_sh_degree;
-    scene::Frame frame;  ///< of a file, unless LoadOptions or SaveOptions name another
+    scene::Frame frame;  ///< axes of a file, unless LoadOptions or SaveOptions name others
 };
 
 /// All formats, ordered as SPLAT_SCENE_* in splat.h: the first one has the value 1.

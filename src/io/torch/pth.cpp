@@ -20,7 +20,7 @@ Status bad_pth(const std::string& problem) {
 struct View {
     std::string name;
     NumberType type = NumberType::kF32;
-    std::string key;           ///< of the storage
+    std::string key;           ///< key of the storage
     std::uint64_t stored = 0;  ///< elements of the storage
     std::uint64_t offset = 0;
     std::vector<std::int64_t> dims;

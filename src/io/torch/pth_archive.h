@@ -38,7 +38,7 @@ class PthArchive {
 
   protected:
     Pickle pickle_;
-    std::size_t root_ = 0;  ///< its place among the pickles
+    std::size_t root_ = 0;  ///< index of the root in pickle_
 };
 
 /// Whether an archive with these files was written by torch.save().
