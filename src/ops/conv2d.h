@@ -76,7 +76,7 @@ bool conv2d_adds(const vk::Recorder& recorder, const Conv2dDesc& desc);
 Status conv2d_backward_begin(vk::Recorder& recorder, const Conv2dDesc& desc,
                              const vk::BufferView& grad_y, const vk::BufferView& workspace);
 
-/// Its gradients, each times scale:
+/// The gradients, each times scale:
 ///   grad_x[n,c,p] = sum_{k,r,s} weight[k,c,r,s] grad_y[n,k,p-(r,s)+R/2]
 ///   grad_weight[k,c,r,s] = sum_{n,p} grad_y[n,k,p] x[n,c,p+(r,s)-R/2]
 ///   grad_bias[k] = sum_{n,p} grad_y[n,k,p],  grad_residual = grad_y

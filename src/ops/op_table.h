@@ -49,7 +49,7 @@ struct OpPlan {
     std::uint64_t forward_workspace = 0;   ///< bytes
     std::uint64_t backward_workspace = 0;  ///< bytes
     std::uint64_t forward_prepared = 0;    ///< bytes of parameters as forward's kernels read them
-    std::uint64_t backward_prepared = 0;  ///< as backward's read them, for gradients of activations
+    std::uint64_t backward_prepared = 0;  ///< the same for backward's, for gradients of activations
     bool adds = false;                    ///< backward adds OpViews::addend to grad_inputs[0]
     /// Inputs, one bit each, whose gradient equals that of output 0. The caller can use that tensor instead, and
     /// request only the other gradients from backward.
@@ -67,7 +67,7 @@ struct OpViews {
     std::vector<vk::BufferView> grad_outputs;
     std::vector<vk::BufferView> grad_inputs;  ///< without a buffer if not needed: costs nothing
     vk::BufferView
-        addend;  ///< of grad_inputs[0], where the plan says that backward adds; may be absent
+        addend;  ///< added to grad_inputs[0], where the plan says that backward adds; may be absent
     vk::BufferView workspace;
     vk::BufferView forward_prepared;
     vk::BufferView backward_prepared;
@@ -108,7 +108,7 @@ inline bool present(const vk::BufferView& view) {
 
 /// OpRow::backward_reads of a product of the first two inputs: reads each for the gradient of the other.
 bool product_backward_reads(std::size_t i, const std::vector<bool>& wanted);
-/// Of a fixed linear map: reads no activation, as the gradient is that of the output, mapped back.
+/// OpRow::backward_reads of a fixed linear map: reads no activation, as it maps the output's gradient back.
 bool no_backward_reads(std::size_t i, const std::vector<bool>& wanted);
 
 /// Errors: kShape, naming operator and tensor, unless `got` is `expected`.

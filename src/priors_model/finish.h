@@ -24,8 +24,8 @@ struct PriorMap {
 /// What a map is made of.
 struct MapSource {
     const OnnxTensor* main = nullptr;
-    const OnnxTensor* scale = nullptr;  ///< of points, or null
-    const OnnxTensor* mask = nullptr;   ///< of points, or null
+    const OnnxTensor* scale = nullptr;  ///< scale of points, or null
+    const OnnxTensor* mask = nullptr;   ///< mask of points, or null
     std::size_t picture = 0;            ///< in the batch
 };
 

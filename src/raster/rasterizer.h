@@ -15,7 +15,7 @@ struct RasterStats {
     std::uint64_t culled = 0;       ///< all other (Gaussian, view)
     std::uint64_t pairs = 0;        ///< (tile, Gaussian, view)
     std::uint64_t longest = 0;      ///< longest list of a tile
-    std::uint64_t empty_tiles = 0;  ///< of all views
+    std::uint64_t empty_tiles = 0;  ///< empty tiles of all views
     std::uint64_t tiles = 0;
     std::uint64_t bytes = 0;   ///< device memory of the workspace
     std::uint32_t passes = 1;  ///< groups of tile rows
@@ -96,7 +96,7 @@ class Rasterizer {
 
     vk::Context& context_;
     RasterDesc desc_;  ///< capacities
-    RasterDesc now_;   ///< of the command lists
+    RasterDesc now_;   ///< what the command lists were recorded for
     Workspace space_;
     RasterStats stats_;
     std::uint32_t passes_ = 1;

@@ -12,7 +12,7 @@ struct TileBinDesc {
 };
 
 struct TileBinViews {
-    vk::BufferView splats;  ///< of project_forward
+    vk::BufferView splats;  ///< output of project_forward
     vk::BufferView counts;
     vk::BufferView footprints;
     vk::BufferView order;   ///< [V*N,2] uint32: depth, item; by depth

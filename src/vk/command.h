@@ -95,7 +95,7 @@ struct Command {
     VkDescriptorSet set = VK_NULL_HANDLE;
     Work work;
     std::size_t dispatch = 0;  ///< which call of Recorder::dispatch
-    std::uint32_t part = 0;    ///< of a split dispatch; parts do not conflict with each other
+    std::uint32_t part = 0;    ///< part of a split dispatch; parts do not conflict with each other
 };
 
 inline bool is_barrier(const Command& command) {

@@ -69,7 +69,7 @@ Kernels best_kernels(const DeviceInfo& info) {
         limits.shared_memory_bytes < kFastSharedBytes ||
         limits.max_group_invocations < kFastInvocations)
         return Kernels::kPlain;
-    // Those for CPU devices store floats as 64-bit integers (shaders/include/store.glsl).
+    // Kernels for CPU devices store floats as 64-bit integers (shaders/include/store.glsl).
     return info.kind == DeviceKind::kCpu && info.features.int64 ? Kernels::kCpu : Kernels::kGpu;
 }
 

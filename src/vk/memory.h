@@ -112,7 +112,7 @@ class Memory {
     MemoryDesc desc_;
     std::uint64_t alignment_;
     std::uint64_t guard_bytes_;
-    mutable std::mutex use_mutex_;  ///< of use_, held while numbers change
+    mutable std::mutex use_mutex_;  ///< guards use_, held while numbers change
     MemoryUse use_;
     std::vector<std::unique_ptr<Block>> blocks_;
     bool defer_ = false;
