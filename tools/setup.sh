@@ -15,8 +15,8 @@ packages_build="build-essential cmake ninja-build pkg-config
     nlohmann-json3-dev libcli11-dev libgif-dev libpng-dev libjpeg62-turbo-dev libwebp-dev
     zlib1g-dev libzstd-dev libyaml-dev mesa-vulkan-drivers"
 
-# Also needed by the tests; clang is the second compiler that checks include/splat.h, and with Python it reads the
-# headers for the bindings. Of locales the tests make one with decimal commas.
+# The tests need them, too; clang is the second compiler that checks include/splat.h, and with Python it reads the
+# headers for the bindings. The tests make a locale with decimal commas.
 packages_test="libgtest-dev liblzma-dev vulkan-validationlayers clang python3 locales"
 
 # Needed by the tests against PyTorch, splat-transform and GNU parallel and in a browser, which are not among the quick

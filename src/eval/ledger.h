@@ -30,7 +30,7 @@ std::uint64_t count_not_finite(std::span<const float> values);
 /// Count the Gaussians of a prediction.
 void count_gaussians(const scene::Gaussians& predicted, Ledger& ledger);
 
-/// Whether an image [3,pixels] has one colour everywhere.
+/// True if an image [3,pixels] has one colour everywhere.
 bool is_plain(std::span<const float> image, const std::array<float, 3>& colour);
 
 }  // namespace splat::eval

@@ -68,7 +68,7 @@ Status conv2d_forward(vk::Recorder& recorder, const Conv2dDesc& desc, const vk::
 std::uint64_t conv2d_backward_input_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
 std::uint64_t conv2d_backward_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
 
-/// Whether conv2d_backward_input takes an addend.
+/// True if conv2d_backward_input takes an addend.
 bool conv2d_adds(const vk::Recorder& recorder, const Conv2dDesc& desc);
 
 /// Compute the part that the gradients of the input and the weight share into the workspace; record it

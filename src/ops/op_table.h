@@ -91,7 +91,7 @@ struct OpRow {
     Status (*forward)(vk::Recorder&, const Attributes& attributes, const OpViews&) = nullptr;
     Status (*backward)(vk::Recorder&, const Attributes& attributes, const OpViews&) = nullptr;
 
-    /// Whether backward reads input i, an activation, if gradients of the inputs marked in `wanted` are requested;
+    /// True if backward reads input i, an activation, if gradients of the inputs marked in `wanted` are requested;
     /// nullptr: it may read every one. An input that it does not read may give its memory to other tensors.
     /// Outputs are never read: what backward needs is saved.
     bool (*backward_reads)(std::size_t i, const std::vector<bool>& wanted) = nullptr;
@@ -101,7 +101,7 @@ struct OpRow {
 inline constexpr Port kInputX[] = {{"x"}};
 inline constexpr Port kOutputY[] = {{"y"}};
 
-/// Whether an optional tensor is present, or a gradient requested.
+/// True if an optional tensor is present, or a gradient requested.
 inline bool present(const vk::BufferView& view) {
     return view.block != nullptr;
 }

@@ -44,7 +44,7 @@ class Network {
     /// those of model::Predictor::set_input and of a forward pass.
     Result<scene::Gaussians> predict(const Views& views);
 
-    /// Whether every number that the network put out in the latest predict() is finite. If not, weights or
+    /// True if every number that the network put out in the latest predict() is finite. If not, weights or
     /// inputs are beyond what float32 holds, and the Gaussians mean nothing. Errors: those of Context::read.
     [[nodiscard]] Result<bool> finite_output() const;
 

@@ -54,7 +54,7 @@ Result<PictureViews> views_of_pictures(const config::PredictorConfig& network,
 /// warning: its perspective is not that of the training.
 inline constexpr double kFieldOfViewFactor = 1.5;
 
-/// Whether the square's field of view is known, and differs from the network's by more.
+/// True if the square's field of view is known, and differs from the network's by more.
 bool field_of_view_differs(const config::PredictorConfig& network, const PictureFacts& facts);
 
 }  // namespace splat::predict

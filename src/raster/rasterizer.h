@@ -55,10 +55,10 @@ class Rasterizer {
     Status backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
                     const PackedGradients& gradients);
 
-    /// Whether the workspace holds the results of a forward call that succeeded.
+    /// True if the workspace holds the results of a forward call that succeeded.
     [[nodiscard]] bool drawn() const { return valid_; }
 
-    /// Whether recorded command lists may name these arrays. They name those of one scene.
+    /// True if recorded command lists may name these arrays. They name those of one scene.
     [[nodiscard]] bool names(const PackedGaussians& scene) const;
 
     /// Call before the scene's arrays are written: the results no longer count as drawn.

@@ -52,7 +52,7 @@ struct TileRanges {
     vk::BufferView stats;  ///< kStatWords uint32, in place
 };
 
-/// Whether the blending kernels use TileRanges::order: on CPU devices, if there are few tiles. One
+/// True if the blending kernels use TileRanges::order: on CPU devices, if there are few tiles. One
 /// tile may then outweigh many, and the time for ranking grows with the square of their number.
 bool tile_order_used(const vk::Recorder& recorder, const RasterDesc& desc, const Window& window);
 

@@ -73,7 +73,7 @@ Kernels best_kernels(const DeviceInfo& info) {
     return info.kind == DeviceKind::kCpu && info.features.int64 ? Kernels::kCpu : Kernels::kGpu;
 }
 
-/// Whether this machine's CPU, which is also a CPU device, has 32 vector registers.
+/// True if this machine's CPU, which is also a CPU device, has 32 vector registers.
 bool host_has_many_registers() {
 #if defined(__GNUC__) && defined(__x86_64__)
     return __builtin_cpu_supports("avx512vl") != 0;

@@ -76,7 +76,7 @@ class Memory {
     /// Host address of a view, or nullptr if its memory is not mapped.
     static std::byte* host(const BufferView& view);
 
-    /// Whether the host and the device see one another's writes there without flush() and
+    /// True if the host and the device see one another's writes there without flush() and
     /// invalidate().
     static bool coherent(const BufferView& view) { return view.block->coherent; }
 

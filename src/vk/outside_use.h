@@ -18,9 +18,9 @@ class OutsideUse {
 
     void map(const BufferView& view);
     void unmap(const BufferView& view);
-    /// Whether any of the memory is mapped.
+    /// True if any range is mapped.
     [[nodiscard]] bool mapped() const;
-    /// Whether any of `view` is.
+    /// True if a mapped range overlaps `view`.
     [[nodiscard]] bool mapped(const BufferView& view) const;
 
   private:

@@ -118,7 +118,7 @@ class Network {
         return all;
     }
 
-    /// Whether a gradient is wanted.
+    /// True if a gradient is wanted.
     [[nodiscard]] bool trains(ValueId id) const {
         return graph.value(id).kind == nn::ValueKind::kInput || graph.value(id).trainable;
     }

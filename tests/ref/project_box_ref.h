@@ -32,7 +32,7 @@ struct ProjectedGaussian {
     Mat3<Real> rotation{};          ///< Rq
     Mat3<Real> camera_axes{};       ///< R Rq S
     std::array<Real, 2> slope{};    ///< clamped x/z, y/z
-    std::array<bool, 2> clamped{};  ///< whether the clamp acted
+    std::array<bool, 2> clamped{};  ///< true if the clamp acted
     std::array<Vec3<Real>, 2> rows{};
     std::array<Real, 3> cov{};  ///< a, b, c with dilation
     Real det0 = 0;

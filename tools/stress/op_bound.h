@@ -16,7 +16,7 @@ Expected expected_op(const bench::OpCase& op_case, const splat::ref::Summed<doub
 /// these, unless a shader asks for shaderDenormPreserveFloat32, which no kernel does.
 bench::OpCase with_denormals_zeroed(const bench::OpCase& op_case);
 
-/// Whether an input or a gradient differs.
+/// True if an input or a gradient differs.
 bool has_other_values(const bench::OpCase& a, const bench::OpCase& b);
 
 }  // namespace vkrun::stress

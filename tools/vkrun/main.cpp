@@ -124,7 +124,7 @@ int main(int argc, char** argv) {
                                                     "': " + error.code().message());
     } catch (const std::bad_alloc&) {
         exit_code = vkrun::fail(vkrun::kOutOfMemory, vkrun::kOutOfMemorySentence);
-    } catch (const std::length_error&) {  // of a vector that no memory could hold
+    } catch (const std::length_error&) {  // a vector that no memory could hold
         exit_code = vkrun::fail(vkrun::kOutOfMemory, vkrun::kOutOfMemorySentence);
     } catch (const std::exception& error) {
         exit_code = vkrun::fail(vkrun::kFailed, error.what());

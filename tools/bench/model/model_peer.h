@@ -12,8 +12,8 @@ namespace vkrun::bench {
 struct PeerOptions {
     std::string device = "cpu";   ///< or cuda
     std::string isa = "default";  ///< or avx2, of the CPU
-    bool tf32 = false;            ///< of CUDA: allow TF32
-    bool graphs = false;          ///< of CUDA: replay graphs
+    bool tf32 = false;            ///< CUDA: allow TF32
+    bool graphs = false;          ///< CUDA: replay graphs
     std::string layout = "channels_last";
     std::string python = "/usr/bin/python3";  ///< where Debian's python3-torch is found
     std::string script;                       ///< empty: find_script()

@@ -32,13 +32,13 @@ pub struct PredictorDesc<'a> {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Prediction {
-    /// Those of the views, relative to the first.
+    /// Cameras of the views, relative to the first.
     pub cameras: Vec<Camera>,
     /// What became of each picture; none for an object of a data set.
     pub pictures: Vec<PictureInfo>,
     /// What the network saw, `[views,channels,R,R]`.
     pub inputs: Vec<f32>,
-    /// Of the scene.
+    /// Gaussians of the scene.
     pub gaussians: u64,
     /// Left out: numbers of theirs are not finite.
     pub not_finite: u64,

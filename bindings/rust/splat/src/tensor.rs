@@ -115,7 +115,7 @@ impl Tensor {
         Ok(tensor)
     }
 
-    /// Its dimensions, outermost first.
+    /// Dimensions, outermost first.
     pub fn dims(&self) -> &[i64] {
         &self.dims
     }
