@@ -13,7 +13,7 @@ struct SceneFormat {
     const char* extension;  ///< with the point, in lower case
     const char* holds;      ///< for help texts: what the format keeps of a scene
     const char* mark;       ///< the first bytes, for messages; null where the format has none
-    /// Whether the first bytes are the mark; null where the format has none. Errors: of a header that
+    /// True if the first bytes are the mark; null where the format has none. Errors: of a header that
     /// starts with the mark and is damaged.
     Result<bool> (*detect)(Bytes file);
     Result<LoadedScene> (*read)(Bytes file, const LoadOptions& options);

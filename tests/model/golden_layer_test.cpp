@@ -190,7 +190,7 @@ std::vector<std::string> resampling_cases(const Golden& golden, char kind) {
     return names;
 }
 
-/// Also those of the file of adapters: resampling convolutions get none.
+/// Covers the file of adapters, too: resampling convolutions get none.
 TEST_P(GoldenNetLayers, ResamplingConvolutions) {
     const auto run = [&](const Golden& golden, const std::set<std::string>& of_shipped) {
         const std::vector<std::string> names = resampling_cases(golden, 'c');
