@@ -193,7 +193,7 @@ typedef struct splat_dataset_export_desc {
     const char* split;       /* to write; NULL: that of the data set */
     const char* category;    /* in names of folders and configurations; NULL: cars */
     const char* duckdb;      /* see splat_dataset_import_desc */
-    const uint32_t* objects; /* which to write; NULL: all */
+    const uint32_t* objects; /* objects to write; NULL: all */
     uint64_t object_count;
     uint32_t shards; /* parts of a store, see splat_dataset_import_desc */
     uint32_t shard;

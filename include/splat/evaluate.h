@@ -70,7 +70,7 @@ SPLAT_API splat_result splat_evaluator_create(const splat_evaluator_desc* desc,
 typedef struct splat_evaluator_info {
     uint32_t struct_size;
     uint32_t objects;    /* to score */
-    uint32_t scored;     /* so far */
+    uint32_t scored;     /* scored so far */
     uint32_t resolution; /* R: images have R x R pixels */
 } splat_evaluator_info;
 

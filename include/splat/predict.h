@@ -124,7 +124,7 @@ typedef struct splat_predictor_desc {
      * name with .json or .yaml, else config.json or config.yaml in the weights' folder */
     const char* config;
     const char* adapters_path; /* a file of low-rank adapters, which are folded in */
-    splat_weights adapters;    /* or weights of them; neither: none but those among the weights */
+    splat_weights adapters;    /* adapters in memory; neither: only those among the weights */
     double adapters_alpha;     /* 0: lora_alpha of their metadata, else of the configuration */
 } splat_predictor_desc;
 

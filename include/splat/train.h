@@ -117,7 +117,7 @@ typedef struct splat_optimizer_desc {
     double eps;              /* 0: 1e-15 */
     splat_schedule schedule; /* 0: SPLAT_SCHEDULE_CONSTANT */
     uint32_t reserved;
-    uint64_t warmup_steps; /* in which the rate rises from zero, in any schedule */
+    uint64_t warmup_steps; /* steps in which the rate rises from zero, in any schedule */
     uint64_t total_steps;  /* end of SPLAT_SCHEDULE_COSINE, more than warmup_steps; else 0 */
     uint64_t step_at;      /* step at which SPLAT_SCHEDULE_STEP lowers the rate; else 0 */
     /* The averages decay by min(ema_decay, 1 - (1 + step - ema_after)^(-2/3)); up to ema_after they
@@ -150,7 +150,7 @@ typedef struct splat_optimizer_info {
     uint32_t gradients_zero; /* 1: all gradients of the last step were 0, so it taught nothing */
     uint32_t averaged;       /* 1: there are averages */
     uint64_t parameters;     /* tensors */
-    uint64_t elements;       /* their numbers */
+    uint64_t elements;       /* numbers in these tensors */
 } splat_optimizer_info;
 
 /* Update the parameters from their gradients, which stay. If a gradient is not finite, nothing is

@@ -113,7 +113,7 @@ struct RasterGradients : OfDevice {
 struct RasterStateObject : OfDevice {
     using OfDevice::OfDevice;
     std::shared_ptr<RasterGradients> gradients;  ///< shared with its rasterizer
-    std::shared_ptr<SceneCopy> scene;            ///< the one that recorded command lists may name
+    std::shared_ptr<SceneCopy> scene;            ///< named by recorded command lists
     /// The Gaussians of a forward call from tensors; empty before the first such call.
     OnDevice<raster::PackedBuffers> inputs{*this};
     OnDevice<std::unique_ptr<raster::Rasterizer>> rasterizer{*this};
@@ -156,7 +156,7 @@ struct ModelObject : OfDevice {
     using OfDevice::OfDevice;
     std::uint32_t objects = 1;                                     ///< objects per batch
     std::uint32_t flags = 0;                                       ///< SPLAT_MODEL_ bits
-    OnDevice<std::shared_ptr<model::Predictor>> predictor{*this};  ///< its own, or a trainer's
+    OnDevice<std::shared_ptr<model::Predictor>> predictor{*this};  ///< the model's or a trainer's
     Published<model::LoadReport> load;                             ///< report of the latest load
     bool ran = false;
     bool has_input_gradients = false;  ///< input gradients are valid
@@ -231,7 +231,7 @@ struct LpipsObject : OfDevice {
 
 /// The object behind splat_evaluator. It locks devices itself.
 struct EvaluatorObject {
-    std::shared_ptr<PredictorObject> predictor;  ///< or nullptr, like the next
+    std::shared_ptr<PredictorObject> predictor;  ///< nullptr without one, like the next
     std::shared_ptr<LpipsObject> lpips;
     std::unique_ptr<eval::Evaluator> evaluator;  ///< destroyed before them
 };

@@ -23,7 +23,7 @@ enum class KeyType : int {
     kNumber,
     kBoolean,
     kText,
-    kChoice,  ///< one of the words of Values
+    kChoice,  ///< a word of Values::words
     kIntegers,
     kNumbers,
     kTexts,

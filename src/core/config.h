@@ -17,7 +17,7 @@ using ConfigScalar = std::variant<std::monostate, bool, std::int64_t, double, st
 struct ConfigEntry {
     std::string key;  ///< names from the outermost map inwards, with dots: "opt.base_lr"
     std::vector<ConfigScalar> values;
-    bool list = false;  ///< else there is one value
+    bool list = false;  ///< a list; else there is one value
     bool map = false;   ///< a map without a value; its members follow with longer keys
 };
 

@@ -11,7 +11,7 @@ namespace splat::data {
 struct DatasetDesc {
     std::string path;
     std::string format;    ///< a name of kFormats; empty: detected from the folder
-    std::string category;  ///< which one of several in the folder: "cars", "hydrants"; may be empty
+    std::string category;  ///< "cars", "hydrants", where the folder has several; may be empty
     std::string split = "train";
     std::uint32_t maps = 0;             ///< flags of the maps that every object must have
     std::uint32_t resolution = 0;       ///< side of the images returned; 0: the stored one

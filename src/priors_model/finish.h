@@ -7,7 +7,7 @@
 
 namespace splat::priors_model {
 
-/// In which form a map is wanted.
+/// The form in which a map is wanted.
 enum class MapForm {
     kBytes,   ///< 0 to 255, as the reference writes them
     kUnit,    ///< the same numbers before they are reduced to bytes, 0 to 1

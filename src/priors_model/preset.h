@@ -70,7 +70,7 @@ struct PresetFile {
 struct Preset {
     std::string name, title;
     PresetInput input;
-    std::vector<PresetOutput> outputs;  ///< one of each map
+    std::vector<PresetOutput> outputs;  ///< one output per map
     PresetFile file;
     std::string licence, note;
 

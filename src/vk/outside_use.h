@@ -12,7 +12,7 @@ namespace splat::vk {
 /// How others use device memory that an object owns and shares with them.
 class OutsideUse {
   public:
-    std::atomic<std::uint64_t> writes{0};  ///< so far
+    std::atomic<std::uint64_t> writes{0};  ///< writes so far
     /// Tensors whose pointer was given away: writes through it go unnoticed.
     std::atomic<std::uint32_t> exposed{0};
 

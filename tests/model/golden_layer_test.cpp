@@ -321,7 +321,7 @@ TEST_P(GoldenNetLayers, CrossAttention) {
         expect_relative("y", run.value()->output(), golden.doubles("xatt.y64"), kGoldenLayer);
         const auto gradient = [&](const std::string& what, ValueId id,
                                   const std::vector<double>& expected) {
-            if (what == "d.k_proj.bias") {  // which softmax does not see
+            if (what == "d.k_proj.bias") {  // softmax does not see it
                 EXPECT_LE(norm_of(expected), 1e-12);
                 EXPECT_LE(norm_of(to_double(run.value()->gradient(id))), 1e-4);
                 return;

@@ -108,7 +108,7 @@ namespace Splat
         /// 0: 1.
         /// </summary>
         public int Shards { get; set; }
-        /// <summary>Which of them this call does, from 0.</summary>
+        /// <summary>The part that this call does, from 0.</summary>
         public int Shard { get; set; }
     }
 

@@ -134,7 +134,7 @@ namespace Splat
         public string Config { get; set; }
         /// <summary>A file of low-rank adapters, which are folded in.</summary>
         public string AdaptersPath { get; set; }
-        /// <summary>Or weights of them.</summary>
+        /// <summary>Low-rank adapters in memory, in place of the file.</summary>
         public Weights Adapters { get; set; }
         /// <summary>0: of their metadata, else of the configuration.</summary>
         public double AdaptersAlpha { get; set; }

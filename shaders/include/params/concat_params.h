@@ -14,7 +14,7 @@ struct ConcatParams {
     uint a;        // channels of the first part
     uint b;        // channels of the second part
     uint offset;   // concat_backward: first channel of the part
-    uint count;    // its channels
+    uint count;    // channels of the part
     uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };
 

@@ -231,7 +231,7 @@ Result<NamedTensors> read_tensors(PthReader& reader, const PickleNode& dict,
     return tensors;
 }
 
-/// Each of a dict's names is searched for in all of it, and many parameters may share one dict.
+/// Limits a dict: each of its names is searched for in all of it, and many parameters may share one dict.
 Status check_few(const PickleNode& dict) {
     constexpr std::size_t kMost = 64;
     if (dict.items.size() / 2 <= kMost) return {};

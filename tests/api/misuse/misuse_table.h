@@ -15,7 +15,7 @@ inline constexpr splat_result kFormat = SPLAT_ERROR_FORMAT;
 /// One wrong (or barely right) way to call a function of the header.
 struct Misuse {
     std::string function;
-    std::string parameter;  ///< the one that is wrong; "" for a function without parameters
+    std::string parameter;  ///< the wrong parameter; "" for a function without parameters
     std::string what;
     splat_result expected;
     std::function<splat_result()> call;

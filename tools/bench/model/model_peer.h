@@ -10,8 +10,8 @@ namespace vkrun::bench {
 
 /// How torch_model.py is started.
 struct PeerOptions {
-    std::string device = "cpu";   ///< or cuda
-    std::string isa = "default";  ///< or avx2, of the CPU
+    std::string device = "cpu";   ///< cpu or cuda
+    std::string isa = "default";  ///< default or avx2, of the CPU
     bool tf32 = false;            ///< CUDA: allow TF32
     bool graphs = false;          ///< CUDA: replay graphs
     std::string layout = "channels_last";

@@ -192,7 +192,7 @@ void add_evaluations(HtmlPage& page, const std::vector<Run>& runs) {
     page.table(rows);
 }
 
-/// Such as 2026-11-26 18:40 UTC.
+/// A time such as 2026-11-26 18:40 UTC.
 std::string now_text() {
     const std::time_t now = std::time(nullptr);
     char text[32];

@@ -38,7 +38,7 @@ ViewerFacts add_viewer(HtmlPage& page, ScenePayload payload, const ViewerOptions
 /// The same with pack_scene(scene, kPageGaussians). Throws a Failure.
 ViewerFacts add_viewer(HtmlPage& page, splat_scene scene, const ViewerOptions& options);
 
-/// Which of so many cameras are views of a page: all, or six of more than nine, evenly spread.
+/// Numbers of the cameras that are views of a page: all, or six of more than nine, evenly spread.
 std::vector<std::size_t> view_numbers(std::size_t cameras);
 
 /// The mean of what is up in the images of cameras around an object, a unit vector; without a clear one 0, -1, 0.

@@ -13,7 +13,7 @@ use std::path::Path;
 /// # Safety
 /// `PIXEL` has the size of the type, and every pattern of bits is a value.
 pub unsafe trait Sample: Copy + Default + 'static {
-    /// Their name in C.
+    /// Name of the type in C.
     const PIXEL: Pixel;
 }
 

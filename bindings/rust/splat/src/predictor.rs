@@ -22,7 +22,7 @@ pub struct PredictorDesc<'a> {
     pub config: Option<&'a str>,
     /// A file of low-rank adapters, which are folded in.
     pub adapters_path: Option<&'a str>,
-    /// Or weights of them.
+    /// Low-rank adapters in memory, in place of the file.
     pub adapters: Option<&'a Weights>,
     /// 0: lora_alpha of their metadata, else of the configuration.
     pub adapters_alpha: f64,

@@ -29,7 +29,7 @@ pub struct ImportDesc<'a> {
     pub duckdb: Option<&'a str>,
     /// Parts of the work, which as many processes do; the last to end completes the store. 0: 1.
     pub shards: u32,
-    /// Which of them this call does, from 0.
+    /// The part that this call does, from 0.
     pub shard: u32,
 }
 

@@ -76,7 +76,7 @@ pub struct TrainingEvent {
     pub side: u32,
     /// Drawn, `[views,3,side,side]`.
     pub images: Vec<f32>,
-    /// Their targets.
+    /// Targets of `images`.
     pub truths: Vec<f32>,
     /// dB; NaN without novel views.
     pub novel_psnr: f64,
