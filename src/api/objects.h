@@ -92,7 +92,7 @@ struct SceneObject {
     ForkMutex mutex;
     scene::Gaussians gaussians;
     std::string report = "{}";  ///< JSON
-    /// Of the current Gaussians. Changed by a holder of `mutex`, or of both, `mutex` being shared.
+    /// Hold the current Gaussians. To change them, hold `mutex`, or share it and hold `copies_mutex`.
     std::vector<std::shared_ptr<SceneCopy>> copies;
     ForkMutex copies_mutex;
 };

@@ -37,7 +37,7 @@ struct CommandList::Objects {
     VkDescriptorPool descriptors = VK_NULL_HANDLE;
     VkCommandPool command_pool = VK_NULL_HANDLE;
     std::vector<VkCommandBuffer> buffers;  ///< one per segment
-    /// Of segments by turns, so that one runs and one waits in the queue; a single segment has one.
+    /// Segments take turns, so that one runs and one waits in the queue; a single segment needs one.
     std::array<VkFence, 2> fences{};
     std::size_t submitted = 0;             ///< segments of the latest run
     std::size_t ended = 0;                 ///< segments that are known to have ended

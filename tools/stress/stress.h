@@ -23,8 +23,8 @@ constexpr double kRounding = 0x1p-24;
 struct Expected {
     std::vector<double> value;
     std::vector<double> allowed;  ///< absolute, of each element
-    /// Of the largest number that summing up an element meets; empty: `value`. Where float32 cannot hold it, a
-    /// result may be infinite, but nothing else than infinite or right.
+    /// The largest number that summing up an element meets; empty: `value`. Where float32 cannot hold it, a
+    /// result must be infinite or right.
     std::vector<double> largest;
     /// What a device that flushes denormal inputs to zero may give instead, and how far float32 may lie from that;
     /// empty: the same.
