@@ -50,7 +50,7 @@ function(splat_embed_shaders out table)
 endfunction()
 
 # One module, compiled: <name>.spv in the caller's build folder. Appends to the caller's `names`. The test
-# Shaders.AreValid runs spirv-val.
+# House.ShadersAreValid runs spirv-val.
 macro(splat_shader_module source name)
   set(spv ${CMAKE_CURRENT_BINARY_DIR}/${name}.spv)
   add_custom_command(

@@ -15,8 +15,8 @@ packages_build="build-essential cmake ninja-build pkg-config
     nlohmann-json3-dev libcli11-dev libgif-dev libpng-dev libjpeg62-turbo-dev libwebp-dev
     zlib1g-dev libzstd-dev libyaml-dev mesa-vulkan-drivers"
 
-# Also needed by the tests; clang is the second compiler that checks include/splat.h, and with Python it reads the
-# headers for the bindings. Of locales the tests make one with decimal commas.
+# The tests need them, too; clang is the second compiler that checks include/splat.h, and with Python it reads the
+# headers for the bindings. The tests make a locale with decimal commas.
 packages_test="libgtest-dev liblzma-dev spirv-tools vulkan-validationlayers clang python3 locales"
 
 # Needed by the tests against PyTorch, splat-transform and GNU parallel and in a browser, which are not among the quick
@@ -92,11 +92,12 @@ ensure_packages() {
     else
         fail "cannot install packages: not root, and there is no sudo"
     fi
+    # Another program may hold the lock for a while, such as the daily update of a new machine.
+    apt="$as_root DEBIAN_FRONTEND=noninteractive apt-get -q -o DPkg::Lock::Timeout=600"
     # Refresh the package list; without a network the existing one may suffice.
-    $as_root DEBIAN_FRONTEND=noninteractive apt-get -q update || echo "apt-get update failed; continuing"
+    $apt update || echo "apt-get update failed; continuing"
     # shellcheck disable=SC2086  # a list of words
-    $as_root DEBIAN_FRONTEND=noninteractive \
-        apt-get -q -y --no-install-recommends install $missing || fail "apt-get install"
+    $apt -y --no-install-recommends install $missing || fail "apt-get install"
     missing=""
 }
 

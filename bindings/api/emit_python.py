@@ -186,7 +186,7 @@ def emit_struct(types: Types, struct: Dict[str, Any]) -> List[str]:
 
 
 def emit_layout(types: Types) -> List[str]:
-    lines = ["", "", "# Of each struct: class, whether it is frozen, bytes, and (field, offset, bytes).",
+    lines = ["", "", "# The layout of each struct: class, whether it is frozen, bytes, and (field, offset, bytes).",
              "LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, "
              "Tuple[Tuple[str, int, int], ...]]] = {"]
     for name in types.order():

@@ -304,7 +304,7 @@ def _number(enum: dict[str, Any], name: str, prefix: str, bits: bool) -> str:
         text += _doc(value["doc"] or f"`{value['name']}`", "    ")
         text += f"    pub const {short}: {name} = {name}(sys::{value['name']});\n"
     if bits:
-        text += "\n    /// Whether all bits of `other` are set.\n"
+        text += "\n    /// True if all bits of `other` are set.\n"
         text += f"    pub fn contains(self, other: {name}) -> bool {{\n"
         text += "        self.0 & other.0 == other.0\n    }\n"
     text += "}\n"

@@ -48,7 +48,7 @@ class Source:
         return "\n".join(lines).strip()
 
     def is_trailing(self, begin: int) -> bool:
-        """Whether the comment stands behind code on its line."""
+        """True if the comment stands behind code on its line."""
         line = self.text[self.text.rfind("\n", 0, begin) + 1 : begin]
         return line.strip() != ""
 

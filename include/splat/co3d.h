@@ -28,16 +28,16 @@ typedef struct splat_co3d_desc {
     const char* category; /* "hydrant", "teddybear" */
     const char* subset;   /* NULL: "fewview_dev", as published */
     const char* split;    /* "train", "val", "test"; NULL: train */
-    uint32_t size;        /* of the images, pixels; 0: 128 */
+    uint32_t size;        /* side of the images, pixels; 0: 128 */
     uint32_t limit;       /* only this many sequences, the first by name; 0: all */
 } splat_co3d_desc;
 
 typedef struct splat_co3d_info {
     uint32_t struct_size;
-    uint32_t sequences; /* of the split */
-    uint32_t kept;      /* of them, that were there before */
-    uint32_t left_out;  /* of them, whose cameras are not finite */
-    uint64_t frames;    /* of all of them */
+    uint32_t sequences; /* sequences in the split */
+    uint32_t kept;      /* sequences that were there before */
+    uint32_t left_out;  /* sequences left out: their cameras are not finite */
+    uint64_t frames;    /* frames of all sequences in the split */
 } splat_co3d_info;
 
 /* Write the images, masks and cameras of a split to OUT/co3d_CATEGORY_for_gs/SPLIT, which

@@ -167,7 +167,7 @@ typedef struct splat_decode_limits {
     uint64_t bytes_times_file; /* bytes of memory for each byte of the file; 0 = 64 */
     uint64_t bytes_besides;    /* bytes on top of that; 0 = 64 MiB */
     uint64_t items;            /* tensors or files of an archive; 0 = 10^6 */
-    uint32_t jpeg_scans;       /* of one image; 0 = 100 */
+    uint32_t jpeg_scans;       /* scans of one JPEG image; 0 = 100 */
     uint32_t reserved;
 } splat_decode_limits;
 
@@ -213,7 +213,7 @@ enum {
  * read `pixels`, those that give one write there, and no others touch it. */
 typedef struct splat_image {
     void* pixels;
-    size_t bytes; /* of `pixels`, checked against the layout; 0: trusted */
+    size_t bytes; /* size of `pixels`, checked against the layout; 0: trusted */
     splat_pixel type;
     uint32_t width; /* pixels */
     uint32_t height;
@@ -521,9 +521,9 @@ typedef struct splat_tensor_stats {
     uint32_t reserved;
     uint64_t nan_count;
     uint64_t inf_count;
-    double min;  /* of the finite elements; +inf if there are none */
-    double max;  /* of the finite elements; -inf if there are none */
-    double mean; /* of the finite elements; 0 if there are none */
+    double min;  /* smallest finite element; +inf if there are none */
+    double max;  /* largest finite element; -inf if there are none */
+    double mean; /* mean of the finite elements; 0 if there are none */
 } splat_tensor_stats;
 
 /* Measure an SPLAT_DTYPE_F32 tensor on the device.

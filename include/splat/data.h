@@ -36,12 +36,12 @@ typedef struct splat_dataset_desc {
     /* "store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the folder */
     const char* format;
     const char* split;    /* "train", "val", "test"; NULL: train */
-    uint32_t resolution;  /* of the returned images, which are square; 0: as stored */
+    uint32_t resolution;  /* side of the returned images, which are square; 0: as stored */
     uint32_t limit;       /* use only this many objects, the first in order; 0: all */
     uint64_t cache_bytes; /* for decoded images (8 bits); 0: 1 GiB */
     float background[3];  /* behind transparent pixels, 0 to 1 */
     uint32_t reserved;
-    const char* category; /* of several in the folder: "cars", "hydrants"; NULL: the only one */
+    const char* category; /* "cars", "hydrants", where there are several; NULL: the only one */
     /* NULL, or a list for one format: a path, or one in the folder of the data */
     const char* objects_file;  /* "objaverse": JSON array of all objects in order */
     const char* excluded_file; /* "co3d": names of sequences to leave out, in any text */
@@ -192,10 +192,10 @@ typedef struct splat_dataset_export_desc {
     const char* layout;
     const char* split;       /* to write; NULL: that of the data set */
     const char* category;    /* in names of folders and configurations; NULL: cars */
-    const char* duckdb;      /* as in splat_dataset_import_desc */
-    const uint32_t* objects; /* which to write; NULL: all */
+    const char* duckdb;      /* see splat_dataset_import_desc */
+    const uint32_t* objects; /* objects to write; NULL: all */
     uint64_t object_count;
-    uint32_t shards; /* of a store, as in splat_dataset_import_desc */
+    uint32_t shards; /* parts of a store, see splat_dataset_import_desc */
     uint32_t shard;
 } splat_dataset_export_desc;
 
@@ -230,7 +230,7 @@ typedef struct splat_synthetic_desc {
     uint64_t seed;
     uint32_t resolution;  /* 8 to 2048; 0: 128 */
     uint32_t train_views; /* from random places around the object; 0: 50 */
-    uint32_t test_views;  /* of val and test, on a spiral; 0: 251 */
+    uint32_t test_views;  /* views of val and test objects, on a spiral; 0: 251 */
     uint32_t train_objects, val_objects, test_objects;
 } splat_synthetic_desc;
 

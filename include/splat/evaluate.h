@@ -43,16 +43,16 @@ typedef struct splat_evaluator_desc {
     splat_dataset dataset;
     /* a folder, opened as the predictor's configuration says; both NULL: its data.root */
     const char* data_path;
-    const char* split; /* of that folder; NULL: test; NULL with `dataset` */
+    const char* split; /* split of `data_path`; NULL: test; NULL with `dataset` */
     /* a name for what draws the images of splat_evaluator_score_images; NULL: the predictor. A
      * predictor then only says how the data are read. Must be given without a predictor */
     const char* method;
-    splat_lpips lpips;            /* of the images' resolution; NULL: LPIPS is NaN */
+    splat_lpips lpips;            /* made for the images' resolution; NULL: LPIPS is NaN */
     const uint32_t* conditioning; /* numbers of the conditioning views of each object */
     uint64_t conditioning_count;  /* 0: by the protocol; else as many as the network has inputs */
     /* conditioning views without a predictor and without their numbers; else 0. 0: 1 */
     uint32_t inputs;
-    uint32_t novel_views; /* of each object, evenly spread; 0: all */
+    uint32_t novel_views; /* novel views per object, evenly spread; 0: all */
     uint32_t objects;     /* only this many, the first in order; 0: all */
     uint32_t reserved;
 } splat_evaluator_desc;
@@ -70,7 +70,7 @@ SPLAT_API splat_result splat_evaluator_create(const splat_evaluator_desc* desc,
 typedef struct splat_evaluator_info {
     uint32_t struct_size;
     uint32_t objects;    /* to score */
-    uint32_t scored;     /* so far */
+    uint32_t scored;     /* scored so far */
     uint32_t resolution; /* R: images have R x R pixels */
 } splat_evaluator_info;
 
@@ -85,7 +85,7 @@ typedef struct splat_scores {
     double ssim;  /* NaN without views */
     double lpips; /* NaN without its network */
     uint32_t views;
-    uint32_t perfect_views; /* those that equal their targets */
+    uint32_t perfect_views; /* views that equal their targets */
 } splat_scores;
 
 /* What of predictions and images is finite and visible. Frozen. */
@@ -93,7 +93,7 @@ typedef struct splat_ledger {
     uint64_t outputs_not_finite;   /* numbers that the network put out */
     uint64_t gaussians;            /* predicted */
     uint64_t gaussians_not_finite; /* with a NaN or an infinity; no image shows them */
-    uint64_t gaussians_invisible;  /* of opacity below 1/255 */
+    uint64_t gaussians_invisible;  /* opacity below 1/255 */
     uint64_t gaussians_visible;    /* all others */
     uint32_t images_not_finite;    /* images with a NaN or an infinity */
     uint32_t images_blank;         /* drawn images that show the background only */
@@ -101,7 +101,7 @@ typedef struct splat_ledger {
 
 typedef struct splat_object_scores {
     uint32_t struct_size;
-    uint32_t object;  /* its number */
+    uint32_t object;  /* number of the object */
     const char* name; /* lives as long as the evaluator */
     splat_scores novel;
     splat_scores conditioning;
@@ -220,7 +220,7 @@ enum { SPLAT_METRIC_PSNR = 1, SPLAT_METRIC_SSIM = 2, SPLAT_METRIC_LPIPS = 3 };
 
 /* Scores of one object; NaN: none in that metric. Frozen. */
 typedef struct splat_score {
-    const char* object; /* its name */
+    const char* object; /* name of the object */
     double psnr;
     double ssim;
     double lpips; /* less is better */
@@ -246,7 +246,7 @@ typedef struct splat_compare_desc {
     const void* next; /* NULL */
     splat_score_set a;
     splat_score_set b;
-    uint64_t seed;       /* of all random choices */
+    uint64_t seed;       /* seed of all random choices */
     uint32_t resamples;  /* random permutations; 0: 300000 */
     uint32_t bootstraps; /* samples of the interval; 0: 10000 */
 } splat_compare_desc;
@@ -265,7 +265,7 @@ typedef struct splat_comparison_info {
     uint32_t metrics; /* compared */
     uint64_t objects_a;
     uint64_t objects_b;
-    uint64_t shared_objects; /* of both */
+    uint64_t shared_objects; /* objects that A and B share */
     uint32_t unpaired;       /* 1: objects were ignored */
     /* 0: A and B cover different objects, so that the difference may come from the objects alone */
     uint32_t comparable;
@@ -291,13 +291,13 @@ typedef struct splat_metric_comparison {
     uint32_t exact; /* 1: all permutations were counted, not random ones */
     double mean_a;
     double mean_b;
-    double difference; /* of the means, B - A */
+    double difference; /* mean_b - mean_a */
     /* two-sided; paired: signs of differences flipped, unpaired: all scores shuffled */
     double p_permutation;
     /* paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution */
     double p_parametric;
-    double p_holm;       /* p_permutation corrected for the number of metrics */
-    double low;          /* bootstrap interval of 95 % of the difference; NaN of one pair */
+    double p_holm; /* p_permutation corrected for the number of metrics */
+    double low;    /* bootstrap interval of 95 % of the difference; NaN of one pair */
     double high;
     double effect; /* Cohen's d; infinite if all differences are equal, NaN of one pair */
     uint64_t n_a;  /* scores of A; paired: as many as of B, those of the shared objects */

@@ -269,9 +269,9 @@ typedef struct splat_model_desc {
     const void* next;
     /* text, JSON or YAML with the keys of Splatter Image; NULL: the cars model */
     const char* config;
-    /* of a batch; 0: 1. If an activation of the batch exceeds one binding of the device, the batch
-     * runs in equal slices. A backward pass then repeats the forward pass of all slices except the
-     * last, and dropout differs from that of an undivided batch */
+    /* objects per batch; 0: 1. If an activation of the batch exceeds one binding of the device, the
+     * batch runs in equal slices. A backward pass then repeats the forward pass of all slices but
+     * the last, and dropout differs from that of an undivided batch */
     uint32_t objects;
     splat_precision precision; /* 0: SPLAT_PRECISION_BALANCED */
 } splat_model_desc;
@@ -341,15 +341,15 @@ SPLAT_API splat_result splat_model_report(splat_model model, char* buffer, size_
 typedef struct splat_model_info {
     uint32_t struct_size;
     uint32_t flags;            /* SPLAT_MODEL_ bits of its creation */
-    uint32_t objects;          /* of a batch */
+    uint32_t objects;          /* objects per batch */
     uint32_t views;            /* input images of an object */
     uint32_t resolution;       /* R */
-    uint32_t channels;         /* of splat_model_input.images */
-    uint32_t image_channels;   /* of the tensor "images": without the plane of origin distances */
-    uint32_t output_channels;  /* of "raw" */
+    uint32_t channels;         /* channels of splat_model_input.images */
+    uint32_t image_channels;   /* channels of "images": no plane of origin distances */
+    uint32_t output_channels;  /* channels of "raw" */
     uint32_t gaussians;        /* M, of an object */
     uint32_t sh_degree;        /* K = (sh_degree + 1)^2 */
-    uint32_t embedding_length; /* of a custom embedding; 0: none */
+    uint32_t embedding_length; /* length of a custom embedding; 0: none */
     uint32_t token_dim;
     uint32_t tokens; /* 0: none */
     uint32_t slices; /* passes of a batch */
@@ -408,9 +408,9 @@ enum {
 typedef struct splat_model_input {
     uint32_t struct_size;
     uint32_t flags;    /* SPLAT_PASS_ bits */
-    uint64_t seed;     /* of dropout, with step */
-    uint32_t step;     /* of the optimiser */
-    uint32_t channels; /* of each image, checked against the configuration; 0: not checked */
+    uint64_t seed;     /* seed of dropout, used with step */
+    uint32_t step;     /* the optimiser's step */
+    uint32_t channels; /* channels per image, checked against the configuration; 0: not checked */
     uint32_t objects;  /* in the arrays, checked against the model's; 0: not checked */
     uint32_t picture_count;
     /* images in the caller's layout, instead of `images`; the planes of an image may come from

@@ -32,7 +32,7 @@ enum { SPLAT_PICTURE_WHOLE = 1u << 0 }; /* use the largest centred square, not t
 /* One view of an object. Frozen. */
 typedef struct splat_picture {
     splat_picture_source image;
-    splat_picture_source mask;   /* of the object, 1 (U8: 255) inside; none: an alpha not opaque
+    splat_picture_source mask;   /* the object's mask, 1 (U8: 255) inside; none: an alpha not opaque
                                   * everywhere, else what differs from its border's colour, else all */
     splat_picture_source depth;  /* where the network takes it; larger is nearer, at any scale */
     splat_picture_source normal; /* where the network takes it; (normal + 1) / 2, camera's axes */
@@ -41,9 +41,9 @@ typedef struct splat_picture {
                                   * 0 with SPLAT_PICTURE_WHOLE */
     double focal;                /* pixels of the image; 0: by its Exif data, else not known */
     double origin_distance;      /* along the camera's axis, where the network takes it; else 0 */
-    double world_to_camera[16];  /* as splat_camera; all 0: none. Networks of several views need
+    double world_to_camera[16];  /* like splat_camera's; all 0: none. Networks of several views need
                                   * the poses of all, and whole pictures; others take none */
-    const float* embedding;      /* of a custom embedding, or NULL */
+    const float* embedding;      /* a custom embedding, or NULL */
     uint64_t embedding_count;    /* numbers */
     const float* tokens;         /* [token_dim,tokens] where the network takes them, or NULL */
     uint64_t token_count;        /* numbers */
@@ -69,13 +69,13 @@ enum {
 
 /* What became of a picture. Frozen. */
 typedef struct splat_picture_info {
-    uint32_t width; /* of the picture, pixels */
+    uint32_t width; /* width of the picture, pixels */
     uint32_t height;
     splat_found found;
     uint32_t warnings;  /* SPLAT_PICTURE_* warnings */
     double square[3];   /* left, top and side of what was cut out, pixels of the picture */
     double focal;       /* pixels of the picture; 0: not known */
-    double fov_degrees; /* of the square; 0: not known */
+    double fov_degrees; /* field of view of the square; 0: not known */
 } splat_picture_info;
 
 /* Where splat_picture_cut writes: squares of `resolution` pixels. Those without pixels are not
@@ -124,7 +124,7 @@ typedef struct splat_predictor_desc {
      * name with .json or .yaml, else config.json or config.yaml in the weights' folder */
     const char* config;
     const char* adapters_path; /* a file of low-rank adapters, which are folded in */
-    splat_weights adapters;    /* or weights of them; neither: none but those among the weights */
+    splat_weights adapters;    /* adapters in memory; neither: only those among the weights */
     double adapters_alpha;     /* 0: lora_alpha of their metadata, else of the configuration */
 } splat_predictor_desc;
 
@@ -142,7 +142,7 @@ typedef struct splat_predictor_info {
     uint32_t struct_size;
     uint32_t views;           /* pictures of one prediction */
     uint32_t resolution;      /* R: the network sees squares of R x R pixels */
-    uint32_t channels;        /* of its input */
+    uint32_t channels;        /* channels of the network's input */
     uint32_t depth;           /* 1: it takes a depth map, else 0; so the next three */
     uint32_t normal;          /* a normal map */
     uint32_t mask;            /* the object's mask, which is always found */

@@ -56,7 +56,7 @@ typedef struct splat_prior_model_desc {
     /* library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1
      * beside libsplat or where the system's loader looks */
     const char* runtime_path;
-    uint32_t threads; /* of one run; 0: one per core */
+    uint32_t threads; /* threads of one run; 0: one per core */
     uint32_t reserved;
 } splat_prior_model_desc;
 
@@ -73,12 +73,12 @@ SPLAT_API splat_result splat_prior_model_create(const splat_prior_model_desc* de
 typedef struct splat_prior_model_info {
     uint32_t struct_size;
     uint32_t maps;  /* SPLAT_DATA_ flags of the maps that it makes */
-    uint32_t width; /* of its input, pixels; 0: by the picture */
+    uint32_t width; /* width of the model's input, pixels; 0: by the picture */
     uint32_t height;
-    const char* preset;  /* its name; lives, as the other texts, as long as the model */
-    const char* licence; /* of the model: show it to the user */
+    const char* preset;  /* name of the preset; lives, as the other texts, as long as the model */
+    const char* licence; /* licence of the model: show it to the user */
     const char* note;
-    const char* path;            /* of the model */
+    const char* path;            /* file of the model */
     const char* runtime_version; /* "1.30.0" */
 } splat_prior_model_info;
 
@@ -128,7 +128,7 @@ typedef struct splat_normals_desc {
     const void* next; /* NULL */
     double focal_x;   /* pixels */
     double focal_y;
-    double center_x; /* of the principal point, pixels from the left edge; both 0: the middle */
+    double center_x; /* principal point, pixels from the left and top edge; both 0: the middle */
     double center_y;
     /* distances that a map of relative depth goes between: 0 is 1 / farthest, 1 is 1 / nearest. Both
      * 0: the map holds distances, and where they are 0 or less, or not finite, there is no surface */
@@ -199,7 +199,7 @@ typedef struct splat_normal_scores {
     uint32_t struct_size;
     uint32_t reserved;
     uint64_t pixels;  /* counted */
-    uint64_t missing; /* of these, without a prediction; their angle is 180 degrees */
+    uint64_t missing; /* counted pixels without a prediction; their angle is 180 degrees */
     double mean;
     double median;
     double rmse;

@@ -44,8 +44,8 @@ enum {
     SPLAT_RASTERIZER_BACKWARD = 1u << 3,      /* gradients */
     /* these three imply BACKWARD */
     SPLAT_RASTERIZER_GRAD_DEPTH = 1u << 4,   /* gradients from the depth */
-    SPLAT_RASTERIZER_GRAD_POSE = 1u << 5,    /* of the pose (SPLAT_CONVENTION_GSPLAT) */
-    SPLAT_RASTERIZER_GRAD_MEANS2D = 1u << 6, /* of means2d */
+    SPLAT_RASTERIZER_GRAD_POSE = 1u << 5,    /* gradients of the pose (SPLAT_CONVENTION_GSPLAT) */
+    SPLAT_RASTERIZER_GRAD_MEANS2D = 1u << 6, /* gradients of means2d */
     /* SPLAT_CONVENTION_3DGS: the gradient of the original code with its three quirks */
     SPLAT_RASTERIZER_ORIGINAL_GRADIENT = 1u << 7,
     SPLAT_RASTERIZER_NORMALS = 1u << 8 /* output NORMALS */
@@ -249,7 +249,7 @@ typedef struct splat_rasterizer_info {
     uint64_t visible;
     uint64_t pairs;       /* (tile, Gaussian, view) triples */
     uint64_t longest;     /* Gaussians in the fullest tile */
-    uint64_t tiles;       /* of all views */
+    uint64_t tiles;       /* tiles of all views */
     uint64_t empty_tiles; /* tiles without Gaussians */
     /* device memory of the state, with the gradients that states share, without the packed copies
      * of scenes, which rasterizers share */
@@ -279,7 +279,7 @@ SPLAT_API splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer);
 
 typedef struct splat_image_info {
     uint32_t struct_size;
-    uint32_t bits; /* of a sample in the file: 8, 16, or 32 (.npy) */
+    uint32_t bits; /* bits per sample in the file: 8, 16, or 32 (.npy) */
     /* pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal
      * sees the same angle, or else focal length and resolution of the sensor; 0: not known */
     double focal;
@@ -312,9 +312,9 @@ typedef int32_t splat_image_format;
 enum {
     SPLAT_IMAGE_PNG = 1,   /* 8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0 */
     SPLAT_IMAGE_NPY = 2,   /* float32 [height,width,channels]; U8 is divided by 255 */
-    SPLAT_IMAGE_GIF = 3,   /* of animations: 252 colours, dithered; no alpha */
+    SPLAT_IMAGE_GIF = 3,   /* animations: 252 colours, dithered; no alpha */
     SPLAT_IMAGE_PNG16 = 4, /* 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0 */
-    SPLAT_IMAGE_WEBP = 5   /* of animations: 8 bits without loss; sides up to 16383 */
+    SPLAT_IMAGE_WEBP = 5   /* animations: 8 bits without loss; sides up to 16383 */
 };
 
 /* Write an image by the extension of the path: .png or .npy. The file appears whole or not at all.
@@ -376,8 +376,8 @@ typedef struct splat_lpips_desc {
     uint32_t struct_size;
     uint32_t flags; /* 0 */
     const void* next;
-    /* of torchvision's vgg16 and of the lpips package, one file or two; read before the call
-     * returns */
+    /* weights of torchvision's vgg16 and of the lpips package, in one file or two; read before the
+     * call returns */
     const splat_weights* weights;
     uint32_t weight_count;
     uint32_t side; /* pixels, both ways; >= 16 */

@@ -98,7 +98,7 @@ typedef struct splat_scene_file_desc {
     uint32_t flags;            /* SPLAT_SCENE_ bits */
     const void* next;          /* NULL */
     splat_scene_format format; /* 0 = by the first bytes, else by the extension of the path */
-    splat_frame frame;         /* of the file; 0 = the format's usual one */
+    splat_frame frame;         /* axes of the file; 0 = the format's usual ones */
     /* drop bands, or pad them with zeros, to degree 1 to 3 or (SPLAT_SH_CONSTANT) 0; 0: keep all */
     int32_t sh_degree;
     uint32_t spz_version; /* to write: 3 or 4; 0 = 3 */
@@ -215,14 +215,14 @@ typedef struct splat_scene_info {
     double high[3];   /* upper bounds of the finite means */
     double center[3]; /* median of the finite means, axis by axis */
     double radius;    /* distance from the centre that holds 95 % of the finite means */
-    double scale_min; /* of the finite standard deviations, scene units */
+    double scale_min; /* smallest finite standard deviation, scene units */
     double scale_max;
     double scale_mean;
     double opacity_min; /* 0 to 1 */
     double opacity_max;
     double opacity_mean;
     uint64_t non_finite;    /* values of all attributes */
-    uint64_t bad_rotations; /* of length 0, or not finite */
+    uint64_t bad_rotations; /* rotations of length 0, or not finite */
     uint64_t degenerate;    /* Gaussians with a scale below 1e-12 */
     uint64_t invisible;     /* Gaussians of opacity below 1/255 */
 } splat_scene_info;

@@ -77,20 +77,20 @@ SPLAT_API splat_result splat_config_preset(const char* name, char* buffer, size_
 
 /* What to update: a model, a module, or one tensor; the other handles are NULL. Frozen. */
 typedef struct splat_optimizer_item {
-    /* of a tensor its name; of a model or module a prefix of the names of its trainable parameters,
+    /* a tensor's name; or a prefix for the names of a model's or module's trainable parameters,
      * NULL: none */
     const char* name;
     splat_model model;      /* created with SPLAT_MODEL_GRADIENTS */
     splat_module module;    /* created with SPLAT_MODULE_GRADIENTS */
     splat_tensor parameter; /* float32 */
-    splat_tensor gradient;  /* of its shape */
+    splat_tensor gradient;  /* same shape as `parameter` */
 } splat_optimizer_item;
 
 /* Parameters with numbers of their own; 0: those of the desc. Of several groups that match a name,
  * the first has the parameter. A group without effect is refused. Frozen. */
 typedef struct splat_optimizer_group {
-    const char* pattern; /* of names: '*' is any text, '?' one character */
-    double rate_factor;  /* of the desc's rate; 0: 1 */
+    const char* pattern; /* matches names: '*' is any text, '?' one character */
+    double rate_factor;  /* multiplies the desc's rate; 0: 1 */
     double beta1;
     double beta2;
     double eps;
@@ -117,9 +117,9 @@ typedef struct splat_optimizer_desc {
     double eps;              /* 0: 1e-15 */
     splat_schedule schedule; /* 0: SPLAT_SCHEDULE_CONSTANT */
     uint32_t reserved;
-    uint64_t warmup_steps; /* in which the rate rises from zero, in any schedule */
-    uint64_t total_steps;  /* of SPLAT_SCHEDULE_COSINE, more than warmup_steps; else 0 */
-    uint64_t step_at;      /* of SPLAT_SCHEDULE_STEP; else 0 */
+    uint64_t warmup_steps; /* steps in which the rate rises from zero, in any schedule */
+    uint64_t total_steps;  /* end of SPLAT_SCHEDULE_COSINE, more than warmup_steps; else 0 */
+    uint64_t step_at;      /* step at which SPLAT_SCHEDULE_STEP lowers the rate; else 0 */
     /* The averages decay by min(ema_decay, 1 - (1 + step - ema_after)^(-2/3)); up to ema_after they
      * are copies. ema_decay 0: no averages; ema_every 0: every step */
     double ema_decay;
@@ -145,12 +145,12 @@ typedef struct splat_optimizer_info {
     uint32_t was_skipped;    /* 1: the last step found gradients that are not finite; no update */
     uint64_t step;           /* updates done */
     uint64_t skipped;        /* steps without an update */
-    double rate;             /* of the last step; before the first, of the next */
+    double rate;             /* rate of the last step; before the first, of the next */
     uint64_t non_finite;     /* numbers of the last step's gradients that are NaN or infinite */
     uint32_t gradients_zero; /* 1: all gradients of the last step were 0, so it taught nothing */
     uint32_t averaged;       /* 1: there are averages */
     uint64_t parameters;     /* tensors */
-    uint64_t elements;       /* their numbers */
+    uint64_t elements;       /* numbers in these tensors */
 } splat_optimizer_info;
 
 /* Update the parameters from their gradients, which stay. If a gradient is not finite, nothing is
@@ -240,8 +240,8 @@ typedef struct splat_trainer_batch {
     uint64_t targets_count;
     const splat_camera* cameras; /* B*T, of R x R pixels */
     uint64_t cameras_count;
-    uint32_t channels; /* of each input image, checked against the configuration; 0: not checked */
-    uint32_t objects;  /* B, checked against the configuration; 0: not checked */
+    uint32_t channels; /* channels per input image, as in the configuration; 0: not checked */
+    uint32_t objects;  /* B, as in the configuration; 0: not checked */
 } splat_trainer_batch;
 
 typedef struct splat_trainer_info {
@@ -385,7 +385,7 @@ typedef struct splat_training_desc {
     const char* config;
     const char* const* values; /* changes to it, as in splat_config_merge */
     uint64_t value_count;
-    /* as splat_batches_create takes it; NULL: the split train of data.root */
+    /* see splat_batches_create; NULL: the split train of data.root */
     splat_dataset dataset;
     /* NULL: none; if `dataset` is NULL too, the split val of data.root where there is one */
     splat_dataset validation;
@@ -402,7 +402,7 @@ enum {
     SPLAT_EVENT_VALIDATED_OBJECT = 2, /* one object of a validation: its scores and images */
     SPLAT_EVENT_VALIDATION = 3,       /* the mean scores of a validation */
     SPLAT_EVENT_CHECKPOINT = 4,       /* a state was saved */
-    /* those that end the run */
+    /* these end the run */
     SPLAT_EVENT_DONE = 5,
     SPLAT_EVENT_INTERRUPTED = 6,
     /* ten steps in a row had a loss or gradients that are not finite */
@@ -428,19 +428,19 @@ typedef struct splat_training_event {
     double averaged_loss;           /* over this session's latest steps; NaN before the first */
     double seconds;                 /* since the first step of this session */
     double steps_per_second;
-    const char* name; /* of the validated object, else NULL */
-    uint32_t object;  /* its number */
-    uint32_t objects; /* of the validation */
-    uint32_t views;   /* of the object, the input views first; of VALIDATION: all novel views */
-    uint32_t inputs;  /* input views of them */
-    uint32_t side;    /* pixels of an image */
+    const char* name; /* name of the validated object, else NULL */
+    uint32_t object;  /* number of the validated object */
+    uint32_t objects; /* objects in the validation */
+    uint32_t views; /* views of the object, the input views first; in VALIDATION: all novel views */
+    uint32_t inputs; /* input views among them */
+    uint32_t side;   /* pixels of an image */
     uint32_t reserved;
     uint64_t image_count; /* numbers of `images` and of `truths` */
     const float* images;  /* drawn, [views,3,side,side] */
     const float* truths;
     double novel_psnr, novel_ssim;               /* NaN without novel views */
-    double conditioning_psnr, conditioning_ssim; /* of input views */
-    double best_psnr;                            /* of validations of as many objects and views */
+    double conditioning_psnr, conditioning_ssim; /* scores of input views */
+    double best_psnr; /* best validation with as many objects and views */
 } splat_training_event;
 
 /* Open a session: check the configuration, the data (views of every object; the first batches are

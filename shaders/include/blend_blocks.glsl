@@ -4,7 +4,7 @@
 #ifndef SPLAT_BLEND_BLOCKS_GLSL
 #define SPLAT_BLEND_BLOCKS_GLSL
 
-// Whether any pixel centre of the block that starts at the centre `corner` may have alpha >= kAlphaMin. Tests
+// True if any pixel centre of the block that starts at the centre `corner` may have alpha >= kAlphaMin. Tests
 // the least |L^T p|^2 over the box of its centres: 0 if the mean is inside, else on an edge that faces it.
 // shape: l11, l21, l22, reach.
 bool reaches_block(vec2 corner, vec2 mean, vec4 shape) {

@@ -20,7 +20,7 @@ int reflected(int at, uint size) {
     return size == 1 ? 0 : inside;
 }
 
-// Such that a ramp of 1 per pixel, whose difference over two pixels is 2, has the derivative 1.
+// A ramp of 1 per pixel, whose difference over two pixels is 2, has the derivative 1.
 float smoothing(int tap) { return tap == 0 ? (kScharr ? 10.0 / 32 : 2.0 / 8) : (kScharr ? 3.0 / 32 : 1.0 / 8); }
 
 #endif

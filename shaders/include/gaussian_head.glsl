@@ -8,7 +8,7 @@
 #include "params/gaussian_head_params.h"
 
 layout(constant_id = kGaussianHeadOffsetId) const uint kOffset = 1;  // 1: three channels offset the point from its ray
-layout(constant_id = kGaussianHeadDegreeId) const uint kDegree = 1;  // of the spherical harmonics, 0 or 1
+layout(constant_id = kGaussianHeadDegreeId) const uint kDegree = 1;  // degree of the spherical harmonics, 0 or 1
 
 QUADS(0, net_out);        // [channels/4][images * pixels]
 QUADS(1, rays);           // [3,pixels]
@@ -29,7 +29,7 @@ const uint kDc = kRotation + 4;
 const uint kRest = kDc + 3;
 const uint kQuads = (kRest + 9 * kDegree + 3) / 4;
 const uint kMostQuads = 6;
-const float kLeastNorm = 1e-12;   // of a rotation
+const float kLeastNorm = 1e-12;   // least length of a rotation
 const float kDivisorGuard = 1e-10;  // added to the homogeneous coordinate
 
 // Element i of an array of quads.

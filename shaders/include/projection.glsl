@@ -19,7 +19,7 @@ struct View {
     vec3 translation;
     vec4 intrinsics;   // fx fy cx cy
     vec4 limits;       // least and greatest x/z, least and greatest y/z of the Jacobian
-    vec3 position;     // of the camera, in the world
+    vec3 position;     // camera's position in the world
 };
 
 const uint kViewQuads = 6;
@@ -45,7 +45,7 @@ struct Projection {
     bvec2 clamped;
     mat3 rq;        // rotation of the Gaussian
     vec3 r1, r2;    // rows of J R_camera
-    vec3 p1, p2;    // of J R_camera R_q
+    vec3 p1, p2;    // rows of J R_camera R_q
     vec3 v1, v2;
     vec3 normal;    // p1 x p2
     vec3 minors;    // v1 x v2

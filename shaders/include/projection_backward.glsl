@@ -19,7 +19,7 @@ struct ImageGradient {
 struct GaussianGradient {
     vec3 mean;
     vec3 scale;
-    mat3 rq;        // of the rotation matrix; column k, row r
+    mat3 rq;        // gradient of the rotation matrix; column k, row r
     float opacity;
 };
 

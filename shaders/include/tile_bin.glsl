@@ -13,7 +13,7 @@ uvec2 tile_chunk(uint index, uint length) {
 // Position of a walk over the tiles of a packed footprint (tile_footprint.glsl).
 struct TileWalk {
     uvec2 rows;   // remaining rows, next one in the lowest bits
-    uint key;     // of the footprint's first column in this row
+    uint key;     // key of the footprint's first column in this row
     uint column;  // column within the row
 };
 

@@ -13,8 +13,8 @@ QUADS_OUT(1, y);
 layout(push_constant) uniform Push { AttentionParams params; };
 
 void main() {
-    const uint block = gl_GlobalInvocationID.x;  // of rows
-    const uint quad = gl_WorkGroupID.y;          // of columns
+    const uint block = gl_GlobalInvocationID.x;  // block of rows
+    const uint quad = gl_WorkGroupID.y;          // quad of columns
     if (4 * block >= params.m) return;
     const uint image = gl_WorkGroupID.z / params.heads;
     const uint head = gl_WorkGroupID.z % params.heads;

@@ -1,5 +1,5 @@
 #version 460
-// As conv2d_forward.comp and conv2d_backward_input.comp, depending on the weight: register tiles of kRows rows of
+// Like conv2d_forward.comp and conv2d_backward_input.comp, depending on the weight: register tiles of kRows rows of
 // pixels by 8 output channels, the lanes along a row; lane l of every 8 also fetches the weights of output channel
 // l of the block, which constant shuffles then broadcast.
 // One invocation computes kRows pixels, one below the other, of 8 channels. Workgroups: blocks of 8 pixels of a

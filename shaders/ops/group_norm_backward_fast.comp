@@ -1,5 +1,5 @@
 #version 460
-// As group_norm_backward.comp, a quad of channels at a time: needs C/G divisible by 4.
+// Like group_norm_backward.comp, a quad of channels at a time: needs C/G divisible by 4.
 // One workgroup computes one (n, g); lanes run along the pixels of one quad.
 // Bindings: x, gamma, beta (read as quads), mean [2,N,G], rstd, grad_y, grad_x, sums [N,C] vec2.
 #extension GL_GOOGLE_include_directive : require

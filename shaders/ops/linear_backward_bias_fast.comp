@@ -1,5 +1,5 @@
 #version 460
-// As linear_backward_bias.comp with fast loads. One workgroup computes one quad of outputs.
+// Like linear_backward_bias.comp, with fast loads. One workgroup computes one quad of outputs.
 // Bindings: grad_y as quads [out/4][rows], grad_bias [out].
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

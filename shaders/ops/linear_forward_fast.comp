@@ -31,7 +31,7 @@ layout(push_constant) uniform Push { LinearParams dims; };
 
 void main() {
     const uint quads = (dims.in_features + 3) / 4;
-    const uint padded_quads = (quads + 1) / 2 * 2;  // of a packed weight
+    const uint padded_quads = (quads + 1) / 2 * 2;  // quads of a packed weight
     const uint out_quads = (dims.out_features + 3) / 4;
     const uint row_group = gl_WorkGroupID.z * dims.groups_x + gl_WorkGroupID.y;
     const uint first_row = row_group * gl_WorkGroupSize.x * kColumns + gl_LocalInvocationID.x;

@@ -1,5 +1,5 @@
 #version 460
-// As strided_copy.comp for y without gaps: out_stride = channels, out_offset = 0, begin = 0 and count a
+// Like strided_copy.comp, for y without gaps: out_stride = channels, out_offset = 0, begin = 0 and count a
 // multiple of 4. One invocation copies four floats, because lavapipe stores a vec4 at little more than the cost of a
 // float. Bindings: x array of float, y array of vec4.
 // Specialisation as strided_copy.comp.

@@ -1,5 +1,5 @@
 #version 460
-// As blend_backward.comp for devices whose shaders run on a CPU. 8 lanes take the four blocks of 8 x 8 pixels
+// Like blend_backward.comp, for devices whose shaders run on a CPU. 8 lanes take the four blocks of 8 x 8 pixels
 // of a tile one after the other, one column per lane. They test 8 list entries at once, one per lane, and pass
 // those that can reach the block to all lanes in turn. A lane sums its pixels, a butterfly sums the lanes, and
 // the entry's lane sums the blocks. Needs subgroups of at least 8.

@@ -1,5 +1,5 @@
 #version 460
-// As blend_backward.comp for GPUs: it sums each subgroup, then the subgroups in order, with one barrier
+// Like blend_backward.comp, for GPUs: it sums each subgroup, then the subgroups in order, with one barrier
 // per list entry. The walk begins at the last entry that any pixel blended.
 // Work per workgroup and invocation, bindings and specialisation as there; kEarlyOut: skip entries
 // that no pixel reached. Subgroups of at least 8.

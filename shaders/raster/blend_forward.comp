@@ -30,7 +30,7 @@ const uint kBatch = 64;
 shared vec4 batch_a[kBatch];
 shared vec4 batch_b[kBatch];
 shared vec4 batch_c[kBatch];
-shared uint running[2];  // whether a pixel goes on; batches alternate, so that one is read while the
+shared uint running[2];  // 1 if a pixel goes on; batches alternate, so that one is read while the
                          // other is filled
 
 void main() {

@@ -1,5 +1,5 @@
 #version 460
-// As blend_forward.comp for devices whose shaders run on a CPU, almost without branches. 8 lanes take
+// Like blend_forward.comp, for devices whose shaders run on a CPU, almost without branches. 8 lanes take
 // 8 columns of a tile and kRows rows each. They test 8 list entries at a time, one per lane, collect those
 // that can reach the 8 x 8 block, and blend them 8 at a time, passed round by constant shuffles. Needs a
 // workgroup of one subgroup of at least 8.
@@ -59,7 +59,7 @@ void look_ahead(uvec2 range, vec2 low, uint lane, inout uint seen, inout Waiting
         const bool keep = seen + lane < range.y &&
                           (!kSkipBlocks || reaches_block(low, mean, b));
         const uint kept = subgroupBallot(keep).x & 0xFFu;
-        const int before = int(lane) - int(waiting.count);  // of those kept
+        const int before = int(lane) - int(waiting.count);  // index among the kept entries
         if (before >= 0) waiting.entries = seen + place_of_bit(kept, before);
         waiting.next_entries = seen + place_of_bit(kept, before + 8);
         waiting.count += bitCount(kept);

@@ -146,7 +146,7 @@ void main() {
     uvec2 packed = uvec2(0);
     uint count = valid ? tile_count(a, b, half_size, view_index, packed) : 0u;
     vec3 color = vec3(0);
-    // Also without tiles: the value must not depend on the window or on a skip.
+    // Computed even without tiles: the value must not depend on the window or on a skip.
     const bool dense = a.z >= kAlphaMin;
     if (valid && (dense || !is_set(kFlagCull))) {
         color = splat_color(index, g0.xyz - view.position);

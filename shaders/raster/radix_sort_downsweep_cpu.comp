@@ -1,5 +1,5 @@
 #version 460
-// As radix_sort_downsweep.comp for devices whose shaders run on a CPU. Using the entries' ranks, the 8 lanes of
+// Like radix_sort_downsweep.comp, for devices whose shaders run on a CPU. Using the entries' ranks, the 8 lanes of
 // a workgroup walk one chunk together, 16 entries at a time. A chunk per lane would write to 8 times as many
 // cache lines at once.
 // Bindings: inputs, entries, input_count, kept, places [lanes][bins], ranks, seconds; entries_out,

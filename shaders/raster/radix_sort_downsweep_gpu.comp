@@ -1,5 +1,5 @@
 #version 460
-// As radix_sort_downsweep.comp for GPUs. The workgroup walks its chunk in steps of its own size. An entry's
+// Like radix_sort_downsweep.comp, for GPUs. The workgroup walks its chunk in steps of its own size. An entry's
 // rank within a step is the number of entries of its digit before it: in its subgroup, found with one
 // ballot per bit (Ashkiani et al. 2016, GPU multisplit), and in earlier subgroups.
 // Bindings (without range) and specialisation kBits, kSecond as there. Any subgroup size; a workgroup of whole
@@ -27,7 +27,7 @@ layout(push_constant) uniform Push { RadixSortParams params; };
 #include "radix_digit.glsl"
 
 const uint kBins = 1u << kBits;
-const uint kMaxSubgroups = 16;  // of a workgroup of 128; subgroups smaller than 8 are not supported
+const uint kMaxSubgroups = 16;  // subgroups in a workgroup of 128; subgroups smaller than 8 are not supported
 shared uint places[kBins];      // next place of each digit
 shared uint ranks[kMaxSubgroups * kBins];
 

@@ -1,5 +1,5 @@
 #version 460
-// As radix_sort_spine.comp for devices whose shaders run on a CPU. It also writes places [lanes][bins]: where
+// Like radix_sort_spine.comp, for devices whose shaders run on a CPU. It also writes places [lanes][bins]: where
 // a lane's first entry of each digit goes. One workgroup of 8 lanes, which must be one subgroup; each lane
 // takes four bins at a time.
 // Bindings: table [lanes][bins], input_count, range; places, kept. Specialisation: kBits: most bits of a digit,
@@ -30,7 +30,7 @@ void main() {
     if (digit.bits == 0) return;
     const uint bins = 1u << digit.bits;
     const uint lanes = lanes_for(digit.first ? min(LD1(input_count, 0), params.capacity) : kept[0]);
-    const uint quads = bins / 4;  // of a lane's row
+    const uint quads = bins / 4;  // quads of a lane's row
     uint before = 0;              // entries of smaller digits
     uint first = 0;
     do {

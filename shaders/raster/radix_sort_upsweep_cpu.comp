@@ -1,5 +1,5 @@
 #version 460
-// As radix_sort_upsweep.comp for devices whose shaders run on a CPU. It also writes each entry's rank among
+// Like radix_sort_upsweep.comp, for devices whose shaders run on a CPU. It also writes each entry's rank among
 // the entries of its digit in its chunk, so that entries can be moved in any order
 // (radix_sort_downsweep_cpu.comp).
 // ranks [capacity / 2, rounded up to even] uint: of two entries, 16 bits each. Bindings and specialisation as

@@ -1,5 +1,5 @@
 #version 460
-// As radix_sort_upsweep.comp for GPUs: a workgroup, not a lane, owns a contiguous chunk, reads it in
+// Like radix_sort_upsweep.comp, for GPUs: a workgroup, not a lane, owns a contiguous chunk, reads it in
 // order of its invocations and counts with atomics in shared memory. table [workgroups][bins].
 // Bindings (without range) and kBits as there.
 #extension GL_GOOGLE_include_directive : require

@@ -1,5 +1,5 @@
 #version 460
-// As tile_bin_emit.comp for devices whose shaders run on a CPU. A workgroup of 8 lanes walks one chunk of the
+// Like tile_bin_emit.comp, for devices whose shaders run on a CPU. A workgroup of 8 lanes walks one chunk of the
 // depth order (those of tile_bin_reduce_cpu.comp) and computes where each entry's pairs begin; it stores this
 // only for large footprints. Each workgroup sums all chunks and decides as tile_bin_scan.comp does, which is
 // cheaper than another dispatch. Needs a workgroup of one subgroup.
@@ -46,7 +46,7 @@ Entry entry_of_lane(uint first, uint end, uint lane, inout uint base) {
     e.item = LD1(order, 2 * min(e.at, end - 1) + 1);
     e.packed = uvec2(LD1(footprints, 2 * e.item), LD1(footprints, 2 * e.item + 1));
     e.count = e.at < end ? tiles_of(e.packed) : 0;
-    uint sum = e.count;  // of this lane and those before
+    uint sum = e.count;  // sum over this lane and those before
     [[unroll]] for (uint s = 0; s < 3; ++s) {
         const uint step = 1u << s;
         const uint other = subgroupShuffle(sum, (lane - step) & 7u);

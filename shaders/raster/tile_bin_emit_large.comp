@@ -1,5 +1,5 @@
 #version 460
-// As tile_bin_emit.comp for the footprints that are not packed, which it computes again. One invocation
+// Like tile_bin_emit.comp, for the footprints that are not packed, which it computes again. One invocation
 // takes every stride-th of them, as many as its loops allow (src/vk/launch.h): usually there are none, and
 // each idle group costs time. If it finds fewer tiles than were counted, the remaining pairs get the key
 // 0xFFFFFFFF, which the sort leaves out.

@@ -1,5 +1,5 @@
 #version 460
-// As tile_bin_reduce.comp for devices whose shaders run on a CPU: a workgroup of 8 lanes sums one chunk. It
+// Like tile_bin_reduce.comp, for devices whose shaders run on a CPU: a workgroup of 8 lanes sums one chunk. It
 // keeps no counts and sums no chunks, as tile_bin_emit_cpu.comp does. Needs a workgroup of one subgroup.
 // Bindings: counts, order, sorted; sums. Specialisation as there.
 #extension GL_GOOGLE_include_directive : require

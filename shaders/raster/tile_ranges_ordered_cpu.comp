@@ -1,5 +1,5 @@
 #version 460
-// As tile_ranges.comp for devices whose shaders run on a CPU. It also writes the order in which workgroups of
+// Like tile_ranges.comp, for devices whose shaders run on a CPU. It also writes the order in which workgroups of
 // blending take the tiles: lavapipe gives each thread one contiguous run of workgroups, and a tile with a long
 // list keeps its thread busy. Tiles are ranked by length, longest first, ties by index. They are dealt to the
 // halves of the order back and forth (first, second, second, first, ...), then in the same way to the halves of

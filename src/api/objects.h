@@ -73,7 +73,7 @@ struct TensorObject : OfDevice {
 struct OpObject : OfDevice {
     using OfDevice::OfDevice;
     std::vector<std::shared_ptr<TensorObject>> tensors;               ///< destroyed after `op`
-    std::vector<std::shared_ptr<TensorObject>> outputs, grad_inputs;  ///< those that passes write
+    std::vector<std::shared_ptr<TensorObject>> outputs, grad_inputs;  ///< written by passes
     OnDevice<std::unique_ptr<nn::OpInstance>> op{*this};
 };
 
@@ -92,7 +92,7 @@ struct SceneObject {
     ForkMutex mutex;
     scene::Gaussians gaussians;
     std::string report = "{}";  ///< JSON
-    /// Of the current Gaussians. Changed by a holder of `mutex`, or of both, `mutex` being shared.
+    /// Hold the current Gaussians. To change them, hold `mutex`, or share it and hold `copies_mutex`.
     std::vector<std::shared_ptr<SceneCopy>> copies;
     ForkMutex copies_mutex;
 };
@@ -112,12 +112,12 @@ struct RasterGradients : OfDevice {
 /// The object behind splat_raster_state: a forward call, and what its backward call needs.
 struct RasterStateObject : OfDevice {
     using OfDevice::OfDevice;
-    std::shared_ptr<RasterGradients> gradients;  ///< those of its rasterizer
-    std::shared_ptr<SceneCopy> scene;            ///< the one that recorded command lists may name
+    std::shared_ptr<RasterGradients> gradients;  ///< shared with its rasterizer
+    std::shared_ptr<SceneCopy> scene;            ///< named by recorded command lists
     /// The Gaussians of a forward call from tensors; empty before the first such call.
     OnDevice<raster::PackedBuffers> inputs{*this};
     OnDevice<std::unique_ptr<raster::Rasterizer>> rasterizer{*this};
-    Published<splat_rasterizer_info> info;  ///< of the latest call
+    Published<splat_rasterizer_info> info;  ///< describes the latest call
 
     /// Set `info`. The context's mutex is held.
     void describe();
@@ -128,7 +128,7 @@ struct RasterizerObject : OfDevice {
     using OfDevice::OfDevice;
     raster::RasterDesc desc;                           ///< capacities
     std::shared_ptr<RasterGradients> gradients;        ///< without memory unless desc.backward
-    std::shared_ptr<RasterStateObject> default_state;  ///< of calls without a state
+    std::shared_ptr<RasterStateObject> default_state;  ///< used by calls without a state
 };
 
 /// The object behind splat_weights. Never changes.
@@ -143,7 +143,7 @@ struct DatasetObject {
     std::string report;  ///< JSON
 };
 
-/// Its data set, which keeps the object alive.
+/// The object's data set, which keeps the object alive.
 inline std::shared_ptr<data::Dataset> dataset_of(const std::shared_ptr<DatasetObject>& object) {
     return {object, object->dataset.get()};
 }
@@ -154,10 +154,10 @@ std::string weights_report(const io::WeightsFile& file, const char* format);
 /// The object behind splat_model.
 struct ModelObject : OfDevice {
     using OfDevice::OfDevice;
-    std::uint32_t objects = 1;                                     ///< of a batch
+    std::uint32_t objects = 1;                                     ///< objects per batch
     std::uint32_t flags = 0;                                       ///< SPLAT_MODEL_ bits
-    OnDevice<std::shared_ptr<model::Predictor>> predictor{*this};  ///< its own, or a trainer's
-    Published<model::LoadReport> load;                             ///< of the latest load
+    OnDevice<std::shared_ptr<model::Predictor>> predictor{*this};  ///< the model's or a trainer's
+    Published<model::LoadReport> load;                             ///< report of the latest load
     bool ran = false;
     bool has_input_gradients = false;  ///< input gradients are valid
 };
@@ -175,7 +175,7 @@ Result<model::Precision> precision_of(splat_precision precision, const char* fie
 struct PredictorObject : OfDevice {
     using OfDevice::OfDevice;
     config::Settings settings;
-    std::string path;    ///< of the weights; empty for a handle
+    std::string path;    ///< path of the weights; empty for a handle
     std::string report;  ///< JSON
     OnDevice<std::unique_ptr<predict::Network>> network{*this};
 };
@@ -187,7 +187,7 @@ struct TrainerObject : OfDevice {
     struct Counters {
         std::uint64_t steps = 0, attempts = 0;
     };
-    Published<Counters> counters;  ///< of the trainer
+    Published<Counters> counters;  ///< counters of the trainer
 };
 
 /// The object behind splat_optimizer.
@@ -208,7 +208,7 @@ struct OptimizerObject : OfDevice {
 struct BatchesObject {
     train::PrefetchPointer source;
     std::uint32_t channels = 0, objects = 0;
-    train::Batch batch;  ///< of the latest call, with its cameras
+    train::Batch batch;  ///< batch of the latest call, with its cameras
     std::vector<splat_camera> cameras;
 };
 
@@ -217,8 +217,8 @@ struct TrainingObject : OfDevice {
     using OfDevice::OfDevice;
     Interrupt interrupt;
     std::unique_ptr<train::Training> training;  ///< destroyed before `interrupt`
-    train::Event event;                         ///< of the latest call
-    splat_trainer_info info{};                  ///< of that event
+    train::Event event;                         ///< event of the latest call
+    splat_trainer_info info{};                  ///< describes that event
     Published<train::RunFigures> figures;       ///< after that call
 };
 
@@ -231,7 +231,7 @@ struct LpipsObject : OfDevice {
 
 /// The object behind splat_evaluator. It locks devices itself.
 struct EvaluatorObject {
-    std::shared_ptr<PredictorObject> predictor;  ///< or nullptr, like the next
+    std::shared_ptr<PredictorObject> predictor;  ///< nullptr without one, like the next
     std::shared_ptr<LpipsObject> lpips;
     std::unique_ptr<eval::Evaluator> evaluator;  ///< destroyed before them
 };

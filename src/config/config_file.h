@@ -24,7 +24,7 @@ Result<PredictorConfig> predictor_config(const Config& config);
 /// Errors  kInvalidArgument, naming file and key; as check_names()
 Result<TrainConfig> train_config(const Config& config);
 
-/// Both of them. Errors: as predictor_config() and train_config().
+/// Both configurations. Errors: as predictor_config() and train_config().
 Result<Settings> settings_of(const Config& config);
 
 /// Replace values of a configuration: each text is "key=value", the value as YAML has it ("1e-4",

@@ -23,17 +23,17 @@ enum class KeyType : int {
     kNumber,
     kBoolean,
     kText,
-    kChoice,  ///< one of the words of Values
+    kChoice,  ///< a word of Values::words
     kIntegers,
     kNumbers,
     kTexts,
-    kAny,  ///< of several types, or not read
+    kAny,  ///< several types, or not read
 };
 
 /// How a key is read and written.
 enum class Part : int {
     kNetwork,
-    kAdapters,  ///< of the network, only where opt.lora_finetune is true
+    kAdapters,  ///< adapters of the network, only where opt.lora_finetune is true
     kTraining,
     kNone,
 };
@@ -49,7 +49,7 @@ struct Values {
     double most = std::numeric_limits<double>::infinity();
     bool above = false;      ///< more than `least`
     bool below = false;      ///< less than `most`
-    const char* words = "";  ///< of a choice, "l2, l1", in the order of its enumerators
+    const char* words = "";  ///< words of a choice, "l2, l1", in the order of its enumerators
 };
 
 struct Key;

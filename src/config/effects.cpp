@@ -9,7 +9,7 @@
 namespace splat::config {
 namespace {
 
-/// Whether a value asks for something.
+/// True if a value asks for something.
 bool asks(const ConfigEntry* entry) {
     if (entry == nullptr || entry->map) return false;
     if (entry->list) return !entry->values.empty();

@@ -27,7 +27,7 @@ std::string value_text(const Config& config, const std::string& key);
 /// The names of the keys with different value_text(), in the order of the table.
 std::vector<std::string> changed_keys(const Config& run, const Config& given);
 
-/// Whether a run may be resumed with another value of this key.
+/// True if a run may be resumed with another value of this key.
 bool may_change_on_resume(std::string_view key);
 
 }  // namespace splat::config

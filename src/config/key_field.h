@@ -38,7 +38,7 @@ ConfigEntry write_field(const Key& key, const std::vector<std::string>& values);
 ConfigEntry write_field(const Key& key, const std::array<double, 2>& values);
 ConfigEntry write_word(const Key& key, int place);
 
-/// Whether two values are the same; numbers of a file have more digits than the field that holds them.
+/// True if two values are the same; numbers of a file have more digits than the field that holds them.
 bool same_value(const ConfigEntry& a, const ConfigEntry& b);
 
 /// The words of a choice.

@@ -16,7 +16,7 @@ enum class Embedding : int { kNone, kPose, kIndex, kCustom };
 
 /// How an embedding enters a block.
 enum class Film : int {
-    kReference,  ///< as published weights need it: shift only, norm and activation run twice
+    kReference,  ///< needed by published weights: shift only, norm and activation run twice
     kAffine,     ///< gamma * norm(x) + beta, equation 1 of the report
 };
 
@@ -27,7 +27,7 @@ inline constexpr std::uint32_t kPublishedRank = 4;
 struct LoraConfig {
     std::uint32_t rank = 0;  ///< 0 = none
     float alpha = 1;         ///< the branch is scaled by alpha / rank
-    float dropout = 0;       ///< of the branch's input, while training
+    float dropout = 0;       ///< drops the branch's input, while training
     /// Layers with an adapter: those whose name contains one of these. Default: the convolutions of
     /// blocks that do not resample, and the attention's two. Others that may be named: the first
     /// convolution, and the linear layers of an embedding, "affine" and "map_layer".

@@ -33,7 +33,7 @@ struct TrainConfig {
     double eps = 1e-15;
     Schedule schedule = Schedule::kConstant;
     std::uint64_t warmup = 0;      ///< steps in which the rate rises from zero
-    std::uint64_t step_lr_at = 0;  ///< of Schedule::kStep
+    std::uint64_t step_lr_at = 0;  ///< step at which Schedule::kStep lowers the rate
 
     PixelLoss pixel_loss = PixelLoss::kL2;
     double ssim_weight = 0;

@@ -17,8 +17,8 @@ using ConfigScalar = std::variant<std::monostate, bool, std::int64_t, double, st
 struct ConfigEntry {
     std::string key;  ///< names from the outermost map inwards, with dots: "opt.base_lr"
     std::vector<ConfigScalar> values;
-    bool list = false;  ///< else there is one value
-    bool map = false;   ///< of the file; no value, its members follow with longer keys
+    bool list = false;  ///< a list; else there is one value
+    bool map = false;   ///< a map without a value; its members follow with longer keys
 };
 
 /// A configuration as a flat table in the order of its file. A map or list inside a list is named by its index:

@@ -12,7 +12,7 @@ struct DecodeLimits {
     std::uint64_t times_file = 64;         ///< bytes of memory for each byte of the file
     std::uint64_t besides = 64ULL << 20U;  ///< bytes on top of that
     std::uint64_t max_items = 1'000'000;   ///< tensors, and entries of archives
-    std::uint32_t max_jpeg_scans = 100;    ///< of one image
+    std::uint32_t max_jpeg_scans = 100;    ///< scans per image
 
     [[nodiscard]] std::uint64_t allowed(std::uint64_t file_bytes) const;
 };

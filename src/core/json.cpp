@@ -107,8 +107,8 @@ class PathReader : public nlohmann::json_sax<Json> {
         return false;
     }
 
-    std::string problem;  ///< of the text
-    Status refusal;       ///< of the visitor
+    std::string problem;  ///< problem in the text
+    Status refusal;       ///< what the visitor returned
 
   private:
     bool value(JsonEvent event) {

@@ -55,8 +55,8 @@ struct JsonEvent {
     enum class Kind { kNull, kBool, kInteger, kReal, kText, kObject, kArray };
     Kind kind = Kind::kNull;
     std::span<const JsonStep> path;  ///< from the outermost value inwards
-    std::int64_t integer = 0;        ///< also a bool
-    double real = 0;                 ///< also a whole number of more than 63 bits
+    std::int64_t integer = 0;        ///< integer or bool
+    double real = 0;                 ///< real, or a whole number of more than 63 bits
     std::string_view text;
 };
 
@@ -65,8 +65,8 @@ struct JsonEvent {
 Status visit_json(std::string_view text, const char* what,
                   const std::function<Status(const JsonEvent&)>& visit);
 
-/// Of a name that must be read back as it is. Errors: kInvalidArgument for what is not UTF-8, which JSON cannot hold;
-/// `what` says what has the name.
+/// Refuses a name that JSON cannot hold. `what` says what has the name. Errors: kInvalidArgument unless
+/// it is UTF-8.
 Status check_json_name(std::string_view name, const char* what);
 
 /// A JSON string: quoted and escaped; invalid UTF-8 becomes U+FFFD.

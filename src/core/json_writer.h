@@ -25,7 +25,7 @@ class JsonWriter {
 
     JsonWriter& begin_object() { return open('{', '}'); }
     JsonWriter& begin_array() { return open('[', ']'); }
-    JsonWriter& end();  ///< of the innermost object or array
+    JsonWriter& end();  ///< closes the innermost object or array
 
     JsonWriter& key(std::string_view name);
 
@@ -71,7 +71,7 @@ class JsonWriter {
     bool compact_;
     bool first_ = true;  ///< this object or array is still empty
     bool has_key_ = false;
-    int indent_ = -1;  ///< of the next line; -1: no line break
+    int indent_ = -1;  ///< spaces before the next line; -1: no line break
 };
 
 }  // namespace splat

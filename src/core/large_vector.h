@@ -9,7 +9,7 @@
 
 namespace splat {
 
-inline constexpr std::size_t kLargePageBytes = std::size_t{2} << 20;  ///< of x86-64
+inline constexpr std::size_t kLargePageBytes = std::size_t{2} << 20;  ///< huge page of x86-64
 
 /// Request large pages where they fit: the first touch of each page is a fault, and a gigabyte has
 /// 262,144 pages of 4 KiB. Advice only: without support, or for a smaller block, nothing changes.

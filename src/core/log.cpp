@@ -26,7 +26,7 @@ struct Registration {
 struct Sink {
     ForkMutex mutex;
     std::shared_ptr<Registration> current;
-    std::atomic<int> min_level{kSilent};  ///< of `current`
+    std::atomic<int> min_level{kSilent};  ///< least level of `current`
 };
 
 struct Message {

@@ -12,7 +12,7 @@ namespace splat {
 
 Status parallel_for(std::size_t count, std::size_t threads,
                     const std::function<Status(std::size_t)>& work) {
-    using Failure = std::pair<std::size_t, Status>;  // its index, or `count` for none
+    using Failure = std::pair<std::size_t, Status>;  // index and error; index `count`: no error
     std::atomic<std::size_t> next = 0;
     const auto take_turns = [&]() -> Failure {
         try {

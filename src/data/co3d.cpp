@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kPngHeaderBytes = 4096;
 
-/// Of focal lengths, in half widths of the image.
+/// Limits of focal lengths, in half widths of the image.
 constexpr double kLeastFocal = 1e-6, kMostFocal = 1e6;
 
 /// A file of float32 [frames,channels,side,side].
@@ -29,7 +29,7 @@ struct FrameArray {
     std::size_t channels = 0;
     std::size_t frames = 0;
     std::size_t side = 0;
-    std::size_t start = 0;  ///< of the first frame in the file
+    std::size_t start = 0;  ///< byte of the file where the first frame starts
 };
 
 struct Sequence {

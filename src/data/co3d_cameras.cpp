@@ -14,8 +14,8 @@ namespace {
 using scene::Mat3;
 using scene::Vec3;
 
-constexpr double kExtent = 1.2 * 0.95 / 2;  ///< of the points from the origin
-constexpr int kSweeps = 30;                 ///< of Jacobi's method; some 6 are enough
+constexpr double kExtent = 1.2 * 0.95 / 2;  ///< most distance of the points from the origin
+constexpr int kSweeps = 30;                 ///< sweeps of Jacobi's method; some 6 are enough
 
 Vec3 plus(const Vec3& a, const Vec3& b) {
     return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};

@@ -13,7 +13,7 @@ struct Co3dCameras {
     std::vector<float> translations;  ///< T, [F,3]
 };
 
-/// Those of the release.
+/// Cameras as the release has them.
 Co3dCameras stored_cameras(std::span<const RawFrame> frames);
 
 /// In the frame of the published data: the centre of mass of the points is at the origin, y is the normal of the

@@ -8,12 +8,12 @@
 namespace splat::data {
 namespace {
 
-constexpr double kLoadedSide = 800;  ///< of images in PyTorch3D's loader
+constexpr double kLoadedSide = 800;  ///< side of the images in PyTorch3D's loader
 constexpr float kBoxThreshold = 0.4F;
 constexpr float kThresholdStep = 0.05F;
 constexpr float kBoxContext = 0.3F;
 constexpr double kRoundingMargin =
-    1e-4;  ///< of 255 levels: less than half of one, more than rounding
+    1e-4;  ///< levels of 255: below half of one, above rounding errors
 
 /// torch's nearest neighbour: floor(i * from / to), in float32.
 std::size_t nearest(std::size_t i, std::uint32_t from, std::uint32_t to) {

@@ -31,7 +31,7 @@ struct PixelBox {
 /// decreases by 0.05.
 std::array<float, 4> foreground_box(const Planes& mask);
 
-/// That box, 0.3 of its size larger, within the image. Errors: kFormat for a box without pixels.
+/// The box enlarged by 0.3 of its size, within the image. Errors: kFormat for a box without pixels.
 Result<PixelBox> crop_box(const std::array<float, 4>& box, std::uint32_t width,
                           std::uint32_t height);
 
@@ -44,7 +44,7 @@ Planes mapped_back(const Planes& mask, const PixelBox& box);
 
 /// The largest square around the principal point.
 struct PrincipalSquare {
-    double x = 0, y = 0;  ///< its centre, pixels from the left and the top
+    double x = 0, y = 0;  ///< centre, pixels from the left and the top
     double half_side = 0;
 };
 

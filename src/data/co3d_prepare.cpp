@@ -89,7 +89,7 @@ Result<PreparedSequence> prepare_sequence(const Co3dPreparation& preparation,
     }
     const fs::path file =
         fs::path(sequence.points).is_relative()
-            ? fs::path(sequence.points)  // else a path of another machine
+            ? fs::path(sequence.points)  // otherwise a path of another machine
             : fs::path(preparation.category) / sequence.name / fs::path(sequence.points).filename();
     SPLAT_TRY(check_below(file.string()));
     SPLAT_ASSIGN(const std::vector<scene::Vec3> points,

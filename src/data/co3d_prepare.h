@@ -19,8 +19,8 @@ struct Co3dPreparation {
 
 struct Co3dPrepared {
     std::uint32_t sequences = 0;
-    std::uint32_t kept = 0;      ///< of them, that were there before
-    std::uint32_t left_out = 0;  ///< of them, whose cameras are not finite
+    std::uint32_t kept = 0;      ///< sequences that were there before
+    std::uint32_t left_out = 0;  ///< sequences left out: their cameras are not finite
     std::uint64_t frames = 0;
 };
 

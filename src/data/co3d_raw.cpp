@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMaxAnnotationBytes = std::uint64_t{1} << 32;
-constexpr std::size_t kGzipTail = 4;  ///< its last bytes are the length, modulo 2^32
+constexpr std::size_t kGzipTail = 4;  ///< last bytes: the length modulo 2^32
 
 /// A file's text, and what its parts may cost.
 struct Annotations {

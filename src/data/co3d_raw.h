@@ -17,7 +17,7 @@ struct RawFrame {
     std::string image;      ///< path below the folder of the release
     std::string mask;       ///< foreground probability, the same
     std::uint32_t width = 0, height = 0;
-    std::optional<std::array<float, 4>> box;  ///< of the foreground: left, top, width, height
+    std::optional<std::array<float, 4>> box;  ///< box of the foreground: left, top, width, height
     std::array<double, 9> rotation{};         ///< PyTorch3D: p_camera = p_world R + T
     std::array<double, 3> translation{};
     std::array<double, 2> focal{};            ///< pixels

@@ -11,10 +11,10 @@ namespace splat::data {
 struct DatasetDesc {
     std::string path;
     std::string format;    ///< a name of kFormats; empty: detected from the folder
-    std::string category;  ///< which one of several in the folder: "cars", "hydrants"; may be empty
+    std::string category;  ///< "cars", "hydrants", where the folder has several; may be empty
     std::string split = "train";
     std::uint32_t maps = 0;             ///< flags of the maps that every object must have
-    std::uint32_t resolution = 0;       ///< of the images returned; 0: the stored one
+    std::uint32_t resolution = 0;       ///< side of the images returned; 0: the stored one
     std::uint32_t limit = 0;            ///< objects, the first in order; 0: all
     bool lenient = false;               ///< keep objects with missing files, for check_object()
     bool allow_missing = false;         ///< leave incomplete objects out, and name them
@@ -80,8 +80,8 @@ class Dataset {
     std::uint32_t resolution_;
     std::array<float, 3> background_;
     ImageCache cache_;
-    ForkMutex mutex_;             ///< of cameras_
-    std::vector<Views> cameras_;  ///< of each object read so far
+    ForkMutex mutex_;             ///< guards cameras_
+    std::vector<Views> cameras_;  ///< views of each object read so far
 };
 
 /// JSON, as splat_dataset_report().

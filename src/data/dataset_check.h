@@ -9,7 +9,7 @@ namespace splat::data {
 struct ObjectCheck {
     std::vector<std::string> problems;
     std::vector<std::string> warnings;
-    std::uint64_t hash = 0;  ///< of cameras and decoded images; equal objects have equal hashes
+    std::uint64_t hash = 0;  ///< hash of cameras and decoded images; equal for equal objects
     std::uint32_t width = 0;
 };
 

@@ -18,8 +18,8 @@ struct ExportDesc {
     std::string split;                   ///< to write; empty: that of the data set
     std::string category = "cars";       ///< in names of folders and configurations
     std::vector<std::uint32_t> objects;  ///< numbers in the data set; empty: all
-    std::string library;                 ///< of DuckDB, see tables::duckdb_library()
-    tables::Part part = {};              ///< of a store: the objects that are written
+    std::string library;                 ///< DuckDB, see tables::duckdb_library()
+    tables::Part part = {};              ///< part of a store: the objects that are written
 };
 
 /// Write objects with their cameras, images and all maps that the data set has, as uint8 at its resolution. What

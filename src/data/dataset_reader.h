@@ -33,7 +33,7 @@ struct StoredView {
     scene::Mat4 camera_to_world{};  ///< row-major, column vectors, OpenCV axes
     double focal_x = 0;             ///< in widths of the image
     double focal_y = 0;             ///< in heights
-    double origin_distance = 0;     ///< of CO3D
+    double origin_distance = 0;     ///< set for CO3D alone
 };
 
 class DatasetReader;
@@ -50,9 +50,9 @@ struct DatasetIndex {
     std::string format;
     std::string split;
     bool has_splits = true;            ///< false: the folder has none and serves any
-    std::vector<std::string> names;    ///< of the objects, in order
-    std::vector<std::string> folders;  ///< of their files
-    std::vector<std::string> files;    ///< and more of them, that lie elsewhere
+    std::vector<std::string> names;    ///< names of the objects, in order
+    std::vector<std::string> folders;  ///< folders with their files
+    std::vector<std::string> files;    ///< more of their files, which lie elsewhere
     std::vector<std::uint32_t> views_of;
     std::uint32_t maps = 0;  ///< flags of the maps that every object has
     /// Objects without maps of a kind, and where those would be.
@@ -64,10 +64,10 @@ struct DatasetIndex {
     std::vector<Lack> lacks;
     bool alpha_masks = false;          ///< masks are the alpha of the images
     bool ignores_alpha = false;        ///< colours of transparent pixels are used as stored
-    std::uint32_t resolution = 0;      ///< of the first image
+    std::uint32_t resolution = 0;      ///< side of the first image
     Filter filter = Filter::kBicubic;  ///< for other resolutions
-    double source_distance = 0;  ///< of the first view read, by scaling the scene; 0: not scaled
-    std::vector<std::vector<std::string>> problems;  ///< of each object, if lenient
+    double source_distance = 0;        ///< the first view read is scaled to it; 0: not scaled
+    std::vector<std::vector<std::string>> problems;  ///< problems of each object, if lenient
     /// Objects left out because they are incomplete, and why; with ReaderDesc::allow_missing.
     std::vector<std::pair<std::string, std::string>> missing;
     std::vector<std::string> others;  ///< folders beside the objects, without a part of one
@@ -139,10 +139,10 @@ class DatasetReader {
 
     [[nodiscard]] virtual const DatasetIndex& index() const = 0;
 
-    /// Of all views of an object. Errors: kNotFound, kIo, kFormat with the file and its problem.
+    /// Views of an object. Errors: kNotFound, kIo, kFormat with the file and its problem.
     [[nodiscard]] virtual Result<std::vector<StoredView>> cameras(std::uint32_t object) const = 0;
 
-    /// As stored, 8 bits, square: gray, or colours with or without alpha. With `header_only` the samples may be
+    /// Stored samples, 8 bits, square: gray, or colours with or without alpha. With `header_only` the samples may be
     /// missing, and are not decoded. Errors: as cameras().
     [[nodiscard]] virtual Result<io::Image> image(std::uint32_t object, std::uint32_t view,
                                                   MapKind kind, bool header_only) const = 0;
@@ -152,11 +152,11 @@ class DatasetReader {
     [[nodiscard]] Result<io::Image> map(std::uint32_t object, std::uint32_t view,
                                         MapKind kind) const;
 
-    /// Its side, pixels. Errors: as image().
+    /// Side of a map, pixels. Errors: as image().
     [[nodiscard]] Result<std::uint32_t> width(std::uint32_t object, std::uint32_t view,
                                               MapKind kind) const;
 
-    /// Of an object; made from cameras() unless the format holds such texts. Errors: as cameras(); kUnsupported
+    /// Cameras of an object; made from cameras() unless the format holds such texts. Errors: as cameras(); kUnsupported
     /// for views of different focal lengths, which SRN's files cannot hold.
     [[nodiscard]] virtual Result<ObjectText> text(std::uint32_t object) const;
 };
@@ -165,13 +165,13 @@ struct ReaderDesc {
     std::string path;
     std::string split;           ///< "train", "val", "test"
     std::uint32_t limit = 0;     ///< objects; 0: all
-    std::string category;        ///< of DatasetDesc
+    std::string category;        ///< see DatasetDesc
     bool lenient = false;        ///< keep objects with missing files, and note their problems
     bool allow_missing = false;  ///< leave incomplete objects out, and name them
-    std::string objects_file;    ///< of DatasetDesc, each empty or a file that exists
+    std::string objects_file;    ///< see DatasetDesc; each is empty or a file that exists
     std::string excluded_file;
     std::string views_file;
-    bool* lacks_split = nullptr;  ///< of DatasetDesc
+    bool* lacks_split = nullptr;  ///< see DatasetDesc
 };
 
 /// This error, which means that the folder lacks the split.

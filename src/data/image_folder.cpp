@@ -27,7 +27,7 @@ constexpr std::uint64_t kMaxCameraBytes = 16U << 20;
 
 /// A camera with its image, and the square of it that is used.
 struct FolderPhoto {
-    fs::path folder;  ///< of the object
+    fs::path folder;  ///< folder of the object
     std::string path;
     StoredView view;
     std::uint32_t width = 0, height = 0;

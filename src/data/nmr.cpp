@@ -46,7 +46,7 @@ Result<scene::Mat4> pose_at(const io::NpzFile& file, std::size_t view) {
 Status check_focal(const io::NpzFile& file, std::size_t view) {
     const io::NamedTensor* lens = file.tensors.find("camera_mat_" + std::to_string(view));
     if (lens == nullptr || lens->values.empty()) return {};
-    const std::size_t columns = lens->values.size() == 16 ? 4 : 3;  // of [4,4] or [3,3]
+    const std::size_t columns = lens->values.size() == 16 ? 4 : 3;  // the matrix is [4,4] or [3,3]
     auto focal = static_cast<double>(lens->values[0]);
     if (std::abs(focal - kNmrFocal) < 1e-5 && lens->values.size() > columns + 1)
         focal = static_cast<double>(lens->values[columns + 1]);

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kObjaverseFocal = 140.0 / 128;  ///< in widths
-constexpr double kSourceDistance = 2;  ///< of the first camera of each read, to the origin
+constexpr double kSourceDistance = 2;  ///< distance of each read's first camera from the origin
 constexpr std::uint64_t kMaxPoseBytes = 1U << 16;
 constexpr const char* kGsoFolder = "render_mvs_25/model";
 

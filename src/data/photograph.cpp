@@ -9,7 +9,7 @@
 namespace splat::data {
 namespace {
 
-constexpr int kBorderTolerance = 26;  ///< of 255, in every channel
+constexpr int kBorderTolerance = 26;  ///< levels of 255, in every channel
 constexpr double kLeastObject = 0.01, kMostObject = 0.95;
 
 struct Box {
@@ -38,7 +38,7 @@ std::uint16_t sample(const io::Image& image, std::size_t pixel, std::uint32_t ch
     return image.samples[pixel * image.channels + (gray ? 0 : channel)];
 }
 
-/// Whether an alpha leaves something out: that of a screenshot is 255 everywhere.
+/// True if an alpha leaves something out; a screenshot has 255 everywhere.
 bool has_alpha(const io::Image& image) {
     if (image.channels != 2 && image.channels != 4) return false;
     for (std::size_t i = image.channels - 1; i < image.samples.size(); i += image.channels)

@@ -10,7 +10,7 @@ namespace splat::data {
 
 /// Which square of a picture becomes the input of a network, and how.
 struct CutOptions {
-    std::uint32_t resolution = 128;  ///< of the result
+    std::uint32_t resolution = 128;  ///< side of the result, pixels
     bool crop = true;                ///< to the object; else to the largest square in the middle
     double foreground = 0.65;        ///< the object's longer side, as a part of the square's
     std::array<float, 3> background{1, 1, 1};
@@ -43,7 +43,7 @@ struct Photograph {
     std::vector<float> depth;             ///< [1,R,R], 0 to 1; empty without a map
     std::vector<float> normal;            ///< [3,R,R], 0 to 1; empty without a map
     std::vector<float> mask;              ///< [1,R,R], 0 to 1
-    std::uint32_t width = 0, height = 0;  ///< of the picture
+    std::uint32_t width = 0, height = 0;  ///< size of the picture
     MaskFrom mask_from = MaskFrom::kNothing;
     bool at_border = false;         ///< an object was found, and it reaches the picture's border
     double x = 0, y = 0, side = 0;  ///< the square that was cut out, pixels of the picture

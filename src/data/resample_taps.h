@@ -13,7 +13,7 @@ struct Taps {
     std::vector<double> weights;
 };
 
-/// Of each new sample: Pillow's kernels, widened by a reduction, with a sum of 1.
+/// Weights of each new sample: Pillow's kernels, widened by a reduction, with a sum of 1.
 std::vector<Taps> pillow_taps(std::uint32_t from, std::uint32_t to, Filter filter);
 
 }  // namespace splat::data

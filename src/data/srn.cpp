@@ -87,7 +87,7 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     SPLAT_ASSIGN(const bool has_some, has_srn_objects(folder));
     if (has_some) return folder;
     SPLAT_ASSIGN(names, io::folders_in(folder.string()));
-    for (const std::string& name : names) {  // as in srn_chairs/chairs_train/chairs_2.0_train
+    for (const std::string& name : names) {  // for example srn_chairs/chairs_train/chairs_2.0_train
         SPLAT_ASSIGN(const bool is_below, has_srn_objects(folder / name));
         if (is_below) return folder / name;
     }

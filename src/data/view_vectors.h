@@ -30,8 +30,8 @@ class ViewVectors {
 
   private:
     io::WeightsFile file_;
-    std::vector<std::string> names_;  ///< of the objects' arrays
-    std::size_t length_ = 0;          ///< of one view
+    std::vector<std::string> names_;  ///< names of the objects' arrays
+    std::size_t length_ = 0;          ///< numbers per view
 };
 
 }  // namespace splat::data

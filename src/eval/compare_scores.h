@@ -28,7 +28,7 @@ struct CompareOptions {
 
 /// B against A.
 struct ScoreComparison {
-    std::string path_a, path_b;  ///< of tables from files
+    std::string path_a, path_b;  ///< files of the tables
     bool unpaired = false;
     ResampleOptions resample;
     std::size_t objects_a = 0, objects_b = 0;
@@ -43,7 +43,7 @@ struct ScoreComparison {
 Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
                                        const CompareOptions& options);
 
-/// As JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed", "permutations",
+/// JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed", "permutations",
 /// "note", "metrics": [{"metric", "mean_a", "mean_b", "observed_difference", "p_permutation",
 /// "p_parametric", "p_holm", "ci": [low, high], "effect_size" (null: infinite, or of one pair), "n_pairs", "n_a",
 /// "n_b", "lacking_a", "lacking_b", "exact", "verdict"}]}.

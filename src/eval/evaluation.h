@@ -9,11 +9,11 @@ namespace splat::eval {
 /// The scores of a method on a data set, and what was scored.
 struct Evaluation {
     std::string weights;                            ///< path; empty: weights in memory
-    std::string network;                            ///< its checksum; empty: a method
-    std::string views;                              ///< those that are scored, and how
+    std::string network;                            ///< checksum of the weights; empty: a method
+    std::string views;                              ///< views that are scored, and how
     std::string method;                             ///< empty: the network of the weights
-    std::string format, split;                      ///< of the data set
-    std::uint32_t data_objects = 0;                 ///< that it has
+    std::string format, split;                      ///< data set
+    std::uint32_t data_objects = 0;                 ///< objects of the data set
     std::string device;                             ///< empty: none
     std::map<std::uint32_t, ObjectScores> objects;  ///< scored so far, by their number
 };

@@ -9,7 +9,7 @@ namespace splat::eval {
 
 /// What is scored and how.
 struct Protocol {
-    std::vector<std::uint32_t> conditioning;  ///< of every object; empty: that of the data's format
+    std::vector<std::uint32_t> conditioning;  ///< views per object; empty: the data format's
     std::uint32_t inputs = 1;                 ///< conditioning views, unless they are given
     std::uint32_t novel = 0;                  ///< novel views of an object, evenly spread; 0: all
     std::uint32_t objects = 0;                ///< the first ones; 0: all
@@ -40,7 +40,7 @@ class Evaluator {
     /// evaluated_views().
     Result<EvaluatedViews> views(std::uint32_t object) const;
 
-    /// Those views, read from the data set. Errors: also those of ViewSource::read.
+    /// Read these views of the data set. Errors: those of views() and of ViewSource::read.
     Result<predict::Views> read(std::uint32_t object) const;
 
     /// Predict, draw and score an object. Errors: kInvalidState without a network; those of read() and
@@ -64,9 +64,9 @@ class Evaluator {
     std::unique_ptr<predict::ViewSource> data_;
     Protocol protocol_;
     Lpips lpips_;
-    vk::Context* context_ = nullptr;  ///< of the network
+    vk::Context* context_ = nullptr;  ///< device of the network
     predict::Network* network_ = nullptr;
-    std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();  ///< of evaluation_
+    std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();  ///< guards evaluation_
     Evaluation evaluation_;
     std::uint32_t objects_;
     std::vector<float> drawn_;

@@ -13,9 +13,9 @@ struct Ledger {
     std::uint64_t outputs_not_finite = 0;    ///< numbers that the network put out
     std::uint64_t gaussians = 0;             ///< predicted
     std::uint64_t gaussians_not_finite = 0;  ///< with a NaN or an infinity; no image shows them
-    std::uint64_t invisible = 0;             ///< of opacity below 1/255
+    std::uint64_t invisible = 0;             ///< opacity below 1/255
     std::uint64_t visible = 0;               ///< all others
-    std::uint32_t images_not_finite = 0;     ///< of the scored images
+    std::uint32_t images_not_finite = 0;     ///< scored images with a NaN or an infinity
     std::uint32_t images_blank = 0;          ///< images that show the background only
 
     /// Without numbers that are not finite. Otherwise scores mean nothing.
@@ -30,7 +30,7 @@ std::uint64_t count_not_finite(std::span<const float> values);
 /// Count the Gaussians of a prediction.
 void count_gaussians(const scene::Gaussians& predicted, Ledger& ledger);
 
-/// Whether an image [3,pixels] has one colour everywhere.
+/// True if an image [3,pixels] has one colour everywhere.
 bool is_plain(std::span<const float> image, const std::array<float, 3>& colour);
 
 }  // namespace splat::eval

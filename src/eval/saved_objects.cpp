@@ -16,7 +16,7 @@ namespace {
 /// A number of an object's scores: its key and where it is. Counts are exact up to 2^53.
 struct Field {
     const char* key;
-    std::uint64_t most;  ///< of a count; 0: a number, which may be null
+    std::uint64_t most;  ///< most that a count may be; 0: a number, which may be null
     std::function<double(const ObjectScores&)> get;
     std::function<void(ObjectScores&, double)> set;
 };

@@ -30,7 +30,7 @@ std::string table_path(const std::string& path) {
 }
 
 struct Row {
-    std::size_t line = 0;  ///< its first one
+    std::size_t line = 0;  ///< line where the row begins
     std::vector<std::string> fields;
 };
 
@@ -106,7 +106,7 @@ class CsvReader {
 
 /// The columns of a file that hold metrics.
 struct Columns {
-    bool heading = false;  ///< of a .csv, which the first row is
+    bool heading = false;  ///< the first row is a heading (.csv)
     std::size_t count = 0;
     std::vector<std::pair<std::string, std::size_t>> metrics;
 };

@@ -15,8 +15,8 @@ inline constexpr const char* kMetrics[] = {"psnr", "ssim", "lpips"};
 /// Scores of objects: metric -> name of the object -> value. A value that is not finite is left out.
 struct ScoreTable {
     std::string path;                  ///< empty for scores in memory
-    std::set<std::string> objects;     ///< also those without a finite score
-    std::vector<std::string> metrics;  ///< those of kMetrics that have values
+    std::set<std::string> objects;     ///< all objects, even without a finite score
+    std::vector<std::string> metrics;  ///< names of kMetrics that have values
     std::map<std::string, std::map<std::string, double>> values;
 };
 

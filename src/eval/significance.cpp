@@ -169,7 +169,7 @@ Comparison compare_pooled(std::span<const double> a, std::span<const double> b,
     const double tolerance = kRounding * std::abs(total / (na + nb));
     std::uint64_t above = 1, below = 1;  // the observed order is one of the draws, as in pairs
     for (std::uint32_t k = 0; k < options.permutations; ++k) {
-        double sum = 0;  // of the first b.size() of a shuffle, the other ones are a's
+        double sum = 0;  // sum of the first b.size() of a shuffle, the other ones are a's
         for (std::size_t i = 0; i < b.size(); ++i) {
             std::swap(all[i], all[i + numbers.below(all.size() - i)]);
             sum += all[i];

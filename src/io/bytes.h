@@ -73,7 +73,7 @@ inline float opacity_logit(std::uint8_t byte) {
     return static_cast<float>(scene::logit_of(byte / 255.0));
 }
 
-/// Whether all of `each` values of Gaussian i are finite.
+/// True if all of `each` values of Gaussian i are finite.
 inline bool all_finite(const std::vector<float>& values, std::size_t i, std::size_t each) {
     for (std::size_t k = i * each; k < (i + 1) * each; ++k)
         if (!std::isfinite(values[k])) return false;

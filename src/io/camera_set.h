@@ -20,7 +20,7 @@ struct CameraMaps {
 
 struct CameraSet {
     std::vector<scene::Camera> cameras;  ///< valid; `name` is the image's path in the file
-    std::vector<CameraMaps> maps;        ///< of each camera of a transforms.json
+    std::vector<CameraMaps> maps;        ///< maps of each camera of a transforms.json
     /// Names of the cameras of "train", "val" and "test" in a transforms.json that divides its frames.
     std::map<std::string, std::vector<std::string>> splits;
     std::vector<std::string> warnings;  ///< what is ignored

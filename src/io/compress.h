@@ -19,7 +19,7 @@ Buffer gunzip_head(Bytes packed, std::size_t count);
 
 /// What a gzip stream has besides the bytes that were asked for.
 struct GzipRest {
-    bool inside = false;     ///< it holds more; its checksum is not known
+    bool inside = false;     ///< more data follow inside; the checksum is not known
     std::size_t behind = 0;  ///< packed bytes after its end
 };
 

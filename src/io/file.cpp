@@ -70,7 +70,7 @@ void flush_folder(const std::string& path) {
 
 /// The file that `path` names behind symbolic links, which may not exist.
 std::string behind_links(const std::string& path) {
-    constexpr int kMostLinks = 40;  // as Linux
+    constexpr int kMostLinks = 40;  // limit of Linux
     std::filesystem::path target = path;
     std::error_code failed;
     for (int i = 0; i < kMostLinks && std::filesystem::is_symlink(target, failed); ++i)

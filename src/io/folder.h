@@ -19,7 +19,7 @@ struct FolderEntry {
 /// Errors: as system_error() if the system refuses to tell. That nothing is there is no error.
 Result<PathKind> kind_of(const std::string& path);
 
-/// Whether a regular file is there. Errors: as kind_of().
+/// True if a regular file is there. Errors: as kind_of().
 Result<bool> has_file(const std::string& path);
 
 /// The entries of a folder, sorted by name, without those that start with '.'. Errors: as system_error(), also if an
@@ -29,7 +29,7 @@ Result<std::vector<FolderEntry>> entries_in(const std::string& folder);
 /// Names of the folders among them.
 Result<std::vector<std::string>> folders_in(const std::string& folder);
 
-/// Whether `holds` is true of a name; to recognise a format, where the unreadable entry is not the one that tells.
+/// True if `holds` is true of a name; to recognise a format, where the unreadable entry is not the one that tells.
 /// Errors: the first one of `holds`, if it is true of none.
 Result<bool> holds_for_any(const std::vector<std::string>& names,
                            const std::function<Result<bool>(const std::string&)>& holds);

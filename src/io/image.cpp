@@ -25,7 +25,7 @@ struct PngState {
     Bytes in;
     Buffer* out = nullptr;
     char message[160] = "";
-    std::uint64_t rows = 0;       ///< that are still packed, in all passes
+    std::uint64_t rows = 0;       ///< rows that are still packed, in all passes
     std::size_t most = SIZE_MAX;  ///< bytes that libpng may read
 };
 
@@ -52,7 +52,7 @@ void on_row(png_structp png, png_row_infop, png_bytep) {
     if (--state->rows == 0) state->most = kMostBytesAfter;
 }
 
-/// Of all passes.
+/// Rows of all passes.
 std::uint64_t count_rows(png_structp png, png_infop info) {
     const png_uint_32 width = png_get_image_width(png, info);
     const png_uint_32 height = png_get_image_height(png, info);

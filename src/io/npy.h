@@ -20,10 +20,10 @@ struct NpyHeader {
     std::endian order = std::endian::little;
     std::vector<std::uint64_t> shape;
     std::uint64_t elements = 0;
-    std::size_t start = 0;  ///< of the numbers
+    std::size_t start = 0;  ///< byte where the numbers start
 };
 
-/// Of version 1 to 3. Errors: kFormat if it is damaged or truncated; kUnsupported for
+/// Reads version 1 to 3. Errors: kFormat if it is damaged or truncated; kUnsupported for
 /// structured types and for column-major arrays.
 Result<NpyHeader> read_npy_header(Bytes file);
 

@@ -32,8 +32,8 @@ struct PlyElement {
 struct PlyHeader {
     PlyEncoding encoding = PlyEncoding::kAscii;
     std::vector<PlyElement> elements;
-    std::size_t bytes = 0;  ///< of the header: the data starts here
-    std::size_t lines = 0;  ///< of the header
+    std::size_t bytes = 0;  ///< bytes of the header: the data starts here
+    std::size_t lines = 0;  ///< lines of the header
 
     [[nodiscard]] const PlyElement* find(const std::string& element) const;
 };

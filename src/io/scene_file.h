@@ -13,14 +13,14 @@ struct SceneFormat {
     const char* extension;  ///< with the point, in lower case
     const char* holds;      ///< for help texts: what the format keeps of a scene
     const char* mark;       ///< the first bytes, for messages; null where the format has none
-    /// Whether the first bytes are the mark; null where the format has none. Errors: of a header that
+    /// True if the first bytes are the mark; null where the format has none. Errors: of a header that
     /// starts with the mark and is damaged.
     Result<bool> (*detect)(Bytes file);
     Result<LoadedScene> (*read)(Bytes file, const LoadOptions& options);
     /// Null where the format is only read.
     Result<Buffer> (*write)(const scene::Gaussians& gaussians, const SaveOptions& options);
     std::uint32_t max_sh_degree;
-    scene::Frame frame;  ///< of a file, unless LoadOptions or SaveOptions name another
+    scene::Frame frame;  ///< axes of a file, unless LoadOptions or SaveOptions name others
 };
 
 /// All formats, ordered as SPLAT_SCENE_* in splat.h: the first one has the value 1.

@@ -15,10 +15,10 @@ namespace splat::io {
 /// What was found in a scene file.
 struct LoadReport {
     std::string format;                   ///< SceneFormat::name; read_scene() sets it
-    std::uint32_t version = 0;            ///< of the format, where it counts versions; else 0
+    std::uint32_t version = 0;            ///< version of the format, if it counts versions; else 0
     std::uint64_t count = 0;              ///< Gaussians
     std::uint32_t sh_degree = 0;          ///< in memory
-    scene::Frame frame{};                 ///< of the file; in memory it is kRdf
+    scene::Frame frame{};                 ///< axes of the file; in memory they are kRdf
     std::vector<std::string> ignored;     ///< properties, elements and bands that are ignored
     std::string left_out;                 ///< if lenient: what the header does not account for
     std::uint64_t non_finite_values = 0;  ///< NaN and infinities, kept as they are
@@ -31,7 +31,7 @@ struct LoadedScene {
 };
 
 struct LoadOptions {
-    std::optional<scene::Frame> frame;     ///< of the file, unless it is the format's usual one
+    std::optional<scene::Frame> frame;     ///< axes of the file, if not the format's usual ones
     std::uint64_t max_count = 1ULL << 27;  ///< more Gaussians are refused
     DecodeLimits limits = decode_limits();
     bool lenient = false;  ///< leave out what a header does not account for

@@ -4,7 +4,7 @@
 
 namespace splat::io {
 
-/// Of a .spz file, unless options name another one.
+/// Axes of a .spz file, unless options name others.
 inline constexpr scene::Frame kSpzFrame = scene::Frame::kRub;
 
 /// The file starts with the mark of gzip or of .spz.

@@ -36,7 +36,7 @@ Status check_finite(const Gaussians& g) {
 
 /// Scales that a byte holds: exp(-10) to exp(5.9375), and what rounds to them.
 constexpr double kLeastLogScale = -10 - 0.5 / 16, kMostLogScale = 255.5 / 16 - 10;
-constexpr double kMostClamped = 0.01;  ///< of the Gaussians, more make another scene
+constexpr double kMostClamped = 0.01;  ///< largest share of the Gaussians; more make another scene
 
 /// Errors: kInvalidArgument, with the factor that helps, if too many scales do not fit.
 Status check_scales(const Gaussians& g, bool clamp) {

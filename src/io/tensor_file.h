@@ -73,7 +73,7 @@ class TensorValues {
   private:
     LargeVector<float> own_;
     std::shared_ptr<const MappedFile> file_;
-    std::span<const float> part_;  ///< of the file
+    std::span<const float> part_;  ///< values in the file
 };
 
 /// A tensor of a file of weights, row-major.
@@ -108,13 +108,13 @@ class NamedTensors {
     /// Call it before using values of mapped files. Errors: as MappedFile::unchanged().
     [[nodiscard]] Status unchanged() const;
 
-    /// Of all tensors together.
+    /// Elements of all tensors together.
     [[nodiscard]] std::uint64_t elements() const;
 
   private:
     std::vector<NamedTensor> tensors_;
     std::unordered_map<std::string, std::size_t> places_;
-    std::vector<std::shared_ptr<const MappedFile>> files_;  ///< those that hold values, mostly one
+    std::vector<std::shared_ptr<const MappedFile>> files_;  ///< files that hold values, mostly one
 };
 
 /// Errors: kInvalidArgument, naming the first tensor that holds NaN or infinity, and where.

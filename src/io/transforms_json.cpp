@@ -78,7 +78,7 @@ Result<double> focal(const Frame& frame, const char* fl, const char* angle, std:
     return otherwise;
 }
 
-/// That of the image, where the file gives none.
+/// The focal length of the image, where the file gives none.
 double other_focal(const Camera& camera, const CameraOptions& options, CameraSet& set) {
     const double pixels = options.focal ? options.focal(camera.name) : 0;
     if (pixels > 0 && set.warnings.empty())

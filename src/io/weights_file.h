@@ -14,7 +14,7 @@ const char* weights_format_name(WeightsFormat format);  ///< "safetensors", "pth
 struct WeightsFile {
     WeightsFormat format = WeightsFormat::kSafetensors;
     NamedTensors tensors;
-    /// Of safetensors: all of it. Of a .pth: iteration, loss and best_PSNR where given, as texts that
+    /// All of it from safetensors. From a .pth: iteration, loss and best_PSNR where given, as texts that
     /// parse to the same number.
     Metadata metadata;
     std::vector<std::string> warnings;  ///< parts that are ignored

@@ -16,7 +16,7 @@ struct ZipEntry {
     std::uint32_t crc = 0;
     std::uint64_t packed_bytes = 0;
     std::uint64_t bytes = 0;
-    std::uint64_t start = 0;  ///< of its data in the archive
+    std::uint64_t start = 0;  ///< byte of the archive where its data starts
 };
 
 /// A zip archive, stored or deflated, with or without zip64, as PyTorch and NumPy write it.

@@ -138,7 +138,7 @@ Result<io::WeightsFile> save_adapters(Predictor& predictor) {
         tensor.name = std::string(kPrefix) + parameter.name + std::string(kSuffix);
         const bool is_a = parameter.name.ends_with("A");
         tensor.dims = {rows, is_a ? weight->shape[1] : parameter.shape[1]};
-        for (std::uint32_t i = 2; i < weight->shape.rank(); ++i)  // of a convolution: its taps
+        for (std::uint32_t i = 2; i < weight->shape.rank(); ++i)  // taps of a convolution
             tensor.dims.push_back(is_a ? weight->shape[i] : 1);
         SPLAT_TRY(predictor.parameters().read(parameter.value, tensor.values.own()));
         SPLAT_TRY(file.tensors.add(std::move(tensor)));

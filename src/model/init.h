@@ -16,7 +16,7 @@ struct Init {
         kXavierUniform,  ///< U(-b, b) with b = scale * sqrt(6 / (fan_in + fan_out))
         kUniformColumns,  ///< U(-b, b) with b = 1 / sqrt(columns): PyTorch's kaiming_uniform(a = sqrt 5)
         kHeadWeight,  ///< the last convolution: Xavier per group of output channels, with its scale
-        kHeadBias,    ///< its constants per group
+        kHeadBias,    ///< constants of the last convolution, per group
         kFilmBias,    ///< 1 for gamma, the first half, and 0 for beta
     };
     Kind kind = Kind::kConstant;

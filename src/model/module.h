@@ -17,7 +17,7 @@ namespace splat::model {
 struct ModulePort {
     std::string name;
     Shape shape;
-    bool optional = false;  ///< of an input that the type also works without
+    bool optional = false;  ///< an input that the type works without, too
     bool graded = false;    ///< a pass computes or takes its gradient
 };
 
@@ -88,7 +88,7 @@ class Module {
     vk::Context& context_;
     ModuleDesc desc_;
     nn::Graph graph_;
-    PredictorConfig config_;  ///< of a block
+    PredictorConfig config_;  ///< configuration of a block
     std::map<std::string, Init> inits_;
     std::unique_ptr<nn::Parameters> parameters_;
     std::unique_ptr<nn::Executor> executor_;

@@ -16,7 +16,7 @@ class ObjectSlices {
   public:
     /// The first dimension of each is that of the objects.
     struct Ports {
-        std::span<const nn::ValueId> inputs;  ///< those that differ between the parts
+        std::span<const nn::ValueId> inputs;  ///< inputs that differ between the parts
         std::span<const nn::ValueId> outputs;
         std::span<const nn::ValueId> graded_outputs;
         std::span<const nn::ValueId> graded_inputs;
@@ -28,7 +28,7 @@ class ObjectSlices {
                                                         nn::Executor& executor, const Ports& ports,
                                                         std::uint32_t count);
 
-    /// As the executor's, with its errors.
+    /// Runs the executor on each slice, with its errors.
     Status forward();
     Status backward();
 

@@ -32,7 +32,7 @@ class OutputLedger {
     vk::Context* context_;
     vk::Buffer counts_;  ///< partial statistics of each tensor, then a copy of the opacities
     vk::CommandList list_;
-    std::array<std::uint64_t, 6> offsets_{}, bytes_{};  ///< of the statistics
+    std::array<std::uint64_t, 6> offsets_{}, bytes_{};  ///< places of the statistics in counts_
     std::uint64_t opacities_offset_ = 0, opacities_ = 0;
 };
 

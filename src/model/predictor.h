@@ -16,7 +16,7 @@ namespace splat::model {
 
 /// Options of running a predictor.
 struct PredictorOptions {
-    std::uint32_t objects = 1;  ///< of a batch, each with the configuration's number of views
+    std::uint32_t objects = 1;  ///< objects per batch, with as many views as configured
     /// Maximal bytes of an activation: larger batches run in slices of objects, see object_slices.h. 0: the
     /// size of one binding of the device.
     std::uint64_t most_bytes = 0;
@@ -36,8 +36,8 @@ struct PredictorInput {
     std::span<const float> focals;         ///< [N, 2] pixels if fov_degrees is 0; else empty
     std::span<const float> embedding;  ///< [N, embedding_length] for Embedding::kCustom; else empty
     std::span<const float> tokens;     ///< [N, token_dim, tokens], or empty
-    std::uint64_t seed = 0;            ///< of dropout
-    std::uint32_t step = 0;            ///< of dropout
+    std::uint64_t seed = 0;            ///< seed of dropout
+    std::uint32_t step = 0;            ///< step of dropout
 };
 
 /// Splatter Image: images to one Gaussian per pixel, M = views * R * R of them per object.
@@ -90,8 +90,8 @@ class Predictor {
     };
     [[nodiscard]] std::vector<Port> inputs() const;
 
-    /// Of inputs and results, and of gradients other than those of parameters, by tensors that share their
-    /// memory; of parameters: nn::Parameters::outside.
+    /// Outside use of inputs and results, and of gradients other than those of parameters, by tensors that share
+    /// their memory; nn::Parameters::outside has that of parameters.
     [[nodiscard]] const std::shared_ptr<vk::OutsideUse>& outside() const { return outside_; }
     [[nodiscard]] const std::shared_ptr<vk::OutsideUse>& outside_gradients() const {
         return outside_gradients_;
@@ -105,7 +105,7 @@ class Predictor {
         vk::BufferView means, opacities, scales, rotations, sh;
     };
     [[nodiscard]] Outputs outputs() const;
-    /// Of the latest forward pass that succeeded. May be called during a pass.
+    /// Counts of the latest forward pass that succeeded. May be called during a pass.
     [[nodiscard]] Ledger ledger() const {
         const std::lock_guard lock(ledger_mutex_);
         return ledger_;

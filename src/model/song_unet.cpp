@@ -236,7 +236,7 @@ ValueId SongUnet::decode(ValueId x, std::vector<ValueId>& skips) {
             skips.pop_back();
             if (!graph_.status().ok()) return kNoValue;
             const std::uint32_t out = config_.base_dim * config_.channel_mult[level];
-            const bool attention = i == config_.num_blocks && attends(r);  // of the last block
+            const bool attention = i == config_.num_blocks && attends(r);  // only the last block
             x = block(dec + level_name(r, "block" + std::to_string(i)), x,
                       {channels(x), out, false, false, attention, attention});
             c = out;

@@ -135,7 +135,7 @@ ImageChannels channels_of(const PredictorConfig& config) {
 ImageChannels likely_channels(const PredictorConfig& config, const NamedTensors& tensors) {
     const std::string name = first_conv_name(config);
     const std::string end =
-        name.substr(name.find(".encoder."));  // of networks with and without offset
+        name.substr(name.find(".encoder."));  // the same for networks with and without offset
     const auto found = std::find_if(tensors.begin(), tensors.end(), [&](const NamedTensor& tensor) {
         return tensor.name.ends_with(end);
     });

@@ -24,7 +24,7 @@ struct LoadOptions {
     /// Channels that the file's network was trained with. A first convolution of fewer channels is widened:
     /// each column moves to the channel of its meaning, new ones are zero, so that the outputs stay.
     ImageChannels source;
-    bool graft = false;  ///< else every tensor must exist in its shape
+    bool graft = false;  ///< false: every tensor must exist in its shape
     /// Use the file's ray grid although its field of view differs from the configuration's.
     bool take_rays = false;
 };

@@ -110,7 +110,7 @@ class Executor {
     std::unique_ptr<ExecutorPlan> plan_;  ///< null once prepared parameters are kept
     std::uint64_t prepared_revision_ = 0;
     std::uint64_t ran_revision_ = 0;
-    mutable std::mutex memory_mutex_;  ///< of memory_
+    mutable std::mutex memory_mutex_;  ///< guards memory_
     ExecutorMemory memory_;
     bool separate_ = false;
     bool ran_ = false;

@@ -106,7 +106,7 @@ class ExecutorPlan {
     const Parameters& parameters_;
     const ExecutorDesc desc_;
     std::uint32_t clock_ = 0;
-    std::uint64_t kept_bytes_ = 0;  ///< of prepared parameters so far
+    std::uint64_t kept_bytes_ = 0;  ///< bytes of prepared parameters so far
     bool kept_placed_ = false;
     std::vector<Tensor> tensors_;
     std::vector<bool> wanted_;   ///< by root value: its gradient is requested, or needed for one

@@ -57,7 +57,7 @@ class Parameters {
     [[nodiscard]] std::uint64_t revision() const { return revision_ + outside_->writes; }
     void changed() { ++revision_; }
 
-    /// Of the values, by tensors that share their memory.
+    /// Outside use of the values, by tensors that share their memory.
     [[nodiscard]] const std::shared_ptr<vk::OutsideUse>& outside() const { return outside_; }
 
     [[nodiscard]] std::uint64_t elements() const;

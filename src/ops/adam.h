@@ -6,7 +6,7 @@
 namespace splat::ops {
 
 struct AdamDesc {
-    std::uint64_t step = 1;  ///< of this update, counted from 1
+    std::uint64_t step = 1;  ///< number of this update, counted from 1
     double learning_rate = 5e-5;
     double beta1 = 0.9;
     double beta2 = 0.999;

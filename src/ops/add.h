@@ -20,7 +20,7 @@ struct AddDesc {
 Status add_forward(vk::Recorder& recorder, const AddDesc& desc, const vk::BufferView& a,
                    const vk::BufferView& b, const vk::BufferView& y);
 
-/// Its gradient, the same for a and b:  grad_x = scale * grad_y. grad_x may be grad_y; the rest as in the
+/// The gradient, the same for a and b:  grad_x = scale * grad_y. grad_x may be grad_y; the rest as in the
 /// forward pass.
 Status add_backward(vk::Recorder& recorder, const AddDesc& desc, const vk::BufferView& grad_y,
                     const vk::BufferView& grad_x);

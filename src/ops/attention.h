@@ -8,7 +8,7 @@ namespace splat::ops {
 struct AttentionDesc {
     std::uint32_t n = 1;
     std::uint32_t c = 1;
-    std::uint32_t heads = 1;    ///< of c / heads neighbouring channels each
+    std::uint32_t heads = 1;    ///< heads of c / heads neighbouring channels each
     std::uint32_t queries = 1;  ///< pixels of q
     std::uint32_t keys = 1;     ///< pixels of k and v
 };
@@ -42,7 +42,7 @@ Status attention_forward(vk::Recorder& recorder, const AttentionDesc& desc, cons
                          const vk::BufferView& k, const vk::BufferView& v, const vk::BufferView& y,
                          const vk::BufferView& weights, const vk::BufferView& workspace);
 
-/// Its gradients. Those without a buffer are not computed.
+/// The gradients. Those without a buffer are not computed.
 ///
 ///   grad_v = grad_y w                          grad_w = v^T grad_y
 ///   grad_s = w (grad_w - sum_j w grad_w) / sqrt(c / heads)

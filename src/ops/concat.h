@@ -8,7 +8,7 @@ namespace splat::ops {
 struct ConcatDesc {
     std::uint32_t columns = 1;  ///< n * p
     std::uint32_t a = 1;        ///< channels of the first part
-    std::uint32_t b = 1;        ///< of the second
+    std::uint32_t b = 1;        ///< channels of the second part
 };
 
 /// Concatenation along the channels:  y[n] = (a[n], b[n])
@@ -21,7 +21,7 @@ struct ConcatDesc {
 Status concat_forward(vk::Recorder& recorder, const ConcatDesc& desc, const vk::BufferView& a,
                       const vk::BufferView& b, const vk::BufferView& y);
 
-/// Its gradients, the parts of grad_y. Those without a buffer are not computed. The rest as in the
+/// The gradients, the parts of grad_y. Those without a buffer are not computed. The rest as in the
 /// forward pass.
 Status concat_backward(vk::Recorder& recorder, const ConcatDesc& desc, const vk::BufferView& grad_y,
                        const vk::BufferView& grad_a, const vk::BufferView& grad_b);

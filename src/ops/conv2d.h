@@ -68,7 +68,7 @@ Status conv2d_forward(vk::Recorder& recorder, const Conv2dDesc& desc, const vk::
 std::uint64_t conv2d_backward_input_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
 std::uint64_t conv2d_backward_weight_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
 
-/// Whether conv2d_backward_input takes an addend.
+/// True if conv2d_backward_input takes an addend.
 bool conv2d_adds(const vk::Recorder& recorder, const Conv2dDesc& desc);
 
 /// Compute the part that the gradients of the input and the weight share into the workspace; record it
@@ -76,7 +76,7 @@ bool conv2d_adds(const vk::Recorder& recorder, const Conv2dDesc& desc);
 Status conv2d_backward_begin(vk::Recorder& recorder, const Conv2dDesc& desc,
                              const vk::BufferView& grad_y, const vk::BufferView& workspace);
 
-/// Its gradients, each times scale:
+/// The gradients, each times scale:
 ///   grad_x[n,c,p] = sum_{k,r,s} weight[k,c,r,s] grad_y[n,k,p-(r,s)+R/2]
 ///   grad_weight[k,c,r,s] = sum_{n,p} grad_y[n,k,p] x[n,c,p+(r,s)-R/2]
 ///   grad_bias[k] = sum_{n,p} grad_y[n,k,p],  grad_residual = grad_y

@@ -74,7 +74,7 @@ Status winograd_prepare_weight(vk::Recorder& recorder, const Conv2dDesc& desc,
                                const vk::BufferView& weight, const vk::BufferView& prepared,
                                bool transposed);
 
-/// Of winograd_forward; the same for desc and its transpose.
+/// Workspace of winograd_forward; the same for desc and its transpose.
 std::uint64_t winograd_forward_bytes(const vk::Recorder& recorder, const Conv2dDesc& desc);
 
 /// `op` labels the dispatches. Errors: kUnsupported if the weight exceeds one binding.

@@ -31,11 +31,11 @@ std::uint32_t quads_per_lane(std::uint32_t in_channels) {
 struct Round {
     WinogradSlices slices;
     std::uint32_t products;  ///< slices of a round
-    std::uint32_t parts;     ///< of a slice's sum, each with a product of its own
-    vk::Groups groups;       ///< of the product of one part
+    std::uint32_t parts;     ///< parts of a slice's sum, each with a product of its own
+    vk::Groups groups;       ///< workgroups of the product of one part
     std::uint64_t input_bytes;
     std::uint64_t grad_bytes;
-    std::uint64_t product_bytes;  ///< of one slice
+    std::uint64_t product_bytes;  ///< bytes of the products of one slice
 };
 
 Round round_of(const vk::Recorder& recorder, const Conv2dDesc& desc) {

@@ -31,7 +31,7 @@ std::uint32_t dropout_threshold(double p);
 Status dropout_forward(vk::Recorder& recorder, const DropoutDesc& desc, const vk::BufferView& x,
                        const vk::BufferView& counter, const vk::BufferView& y);
 
-/// Its gradient: grad_x = grad_y / (1 - p) where kept, else 0, with the same counter. The rest as in
+/// The gradient: grad_x = grad_y / (1 - p) where kept, else 0, with the same counter. The rest as in
 /// the forward pass.
 Status dropout_backward(vk::Recorder& recorder, const DropoutDesc& desc,
                         const vk::BufferView& counter, const vk::BufferView& grad_y,

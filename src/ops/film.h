@@ -24,7 +24,7 @@ Status film_check(const vk::DeviceInfo& device, const FilmDesc& desc);
 Status film_forward(vk::Recorder& recorder, const FilmDesc& desc, const vk::BufferView& x,
                     const vk::BufferView& modulation, const vk::BufferView& y);
 
-/// Its gradients:  grad_x = gamma * grad_y,  grad_gamma = sum_p grad_y * x,  grad_beta = sum_p grad_y
+/// The gradients:  grad_x = gamma * grad_y,  grad_gamma = sum_p grad_y * x,  grad_beta = sum_p grad_y
 ///
 /// grad_x           as quads, overwritten; may be grad_y
 /// grad_modulation  as the modulation, overwritten

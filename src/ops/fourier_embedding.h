@@ -26,7 +26,7 @@ Status fourier_embedding_forward(vk::Recorder& recorder, const FourierEmbeddingD
                                  const vk::BufferView& x, const vk::BufferView& frequencies,
                                  const vk::BufferView& y);
 
-/// Its gradient:  grad_x = sum_j 2 pi f_j (cos(2 pi s f_j) grad_sin_j - sin(2 pi s f_j) grad_cos_j); the
+/// The gradient:  grad_x = sum_j 2 pi f_j (cos(2 pi s f_j) grad_sin_j - sin(2 pi s f_j) grad_cos_j); the
 /// rest as in the forward pass.
 Status fourier_embedding_backward(vk::Recorder& recorder, const FourierEmbeddingDesc& desc,
                                   const vk::BufferView& x, const vk::BufferView& frequencies,

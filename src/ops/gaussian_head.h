@@ -8,7 +8,7 @@ struct GaussianHeadDesc {
     std::uint32_t images = 1;  ///< batch * views
     std::uint32_t views = 1;   ///< per object; divides images
     std::uint32_t channels = 24;
-    std::uint32_t pixels = 1;  ///< of an image
+    std::uint32_t pixels = 1;  ///< pixels per image
     std::uint32_t sh_degree = 1;
     float znear = 0;
     float zfar = 1;
@@ -60,7 +60,7 @@ Status gaussian_head_forward(vk::Recorder& recorder, const GaussianHeadDesc& des
                              const vk::BufferView& net_out, const GaussianHeadCameras& cameras,
                              const GaussianHeadTensors& gaussians);
 
-/// Its gradient with respect to the network's output, overwritten; cameras have none. Derived in
+/// The gradient with respect to the network's output, overwritten; cameras have none. Derived in
 /// tests/ref/gaussian_head_ref.h; the rest as in the forward pass.
 Status gaussian_head_backward(vk::Recorder& recorder, const GaussianHeadDesc& desc,
                               const vk::BufferView& net_out, const GaussianHeadCameras& cameras,

@@ -42,7 +42,7 @@ Status group_norm_forward(vk::Recorder& recorder, const GroupNormDesc& desc,
                           const vk::BufferView& beta, const vk::BufferView& y,
                           const vk::BufferView& mean, const vk::BufferView& rstd);
 
-/// Its gradients.
+/// The gradients.
 ///
 ///   grad_t = silu ? grad_y * silu'(t) : grad_y           xhat = (x - mean) * rstd
 ///   grad_beta = sum_np grad_t                            grad_gamma = sum_np grad_t * xhat

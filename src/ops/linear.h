@@ -52,7 +52,7 @@ Status linear_forward(vk::Recorder& recorder, const LinearDesc& desc, const vk::
 /// Bytes of `partial` of linear_backward_weight.
 std::uint64_t linear_backward_weight_bytes(const vk::Recorder& recorder, const LinearDesc& desc);
 
-/// Its gradients, each times scale:  grad_x = grad_y W,  grad_weight = grad_y^T x,
+/// The gradients, each times scale:  grad_x = grad_y W,  grad_weight = grad_y^T x,
 /// grad_bias = sum_r grad_y
 ///
 /// weight       packed by linear_pack_weight(transposed = true); the weight itself where

@@ -8,7 +8,7 @@ namespace splat::ops {
 struct MaxPool2dDesc {
     std::uint32_t n = 1;
     std::uint32_t c = 1;
-    std::uint32_t height = 2;  ///< of x
+    std::uint32_t height = 2;  ///< size of x
     std::uint32_t width = 2;
 };
 
@@ -27,7 +27,7 @@ Status max_pool2d_check(const MaxPool2dDesc& desc);
 Status max_pool2d_forward(vk::Recorder& recorder, const MaxPool2dDesc& desc,
                           const vk::BufferView& x, const vk::BufferView& y);
 
-/// Its gradient: that of y goes to the first maximum of its window, row by row; pixels of a last odd row or
+/// The gradient: that of y goes to the first maximum of its window, row by row; pixels of a last odd row or
 /// column get 0.
 Status max_pool2d_backward(vk::Recorder& recorder, const MaxPool2dDesc& desc,
                            const vk::BufferView& x, const vk::BufferView& grad_y,

@@ -49,7 +49,7 @@ struct OpPlan {
     std::uint64_t forward_workspace = 0;   ///< bytes
     std::uint64_t backward_workspace = 0;  ///< bytes
     std::uint64_t forward_prepared = 0;    ///< bytes of parameters as forward's kernels read them
-    std::uint64_t backward_prepared = 0;  ///< as backward's read them, for gradients of activations
+    std::uint64_t backward_prepared = 0;  ///< the same for backward's, for gradients of activations
     bool adds = false;                    ///< backward adds OpViews::addend to grad_inputs[0]
     /// Inputs, one bit each, whose gradient equals that of output 0. The caller can use that tensor instead, and
     /// request only the other gradients from backward.
@@ -67,7 +67,7 @@ struct OpViews {
     std::vector<vk::BufferView> grad_outputs;
     std::vector<vk::BufferView> grad_inputs;  ///< without a buffer if not needed: costs nothing
     vk::BufferView
-        addend;  ///< of grad_inputs[0], where the plan says that backward adds; may be absent
+        addend;  ///< added to grad_inputs[0], where the plan says that backward adds; may be absent
     vk::BufferView workspace;
     vk::BufferView forward_prepared;
     vk::BufferView backward_prepared;
@@ -91,7 +91,7 @@ struct OpRow {
     Status (*forward)(vk::Recorder&, const Attributes& attributes, const OpViews&) = nullptr;
     Status (*backward)(vk::Recorder&, const Attributes& attributes, const OpViews&) = nullptr;
 
-    /// Whether backward reads input i, an activation, if gradients of the inputs marked in `wanted` are requested;
+    /// True if backward reads input i, an activation, if gradients of the inputs marked in `wanted` are requested;
     /// nullptr: it may read every one. An input that it does not read may give its memory to other tensors.
     /// Outputs are never read: what backward needs is saved.
     bool (*backward_reads)(std::size_t i, const std::vector<bool>& wanted) = nullptr;
@@ -101,14 +101,14 @@ struct OpRow {
 inline constexpr Port kInputX[] = {{"x"}};
 inline constexpr Port kOutputY[] = {{"y"}};
 
-/// Whether an optional tensor is present, or a gradient requested.
+/// True if an optional tensor is present, or a gradient requested.
 inline bool present(const vk::BufferView& view) {
     return view.block != nullptr;
 }
 
 /// OpRow::backward_reads of a product of the first two inputs: reads each for the gradient of the other.
 bool product_backward_reads(std::size_t i, const std::vector<bool>& wanted);
-/// Of a fixed linear map: reads no activation, as the gradient is that of the output, mapped back.
+/// OpRow::backward_reads of a fixed linear map: reads no activation, as it maps the output's gradient back.
 bool no_backward_reads(std::size_t i, const std::vector<bool>& wanted);
 
 /// Errors: kShape, naming operator and tensor, unless `got` is `expected`.

@@ -26,7 +26,7 @@ Status positional_embedding_check(const PositionalEmbeddingDesc& desc);
 Status positional_embedding_forward(vk::Recorder& recorder, const PositionalEmbeddingDesc& desc,
                                     const vk::BufferView& x, const vk::BufferView& y);
 
-/// Its gradient:  grad_x = sum_j f_j (cos(s f_j) grad_sin_j - sin(s f_j) grad_cos_j); the rest as in
+/// The gradient:  grad_x = sum_j f_j (cos(s f_j) grad_sin_j - sin(s f_j) grad_cos_j); the rest as in
 /// the forward pass.
 Status positional_embedding_backward(vk::Recorder& recorder, const PositionalEmbeddingDesc& desc,
                                      const vk::BufferView& x, const vk::BufferView& grad_y,

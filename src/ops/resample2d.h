@@ -8,7 +8,7 @@ namespace splat::ops {
 struct Resample2dDesc {
     std::uint32_t n = 1;
     std::uint32_t c = 1;
-    std::uint32_t height = 1;  ///< of x
+    std::uint32_t height = 1;  ///< size of x
     std::uint32_t width = 1;
     bool up = false;         ///< to twice the size, else to half
     std::uint32_t taps = 0;  ///< length of the filter; 0 for the box [1,1]
@@ -35,7 +35,7 @@ Status resample2d_forward(vk::Recorder& recorder, const Resample2dDesc& desc,
                           const vk::BufferView& x, const vk::BufferView& filter,
                           const vk::BufferView& y);
 
-/// Its gradient, the adjoint: resampling the other way with the same filter. `desc` and the rest as
+/// The gradient, the adjoint: resampling the other way with the same filter. `desc` and the rest as
 /// in the forward pass.
 Status resample2d_backward(vk::Recorder& recorder, const Resample2dDesc& desc,
                            const vk::BufferView& filter, const vk::BufferView& grad_y,

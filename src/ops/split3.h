@@ -17,7 +17,7 @@ namespace splat::ops {
 Status split3_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& x,
                       const vk::BufferView& a, const vk::BufferView& b, const vk::BufferView& c);
 
-/// Its gradient:  grad_x[n, 3c + j] = grad_part_j[n,c]; the rest as in the forward pass.
+/// The gradient:  grad_x[n, 3c + j] = grad_part_j[n,c]; the rest as in the forward pass.
 Status split3_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& grad_a,
                        const vk::BufferView& grad_b, const vk::BufferView& grad_c,
                        const vk::BufferView& grad_x);

@@ -9,9 +9,9 @@ namespace splat::ops {
 struct TensorStats {
     std::uint64_t nan_count = 0;
     std::uint64_t inf_count = 0;
-    double min = 0;   ///< of the finite elements; +inf without any
-    double max = 0;   ///< of the finite elements; -inf without any
-    double mean = 0;  ///< of the finite elements; 0 without any
+    double min = 0;   ///< smallest finite element; +inf without any
+    double max = 0;   ///< largest finite element; -inf without any
+    double mean = 0;  ///< mean of the finite elements; 0 without any
 };
 
 /// Bytes of `partial` for this many elements.

@@ -15,7 +15,7 @@ inline vk::SpecConstant winograd_tile(const Conv2dDesc& desc) {
 /// the tiles it reads.
 struct WinogradSlices {
     std::uint32_t all;      ///< tiles of the batch
-    std::uint32_t tiles;    ///< of a slice; the last may have fewer
+    std::uint32_t tiles;    ///< tiles of a slice; the last may have fewer
     std::uint32_t lanes;    ///< workgroup size
     std::uint32_t columns;  ///< register tile of the product: tiles of each lane ...
     std::uint32_t blocks;   ///< ... by 8 * blocks output channels

@@ -44,7 +44,7 @@ class Network {
     /// those of model::Predictor::set_input and of a forward pass.
     Result<scene::Gaussians> predict(const Views& views);
 
-    /// Whether every number that the network put out in the latest predict() is finite. If not, weights or
+    /// True if every number that the network put out in the latest predict() is finite. If not, weights or
     /// inputs are beyond what float32 holds, and the Gaussians mean nothing. Errors: those of Context::read.
     [[nodiscard]] Result<bool> finite_output() const;
 
@@ -83,9 +83,9 @@ class Network {
     double lora_alpha_;
     std::uint32_t config_checksum_;
     std::unique_ptr<model::Predictor> predictor_;
-    raster::PackedBuffers scene_;                     ///< that the rasterizer's command lists name
+    raster::PackedBuffers scene_;  ///< scene that the rasterizer's command lists name
     std::unique_ptr<raster::Rasterizer> rasterizer_;  ///< destroyed before `scene_`
-    std::uint64_t version_ = 0;                       ///< of the contents of `scene_`
+    std::uint64_t version_ = 0;                       ///< version of the contents of `scene_`
     std::uint32_t shown_degree_ = 0;
 };
 

@@ -17,7 +17,7 @@ struct PictureInput {
     double origin_distance =
         0;  ///< from the camera along its axis, scene units; for networks that take it
     std::optional<scene::Mat4> world_to_camera;  ///< required of every picture if there are several
-    std::vector<float> embedding, tokens;        ///< as Views
+    std::vector<float> embedding, tokens;        ///< see Views
 };
 
 /// What became of a picture.
@@ -28,7 +28,7 @@ struct PictureFacts {
     data::MaskFrom found = data::MaskFrom::kNothing;
     double x = 0, y = 0, side = 0;  ///< the square that was cut out, pixels of the picture
     double focal = 0;               ///< pixels of the picture; 0: not known
-    double fov_degrees = 0;         ///< of the square; 0: not known
+    double fov_degrees = 0;         ///< field of view of the square; 0: not known
 };
 
 PictureFacts facts_of(const data::Photograph& photo, const PictureInput& given);
@@ -54,7 +54,7 @@ Result<PictureViews> views_of_pictures(const config::PredictorConfig& network,
 /// warning: its perspective is not that of the training.
 inline constexpr double kFieldOfViewFactor = 1.5;
 
-/// Whether the square's field of view is known, and differs from the network's by more.
+/// True if the square's field of view is known, and differs from the network's by more.
 bool field_of_view_differs(const config::PredictorConfig& network, const PictureFacts& facts);
 
 }  // namespace splat::predict

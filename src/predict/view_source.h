@@ -19,9 +19,9 @@ namespace splat::predict {
 struct Views {
     std::vector<float> inputs;                              ///< [n,channels,R,R] of the input views
     std::vector<float> images;                              ///< [n,3,R,R]
-    std::vector<float> view_to_world, quaternions, focals;  ///< as data::ViewArrays
+    std::vector<float> view_to_world, quaternions, focals;  ///< see data::ViewArrays
     std::vector<float> embedding,
-        tokens;  ///< of the input views, as model::PredictorInput; or empty
+        tokens;  ///< for the input views, see model::PredictorInput; or empty
     std::vector<scene::Camera> cameras;
 };
 

@@ -9,7 +9,7 @@
 namespace splat::priors {
 namespace {
 
-constexpr double kLeastDepth = 1e-8;  ///< as published
+constexpr double kLeastDepth = 1e-8;  ///< the published value
 
 /// The pixels that count.
 struct DepthPairs {

@@ -14,7 +14,7 @@ struct DepthScores {
     double rmse = 0;                 ///< root of the mean of (p - g)^2
     double si_rmse = 0;              ///< standard deviation of ln p - ln g
     std::array<double, 3> within{};  ///< share of pixels with max(p/g, g/p) < 1.25, 1.25^2, 1.25^3
-    double scale = 0;                ///< of the alignment; 0 for a constant prediction
+    double scale = 0;                ///< factor of the alignment; 0 for a constant prediction
     double shift = 0;
     std::uint64_t pixels = 0;  ///< counted
 };
@@ -23,7 +23,7 @@ enum class DepthRule {
     /// Pixels of the mask count, or without one those where the truth is > 0. An aligned depth of 0 or less is
     /// within no factor.
     kValid,
-    /// As the scores of Splatter Image with priors were made: both maps are first clamped to 1e-8, which makes
+    /// The way the scores of Splatter Image with priors were made: both maps are first clamped to 1e-8, which makes
     /// every pixel count, and an aligned depth below 0 is within every factor.
     kPublished
 };

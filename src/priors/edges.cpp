@@ -64,7 +64,7 @@ struct Lengths {
     }
 };
 
-/// Whether the length is larger than those before and behind it along the gradient. Of two equal neighbours
+/// True if the length is larger than those before and behind it along the gradient. Of two equal neighbours
 /// along an axis, the second in order counts.
 bool is_ridge(const Lengths& lengths, std::size_t y, std::size_t x, int dx, int dy) {
     constexpr std::int64_t kTan22 = 13573;  // tan(22.5 degrees) 2^15; tan(67.5 degrees) is 2 more

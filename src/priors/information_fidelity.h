@@ -12,10 +12,10 @@ namespace splat::priors {
 inline constexpr std::uint32_t kLeastFidelitySide = 41;
 
 struct FidelityOptions {
-    /// Of the values that are compared: 255 multiplies images of 0 to 1 by 255, as the noise variance 2 of the
+    /// Range of the values that are compared: 255 multiplies images of 0 to 1 by 255, as the noise variance 2 of the
     /// definition expects; 1 leaves them, as the published scores of Splatter Image with priors did.
     double range = 255;
-    /// Of 2 or 4 channels, the last is averaged in like any other, as in those scores; where both are constant
+    /// With 2 or 4 channels, the last is averaged in like any other, as in those scores; where both are constant
     /// and equal it counts as 1. Else it is left out.
     bool alpha_counts = false;
 };

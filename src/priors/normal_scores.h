@@ -11,12 +11,12 @@ namespace splat::priors {
 /// Angles between predicted and true normals, in degrees.
 struct NormalScores {
     double mean = 0;
-    double median = 0;  ///< of an even count, the mean of the two in the middle
+    double median = 0;  ///< median; for an even count the mean of the middle two
     double rmse = 0;
     std::array<double, 3>
         within{};               ///< share of pixels with an angle below 11.25, 22.5, 30 degrees
     std::uint64_t pixels = 0;   ///< counted
-    std::uint64_t missing = 0;  ///< of these, without a prediction; their angle is 180 degrees
+    std::uint64_t missing = 0;  ///< counted pixels without a prediction; their angle is 180 degrees
 };
 
 /// Compare normal maps. Lengths do not matter, but a vector shorter than 0.5 stands for none.

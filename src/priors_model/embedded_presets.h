@@ -6,7 +6,7 @@ namespace splat::priors_model {
 
 /// A file of presets/.
 struct EmbeddedPreset {
-    const char* name;  ///< of the file, without .json
+    const char* name;  ///< name of the file, without .json
     const char* text;
 };
 

@@ -7,7 +7,7 @@
 
 namespace splat::priors_model {
 
-/// In which form a map is wanted.
+/// The form in which a map is wanted.
 enum class MapForm {
     kBytes,   ///< 0 to 255, as the reference writes them
     kUnit,    ///< the same numbers before they are reduced to bytes, 0 to 1
@@ -24,8 +24,8 @@ struct PriorMap {
 /// What a map is made of.
 struct MapSource {
     const OnnxTensor* main = nullptr;
-    const OnnxTensor* scale = nullptr;  ///< of points, or null
-    const OnnxTensor* mask = nullptr;   ///< of points, or null
+    const OnnxTensor* scale = nullptr;  ///< scale of points, or null
+    const OnnxTensor* mask = nullptr;   ///< mask of points, or null
     std::size_t picture = 0;            ///< in the batch
 };
 

@@ -83,7 +83,7 @@ Status OnnxSession::open(std::uint32_t threads) {
     SPLAT_TRY(check(api.SetIntraOpNumThreads(made, static_cast<int>(threads)), "threads"));
     SPLAT_TRY(check(api.CreateSession(runtime_->env(), path_.c_str(), made, &session_),
                     "ONNX Runtime refuses the model"));
-    // Of the device's allocator and default memory.
+    // Arguments: the device's allocator, default memory.
     return check(api.CreateCpuMemoryInfo(0, 0, &memory_), "memory");
 }
 

@@ -12,7 +12,7 @@ struct Planes {
     std::vector<float> values;
 };
 
-/// Which part of an output.
+/// A part of an output.
 struct PlanesPart {
     bool channels_last = false;
     std::uint32_t first = 0, count = 1;  ///< channels

@@ -7,7 +7,7 @@
 namespace splat::priors_model {
 namespace {
 
-constexpr std::uint32_t kSamples = 64;  ///< of each side
+constexpr std::uint32_t kSamples = 64;  ///< samples along each side
 
 /// A point and the pixel that shows it.
 struct Seen {

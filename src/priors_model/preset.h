@@ -26,12 +26,12 @@ struct PresetInput {
     bool channels_last = false;  ///< NHWC, else NCHW
     Fit fit = Fit::kStretch;
     std::uint32_t width = 0, height = 0;
-    std::uint32_t multiple = 1;  ///< of both sides; not for kStretch and kOwn
+    std::uint32_t multiple = 1;  ///< both sides are multiples of it; not for kStretch and kOwn
     data::ValueFilter filter = data::ValueFilter::kPillowBilinear;
     bool by_maximum = false;  ///< the scale is the greatest sample of the resampled picture
     double scale = 255;
     std::array<double, 3> mean{}, std{1, 1, 1};
-    std::int64_t tokens = 0;  ///< of the second input, "num_tokens"; 0: there is none
+    std::int64_t tokens = 0;  ///< value of the second input, "num_tokens"; 0: there is none
 };
 
 /// What depth numbers mean.
@@ -44,8 +44,8 @@ enum class DepthOf {
 /// How one of the model's outputs becomes a map.
 struct PresetOutput {
     data::MapKind map = data::MapKind::kMask;
-    std::string name;            ///< of the output; empty: `index`
-    std::int32_t index = 0;      ///< of the output; -1: the last
+    std::string name;            ///< name of the output; empty: `index`
+    std::int32_t index = 0;      ///< number of the output; -1: the last
     bool channels_last = false;  ///< [height,width,channels], else [channels,height,width]
     std::uint32_t channel = 0;   ///< the first that is used
     bool sigmoid = false;
@@ -70,7 +70,7 @@ struct PresetFile {
 struct Preset {
     std::string name, title;
     PresetInput input;
-    std::vector<PresetOutput> outputs;  ///< one of each map
+    std::vector<PresetOutput> outputs;  ///< one output per map
     PresetFile file;
     std::string licence, note;
 

@@ -71,7 +71,7 @@ class PriorModel {
 
     Preset preset_;
     std::unique_ptr<OnnxSession> session_;
-    std::vector<Places> places_;  ///< of the preset's outputs
+    std::vector<Places> places_;  ///< places of the preset's outputs
     Extent fixed_;
     bool batches_ = false;  ///< the model takes any number of pictures
 };

@@ -5,7 +5,7 @@
 namespace splat::raster {
 
 struct BlendViews {
-    vk::BufferView splats;   ///< of project_forward
+    vk::BufferView splats;   ///< output of project_forward
     vk::BufferView pairs;    ///< [pairs,2] uint32: tile and item, by tile, then depth
     vk::BufferView normals;  ///< [V*N] quads of project_normals; one quad if not desc.normals
     vk::BufferView slots;    ///< [pairs] uint32: the pair's record; backward only

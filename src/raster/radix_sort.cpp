@@ -22,7 +22,7 @@ struct Plan {
     std::uint32_t group;
     std::uint32_t digit_bits;
     std::uint32_t passes;
-    std::uint32_t lanes;  ///< or workgroups: on GPUs, and on CPUs when entries are moved
+    std::uint32_t lanes;  ///< lanes, or workgroups: on GPUs, and on CPUs when entries are moved
     std::uint32_t least;  ///< lanes that take part even if there are few entries
     std::uint32_t chunk;  ///< entries per lane
     std::uint32_t groups;

@@ -41,8 +41,8 @@ struct RasterDesc {
     bool antialiased = false;  ///< opacity compensates for the dilation
     float near_plane = kNear3dgs;
     float far_plane = kFarGsplat;
-    bool extra = false;              ///< also depth and contributors
-    bool normals = false;            ///< also an image of normals
+    bool extra = false;              ///< draw depth and contributors, too
+    bool normals = false;            ///< draw an image of normals, too
     bool backward = false;           ///< keep the data of the backward pass
     bool original_gradient = false;  ///< 3dgs: the original's gradient with its three quirks
     bool grad_depth = false;         ///< the loss depends on the accumulated depth

@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint64_t kFirstPairsPerItem = 4;
 constexpr std::uint64_t kLeastCapacity = 4096;
 
-/// Of blending.
+/// Smallest workgroup of blending, in invocations.
 constexpr std::uint32_t kLeastWorkgroup = kTileSize * kTileSize;
 
 /// Passes of a call before its pairs are known. One pass if there are no views.

@@ -15,7 +15,7 @@ struct RasterStats {
     std::uint64_t culled = 0;       ///< all other (Gaussian, view)
     std::uint64_t pairs = 0;        ///< (tile, Gaussian, view)
     std::uint64_t longest = 0;      ///< longest list of a tile
-    std::uint64_t empty_tiles = 0;  ///< of all views
+    std::uint64_t empty_tiles = 0;  ///< empty tiles of all views
     std::uint64_t tiles = 0;
     std::uint64_t bytes = 0;   ///< device memory of the workspace
     std::uint32_t passes = 1;  ///< groups of tile rows
@@ -55,10 +55,10 @@ class Rasterizer {
     Status backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
                     const PackedGradients& gradients);
 
-    /// Whether the workspace holds the results of a forward call that succeeded.
+    /// True if the workspace holds the results of a forward call that succeeded.
     [[nodiscard]] bool drawn() const { return valid_; }
 
-    /// Whether recorded command lists may name these arrays. They name those of one scene.
+    /// True if recorded command lists may name these arrays. They name those of one scene.
     [[nodiscard]] bool names(const PackedGaussians& scene) const;
 
     /// Call before the scene's arrays are written: the results no longer count as drawn.
@@ -96,7 +96,7 @@ class Rasterizer {
 
     vk::Context& context_;
     RasterDesc desc_;  ///< capacities
-    RasterDesc now_;   ///< of the command lists
+    RasterDesc now_;   ///< what the command lists were recorded for
     Workspace space_;
     RasterStats stats_;
     std::uint32_t passes_ = 1;

@@ -12,7 +12,7 @@ struct TileBinDesc {
 };
 
 struct TileBinViews {
-    vk::BufferView splats;  ///< of project_forward
+    vk::BufferView splats;  ///< output of project_forward
     vk::BufferView counts;
     vk::BufferView footprints;
     vk::BufferView order;   ///< [V*N,2] uint32: depth, item; by depth
@@ -52,7 +52,7 @@ struct TileRanges {
     vk::BufferView stats;  ///< kStatWords uint32, in place
 };
 
-/// Whether the blending kernels use TileRanges::order: on CPU devices, if there are few tiles. One
+/// True if the blending kernels use TileRanges::order: on CPU devices, if there are few tiles. One
 /// tile may then outweigh many, and the time for ranking grows with the square of their number.
 bool tile_order_used(const vk::Recorder& recorder, const RasterDesc& desc, const Window& window);
 

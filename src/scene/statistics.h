@@ -6,7 +6,7 @@
 
 namespace splat::scene {
 
-/// Of the finite values of an attribute; all zero without any.
+/// The finite values of an attribute; all zero without any.
 struct Range {
     double min = 0;
     double max = 0;
@@ -18,16 +18,16 @@ struct Range {
 struct Statistics {
     std::uint64_t count = 0;
     std::uint32_t sh_degree = 0;
-    Box bounds;         ///< of the finite means; zero without any
+    Box bounds;         ///< bounds of the finite means; zero without any
     Vec3 center{};      ///< median of the finite means, axis by axis
-    double radius = 0;  ///< of the ball around the centre that holds 95 % of the finite means
+    double radius = 0;  ///< distance from the centre that holds 95 % of the finite means
     Range means;
     Range scales;                     ///< linear
     Range opacities;                  ///< 0 to 1
     Range colors;                     ///< 0.5 + kSh0 sh[0]
     Range bands;                      ///< coefficients above the constant one
     std::uint64_t non_finite = 0;     ///< values of all attributes
-    std::uint64_t bad_rotations = 0;  ///< of length 0, or not finite
+    std::uint64_t bad_rotations = 0;  ///< rotations of length 0, or not finite
     std::uint64_t degenerate = 0;     ///< Gaussians with a scale of 0 in float32 (or below 1e-12)
     std::uint64_t invisible = 0;      ///< Gaussians of opacity below 1/255, which are never drawn
 };

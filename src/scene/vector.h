@@ -43,7 +43,7 @@ constexpr double determinant(const Mat3& m) {
     return dot(m[0], cross(m[1], m[2]));
 }
 
-/// Of a matrix that is not singular.
+/// Inverse of a matrix that is not singular.
 constexpr Mat3 inverse(const Mat3& m) {
     const double scale = 1 / determinant(m);
     return transposed({scaled(cross(m[1], m[2]), scale), scaled(cross(m[2], m[0]), scale),

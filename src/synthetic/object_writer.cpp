@@ -27,7 +27,7 @@ constexpr double kSpiralTurns = 4;
 /// reference conditions on.
 constexpr double kSpiralFront = 64.0 / 251;
 constexpr std::uint32_t kShapeStream = 0;
-constexpr std::uint32_t kCameraStream = 1;  ///< and the following, one for each view
+constexpr std::uint32_t kCameraStream = 1;  ///< the first of one stream for each view
 
 std::string text_of(const double* values, std::size_t count) {
     std::string text;
@@ -242,7 +242,7 @@ Status write_object(const WriterDesc& desc, std::uint32_t index) {
     static std::atomic<unsigned> counter{0};
     TemporaryFolder temporary{
         folder / format(".%s.%d-%u.tmp", name.c_str(), static_cast<int>(::getpid()), counter++)};
-    fs::remove_all(temporary.path, code);  // of a killed process of the same number
+    fs::remove_all(temporary.path, code);  // left by a killed process of the same number
     SPLAT_TRY(write_views(desc, place, shape.solids, temporary.path));
     fs::rename(temporary.path, folder / name, code);
     if (!code) temporary.kept = true;

@@ -24,7 +24,7 @@ enum class Round { kNone, kCylinder, kEllipsoid };
 struct Solid {
     std::vector<Plane> planes;
     Round round = Round::kNone;
-    Vec3 center{};  ///< of the round part
+    Vec3 center{};  ///< centre of the round part
     Mat3 axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     Vec3 half{1, 1, 1};  ///< half length and radii along the axes
     Vec3 color{1, 1, 1};
@@ -33,12 +33,12 @@ struct Solid {
 
 struct Ray {
     Vec3 origin{};
-    Vec3 direction{};  ///< of any length > 0, the unit of distances
+    Vec3 direction{};  ///< any length > 0, the unit of distances
 };
 
 struct Hit {
     double distance = 0;
-    Vec3 normal{};  ///< of length 1, outwards
+    Vec3 normal{};  ///< unit vector, outwards
     int face = 0;   ///< equal on one smooth face of a solid
 };
 

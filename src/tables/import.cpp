@@ -21,7 +21,7 @@ namespace {
 /// Bytes of rows between two entries of the journal.
 constexpr std::uint64_t kJournalBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kMaxImageBytes = std::uint64_t{1} << 30;
-/// Of an image as a file, besides twice the bytes of its samples: 16 bits without compression, and a header.
+/// Bytes of an image file besides twice those of its samples: 16 bits without compression, and a header.
 constexpr std::uint64_t kFileBytesBesides = std::uint64_t{16} << 10;
 
 /// S of an image of `bytes` bytes, 0 if there is none.

@@ -15,7 +15,7 @@ struct ImportDesc {
     std::string path;             ///< folder of the tables, see find_tables()
     std::string split;            ///< "train", "val" or "test"
     std::string store;            ///< folder of the store of this split
-    std::string library;          ///< as duckdb_library() takes it
+    std::string library;          ///< see duckdb_library()
     bool replace = false;         ///< another store in the folder is removed
     Part part = {};               ///< the rows of each file that are copied
     bool* lacks_split = nullptr;  ///< not null: true if the error is that the tables lack the split

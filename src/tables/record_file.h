@@ -13,9 +13,9 @@ namespace splat::tables {
 
 /// Records of equal length, `<name>.npy` of shape [records, ...], and the CRC-32 of each, `<name>_crc.npy`.
 struct RecordShape {
-    std::string dtype;                 ///< of numbers: "|u1"; of text: "|S512"
+    std::string dtype;                 ///< "|u1" for numbers, "|S512" for text
     std::vector<std::uint64_t> shape;  ///< [records, ...]
-    std::uint64_t bytes = 0;           ///< of a record
+    std::uint64_t bytes = 0;           ///< bytes per record
 };
 
 /// Writes records in any order.
@@ -45,7 +45,7 @@ class RecordWriter {
 
     std::string path_, crc_path_;
     std::uint64_t bytes_;
-    std::uint64_t start_ = 0, crc_start_ = 0;  ///< of the records in the files
+    std::uint64_t start_ = 0, crc_start_ = 0;  ///< bytes of the files where the records start
     int file_ = -1, crcs_ = -1;
 };
 

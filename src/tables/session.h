@@ -28,7 +28,7 @@ class Rows {
     Result<std::size_t> next();
 
     [[nodiscard]] bool is_null(std::size_t column, std::size_t row) const;
-    [[nodiscard]] std::int64_t integer(std::size_t column, std::size_t row) const;   ///< of BIGINT
+    [[nodiscard]] std::int64_t integer(std::size_t column, std::size_t row) const;   ///< BIGINT
     [[nodiscard]] std::string_view text(std::size_t column, std::size_t row) const;  ///< or blob
 
     /// A column of the result, also before the first piece.

@@ -7,7 +7,7 @@
 namespace splat::tables {
 namespace {
 
-/// Of one call of the function.
+/// Most rows of one call of the function.
 constexpr std::size_t kMaxCallRows = 2048;
 constexpr std::size_t kMaxCallBytes = std::size_t{8} << 20;
 
@@ -21,7 +21,7 @@ struct RowSource {
     std::vector<Cell> cells = std::vector<Cell>(columns.size());
 };
 
-/// That of this thread's write_parquet(): DuckDB has one thread, the caller's, and its callbacks get no pointer
+/// Rows of this thread's write_parquet(): DuckDB has one thread, the caller's, and its callbacks get no pointer
 /// without calling the library.
 thread_local RowSource* writing = nullptr;
 

@@ -31,9 +31,9 @@ struct StoreIndex {
     std::string split;
     std::string source;            ///< equal texts, equal contents
     std::uint32_t resolution = 0;  ///< S
-    std::vector<Table> maps;       ///< of images, rgb first
+    std::vector<Table> maps;       ///< kinds of images, rgb first
     std::vector<StoreObject> objects;
-    std::vector<std::int64_t> frames;  ///< of each row
+    std::vector<std::int64_t> frames;  ///< frame number of each row
 
     [[nodiscard]] std::uint64_t image_bytes(Table map) const {
         return std::uint64_t{kind_of(map).channels} * resolution * resolution;
@@ -42,7 +42,7 @@ struct StoreIndex {
 
 inline constexpr std::size_t kMaxPoseBytes = 512;
 inline constexpr std::size_t kMaxIntrinsicsBytes = 512;
-/// Of a store: the numbers of its rows lie in memory.
+/// Most rows of a store; their frame numbers are kept in memory.
 inline constexpr std::uint64_t kMaxRows = std::uint64_t{1} << 23;
 
 Result<bool> is_store(const std::string& folder);

@@ -13,7 +13,7 @@ Result<std::string> store_text(const StoreIndex& index);
 /// The same read back; frames are as many zeros as there are rows. Errors: kFormat, kUnsupported.
 Result<StoreIndex> read_store_text(const std::string& folder);
 
-/// Whether store.json is that of a store, of any version and perhaps damaged, and not another program's.
+/// True if store.json is that of a store, of any version and perhaps damaged, and not another program's.
 bool is_store_text(const std::string& folder);
 
 RecordShape frame_shape(std::uint64_t rows);

@@ -29,7 +29,7 @@ Result<bool> is_tables(const std::string& folder);
 ///          without the split that others have; kInvalidArgument for the tables of several data sets
 Result<std::vector<TableFiles>> find_tables(const std::string& folder, const std::string& split);
 
-/// Of all files together.
+/// Bytes of all files together.
 std::uint64_t bytes_of(const std::vector<TableFiles>& tables);
 
 /// Names, sizes and times of the files: equal texts, equal tables.

@@ -32,7 +32,7 @@ class TableKeys {
     [[nodiscard]] std::string name_of(std::uint64_t key) const;
 
     std::vector<StoreObject> objects_;
-    std::map<std::string, std::uint32_t, std::less<>> numbers_;  ///< of the objects
+    std::map<std::string, std::uint32_t, std::less<>> numbers_;  ///< numbers of the objects
     std::vector<std::uint64_t> keys_;  ///< object * 2^32 + frame, ascending
 };
 

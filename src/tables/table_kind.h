@@ -10,14 +10,14 @@ inline constexpr Table kTables[] = {Table::kIntrinsics, Table::kPoses,  Table::k
                                     Table::kDepth,      Table::kNormal, Table::kMask};
 
 struct TableKind {
-    const char* name;        ///< of its folder, and the end of its file's name
-    const char* column;      ///< of the values
-    const char* map;         ///< of its images in SRN's folders and in a store; null: text
-    std::uint32_t channels;  ///< of an image: uint8 [channels,S,S]
+    const char* name;        ///< name of the folder, and the end of the file's name
+    const char* column;      ///< column of the values
+    const char* map;         ///< name of the images in SRN's folders and in a store; null: text
+    std::uint32_t channels;  ///< channels of an image: uint8 [channels,S,S]
     bool required;
 };
 
-/// As the published tables have them.
+/// The kinds of the published tables.
 constexpr TableKind kind_of(Table table) {
     constexpr TableKind kKinds[] = {{"intrins", "intrinsics", nullptr, 0, true},
                                     {"poses", "pose", nullptr, 0, true},

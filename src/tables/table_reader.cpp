@@ -13,11 +13,11 @@ using duckdb::Type;
 /// DuckDB reads as many rows at once where a row group holds them. Where memory is too small for that, shorter
 /// ranges of rows may fit.
 constexpr std::uint64_t kPieceRows = 2048;
-/// Of the values of a piece, which DuckDB copies beyond its limit of memory: a dictionary of one long value unpacks to
+/// Bytes of a piece's values, which DuckDB copies beyond its limit of memory: a dictionary of one long value unpacks to
 /// as many of them as there are rows.
 constexpr std::uint64_t kPieceBytes = std::uint64_t{256} << 20;
 constexpr std::int64_t kMaxFrame = 0x7FFFFFFF;
-constexpr std::size_t kMaxFrameBytes = 64;  ///< of its text, with zeros before it
+constexpr std::size_t kMaxFrameBytes = 64;  ///< most bytes of a frame's text, with zeros before it
 constexpr std::size_t kMaxUuidBytes = 255;  ///< the name of a folder, when it is exported
 
 constexpr const char* kNoValue = "''";

@@ -13,9 +13,9 @@ namespace splat::tables {
 
 /// A row of a table. Texts are valid during the call that gives it.
 struct TableRow {
-    std::uint64_t number = 0;  ///< in its file, from 0
+    std::uint64_t number = 0;  ///< row in the file, from 0
     std::string_view uuid;
-    std::int64_t frame = 0;  ///< of tables with frames
+    std::int64_t frame = 0;  ///< only in tables with frames
     std::string_view value;  ///< text, or an image: raw, or encoded as a file
 };
 
@@ -39,7 +39,7 @@ class TableReader {
     /// file with fewer rows than it says.
     Status keys(std::size_t file, const Take& take) const;
 
-    /// Of a file, in all its splits.
+    /// Rows of a file, in all its splits.
     [[nodiscard]] std::uint64_t rows(std::size_t file) const { return columns_[file].rows; }
 
     /// Rows of a file from number `first` to before `last`, with their values. Errors: as keys(); kFormat for a value
@@ -55,7 +55,7 @@ class TableReader {
     struct Columns {
         std::string value, name;
         bool encoded = false;
-        std::uint64_t rows = 0;  ///< of the file, of all splits
+        std::uint64_t rows = 0;  ///< rows of the file, of all splits
     };
 
     TableReader(Session& session, TableFiles table, std::string split)
@@ -73,7 +73,7 @@ class TableReader {
     Session* session_;
     TableFiles table_;
     std::string split_;
-    std::vector<Columns> columns_;  ///< of each file
+    std::vector<Columns> columns_;  ///< columns of each file
 };
 
 }  // namespace splat::tables

@@ -155,7 +155,7 @@ void Prefetch::run() {
         Result<Batch> made = Status(Code::kOutOfHostMemory, "no memory for a batch");
         try {
             made = source_.make(n);
-        } catch (const std::exception&) {  // of an allocation: the result stays
+        } catch (const std::exception&) {  // an allocation failed: the result stays
         }
         lock.lock();
         if (generation != generation_) continue;

@@ -77,7 +77,7 @@ class Prefetch {
     BatchSource source_;
     std::size_t ahead_;
     const std::uint32_t forks_ = fork_generation();
-    std::mutex mutex_;  ///< of the members below
+    std::mutex mutex_;  ///< guards the members below
     std::condition_variable changed_;
     std::deque<Result<Batch>> ready_;  ///< from number `next_` on; an error is the last
     std::uint64_t next_ = 0;           ///< number of the next batch to give

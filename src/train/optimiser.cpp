@@ -61,7 +61,7 @@ Result<Optimiser> Optimiser::create(vk::Context& context, OptimiserDesc desc) {
 }
 
 void Optimiser::make_runs() {
-    std::size_t block = 0;  // of the last run
+    std::size_t block = 0;  // block of the last run
     for (const OptimiserParameter& parameter : desc_.parameters) {
         const bool joins = !runs_.empty() && parameter.block != 0 && parameter.block == block &&
                            runs_.back().rule == parameter.rule;

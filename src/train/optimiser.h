@@ -19,7 +19,7 @@ struct GradientStats {
 
 /// Adam's numbers for a group of parameters.
 struct OptimiserRule {
-    double rate_factor = 1;  ///< of the step's rate
+    double rate_factor = 1;  ///< multiplies the step's rate
     std::array<double, 2> betas = {0.9, 0.999};
     double eps = 1e-15;
 };
@@ -93,7 +93,7 @@ class Optimiser {
     struct Run {
         vk::BufferView values, grads;
         std::size_t rule = 0;
-        std::uint64_t elements = 0;  ///< of the gradients to measure
+        std::uint64_t elements = 0;  ///< gradients to measure
         vk::Buffer m, v, average, partial;
         std::size_t adam = 0, ema = 0;  ///< dispatches of the lists
     };

@@ -15,7 +15,7 @@ struct OptimiserGroup {
     double eps = 0;
 };
 
-/// Whether a name has the pattern, in which '*' stands for any text and '?' for one character.
+/// True if a name has the pattern, in which '*' stands for any text and '?' for one character.
 bool matches_pattern(std::string_view pattern, std::string_view name);
 
 /// Make the rules of `desc`: `base`, and one for each group. The first group that matches a parameter's name

@@ -59,7 +59,7 @@ Status RenderLoss::allocate() {
                                                          "loss of rendered images"));
         return context_->fill(buffer.range(), 0);
     };
-    SPLAT_TRY(make(rgb_, dims.bytes()));  // its fourth channel stays zero
+    SPLAT_TRY(make(rgb_, dims.bytes()));  // the fourth channel stays zero
     SPLAT_TRY(make(targets_, dims.bytes()));
     SPLAT_TRY(make(partial_, ops::loss_partial_bytes(dims)));
     SPLAT_TRY(make(losses_, kLosses * kScalarBytes));

@@ -18,14 +18,14 @@ struct RenderLossDesc {
     bool edge_weights = false;  ///< the caller fills RenderLoss::edge_weights() before each run
     /// Weights of LPIPS, see model::LpipsNet; only create() reads them. Empty: no LPIPS.
     std::span<const io::NamedTensors* const> lpips;
-    model::Precision precision = model::Precision::kBalanced;  ///< of the LPIPS network
+    model::Precision precision = model::Precision::kBalanced;  ///< precision of the LPIPS network
 };
 
 /// Terms of a loss: means over views, pixels and channels.
 struct LossTerms {
     double total = 0;
     double squared = 0;  ///< mean squared difference, for any loss
-    double pixel = 0;    ///< of the kind in use, L1 or L2
+    double pixel = 0;    ///< the loss in use, L1 or L2
     double ssim = 0;     ///< structural similarity; 0 without weight
     double edge = 0;     ///< difference of edges; 0 without weight
     double lpips = 0;    ///< 0 without weight
@@ -72,7 +72,7 @@ class RenderLoss {
     vk::Buffer weights_;  ///< factors of the pixel loss, of SSIM and of edges
     vk::Buffer slopes_, rows_;
     vk::Buffer edge_slopes_, edge_weights_;
-    vk::Buffer grad_term_;  ///< of SSIM, then of edges
+    vk::Buffer grad_term_;  ///< gradient of SSIM, then of edges
     std::unique_ptr<model::LpipsNet> lpips_;
     vk::Buffer grad_lpips_;
     vk::CommandList list_, to_lpips_, from_lpips_;

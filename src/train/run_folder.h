@@ -52,7 +52,7 @@ class RunFolder {
 
     Status log(const std::string& line) const;                      ///< the whole line or nothing
     Status metric(const std::string& json) const;                   ///< the whole line or nothing
-    Status write(const char* name, const std::string& text) const;  ///< as a whole or not at all
+    Status write(const char* name, const std::string& text) const;  ///< the whole text or nothing
 
     /// Saved states, the latest first. Errors: kIo if their folder cannot be listed.
     [[nodiscard]] Result<std::vector<std::filesystem::path>> states() const;

@@ -61,7 +61,7 @@ void add_device(JsonWriter& json, const vk::Device& device) {
     json.end();
 }
 
-/// Of what steps depend on: names and numbers of views of the objects in order, and the size of images; not of the
+/// Hash of what steps depend on: names and numbers of views of the objects in order, and the size of images; not of the
 /// place or the format of the data.
 std::string hash_of(const data::DatasetIndex& index) {
     Hash hash;
@@ -103,7 +103,7 @@ void add_start(JsonWriter& json, const Start& start) {
     json.end().end();
 }
 
-/// Of a text or a whole number; else empty.
+/// The text or whole number of a value; else empty.
 std::string text_of(const JsonTree& value) {
     if (value.text() != nullptr) return *value.text();
     return value.count() ? std::to_string(*value.count()) : "";

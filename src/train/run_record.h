@@ -16,9 +16,9 @@ struct RunFigures {
     std::string folder;
     std::uint64_t step = 0, iterations = 0;
     std::uint64_t skipped = 0;  ///< attempts that updated nothing
-    double loss = 0;            ///< of the latest step
+    double loss = 0;            ///< loss of the latest step
     double validation_psnr = NAN, best_validation_psnr = 0;
-    std::uint64_t peak_bytes = 0;   ///< of device memory
+    std::uint64_t peak_bytes = 0;   ///< most device memory so far
     std::optional<TrainStep> last;  ///< the latest attempt of this process
 };
 
@@ -31,7 +31,7 @@ struct Start {
 /// The objects of a run's surroundings, for its record.
 struct RunSurroundings {
     const char* state = "";
-    std::string library;  ///< its version
+    std::string library;  ///< version of the library
     const vk::Device* device = nullptr;
     const data::Dataset* dataset = nullptr;
     std::uint64_t seed = 0, parameters = 0, trainable = 0;

@@ -8,8 +8,8 @@ namespace splat::train {
 /// The scales s outside the range that CO3D's terms hold: how many, and what these terms take the means of.
 struct ScaleOutliers {
     std::uint64_t large = 0, small = 0;
-    double large_sum = 0;  ///< of s
-    double small_sum = 0;  ///< of -ln s
+    double large_sum = 0;  ///< sum of s
+    double small_sum = 0;  ///< sum of -ln s
 
     [[nodiscard]] bool any() const { return large + small > 0; }
     void add(std::span<const float> scales);

@@ -11,7 +11,7 @@ namespace splat::train {
 struct ScheduledStep {
     std::uint64_t step = 0;     ///< updates done
     std::uint64_t skipped = 0;  ///< calls that updated nothing
-    double rate = 0;            ///< of this update; of the next one if it was skipped
+    double rate = 0;            ///< rate of this update; of the next one if it was skipped
     GradientStats gradients;
     bool was_skipped = false;
 };
@@ -30,7 +30,7 @@ class ScheduledOptimiser {
     void set_rate(double rate) { schedule_.learning_rate = rate; }
 
     [[nodiscard]] std::uint64_t skipped() const { return skipped_; }
-    /// Of the next update.
+    /// Rate of the next update.
     [[nodiscard]] double rate() const { return schedule_.rate(optimiser_.steps() + 1); }
     [[nodiscard]] Optimiser& optimiser() { return optimiser_; }
 

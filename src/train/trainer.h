@@ -37,7 +37,7 @@ struct TrainStep {
     std::uint64_t visible = 0;     ///< (Gaussian, target) that reach a tile
     std::uint64_t culled = 0;      ///< (Gaussian, target) that do not
     std::uint64_t non_finite = 0;  ///< numbers that the network gave which are NaN or infinite
-    bool gradients_zero = false;   ///< those of all parameters, to the last bit
+    bool gradients_zero = false;   ///< gradients of all parameters are zero, to the last bit
     double rate = 0;               ///< learning rate of this update, or of the one that was skipped
     double network_seconds = 0, render_seconds = 0, update_seconds = 0;
 };
@@ -92,7 +92,7 @@ class Trainer {
     Status check(const TrainBatch& batch) const;
     /// CO3D's terms of scales in a step.
     struct ScaleTerms {
-        ScaleOutliers outliers;  ///< of the passes so far
+        ScaleOutliers outliers;  ///< outliers of the passes so far
         std::vector<std::uint32_t>
             waiting;  ///< first objects of passes that need those of later ones
     };
@@ -123,9 +123,9 @@ class Trainer {
     raster::PackedBuffers scene_, grad_scene_;
     vk::Buffer grad_image_, grad_depth_;
     std::vector<vk::CommandList> pack_, unpack_;  ///< one per object of a pass
-    std::atomic<std::uint64_t> steps_ = 0;        ///< those of optimiser_
+    std::atomic<std::uint64_t> steps_ = 0;        ///< steps of optimiser_
     std::atomic<std::uint64_t> attempts_ = 0;
-    mutable std::mutex last_mutex_;  ///< of last_
+    mutable std::mutex last_mutex_;  ///< guards last_
     std::optional<TrainStep> last_;
 };
 

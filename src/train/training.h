@@ -43,23 +43,23 @@ enum class EventKind {
 /// What a call of Training::next() did.
 struct Event {
     EventKind kind = EventKind::kMessage;
-    std::string text;  ///< that was written to log.txt; or empty
+    std::string text;  ///< text that was written to log.txt; or empty
     bool warning = false;
     std::uint64_t step = 0, attempts = 0, iterations = 0, skipped = 0;
     std::uint64_t peak_bytes = 0;
 
-    TrainStep result;  ///< of a step
+    TrainStep result;  ///< result of a step
     bool logged = false;
     double psnr = 0;
     double averaged_loss = NAN;  ///< over the latest steps; NaN before one of this session
     double seconds = 0, steps_per_second = 0;
 
-    std::uint32_t object = 0, objects = 0;  ///< of a validation
-    eval::ObjectScores scores;              ///< of the object
-    std::vector<float> images, truths;      ///< of the object, [n,3,R,R], input views first
+    std::uint32_t object = 0, objects = 0;  ///< in a validation
+    eval::ObjectScores scores;              ///< scores of the object
+    std::vector<float> images, truths;      ///< images of the object, [n,3,R,R], input views first
     std::uint32_t inputs = 0;               ///< how many of them are input views
     eval::Scores novel, conditioning;       ///< means over the objects
-    double best_psnr = 0;                   ///< of validations of as many objects and views
+    double best_psnr = 0;                   ///< best validation with as many objects and views
 };
 
 /// A training with its folder, from its first step or the latest state to its end, one piece of work per
@@ -102,7 +102,7 @@ class Training {
     /// What a piece of work did, with lines that are still to be written.
     struct Untold {
         Event event;
-        std::string metric;  ///< of metrics.jsonl; event.text is that of log.txt
+        std::string metric;  ///< line of metrics.jsonl; event.text is that of log.txt
     };
 
     /// What needs the context's mutex to be destroyed.
@@ -164,9 +164,9 @@ class Training {
     std::unique_ptr<predict::Network> network_;  ///< for validation; made when first needed
     PrefetchPointer batches_;
     std::deque<std::pair<std::string, bool>>
-        messages_;                                   ///< of open(), and whether each is a warning
+        messages_;  ///< messages of open(), and whether each is a warning
     std::vector<std::filesystem::path> unreadable_;  ///< states
-    std::string error_;                              ///< of the latest next(), as in run.json
+    std::string error_;                              ///< error of the latest next(), as in run.json
     std::optional<Validation> validating_;
     std::optional<Untold> untold_;  ///< more than a moment only after an error
     std::optional<EventKind> ended_;

@@ -94,8 +94,8 @@ struct Command {
     std::uint32_t fill_word = 0;
     VkDescriptorSet set = VK_NULL_HANDLE;
     Work work;
-    std::size_t dispatch = 0;  ///< which call of Recorder::dispatch
-    std::uint32_t part = 0;    ///< of a split dispatch; parts do not conflict with each other
+    std::size_t dispatch = 0;  ///< number of the call of Recorder::dispatch
+    std::uint32_t part = 0;    ///< part of a split dispatch; parts do not conflict with each other
 };
 
 inline bool is_barrier(const Command& command) {

@@ -269,7 +269,7 @@ void CommandList::Objects::encode(VkCommandBuffer to, const Command& command) {
 
 void CommandList::Objects::deal(const CommandSpan& span, double milliseconds,
                                 std::vector<double>& command_ms) const {
-    constexpr double kLeastSeconds = 1e-6;  // of a dispatch that does next to nothing
+    constexpr double kLeastSeconds = 1e-6;  // a dispatch that does next to nothing
     double sum = 0;
     for (std::size_t i = span.first; i < span.last; ++i) {
         command_ms[i] =

@@ -11,7 +11,7 @@ namespace splat::vk {
 
 /// The Vulkan objects of one command list; private to command_list.cpp and submit.cpp.
 struct CommandList::Objects {
-    using Segment = CommandSpan;  ///< of one submit
+    using Segment = CommandSpan;  ///< commands of one submit
 
     Objects() = default;
     ~Objects();
@@ -37,10 +37,10 @@ struct CommandList::Objects {
     VkDescriptorPool descriptors = VK_NULL_HANDLE;
     VkCommandPool command_pool = VK_NULL_HANDLE;
     std::vector<VkCommandBuffer> buffers;  ///< one per segment
-    /// Of segments by turns, so that one runs and one waits in the queue; a single segment has one.
+    /// Segments take turns, so that one runs and one waits in the queue; a single segment needs one.
     std::array<VkFence, 2> fences{};
     std::size_t submitted = 0;             ///< segments of the latest run
-    std::size_t ended = 0;                 ///< those that are known to have ended
+    std::size_t ended = 0;                 ///< segments that are known to have ended
     VkQueryPool queries = VK_NULL_HANDLE;  ///< begin and end of every span; null without profile
     std::vector<CommandSpan> spans;        ///< timed ones
     bool encoded = false;

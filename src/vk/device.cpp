@@ -69,11 +69,11 @@ Kernels best_kernels(const DeviceInfo& info) {
         limits.shared_memory_bytes < kFastSharedBytes ||
         limits.max_group_invocations < kFastInvocations)
         return Kernels::kPlain;
-    // Those for CPU devices store floats as 64-bit integers (shaders/include/store.glsl).
+    // Kernels for CPU devices store floats as 64-bit integers (shaders/include/store.glsl).
     return info.kind == DeviceKind::kCpu && info.features.int64 ? Kernels::kCpu : Kernels::kGpu;
 }
 
-/// Whether this machine's CPU, which is also a CPU device, has 32 vector registers.
+/// True if this machine's CPU, which is also a CPU device, has 32 vector registers.
 bool host_has_many_registers() {
 #if defined(__GNUC__) && defined(__x86_64__)
     return __builtin_cpu_supports("avx512vl") != 0;

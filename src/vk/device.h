@@ -22,7 +22,7 @@ const char* device_kind_name(DeviceKind kind);
 /// What the device allows. The rest of the code asks these fields, never the vendor.
 struct DeviceLimits {
     std::uint64_t max_storage_buffer_bytes = 0;  ///< one binding
-    std::uint32_t max_storage_buffers = 0;       ///< of one shader
+    std::uint32_t max_storage_buffers = 0;       ///< bindings of one shader
     std::uint64_t max_texel_elements = 0;        ///< one texel-buffer binding
     std::uint64_t max_allocation_bytes = 0;
     std::uint64_t heap_bytes = 0;  ///< largest device-local heap

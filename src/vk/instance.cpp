@@ -25,7 +25,7 @@ void forget_instances() {
     for (std::weak_ptr<Instance>& instance : g_instances) instance.reset();
 }
 
-/// Of g_instances and g_opened_by. Never destroyed: devices may live until the end of the process.
+/// Guards g_instances and g_opened_by. Never destroyed: devices may live until the end of the process.
 ForkMutex& instances_mutex() {
     static ForkMutex* const mutex = [] {
         at_fork_in_child(forget_instances);

@@ -76,7 +76,7 @@ class Memory {
     /// Host address of a view, or nullptr if its memory is not mapped.
     static std::byte* host(const BufferView& view);
 
-    /// Whether the host and the device see one another's writes there without flush() and
+    /// True if the host and the device see one another's writes there without flush() and
     /// invalidate().
     static bool coherent(const BufferView& view) { return view.block->coherent; }
 
@@ -112,7 +112,7 @@ class Memory {
     MemoryDesc desc_;
     std::uint64_t alignment_;
     std::uint64_t guard_bytes_;
-    mutable std::mutex use_mutex_;  ///< of use_, held while numbers change
+    mutable std::mutex use_mutex_;  ///< guards use_, held while numbers change
     MemoryUse use_;
     std::vector<std::unique_ptr<Block>> blocks_;
     bool defer_ = false;

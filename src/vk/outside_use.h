@@ -12,15 +12,15 @@ namespace splat::vk {
 /// How others use device memory that an object owns and shares with them.
 class OutsideUse {
   public:
-    std::atomic<std::uint64_t> writes{0};  ///< so far
+    std::atomic<std::uint64_t> writes{0};  ///< writes so far
     /// Tensors whose pointer was given away: writes through it go unnoticed.
     std::atomic<std::uint32_t> exposed{0};
 
     void map(const BufferView& view);
     void unmap(const BufferView& view);
-    /// Whether any of the memory is mapped.
+    /// True if any range is mapped.
     [[nodiscard]] bool mapped() const;
-    /// Whether any of `view` is.
+    /// True if a mapped range overlaps `view`.
     [[nodiscard]] bool mapped(const BufferView& view) const;
 
   private:

@@ -108,7 +108,7 @@ bool write_pipeline_cache(const std::string& path, const DeviceInfo& info,
     const File file{::mkostemp(part.data(), O_CLOEXEC)};
     if (file.descriptor < 0) return false;
     static_cast<void>(::fchmod(file.descriptor, 0644));  // others may share the folder
-    struct Cleanup {  // also when memory runs out; after the rename there is nothing to remove
+    struct Cleanup {  // acts if memory runs out, too; after the rename there is nothing to remove
         const std::string& name;
         ~Cleanup() { std::remove(name.c_str()); }
     } const cleanup{part};

@@ -68,7 +68,7 @@ class PipelineCompiler {
     VkPipelineCache cache_;
     mutable std::mutex mutex_;
     std::condition_variable changed_;  ///< a job is done
-    CompileJob* first_ = nullptr;      ///< of the queue
+    CompileJob* first_ = nullptr;      ///< first job of the queue
     CompileJob* last_ = nullptr;
     std::size_t compiled_ = 0;
     bool stop_ = false;

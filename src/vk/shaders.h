@@ -11,7 +11,7 @@ namespace splat::vk {
 struct ShaderModule {
     const char* name;  ///< "group_norm_forward_cpu": stem and variant
     std::span<const std::uint32_t> words;
-    const char* sha256;  ///< of the words
+    const char* sha256;  ///< hash of the words
 };
 
 std::span<const ShaderModule> shader_modules();

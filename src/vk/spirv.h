@@ -32,7 +32,7 @@ struct ShaderBinding {
 struct ShaderInterface {
     std::vector<ShaderBinding> bindings;  ///< ascending and without gaps
     std::uint32_t push_bytes = 0;
-    bool uses_num_workgroups = false;  ///< such a shader cannot be split over several dispatches
+    bool uses_num_workgroups = false;  ///< the shader cannot be split over several dispatches
     bool uses_float_atomics = false;
 };
 

@@ -26,8 +26,8 @@ std::vector<CommandSpan> timed_spans(const std::vector<Command>& commands,
 /// What one run of a command list did.
 struct ListTotals {
     std::uint64_t submits = 0;
-    std::uint64_t dispatches = 0;  ///< each part of a split one
-    std::uint64_t copies = 0;      ///< and fills
+    std::uint64_t dispatches = 0;  ///< counts each part of a split one
+    std::uint64_t copies = 0;      ///< copies and fills
     std::uint64_t barriers = 0;
     std::uint64_t gaps = 0;  ///< between commands, or levels of them, that were timed
     double idle_ms = 0;      ///< in the gaps
@@ -55,7 +55,7 @@ class Profile {
         std::uint64_t count = 0;
         double total_ms = 0;
         double min_ms = 0;
-        Work work;  ///< of all dispatches
+        Work work;  ///< work of all dispatches
     };
     struct Row {
         const std::pair<std::string, std::string>* key;

@@ -264,7 +264,7 @@ TEST(ApiRasterizer, CountsWhatIsDrawnAndWhatIsNot) {
     change(tensors.rotations, 12, kNan);
     change(tensors.opacities, 4, kInfinite);
     change(tensors.sh, 5 * 4 * 3, kNan);
-    change(tensors.scales, 18, 1e30F);  // its square is infinite
+    change(tensors.scales, 18, 1e30F);  // the square is infinite
     EXPECT_EQ(draw().non_finite, 6U);
     EXPECT_EQ(draw().culled, whole.culled + 1);
     EXPECT_EQ(draw().visible, whole.visible - 7);

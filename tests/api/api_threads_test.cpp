@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kThreads = 8;
-constexpr int kRounds = 20;  // of about 25 calls each
+constexpr int kRounds = 20;  // rounds of about 25 calls each
 
 /// What one thread owns on the shared device.
 struct Work {

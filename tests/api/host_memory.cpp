@@ -94,7 +94,7 @@ std::uint64_t g_seen = 0;  // these four belong to the watching thread
 std::uint64_t g_failed = 0;
 thread_local bool t_watching = false;
 
-/// Whether the library called operator new. `caller` is its return address.
+/// True if the library called operator new. `caller` is its return address.
 bool from_library(void* caller) {
     if (g_program.holds(caller)) return true;
     if (!g_standard_library.holds(caller)) return false;

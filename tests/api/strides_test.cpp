@@ -30,7 +30,7 @@ std::size_t place(const Layout& layout, std::size_t i) {
 }
 
 const Layout kDistinct[] = {
-    {{4, 5}, {5, 1}, 20},         // as without strides
+    {{4, 5}, {5, 1}, 20},         // the default
     {{4, 5}, {1, 4}, 20},         // transposed
     {{2, 3, 4}, {1, 2, 6}, 24},   // fully reversed
     {{2, 3, 4}, {12, 1, 3}, 24},  // NHWC of one kind

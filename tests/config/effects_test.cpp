@@ -135,7 +135,7 @@ TEST(ConfigEffects, VectorsWithoutTheirFileAreRefused) {
                  Code::kInvalidArgument, "'data.tokens_file' is empty");
 }
 
-/// Of a trainer, whose batches bring them.
+/// A trainer's batches bring them.
 TEST(ConfigEffects, VectorsOfTheCallerNeedNoFile) {
     const Config config = yaml("model: {token_dim: 2, tokens: 3}");
     EXPECT_ERROR(config::training_warnings(config).status(), Code::kInvalidArgument,

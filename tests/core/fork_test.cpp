@@ -62,7 +62,7 @@ TEST(Fork, ChildFindsMutexesFreeAndDataWhole) {
     });
     for (int round = 0; round < 20; ++round)
         EXPECT_EQ(in_child([&] {
-                      alarm(60);  // of a child that waits for a thread that is not there
+                      alarm(60);  // ends a child that waits for a thread that is not there
                       const std::lock_guard lock(guarded.mutex);
                       return guarded.a == guarded.b ? 0 : 1;
                   }),

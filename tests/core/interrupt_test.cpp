@@ -13,7 +13,7 @@ constexpr const char* kOther = "other";
 
 TEST(Interrupt, IsFoundByKeyAndKind) {
     Interrupt one, two;
-    const std::uint64_t ones = one.count(), twos = two.count();  // of those before, too
+    const std::uint64_t ones = one.count(), twos = two.count();  // counts those before, too
     one.name(0x1000, kKind);
     two.name(0x1010, kKind);
     EXPECT_TRUE(Interrupt::raise(0x1010, kKind));

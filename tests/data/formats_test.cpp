@@ -294,7 +294,7 @@ class GoldenNetFormats : public testing::Test {
             for (std::size_t i = 0; i < distances.size(); ++i)
                 EXPECT_NEAR(static_cast<double>(found.distances[i]),
                             static_cast<double>(distances[i]), 1e-5);
-            for (std::size_t i = 0; i < focals.size(); ++i)  // of 128 pixels; here there are 8
+            for (std::size_t i = 0; i < focals.size(); ++i)  // for 128 pixels; here there are 8
                 EXPECT_NEAR(static_cast<double>(found.focals[i]),
                             static_cast<double>(focals[i]) / 16, 1e-5);
         });

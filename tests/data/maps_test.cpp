@@ -309,7 +309,7 @@ TEST(Maps, MayHavePluralFoldersAndWholeNames) {
     put_maps(scene, {"a", "b"});
     for (const char* kind : {"depth", "normal", "mask"})
         fs::rename(scene / kind, scene / (std::string(kind) + "s"));
-    fs::rename(scene / "masks/a.png", scene / "masks/a.png.png");  // as COLMAP's
+    fs::rename(scene / "masks/a.png", scene / "masks/a.png.png");  // COLMAP names them so
     expect_maps(folder.path());
 }
 

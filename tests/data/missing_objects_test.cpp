@@ -95,7 +95,7 @@ struct Case {
     const char* split;
     const char* objects;
     std::vector<const char*> parts;
-    const char* only_part;  ///< that still makes it an object; nullptr: none
+    const char* only_part;  ///< part that still makes it an object; nullptr: none
 };
 
 const std::vector<Case>& cases() {

@@ -112,7 +112,7 @@ TEST_F(PhotographRules, FloodsFromTheBorder) {
     expect_in_the_middle(screenshot.value());
 }
 
-/// Of a square of 20 pixels in the middle of 60, white inside where it opens to one side.
+/// A square of 20 pixels in the middle of 60, white inside where it opens to one side.
 TEST_F(PhotographRules, FloodsIntoPocketsOfAllSides) {
     for (const int side : {0, 1, 2, 3}) {
         io::Image image;

@@ -44,7 +44,7 @@ std::unique_ptr<data::Dataset> open_data(const data::DatasetDesc& desc);
 std::unique_ptr<data::Dataset> open_data(const std::filesystem::path& path,
                                          const std::string& split = "train");
 
-/// Of opening a data set and reading its first two images.
+/// Status of opening a data set and reading its first two images.
 Status data_status(const data::DatasetDesc& desc);
 Status data_status(const std::filesystem::path& path, const std::string& split = "train");
 

@@ -21,7 +21,7 @@ std::string number_text(double value) {
 TEST(JsonNumber, IsTheShortestThatParsesToTheSame) {
     EXPECT_EQ(number_text(1), "1.0");
     EXPECT_EQ(number_text(0.00001), "1e-05");
-    // As the JSON library writes it, which files had before.
+    // The JSON library writes it this way, and files had it before.
     for (const double value : {0.0, -0.1, 0.0001, 0.000999, 1e5, 123456789.0, 9.9e14, 1e15, 1e20,
                                19.934567890123456, 1.0 / 3, 2.5e-300})
         EXPECT_EQ(number_text(value), Json(value).dump());

@@ -23,7 +23,7 @@ scene::Gaussians gaussians(std::size_t count) {
 TEST(Ledger, CountsEachGaussianOnce) {
     scene::Gaussians made = gaussians(6);
     made.means[0] = kNaN;
-    made.log_scales[1] = kInfinity;  // also of the first
+    made.log_scales[1] = kInfinity;  // the same Gaussian
     made.sh[3 * 2 + 1] = -kInfinity;
     made.opacity_logits[3] = -6;  // opacity 0.0025
     made.opacity_logits[4] = kNaN;

@@ -76,7 +76,7 @@ TEST(Significance, NoNumberOfFlipsProvesADifference) {
     EXPECT_EQ(compare_paired(a, b, options).p_permutation, 1.0 / 101);
 }
 
-/// As scipy.stats.ttest_rel: t is infinite.
+/// Like scipy.stats.ttest_rel: t is infinite.
 TEST(Significance, EqualDifferencesAreAsFarFromChanceAsCanBe) {
     const std::vector<double> a = {20.1, 21.7, 22.3, 24.9}, b = {20.6, 22.2, 22.8, 25.4};
     const Comparison better = compare_paired(a, b);
@@ -110,7 +110,7 @@ TEST(Significance, EqualScoresShowNoDifference) {
 
 TEST(Significance, PooledTestsDoNotDependOnTheOrder) {
     const std::vector<double> low = {20, 21, 22}, high = {30, 31, 32};
-    // Of 20 ways to choose three of six, one reaches the difference: 2 / 20 on either side.
+    // There are 20 ways to choose three of six; one reaches the difference: 2 / 20 on either side.
     EXPECT_NEAR(compare_pooled(low, high).p_permutation, 0.1, 0.005);
     EXPECT_NEAR(compare_pooled(high, low).p_permutation, 0.1, 0.005);
 }
@@ -153,7 +153,7 @@ TEST(GoldenNetSignificance, PooledTestsAreTheReferences) {
 struct Published {
     const char* file;
     double mean[3];  ///< psnr, ssim, lpips
-    double p[3];     ///< of 300000 permutations
+    double p[3];     ///< from 300000 permutations
 };
 
 constexpr Published kPublished[] = {

@@ -18,7 +18,7 @@ inline void put_number(std::span<std::byte> file, std::size_t at, std::uint32_t 
     std::copy(bytes.begin(), bytes.end(), file.begin() + static_cast<std::ptrdiff_t>(at));
 }
 
-/// Of each chunk of a PNG file: length, type, data, CRC-32 of type and data.
+/// Repairs each chunk of a PNG file: length, type, data, CRC-32 of type and data.
 inline void repair_png(std::span<std::byte> file) {
     for (std::size_t at = 8; at + 12 <= file.size();) {
         const std::size_t length = number_at(file, at, std::endian::big);
@@ -29,7 +29,7 @@ inline void repair_png(std::span<std::byte> file) {
     }
 }
 
-/// Of each stored file of an archive, in the directory ("PK 1 2") and before the file.
+/// Repairs each stored file of an archive, in the directory ("PK 1 2") and before the file.
 inline void repair_zip(std::span<std::byte> file) {
     constexpr std::uint32_t kEntry = 0x02014B50;
     constexpr std::size_t kEntryBytes = 46, kLocalBytes = 30;

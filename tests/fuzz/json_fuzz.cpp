@@ -16,7 +16,7 @@ void check(io::Bytes file) {
     const Status events = visit_json(text, "x", [](const JsonEvent&) { return Status(); });
     const bool twice = tree.status().message().find("appears twice") != std::string::npos;
     fuzz::require(twice || events.ok() == tree.ok());
-    if (tree.ok()) fuzz::require(parse_json(text, "x").ok());  // which throws where it refuses
+    if (tree.ok()) fuzz::require(parse_json(text, "x").ok());  // throws where it refuses
     const auto flat = parse_flat_json(text, "x");
     if (!flat.ok()) return;
     fuzz::require(tree.ok() && tree.value().is_object());

@@ -192,7 +192,7 @@ void add_damaged_scenes(Corpora& corpora) {
     const auto spz3 = io::write_spz(scene);
     const auto spz4 = io::write_spz(scene, newer);
     const auto splat = io::write_splat(scene);
-    constexpr std::size_t kCount = 8;  ///< of Gaussians, in the header of .spz
+    constexpr std::size_t kCount = 8;  ///< place of the number of Gaussians in the header of .spz
 
     corpora.add("ply/damaged-cut", cut(ply));
     corpora.add("ply/damaged-mark", patched(ply, 0, 'x'));

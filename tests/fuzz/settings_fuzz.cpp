@@ -7,7 +7,7 @@ namespace {
 
 using namespace splat;
 
-/// As config.json of a run; nothing for a configuration that is refused.
+/// Text for config.json of a run; nothing for a configuration that is refused.
 std::string merged(const Result<Config>& read) {
     if (!read.ok()) return {};
     const auto settings = config::settings_of(read.value());

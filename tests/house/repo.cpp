@@ -124,6 +124,44 @@ std::string without_comments(std::string text) {
     return text;
 }
 
+std::vector<std::string> comments_of(const TextFile& file) {
+    static const std::set<std::string> hashed = {"awk", "cmake", "in", "py", "sh", "txt"};
+    std::vector<std::string> comments;
+    if (is_source(file.path) || extension_of(file.path) == "rs" ||
+        extension_of(file.path) == "cs") {
+        bool block = false;
+        for (const std::string& line : lines_of(file.text)) {
+            std::string comment;
+            bool quoted = false;
+            bool rest = false;
+            for (std::size_t i = 0; i < line.size(); ++i) {
+                const std::string two = line.substr(i, 2);
+                if (block && two == "*/") {
+                    block = false;
+                    ++i;
+                } else if (block || rest) {
+                    comment += line[i];
+                } else if (line[i] == '\\') {
+                    ++i;
+                } else if (line[i] == '"') {
+                    quoted = !quoted;
+                } else if (!quoted && (two == "//" || two == "/*")) {
+                    (two == "//" ? rest : block) = true;
+                    ++i;
+                }
+            }
+            comments.push_back(comment);
+        }
+    } else if (hashed.count(extension_of(file.path)) != 0 || starts_with(file.text, "#!")) {
+        for (const std::string& line : lines_of(file.text)) {
+            const std::size_t hash = line.find('#');
+            const bool comment = hash == 0 || (hash != std::string::npos && line[hash - 1] == ' ');
+            comments.push_back(comment ? line.substr(hash + 1) : "");
+        }
+    }
+    return comments;
+}
+
 std::string at(const TextFile& file, std::size_t line_index, std::string_view what) {
     return file.path + ":" + std::to_string(line_index + 1) + ": " + std::string(what);
 }

@@ -48,6 +48,9 @@ bool is_source(std::string_view path);
 /// C, C++ or GLSL with blanks in place of its comments; the rest keeps its place and line.
 std::string without_comments(std::string text);
 
+/// The comments of a file, line by line: C, C++ and GLSL, and everything that comments with '#'.
+std::vector<std::string> comments_of(const TextFile& file);
+
 /// "path:line: what".
 std::string at(const TextFile& file, std::size_t line_index, std::string_view what);
 

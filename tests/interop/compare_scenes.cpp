@@ -174,7 +174,7 @@ double max_opacity_difference(const Gaussians& a, const Gaussians& b) {
     return largest;
 }
 
-/// Of coefficients first .. last - 1.
+/// Largest difference of coefficients first .. last - 1.
 double max_sh_difference(const Gaussians& a, const Gaussians& b, std::size_t first,
                          std::size_t last) {
     const std::size_t each = std::size_t{scene::sh_coefficients(a.sh_degree)} * 3;

@@ -124,7 +124,7 @@ def co3d(root, rng):
         numpy.save(os.path.join(folder, name, "focal_lengths.npy"), focals)
         text(os.path.join(folder, name, "frame_order.txt"), "".join(f"{i:05d}.png\n" for i in range(frames)))
         made[name] = poses, list(images), focals[:, 0] * SIDE / 2
-    os.makedirs(os.path.join(folder, "1_bad_sequence"))  # as the preprocessing leaves one with NaN
+    os.makedirs(os.path.join(folder, "1_bad_sequence"))  # the preprocessing leaves one with NaN like this
     numpy.savez(os.path.join(folder, "camera_Rs.npz"), **rotations)
     numpy.savez(os.path.join(folder, "camera_Ts.npz"), **translations)
     text(os.path.join(root, "bad_sequences.py"), "EXCLUDE_SEQUENCE = {\n    \"hydrant\": ['10_1_2', '4_4_4'],\n}\n")

@@ -37,7 +37,7 @@ using test::PickleText;
 using test::sample_zip;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr double kSlowdown = 20;  ///< of time; memory of sanitizers is their own
+constexpr double kSlowdown = 20;  ///< factor of time; memory of sanitizers is their own
 constexpr std::uint64_t kSlackBytes = std::uint64_t{2} << 30U;
 #else
 constexpr double kSlowdown = 1;
@@ -368,7 +368,7 @@ TEST(DecodeBomb, SafetensorsOfManyTensors) {
     expect_harmless("safetensors", file, "read", [](Bytes bytes) {
         const auto read = read_safetensors(MemorySource(bytes));
         if (!read.ok()) return read.status();
-        for (std::size_t i = 0; i < read.value().tensors.size(); ++i)  // as a caller of each does
+        for (std::size_t i = 0; i < read.value().tensors.size(); ++i)  // a caller of each does this
             SPLAT_TRY(read.value().tensors.unchanged());
         return Status();
     });

@@ -36,8 +36,8 @@ std::string compressed_ply_header(const CompressedPlyLayout& layout) {
 }
 
 Buffer sample_compressed_ply(const CompressedPlyLayout& layout) {
-    constexpr float kEnds[] = {-1, 2, -8, 0, -0.5F, 1.5F};  // of position, log scale, colour
-    constexpr std::uint32_t kMiddle = 0x1FF;                // of 10 bits: -0.0007
+    constexpr float kEnds[] = {-1, 2, -8, 0, -0.5F, 1.5F};  // ends of position, log scale, colour
+    constexpr std::uint32_t kMiddle = 0x1FF;                // middle of 10 bits: -0.0007
     constexpr std::uint32_t kZeros = kMiddle << 10U | kMiddle;
     Buffer file;
     io::put_text(file, compressed_ply_header(layout));

@@ -6,7 +6,7 @@
 
 namespace splat::test {
 
-/// Of a compressed .ply file. The counts are texts, so that they can be wrong.
+/// Layout of a compressed .ply file. The counts are texts, so that they can be wrong.
 struct CompressedPlyLayout {
     bool colors = true;    ///< chunks have ranges of colour
     std::size_t rest = 0;  ///< properties of element "sh"

@@ -22,7 +22,7 @@ double max_angle(const std::vector<float>& a, const std::vector<float>& b);
 /// The arrays have the same bits.
 void expect_same_bits(const scene::Gaussians& a, const scene::Gaussians& b);
 
-/// Whether a parser accepted the bytes. It must not crash on any bytes.
+/// True if a parser accepted the bytes. It must not crash on any bytes.
 using Accepts = std::function<bool(io::Bytes)>;
 
 /// Every proper prefix of the file is refused.

@@ -14,7 +14,7 @@ void BitWriter::put(std::uint32_t value, std::uint32_t count) {
 
 void BitWriter::put_single(std::uint32_t symbol) {
     put(1, 2);  // simple, of one symbol
-    put(1, 1);  // of 8 bits
+    put(1, 1);  // 8 bits long
     put(symbol, 8);
 }
 

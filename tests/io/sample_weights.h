@@ -21,7 +21,7 @@ struct ZipPart {
     std::uint64_t packed_bytes = 0;
     std::uint64_t bytes = 0;
     std::string local_name;         ///< in front of the data
-    std::uint32_t local_bytes = 0;  ///< both sizes there
+    std::uint32_t local_bytes = 0;  ///< both sizes in the local header
     std::int64_t shift = 0;         ///< added to the place of the local header
     bool zip64 = false;             ///< sizes and place in the zip64 extra field
 };

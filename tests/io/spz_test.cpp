@@ -248,7 +248,7 @@ TEST(Spz, ALenientReaderLeavesOutWhatTheHeaderDoesNotCount) {
                  format("%zu bytes after the gzip data", packed.value().size()));
         left_out(more.value(), "bytes in the gzip data after the last array");
         Buffer broken = packed.value();
-        broken[broken.size() - 6] ^= std::byte{1};  // of the checksum
+        broken[broken.size() - 6] ^= std::byte{1};  // a byte of the checksum
         EXPECT_ERROR(read_spz(broken, lenient).status(), Code::kFormat, "checksum is wrong");
     }
     const auto streams = write_spz(sample_scene(1, 1), version(4));

@@ -192,7 +192,7 @@ TEST(WebpLossless, AlphaOfLossyFiles) {
 
 TEST(WebpLossless, GroupsAreCounted) {
     constexpr std::uint64_t kGroupBytes = 12'440;
-    constexpr std::uint64_t kBlockBytes = 4;  ///< of the entropy image
+    constexpr std::uint64_t kBlockBytes = 4;  ///< bytes per pixel of the entropy image
     const std::pair<std::uint32_t, std::uint32_t> sizes[] = {{1, 1},   {3, 5},   {16, 16},
                                                              {17, 60}, {64, 80}, {256, 256}};
     for (const auto& [columns, rows] : sizes) {
@@ -217,7 +217,7 @@ TEST(WebpLossless, GroupsAreCounted) {
     }
 }
 
-constexpr std::uint32_t kWidth = 12;  ///< of the files below
+constexpr std::uint32_t kWidth = 12;  ///< size of the files below
 constexpr std::uint32_t kHeight = 20;
 
 Buffer lossy_with_alpha(const test::BitWriter& alpha) {
@@ -398,7 +398,7 @@ TEST(WebpLossless, BareStreamsAreNoFiles) {
     put(riff, static_cast<std::uint32_t>(4 + stream.bytes().size()));
     put_text(riff, "WEBP");
     put_bytes(riff, stream.bytes());
-    // Its first bytes could be the header of a chunk, which ends before a harmless one.
+    // The first bytes could be the header of a chunk, which ends before a harmless one.
     test::BitWriter hidden;
     test::put_vp8l_header(hidden, 8, 8);
     hidden.put(5, 3);  // green is subtracted

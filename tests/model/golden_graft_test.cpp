@@ -35,7 +35,7 @@ struct Variant {
     std::string name;
 
     [[nodiscard]] bool has(char letter) const { return name.find(letter) != std::string::npos; }
-    /// Of the priors depth, nx, ny, nz, mask.
+    /// Planes of the priors depth, nx, ny, nz, mask.
     [[nodiscard]] std::vector<std::size_t> planes() const {
         std::vector<std::size_t> all;
         if (has('d')) all.push_back(0);

@@ -190,7 +190,7 @@ std::vector<std::string> resampling_cases(const Golden& golden, char kind) {
     return names;
 }
 
-/// Also those of the file of adapters: resampling convolutions get none.
+/// Covers the file of adapters, too: resampling convolutions get none.
 TEST_P(GoldenNetLayers, ResamplingConvolutions) {
     const auto run = [&](const Golden& golden, const std::set<std::string>& of_shipped) {
         const std::vector<std::string> names = resampling_cases(golden, 'c');
@@ -321,7 +321,7 @@ TEST_P(GoldenNetLayers, CrossAttention) {
         expect_relative("y", run.value()->output(), golden.doubles("xatt.y64"), kGoldenLayer);
         const auto gradient = [&](const std::string& what, ValueId id,
                                   const std::vector<double>& expected) {
-            if (what == "d.k_proj.bias") {  // which softmax does not see
+            if (what == "d.k_proj.bias") {  // softmax does not see it
                 EXPECT_LE(norm_of(expected), 1e-12);
                 EXPECT_LE(norm_of(to_double(run.value()->gradient(id))), 1e-4);
                 return;

@@ -48,7 +48,7 @@ class GraphRun {
     Status run(const std::vector<float>& grad_output);
 
     [[nodiscard]] std::vector<float> output() const { return output_values_; }
-    /// Of a parameter or one of grad_inputs.
+    /// Gradient of a parameter or of one of grad_inputs.
     [[nodiscard]] std::vector<float> gradient(nn::ValueId id) const;
 
   private:

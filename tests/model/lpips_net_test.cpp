@@ -14,7 +14,7 @@ using model::LpipsNet;
 
 constexpr std::uint32_t kSide = 17;  // odd: the first halving drops a row and a column
 
-/// Its operators are tested under all kernels; values and gradients against PyTorch's: tests/interop.
+/// The operators are tested under all kernels; values and gradients against PyTorch's: tests/interop.
 class LpipsRules : public KernelsTest {
   protected:
     Result<std::unique_ptr<LpipsNet>> make(const io::NamedTensors& vgg,

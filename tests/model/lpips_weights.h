@@ -36,7 +36,7 @@ inline const io::NamedTensors& vgg_weights() {
     return weights;
 }
 
-/// Those of the distance, all 0.5, under the names of the lpips package.
+/// Weights of the distance, all 0.5, under the names of the lpips package.
 inline io::NamedTensors linear_weights() {
     io::NamedTensors made;
     const std::int64_t channels[] = {64, 128, 256, 512, 512};

@@ -97,13 +97,13 @@ class Network {
         output = unet_.build(x, embedding, tokens, kNoValue);
     }
 
-    /// Of an input or a parameter.
+    /// Numbers of an input or a parameter.
     [[nodiscard]] std::vector<float> numbers(ValueId id) const {
         const nn::Value& value = graph.value(id);
         const std::size_t count = value.shape.elements();
         if (value.name.ends_with("bias")) return normal_fill(count, 500 + id, 0, 0.3);
         if (value.kind == nn::ValueKind::kInput) return normal_fill(count, 500 + id);
-        if (value.shape.rank() == 1) return normal_fill(count, 500 + id, 1, 0.2);  // of norms
+        if (value.shape.rank() == 1) return normal_fill(count, 500 + id, 1, 0.2);  // a norm
         const double terms = static_cast<double>(count) / value.shape[0];
         return normal_fill(count, 500 + id, 0, 1 / std::sqrt(terms));
     }
@@ -118,7 +118,7 @@ class Network {
         return all;
     }
 
-    /// Whether a gradient is wanted.
+    /// True if a gradient is wanted.
     [[nodiscard]] bool trains(ValueId id) const {
         return graph.value(id).kind == nn::ValueKind::kInput || graph.value(id).trainable;
     }
@@ -209,7 +209,7 @@ TEST(NetworksReference, GradcheckFloat64) {
                 sum += grad[i] * reference.value(network.output)[i];
             return sum;
         };
-        const double step = 2e-6;  // of about 10^4 numbers together
+        const double step = 2e-6;  // a step of about 10^4 numbers together
         const double difference = (loss(step) - loss(-step)) / (2 * step);
         loss(0);
         reference.backward(network.output, grad);

@@ -370,7 +370,7 @@ TEST_P(PredictorRules, EmbedsPosesAndIndices) {
     };
     Inputs inputs(config);
     inputs.poses[16 + 8] = 0.5F;    // the second view's axis,
-    inputs.poses[16 + 12] = -2.5F;  // and its place
+    inputs.poses[16 + 12] = -2.5F;  // the second view's place
     const std::vector<float> poses = encoded({0, 0, 0, 0, 0, 1, -2.5, 0, 0, 0.5, 0, 1}, 2);
     const std::vector<float> indices = encoded({0, 1}, 12);
     const auto predict = [&](model::Embedding kind, std::uint32_t dimension,

@@ -53,7 +53,7 @@ build() {
     xargs ninja -C build/dev -j2 <programs.txt >build.log 2>&1
 }
 
-# Whether the tests that match $1 pass.
+# True if the tests that match $1 pass.
 tests_pass() {
     ctest --test-dir build/dev -R "$1" -E Golden --stop-on-failure --no-tests=error </dev/null >test.log 2>&1
 }

@@ -85,8 +85,8 @@ TEST_P(Adam, MatchesFloat64) {
         for (std::size_t i = 0; i < elements; ++i) {
             EXPECT_NEAR(value[i], reference.value[i], allowed(reference.value[i], kRate, kSteps))
                 << i;
-            EXPECT_NEAR(m[i], reference.m[i], 1e-9) << i;   // of moments up to 1e-3
-            EXPECT_NEAR(v[i], reference.v[i], 1e-14) << i;  // and up to 1e-8
+            EXPECT_NEAR(m[i], reference.m[i], 1e-9) << i;   // moments go up to 1e-3
+            EXPECT_NEAR(v[i], reference.v[i], 1e-14) << i;  // these go up to 1e-8
         }
         for (std::size_t i = elements; i < gpu.padded().size(); ++i) EXPECT_EQ(gpu.padded()[i], 7);
     }

@@ -105,7 +105,7 @@ TEST_P(Conv2d, AdjointIdentity) {
             const double wx_u = dot(to_double(gpu.outputs[0]), to_double(c.grad_y));
             const double x_wu = dot(to_double(c.x), to_double(gpu.grad_inputs[0]));
             const double w_ux = dot(to_double(c.weight), to_double(gpu.grad_inputs[1]));
-            double scale = 0;  // of the sums, which may cancel
+            double scale = 0;  // magnitude of the sums, which may cancel
             for (std::size_t i = 0; i < c.grad_y.size(); ++i)
                 scale += std::abs(static_cast<double>(gpu.outputs[0][i]) *
                                   static_cast<double>(c.grad_y[i]));

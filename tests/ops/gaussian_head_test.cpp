@@ -76,7 +76,7 @@ std::vector<HeadCase> head_cases() {
             {{2, 33, 31}, 1, 1, true, false, true, kAll}};
 }
 
-/// Those and more sizes, with alternating attributes.
+/// The same and more sizes, with alternating attributes.
 std::vector<HeadCase> sized_head_cases() {
     std::vector<HeadCase> cases = head_cases();
     const std::uint32_t sizes[][2] = {{1, 2},  {2, 1},   {3, 3},   {1, 17},  {17, 1},  {15, 17},

@@ -204,7 +204,7 @@ TEST_P(GroupNorm, AdjointIdentityInGammaAndBeta) {
         const double left = dot(to_double(gpu.outputs[0]), to_double(c.grad_y));
         const double right = dot(to_double(c.gamma), to_double(gpu.grad_inputs[1])) +
                              dot(to_double(c.beta), to_double(gpu.grad_inputs[2]));
-        double scale = 0;  // of the sums, which may cancel
+        double scale = 0;  // magnitude of the sums, which may cancel
         for (std::size_t i = 0; i < c.grad_y.size(); ++i)
             scale +=
                 std::abs(static_cast<double>(gpu.outputs[0][i]) * static_cast<double>(c.grad_y[i]));

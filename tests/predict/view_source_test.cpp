@@ -122,7 +122,7 @@ TEST_F(ViewSourceTest, AnOpenDataSetGivesTheSameViews) {
     EXPECT_EQ(a.value().inputs, b.value().inputs);
 }
 
-/// Of one object; the others have the 51.99 degrees of data.fov.
+/// One object differs; the others have the 51.99 degrees of data.fov.
 TEST_F(ViewSourceTest, WarnsOfAnotherFieldOfView) {
     const auto warning = [&](std::uint32_t objects) {
         const auto sentence = open()->field_of_view_warning(objects);

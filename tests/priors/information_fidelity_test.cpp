@@ -83,7 +83,7 @@ TEST(InformationFidelity, NoiseLosesSomeAndAConstantAll) {
 
 TEST(InformationFidelity, AConstantTruthHasNone) {
     const std::vector<float> constant(2 * 41 * 41, 0.3F);
-    std::vector<float> half = constant;  // its second channel is constant
+    std::vector<float> half = constant;  // the second channel is constant
     const std::vector<float> first = normal_fill(41 * 41, 1, 0.5, 0.2);
     std::copy(first.begin(), first.end(), half.begin());
     const auto none = information_fidelity(half, constant, 2, 41, 41, {255, false});

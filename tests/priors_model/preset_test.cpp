@@ -51,7 +51,7 @@ struct ModelFacts {
     std::uint32_t width, multiple;
     data::ValueFilter in;
     double scale;      ///< 0: the picture's greatest sample
-    double mean, std;  ///< of red
+    double mean, std;  ///< values of red
     std::int32_t index;
     bool sigmoid, min_max, bytes_first;
     int threshold;  ///< -1: none

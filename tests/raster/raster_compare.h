@@ -42,7 +42,7 @@ testing::AssertionResult gradients_match(const RasterGradients& got,
                                          const RasterGradients& expected,
                                          const RasterSubject& subject);
 
-/// Whether a scene's tolerances are those of needles: an axis ratio of 1000 or more somewhere.
+/// True if a scene's tolerances are those of needles: an axis ratio of 1000 or more somewhere.
 /// Scales of 0 are points, not needles.
 bool has_needles(const RasterCase& scene);
 

@@ -14,7 +14,7 @@ class RasterSession {
   public:
     RasterSession(vk::Context& context, const RasterCase& from, const raster::RasterDesc& desc);
 
-    /// Whether creation succeeded. If not, call nothing else.
+    /// True if creation succeeded. If not, call nothing else.
     [[nodiscard]] const Status& status() const { return status_; }
     [[nodiscard]] raster::Rasterizer& rasterizer() { return *rasterizer_; }
     [[nodiscard]] raster::PackedBuffers& scene() { return packed_.scene; }

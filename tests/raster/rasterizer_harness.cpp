@@ -81,7 +81,7 @@ Status read_outputs(vk::Context& context, const raster::Rasterizer& rasterizer, 
         run.outputs.valid.push_back(radii[2 * i] > 0 ? 1 : 0);
         without_color |= radii[2 * i] > 0 && splats[12 * i + 2] < raster::kAlphaMin;
     }
-    if (without_color && desc.skips.cull) run.outputs.colors.clear();  // as expected
+    if (without_color && desc.skips.cull) run.outputs.colors.clear();  // none expected
     return {};
 }
 

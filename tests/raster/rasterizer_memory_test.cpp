@@ -376,7 +376,7 @@ TEST_P(RasterizerMemoryCpu, WalksByBlocksAreThoseOfTiles) {
         expect_same_by_blocks(context(), count);
 }
 
-/// Of chunks of binning: 8 lanes that walk their entries take a turn for the sums of 16 chunks, one
+/// Turns of chunks of binning: 8 lanes that walk their entries take a turn for the sums of 16 chunks, one
 /// for 8 entries and one for each of the 90 tiles of the largest packed footprint, then another if
 /// some are not packed; one lane takes one for each entry.
 TEST_P(RasterizerMemory, ChunksOfBinningFitTheTurnsOfLoops) {

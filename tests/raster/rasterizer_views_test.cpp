@@ -129,7 +129,7 @@ TEST_P(RasterizerViewsFull, EqualSingleCalls) {
     }
 }
 
-/// As many views as kMaxWindowTiles allows: the gradient's loops take turns for each view, and
+/// Draws the most views that kMaxWindowTiles allows: the gradient's loops take turns for each view, and
 /// lavapipe ends loops after 65535 turns.
 TEST_P(RasterizerViewsFull, ManyViewsAreRightToTheLast) {
     const RasterCase scene = random_scene({3, 8, 8}, 92, 0);

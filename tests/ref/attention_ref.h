@@ -49,7 +49,7 @@ struct AttentionRow {
     Real factor = 0;
 };
 
-/// Of query l of image and head number `batch`.
+/// Row of query l of image and head number `batch`.
 template <class Real>
 AttentionRow<Real> attention_row(const AttentionInput<Real>& in, std::size_t batch, std::size_t l) {
     const std::size_t channels = in.c / in.heads;

@@ -47,7 +47,7 @@ struct BlendForward {
     std::vector<std::int64_t> n_contrib;  ///< [H,W] Gaussians blended
 };
 
-/// Whether the convention lets the pixel see the Gaussian at all.
+/// True if the convention lets the pixel see the Gaussian at all.
 template <class Real>
 bool reaches(const RasterScene<Real>& scene, const ProjectedGaussian<Real>& g, std::size_t column,
              std::size_t row) {

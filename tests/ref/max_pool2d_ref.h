@@ -10,7 +10,7 @@ namespace splat::ref {
 
 struct PoolShape {
     std::size_t planes;
-    std::size_t height;  ///< of x
+    std::size_t height;  ///< size of x
     std::size_t width;
 };
 

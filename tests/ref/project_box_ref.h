@@ -27,12 +27,12 @@ struct ProjectedGaussian {
 
     // Intermediate values for the backward pass.
     Vec3<Real> camera_mean{};
-    std::array<Real, 4> quaternion{};  ///< as used: of length 1 in gsplat
+    std::array<Real, 4> quaternion{};  ///< quaternion as used: of length 1 in gsplat
     Real quaternion_norm = 0;
     Mat3<Real> rotation{};          ///< Rq
     Mat3<Real> camera_axes{};       ///< R Rq S
     std::array<Real, 2> slope{};    ///< clamped x/z, y/z
-    std::array<bool, 2> clamped{};  ///< whether the clamp acted
+    std::array<bool, 2> clamped{};  ///< true if the clamp acted
     std::array<Vec3<Real>, 2> rows{};
     std::array<Real, 3> cov{};  ///< a, b, c with dilation
     Real det0 = 0;
@@ -82,7 +82,7 @@ bool project_box(const RasterScene<Real>& scene, ProjectedGaussian<Real>& g) {
         Real first = std::floor((position - extent[axis]) / tile);
         Real end = std::ceil((position + extent[axis]) / tile);
         if (scene.options.is_3dgs()) {
-            // Its own pixel centres are whole numbers, half a pixel less than ours.
+            // The original's pixel centres are whole numbers, half a pixel less than ours.
             const Real whole = position - Real(0.5);
             first = std::trunc((whole - extent[axis]) / tile);
             end = std::trunc((whole + extent[axis] + tile - Real(1)) / tile);

@@ -130,7 +130,7 @@ template <class Real>
 struct CameraFrame {
     Mat3<Real> rotation{};
     Vec3<Real> translation{};
-    Mat3<Real> inverse{};  ///< of `rotation`, which need not be one
+    Mat3<Real> inverse{};  ///< inverse of `rotation`, which need not be one
     Vec3<Real> centre{};
 
     explicit CameraFrame(const RasterCamera<Real>& camera) {

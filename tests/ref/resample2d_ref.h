@@ -14,7 +14,7 @@ namespace splat::ref {
 
 struct ResampleShape {
     std::size_t planes = 1;  ///< N * C
-    std::size_t height = 1;  ///< of the small image
+    std::size_t height = 1;  ///< size of the small image
     std::size_t width = 1;
 };
 

@@ -10,9 +10,9 @@ namespace splat::ref {
 
 /// What a tensor holds: NaN and infinite elements counted, the rest summed up.
 struct TensorStats {
-    double min = std::numeric_limits<double>::infinity();   ///< of finite elements
-    double max = -std::numeric_limits<double>::infinity();  ///< of finite elements
-    double mean = 0;                                        ///< of finite elements; 0 without any
+    double min = std::numeric_limits<double>::infinity();   ///< smallest finite element
+    double max = -std::numeric_limits<double>::infinity();  ///< largest finite element
+    double mean = 0;            ///< mean of the finite elements; 0 without any
     double mean_magnitude = 0;  ///< mean of |x|: the S of the mean's bound
     std::uint64_t finite_count = 0;
     std::uint64_t nan_count = 0;

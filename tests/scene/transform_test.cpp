@@ -107,7 +107,7 @@ TEST(Transform, InverseUndoesIt) {
     EXPECT_EQ(after.opacity_logits, before.opacity_logits);
 }
 
-/// Also of lengths whose squares are no double.
+/// Covers lengths whose squares are no double.
 TEST(Transform, TakesRotationsOfAnyLength) {
     const auto before = sample_scene(5, 2);
     auto expected = before;

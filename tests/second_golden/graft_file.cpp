@@ -8,9 +8,9 @@ namespace {
 
 constexpr std::size_t kSide = 24;
 constexpr std::size_t kPixels = kSide * kSide;
-constexpr std::size_t kViews = 2;             ///< of one object
+constexpr std::size_t kViews = 2;             ///< views of one object
 constexpr std::size_t kPriors = 5;            ///< depth, normal, mask
-constexpr std::size_t kRank = 3;              ///< of the adapters
+constexpr std::size_t kRank = 3;              ///< rank of the adapters
 constexpr double kField = 51.98948897809546;  ///< degrees, that of the cars
 
 const Layers::Network kNetwork = {8, 2, {1, 2, 3, 3}, {12}, kViews, 15};

@@ -9,7 +9,7 @@ struct ConvCase {
     Dims x;
     std::size_t out;
     std::size_t kernel;  ///< 0 = no convolution
-    Values filter;       ///< of the resampling by two; empty = none
+    Values filter;       ///< filter of the resampling by two; empty = none
     bool up = false;
 };
 
@@ -116,7 +116,7 @@ struct BlockCase {
     Dims x;
     BlockSpec spec;
     std::size_t embedding = 0;  ///< length; 0 = none
-    double dropout = 0;         ///< of the mask before conv1
+    double dropout = 0;         ///< rate of the mask before conv1
 };
 
 void put_block(Arrays& arrays, Numbers& numbers, const BlockCase& c) {

@@ -20,7 +20,7 @@ struct BlockSpec {
     bool up = false;
     bool down = false;
     bool attention = false;
-    std::size_t views = 1;  ///< that attend to each other
+    std::size_t views = 1;  ///< views that attend to each other
     Id emb = Tape::kNone;
     Values mask = {};  ///< multiplied onto the tensor before conv1; empty: none
 };
@@ -34,7 +34,7 @@ class Layers {
 
     Layers(Tape& tape, Parameter parameter) : tape_(tape), parameter_(std::move(parameter)) {}
 
-    std::size_t rank = 0;  ///< of adapters; 0 = none
+    std::size_t rank = 0;  ///< rank of adapters; 0 = none
     double scaling = 0;
 
     [[nodiscard]] static std::size_t groups_of(std::size_t channels);

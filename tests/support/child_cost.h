@@ -16,7 +16,7 @@ namespace splat::test {
 struct ChildCost {
     std::string answer;       ///< "" if the process died
     std::uint64_t bytes = 0;  ///< the most memory, beyond that of a child that does nothing
-    double seconds = 0;       ///< of the processor, so that other processes do not count
+    double seconds = 0;       ///< time of the processor, so that other processes do not count
 };
 
 inline std::pair<ChildCost, std::uint64_t> run_child(const std::function<std::string()>& body) {

@@ -16,7 +16,7 @@ std::vector<std::string> golden_files(const std::string& subfolder, const std::s
 /// The name of a golden file, without .npz or .npz.xz.
 std::string golden_name(const std::string& path);
 
-/// Whether the path is `<family>` of tests/golden, not of SPLAT_GOLDEN_DIR or of another name.
+/// True if the path is `<family>` of tests/golden, not of SPLAT_GOLDEN_DIR or of another name.
 bool is_shipped_golden(const std::string& path, const std::string& family);
 
 }  // namespace splat::test

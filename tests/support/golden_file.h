@@ -16,7 +16,7 @@ namespace splat::test {
 /// A file of golden/net; a missing key fails the test.
 struct Golden {
     Npz npz;
-    std::string name;      ///< of the file, without its ending
+    std::string name;      ///< name of the file, without its ending
     bool shipped = false;  ///< tests/golden/net/<family>.npz.xz itself
 
     [[nodiscard]] bool has(const std::string& key) const { return npz.has(key); }

@@ -6,7 +6,7 @@
 
 namespace splat::test {
 
-/// Whether a shader belongs to shaders/raster, by the names of its stages.
+/// True if a shader belongs to shaders/raster, by the names of its stages.
 inline bool is_raster_shader(std::string_view name) {
     constexpr std::array<std::string_view, 6> kStages = {"blend_", "pose_",       "project_",
                                                          "tile_",  "radix_sort_", "raster_"};

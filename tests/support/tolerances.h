@@ -9,7 +9,7 @@ struct Tolerance {
     std::string_view op;
     std::string_view result;
     double c;            ///< factor of the element-wise bound c * 2^-24 * (1 + sqrt(K)) * S
-    double relative_l2;  ///< of the whole tensor
+    double relative_l2;  ///< bound for the whole tensor
     const char* reason;
 };
 

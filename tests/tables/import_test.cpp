@@ -153,7 +153,7 @@ TEST(Import, ParquetImagesMayBeEncodedFiles) {
 
 struct BadTable {
     const char* table;
-    const char* select;  ///< of the rows t of the good table
+    const char* select;  ///< select on the rows t of the good table
     const char* message;
 };
 

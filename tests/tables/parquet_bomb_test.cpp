@@ -17,12 +17,12 @@ namespace {
 namespace fs = std::filesystem;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr double kScale = 20;  ///< of time and memory
+constexpr double kScale = 20;  ///< multiplies time and memory
 #else
 constexpr double kScale = 1;
 #endif
 constexpr double kMostSeconds = 5;
-constexpr double kMostBytes = double{512U << 20U};  ///< as import_tables() promises
+constexpr double kMostBytes = double{512U << 20U};  ///< promised by import_tables()
 constexpr std::uint64_t kMostDiskBytes = 64U << 20U;
 
 std::uint64_t bytes_below(const fs::path& folder) {

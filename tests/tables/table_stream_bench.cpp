@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using namespace splat;
 using tables::Table;
 
-constexpr std::uint64_t kViews = 50;  ///< of an object, as in SRN's training split
+constexpr std::uint64_t kViews = 50;  ///< views of an object, as in SRN's training split
 constexpr std::size_t kBytes = 3 * 128 * 128;
 constexpr double kMaxMiB = 512;
 

@@ -85,7 +85,7 @@ TEST_F(PriorsEval, AlphaIsAMaskAndAPictureWithoutItNone) {
               std::string::npos);
 }
 
-/// As other programs save masks: with an alpha that says nothing, and as numbers of classes.
+/// Other programs save masks like this: with an alpha that says nothing, and as numbers of classes.
 TEST_F(PriorsEval, MasksMayBeOpaqueOrOfZeroAndOne) {
     const std::vector<float> truth = {1, 0, 0, 1, 0, 0, 0, 0};
     std::vector<float> opaque, classes;

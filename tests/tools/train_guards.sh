@@ -4,7 +4,7 @@
 set -u
 vkrun=$1
 temp=$2
-scale=$(awk "BEGIN { print int(${SPLAT_TIMEOUT_SCALE:-1} + 1) }") # of waits
+scale=$(awk "BEGIN { print int(${SPLAT_TIMEOUT_SCALE:-1} + 1) }") # multiplies waits
 
 fail() {
     echo "train_guards: $*" >&2

@@ -897,7 +897,7 @@ function(ScenesAreViewed)
   expect("${err}" "--elevation is for an orbit")
   vkrun(2 view ${TEMP}/scene.ply --cameras ${TEMP}/cameras.json --orbit 5 --out ${TEMP}/none.html)
   expect("${err}" "--orbit is for an orbit")
-  # Of many cameras the page has six, and the still pictures are of its first views; of many warnings some are said.
+  # With many cameras the page has six, and the still pictures are of its first views; with many warnings some are said.
   file(READ ${TEMP}/cameras.json one)
   string(REGEX REPLACE "^.*\"frames\": *[[](.*)[]][^]]*$" "\\1" frame "${one}")
   string(REGEX REPLACE "[}] *$" ", \"k1\": 0.1}" lens "${frame}")
@@ -1951,7 +1951,7 @@ function(NetworksAreScoredAndPredict)
     string(JSON facts SET "${facts}" ${fact})
   endforeach()
   file(WRITE ${TEMP}/running/run.json "${facts}")
-  # Its process holds the lock; without one it was killed.
+  # The process holds the lock; without one it was killed.
   vkrun(0 report ${TEMP}/running)
   file(READ ${TEMP}/running/report.html running)
   expect("${running}" "<td>6 of 6, killed</td>")
@@ -1978,7 +1978,7 @@ function(NetworksAreScoredAndPredict)
   if(NOT status STREQUAL 0)
     message(FATAL_ERROR "a chart of losses that are nearly equal: ${status}")
   endif()
-  # That of a training which fails says why, and does not load itself again.
+  # The page of a training which fails says why, and does not load itself again.
   file(COPY ${TEMP}/data DESTINATION ${TEMP}/broken)
   file(GLOB views ${TEMP}/broken/data/srn_cars/cars_val/*/rgb/00000[1234].png)
   foreach(view IN LISTS views)
@@ -2287,7 +2287,7 @@ function(EvaluationsAreCompared)
   vkrun(4 compare ${TEMP}/a.csv ${TEMP}/none.csv)
 endfunction()
 
-# Of every case a PASS, or a FAIL that names its command.
+# Every case gives a PASS, or a FAIL that names its command.
 function(StressQuick)
   execute_process(COMMAND ${VKRUN} stress --quick --svg ${TEMP}/plot.svg
                   OUTPUT_VARIABLE out ERROR_VARIABLE err RESULT_VARIABLE status)

@@ -91,7 +91,7 @@ TEST_F(RunFolderTest, LockIsTheProcessesNotItsChildrens) {
     close(pipe_ends[1]);
 }
 
-/// Such as weights with their configuration beside them.
+/// For example weights with their configuration beside them.
 TEST_F(RunFolderTest, AConfigurationAloneIsNoRun) {
     put_text(path() + "/config.json", "{}");
     put_text(path() + "/mine.safetensors", "mine");

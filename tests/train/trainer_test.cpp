@@ -121,7 +121,7 @@ class TrainerRules : public KernelsTest {
         ASSERT_GT(largest, 1e-4);
         for (const std::size_t i : {0, 1, 4, 5, 12}) {
             const float kept = values[i];
-            constexpr float kStep = 4e-3F;  // of logits and logarithms
+            constexpr float kStep = 4e-3F;  // step of logits and logarithms
             double losses[2] = {};
             for (const int side : {0, 1}) {
                 values[i] = kept + (side == 0 ? -kStep : kStep);

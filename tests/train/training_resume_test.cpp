@@ -73,7 +73,7 @@ TEST_F(TrainingResume, ResumesWithTheDataOfTheRun) {
     EXPECT_ERROR(refusal(resumed("run", {moved, "opt.iterations=6"})), Code::kInvalidArgument,
                  "'objects' is 3, but 2 in run.json");
     EXPECT_EQ(file("run", "run.json"), before);
-    // As many others.
+    // The same number of other objects.
     const fs::path gone = *fs::directory_iterator(train);
     fs::remove_all(gone.filename() == "zzz" ? *std::next(fs::directory_iterator(train)) : gone);
     EXPECT_ERROR(refusal(resumed("run", {moved, "opt.iterations=6"})), Code::kInvalidArgument,

@@ -104,7 +104,7 @@ TEST_F(TrainingTest, ValidatesOnlyAtTheEndIfAsked) {
     EXPECT_NE(file("run", "run.json").find("\"val_psnr\": "), std::string::npos);
 }
 
-/// Of the data's 51.99 degrees, which data.fov is by default.
+/// The data have 51.99 degrees, which data.fov is by default.
 TEST_F(TrainingTest, WarnsOfAnotherFieldOfView) {
     const auto texts = [&](const char* name, const char* fov) {
         std::string all;
@@ -289,7 +289,7 @@ TEST_F(TrainingTest, RecordsWhyItFailed) {
     EXPECT_EQ(file("run", "run.json").find("error"), std::string::npos);
 }
 
-/// Of an object whose turn comes late, and before anything is written.
+/// Refuses an object whose turn comes late, before anything is written.
 TEST_F(TrainingTest, ReadsAllCamerasFirst) {
     for (const auto& entry : fs::recursive_directory_iterator(cars_.path))
         if (entry.path().filename() == "000001.txt" &&

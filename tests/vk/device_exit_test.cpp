@@ -37,7 +37,7 @@ TEST(DeviceExit, GlobalObjectsMayBeDestroyedAfterTheLayer) {
         global.buffer = test::device_buffer(*global.context, 64);
         global.messages = validation_messages();
         end_devices_before(
-            VK_MAKE_API_VERSION(0, 1, 4, 305));  // of a defective layer, whatever is here
+            VK_MAKE_API_VERSION(0, 1, 4, 305));  // belongs to a defective layer, whatever is here
         std::exit(0);
     };
     EXPECT_EXIT(exit_with_a_device(), testing::ExitedWithCode(0), "");

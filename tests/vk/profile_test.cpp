@@ -71,7 +71,7 @@ TEST(Profile, KeepsItsMemoryBounded) {
     for (int i = 0; i < 100'000; ++i) profile.add("a", "k", i < 50'000 ? 1.0 : 2.0, {});
     const Json json = std::move(parse_json(profile.json("x"), "profile").value());
     EXPECT_EQ(json["ops"][0]["count"], 100'000);
-    EXPECT_EQ(json["ops"][0]["median_ms"], 2);  // of the latest
+    EXPECT_EQ(json["ops"][0]["median_ms"], 2);  // median of the latest
     EXPECT_EQ(json["ops"][0]["min_ms"], 1);
 }
 

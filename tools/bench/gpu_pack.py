@@ -14,17 +14,17 @@ from gpu_parts import commit_of
 from programs import listed_tests
 
 MIB = 2.0**20
-MOST = 64 * MIB  # of the tree and the archive, on the machines that are lent
+MOST = 64 * MIB  # bytes of the tree and the archive, on the machines that are lent
 NAME = "libsplat-gpu"
 PROGRAMS = ("tools/vkrun/vkrun", "tools/vkrun/vkrun-bench", "tests/vk/vk_test", "tests/ops/ops_test",
-            "tests/ops/op_hashes", "tests/ops/op_replay", "tests/nn/nn_test", "tests/raster/raster_test", "tests/raster/raster_hashes",
-            "tests/raster/radix_sort_bench")
+            "tests/ops/op_hashes", "tests/ops/op_replay", "tests/nn/nn_test", "tests/raster/raster_test",
+            "tests/raster/raster_hashes", "tests/raster/radix_sort_bench")
 # Families of golden files that ops_test reads.
 OF_OPERATORS = ("conv", "metric", "net_rgb", "net_sh0", "norm", "train")
 SOURCES = ("tools/bench/gpu", "tools/bench/*.py", "tools/bench/cub_sort.cu", "tools/weights/cars64/config.json",
            "tools/weights/cars64/cars64.yaml", "tests/golden/raster/*.xz",
            *(f"tests/golden/net/{family}.npz.xz" for family in OF_OPERATORS))
-# Of the C library and the loader, which every machine has; a copy of them would not fit its kernel and its drivers.
+# The C library and the loader, which every machine has; a copy of them would not fit its kernel and its drivers.
 OF_THE_SYSTEM = re.compile(r"(ld-linux.*|lib(c|m|dl|rt|pthread|resolv|util|nsl|anl|mvec))\.so[.0-9]*$")
 # Modules in C that are loaded when they are first needed.
 EXTENSIONS = ("pyexpat", "_elementtree")

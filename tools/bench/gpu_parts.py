@@ -29,7 +29,7 @@ class Bench:
         self.end = time.monotonic() + options.seconds
         self.deadline, self.was_cut = self.end, False
         self.pythons = {}  # by the module they have
-        libraries = str(self.build / "lib")  # of a packed build, for its programs alone
+        libraries = str(self.build / "lib")  # libraries of a packed build, for its programs alone
         given = os.environ.get("LD_LIBRARY_PATH", "").split(":")
         self.plain = {key: value for key, value in os.environ.items() if key not in ("PYTHONHOME", "LD_LIBRARY_PATH")}
         self.plain |= {"LD_LIBRARY_PATH": ":".join(one for one in given if one and one != libraries)}
@@ -84,7 +84,7 @@ class Bench:
         self.document = {"device": self.device} | self.document
 
     def commit(self):
-        """That of a packed build, or of the sources."""
+        """Return the commit of a packed build, or of the sources."""
         packed = self.build / "commit"
         if packed.exists():
             return packed.read_text(encoding="utf-8")
@@ -121,7 +121,7 @@ class Bench:
         return self.pythons[module]
 
     def script(self, module, name, *words, most=1e9, **environment):
-        """As call(), of a script beside this one that needs a module of Python."""
+        """Do call() with a script beside this one that needs a module of Python."""
         program = self.python(module)
         if program is None:
             return 1, "", f"no {module} for Python here: --python PROGRAM names an interpreter that has it"

@@ -46,7 +46,7 @@ using Bits = std::vector<std::uint16_t>;
 
 constexpr std::string_view kMagic = "splatdif";
 constexpr std::uint32_t kVersion = 1;
-constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 30;  // of a file, and of what is inflated
+constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 30;  // a file, and what is inflated
 constexpr const char* kRenew =
     "; restore the file, or write it again with 'weight_difference make'";
 
@@ -162,7 +162,7 @@ struct Tensor {
 };
 
 struct Weights {
-    std::string_view header, data;  // of the file's bytes
+    std::string_view header, data;  // parts of the file
     std::vector<Tensor> tensors;    // in the order of their data
 };
 

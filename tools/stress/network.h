@@ -25,7 +25,7 @@ struct NetTensor {
     std::string name;
     std::vector<std::size_t> dims;  ///< empty: an optional input that is absent
     Role role = Role::kActivation;
-    std::vector<float> values;  ///< of an activation none
+    std::vector<float> values;  ///< none for an activation
 };
 
 struct NetNode {

@@ -21,7 +21,7 @@ class NetworkOnDevice {
     [[nodiscard]] std::vector<float> gradient(std::size_t tensor) const {
         return read_tensor(gradients_[tensor].get());
     }
-    /// Of a tensor without readers; 1 at first.
+    /// Gradient of a tensor without readers; 1 at first.
     void set_gradient(std::size_t tensor, const std::vector<float>& values);
     void set_value(std::size_t tensor, const std::vector<float>& values);
     [[nodiscard]] splat_tensor value_tensor(std::size_t tensor) const {
@@ -35,7 +35,7 @@ class NetworkOnDevice {
     std::vector<Tensor> values_, gradients_;
     std::vector<Tensor> parts_;  ///< gradients by single readers
     std::vector<Op> nodes_;
-    std::vector<std::vector<Op>> sums_;  ///< of a node's outputs, before its backward pass
+    std::vector<std::vector<Op>> sums_;  ///< sums over a node's outputs, before its backward pass
 };
 
 }  // namespace vkrun::stress

@@ -10,7 +10,7 @@ namespace {
 /// an exponential of float32 has not yet vanished: x exp(-x).
 constexpr double kUnderflow = 0x1p-119;
 
-/// Of SSIM, whose value is at most 1; its variances, as differences of squares, would allow more.
+/// Error of SSIM, whose value is at most 1; its variances, as differences of squares, would allow more.
 constexpr double kSsim = 2e-6;  // the project's goal, tests/support/tolerances.h
 
 std::vector<double> allowed_of(const OpCase& op_case, const splat::ref::Summed<double>& sums) {

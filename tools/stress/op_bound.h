@@ -16,7 +16,7 @@ Expected expected_op(const OpCase& op_case, const splat::ref::Summed<double>& su
 /// these, unless a shader asks for shaderDenormPreserveFloat32, which no kernel does.
 OpCase with_denormals_zeroed(const OpCase& op_case);
 
-/// Whether an input or a gradient differs.
+/// True if an input or a gradient differs.
 bool has_other_values(const OpCase& a, const OpCase& b);
 
 }  // namespace vkrun::stress

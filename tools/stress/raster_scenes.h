@@ -7,7 +7,7 @@
 
 namespace vkrun::stress {
 
-using RasterScene = splat::ref::RasterScene<double>;  ///< its numbers are float32's
+using RasterScene = splat::ref::RasterScene<double>;  ///< numbers that float32 holds
 
 /// Spherical harmonics up to degree 1.
 constexpr std::size_t kShCoefficients = 4;

@@ -22,7 +22,7 @@ const char* verdict_of(const Verdict& verdict) {
     return verdict.passed() ? "PASS" : "FAIL";
 }
 
-/// Of each case the row that is nearest to its bound, and every row that fails, in the order of the rows.
+/// The row of each case that is nearest to its bound, and every row that fails, in the order of the rows.
 std::vector<const Row*> shown(const std::vector<Row>& rows) {
     std::map<std::string, const Row*> worst;
     for (const Row& row : rows) {

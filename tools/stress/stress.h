@@ -23,8 +23,8 @@ constexpr double kRounding = 0x1p-24;
 struct Expected {
     std::vector<double> value;
     std::vector<double> allowed;  ///< absolute, of each element
-    /// Of the largest number that summing up an element meets; empty: `value`. Where float32 cannot hold it, a
-    /// result may be infinite, but nothing else than infinite or right.
+    /// The largest number that summing up an element meets; empty: `value`. Where float32 cannot hold it, a
+    /// result must be infinite or right.
     std::vector<double> largest;
     /// What a device that flushes denormal inputs to zero may give instead, and how far float32 may lie from that;
     /// empty: the same.
@@ -34,8 +34,8 @@ struct Expected {
 
 /// What a comparison found.
 struct Verdict {
-    double error = 0;    ///< of the element that is nearest to its bound or farthest beyond it
-    double allowed = 0;  ///< of that element; both relative to the largest expected magnitude
+    double error = 0;  ///< error of the element that is nearest to its bound or farthest beyond it
+    double allowed = 0;  ///< bound of that element; both relative to the largest expected magnitude
     std::size_t elements = 0;
     std::size_t non_finite = 0;  ///< NaN or infinite where float32 has a value
     std::size_t wrong = 0;       ///< finite, but beyond the bound
@@ -60,11 +60,11 @@ std::size_t count_unequal(const std::vector<float>& a, const std::vector<float>&
 
 struct Row {
     std::string group;    ///< "ops", "raster", "model" or "train"
-    std::string name;     ///< of the case, such as "silu/magnitude_1e30"
+    std::string name;     ///< name of the case, such as "silu/magnitude_1e30"
     std::string input;    ///< in words
     std::string result;   ///< "y", "grad_x"
     std::string kernels;  ///< "plain", "cpu" or "gpu"
-    std::string reason;   ///< of the bound
+    std::string reason;   ///< reason for the bound
     Verdict verdict{};
     /// The same figure of float32 elsewhere (PyTorch, the published formulas): infinite where that is not finite,
     /// NaN if there is none.
@@ -100,7 +100,7 @@ class Run {
     [[nodiscard]] bool quick() const { return options_.quick; }
     /// One for each set of kernels that this device runs.
     [[nodiscard]] const std::vector<KernelDevice>& devices() const { return devices_; }
-    /// Whether `--case` names this case or a group of cases that it is in.
+    /// True if `--case` names this case or a group of cases that it is in.
     [[nodiscard]] bool wants(const std::string& name) const;
 
     /// Compares `got` with float64 and `again`, a second run, with `got`.
@@ -113,7 +113,7 @@ class Run {
     /// What was not run, and why.
     void note(const std::string& sentence) { notes_.push_back(sentence); }
     [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
-    /// Of each result added so far, by case and result.
+    /// Hash of each result added so far, by case and result.
     [[nodiscard]] const std::map<std::string, std::uint64_t>& hashes() const { return hashes_; }
 
   private:

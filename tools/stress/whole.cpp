@@ -32,7 +32,7 @@ double loss_at(const WholeStep& step, const std::vector<Numbers>& direction, dou
 
 /// Gradients in float64 against central differences, along random directions.
 void check_gradient(Run& run, const WholeStep& step, const std::vector<Numbers>& exact) {
-    // So small that hardly any Gaussian crosses the threshold of 1/255 in a pixel, where the loss jumps.
+    // Small enough that hardly any Gaussian crosses the threshold of 1/255 in a pixel, where the loss jumps.
     constexpr double kStep = 1e-8;
     NetNoise random(9);
     Verdict worst;

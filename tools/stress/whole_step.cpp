@@ -10,8 +10,8 @@ namespace {
 
 namespace ref = splat::ref;
 
-constexpr std::size_t kNetSide = 6;      ///< of the network
-constexpr std::size_t kImageWidth = 24;  ///< of the image
+constexpr std::size_t kNetSide = 6;      ///< side of the network's images
+constexpr std::size_t kImageWidth = 24;  ///< size of the drawn image
 constexpr std::size_t kImageHeight = 18;
 
 WholeStep make_step(const std::string& name, const std::string& loss, ref::Convention convention,
@@ -99,7 +99,7 @@ double WholeInDouble::forward(NetNoise* noise) {
     for (const std::size_t output : step_.outputs) head.push_back(net.values[output]);
     scene_ = scene_of(step_, head);
     projected_ = ref::project_forward(scene_);
-    if (noise != nullptr)  // as raster_expected() does
+    if (noise != nullptr)  // the noise of raster_expected()
         for (const std::uint32_t i : projected_.order) {
             auto& g = projected_.gaussians[i];
             const auto move = [&](double& number) { number *= 1 + 16 * kRounding * noise->unit(); };

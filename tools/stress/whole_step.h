@@ -13,11 +13,10 @@ struct WholeStep {
     std::string name;
     std::string input;
     Network net;
-    std::vector<std::size_t>
-        outputs;                ///< of gaussian_head: means, opacities, scales, rotations, sh
-    RasterScene scene;          ///< without Gaussians
-    std::string loss;           ///< an operator of two images
-    std::vector<float> target;  ///< [1,3,H,W]
+    std::vector<std::size_t> outputs;  ///< gaussian_head's: means, opacities, scales, rotations, sh
+    RasterScene scene;                 ///< without Gaussians
+    std::string loss;                  ///< an operator of two images
+    std::vector<float> target;         ///< [1,3,H,W]
 };
 std::vector<WholeStep> whole_steps();
 

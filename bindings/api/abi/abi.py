@@ -70,11 +70,11 @@ def stub_text(include: Path) -> str:
                    if "VERSION" not in c["name"]})
     groups.update({s["name"]: member_places(s) for s in api["structs"]})
     for name, values in groups.items():
-        tag = f"values_of_{name}"  # of the first enumerator, which stays when others are added
+        tag = f"values_of_{name}"  # the first enumerator stays when others are added
         body = ", ".join(f"value_of_{key} = {value}" for key, value in values.items())
         lines.append(f"enum {tag} {{ {body} }};")
         lines.append(f"void {tag}(enum {tag} value) {{ (void)value; }}")
-    for struct in api["structs"]:  # also those that only other structs hold
+    for struct in api["structs"]:  # even those that only other structs hold
         lines.append(f"void takes_{struct['name']}({struct['name']}* value) {{ (void)value; }}")
     return "\n".join(lines) + "\n"
 

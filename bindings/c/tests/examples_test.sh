@@ -67,7 +67,7 @@ fit_at_least() {
     echo "$printed" | awk -v least="$least" '{ exit !($1 >= least && $1 < 100) }' || die "expected $least dB or more"
 }
 fit_at_least 30 - fit.png
-fit_at_least 30 fit.png again.png # of its own result, read from a file
+fit_at_least 30 fit.png again.png # fit the first result, read from a file
 
 # refuse <text> <program> <arguments>...: exit status 1 and a sentence with the text.
 refuse() {

@@ -19,7 +19,7 @@ static char config[4096];
 static atomic_int working, cancelled, logged;
 static atomic_uintptr_t training_now; /* the session that may be interrupted */
 
-/* Whether a call did its work; a cancelled one did not, and any other failure ends the program. */
+/* True if a call did its work; a cancelled one did not, and any other failure ends the program. */
 static int done(splat_result result) {
     if (result == SPLAT_CANCELLED) atomic_fetch_add(&cancelled, 1);
     if (result >= 0 || result == SPLAT_CANCELLED) return result >= 0;

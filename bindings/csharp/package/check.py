@@ -65,7 +65,7 @@ def problems_of_libraries(native: Path) -> list[str]:
     found += [f"libsplat.so does not need {name}" for name in sorted(here - named)]
     for path in sorted(native.iterdir()):
         found += [f"{path.name} needs {name}, which is missing" for name in sorted(dynamic(path)[0] - here)]
-    # As the loader finds them.
+    # The loader finds them this way.
     found += [f"libsplat.so takes {name} of {path.parent}" for name, path in sorted(needed(library).items())
               if path.parent != native.resolve()]
     return found

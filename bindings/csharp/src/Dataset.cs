@@ -13,7 +13,7 @@ namespace Splat
         public string Format { get; set; }
         /// <summary>"train", "val", "test"; null: train.</summary>
         public string Split { get; set; }
-        /// <summary>Of several in the folder: "cars", "hydrants"; null: the only one.</summary>
+        /// <summary>"cars", "hydrants", where there are several; null: the only one.</summary>
         public string Category { get; set; }
         /// <summary>The objects of "objaverse" in their order, a JSON array of names.</summary>
         public string ObjectsFile { get; set; }
@@ -39,11 +39,11 @@ namespace Splat
     {
         /// <summary>Images and cameras.</summary>
         ImagesAndCameras = 0,
-        /// <summary>Also depth maps.</summary>
+        /// <summary>Depth maps, too.</summary>
         Depths = 1,
-        /// <summary>Also normal maps.</summary>
+        /// <summary>Normal maps, too.</summary>
         Normals = 2,
-        /// <summary>Also masks.</summary>
+        /// <summary>Masks, too.</summary>
         Masks = 4,
     }
 
@@ -76,7 +76,7 @@ namespace Splat
         public string Path { get; set; }
         /// <summary>"cars", "chairs", "mixed"; null: cars.</summary>
         public string Category { get; set; }
-        /// <summary>Of all random choices.</summary>
+        /// <summary>Seed of all random choices.</summary>
         public long Seed { get; set; }
         /// <summary>Pixels, 8 to 2048; 0: 128.</summary>
         public int Resolution { get; set; }
@@ -108,7 +108,7 @@ namespace Splat
         /// 0: 1.
         /// </summary>
         public int Shards { get; set; }
-        /// <summary>Which of them this call does, from 0.</summary>
+        /// <summary>The part that this call does, from 0.</summary>
         public int Shard { get; set; }
     }
 
@@ -117,7 +117,7 @@ namespace Splat
     {
         /// <summary>"tables", "srn", "images", "store"; null: tables.</summary>
         public string Layout { get; set; }
-        /// <summary>Of what is written; null: that of the data set.</summary>
+        /// <summary>Split to write; null: that of the data set.</summary>
         public string Split { get; set; }
         /// <summary>In names of folders and configurations; null: cars.</summary>
         public string Category { get; set; }
@@ -125,9 +125,9 @@ namespace Splat
         public string DuckDb { get; set; }
         /// <summary>Numbers of objects; null: all.</summary>
         public IReadOnlyList<int> Objects { get; set; }
-        /// <summary>Of a store, as of TableOptions.</summary>
+        /// <summary>Parts of a store, see TableOptions.</summary>
         public int Shards { get; set; }
-        /// <summary>Of a store, as of TableOptions.</summary>
+        /// <summary>The part to write, see TableOptions.</summary>
         public int Shard { get; set; }
     }
 

@@ -522,9 +522,9 @@ namespace Splat
         Backward = 8,
         /// <summary>these three imply BACKWARD; gradients from the depth</summary>
         GradDepth = 16,
-        /// <summary>of the pose (SPLAT_CONVENTION_GSPLAT)</summary>
+        /// <summary>gradients of the pose (SPLAT_CONVENTION_GSPLAT)</summary>
         GradPose = 32,
-        /// <summary>of means2d</summary>
+        /// <summary>gradients of means2d</summary>
         GradMeans2d = 64,
         /// <summary>SPLAT_CONVENTION_3DGS: the gradient of the original code with its three quirks</summary>
         OriginalGradient = 128,
@@ -603,11 +603,11 @@ namespace Splat
         Png = 1,
         /// <summary>float32 [height,width,channels]; U8 is divided by 255</summary>
         Npy = 2,
-        /// <summary>of animations: 252 colours, dithered; no alpha</summary>
+        /// <summary>animations: 252 colours, dithered; no alpha</summary>
         Gif = 3,
         /// <summary>16 bits, to memory only: 65535 v rounded and clamped; NaN is 0</summary>
         Png16 = 4,
-        /// <summary>of animations: 8 bits without loss; sides up to 16383</summary>
+        /// <summary>animations: 8 bits without loss; sides up to 16383</summary>
         Webp = 5,
     }
 
@@ -670,7 +670,7 @@ namespace Splat
         Validation = 3,
         /// <summary>a state was saved</summary>
         Checkpoint = 4,
-        /// <summary>those that end the run</summary>
+        /// <summary>these end the run</summary>
         Done = 5,
         /// <summary>SPLAT_EVENT_INTERRUPTED</summary>
         Interrupted = 6,

@@ -15,17 +15,17 @@ namespace Splat
         public Dataset Dataset { get; set; }
         /// <summary>A folder; both null: the configuration's data.root.</summary>
         public string DataPath { get; set; }
-        /// <summary>Of that folder; null: test.</summary>
+        /// <summary>Split of that folder; null: test.</summary>
         public string Split { get; set; }
         /// <summary>A name for what draws the images; needed without a predictor.</summary>
         public string Method { get; set; }
-        /// <summary>Of the images' resolution; null: LPIPS is NaN.</summary>
+        /// <summary>Made for the images' resolution; null: LPIPS is NaN.</summary>
         public Lpips Lpips { get; set; }
         /// <summary>Numbers of the conditioning views; null: by the protocol.</summary>
         public IReadOnlyList<int> Conditioning { get; set; }
         /// <summary>Conditioning views without a predictor; 0: 1.</summary>
         public int Inputs { get; set; }
-        /// <summary>Of each object, evenly spread; 0: all.</summary>
+        /// <summary>Novel views per object, evenly spread; 0: all.</summary>
         public int NovelViews { get; set; }
         /// <summary>Only the first objects; 0: all.</summary>
         public int Objects { get; set; }

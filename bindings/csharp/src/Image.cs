@@ -39,7 +39,7 @@ namespace Splat
             Channels = (int)Check.Unsigned(channels, nameof(channels));
             Type = type;
             Data = data ?? new byte[checked(width * height * channels * SampleBytes(type))];
-            if (Data.Length == 0)  // which means "trusted" to the library
+            if (Data.Length == 0)  // the library would trust a size of 0
                 throw new ArgumentException(
                     "samples of an image of " + width + " x " + height + " pixels and " + channels +
                     " channels are expected, got 0 bytes", nameof(data));

@@ -114,11 +114,11 @@ namespace Splat
     {
         public long NanCount { get; }
         public long InfCount { get; }
-        /// <summary>of the finite elements; +inf if there are none</summary>
+        /// <summary>smallest finite element; +inf if there are none</summary>
         public double Min { get; }
-        /// <summary>of the finite elements; -inf if there are none</summary>
+        /// <summary>largest finite element; -inf if there are none</summary>
         public double Max { get; }
-        /// <summary>of the finite elements; 0 if there are none</summary>
+        /// <summary>mean of the finite elements; 0 if there are none</summary>
         public double Mean { get; }
 
         internal unsafe TensorStats(splat_tensor_stats* from)
@@ -143,7 +143,7 @@ namespace Splat
         public double[] Center { get; }
         /// <summary>distance from the centre that holds 95 % of the finite means</summary>
         public double Radius { get; }
-        /// <summary>of the finite standard deviations, scene units</summary>
+        /// <summary>smallest finite standard deviation, scene units</summary>
         public double ScaleMin { get; }
         public double ScaleMax { get; }
         public double ScaleMean { get; }
@@ -153,7 +153,7 @@ namespace Splat
         public double OpacityMean { get; }
         /// <summary>values of all attributes</summary>
         public long NonFinite { get; }
-        /// <summary>of length 0, or not finite</summary>
+        /// <summary>rotations of length 0, or not finite</summary>
         public long BadRotations { get; }
         /// <summary>Gaussians with a scale below 1e-12</summary>
         public long Degenerate { get; }
@@ -191,7 +191,7 @@ namespace Splat
         public long Pairs { get; }
         /// <summary>Gaussians in the fullest tile</summary>
         public long Longest { get; }
-        /// <summary>of all views</summary>
+        /// <summary>tiles of all views</summary>
         public long Tiles { get; }
         /// <summary>tiles without Gaussians</summary>
         public long EmptyTiles { get; }
@@ -227,7 +227,7 @@ namespace Splat
 
     public sealed class ImageInfo
     {
-        /// <summary>of a sample in the file: 8, 16, or 32 (.npy)</summary>
+        /// <summary>bits per sample in the file: 8, 16, or 32 (.npy)</summary>
         public int Bits { get; }
         /// <summary>pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal sees the same angle, or else focal length and resolution of the sensor; 0: not known</summary>
         public double Focal { get; }
@@ -281,23 +281,23 @@ namespace Splat
     {
         /// <summary>SPLAT_MODEL_ bits of its creation</summary>
         public ModelFlags Flags { get; }
-        /// <summary>of a batch</summary>
+        /// <summary>objects per batch</summary>
         public int Objects { get; }
         /// <summary>input images of an object</summary>
         public int Views { get; }
         /// <summary>R</summary>
         public int Resolution { get; }
-        /// <summary>of splat_model_input.images</summary>
+        /// <summary>channels of splat_model_input.images</summary>
         public int Channels { get; }
-        /// <summary>of the tensor "images": without the plane of origin distances</summary>
+        /// <summary>channels of "images": no plane of origin distances</summary>
         public int ImageChannels { get; }
-        /// <summary>of "raw"</summary>
+        /// <summary>channels of "raw"</summary>
         public int OutputChannels { get; }
         /// <summary>M, of an object</summary>
         public int Gaussians { get; }
         /// <summary>K = (sh_degree + 1)^2</summary>
         public int ShDegree { get; }
-        /// <summary>of a custom embedding; 0: none</summary>
+        /// <summary>length of a custom embedding; 0: none</summary>
         public int EmbeddingLength { get; }
         public int TokenDim { get; }
         /// <summary>0: none</summary>
@@ -348,7 +348,7 @@ namespace Splat
         public long Step { get; }
         /// <summary>steps without an update</summary>
         public long Skipped { get; }
-        /// <summary>of the last step; before the first, of the next</summary>
+        /// <summary>rate of the last step; before the first, of the next</summary>
         public double Rate { get; }
         /// <summary>numbers of the last step's gradients that are NaN or infinite</summary>
         public long NonFinite { get; }
@@ -358,7 +358,7 @@ namespace Splat
         public bool Averaged { get; }
         /// <summary>tensors</summary>
         public long Parameters { get; }
-        /// <summary>their numbers</summary>
+        /// <summary>numbers in these tensors</summary>
         public long Elements { get; }
 
         internal unsafe OptimizerInfo(splat_optimizer_info* from)
@@ -436,7 +436,7 @@ namespace Splat
         public int Views { get; }
         /// <summary>R: the network sees squares of R x R pixels</summary>
         public int Resolution { get; }
-        /// <summary>of its input</summary>
+        /// <summary>channels of the network's input</summary>
         public int Channels { get; }
         /// <summary>1: it takes a depth map, else 0; so the next three</summary>
         public bool Depth { get; }
@@ -476,7 +476,7 @@ namespace Splat
     /// <summary>What became of a picture. Frozen.</summary>
     public sealed class PictureInfo
     {
-        /// <summary>of the picture, pixels</summary>
+        /// <summary>width of the picture, pixels</summary>
         public int Width { get; }
         public int Height { get; }
         public Found Found { get; }
@@ -486,7 +486,7 @@ namespace Splat
         public double[] Square { get; }
         /// <summary>pixels of the picture; 0: not known</summary>
         public double Focal { get; }
-        /// <summary>of the square; 0: not known</summary>
+        /// <summary>field of view of the square; 0: not known</summary>
         public double FovDegrees { get; }
 
         internal unsafe PictureInfo(splat_picture_info* from)
@@ -505,7 +505,7 @@ namespace Splat
     {
         /// <summary>to score</summary>
         public int Objects { get; }
-        /// <summary>so far</summary>
+        /// <summary>scored so far</summary>
         public int Scored { get; }
         /// <summary>R: images have R x R pixels</summary>
         public int Resolution { get; }
@@ -528,7 +528,7 @@ namespace Splat
         /// <summary>NaN without its network</summary>
         public double Lpips { get; }
         public int Views { get; }
-        /// <summary>those that equal their targets</summary>
+        /// <summary>views that equal their targets</summary>
         public int PerfectViews { get; }
 
         internal unsafe Scores(splat_scores* from)
@@ -550,7 +550,7 @@ namespace Splat
         public long Gaussians { get; }
         /// <summary>with a NaN or an infinity; no image shows them</summary>
         public long GaussiansNotFinite { get; }
-        /// <summary>of opacity below 1/255</summary>
+        /// <summary>opacity below 1/255</summary>
         public long GaussiansInvisible { get; }
         /// <summary>all others</summary>
         public long GaussiansVisible { get; }
@@ -573,7 +573,7 @@ namespace Splat
 
     public sealed class ObjectScores
     {
-        /// <summary>its number</summary>
+        /// <summary>number of the object</summary>
         public int Object { get; }
         /// <summary>lives as long as the evaluator</summary>
         public string Name { get; }
@@ -638,7 +638,7 @@ namespace Splat
         public int Metrics { get; }
         public long ObjectsA { get; }
         public long ObjectsB { get; }
-        /// <summary>of both</summary>
+        /// <summary>objects that A and B share</summary>
         public long SharedObjects { get; }
         /// <summary>1: objects were ignored</summary>
         public bool Unpaired { get; }
@@ -664,7 +664,7 @@ namespace Splat
         public bool Exact { get; }
         public double MeanA { get; }
         public double MeanB { get; }
-        /// <summary>of the means, B - A</summary>
+        /// <summary>mean_b - mean_a</summary>
         public double Difference { get; }
         /// <summary>two-sided; paired: signs of differences flipped, unpaired: all scores shuffled</summary>
         public double PPermutation { get; }
@@ -739,7 +739,7 @@ namespace Splat
     {
         /// <summary>counted</summary>
         public long Pixels { get; }
-        /// <summary>of these, without a prediction; their angle is 180 degrees</summary>
+        /// <summary>counted pixels without a prediction; their angle is 180 degrees</summary>
         public long Missing { get; }
         public double Mean { get; }
         public double Median { get; }
@@ -844,15 +844,15 @@ namespace Splat
     {
         /// <summary>SPLAT_DATA_ flags of the maps that it makes</summary>
         public DataFlags Maps { get; }
-        /// <summary>of its input, pixels; 0: by the picture</summary>
+        /// <summary>width of the model's input, pixels; 0: by the picture</summary>
         public int Width { get; }
         public int Height { get; }
-        /// <summary>its name; lives, as the other texts, as long as the model</summary>
+        /// <summary>name of the preset; lives, as the other texts, as long as the model</summary>
         public string Preset { get; }
-        /// <summary>of the model: show it to the user</summary>
+        /// <summary>licence of the model: show it to the user</summary>
         public string Licence { get; }
         public string Note { get; }
-        /// <summary>of the model</summary>
+        /// <summary>file of the model</summary>
         public string Path { get; }
         /// <summary>"1.30.0"</summary>
         public string RuntimeVersion { get; }

@@ -39,9 +39,9 @@ namespace Splat
         public float[] Tokens { get; set; }
         /// <summary>Take what the model's tensors hold; the arrays are null.</summary>
         public PassFlags Flags { get; set; }
-        /// <summary>Of dropout, with Step.</summary>
+        /// <summary>Seed of dropout, used with Step.</summary>
         public long Seed { get; set; }
-        /// <summary>Of the optimiser.</summary>
+        /// <summary>The optimiser's step.</summary>
         public int Step { get; set; }
     }
 

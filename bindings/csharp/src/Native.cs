@@ -2669,7 +2669,7 @@ namespace Splat.Interop
         public ulong bytes_besides;
         /// <summary>tensors or files of an archive; 0 = 10^6</summary>
         public ulong items;
-        /// <summary>of one image; 0 = 100</summary>
+        /// <summary>scans of one JPEG image; 0 = 100</summary>
         public uint jpeg_scans;
         public uint reserved;
     }
@@ -2682,7 +2682,7 @@ namespace Splat.Interop
     public unsafe struct splat_image
     {
         public void* pixels;
-        /// <summary>of `pixels`, checked against the layout; 0: trusted</summary>
+        /// <summary>size of `pixels`, checked against the layout; 0: trusted</summary>
         public UIntPtr bytes;
         public Pixel type;
         /// <summary>pixels</summary>
@@ -2809,11 +2809,11 @@ namespace Splat.Interop
         public uint reserved;
         public ulong nan_count;
         public ulong inf_count;
-        /// <summary>of the finite elements; +inf if there are none</summary>
+        /// <summary>smallest finite element; +inf if there are none</summary>
         public double min;
-        /// <summary>of the finite elements; -inf if there are none</summary>
+        /// <summary>largest finite element; -inf if there are none</summary>
         public double max;
-        /// <summary>of the finite elements; 0 if there are none</summary>
+        /// <summary>mean of the finite elements; 0 if there are none</summary>
         public double mean;
     }
 
@@ -2834,7 +2834,7 @@ namespace Splat.Interop
         public byte* subset;
         /// <summary>"train", "val", "test"; NULL: train</summary>
         public byte* split;
-        /// <summary>of the images, pixels; 0: 128</summary>
+        /// <summary>side of the images, pixels; 0: 128</summary>
         public uint size;
         /// <summary>only this many sequences, the first by name; 0: all</summary>
         public uint limit;
@@ -2844,13 +2844,13 @@ namespace Splat.Interop
     public unsafe struct splat_co3d_info
     {
         public uint struct_size;
-        /// <summary>of the split</summary>
+        /// <summary>sequences in the split</summary>
         public uint sequences;
-        /// <summary>of them, that were there before</summary>
+        /// <summary>sequences that were there before</summary>
         public uint kept;
-        /// <summary>of them, whose cameras are not finite</summary>
+        /// <summary>sequences left out: their cameras are not finite</summary>
         public uint left_out;
-        /// <summary>of all of them</summary>
+        /// <summary>frames of all sequences in the split</summary>
         public ulong frames;
     }
 
@@ -2866,7 +2866,7 @@ namespace Splat.Interop
         public byte* format;
         /// <summary>"train", "val", "test"; NULL: train</summary>
         public byte* split;
-        /// <summary>of the returned images, which are square; 0: as stored</summary>
+        /// <summary>side of the returned images, which are square; 0: as stored</summary>
         public uint resolution;
         /// <summary>use only this many objects, the first in order; 0: all</summary>
         public uint limit;
@@ -2875,7 +2875,7 @@ namespace Splat.Interop
         /// <summary>behind transparent pixels, 0 to 1</summary>
         public fixed float background[3];
         public uint reserved;
-        /// <summary>of several in the folder: "cars", "hydrants"; NULL: the only one</summary>
+        /// <summary>"cars", "hydrants", where there are several; NULL: the only one</summary>
         public byte* category;
         /// <summary>NULL, or a list for one format: a path, or one in the folder of the data; "objaverse": JSON array of all objects in order</summary>
         public byte* objects_file;
@@ -2952,12 +2952,12 @@ namespace Splat.Interop
         public byte* split;
         /// <summary>in names of folders and configurations; NULL: cars</summary>
         public byte* category;
-        /// <summary>as in splat_dataset_import_desc</summary>
+        /// <summary>see splat_dataset_import_desc</summary>
         public byte* duckdb;
-        /// <summary>which to write; NULL: all</summary>
+        /// <summary>objects to write; NULL: all</summary>
         public uint* objects;
         public ulong object_count;
-        /// <summary>of a store, as in splat_dataset_import_desc</summary>
+        /// <summary>parts of a store, see splat_dataset_import_desc</summary>
         public uint shards;
         public uint shard;
     }
@@ -2981,7 +2981,7 @@ namespace Splat.Interop
         public uint resolution;
         /// <summary>from random places around the object; 0: 50</summary>
         public uint train_views;
-        /// <summary>of val and test, on a spiral; 0: 251</summary>
+        /// <summary>views of val and test objects, on a spiral; 0: 251</summary>
         public uint test_views;
         public uint train_objects;
         public uint val_objects;
@@ -3025,7 +3025,7 @@ namespace Splat.Interop
         public void* next;
         /// <summary>0 = by the first bytes, else by the extension of the path</summary>
         public SceneFormat format;
-        /// <summary>of the file; 0 = the format's usual one</summary>
+        /// <summary>axes of the file; 0 = the format's usual ones</summary>
         public Frame frame;
         /// <summary>drop bands, or pad them with zeros, to degree 1 to 3 or (SPLAT_SH_CONSTANT) 0; 0: keep all</summary>
         public int sh_degree;
@@ -3061,7 +3061,7 @@ namespace Splat.Interop
         public fixed double center[3];
         /// <summary>distance from the centre that holds 95 % of the finite means</summary>
         public double radius;
-        /// <summary>of the finite standard deviations, scene units</summary>
+        /// <summary>smallest finite standard deviation, scene units</summary>
         public double scale_min;
         public double scale_max;
         public double scale_mean;
@@ -3071,7 +3071,7 @@ namespace Splat.Interop
         public double opacity_mean;
         /// <summary>values of all attributes</summary>
         public ulong non_finite;
-        /// <summary>of length 0, or not finite</summary>
+        /// <summary>rotations of length 0, or not finite</summary>
         public ulong bad_rotations;
         /// <summary>Gaussians with a scale below 1e-12</summary>
         public ulong degenerate;
@@ -3221,7 +3221,7 @@ namespace Splat.Interop
         public void* next;
         /// <summary>text, JSON or YAML with the keys of Splatter Image; NULL: the cars model</summary>
         public byte* config;
-        /// <summary>of a batch; 0: 1. If an activation of the batch exceeds one binding of the device, the batch runs in equal slices. A backward pass then repeats the forward pass of all slices except the last, and dropout differs from that of an undivided batch</summary>
+        /// <summary>objects per batch; 0: 1. If an activation of the batch exceeds one binding of the device, the batch runs in equal slices. A backward pass then repeats the forward pass of all slices but the last, and dropout differs from that of an undivided batch</summary>
         public uint objects;
         /// <summary>0: SPLAT_PRECISION_BALANCED</summary>
         public Precision precision;
@@ -3234,23 +3234,23 @@ namespace Splat.Interop
         public uint struct_size;
         /// <summary>SPLAT_MODEL_ bits of its creation</summary>
         public ModelFlags flags;
-        /// <summary>of a batch</summary>
+        /// <summary>objects per batch</summary>
         public uint objects;
         /// <summary>input images of an object</summary>
         public uint views;
         /// <summary>R</summary>
         public uint resolution;
-        /// <summary>of splat_model_input.images</summary>
+        /// <summary>channels of splat_model_input.images</summary>
         public uint channels;
-        /// <summary>of the tensor "images": without the plane of origin distances</summary>
+        /// <summary>channels of "images": no plane of origin distances</summary>
         public uint image_channels;
-        /// <summary>of "raw"</summary>
+        /// <summary>channels of "raw"</summary>
         public uint output_channels;
         /// <summary>M, of an object</summary>
         public uint gaussians;
         /// <summary>K = (sh_degree + 1)^2</summary>
         public uint sh_degree;
-        /// <summary>of a custom embedding; 0: none</summary>
+        /// <summary>length of a custom embedding; 0: none</summary>
         public uint embedding_length;
         public uint token_dim;
         /// <summary>0: none</summary>
@@ -3278,11 +3278,11 @@ namespace Splat.Interop
         public uint struct_size;
         /// <summary>SPLAT_PASS_ bits</summary>
         public PassFlags flags;
-        /// <summary>of dropout, with step</summary>
+        /// <summary>seed of dropout, used with step</summary>
         public ulong seed;
-        /// <summary>of the optimiser</summary>
+        /// <summary>the optimiser's step</summary>
         public uint step;
-        /// <summary>of each image, checked against the configuration; 0: not checked</summary>
+        /// <summary>channels per image, checked against the configuration; 0: not checked</summary>
         public uint channels;
         /// <summary>in the arrays, checked against the model's; 0: not checked</summary>
         public uint objects;
@@ -3369,7 +3369,7 @@ namespace Splat.Interop
     public unsafe struct splat_picture
     {
         public splat_picture_source image;
-        /// <summary>of the object, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs from its border's colour, else all</summary>
+        /// <summary>the object's mask, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs from its border's colour, else all</summary>
         public splat_picture_source mask;
         /// <summary>where the network takes it; larger is nearer, at any scale</summary>
         public splat_picture_source depth;
@@ -3383,9 +3383,9 @@ namespace Splat.Interop
         public double focal;
         /// <summary>along the camera's axis, where the network takes it; else 0</summary>
         public double origin_distance;
-        /// <summary>as splat_camera; all 0: none. Networks of several views need the poses of all, and whole pictures; others take none</summary>
+        /// <summary>like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole pictures; others take none</summary>
         public fixed double world_to_camera[16];
-        /// <summary>of a custom embedding, or NULL</summary>
+        /// <summary>a custom embedding, or NULL</summary>
         public float* embedding;
         /// <summary>numbers</summary>
         public ulong embedding_count;
@@ -3399,7 +3399,7 @@ namespace Splat.Interop
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_picture_info
     {
-        /// <summary>of the picture, pixels</summary>
+        /// <summary>width of the picture, pixels</summary>
         public uint width;
         public uint height;
         public Found found;
@@ -3409,7 +3409,7 @@ namespace Splat.Interop
         public fixed double square[3];
         /// <summary>pixels of the picture; 0: not known</summary>
         public double focal;
-        /// <summary>of the square; 0: not known</summary>
+        /// <summary>field of view of the square; 0: not known</summary>
         public double fov_degrees;
     }
 
@@ -3454,7 +3454,7 @@ namespace Splat.Interop
         public byte* config;
         /// <summary>a file of low-rank adapters, which are folded in</summary>
         public byte* adapters_path;
-        /// <summary>or weights of them; neither: none but those among the weights</summary>
+        /// <summary>adapters in memory; neither: only those among the weights</summary>
         public IntPtr adapters;
         /// <summary>0: lora_alpha of their metadata, else of the configuration</summary>
         public double adapters_alpha;
@@ -3469,7 +3469,7 @@ namespace Splat.Interop
         public uint views;
         /// <summary>R: the network sees squares of R x R pixels</summary>
         public uint resolution;
-        /// <summary>of its input</summary>
+        /// <summary>channels of the network's input</summary>
         public uint channels;
         /// <summary>1: it takes a depth map, else 0; so the next three</summary>
         public uint depth;
@@ -3619,7 +3619,7 @@ namespace Splat.Interop
         public ulong pairs;
         /// <summary>Gaussians in the fullest tile</summary>
         public ulong longest;
-        /// <summary>of all views</summary>
+        /// <summary>tiles of all views</summary>
         public ulong tiles;
         /// <summary>tiles without Gaussians</summary>
         public ulong empty_tiles;
@@ -3642,7 +3642,7 @@ namespace Splat.Interop
     public unsafe struct splat_image_info
     {
         public uint struct_size;
-        /// <summary>of a sample in the file: 8, 16, or 32 (.npy)</summary>
+        /// <summary>bits per sample in the file: 8, 16, or 32 (.npy)</summary>
         public uint bits;
         /// <summary>pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal sees the same angle, or else focal length and resolution of the sensor; 0: not known</summary>
         public double focal;
@@ -3667,7 +3667,7 @@ namespace Splat.Interop
         /// <summary>0</summary>
         public uint flags;
         public void* next;
-        /// <summary>of torchvision's vgg16 and of the lpips package, one file or two; read before the call returns</summary>
+        /// <summary>weights of torchvision's vgg16 and of the lpips package, in one file or two; read before the call returns</summary>
         public IntPtr* weights;
         public uint weight_count;
         /// <summary>pixels, both ways; &gt;= 16</summary>
@@ -3678,7 +3678,7 @@ namespace Splat.Interop
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_optimizer_item
     {
-        /// <summary>of a tensor its name; of a model or module a prefix of the names of its trainable parameters, NULL: none</summary>
+        /// <summary>a tensor's name; or a prefix for the names of a model's or module's trainable parameters, NULL: none</summary>
         public byte* name;
         /// <summary>created with SPLAT_MODEL_GRADIENTS</summary>
         public IntPtr model;
@@ -3686,7 +3686,7 @@ namespace Splat.Interop
         public IntPtr module;
         /// <summary>float32</summary>
         public IntPtr parameter;
-        /// <summary>of its shape</summary>
+        /// <summary>same shape as `parameter`</summary>
         public IntPtr gradient;
     }
 
@@ -3697,9 +3697,9 @@ namespace Splat.Interop
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_optimizer_group
     {
-        /// <summary>of names: '*' is any text, '?' one character</summary>
+        /// <summary>matches names: '*' is any text, '?' one character</summary>
         public byte* pattern;
-        /// <summary>of the desc's rate; 0: 1</summary>
+        /// <summary>multiplies the desc's rate; 0: 1</summary>
         public double rate_factor;
         public double beta1;
         public double beta2;
@@ -3729,11 +3729,11 @@ namespace Splat.Interop
         /// <summary>0: SPLAT_SCHEDULE_CONSTANT</summary>
         public Schedule schedule;
         public uint reserved;
-        /// <summary>in which the rate rises from zero, in any schedule</summary>
+        /// <summary>steps in which the rate rises from zero, in any schedule</summary>
         public ulong warmup_steps;
-        /// <summary>of SPLAT_SCHEDULE_COSINE, more than warmup_steps; else 0</summary>
+        /// <summary>end of SPLAT_SCHEDULE_COSINE, more than warmup_steps; else 0</summary>
         public ulong total_steps;
-        /// <summary>of SPLAT_SCHEDULE_STEP; else 0</summary>
+        /// <summary>step at which SPLAT_SCHEDULE_STEP lowers the rate; else 0</summary>
         public ulong step_at;
         /// <summary>The averages decay by min(ema_decay, 1 - (1 + step - ema_after)^(-2/3)); up to ema_after they are copies. ema_decay 0: no averages; ema_every 0: every step</summary>
         public double ema_decay;
@@ -3751,7 +3751,7 @@ namespace Splat.Interop
         public ulong step;
         /// <summary>steps without an update</summary>
         public ulong skipped;
-        /// <summary>of the last step; before the first, of the next</summary>
+        /// <summary>rate of the last step; before the first, of the next</summary>
         public double rate;
         /// <summary>numbers of the last step's gradients that are NaN or infinite</summary>
         public ulong non_finite;
@@ -3761,7 +3761,7 @@ namespace Splat.Interop
         public uint averaged;
         /// <summary>tensors</summary>
         public ulong parameters;
-        /// <summary>their numbers</summary>
+        /// <summary>numbers in these tensors</summary>
         public ulong elements;
     }
 
@@ -3811,9 +3811,9 @@ namespace Splat.Interop
         /// <summary>B*T, of R x R pixels</summary>
         public splat_camera* cameras;
         public ulong cameras_count;
-        /// <summary>of each input image, checked against the configuration; 0: not checked</summary>
+        /// <summary>channels per input image, as in the configuration; 0: not checked</summary>
         public uint channels;
-        /// <summary>B, checked against the configuration; 0: not checked</summary>
+        /// <summary>B, as in the configuration; 0: not checked</summary>
         public uint objects;
     }
 
@@ -3866,7 +3866,7 @@ namespace Splat.Interop
         /// <summary>changes to it, as in splat_config_merge</summary>
         public byte** values;
         public ulong value_count;
-        /// <summary>as splat_batches_create takes it; NULL: the split train of data.root</summary>
+        /// <summary>see splat_batches_create; NULL: the split train of data.root</summary>
         public IntPtr dataset;
         /// <summary>NULL: none; if `dataset` is NULL too, the split val of data.root where there is one</summary>
         public IntPtr validation;
@@ -3907,15 +3907,15 @@ namespace Splat.Interop
         /// <summary>since the first step of this session</summary>
         public double seconds;
         public double steps_per_second;
-        /// <summary>of the validated object, else NULL</summary>
+        /// <summary>name of the validated object, else NULL</summary>
         public byte* name;
-        /// <summary>its number</summary>
+        /// <summary>number of the validated object</summary>
         public uint @object;
-        /// <summary>of the validation</summary>
+        /// <summary>objects in the validation</summary>
         public uint objects;
-        /// <summary>of the object, the input views first; of VALIDATION: all novel views</summary>
+        /// <summary>views of the object, the input views first; in VALIDATION: all novel views</summary>
         public uint views;
-        /// <summary>input views of them</summary>
+        /// <summary>input views among them</summary>
         public uint inputs;
         /// <summary>pixels of an image</summary>
         public uint side;
@@ -3929,11 +3929,11 @@ namespace Splat.Interop
         public double novel_psnr;
         /// <summary>NaN without novel views</summary>
         public double novel_ssim;
-        /// <summary>of input views</summary>
+        /// <summary>scores of input views</summary>
         public double conditioning_psnr;
-        /// <summary>of input views</summary>
+        /// <summary>scores of input views</summary>
         public double conditioning_ssim;
-        /// <summary>of validations of as many objects and views</summary>
+        /// <summary>best validation with as many objects and views</summary>
         public double best_psnr;
     }
 
@@ -3951,11 +3951,11 @@ namespace Splat.Interop
         public IntPtr dataset;
         /// <summary>a folder, opened as the predictor's configuration says; both NULL: its data.root</summary>
         public byte* data_path;
-        /// <summary>of that folder; NULL: test; NULL with `dataset`</summary>
+        /// <summary>split of `data_path`; NULL: test; NULL with `dataset`</summary>
         public byte* split;
         /// <summary>a name for what draws the images of splat_evaluator_score_images; NULL: the predictor. A predictor then only says how the data are read. Must be given without a predictor</summary>
         public byte* method;
-        /// <summary>of the images' resolution; NULL: LPIPS is NaN</summary>
+        /// <summary>made for the images' resolution; NULL: LPIPS is NaN</summary>
         public IntPtr lpips;
         /// <summary>numbers of the conditioning views of each object</summary>
         public uint* conditioning;
@@ -3963,7 +3963,7 @@ namespace Splat.Interop
         public ulong conditioning_count;
         /// <summary>conditioning views without a predictor and without their numbers; else 0. 0: 1</summary>
         public uint inputs;
-        /// <summary>of each object, evenly spread; 0: all</summary>
+        /// <summary>novel views per object, evenly spread; 0: all</summary>
         public uint novel_views;
         /// <summary>only this many, the first in order; 0: all</summary>
         public uint objects;
@@ -3976,7 +3976,7 @@ namespace Splat.Interop
         public uint struct_size;
         /// <summary>to score</summary>
         public uint objects;
-        /// <summary>so far</summary>
+        /// <summary>scored so far</summary>
         public uint scored;
         /// <summary>R: images have R x R pixels</summary>
         public uint resolution;
@@ -3993,7 +3993,7 @@ namespace Splat.Interop
         /// <summary>NaN without its network</summary>
         public double lpips;
         public uint views;
-        /// <summary>those that equal their targets</summary>
+        /// <summary>views that equal their targets</summary>
         public uint perfect_views;
     }
 
@@ -4007,7 +4007,7 @@ namespace Splat.Interop
         public ulong gaussians;
         /// <summary>with a NaN or an infinity; no image shows them</summary>
         public ulong gaussians_not_finite;
-        /// <summary>of opacity below 1/255</summary>
+        /// <summary>opacity below 1/255</summary>
         public ulong gaussians_invisible;
         /// <summary>all others</summary>
         public ulong gaussians_visible;
@@ -4021,7 +4021,7 @@ namespace Splat.Interop
     public unsafe struct splat_object_scores
     {
         public uint struct_size;
-        /// <summary>its number</summary>
+        /// <summary>number of the object</summary>
         public uint @object;
         /// <summary>lives as long as the evaluator</summary>
         public byte* name;
@@ -4089,7 +4089,7 @@ namespace Splat.Interop
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_score
     {
-        /// <summary>its name</summary>
+        /// <summary>name of the object</summary>
         public byte* @object;
         public double psnr;
         public double ssim;
@@ -4117,7 +4117,7 @@ namespace Splat.Interop
         public void* next;
         public splat_score_set a;
         public splat_score_set b;
-        /// <summary>of all random choices</summary>
+        /// <summary>seed of all random choices</summary>
         public ulong seed;
         /// <summary>random permutations; 0: 300000</summary>
         public uint resamples;
@@ -4133,7 +4133,7 @@ namespace Splat.Interop
         public uint metrics;
         public ulong objects_a;
         public ulong objects_b;
-        /// <summary>of both</summary>
+        /// <summary>objects that A and B share</summary>
         public ulong shared_objects;
         /// <summary>1: objects were ignored</summary>
         public uint unpaired;
@@ -4151,7 +4151,7 @@ namespace Splat.Interop
         public uint exact;
         public double mean_a;
         public double mean_b;
-        /// <summary>of the means, B - A</summary>
+        /// <summary>mean_b - mean_a</summary>
         public double difference;
         /// <summary>two-sided; paired: signs of differences flipped, unpaired: all scores shuffled</summary>
         public double p_permutation;
@@ -4186,7 +4186,7 @@ namespace Splat.Interop
         public byte* model_path;
         /// <summary>library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1 beside libsplat or where the system's loader looks</summary>
         public byte* runtime_path;
-        /// <summary>of one run; 0: one per core</summary>
+        /// <summary>threads of one run; 0: one per core</summary>
         public uint threads;
         public uint reserved;
     }
@@ -4197,15 +4197,15 @@ namespace Splat.Interop
         public uint struct_size;
         /// <summary>SPLAT_DATA_ flags of the maps that it makes</summary>
         public DataFlags maps;
-        /// <summary>of its input, pixels; 0: by the picture</summary>
+        /// <summary>width of the model's input, pixels; 0: by the picture</summary>
         public uint width;
         public uint height;
-        /// <summary>its name; lives, as the other texts, as long as the model</summary>
+        /// <summary>name of the preset; lives, as the other texts, as long as the model</summary>
         public byte* preset;
-        /// <summary>of the model: show it to the user</summary>
+        /// <summary>licence of the model: show it to the user</summary>
         public byte* licence;
         public byte* note;
-        /// <summary>of the model</summary>
+        /// <summary>file of the model</summary>
         public byte* path;
         /// <summary>"1.30.0"</summary>
         public byte* runtime_version;
@@ -4238,7 +4238,7 @@ namespace Splat.Interop
         /// <summary>pixels</summary>
         public double focal_x;
         public double focal_y;
-        /// <summary>of the principal point, pixels from the left edge; both 0: the middle</summary>
+        /// <summary>principal point, pixels from the left and top edge; both 0: the middle</summary>
         public double center_x;
         public double center_y;
         /// <summary>distances that a map of relative depth goes between: 0 is 1 / farthest, 1 is 1 / nearest. Both 0: the map holds distances, and where they are 0 or less, or not finite, there is no surface</summary>
@@ -4275,7 +4275,7 @@ namespace Splat.Interop
         public uint reserved;
         /// <summary>counted</summary>
         public ulong pixels;
-        /// <summary>of these, without a prediction; their angle is 180 degrees</summary>
+        /// <summary>counted pixels without a prediction; their angle is 180 degrees</summary>
         public ulong missing;
         public double mean;
         public double median;

@@ -12,15 +12,15 @@ namespace Splat
         public string Type { get; set; }
         /// <summary>JSON object; null: defaults.</summary>
         public string Attributes { get; set; }
-        /// <summary>Whether gradients of parameters add up.</summary>
+        /// <summary>OpFlags.Accumulate: gradients of parameters add up.</summary>
         public OpFlags Flags { get; set; }
         /// <summary>In the operator's order; an optional one may be null.</summary>
         public IReadOnlyList<Tensor> Inputs { get; set; }
         /// <summary>In the operator's order; an optional one may be null.</summary>
         public IReadOnlyList<Tensor> Outputs { get; set; }
-        /// <summary>As many as outputs; null: no backward.</summary>
+        /// <summary>One per output; null: no backward.</summary>
         public IReadOnlyList<Tensor> GradOutputs { get; set; }
-        /// <summary>As many as inputs; gradients of null entries are not computed.</summary>
+        /// <summary>One per input; gradients of null entries are not computed.</summary>
         public IReadOnlyList<Tensor> GradInputs { get; set; }
     }
 

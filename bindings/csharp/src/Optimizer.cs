@@ -41,20 +41,20 @@ namespace Splat
     {
         /// <summary>Names: '*' is any text, '?' one character.</summary>
         public string Pattern { get; set; }
-        /// <summary>Of the rate; 0: 1.</summary>
+        /// <summary>Multiplies the rate; 0: 1.</summary>
         public double RateFactor { get; set; }
-        /// <summary>Of Adam.</summary>
+        /// <summary>Adam's beta1.</summary>
         public double Beta1 { get; set; }
-        /// <summary>Of Adam.</summary>
+        /// <summary>Adam's beta2.</summary>
         public double Beta2 { get; set; }
-        /// <summary>Of Adam.</summary>
+        /// <summary>Adam's epsilon.</summary>
         public double Eps { get; set; }
     }
 
     /// <summary>Numbers of Adam, of its schedule and of averaged weights; 0: the default.</summary>
     public sealed class OptimizerOptions
     {
-        /// <summary>Of several groups that match a name, the first has the parameter.</summary>
+        /// <summary>A parameter belongs to the first group that matches its name.</summary>
         public IReadOnlyList<OptimizerGroup> Groups { get; set; }
         /// <summary>0: 5e-5.</summary>
         public double Rate { get; set; }
@@ -68,11 +68,11 @@ namespace Splat
         public Schedule Schedule { get; set; }
         /// <summary>Steps in which the rate rises from zero.</summary>
         public long WarmupSteps { get; set; }
-        /// <summary>Of Schedule.Cosine.</summary>
+        /// <summary>End of Schedule.Cosine.</summary>
         public long TotalSteps { get; set; }
-        /// <summary>Of Schedule.Step.</summary>
+        /// <summary>Step at which Schedule.Step lowers the rate.</summary>
         public long StepAt { get; set; }
-        /// <summary>Of averaged weights; 0: none.</summary>
+        /// <summary>Decay of averaged weights; 0: none.</summary>
         public double EmaDecay { get; set; }
         /// <summary>Steps between updates of the averages; 0: every step.</summary>
         public long EmaEvery { get; set; }

@@ -25,11 +25,11 @@ namespace Splat
             Dims = Values.Copy(native->dims, (int)native->rank);
         }
 
-        /// <summary>Its name.</summary>
+        /// <summary>Name of the port.</summary>
         public string Name { get; }
         /// <summary>Optional, trainable, with a gradient.</summary>
         public PortFlags Flags { get; }
-        /// <summary>Its shape, outermost first.</summary>
+        /// <summary>Shape, outermost first.</summary>
         public long[] Dims { get; }
 
         /// <summary>Number of elements.</summary>

@@ -44,13 +44,13 @@ namespace Splat
     {
         /// <summary>The picture.</summary>
         public PictureSource Image { get; set; }
-        /// <summary>Of the object; null: found by alpha or by the colour of the border.</summary>
+        /// <summary>Object mask; null: found by alpha or by the colour of the border.</summary>
         public PictureSource Mask { get; set; }
         /// <summary>Where the network takes it; larger is nearer.</summary>
         public PictureSource Depth { get; set; }
         /// <summary>Where the network takes it; (normal + 1) / 2.</summary>
         public PictureSource Normal { get; set; }
-        /// <summary>Whether to use the whole picture.</summary>
+        /// <summary>PictureFlags.Whole: use the largest centred square.</summary>
         public PictureFlags Flags { get; set; }
         /// <summary>The object's longer side, as a part of the square's; 0: 0.65.</summary>
         public float Foreground { get; set; }
@@ -60,7 +60,7 @@ namespace Splat
         public double OriginDistance { get; set; }
         /// <summary>16 numbers, row-major; null: none.</summary>
         public double[] WorldToCamera { get; set; }
-        /// <summary>Of a custom embedding, or null.</summary>
+        /// <summary>A custom embedding, or null.</summary>
         public float[] Embedding { get; set; }
         /// <summary>[token_dim,tokens] where the network takes them, or null.</summary>
         public float[] Tokens { get; set; }
@@ -134,7 +134,7 @@ namespace Splat
         public string Config { get; set; }
         /// <summary>A file of low-rank adapters, which are folded in.</summary>
         public string AdaptersPath { get; set; }
-        /// <summary>Or weights of them.</summary>
+        /// <summary>Low-rank adapters in memory, in place of the file.</summary>
         public Weights Adapters { get; set; }
         /// <summary>0: of their metadata, else of the configuration.</summary>
         public double AdaptersAlpha { get; set; }

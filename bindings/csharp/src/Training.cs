@@ -96,13 +96,13 @@ namespace Splat
         public double Seconds { get; }
         /// <summary>Speed of the latest steps.</summary>
         public double StepsPerSecond { get; }
-        /// <summary>Of the validated object, else null.</summary>
+        /// <summary>Name of the validated object, else null.</summary>
         public string Name { get; }
         /// <summary>Number of the validated object.</summary>
         public int Object { get; }
-        /// <summary>Of the validation.</summary>
+        /// <summary>Objects in the validation.</summary>
         public int Objects { get; }
-        /// <summary>Of the object, the input views first.</summary>
+        /// <summary>Views of the object, the input views first.</summary>
         public int Views { get; }
         /// <summary>Input views of them.</summary>
         public int Inputs { get; }
@@ -112,11 +112,11 @@ namespace Splat
         public double NovelPsnr { get; }
         /// <summary>NaN without novel views.</summary>
         public double NovelSsim { get; }
-        /// <summary>Of input views.</summary>
+        /// <summary>Mean over input views.</summary>
         public double ConditioningPsnr { get; }
-        /// <summary>Of input views.</summary>
+        /// <summary>Mean over input views.</summary>
         public double ConditioningSsim { get; }
-        /// <summary>Of all validations of the run.</summary>
+        /// <summary>Best validation with as many objects and views.</summary>
         public double BestPsnr { get; }
 
         /// <summary>True for the last event of a run.</summary>

@@ -21,9 +21,9 @@ namespace Splat
 
         /// <summary>Name of the tensor.</summary>
         public string Name { get; }
-        /// <summary>Its values.</summary>
+        /// <summary>Values, row-major.</summary>
         public float[] Values { get; }
-        /// <summary>Its shape, outermost first.</summary>
+        /// <summary>Shape, outermost first.</summary>
         public long[] Dims { get; }
     }
 

@@ -106,7 +106,7 @@ class Gradients(Case):
 
         loss(given["sh"])
         gradient = rasterizer.backward(["sh"], rgb=weight)["sh"].numpy()
-        direction = values(50, 1, 3, seed=5) - np.float32(0.5)  # in which the image is linear
+        direction = values(50, 1, 3, seed=5) - np.float32(0.5)  # the image is linear in it
         change = loss(given["sh"] + direction / 8) - loss(given["sh"] - direction / 8)
         self.assertAlmostEqual(change * 4 / float((gradient * direction).sum()), 1, 4)
 

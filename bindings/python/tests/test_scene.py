@@ -39,7 +39,7 @@ class Scenes(Case):
             self.refused(ValueError, "read-only", array.__setitem__, 0, 99)
             self.refused(ValueError, "", array.setflags, write=True)
             setattr(made, name, array.copy())
-            made.read(name)[0] = 0  # of a method one expects a new array
+            made.read(name)[0] = 0  # a method is expected to give a new array
 
     def test_defaults_and_none_at_all(self) -> None:
         made = splat.Scene(values(3, 3))

@@ -315,7 +315,7 @@ class Dlpack(Case):
                 self.assertIn("dltensor_versioned" if versioned else '"dltensor"', repr(capsule))
                 tensor.close()
                 self.assertGreater(device.memory.live_bytes, 0)
-                del capsule  # that no one took
+                del capsule  # no one took it
                 self.assertEqual(device.memory.live_bytes, 0)
             tensor = splat.Tensor(device, values(1000))
             shared = np.from_dlpack(tensor)

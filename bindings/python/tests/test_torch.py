@@ -167,7 +167,7 @@ class Torch(Case):
         drawn = draw(*none, CAMERA, behind)
         (drawn.images * torch.tensor([1.0, 2, 3])).sum().backward()
         self.assertEqual(behind.grad.tolist(), [480, 960, 1440])
-        drawn.alpha.sum().backward()  # of which the background is no part
+        drawn.alpha.sum().backward()  # the background has no part in it
         self.assertEqual(behind.grad.tolist(), [480, 960, 1440])
         self.refused(splat.ShapeMismatch, "background", draw, *given, CAMERA, torch.ones(1, 3))
         self.refused(splat.InvalidArgument, "background", draw, *given, CAMERA, [*behind])

@@ -12,7 +12,7 @@ using uint = std::uint32_t;
 struct ActivationParams {
     uint quads;
     uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
-    uint form;      // which of the operator's formulas; 0 where it has one
+    uint form;      // formula of the operator; 0 where it has one
 };
 
 #ifdef __cplusplus

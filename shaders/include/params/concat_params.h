@@ -12,9 +12,9 @@ using uint = std::uint32_t;
 struct ConcatParams {
     uint columns;  // n * p
     uint a;        // channels of the first part
-    uint b;        // of the second
+    uint b;        // channels of the second part
     uint offset;   // concat_backward: first channel of the part
-    uint count;    // its channels
+    uint count;    // channels of the part
     uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };
 

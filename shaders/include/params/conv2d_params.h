@@ -12,7 +12,7 @@ using uint = std::uint32_t;
 // A 3x3 convolution, stride 1, padded with one zero on each side.
 struct Conv2dParams {
     uint n;
-    uint in_channels;  // of the product at hand: the gradient of the input swaps the two
+    uint in_channels;  // for the product at hand: the gradient of the input swaps the two
     uint out_channels;
     uint height;
     uint width;

@@ -16,7 +16,7 @@ SPLAT_SPEC_ID kWinogradBlocksId = 12u;       // forward product: blocks of 8 out
 SPLAT_SPEC_ID kWinogradDepthId = 13u;        // forward product: quads of channels per turn of the loop, 1 or 2
 SPLAT_SPEC_ID kWinogradPackedQuadsId = 14u;  // forward weight: quads of input channels of an invocation
 SPLAT_SPEC_ID kWinogradQuadsId = 15u;        // backward weight product: quads of input channels of a lane, 1 or 2
-SPLAT_SPEC_ID kWinogradWholeId = 16u;        // of weights: the taps of a quad of input channels are nine quads
+SPLAT_SPEC_ID kWinogradWholeId = 16u;        // weights: the taps of a quad of input channels are nine quads
 SPLAT_SPEC_ID kWinogradResidualId = 17u;     // forward output: there is a residual
 SPLAT_SPEC_ID kWinogradExactId = 18u;        // forward output: tiles cover the image exactly and come in eights
 SPLAT_SPEC_ID kWinogradAccumulateId = 19u;   // backward weight output: add to the existing values
@@ -25,18 +25,18 @@ SPLAT_SPEC_ID kWinogradAccumulateId = 19u;   // backward weight output: add to t
 // image, row by row.
 struct Conv2dWinogradParams {
     uint n;
-    uint in_channels;  // of the product at hand: the gradient of the input swaps the two
+    uint in_channels;  // for the product at hand: the gradient of the input swaps the two
     uint out_channels;
     uint height;
     uint width;
     uint tiles_x;     // tiles per row of an image
     uint tiles_y;     // rows of tiles of an image
-    uint first_tile;  // of the slice
+    uint first_tile;  // first tile of the slice
     uint tiles;       // in the slice
     uint stride;      // from one channel octet to the next in transformed tensors, >= tiles
     uint has_bias;
     float scale;
-    uint transposed;  // of the weight: flip the taps and swap the channels
+    uint transposed;  // flip the weight's taps and swap its channels
     uint slice;       // backward weight: position of this slice's product
     uint slices;      // backward weight: how many products are summed
     uint part_tiles;  // backward weight: tiles of a part of the slice's sum, a multiple of 8

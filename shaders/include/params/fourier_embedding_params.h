@@ -11,7 +11,7 @@ using uint = std::uint32_t;
 
 struct FourierEmbeddingParams {
     uint rows;
-    uint features;  // of x
+    uint features;  // features of x
     uint waves;     // frequencies; each feature becomes as many cosines, then sines
     uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };

@@ -11,11 +11,11 @@ using uint = std::uint32_t;
 
 // Specialisation constants.
 SPLAT_SPEC_ID kGaussianHeadOffsetId = 10u;  // 1: three channels move the point off its ray
-SPLAT_SPEC_ID kGaussianHeadDegreeId = 11u;  // of the spherical harmonics, 0 or 1
+SPLAT_SPEC_ID kGaussianHeadDegreeId = 11u;  // degree of the spherical harmonics, 0 or 1
 
 struct GaussianHeadParams {
     uint images;  // batch * views
-    uint pixels;  // of an image
+    uint pixels;  // pixels per image
     float znear;
     float depth_range;  // zfar - znear
     uint isotropic;     // 1: all three scales come from the first channel

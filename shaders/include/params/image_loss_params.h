@@ -9,7 +9,7 @@ namespace splat::params {
 using uint = std::uint32_t;
 #endif
 
-// Of edge_loss.
+// Used by edge_loss.
 SPLAT_SPEC_ID kImageLossScharrId = 10u;
 SPLAT_SPEC_ID kImageLossWeightedId = 11u;
 

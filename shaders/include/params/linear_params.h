@@ -18,7 +18,7 @@ SPLAT_SPEC_ID kLinearOutQuadsId = 14u;  // fast backward weight: quads of output
 
 struct LinearParams {
     uint rows;          // columns of the quad layout: n * h * w for a 1x1 convolution
-    uint in_features;   // of the product at hand: the backward pass swaps the two
+    uint in_features;   // for the product at hand: the backward pass swaps the two
     uint out_features;
     uint has_bias;
     uint transposed;  // linear_pack_weight: 1 packs the transpose

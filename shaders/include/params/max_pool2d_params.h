@@ -11,7 +11,7 @@ using uint = std::uint32_t;
 
 struct MaxPool2dParams {
     uint planes;  // quads of channels times images
-    uint height;  // of x
+    uint height;  // size of x
     uint width;
     uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };

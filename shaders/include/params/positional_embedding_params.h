@@ -11,7 +11,7 @@ using uint = std::uint32_t;
 
 struct PositionalEmbeddingParams {
     uint rows;
-    uint features;   // of x
+    uint features;   // features of x
     uint dimension;  // values per feature; half cosines, half sines
     uint swap;       // 1: exchange the halves of the result
     float ratio;     // from one frequency to the next

@@ -13,7 +13,7 @@ using uint = std::uint32_t;
 #endif
 
 // Specialisation constants.
-SPLAT_SPEC_ID kProjectDegreeId = 10u;  // of the spherical harmonics
+SPLAT_SPEC_ID kProjectDegreeId = 10u;  // degree of the spherical harmonics
 SPLAT_SPEC_ID kProjectExportId = 11u;  // backward: write exported
 SPLAT_SPEC_ID kProjectPoseId = 12u;    // backward: write pose
 SPLAT_SPEC_ID kProjectFlagsId = 13u;   // bits below

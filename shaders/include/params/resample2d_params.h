@@ -15,9 +15,9 @@ SPLAT_SPEC_ID kResample2dUpId = 11u;   // to twice the size, else to half
 
 struct Resample2dParams {
     uint planes;  // quads of channels times images
-    uint height;  // of the input of this dispatch
+    uint height;  // size of this dispatch's input
     uint width;
-    uint taps;      // of the filter, unless it is the box
+    uint taps;      // taps of the filter, unless it is the box
     float gain;     // multiplies the filter outer(f, f) / sum(f)^2
     uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };

@@ -35,7 +35,7 @@ struct TileBinParams {
     uint height;
     uint row_begin;
     uint row_end;
-    uint tiles;  // of the window, all views
+    uint tiles;  // tiles of the window, all views
     uint groups_x;
     uint stride;  // invocations that share the large footprints
 };

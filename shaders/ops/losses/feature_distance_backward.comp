@@ -22,7 +22,7 @@ void main() {
         along += dot(2 * weights(c) * difference(c, i, lengths), LD4(a, c * step + i));
     const bool zero = lengths.x == 0;
     const float inverse = 1 / (lengths.x + kEps);
-    const float back = along * inverse * inverse;  // of the unit vector
+    const float back = along * inverse * inverse;  // gradient through the unit vector
     const float scale = zero ? 0.0 : LD4(grad_y, i / params.pixels).x * params.scale;
     for (uint c = 0; 4 * c < params.channels; ++c) {
         const vec4 u = 2 * weights(c) * difference(c, i, lengths);

@@ -10,7 +10,7 @@ namespace splat::api {
 /// The object behind splat_device.
 struct DeviceObject : OfDevice {
     using OfDevice::OfDevice;
-    std::unique_ptr<vk::DeferredWork> saving;  ///< of pipelines, for splat_device_destroy
+    std::unique_ptr<vk::DeferredWork> saving;  ///< saves pipelines for splat_device_destroy
     KernelTests tests;
 
     /// Call it before an object of these KernelFamily bits is made.

@@ -10,7 +10,7 @@ namespace splat::api {
 
 /// A caller's splat_image after its check, with strides that count bytes.
 struct ImageView {
-    std::byte* pixels = nullptr;  ///< of the first row
+    std::byte* pixels = nullptr;  ///< start of the first row
     splat_pixel type = SPLAT_PIXEL_U8;
     std::uint32_t width = 0, height = 0, channels = 0;
     std::int64_t row_stride = 0, pixel_stride = 0, channel_stride = 0;  ///< bytes
@@ -18,7 +18,7 @@ struct ImageView {
     [[nodiscard]] std::size_t samples() const { return std::size_t{width} * height * channels; }
 };
 
-/// Of a sample; 0 for an unknown type.
+/// Bytes per sample; 0 for an unknown type.
 std::size_t pixel_bytes(splat_pixel type);
 
 /// A picture to read; `argument` names it in messages. Strides may repeat samples.

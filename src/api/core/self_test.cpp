@@ -18,7 +18,7 @@ namespace {
 
 struct Part {
     unsigned family;
-    const char* name;  ///< of the family
+    const char* name;  ///< name of the family
     const char* what;
     Result<double> (*error)(vk::Context&);
     double most;  ///< roundings of float32; of scenes also a pixel at the threshold of 1/255

@@ -21,7 +21,7 @@ enum KernelFamily : unsigned {
 struct KernelTests {
     bool chosen = false;    ///< by the caller or by SPLAT_KERNELS: they are kept, right or wrong
     std::string notes;      ///< file of the families that passed; empty: none
-    unsigned families = 0;  ///< that were asked for
+    unsigned families = 0;  ///< families that were asked for
 };
 
 /// Open a context. Kernels that failed in this process are left out, unless they are chosen.

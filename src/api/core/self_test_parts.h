@@ -22,7 +22,7 @@ Result<double> group_norm_error(vk::Context& context);
 Result<double> group_norm_gradient_error(vk::Context& context);
 Result<double> attention_error(vk::Context& context);
 Result<double> attention_gradient_error(vk::Context& context);
-Result<double> raster_error(vk::Context& context);  ///< also a pixel at the threshold of 1/255
+Result<double> raster_error(vk::Context& context);  ///< includes a pixel at the threshold of 1/255
 Result<double> raster_gradient_error(vk::Context& context);
 
 /// Small integers in an order without pattern, so that sums of their products are exact.

@@ -19,7 +19,7 @@ struct Axis {
     static constexpr double kDepths[] = {4, 3, 2}, kOpacities[] = {0.9, 0.6, 0.3};
     static constexpr double kColors[3][3] = {{0.9, 0.2, 0.3}, {0.1, 0.8, 0.4}, {0.2, 0.3, 0.7}};
 
-    Floats grad_image = integers(4 * kP, 16);  ///< of RGB, and of alpha, which the loss leaves out
+    Floats grad_image = integers(4 * kP, 16);  ///< RGB and alpha; the loss leaves alpha out
     Doubles image = Doubles(3 * kP);
     /// In the kernels' layout: mean, opacity; scale, 0; rotation, whose gradient is 0.
     Doubles gradients = Doubles(12 * kCount);

@@ -52,7 +52,7 @@ Result<std::vector<float>> planes_of_pictures(const splat_model_input& input,
     const std::size_t pixels = std::size_t{c.resolution} * c.resolution;
     const std::size_t all = images * c.input_channels() * pixels;
     std::vector<float> planes;
-    std::uint32_t channels = 0;  // of the image so far
+    std::uint32_t channels = 0;  // channels of the image so far
     for (std::uint32_t i = 0; i < input.picture_count; ++i) {
         const std::string what = format("splat_model_input.pictures[%u]", i);
         SPLAT_ASSIGN(const api::ImageView view,

@@ -24,7 +24,7 @@ struct NetworkArrays {
     const float* focals;
     const float* embedding;
     const float* tokens;
-    std::uint32_t channels;  ///< of each image; 0: not checked
+    std::uint32_t channels;  ///< channels per image; 0: not checked
     std::uint32_t objects;   ///< 0: not checked
 };
 

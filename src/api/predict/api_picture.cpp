@@ -23,7 +23,7 @@ struct CutTarget {
     splat_image splat_picture_cut_desc::*image;
     std::uint32_t channels;
     std::vector<float> data::Photograph::*planes;
-    std::optional<data::NamedImage> data::Picture::*map;  ///< that it needs; nullptr: none
+    std::optional<data::NamedImage> data::Picture::*map;  ///< map that it needs; nullptr: none
 };
 
 constexpr CutTarget kTargets[] = {

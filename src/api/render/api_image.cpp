@@ -19,7 +19,7 @@ constexpr std::uint64_t kMaxImageFileBytes = std::uint64_t{1} << 32;
 
 /// What a file holds: an image of samples, or of float32.
 struct ImageFile {
-    io::Image image;            ///< its sizes; samples if they were asked for and are whole numbers
+    io::Image image;  ///< size of the file; samples if they were asked for and are whole numbers
     std::vector<float> values;  ///< [height,width,channels] of a .npy
     bool floats = false;
 };

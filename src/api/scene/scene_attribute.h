@@ -17,7 +17,7 @@ struct SceneAttribute {
 /// Errors: kInvalidArgument, listing the valid names.
 Result<const SceneAttribute*> find_attribute(const char* name);
 
-/// Its shape, such as [n,3]. Errors: kInvalidState without Gaussians.
+/// Shape of the attribute, such as [n,3]. Errors: kInvalidState without Gaussians.
 Result<Shape> attribute_shape(const SceneAttribute& attribute, const scene::Gaussians& scene);
 
 /// Values as the API reads them. Precision: activated in float64, rounded once.

@@ -12,7 +12,7 @@ struct Exif {
     double focal = 0;
 };
 
-/// Of an image of width x height pixels. Source: CIPA DC-008, tags 274, 37386, 41486, 41488, 41989.
+/// Exif data of an image of width x height pixels. Source: CIPA DC-008, tags 274, 37386, 41486, 41488, 41989.
 Exif exif_of(Bytes jpeg, std::uint32_t width, std::uint32_t height);
 
 /// The image with rows and columns reordered so that it is upright.

@@ -76,7 +76,7 @@ class JpegReader {
         return true;
     }
 
-    /// Of an image of several scans libjpeg keeps all coefficients.
+    /// Bytes of the coefficients, which libjpeg keeps only for an image of several scans.
     [[nodiscard]] std::uint64_t coefficient_bytes() {
         if (jpeg_has_multiple_scans(&jpeg_) == FALSE) return 0;
         std::uint64_t blocks = 0;

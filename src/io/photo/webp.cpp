@@ -7,7 +7,7 @@
 namespace splat::io {
 namespace {
 
-enum StreamFormat { kUnknown, kLossy, kLossless };  ///< of WebPBitstreamFeatures
+enum StreamFormat { kUnknown, kLossy, kLossless };  ///< values of WebPBitstreamFeatures::format
 
 /// Where libwebp finds the pixels: `pixels` from the chunk VP8 or VP8L to the end of the file, `alpha` in the last
 /// chunk ALPH before it. Both are empty if the file is not as RFC 9649, section 2, says: libwebp reads bare bit

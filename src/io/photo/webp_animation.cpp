@@ -8,7 +8,7 @@
 namespace splat::io {
 namespace {
 
-/// Of 0 to 9: the higher ones take several times as long for a few percent.
+/// An effort of 0 to 9: the higher ones take several times as long for a few percent.
 constexpr int kEffort = 2;
 
 struct DeleteEncoder {
@@ -58,7 +58,7 @@ Result<Buffer> write_webp_animation(const std::vector<Image>& frames,
     if (WebPAnimEncoderOptionsInit(&settings) == 0 || WebPConfigInit(&config) == 0 ||
         WebPConfigLosslessPreset(&config, kEffort) == 0)
         return error(Code::kUnsupported, "webp: another libwebp");
-    config.exact = 1;  // also the colours below alpha 0
+    config.exact = 1;  // keep the colours below alpha 0
     settings.anim_params.loop_count = static_cast<int>(options.repeats);
     const std::unique_ptr<WebPAnimEncoder, DeleteEncoder> encoder(WebPAnimEncoderNew(
         static_cast<int>(first.width), static_cast<int>(first.height), &settings));

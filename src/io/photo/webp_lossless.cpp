@@ -21,7 +21,7 @@ constexpr std::uint32_t symbols_of(std::size_t part, std::uint32_t cache_bits) {
     return kLiterals + kLengths + (cache_bits > 0 ? 1U << cache_bits : 0);
 }
 
-/// Of libwebp 1.2 for a group: five tables in an allocation for the worst case, and a struct of 568 bytes.
+/// Bytes of a group in libwebp 1.2: five tables in an allocation for the worst case, and a struct of 568 bytes.
 /// A table has entries of 4 bytes, 256 of them for the first 8 bits of a code. With those behind it there are at
 /// most symbols + 376 for codes of up to 15 bits (the program "enough" of zlib gives 410 for 40 symbols, 630 for 256,
 /// 654 for 280, 2704 for 2328). Measured: 11816 + 568 bytes without a cache.
@@ -115,7 +115,7 @@ class HeadReader {
     /// An image without transforms, of one group. Returns the largest number that red and green are together, in
     /// an entropy image that of a group; a copy and a colour of the cache repeat an earlier one.
     Result<std::uint32_t> read_image(std::uint32_t width, std::uint32_t height) {
-        constexpr std::uint64_t kPixelBytes = 4;  ///< of libwebp's copy
+        constexpr std::uint64_t kPixelBytes = 4;  ///< in libwebp's copy
         const std::uint64_t count = std::uint64_t{width} * height;
         SPLAT_TRY(budget_.take(count, kPixelBytes, "webp: blocks of a transform or of codes"));
         SPLAT_ASSIGN(const std::uint32_t cache_bits, read_cache_bits());

@@ -8,7 +8,7 @@ namespace splat::io {
 
 /// What a bit stream of lossless WebP says before its pixels.
 struct LosslessHead {
-    std::uint32_t groups = 1;  ///< of prefix codes
+    std::uint32_t groups = 1;  ///< groups of prefix codes
     std::uint32_t cache_bits =
         0;                      ///< the colour cache holds 2^cache_bits colours; 0: there is none
     std::uint32_t width = 0;    ///< pixels that are stored for each row; packed ones count once

@@ -23,7 +23,7 @@ std::uint32_t PrefixCode::read(BitReader& bits) const {
     const std::uint32_t ahead = bits.peek();
     std::uint32_t code = 0;   // the bits so far
     std::uint32_t first = 0;  // the first code of this length
-    std::uint32_t index = 0;  // of its symbol
+    std::uint32_t index = 0;  // place of that code's symbol
     for (std::uint32_t length = 1; length <= kMostBits; ++length) {
         code = code << 1U | (ahead >> (length - 1) & 1U);
         first <<= 1U;

@@ -33,7 +33,7 @@ class BitReader {
 
     [[nodiscard]] std::uint64_t at() const { return at_; }
 
-    /// As libwebp, which does not notice the end of a stream within the first 8 bytes.
+    /// True behind the end, and behind the first 8 bytes: libwebp notices no earlier end.
     [[nodiscard]] bool past_end() const {
         return at_ > 8 * std::max<std::uint64_t>(bytes_.size(), 8);
     }
@@ -47,7 +47,7 @@ class BitReader {
 class PrefixCode {
   public:
     static constexpr std::uint32_t kMostSymbols = 256 + 24 + 2048;
-    static constexpr std::uint32_t kMostBits = 15;  ///< of a symbol
+    static constexpr std::uint32_t kMostBits = 15;  ///< bits of the longest code
 
     /// Reads the code of an alphabet of `symbols`. False if it is not complete, or the stream ends.
     [[nodiscard]] bool read_code(BitReader& bits, std::uint32_t symbols);
@@ -61,7 +61,7 @@ class PrefixCode {
     bool read_coded_lengths(BitReader& bits, std::span<std::uint8_t> lengths);
     bool assign(std::span<const std::uint8_t> lengths);
 
-    std::array<std::uint16_t, kMostBits + 1> counts_{};  ///< of the symbols of each length
+    std::array<std::uint16_t, kMostBits + 1> counts_{};  ///< symbols of each length
     std::array<std::uint16_t, kMostSymbols> symbols_{};  ///< by length, then by number
     std::uint32_t used_ = 0;
 };

@@ -283,7 +283,7 @@ class Unpickler {
 
     Status remember(std::size_t index) {
         SPLAT_TRY(need(1));
-        constexpr std::size_t kEntryBytes = 48;  // of the map
+        constexpr std::size_t kEntryBytes = 48;  // bytes per entry of the map
         if (memo_.insert_or_assign(index, stack_.back()).second) cost_ += kEntryBytes;
         if (memo_.size() <= Pickle::kMaxNodes) return {};
         return bad(format("more than %zu values in the memo", Pickle::kMaxNodes));

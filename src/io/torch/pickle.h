@@ -80,7 +80,7 @@ class Pickle {
     friend class Unpickler;
 
     Buffer bytes_;
-    std::deque<std::string> texts_;  // those that are not in bytes_
+    std::deque<std::string> texts_;  // texts that are not in bytes_
     std::vector<PickleNode> nodes_;
     std::vector<std::uint32_t> roots_;
     std::size_t size_ = 0;

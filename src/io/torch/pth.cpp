@@ -20,7 +20,7 @@ Status bad_pth(const std::string& problem) {
 struct View {
     std::string name;
     NumberType type = NumberType::kF32;
-    std::string key;           ///< of the storage
+    std::string key;           ///< key of the storage
     std::uint64_t stored = 0;  ///< elements of the storage
     std::uint64_t offset = 0;
     std::vector<std::int64_t> dims;
@@ -231,7 +231,7 @@ Result<NamedTensors> read_tensors(PthReader& reader, const PickleNode& dict,
     return tensors;
 }
 
-/// Each of a dict's names is searched for in all of it, and many parameters may share one dict.
+/// Limits a dict: each of its names is searched for in all of it, and many parameters may share one dict.
 Status check_few(const PickleNode& dict) {
     constexpr std::size_t kMost = 64;
     if (dict.items.size() / 2 <= kMost) return {};

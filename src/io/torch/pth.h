@@ -41,7 +41,7 @@ Result<FilePieces> write_pth(NamedTensors&& tensors, const PthScalars& scalars,
 
 /// Adam's state of one parameter.
 struct AdamMoments {
-    std::int64_t parameter = 0;  ///< its index in the optimiser's parameter list
+    std::int64_t parameter = 0;  ///< index in the optimiser's parameter list
     double step = 0;
     NamedTensor exp_avg;
     NamedTensor exp_avg_sq;

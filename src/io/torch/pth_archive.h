@@ -38,10 +38,10 @@ class PthArchive {
 
   protected:
     Pickle pickle_;
-    std::size_t root_ = 0;  ///< its place among the pickles
+    std::size_t root_ = 0;  ///< index of the root in pickle_
 };
 
-/// Whether an archive with these files was written by torch.save().
+/// True if an archive with these files was written by torch.save().
 bool is_pth_entry(const std::string& name);
 
 /// The first bytes of a file from before PyTorch 1.6.

@@ -41,7 +41,7 @@ Status edge_loss_forward(vk::Recorder& recorder, const EdgeLossDesc& desc, const
                          const vk::BufferView& slopes, const vk::BufferView& partial,
                          const vk::BufferView& loss);
 
-/// Its gradient with respect to a, overwritten: the transposed derivatives of weight times the signs; a
+/// The gradient with respect to a, overwritten: the transposed derivatives of weight times the signs; a
 /// difference of 0 has the slope 0.
 Status edge_loss_backward(vk::Recorder& recorder, const EdgeLossDesc& desc,
                           const vk::BufferView& slopes, const vk::BufferView& grad_loss,

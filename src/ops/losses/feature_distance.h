@@ -31,7 +31,7 @@ Status feature_distance_forward(vk::Recorder& recorder, const QuadDims& dims,
                                 const vk::BufferView& weight, const vk::BufferView& partial,
                                 const vk::BufferView& y);
 
-/// Its gradient with respect to a, overwritten; 0 at pixels where all of a is 0 and has no direction.
+/// The gradient with respect to a, overwritten; 0 at pixels where all of a is 0 and has no direction.
 Status feature_distance_backward(vk::Recorder& recorder, const QuadDims& dims,
                                  const vk::BufferView& a, const vk::BufferView& b,
                                  const vk::BufferView& weight, const vk::BufferView& grad_y,

@@ -17,7 +17,7 @@ Status l1_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::Buffer
                   const vk::BufferView& b, const vk::BufferView& partial,
                   const vk::BufferView& loss);
 
-/// Its gradient with respect to a, overwritten:  grad_a = grad_loss * sign(a - b) / elements, 0 if a equals b
+/// The gradient with respect to a, overwritten:  grad_a = grad_loss * sign(a - b) / elements, 0 if a equals b
 Status l1_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& a,
                    const vk::BufferView& b, const vk::BufferView& grad_loss,
                    const vk::BufferView& grad_a);

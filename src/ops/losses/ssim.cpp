@@ -14,7 +14,7 @@ constexpr double kTaps = 11;
 struct Stage {
     const char* kernel;
     std::vector<vk::Access> accesses;
-    double planes;     ///< that the window goes over
+    double planes;     ///< planes that the window goes over
     bool sum = false;  ///< a workgroup per chunk, not an invocation per quad
 };
 

@@ -41,7 +41,7 @@ Status ssim_forward(vk::Recorder& recorder, const SsimDesc& desc, const vk::Buff
                     const vk::BufferView& slopes, const vk::BufferView& partial,
                     const vk::BufferView& loss);
 
-/// Its gradient with respect to a, overwritten; derived in tests/ref/losses/ssim_ref.h.
+/// The gradient with respect to a, overwritten; derived in tests/ref/losses/ssim_ref.h.
 ///
 /// rows         workspace of ssim_backward_rows_bytes; the rest as in the forward pass
 Status ssim_backward(vk::Recorder& recorder, const SsimDesc& desc, const vk::BufferView& a,

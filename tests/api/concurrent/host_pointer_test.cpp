@@ -4,7 +4,7 @@
 #include "api/concurrent/long_call.h"
 #include "support/require_vulkan.h"
 
-// As a consumer defines them, from the DLPack specification (dlpack.h, ABI version 1.x).
+// A consumer defines them like this, from the DLPack specification (dlpack.h, ABI version 1.x).
 extern "C" {
 typedef struct {
     uint32_t major, minor;

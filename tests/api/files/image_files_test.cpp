@@ -199,7 +199,7 @@ TEST_F(ApiImage, TruncatedBytesAreOfNoFormat) {
                 << size;
     }
     const ImageBytes npy = image_in_memory(image, SPLAT_IMAGE_NPY);
-    splat_image header{};  // whose size the file does not have
+    splat_image header{};  // another size than the file's
     EXPECT_REFUSED(splat_image_load_memory(npy.data(), npy.size() - 1, &header, nullptr),
                    SPLAT_ERROR_FORMAT, "npy: 'data' at byte 0 needs 18 x 4 bytes, but 71 are left");
     EXPECT_DONE(splat_image_load_memory(npy.data(), npy.size(), &header, nullptr));

@@ -9,7 +9,7 @@ namespace splat::test {
 
 struct Field {
     const char* name;
-    std::size_t offset;  ///< as compiled
+    std::size_t offset;  ///< compiled offset
     std::size_t size;
     std::size_t frozen_offset;
     std::size_t frozen_size;
@@ -17,7 +17,7 @@ struct Field {
 
 struct Layout {
     const char* name;
-    std::size_t size;  ///< as compiled
+    std::size_t size;  ///< compiled size
     std::size_t frozen_size;
     std::vector<Field> fields;
 };

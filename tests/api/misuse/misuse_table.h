@@ -15,7 +15,7 @@ inline constexpr splat_result kFormat = SPLAT_ERROR_FORMAT;
 /// One wrong (or barely right) way to call a function of the header.
 struct Misuse {
     std::string function;
-    std::string parameter;  ///< the one that is wrong; "" for a function without parameters
+    std::string parameter;  ///< the wrong parameter; "" for a function without parameters
     std::string what;
     splat_result expected;
     std::function<splat_result()> call;
@@ -183,10 +183,10 @@ class MisuseTable {
         make_rasterizer(device_, rasterizer_desc(3, 16, 16, SPLAT_RASTERIZER_BACKWARD));
     Rasterizer drawn_ = make_rasterizer(device_, rasterizer_desc(3, 16, 16));
     RasterState state_ = make_state(rasterizer_);
-    /// Of another rasterizer.
+    /// Belongs to another rasterizer.
     RasterState foreign_state_ = make_state(make_rasterizer(device_, rasterizer_desc(3, 16, 16)));
     Weights weights_ = make_weights();
-    splat_weights weights_handle_ = weights_.get();  ///< that descs point to
+    splat_weights weights_handle_ = weights_.get();  ///< handle that descs point to
     Model model_ = make_model(device_);
     Module module_ = make_module(device_);
     Predictor predictor_ = make_predictor(device_);

@@ -5,7 +5,7 @@
 namespace splat::test {
 namespace {
 
-constexpr splat_result kNoFile = SPLAT_ERROR_NOT_FOUND;  ///< of a file that is not there
+constexpr splat_result kNoFile = SPLAT_ERROR_NOT_FOUND;  ///< result for a file that is not there
 
 /// 16 x 16 black pixels.
 splat_picture black_picture() {

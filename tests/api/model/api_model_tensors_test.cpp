@@ -12,7 +12,7 @@ namespace {
 
 using Floats = std::vector<float>;
 
-constexpr std::uint32_t kPixels = 16 * 16;  // of the small model, and its Gaussians
+constexpr std::uint32_t kPixels = 16 * 16;  // pixels of the small model, and its Gaussians
 constexpr const char* kBias = "network_with_offset.out.bias";
 constexpr const char* kFirst = "network_with_offset.encoder.enc.16x16_conv.weight";
 constexpr std::array<const char*, 5> kOutputs = {"means", "opacities", "scales", "rotations", "sh"};

@@ -304,7 +304,7 @@ TEST(ApiOptimizer, RefusesWhatHasNoEffect) {
     EXPECT_REFUSED(splat_optimizer_create(shared_device(), &without, out.out()),
                    SPLAT_ERROR_INVALID_STATE,
                    "items[1].model was created without SPLAT_MODEL_GRADIENTS");
-    const Module module = make_module(open_device());  // of another device
+    const Module module = make_module(open_device());  // another device
     fixture.items[1] = {nullptr, nullptr, module, nullptr, nullptr};
     refuse(fixture.desc(), "items[1].module is on another device");
     const splat_port ports[] = {port_desc({2, 4}, "x"), port_desc({3, 4}, "weight")};

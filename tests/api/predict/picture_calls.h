@@ -10,7 +10,7 @@ namespace splat::test {
 /// if there is one, marks the rectangle.
 std::vector<std::uint8_t> picture_bytes(std::uint32_t channels);
 
-/// Those bytes as packed pixels.
+/// picture_bytes() as packed pixels.
 splat_image image_of(std::vector<std::uint8_t>& bytes, std::uint32_t channels);
 
 /// A PNG file of them, removed with the object.

@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint32_t kObjects = 2;
 constexpr std::size_t kImage = 16 * 16;
-constexpr std::size_t kBias = 24;  ///< of the network's last layer
+constexpr std::size_t kBias = 24;  ///< numbers of the last layer's bias
 
 class TrainScenario : ScenarioCalls {
   public:

@@ -18,7 +18,7 @@ void check(io::Bytes file) {
     like.split = "test";
     folder.write(0, file);
     auto read = eval::load_objects(folder.path(), like, number_of);
-    if (read.status().code() == Code::kInvalidArgument) return;  // of another evaluation
+    if (read.status().code() == Code::kInvalidArgument) return;  // another evaluation's
     if (!fuzz::accepted(read.status())) return;
     like.objects = std::move(read.value());
     const std::string text = eval::objects_text(like);

@@ -19,7 +19,7 @@ namespace splat::test {
 namespace {
 
 constexpr std::size_t kMostReplays = 32;
-constexpr std::size_t kMostBytes = std::size_t{256} << 20;  ///< of all replays: more than any cache
+constexpr std::size_t kMostBytes = std::size_t{256} << 20;  ///< more than any cache
 constexpr std::size_t kMostBytesOfCpu = std::size_t{64} << 20;
 constexpr int kFewestRuns = 3;
 

@@ -37,7 +37,7 @@ inline void add_elementwise_samples(std::vector<OpCall>& calls) {
     const Shape image{2, 6, 4, 6};
     const HostTensor x = normal_tensor(image, 1);
     calls.push_back(sample("add", {{"scale", 0.5}}, {x, normal_tensor(image, 2)}, {image}));
-    for (const ops::OpRow* row : ops::op_table()) {  // as they are, and with each of their flags
+    for (const ops::OpRow* row : ops::op_table()) {  // without and with each of their flags
         if (row->plan != ops::activation_plan) continue;
         calls.push_back(sample(row->name, Json::object(), {x}, {image}));
         for (const ops::Attribute& flag : row->attributes)

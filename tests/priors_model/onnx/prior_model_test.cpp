@@ -44,7 +44,7 @@ ref::Pixels resized_ref(const ref::Pixels& from, std::size_t width, std::size_t 
         return ref::linear_resize(from, width, height, w / tw, h / th, 0);
     if (filter == ValueFilter::kLinearCorners)
         return ref::linear_resize(from, width, height, (w - 1) / (tw - 1), (h - 1) / (th - 1), 0);
-    // Of bytes; GoldenNetResample holds it to Pillow's images.
+    // These filters take bytes; GoldenNetResample holds them to Pillow's images.
     const data::Filter pillow = filter == ValueFilter::kPillowLanczos   ? data::Filter::kLanczos
                                 : filter == ValueFilter::kPillowBicubic ? data::Filter::kBicubic
                                                                         : data::Filter::kBilinear;

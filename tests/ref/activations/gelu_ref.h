@@ -21,7 +21,7 @@ struct GeluPoint {
     Real value;      ///< Phi(x) or s
     Real slope;      ///< x times its derivative
     Real below;      ///< the value at -|x|
-    Real roundings;  ///< of the tail
+    Real roundings;  ///< roundings of the tail
 };
 
 template <class Real>

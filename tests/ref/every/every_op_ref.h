@@ -30,7 +30,7 @@ namespace every {
 
 using Grads = std::vector<Values>;
 
-/// Of one input; `kBackward` of it and the gradient.
+/// One input; `kBackward` takes it and the gradient.
 template <auto kForward, auto kBackward>
 struct Pointwise {
     static Sums forward(const OpArguments& in) { return {kForward(in.values(0))}; }
@@ -39,7 +39,7 @@ struct Pointwise {
     }
 };
 
-/// Of two images, the second constant.
+/// Two images, the second constant.
 template <auto kForward, auto kBackward>
 struct PixelLoss {
     static Sums forward(const OpArguments& in) { return {kForward(in.values(0), in.values(1))}; }

@@ -46,7 +46,7 @@ struct OpArguments {
 
     [[nodiscard]] const Values& values(std::size_t i) const { return inputs.at(i).values; }
     [[nodiscard]] double attribute(const char* name) const { return attributes.at(name); }
-    /// As the library holds it.
+    /// Value as the library holds it.
     [[nodiscard]] double single(const char* name) const {
         return static_cast<double>(static_cast<float>(attribute(name)));
     }

@@ -111,7 +111,7 @@ Json measure_chains(RawVulkan& vulkan) {
         Json row;
         row["chain"] = chain.name;
         row["us"] = repeated(run);
-        record.erase(record.begin());  // of the run that is left out
+        record.erase(record.begin());  // the run that is left out
         row["record_us"] = figures(std::move(record));
         rows.push_back(std::move(row));
     }

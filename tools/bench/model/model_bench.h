@@ -28,7 +28,7 @@ struct ModelBenchOptions {
 struct PassTimes {
     double first_ms = 0;
     double second_ms = 0;          ///< includes preparing weights, if they are kept afterwards
-    std::vector<double> times_ms;  ///< of the calls after those two, one per round
+    std::vector<double> times_ms;  ///< calls after those two, one per round
 
     void add(double ms, int call);  ///< calls count from 0
     [[nodiscard]] double min_ms() const;
@@ -50,7 +50,7 @@ class ModelRun {
     void save_weights(const std::string& path) const;
     [[nodiscard]] const std::vector<float>& images() const { return images_; }
 
-    [[nodiscard]] Json report() const;  ///< of the model as it is now
+    [[nodiscard]] Json report() const;  ///< describes the model as it is now
     [[nodiscard]] double create_ms() const { return create_ms_; }
     /// Reading the file of weights, if there is one.
     [[nodiscard]] double read_ms() const { return read_ms_; }
@@ -67,13 +67,13 @@ class ModelRun {
 
     Model model_;
     std::uint32_t objects_;
-    std::size_t pixels_ = 0;  ///< of all images together
-    Json report_;             ///< of the new model
+    std::size_t pixels_ = 0;  ///< pixels of all images together
+    Json report_;             ///< describes the new model
     double create_ms_ = 0;
     double read_ms_ = 0;
     double init_ms_ = 0;
     std::vector<float> images_, focals_, embedding_, tokens_;
-    std::vector<float> ones_;  ///< as long as the longest output
+    std::vector<float> ones_;  ///< one per number of the longest output
 };
 
 struct PassMeasurement {

@@ -17,8 +17,8 @@ struct ErrorRow {
 };
 
 struct ErrorMeasurement {
-    Json model;  ///< its report
-    Json peer;   ///< its description of itself
+    Json model;  ///< report of the model
+    Json peer;   ///< PyTorch's description of itself
     double gflop = 0;
     std::vector<ErrorRow> rows;
 };

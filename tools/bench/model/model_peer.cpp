@@ -17,7 +17,7 @@ extern char** environ;  // NOLINT(readability-redundant-declaration): some C lib
 namespace vkrun::bench {
 namespace {
 
-/// Of a configuration as reports hold it.
+/// Arguments for a configuration as reports hold it.
 std::vector<std::string> network_arguments(const Json& config, std::uint32_t objects) {
     const Json& data = config.at("data");
     const Json& model = config.at("model");

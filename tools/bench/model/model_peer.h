@@ -10,10 +10,10 @@ namespace vkrun::bench {
 
 /// How torch_model.py is started.
 struct PeerOptions {
-    std::string device = "cpu";   ///< or cuda
-    std::string isa = "default";  ///< or avx2, of the CPU
-    bool tf32 = false;            ///< of CUDA: allow TF32
-    bool graphs = false;          ///< of CUDA: replay graphs
+    std::string device = "cpu";   ///< cpu or cuda
+    std::string isa = "default";  ///< default or avx2, of the CPU
+    bool tf32 = false;            ///< CUDA: allow TF32
+    bool graphs = false;          ///< CUDA: replay graphs
     std::string layout = "channels_last";
     std::string python = "/usr/bin/python3";  ///< where Debian's python3-torch is found
     std::string script;                       ///< empty: find_script()

@@ -8,7 +8,7 @@
 namespace vkrun::bench {
 
 struct StartBenchOptions : ModelBenchOptions {
-    std::string file;  ///< of the configuration; empty: the cars model
+    std::string file;  ///< configuration; empty: the cars model
     std::string device = "best";
 };
 

@@ -19,12 +19,12 @@ struct DispatchTime {
 /// Device times of one set of kernels on one case in one direction.
 struct KernelFigures {
     std::string kernels;           ///< "plain", "cpu" or "gpu"
-    std::vector<double> times_ms;  ///< of the operator's own dispatches, one per run
+    std::vector<double> times_ms;  ///< the operator's own dispatches, one per run
     std::vector<double>
-        layout_ms;     ///< of packing and unpacking, once per network and not per operator
-    double bytes = 0;  ///< that one run must move, as the operator counts them
+        layout_ms;     ///< packing and unpacking, once per network and not per operator
+    double bytes = 0;  ///< bytes that one run must move, as the operator counts them
     double flops = 0;
-    std::vector<DispatchTime> dispatches;  ///< of the last run, layout conversions included
+    std::vector<DispatchTime> dispatches;  ///< the last run, layout conversions included
     std::vector<TensorError> errors;
 
     [[nodiscard]] double min_ms() const;

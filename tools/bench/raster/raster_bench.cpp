@@ -127,7 +127,7 @@ void take_minima(StageTimes& shortest, const StageTimes& times) {
     }
 }
 
-/// Whether to measure another round: until the wanted time has passed and, if that takes at most ten times as
+/// True to measure another round: until the wanted time has passed and, if that takes at most ten times as
 /// long, for `rounds` rounds.
 bool more_rounds(int round, int rounds, double passed, double wanted) {
     return passed < wanted || (round < rounds && passed < 10 * wanted);
@@ -217,7 +217,7 @@ double largest_difference(const std::vector<float>& a, const std::vector<float>&
     return largest;
 }
 
-/// Of images, or of gradients relative to the largest of their tensor.
+/// Difference of images, or of gradients relative to the largest of their tensor.
 double difference_of(const Side& a, const Side& b, bool backward) {
     if (!backward) return largest_difference(a.rgb(), b.rgb());
     double largest = 0;

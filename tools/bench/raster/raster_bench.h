@@ -14,7 +14,7 @@ namespace vkrun::bench {
 struct RasterError {
     double max_rgb = 0;       ///< over all samples
     double typical_rgb = 0;   ///< 95 % are below
-    double max_gradient = 0;  ///< of any attribute, relative to its largest element, or to the
+    double max_gradient = 0;  ///< any attribute, relative to its largest element, or to the
                               ///< largest of all attributes if its own are only rounding
 };
 
@@ -34,7 +34,7 @@ struct RasterFigures {
     RasterTimes backward;
     RasterError error;
     double mean_pairs = 0;         ///< over the views
-    splat_rasterizer_info info{};  ///< of the last view
+    splat_rasterizer_info info{};  ///< describes the last view
 
     void forget_times() {
         for (RasterTimes* times : {&render, &forward, &backward}) times->wall_ms.clear();
@@ -46,11 +46,11 @@ struct SkipFigures {
     std::string name;
     bool backward = false;
     double ms = 0;       ///< shortest call without it
-    double with_ms = 0;  ///< and with it, in the same rounds
+    double with_ms = 0;  ///< the same with it, in the same rounds
     /// Largest difference of the images, or of the gradients, relative to the largest of their tensor.
     double max_difference = 0;
     double error = 0;       ///< against float64, as RasterError's largest, without it
-    double with_error = 0;  ///< and with it
+    double with_error = 0;  ///< the same with it
     std::uint64_t pairs = 0;
     std::uint64_t with_pairs = 0;
     std::uint64_t visible = 0;
@@ -65,15 +65,15 @@ struct RasterMeasurement {
     RasterFigures plain;  ///< kernels "" if not requested
     RasterFigures fast;
     std::vector<SkipFigures> skips;
-    std::uint64_t fewest_pairs = 0;  ///< of all views; 0 if not requested
+    std::uint64_t fewest_pairs = 0;  ///< pairs of all views; 0 if not requested
 
-    /// That the fast kernels made, of all views.
+    /// Pairs that the fast kernels made, of all views.
     [[nodiscard]] std::uint64_t all_pairs() const;
 };
 
 struct RasterEffort {
     double seconds;    ///< for each comparison
-    bool plain;        ///< also the plain kernels
+    bool plain;        ///< measure the plain kernels, too
     int samples;       ///< pixels compared with float64
     bool exact_pairs;  ///< count the pairs that are needed
     bool skips;        ///< measure each of them

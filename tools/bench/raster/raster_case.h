@@ -13,7 +13,7 @@ namespace vkrun::bench {
 struct RasterCase {
     std::string title;
     Scene scene;
-    std::vector<splat_camera> cameras;  ///< of one size; each call draws one
+    std::vector<splat_camera> cameras;  ///< cameras of one size; each call draws one
     splat_convention convention = SPLAT_CONVENTION_3DGS;
     float background[3] = {0, 0, 0};
 };
@@ -23,7 +23,7 @@ struct RasterCaseOptions {
     std::string cameras;  ///< file; empty: an orbit
     std::uint32_t orbit = 0;
     std::optional<double> distance;  ///< scene units
-    std::optional<double> scale;     ///< of the size of the images
+    std::optional<double> scale;     ///< multiplies the size of the images
     std::string size;
     bool ignore_distortion = false;
     std::string convention = "3dgs";

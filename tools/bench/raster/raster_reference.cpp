@@ -68,7 +68,7 @@ double off_by(float got, double expected) {
     return std::isfinite(off) ? off : std::numeric_limits<double>::infinity();
 }
 
-/// Of one view.
+/// Pairs of one view.
 std::uint64_t pairs_seen(const ref::RasterScene<double>& scene) {
     const ref::ProjectForward<double> projected = ref::project_forward(scene);
     std::uint64_t pairs = 0;

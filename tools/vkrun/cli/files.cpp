@@ -27,7 +27,7 @@ bool write_all(int file, const std::string& text) {
     return true;
 }
 
-/// As write_all().
+/// Returns like write_all().
 bool flush(int file) {
     while (fsync(file) != 0)
         if (errno != EINTR) return false;
@@ -114,7 +114,7 @@ void write_text(const std::string& path, const std::string& text) {
 void replace_file(const std::filesystem::path& path, const std::string& text) {
     std::error_code none;
     std::filesystem::path target = path;
-    constexpr int kMostLinks = 40;  // as Linux
+    constexpr int kMostLinks = 40;  // limit of Linux
     for (int i = 0; i < kMostLinks && std::filesystem::is_symlink(target, none); ++i)
         target = target.parent_path() / std::filesystem::read_symlink(target, none);
     struct stat old {};

@@ -40,7 +40,7 @@ svg{max-width:100%;height:auto}
 )";
 
 constexpr const char* kColors[] = {"#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e"};
-constexpr const char* kDashes[] = {"none", "7 3", "2 3"};  // of further curves of the same colours
+constexpr const char* kDashes[] = {"none", "7 3", "2 3"};  // for further curves of the same colours
 
 /// A step of 1, 2 or 5 times a power of ten, about a fifth of the range.
 double tick_step(double range) {
@@ -71,7 +71,7 @@ struct Axes {
         const double half = std::max(0.5, 1e-3 * std::abs(y0));
         if (!apart(y0, y1)) std::tie(y0, y1) = std::pair(y0 - half, y1 + half);
     }
-    /// Whether numbers have room for steps between them that floating point can make.
+    /// True if numbers have room for steps between them that floating point can make.
     static bool apart(double low, double high) {
         return high - low > 1e-9 * std::max(std::abs(low), std::abs(high));
     }

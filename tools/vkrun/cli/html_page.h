@@ -44,7 +44,7 @@ class HtmlPage {
   private:
     std::string body_;
     std::string title_;
-    std::string style_, script_;  ///< of embed()
+    std::string style_, script_;  ///< set by embed()
     std::uint32_t reload_ = 0;
 };
 

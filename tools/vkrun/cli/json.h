@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;  ///< keeps the order in which keys are wri
 /// The text, indented by two; bytes that are not UTF-8 (names of drivers) are replaced.
 std::string json_text(const Json& json);
 
-/// That text on standard output.
+/// Print json_text() on standard output.
 void print_json(const Json& json);
 
 /// The text of a library function that takes (buffer, capacity, needed). Throws a Failure, with `blame` as

@@ -29,7 +29,7 @@ class Picture {
     void place(const float* planes, std::uint32_t channels, std::uint32_t side, std::uint32_t x,
                std::uint32_t y);
 
-    /// As a PNG. Throws a Failure.
+    /// Save a PNG. Throws a Failure.
     void save(const std::string& path) const;
 
     [[nodiscard]] std::uint32_t width() const { return width_; }

@@ -105,7 +105,7 @@ int run_program(int argc, char** argv, AddCommands add_commands) {
             fail(kFailed, "cannot use '" + error.path1().string() + "': " + error.code().message());
     } catch (const std::bad_alloc&) {
         exit_code = fail(kOutOfMemory, kOutOfMemorySentence);
-    } catch (const std::length_error&) {  // of a vector that no memory could hold
+    } catch (const std::length_error&) {  // a vector that no memory could hold
         exit_code = fail(kOutOfMemory, kOutOfMemorySentence);
     } catch (const std::exception& error) {
         exit_code = fail(kFailed, error.what());

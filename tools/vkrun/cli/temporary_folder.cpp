@@ -25,7 +25,7 @@ constexpr const char* kPrefix = "vkrun-";
 constexpr const char* kLock = ".vkrun-lock";
 constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP};
 
-char g_folder[PATH_MAX];  ///< that a signal removes; empty: none
+char g_folder[PATH_MAX];  ///< removed by a signal; empty: none
 
 /// Only what a handler may call: the folder is removed by another program. _Fork() runs no handlers and takes no locks,
 /// which this thread may hold.

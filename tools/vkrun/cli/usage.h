@@ -9,7 +9,7 @@ class ParseError;
 
 namespace vkrun {
 
-/// Whether a command was expected where an unknown word stands, as in `vkrun nonsense --help`.
+/// True if a command was expected where an unknown word stands, as in `vkrun nonsense --help`.
 bool has_unknown_command(const CLI::App& app);
 
 /// The message about a refused command line: the problem, the nearest known word, and where the

@@ -50,7 +50,7 @@ struct CompareOptions {
 
 /// The comparison of two files in one metric.
 struct MetricFinding {
-    std::string metric, verdict;  ///< their names
+    std::string metric, verdict;  ///< names of the metric and the verdict
     splat_metric_comparison found;
     std::vector<double> a, b;
 };

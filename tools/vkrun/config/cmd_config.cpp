@@ -57,7 +57,7 @@ Examples:
 )";
 
 struct ConfigOptions {
-    std::string prefix;  ///< or CONFIG, or KEY
+    std::string prefix;  ///< a prefix, CONFIG or KEY
     std::vector<std::string> changes;
     bool json = false;
 };

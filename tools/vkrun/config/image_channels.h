@@ -11,7 +11,7 @@ struct ImageChannels {
     bool depth = false, normal = false, mask = false;
     bool origin_distance = false;  ///< the last plane
 
-    /// Those that a merged configuration asks for.
+    /// Channels that a merged configuration asks for.
     static ImageChannels of(const Json& config);
     [[nodiscard]] std::uint32_t count() const;
     [[nodiscard]] std::uint32_t flags() const;  ///< SPLAT_DATA_*

@@ -102,7 +102,7 @@ Dataset open_source(const TransferOptions& options, const std::string& split,
         *missing = splat_last_error_message();
     else
         check(result, kBadData);
-    // Of all splits, the objects of a folder without any are one.
+    // With all splits, the objects of a folder without any are one.
     if (result == SPLAT_OK && missing != nullptr && options.split == "all" && split != "train" &&
         !library_json(splat_dataset_report, dataset.get()).at("has_splits").get<bool>())
         *missing = "'" + options.source + "' has no splits: its objects are those of train";

@@ -21,7 +21,7 @@ struct TransferOptions {
     std::string category = "cars";
     std::string split = "all";
     std::string duckdb;
-    std::string shard;  ///< of a store
+    std::string shard;  ///< part of a store
     std::uint32_t size = 0;
     bool black = false;
     bool allow_missing = false;

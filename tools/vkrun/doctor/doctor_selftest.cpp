@@ -76,7 +76,7 @@ Finding check_statistics(splat_device device) {
     const Tensor tensor = make_tensor(device, "doctor", {10, 100}, data);
     auto stats = sized<splat_tensor_stats>();
     check(splat_tensor_check(tensor.get(), &stats));
-    const double mean = (995 * 0.5 - 2 + 3) / 997;  // of the finite ones
+    const double mean = (995 * 0.5 - 2 + 3) / 997;  // mean of the finite ones
     const bool right = stats.nan_count == 1 && stats.inf_count == 2 && stats.min == -2.0 &&
                        stats.max == 3.0 && std::abs(stats.mean - mean) < 1e-5;
     const std::string words =

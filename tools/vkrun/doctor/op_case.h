@@ -29,7 +29,7 @@ struct OpCase {
     std::vector<CaseTensor> inputs;
     std::vector<CaseTensor> outputs;
     bool plain =
-        true;  ///< also time the plain kernels; false if another case of the same shapes does
+        true;  ///< time the plain kernels, too; false if another case of the same shapes does
 };
 
 /// Normal numbers, the same on every machine.

@@ -32,7 +32,7 @@ void add_means(HtmlPage& page, const Json& results) {
 
 void add_shown_object(HtmlPage& page, const char* which, const ObjectRow& row,
                       const ShownObject& shown, const float* background) {
-    constexpr std::uint32_t kWidth = 1000;  ///< of the page, in its pixels
+    constexpr std::uint32_t kWidth = 1000;  ///< pixels of the page
     page.heading(std::string(which) + " object: " + row.name);
     page.paragraph(format("PSNR %.2f dB and SSIM %.4f of novel views; PSNR of input views %.2f dB.",
                           row.psnr, row.ssim, row.conditioning_psnr));

@@ -40,7 +40,7 @@ bool merge_shards(const std::string& out, const Shard& shard, const Json& settin
     const std::string own = folder_of(shard.index);
     make_folder(own);
     std::error_code none;
-    std::filesystem::remove(own + kObjectsFile, none);  // of earlier settings
+    std::filesystem::remove(own + kObjectsFile, none);  // left by earlier settings
     replace_file(own + kSettingsFile, settings.dump(2) + "\n");
     check(splat_evaluator_save(evaluator, own.c_str()));
     std::string missing;

@@ -56,7 +56,7 @@ std::string make_objects(const DemoOptions& options, const char* category) {
     auto desc = sized<splat_synthetic_desc>();
     desc.path = root.c_str();
     desc.category = category;
-    desc.seed = 1;  // that of the training objects, which are another split
+    desc.seed = 1;  // seed of the training objects, which are another split
     desc.resolution = 64;
     desc.test_views = 251;
     desc.test_objects = options.objects;

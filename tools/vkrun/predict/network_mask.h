@@ -13,8 +13,8 @@ namespace vkrun {
 /// The mask that a network makes of a picture.
 struct NetworkMask {
     std::vector<std::uint8_t> bytes;
-    splat_image image{};  ///< of `bytes`; no pixels: none was made
-    std::string preset;   ///< of the network
+    splat_image image{};  ///< view of `bytes`; no pixels: none was made
+    std::string preset;   ///< name of the network's preset
     std::string warning;  ///< why a network at hand gave none; may be empty
 };
 

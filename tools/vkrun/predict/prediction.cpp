@@ -250,7 +250,7 @@ Json compare_depth(const PredictionOptions& options, splat_device device, const 
     return {{"pixels", used.size()},
             {"scale", scale},
             {"shift", shift},
-            {"error", error / (most - least)},  // of the range of the true depth
+            {"error", error / (most - least)},  // part of the true depth's range
             {"correlation", cov / std::sqrt(vx * vy)}};
 }
 

@@ -13,7 +13,7 @@ namespace vkrun {
 namespace {
 
 constexpr std::uint32_t kSheetColumns = 8;
-constexpr std::uint32_t kSheetWidth = 1000, kPictureWidth = 256;  ///< of the page, in its pixels
+constexpr std::uint32_t kSheetWidth = 1000, kPictureWidth = 256;  ///< pixels of the page
 
 std::string view_path(const std::string& out, std::size_t number) {
     return out + format("/view_%02zu.png", number);

@@ -140,7 +140,7 @@ void set_rotation(const double (&r)[9], double (&quaternion)[4]) {
     const double xy = r[3] + r[1], xz = r[2] + r[6], yz = r[7] + r[5];
     const double d = 1 + traces[largest];
     const double all[4][4] = {{d, wx, wy, wz}, {wx, d, xy, xz}, {wy, xy, d, yz}, {wz, xz, yz, d}};
-    std::copy_n(all[largest], 4, quaternion);  // of any length
+    std::copy_n(all[largest], 4, quaternion);  // any length
 }
 
 /// The numbers of a pose. Throws a Failure of bad data.

@@ -16,13 +16,13 @@ struct DepthOptions {
     std::optional<double> fov_degrees;  ///< across the width; default: by intrinsics.txt
     std::vector<double>
         distances;  ///< nearest and farthest of relative depth; empty: .npy of distances
-    std::string inverse_preset;  ///< that made the .npy, which are no distances then; may be empty
+    std::string inverse_preset;  ///< made the .npy, which are no distances then; may be empty
 };
 
 /// A depth map in memory.
 struct LoadedDepth {
     std::vector<float> values;
-    splat_image image{};  ///< of `values`
+    splat_image image{};  ///< view of `values`
     splat_normals_desc desc{};
 };
 

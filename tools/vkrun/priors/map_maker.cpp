@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 /// A map of splat_prior_maps, or the edges of one operator.
 struct MapKind {
-    const char* name;  ///< of its folder
+    const char* name;  ///< name of the map's folder
     std::uint32_t flag;
     std::uint32_t channels;
     splat_image splat_prior_maps::*image;

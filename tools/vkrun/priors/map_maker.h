@@ -37,7 +37,7 @@ struct MapReport {
 /// A picture as bytes [height,width,channels]. Throws a Failure of bad data.
 struct LoadedPicture {
     std::vector<std::uint8_t> bytes;
-    splat_image image{};  ///< of `bytes`
+    splat_image image{};  ///< view of `bytes`
 };
 LoadedPicture load_picture(const std::string& path);
 

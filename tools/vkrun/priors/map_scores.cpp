@@ -9,13 +9,13 @@
 namespace vkrun {
 namespace {
 
-constexpr std::uint32_t kLeastFidelitySide = 41;  ///< of splat_prior_compare_images
+constexpr std::uint32_t kLeastFidelitySide = 41;  ///< limit of splat_prior_compare_images
 
 /// The numbers of a file, 0 to 1 but for .npy, which is as it is.
 struct StoredMap {
     std::vector<float> values;  ///< [height,width,channels]
     splat_image image{};
-    bool numbers = false;  ///< of a .npy
+    bool numbers = false;  ///< read from a .npy
 
     /// `count` channels from `first` on.
     [[nodiscard]] splat_image channels(std::uint32_t first, std::uint32_t count) const {

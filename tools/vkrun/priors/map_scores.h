@@ -14,7 +14,7 @@ struct MapMetric {
 };
 
 struct ScoreOptions {
-    std::string kind = "depth";  ///< or "normal" or "mask"
+    std::string kind = "depth";  ///< "depth", "normal" or "mask"
     bool published = false;
     bool half = false;  ///< the true mask is where alpha > 0.5
 };

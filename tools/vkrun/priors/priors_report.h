@@ -21,7 +21,7 @@ struct PriorsEvaluation {
     std::vector<std::string>
         problems;  ///< sentences: maps without a pair, or that cannot be scored
     MapFiles truth_files;
-    std::vector<MapFiles> files;  ///< of each method
+    std::vector<MapFiles> files;  ///< maps of each method
 };
 
 /// Tables on standard output.

@@ -14,7 +14,7 @@ struct ScoredMap {
     std::vector<std::vector<double>> scores;  ///< [method][metric]; empty: not scored
 };
 
-/// Of the maps that have the score; NaN without any.
+/// Statistics over the maps that have the score; NaN without any.
 struct ScoreStatistics {
     std::size_t maps = 0;
     double mean = 0, median = 0, worst = 0;
@@ -28,7 +28,7 @@ std::vector<double> values_of(const std::vector<ScoredMap>& maps, const std::str
 ScoreStatistics statistics_of(const std::vector<ScoredMap>& maps, const std::string& group,
                               std::size_t method, std::size_t metric, bool higher_is_better);
 
-/// Of the maps that all methods scored.
+/// Wins on the maps that all methods scored.
 struct Wins {
     std::size_t maps = 0;
     std::vector<std::size_t> by_method;  ///< maps that only this one scored best on

@@ -7,7 +7,7 @@
 
 namespace vkrun {
 
-/// Of an image, in pixels; 0 and 0: not given.
+/// Size of an image, in pixels; 0 and 0: not given.
 struct ImageSize {
     std::uint32_t width = 0, height = 0;
 };
@@ -30,7 +30,7 @@ struct CameraFile {
 };
 
 struct CameraFileOptions {
-    ImageSize size;  ///< of the images, for cameras whose file does not give it
+    ImageSize size;  ///< size of the images, for cameras whose file does not give it
     bool ignore_distortion = false;
     bool without_size = false;  ///< such cameras need no size and get a placeholder
 };

@@ -195,7 +195,7 @@ class Renderer {
     std::uint32_t height_ = 0;
 };
 
-/// Whether values of 0 to 1 are what a PNG holds; others are mapped first.
+/// True if values of 0 to 1 are what a PNG holds; others are mapped first.
 bool is_picture(const OutputKind& kind) {
     return kind.output == SPLAT_OUTPUT_RGB || kind.output == SPLAT_OUTPUT_ALPHA;
 }

@@ -11,7 +11,7 @@ namespace vkrun {
 struct SceneFile {
     Scene scene;
     splat_scene_info info;
-    Json report;  ///< of splat_scene_load_report
+    Json report;  ///< result of splat_scene_load_report
 };
 
 /// The rows of splat_scene_formats.

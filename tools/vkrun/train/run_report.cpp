@@ -52,7 +52,7 @@ void add_progress(Run& run) {
         const double psnr = number_of(line, "val_psnr");
         if (number_of(line, "step") > 0 && number_of(line, "step") >= start &&
             psnr > number_of(run.facts, "best_val_psnr"))
-            run.facts["best_val_psnr"] = psnr;  // as the training counts it, without step 0
+            run.facts["best_val_psnr"] = psnr;  // the training counts it without step 0, too
     }
 }
 
@@ -192,7 +192,7 @@ void add_evaluations(HtmlPage& page, const std::vector<Run>& runs) {
     page.table(rows);
 }
 
-/// Such as 2026-11-26 18:40 UTC.
+/// A time such as 2026-11-26 18:40 UTC.
 std::string now_text() {
     const std::time_t now = std::time(nullptr);
     char text[32];

@@ -80,7 +80,7 @@ void TensorBoard::scalars(std::uint64_t step,
     std::string summary;
     for (const auto& [tag, value] : values)
         summary += counted(1, counted(1, tag) + key(2, 5) + raw(static_cast<float>(value)));
-    constexpr std::uint64_t kStart = 1;  // of SessionLog.SessionStatus
+    constexpr std::uint64_t kStart = 1;  // START of SessionLog.SessionStatus
     if (!started_) add(event_head(step) + counted(7, key(1, 0) + varint(kStart)));
     started_ = true;
     add(event_head(step) + counted(5, summary));

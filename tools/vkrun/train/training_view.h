@@ -28,7 +28,7 @@ class TrainingView {
     void keep_object(const splat_training_event& event);
     void show_validation(const splat_training_event& event);
 
-    // What cannot be written of these is warned of.
+    // These warn of what they cannot write.
     void save_sheet(std::uint64_t step);
     void save_scene();
     void write_page(bool running);
@@ -36,8 +36,8 @@ class TrainingView {
     std::string folder_, device_;
     TensorBoard board_;
     bool bar_;                                ///< standard error is a terminal
-    std::vector<std::vector<float>> images_;  ///< of the objects that are shown
-    std::vector<const float*> cells_;         ///< of the contact sheet, in `images_`
+    std::vector<std::vector<float>> images_;  ///< images of the objects that are shown
+    std::vector<const float*> cells_;         ///< cells of the contact sheet, in `images_`
     std::uint32_t side_ = 0;
 };
 

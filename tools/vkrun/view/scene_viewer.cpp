@@ -32,8 +32,8 @@ Point cross(const Point& a, const Point& b) {
 /// The point that all cameras look at, if there is one. With eyes e and axes d it is the nearest to all axes:
 /// sum (I - d d') (x - e) = 0. The middle of a scene with stray Gaussians lies beside its object.
 std::optional<Point> common_target(const std::vector<splat_camera>& cameras) {
-    constexpr double kLeast = 1e-3;  ///< of the determinant: two axes 4 degrees apart
-    constexpr double kMiss = 0.05;   ///< of the depth: how far an axis may pass by
+    constexpr double kLeast = 1e-3;  ///< least determinant: two axes 4 degrees apart
+    constexpr double kMiss = 0.05;   ///< how far an axis may pass by, as a part of the depth
     std::vector<std::pair<Point, Point>> axes;
     std::array<Point, 3> matrix{};
     Point right{};

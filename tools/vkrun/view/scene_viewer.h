@@ -15,7 +15,7 @@ constexpr std::uint64_t kPageGaussians = 1'500'000;
 
 /// How a page shows a scene. The first camera is the view it begins with; digits go to the others.
 struct ViewerOptions {
-    std::string name, file = "scene.ply";  ///< of the scene, and of the file that can be saved
+    std::string name, file = "scene.ply";  ///< name of the scene, and of the file that can be saved
     std::vector<splat_camera> cameras;     ///< at least one; see view_numbers()
     std::vector<std::string> stills;       ///< PNG files, for browsers that cannot draw
     std::string instead;                   ///< for those without stills: a sentence
@@ -27,7 +27,7 @@ struct ViewerOptions {
 
 /// What a page got of a scene.
 struct ViewerFacts {
-    std::uint64_t gaussians = 0, faint = 0;  ///< those of the page, and what cannot be seen
+    std::uint64_t gaussians = 0, faint = 0;  ///< shown, and too faint to be seen
     std::size_t views = 0;
     std::vector<std::string> notes;
 };
@@ -38,7 +38,7 @@ ViewerFacts add_viewer(HtmlPage& page, ScenePayload payload, const ViewerOptions
 /// The same with pack_scene(scene, kPageGaussians). Throws a Failure.
 ViewerFacts add_viewer(HtmlPage& page, splat_scene scene, const ViewerOptions& options);
 
-/// Which of so many cameras are views of a page: all, or six of more than nine, evenly spread.
+/// Numbers of the cameras that are views of a page: all, or six of more than nine, evenly spread.
 std::vector<std::size_t> view_numbers(std::size_t cameras);
 
 /// The mean of what is up in the images of cameras around an object, a unit vector; without a clear one 0, -1, 0.

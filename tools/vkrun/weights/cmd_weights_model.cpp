@@ -226,7 +226,7 @@ double alpha_of(splat_weights adapters, const std::string& path) {
 
 int unmerge(const UnmergeOptions& options) {
     check_target(options.out, options.overwrite, {options.adapters});
-    constexpr double kMost = std::numeric_limits<float>::max();  // as opt.lora_alpha is kept
+    constexpr double kMost = std::numeric_limits<float>::max();  // opt.lora_alpha is a float
     if (options.alpha_given) check_number("--alpha", options.alpha, -kMost, kMost);
     const Weights merged = load_weights(options.in);
     const Weights adapters = load_weights(options.adapters);

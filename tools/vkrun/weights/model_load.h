@@ -19,7 +19,7 @@ std::string load_counts(const Json& load);
 /// which of the two is used, and the fields of view. Empty if they agree.
 std::string rays_sentence(const std::string& path, splat_weights weights, const Json& report);
 
-/// That sentence as a warning on standard error.
+/// Print rays_sentence() as a warning on standard error.
 void warn_of_rays(const std::string& path, splat_weights weights, const Json& report);
 
 }  // namespace vkrun

@@ -100,7 +100,7 @@ def floats(data: ArrayLike, shape: Optional[Sequence[Optional[int]]], what: str)
 def doubles(data: ArrayLike, shape: Sequence[Optional[int]], what: str) -> NDArray[np.float64]:
     """A row-major float64 array of any real numbers, for cameras and placements."""
     array = host_array(data, what)
-    if array.dtype.kind not in "fiub":  # of others NumPy would drop or read a part
+    if array.dtype.kind not in "fiub":  # NumPy would drop or read a part of others
         raise InvalidArgument(f"{what} has the type {array.dtype}, expected numbers")
     check_shape(array, shape, what)
     return np.ascontiguousarray(array, np.float64)
@@ -145,7 +145,7 @@ def set_dims(raw: Any, shape: Any, what: str) -> None:
         raise InvalidArgument(f"{what} has {len(shape)} dimensions, expected at most "
                               f"{_native.SPLAT_MAX_RANK}")
     for size in shape:
-        if not -1 << 63 <= size < 1 << 63:  # of others ctypes keeps the low bits
+        if not -1 << 63 <= size < 1 << 63:  # ctypes would keep the low bits of others
             raise InvalidArgument(f"{what} has the shape {shape_text(shape)}, beyond 64 bits")
     raw.dims[:len(shape)] = shape
     raw.rank = len(shape)
@@ -216,7 +216,7 @@ def image_struct(array: NDArray[Any]) -> _native.splat_image:
     channels = array.shape[2] if array.ndim == 3 else 1
     strides: Tuple[int, ...] = array.strides if array.ndim == 3 else (*array.strides,
                                                                       array.itemsize)
-    image.pixels, image.kept = address(array), array  # as long as a call runs
+    image.pixels, image.kept = address(array), array  # kept as long as a call runs
     image.bytes = array.itemsize + sum(stride * (size - 1) for stride, size in
                                        zip(strides, (rows, columns, channels)))
     image.type = int(PIXELS[array.dtype])

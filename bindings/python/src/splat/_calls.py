@@ -132,7 +132,7 @@ def run(cancel: Optional[Callable[[], object]], lock: Optional["Lock[Any]"],
         thread.calls.append(lambda: _locked(function, arguments, lock))
         thread.begin.release()
         thread.end.acquire()
-    except BaseException:  # of a signal handler
+    except BaseException:  # from a signal handler
         _cancel(thread, cancel)
         raise
     code, error = thread.code, thread.error
@@ -143,4 +143,4 @@ def run(cancel: Optional[Callable[[], object]], lock: Optional["Lock[Any]"],
     try:
         raise error.with_traceback(None) if isinstance(error, Error) else error
     finally:
-        del error  # its traceback keeps this frame, which must not keep it
+        del error  # the traceback keeps this frame, which must not keep it

@@ -37,7 +37,7 @@ class Handle:
     _kind: ClassVar[str] = ""  # splat_<kind>_destroy ends it
     _device: Optional["Device"]
     _keeper: Optional[Keeper]  # None: closed
-    _lock: Optional[threading.RLock]  # of those whose calls the caller must serialise
+    _lock: Optional[threading.RLock]  # for objects whose calls the caller must serialise
 
     def __new__(cls: Type[Own], *_: Any, **__: Any) -> Own:
         made = super().__new__(cls)
@@ -73,7 +73,7 @@ class Handle:
 
     @property
     def closed(self) -> bool:
-        """Whether the object was given back to the library."""
+        """True if the object was given back to the library."""
         return self._keeper is None
 
     def close(self) -> None:

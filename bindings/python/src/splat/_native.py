@@ -2505,7 +2505,7 @@ class splat_point_scores(Structure):
     ]
 
 
-# Of each struct: class, whether it is frozen, bytes, and (field, offset, bytes).
+# The layout of each struct: class, whether it is frozen, bytes, and (field, offset, bytes).
 LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], ...]]] = {
     "splat_decode_limits": (splat_decode_limits, False, 48, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("bytes_times_file", 16, 8),

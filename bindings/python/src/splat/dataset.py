@@ -235,7 +235,7 @@ def _run(call: Callable[[Any], Any], progress: Optional[Progress]) -> None:
     def work() -> int:
         code: int = call(_native.splat_progress_callback(report))
         if raised:
-            raise raised.pop()  # its traceback keeps the list
+            raise raised.pop()  # the traceback keeps the list
         return code
 
     run(stop.set, None, work)
@@ -284,6 +284,6 @@ def export_dataset(dataset: Dataset, path: PathLike, *, layout: str = "tables",
     if objects is not None:
         numbers = (c_uint32 * max(len(objects), 1))(*(whole(each, "an object") for each in objects))
         desc.objects, desc.object_count = addressof(numbers), len(objects)
-        desc.kept = numbers  # as long as the call runs
+        desc.kept = numbers  # kept as long as the call runs
     _run(lambda report: lib.splat_dataset_export(dataset.handle, byref(desc), report, None),
          progress)

@@ -153,7 +153,7 @@ class Evaluator(Handle):
         raw.numbers, raw.number_count = address(numbers), n
         raw.cameras, raw.camera_count = cameras, n
         raw.images, raw.image_count = address(images), images.size
-        raw.kept = (numbers, images, shown)  # as long as the call runs
+        raw.kept = (numbers, images, shown)  # kept as long as the call runs
         if shown is not None:
             raw.drawn, raw.drawn_count = address(shown), shown.size
         self._run(lib.splat_evaluator_read, self.handle, number, byref(raw))

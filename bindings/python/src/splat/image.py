@@ -29,7 +29,7 @@ class Image:
     def __init__(self, data: ArrayLike) -> None:
         self.array: NDArray[Any] = pixel_array(data, "data")
         self.focal = 0.0  # pixels, from the Exif data of a file; 0: not known
-        self.bits = 0  # of each number of the file: 8, 16, or 32 of a .npy; 0: not from a file
+        self.bits = 0  # bits per number of the file: 8, 16, or 32 of a .npy; 0: not from a file
 
     @classmethod
     def load(cls, source: Union[PathLike, bytes, bytearray, memoryview], *,

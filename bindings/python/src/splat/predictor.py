@@ -73,7 +73,7 @@ class Predictor(Handle):
         desc.config, desc.adapters_alpha = json_of(config, "config"), alpha
         self._own(made("predictor", direct, lib.splat_predictor_create, device.handle, byref(desc)),
                   device)
-        self._scoring = threading.RLock()  # of its evaluators, of which the library wants one at a time
+        self._scoring = threading.RLock()  # the library wants one of its evaluators at a time
 
     @property
     def info(self) -> PredictorInfo:
@@ -121,7 +121,7 @@ class Predictor(Handle):
         raw.cameras, raw.camera_capacity = cameras, len(cameras)
         raw.pictures, raw.picture_capacity = pictures, len(pictures)
         raw.inputs, raw.input_capacity = address(inputs), inputs.size
-        raw.kept = (inputs, kept)  # as long as the call runs
+        raw.kept = (inputs, kept)  # kept as long as the call runs
 
         def call(_: object, *given: Any) -> int:  # the facts come behind the new scene
             return self._run(function, self.handle, *given, byref(raw))

@@ -36,7 +36,7 @@ class Event(TrainingEvent):
 
     @property
     def ends(self) -> bool:
-        """Whether the training is over."""
+        """True if the training is over."""
         return self.kind in ENDS
 
 

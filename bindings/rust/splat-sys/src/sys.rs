@@ -279,9 +279,9 @@ pub const SPLAT_RASTERIZER_DEPTH: u32 = 4;
 pub const SPLAT_RASTERIZER_BACKWARD: u32 = 8;
 /// these three imply BACKWARD; gradients from the depth
 pub const SPLAT_RASTERIZER_GRAD_DEPTH: u32 = 16;
-/// of the pose (SPLAT_CONVENTION_GSPLAT)
+/// gradients of the pose (SPLAT_CONVENTION_GSPLAT)
 pub const SPLAT_RASTERIZER_GRAD_POSE: u32 = 32;
-/// of means2d
+/// gradients of means2d
 pub const SPLAT_RASTERIZER_GRAD_MEANS2D: u32 = 64;
 /// SPLAT_CONVENTION_3DGS: the gradient of the original code with its three quirks
 pub const SPLAT_RASTERIZER_ORIGINAL_GRADIENT: u32 = 128;
@@ -338,11 +338,11 @@ pub type splat_image_format = i32;
 pub const SPLAT_IMAGE_PNG: splat_image_format = 1;
 /// float32 \[height,width,channels\]; U8 is divided by 255
 pub const SPLAT_IMAGE_NPY: splat_image_format = 2;
-/// of animations: 252 colours, dithered; no alpha
+/// animations: 252 colours, dithered; no alpha
 pub const SPLAT_IMAGE_GIF: splat_image_format = 3;
 /// 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0
 pub const SPLAT_IMAGE_PNG16: splat_image_format = 4;
-/// of animations: 8 bits without loss; sides up to 16383
+/// animations: 8 bits without loss; sides up to 16383
 pub const SPLAT_IMAGE_WEBP: splat_image_format = 5;
 
 pub type splat_schedule = i32;
@@ -390,7 +390,7 @@ pub const SPLAT_EVENT_VALIDATED_OBJECT: splat_training_event_kind = 2;
 pub const SPLAT_EVENT_VALIDATION: splat_training_event_kind = 3;
 /// a state was saved
 pub const SPLAT_EVENT_CHECKPOINT: splat_training_event_kind = 4;
-/// those that end the run
+/// these end the run
 pub const SPLAT_EVENT_DONE: splat_training_event_kind = 5;
 pub const SPLAT_EVENT_INTERRUPTED: splat_training_event_kind = 6;
 /// ten steps in a row had a loss or gradients that are not finite
@@ -739,7 +739,7 @@ pub struct splat_decode_limits {
     pub bytes_besides: u64,
     /// tensors or files of an archive; 0 = 10^6
     pub items: u64,
-    /// of one image; 0 = 100
+    /// scans of one JPEG image; 0 = 100
     pub jpeg_scans: u32,
     pub reserved: u32,
 }
@@ -761,7 +761,7 @@ impl Default for splat_decode_limits {
 #[derive(Clone, Copy, Debug)]
 pub struct splat_image {
     pub pixels: *mut c_void,
-    /// of `pixels`, checked against the layout; 0: trusted
+    /// size of `pixels`, checked against the layout; 0: trusted
     pub bytes: usize,
     pub type_: splat_pixel,
     /// pixels
@@ -940,11 +940,11 @@ pub struct splat_tensor_stats {
     pub reserved: u32,
     pub nan_count: u64,
     pub inf_count: u64,
-    /// of the finite elements; +inf if there are none
+    /// smallest finite element; +inf if there are none
     pub min: f64,
-    /// of the finite elements; -inf if there are none
+    /// largest finite element; -inf if there are none
     pub max: f64,
-    /// of the finite elements; 0 if there are none
+    /// mean of the finite elements; 0 if there are none
     pub mean: f64,
 }
 
@@ -974,7 +974,7 @@ pub struct splat_co3d_desc {
     pub subset: *const c_char,
     /// "train", "val", "test"; NULL: train
     pub split: *const c_char,
-    /// of the images, pixels; 0: 128
+    /// side of the images, pixels; 0: 128
     pub size: u32,
     /// only this many sequences, the first by name; 0: all
     pub limit: u32,
@@ -993,13 +993,13 @@ impl Default for splat_co3d_desc {
 #[derive(Clone, Copy, Debug)]
 pub struct splat_co3d_info {
     pub struct_size: u32,
-    /// of the split
+    /// sequences in the split
     pub sequences: u32,
-    /// of them, that were there before
+    /// sequences that were there before
     pub kept: u32,
-    /// of them, whose cameras are not finite
+    /// sequences left out: their cameras are not finite
     pub left_out: u32,
-    /// of all of them
+    /// frames of all sequences in the split
     pub frames: u64,
 }
 
@@ -1024,7 +1024,7 @@ pub struct splat_dataset_desc {
     pub format: *const c_char,
     /// "train", "val", "test"; NULL: train
     pub split: *const c_char,
-    /// of the returned images, which are square; 0: as stored
+    /// side of the returned images, which are square; 0: as stored
     pub resolution: u32,
     /// use only this many objects, the first in order; 0: all
     pub limit: u32,
@@ -1033,7 +1033,7 @@ pub struct splat_dataset_desc {
     /// behind transparent pixels, 0 to 1
     pub background: [f32; 3],
     pub reserved: u32,
-    /// of several in the folder: "cars", "hydrants"; NULL: the only one
+    /// "cars", "hydrants", where there are several; NULL: the only one
     pub category: *const c_char,
     /// NULL, or a list for one format: a path, or one in the folder of the data; "objaverse": JSON array of all objects in order
     pub objects_file: *const c_char,
@@ -1137,12 +1137,12 @@ pub struct splat_dataset_export_desc {
     pub split: *const c_char,
     /// in names of folders and configurations; NULL: cars
     pub category: *const c_char,
-    /// as in splat_dataset_import_desc
+    /// see splat_dataset_import_desc
     pub duckdb: *const c_char,
-    /// which to write; NULL: all
+    /// objects to write; NULL: all
     pub objects: *const u32,
     pub object_count: u64,
-    /// of a store, as in splat_dataset_import_desc
+    /// parts of a store, see splat_dataset_import_desc
     pub shards: u32,
     pub shard: u32,
 }
@@ -1175,7 +1175,7 @@ pub struct splat_synthetic_desc {
     pub resolution: u32,
     /// from random places around the object; 0: 50
     pub train_views: u32,
-    /// of val and test, on a spiral; 0: 251
+    /// views of val and test objects, on a spiral; 0: 251
     pub test_views: u32,
     pub train_objects: u32,
     pub val_objects: u32,
@@ -1237,7 +1237,7 @@ pub struct splat_scene_file_desc {
     pub next: *const c_void,
     /// 0 = by the first bytes, else by the extension of the path
     pub format: splat_scene_format,
-    /// of the file; 0 = the format's usual one
+    /// axes of the file; 0 = the format's usual ones
     pub frame: splat_frame,
     /// drop bands, or pad them with zeros, to degree 1 to 3 or (SPLAT_SH_CONSTANT) 0; 0: keep all
     pub sh_degree: i32,
@@ -1289,7 +1289,7 @@ pub struct splat_scene_info {
     pub center: [f64; 3],
     /// distance from the centre that holds 95 % of the finite means
     pub radius: f64,
-    /// of the finite standard deviations, scene units
+    /// smallest finite standard deviation, scene units
     pub scale_min: f64,
     pub scale_max: f64,
     pub scale_mean: f64,
@@ -1299,7 +1299,7 @@ pub struct splat_scene_info {
     pub opacity_mean: f64,
     /// values of all attributes
     pub non_finite: u64,
-    /// of length 0, or not finite
+    /// rotations of length 0, or not finite
     pub bad_rotations: u64,
     /// Gaussians with a scale below 1e-12
     pub degenerate: u64,
@@ -1524,7 +1524,7 @@ pub struct splat_model_desc {
     pub next: *const c_void,
     /// text, JSON or YAML with the keys of Splatter Image; NULL: the cars model
     pub config: *const c_char,
-    /// of a batch; 0: 1. If an activation of the batch exceeds one binding of the device, the batch runs in equal slices. A backward pass then repeats the forward pass of all slices except the last, and dropout differs from that of an undivided batch
+    /// objects per batch; 0: 1. If an activation of the batch exceeds one binding of the device, the batch runs in equal slices. A backward pass then repeats the forward pass of all slices but the last, and dropout differs from that of an undivided batch
     pub objects: u32,
     /// 0: SPLAT_PRECISION_BALANCED
     pub precision: splat_precision,
@@ -1546,23 +1546,23 @@ pub struct splat_model_info {
     pub struct_size: u32,
     /// SPLAT_MODEL_ bits of its creation
     pub flags: u32,
-    /// of a batch
+    /// objects per batch
     pub objects: u32,
     /// input images of an object
     pub views: u32,
     /// R
     pub resolution: u32,
-    /// of splat_model_input.images
+    /// channels of splat_model_input.images
     pub channels: u32,
-    /// of the tensor "images": without the plane of origin distances
+    /// channels of "images": no plane of origin distances
     pub image_channels: u32,
-    /// of "raw"
+    /// channels of "raw"
     pub output_channels: u32,
     /// M, of an object
     pub gaussians: u32,
     /// K = (sh_degree + 1)^2
     pub sh_degree: u32,
-    /// of a custom embedding; 0: none
+    /// length of a custom embedding; 0: none
     pub embedding_length: u32,
     pub token_dim: u32,
     /// 0: none
@@ -1599,11 +1599,11 @@ pub struct splat_model_input {
     pub struct_size: u32,
     /// SPLAT_PASS_ bits
     pub flags: u32,
-    /// of dropout, with step
+    /// seed of dropout, used with step
     pub seed: u64,
-    /// of the optimiser
+    /// the optimiser's step
     pub step: u32,
-    /// of each image, checked against the configuration; 0: not checked
+    /// channels per image, checked against the configuration; 0: not checked
     pub channels: u32,
     /// in the arrays, checked against the model's; 0: not checked
     pub objects: u32,
@@ -1724,7 +1724,7 @@ impl Default for splat_picture_source {
 #[derive(Clone, Copy, Debug)]
 pub struct splat_picture {
     pub image: splat_picture_source,
-    /// of the object, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs from its border's colour, else all
+    /// the object's mask, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs from its border's colour, else all
     pub mask: splat_picture_source,
     /// where the network takes it; larger is nearer, at any scale
     pub depth: splat_picture_source,
@@ -1738,9 +1738,9 @@ pub struct splat_picture {
     pub focal: f64,
     /// along the camera's axis, where the network takes it; else 0
     pub origin_distance: f64,
-    /// as splat_camera; all 0: none. Networks of several views need the poses of all, and whole pictures; others take none
+    /// like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole pictures; others take none
     pub world_to_camera: [f64; 16],
-    /// of a custom embedding, or NULL
+    /// a custom embedding, or NULL
     pub embedding: *const f32,
     /// numbers
     pub embedding_count: u64,
@@ -1761,7 +1761,7 @@ impl Default for splat_picture {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct splat_picture_info {
-    /// of the picture, pixels
+    /// width of the picture, pixels
     pub width: u32,
     pub height: u32,
     pub found: splat_found,
@@ -1771,7 +1771,7 @@ pub struct splat_picture_info {
     pub square: [f64; 3],
     /// pixels of the picture; 0: not known
     pub focal: f64,
-    /// of the square; 0: not known
+    /// field of view of the square; 0: not known
     pub fov_degrees: f64,
 }
 
@@ -1832,7 +1832,7 @@ pub struct splat_predictor_desc {
     pub config: *const c_char,
     /// a file of low-rank adapters, which are folded in
     pub adapters_path: *const c_char,
-    /// or weights of them; neither: none but those among the weights
+    /// adapters in memory; neither: only those among the weights
     pub adapters: splat_weights,
     /// 0: lora_alpha of their metadata, else of the configuration
     pub adapters_alpha: f64,
@@ -1856,7 +1856,7 @@ pub struct splat_predictor_info {
     pub views: u32,
     /// R: the network sees squares of R x R pixels
     pub resolution: u32,
-    /// of its input
+    /// channels of the network's input
     pub channels: u32,
     /// 1: it takes a depth map, else 0; so the next three
     pub depth: u32,
@@ -2051,7 +2051,7 @@ pub struct splat_rasterizer_info {
     pub pairs: u64,
     /// Gaussians in the fullest tile
     pub longest: u64,
-    /// of all views
+    /// tiles of all views
     pub tiles: u64,
     /// tiles without Gaussians
     pub empty_tiles: u64,
@@ -2083,7 +2083,7 @@ impl Default for splat_rasterizer_info {
 #[derive(Clone, Copy, Debug)]
 pub struct splat_image_info {
     pub struct_size: u32,
-    /// of a sample in the file: 8, 16, or 32 (.npy)
+    /// bits per sample in the file: 8, 16, or 32 (.npy)
     pub bits: u32,
     /// pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal sees the same angle, or else focal length and resolution of the sensor; 0: not known
     pub focal: f64,
@@ -2126,7 +2126,7 @@ pub struct splat_lpips_desc {
     /// 0
     pub flags: u32,
     pub next: *const c_void,
-    /// of torchvision's vgg16 and of the lpips package, one file or two; read before the call returns
+    /// weights of torchvision's vgg16 and of the lpips package, in one file or two; read before the call returns
     pub weights: *const splat_weights,
     pub weight_count: u32,
     /// pixels, both ways; \>= 16
@@ -2146,7 +2146,7 @@ impl Default for splat_lpips_desc {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct splat_optimizer_item {
-    /// of a tensor its name; of a model or module a prefix of the names of its trainable parameters, NULL: none
+    /// a tensor's name; or a prefix for the names of a model's or module's trainable parameters, NULL: none
     pub name: *const c_char,
     /// created with SPLAT_MODEL_GRADIENTS
     pub model: splat_model,
@@ -2154,7 +2154,7 @@ pub struct splat_optimizer_item {
     pub module: splat_module,
     /// float32
     pub parameter: splat_tensor,
-    /// of its shape
+    /// same shape as `parameter`
     pub gradient: splat_tensor,
 }
 
@@ -2172,9 +2172,9 @@ impl Default for splat_optimizer_item {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct splat_optimizer_group {
-    /// of names: '*' is any text, '?' one character
+    /// matches names: '*' is any text, '?' one character
     pub pattern: *const c_char,
-    /// of the desc's rate; 0: 1
+    /// multiplies the desc's rate; 0: 1
     pub rate_factor: f64,
     pub beta1: f64,
     pub beta2: f64,
@@ -2211,11 +2211,11 @@ pub struct splat_optimizer_desc {
     /// 0: SPLAT_SCHEDULE_CONSTANT
     pub schedule: splat_schedule,
     pub reserved: u32,
-    /// in which the rate rises from zero, in any schedule
+    /// steps in which the rate rises from zero, in any schedule
     pub warmup_steps: u64,
-    /// of SPLAT_SCHEDULE_COSINE, more than warmup_steps; else 0
+    /// end of SPLAT_SCHEDULE_COSINE, more than warmup_steps; else 0
     pub total_steps: u64,
-    /// of SPLAT_SCHEDULE_STEP; else 0
+    /// step at which SPLAT_SCHEDULE_STEP lowers the rate; else 0
     pub step_at: u64,
     /// The averages decay by min(ema_decay, 1 - (1 + step - ema_after)^(-2/3)); up to ema_after they are copies. ema_decay 0: no averages; ema_every 0: every step
     pub ema_decay: f64,
@@ -2242,7 +2242,7 @@ pub struct splat_optimizer_info {
     pub step: u64,
     /// steps without an update
     pub skipped: u64,
-    /// of the last step; before the first, of the next
+    /// rate of the last step; before the first, of the next
     pub rate: f64,
     /// numbers of the last step's gradients that are NaN or infinite
     pub non_finite: u64,
@@ -2252,7 +2252,7 @@ pub struct splat_optimizer_info {
     pub averaged: u32,
     /// tensors
     pub parameters: u64,
-    /// their numbers
+    /// numbers in these tensors
     pub elements: u64,
 }
 
@@ -2320,9 +2320,9 @@ pub struct splat_trainer_batch {
     /// B*T, of R x R pixels
     pub cameras: *const splat_camera,
     pub cameras_count: u64,
-    /// of each input image, checked against the configuration; 0: not checked
+    /// channels per input image, as in the configuration; 0: not checked
     pub channels: u32,
-    /// B, checked against the configuration; 0: not checked
+    /// B, as in the configuration; 0: not checked
     pub objects: u32,
 }
 
@@ -2393,7 +2393,7 @@ pub struct splat_training_desc {
     /// changes to it, as in splat_config_merge
     pub values: *const *const c_char,
     pub value_count: u64,
-    /// as splat_batches_create takes it; NULL: the split train of data.root
+    /// see splat_batches_create; NULL: the split train of data.root
     pub dataset: splat_dataset,
     /// NULL: none; if `dataset` is NULL too, the split val of data.root where there is one
     pub validation: splat_dataset,
@@ -2443,15 +2443,15 @@ pub struct splat_training_event {
     /// since the first step of this session
     pub seconds: f64,
     pub steps_per_second: f64,
-    /// of the validated object, else NULL
+    /// name of the validated object, else NULL
     pub name: *const c_char,
-    /// its number
+    /// number of the validated object
     pub object: u32,
-    /// of the validation
+    /// objects in the validation
     pub objects: u32,
-    /// of the object, the input views first; of VALIDATION: all novel views
+    /// views of the object, the input views first; in VALIDATION: all novel views
     pub views: u32,
-    /// input views of them
+    /// input views among them
     pub inputs: u32,
     /// pixels of an image
     pub side: u32,
@@ -2465,11 +2465,11 @@ pub struct splat_training_event {
     pub novel_psnr: f64,
     /// NaN without novel views
     pub novel_ssim: f64,
-    /// of input views
+    /// scores of input views
     pub conditioning_psnr: f64,
-    /// of input views
+    /// scores of input views
     pub conditioning_ssim: f64,
-    /// of validations of as many objects and views
+    /// best validation with as many objects and views
     pub best_psnr: f64,
 }
 
@@ -2496,11 +2496,11 @@ pub struct splat_evaluator_desc {
     pub dataset: splat_dataset,
     /// a folder, opened as the predictor's configuration says; both NULL: its data.root
     pub data_path: *const c_char,
-    /// of that folder; NULL: test; NULL with `dataset`
+    /// split of `data_path`; NULL: test; NULL with `dataset`
     pub split: *const c_char,
     /// a name for what draws the images of splat_evaluator_score_images; NULL: the predictor. A predictor then only says how the data are read. Must be given without a predictor
     pub method: *const c_char,
-    /// of the images' resolution; NULL: LPIPS is NaN
+    /// made for the images' resolution; NULL: LPIPS is NaN
     pub lpips: splat_lpips,
     /// numbers of the conditioning views of each object
     pub conditioning: *const u32,
@@ -2508,7 +2508,7 @@ pub struct splat_evaluator_desc {
     pub conditioning_count: u64,
     /// conditioning views without a predictor and without their numbers; else 0. 0: 1
     pub inputs: u32,
-    /// of each object, evenly spread; 0: all
+    /// novel views per object, evenly spread; 0: all
     pub novel_views: u32,
     /// only this many, the first in order; 0: all
     pub objects: u32,
@@ -2530,7 +2530,7 @@ pub struct splat_evaluator_info {
     pub struct_size: u32,
     /// to score
     pub objects: u32,
-    /// so far
+    /// scored so far
     pub scored: u32,
     /// R: images have R x R pixels
     pub resolution: u32,
@@ -2556,7 +2556,7 @@ pub struct splat_scores {
     /// NaN without its network
     pub lpips: f64,
     pub views: u32,
-    /// those that equal their targets
+    /// views that equal their targets
     pub perfect_views: u32,
 }
 
@@ -2577,7 +2577,7 @@ pub struct splat_ledger {
     pub gaussians: u64,
     /// with a NaN or an infinity; no image shows them
     pub gaussians_not_finite: u64,
-    /// of opacity below 1/255
+    /// opacity below 1/255
     pub gaussians_invisible: u64,
     /// all others
     pub gaussians_visible: u64,
@@ -2598,7 +2598,7 @@ impl Default for splat_ledger {
 #[derive(Clone, Copy, Debug)]
 pub struct splat_object_scores {
     pub struct_size: u32,
-    /// its number
+    /// number of the object
     pub object: u32,
     /// lives as long as the evaluator
     pub name: *const c_char,
@@ -2693,7 +2693,7 @@ impl Default for splat_evaluation_summary {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct splat_score {
-    /// its name
+    /// name of the object
     pub object: *const c_char,
     pub psnr: f64,
     pub ssim: f64,
@@ -2735,7 +2735,7 @@ pub struct splat_compare_desc {
     pub next: *const c_void,
     pub a: splat_score_set,
     pub b: splat_score_set,
-    /// of all random choices
+    /// seed of all random choices
     pub seed: u64,
     /// random permutations; 0: 300000
     pub resamples: u32,
@@ -2760,7 +2760,7 @@ pub struct splat_comparison_info {
     pub metrics: u32,
     pub objects_a: u64,
     pub objects_b: u64,
-    /// of both
+    /// objects that A and B share
     pub shared_objects: u64,
     /// 1: objects were ignored
     pub unpaired: u32,
@@ -2787,7 +2787,7 @@ pub struct splat_metric_comparison {
     pub exact: u32,
     pub mean_a: f64,
     pub mean_b: f64,
-    /// of the means, B - A
+    /// mean_b - mean_a
     pub difference: f64,
     /// two-sided; paired: signs of differences flipped, unpaired: all scores shuffled
     pub p_permutation: f64,
@@ -2831,7 +2831,7 @@ pub struct splat_prior_model_desc {
     pub model_path: *const c_char,
     /// library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1 beside libsplat or where the system's loader looks
     pub runtime_path: *const c_char,
-    /// of one run; 0: one per core
+    /// threads of one run; 0: one per core
     pub threads: u32,
     pub reserved: u32,
 }
@@ -2851,15 +2851,15 @@ pub struct splat_prior_model_info {
     pub struct_size: u32,
     /// SPLAT_DATA_ flags of the maps that it makes
     pub maps: u32,
-    /// of its input, pixels; 0: by the picture
+    /// width of the model's input, pixels; 0: by the picture
     pub width: u32,
     pub height: u32,
-    /// its name; lives, as the other texts, as long as the model
+    /// name of the preset; lives, as the other texts, as long as the model
     pub preset: *const c_char,
-    /// of the model: show it to the user
+    /// licence of the model: show it to the user
     pub licence: *const c_char,
     pub note: *const c_char,
-    /// of the model
+    /// file of the model
     pub path: *const c_char,
     /// "1.30.0"
     pub runtime_version: *const c_char,
@@ -2908,7 +2908,7 @@ pub struct splat_normals_desc {
     /// pixels
     pub focal_x: f64,
     pub focal_y: f64,
-    /// of the principal point, pixels from the left edge; both 0: the middle
+    /// principal point, pixels from the left and top edge; both 0: the middle
     pub center_x: f64,
     pub center_y: f64,
     /// distances that a map of relative depth goes between: 0 is 1 / farthest, 1 is 1 / nearest. Both 0: the map holds distances, and where they are 0 or less, or not finite, there is no surface
@@ -2963,7 +2963,7 @@ pub struct splat_normal_scores {
     pub reserved: u32,
     /// counted
     pub pixels: u64,
-    /// of these, without a prediction; their angle is 180 degrees
+    /// counted pixels without a prediction; their angle is 180 degrees
     pub missing: u64,
     pub mean: f64,
     pub median: f64,

@@ -10,7 +10,7 @@ use std::ffi::CString;
 /// Scores of one object; NaN: none in that metric.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Score {
-    /// Its name.
+    /// Name of the object.
     pub object: String,
     /// dB
     pub psnr: f64,
@@ -34,7 +34,7 @@ pub enum ScoreSet<'a> {
 pub struct CompareDesc {
     /// [`CompareFlags::UNPAIRED`]: ignore which object a score belongs to.
     pub flags: CompareFlags,
-    /// Of all random choices.
+    /// Seed of all random choices.
     pub seed: u64,
     /// Random permutations; 0: 300000.
     pub resamples: u32,

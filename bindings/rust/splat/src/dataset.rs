@@ -21,13 +21,13 @@ pub fn path_name(name: &str) -> Result<String> {
 pub struct DatasetDesc<'a> {
     /// Maps that are required; keep objects with missing files.
     pub flags: DataFlags,
-    /// Its folder.
+    /// Folder of the data set.
     pub path: &'a str,
     /// "store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; None: by the folder.
     pub format: Option<&'a str>,
     /// "train", "val", "test"; None: train.
     pub split: Option<&'a str>,
-    /// Of several in the folder: "cars", "hydrants"; None: the only one.
+    /// "cars", "hydrants", where there are several; None: the only one.
     pub category: Option<&'a str>,
     /// The objects of "objaverse" in their order, a JSON array of names.
     pub objects_file: Option<&'a str>,
@@ -35,7 +35,7 @@ pub struct DatasetDesc<'a> {
     pub excluded_file: Option<&'a str>,
     /// Test objects of "nmr" and their source views.
     pub views_file: Option<&'a str>,
-    /// Of the returned images, which are square; 0: as stored.
+    /// Side of the returned images, which are square; 0: as stored.
     pub resolution: u32,
     /// Use only this many objects, the first in order; 0: all.
     pub limit: u32,
@@ -177,19 +177,19 @@ pub struct SyntheticDesc<'a> {
     pub path: &'a str,
     /// "cars", "chairs", "mixed"; None: cars.
     pub category: Option<&'a str>,
-    /// Of all random choices.
+    /// Seed of all random choices.
     pub seed: u64,
     /// 8 to 2048; 0: 128.
     pub resolution: u32,
     /// From random places around the object; 0: 50.
     pub train_views: u32,
-    /// Of val and test, on a spiral; 0: 251.
+    /// Views of val and test objects, on a spiral; 0: 251.
     pub test_views: u32,
     /// Objects of the split train.
     pub train_objects: u32,
-    /// Of the split val.
+    /// Objects of the split val.
     pub val_objects: u32,
-    /// Of the split test.
+    /// Objects of the split test.
     pub test_objects: u32,
 }
 
@@ -226,7 +226,7 @@ pub struct Co3dDesc<'a> {
     pub subset: Option<&'a str>,
     /// "train", "val", "test"; None: train.
     pub split: Option<&'a str>,
-    /// Of the images; 0: 128.
+    /// Side of the images; 0: 128.
     pub size: u32,
     /// Use only this many sequences; 0: all.
     pub limit: u32,

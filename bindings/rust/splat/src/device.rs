@@ -149,7 +149,7 @@ unsafe impl Send for Canceller {}
 unsafe impl Sync for Canceller {}
 
 impl Canceller {
-    /// As [`Device::cancel`].
+    /// See [`Device::cancel`].
     pub fn cancel(&self) -> Result<()> {
         call!(splat_device_cancel(self.handle))
     }

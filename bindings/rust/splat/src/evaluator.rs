@@ -18,17 +18,17 @@ pub struct EvaluatorDesc<'a> {
     pub dataset: Option<&'a Dataset>,
     /// A folder, opened as the predictor's configuration says; both None: its data.root.
     pub data_path: Option<&'a str>,
-    /// Of that folder; None: test.
+    /// Split of that folder; None: test.
     pub split: Option<&'a str>,
     /// A name for what draws the images of [`Evaluator::score_images`].
     pub method: Option<&'a str>,
-    /// Of the images' resolution; None: LPIPS is NaN.
+    /// Made for the images' resolution; None: LPIPS is NaN.
     pub lpips: Option<&'a Lpips>,
     /// Numbers of the conditioning views of each object; None: by the protocol.
     pub conditioning: Option<&'a [u32]>,
     /// Conditioning views without a predictor; 0: 1.
     pub inputs: u32,
-    /// Of each object, evenly spread; 0: all.
+    /// Novel views per object, evenly spread; 0: all.
     pub novel_views: u32,
     /// Only this many, the first in order; 0: all.
     pub objects: u32,

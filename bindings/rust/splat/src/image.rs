@@ -13,7 +13,7 @@ use std::path::Path;
 /// # Safety
 /// `PIXEL` has the size of the type, and every pattern of bits is a value.
 pub unsafe trait Sample: Copy + Default + 'static {
-    /// Their name in C.
+    /// Name of the type in C.
     const PIXEL: Pixel;
 }
 
@@ -109,7 +109,7 @@ pub struct ImageViewMut<'a> {
 unsafe impl Send for ImageViewMut<'_> {}
 
 impl<'a> ImageViewMut<'a> {
-    /// As [`ImageView::new`].
+    /// See [`ImageView::new`].
     pub fn new<T: Sample>(pixels: &'a mut [T], size: [u32; 2], channels: u32) -> Result<Self> {
         let raw = raw::<T>(pixels.as_mut_ptr().cast(), pixels.len(), size, channels)?;
         Ok(ImageViewMut {
@@ -118,7 +118,7 @@ impl<'a> ImageViewMut<'a> {
         })
     }
 
-    /// As [`ImageView::strides`], but no two samples may share a place.
+    /// Like [`ImageView::strides`], but no two samples may share a place.
     pub fn strides(mut self, row: u64, pixel: u64, channel: u64) -> Self {
         set_strides(&mut self.raw, [row, pixel, channel]);
         self

@@ -20,7 +20,7 @@ pub struct ModelDesc<'a> {
     pub flags: ModelFlags,
     /// Text, JSON or YAML; None: the cars model.
     pub config: Option<&'a str>,
-    /// Of a batch; 0: 1.
+    /// Objects per batch; 0: 1.
     pub objects: u32,
     /// 0: [`Precision::BALANCED`].
     pub precision: Precision,
@@ -31,11 +31,11 @@ pub struct ModelDesc<'a> {
 pub struct ModelInput<'a> {
     /// [`PassFlags::TENSORS`]: take what the model's tensors hold.
     pub flags: PassFlags,
-    /// Of dropout, with `step`.
+    /// Seed of dropout, used with `step`.
     pub seed: u64,
-    /// Of the optimiser.
+    /// The optimiser's step.
     pub step: u32,
-    /// Of each image, checked against the configuration; 0: not checked.
+    /// Channels per image, checked against the configuration; 0: not checked.
     pub channels: u32,
     /// In the arrays, checked against the model's; 0: not checked.
     pub objects: u32,

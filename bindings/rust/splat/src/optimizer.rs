@@ -21,11 +21,11 @@ pub enum OptimizerItem<'a> {
     Module(Option<&'a str>, &'a Module),
     /// One tensor.
     Tensor {
-        /// Its name.
+        /// Name of the tensor.
         name: &'a str,
         /// float32
         parameter: &'a Tensor,
-        /// Of its shape.
+        /// Same shape as `parameter`.
         gradient: &'a Tensor,
     },
 }
@@ -34,9 +34,9 @@ pub enum OptimizerItem<'a> {
 /// the first has the parameter.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct OptimizerGroup<'a> {
-    /// Of names: '*' is any text, '?' one character.
+    /// Matches names: '*' is any text, '?' one character.
     pub pattern: &'a str,
-    /// Of the desc's rate; 0: 1.
+    /// Multiplies the desc's rate; 0: 1.
     pub rate_factor: f64,
     /// 0: the desc's.
     pub beta1: f64,
@@ -63,11 +63,11 @@ pub struct OptimizerDesc<'a> {
     pub eps: f64,
     /// 0: [`Schedule::CONSTANT`]
     pub schedule: Schedule,
-    /// In which the rate rises from zero, in any schedule.
+    /// Steps in which the rate rises from zero, in any schedule.
     pub warmup_steps: u64,
-    /// Of [`Schedule::COSINE`], more than warmup_steps; else 0.
+    /// End of [`Schedule::COSINE`], more than warmup_steps; else 0.
     pub total_steps: u64,
-    /// Of [`Schedule::STEP`]; else 0.
+    /// Step at which [`Schedule::STEP`] lowers the rate; else 0.
     pub step_at: u64,
     /// 0: no averages.
     pub ema_decay: f64,

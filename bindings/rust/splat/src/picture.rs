@@ -25,7 +25,7 @@ pub enum PictureSource<'a> {
 pub struct Picture<'a> {
     /// The picture itself.
     pub image: PictureSource<'a>,
-    /// Of the object; none: an alpha that is not opaque everywhere, else what differs from the
+    /// The object's mask; none: an alpha that is not opaque everywhere, else what differs from the
     /// colour of the border.
     pub mask: PictureSource<'a>,
     /// Where the network takes it; larger is nearer, at any scale.
@@ -42,7 +42,7 @@ pub struct Picture<'a> {
     pub origin_distance: f64,
     /// Row-major; None for networks of one view.
     pub world_to_camera: Option<[f64; 16]>,
-    /// Of a custom embedding.
+    /// A custom embedding.
     pub embedding: Option<&'a [f32]>,
     /// `[token_dim,tokens]` where the network takes them
     pub tokens: Option<&'a [f32]>,

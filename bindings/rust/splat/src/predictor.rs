@@ -22,7 +22,7 @@ pub struct PredictorDesc<'a> {
     pub config: Option<&'a str>,
     /// A file of low-rank adapters, which are folded in.
     pub adapters_path: Option<&'a str>,
-    /// Or weights of them.
+    /// Low-rank adapters in memory, in place of the file.
     pub adapters: Option<&'a Weights>,
     /// 0: lora_alpha of their metadata, else of the configuration.
     pub adapters_alpha: f64,
@@ -32,13 +32,13 @@ pub struct PredictorDesc<'a> {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Prediction {
-    /// Those of the views, relative to the first.
+    /// Cameras of the views, relative to the first.
     pub cameras: Vec<Camera>,
     /// What became of each picture; none for an object of a data set.
     pub pictures: Vec<PictureInfo>,
     /// What the network saw, `[views,channels,R,R]`.
     pub inputs: Vec<f32>,
-    /// Of the scene.
+    /// Gaussians of the scene.
     pub gaussians: u64,
     /// Left out: numbers of theirs are not finite.
     pub not_finite: u64,

@@ -75,7 +75,7 @@ pub struct PriorModelDesc<'a> {
     pub model: Option<&'a Path>,
     /// The library of ONNX Runtime; None: where the library looks for it.
     pub runtime: Option<&'a Path>,
-    /// Of one run; 0: one per core.
+    /// Threads of one run; 0: one per core.
     pub threads: u32,
 }
 

@@ -29,7 +29,7 @@ pub struct ImportDesc<'a> {
     pub duckdb: Option<&'a str>,
     /// Parts of the work, which as many processes do; the last to end completes the store. 0: 1.
     pub shards: u32,
-    /// Which of them this call does, from 0.
+    /// The part that this call does, from 0.
     pub shard: u32,
 }
 
@@ -40,7 +40,7 @@ pub struct ExportDesc<'a> {
     pub path: &'a str,
     /// "tables", "srn", "images", "store"; None: tables.
     pub layout: Option<&'a str>,
-    /// Of what is written; None: that of the data set.
+    /// Split to write; None: that of the data set.
     pub split: Option<&'a str>,
     /// In names of folders and configurations; None: cars.
     pub category: Option<&'a str>,
@@ -48,9 +48,9 @@ pub struct ExportDesc<'a> {
     pub duckdb: Option<&'a str>,
     /// Numbers of objects; None: all.
     pub objects: Option<&'a [u32]>,
-    /// Of a store, as of [`ImportDesc`].
+    /// Parts of a store, see [`ImportDesc`].
     pub shards: u32,
-    /// Of a store, as of [`ImportDesc`].
+    /// The part to write, see [`ImportDesc`].
     pub shard: u32,
 }
 

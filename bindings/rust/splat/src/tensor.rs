@@ -14,7 +14,7 @@ use std::os::raw::{c_char, c_void};
 /// # Safety
 /// `DTYPE` has the size of the type, and every pattern of bits is a value.
 pub unsafe trait Element: Copy + Default + 'static {
-    /// Their name in C.
+    /// Name of the type in C.
     const DTYPE: Dtype;
 }
 
@@ -115,7 +115,7 @@ impl Tensor {
         Ok(tensor)
     }
 
-    /// Its dimensions, outermost first.
+    /// Dimensions, outermost first.
     pub fn dims(&self) -> &[i64] {
         &self.dims
     }

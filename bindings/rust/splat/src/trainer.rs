@@ -31,7 +31,7 @@ pub struct TrainerBatch<'a> {
     pub targets: Option<&'a [f32]>,
     /// B*T, of R x R pixels
     pub cameras: Option<&'a [Camera]>,
-    /// Of each input image, checked against the configuration; 0: not checked.
+    /// Channels per input image, checked against the configuration; 0: not checked.
     pub channels: u32,
     /// B, checked against the configuration; 0: not checked.
     pub objects: u32,

@@ -52,7 +52,7 @@ pub struct TrainingEvent {
     pub skipped: u64,
     /// Most device memory so far.
     pub peak_bytes: u64,
-    /// Of a step.
+    /// Facts of a step.
     pub info: Option<TrainerInfo>,
     /// dB, of the step's targets.
     pub psnr: f64,
@@ -62,13 +62,13 @@ pub struct TrainingEvent {
     pub seconds: f64,
     /// Steps per second.
     pub steps_per_second: f64,
-    /// Of the validated object.
+    /// Name of the validated object.
     pub name: Option<String>,
-    /// Its number.
+    /// Number of the validated object.
     pub object: u32,
-    /// Of the validation.
+    /// Objects in the validation.
     pub objects: u32,
-    /// Of the object, the input views first; of a validation: all novel views.
+    /// Views of the object, the input views first; in a validation: all novel views.
     pub views: u32,
     /// Input views of them.
     pub inputs: u32,
@@ -76,22 +76,22 @@ pub struct TrainingEvent {
     pub side: u32,
     /// Drawn, `[views,3,side,side]`.
     pub images: Vec<f32>,
-    /// Their targets.
+    /// Targets of `images`.
     pub truths: Vec<f32>,
     /// dB; NaN without novel views.
     pub novel_psnr: f64,
     /// NaN without novel views.
     pub novel_ssim: f64,
-    /// dB, of input views.
+    /// dB, mean over input views.
     pub conditioning_psnr: f64,
-    /// Of input views.
+    /// Mean over input views.
     pub conditioning_ssim: f64,
-    /// Of all validations of the run.
+    /// Best validation with as many objects and views.
     pub best_psnr: f64,
 }
 
 impl TrainingEvent {
-    /// Whether the run ended with it.
+    /// True if the run ended with it.
     pub fn is_end(&self) -> bool {
         self.kind >= TrainingEventKind::DONE
     }
@@ -266,7 +266,7 @@ unsafe impl Send for Interrupter {}
 unsafe impl Sync for Interrupter {}
 
 impl Interrupter {
-    /// As [`Training::interrupt`].
+    /// See [`Training::interrupt`].
     pub fn interrupt(&self) -> Result<()> {
         call!(splat_training_interrupt(self.handle))
     }

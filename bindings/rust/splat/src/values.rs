@@ -193,7 +193,7 @@ impl Features {
     /// device memory is host-visible: tensors map without a copy
     pub const UNIFIED_MEMORY: Features = Features(sys::SPLAT_FEATURE_UNIFIED_MEMORY);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: Features) -> bool {
         self.0 & other.0 == other.0
     }
@@ -244,7 +244,7 @@ impl DeviceFlags {
     /// time every dispatch, see splat_device_profile_json
     pub const PROFILE: DeviceFlags = DeviceFlags(sys::SPLAT_DEVICE_PROFILE);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: DeviceFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -310,7 +310,7 @@ impl Co3dFlags {
     /// keep the cameras of the release; else the world's origin, axes and scale come from the point cloud and the cameras, as in the published data
     pub const STORED_POSES: Co3dFlags = Co3dFlags(sys::SPLAT_CO3D_STORED_POSES);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: Co3dFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -346,7 +346,7 @@ impl DataFlags {
     /// leave incomplete objects out; the log and the report name them
     pub const ALLOW_MISSING: DataFlags = DataFlags(sys::SPLAT_DATA_ALLOW_MISSING);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: DataFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -374,7 +374,7 @@ impl ImportFlags {
     /// an import of other tables in the folder is removed
     pub const REPLACE: ImportFlags = ImportFlags(sys::SPLAT_IMPORT_REPLACE);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: ImportFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -454,7 +454,7 @@ impl SceneFlags {
     /// write .spz files of scenes of which more than 1 % of the Gaussians have scales that the format does not hold, with the nearest ones, instead of refusing them
     pub const CLAMP: SceneFlags = SceneFlags(sys::SPLAT_SCENE_CLAMP);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: SceneFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -484,7 +484,7 @@ impl FilterFlags {
     /// order the remaining ones along a Morton curve
     pub const SORT: FilterFlags = FilterFlags(sys::SPLAT_FILTER_SORT);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: FilterFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -512,7 +512,7 @@ impl CameraFlags {
     /// read cameras with lens distortion, or with other lenses, as pinholes, instead of refusing them
     pub const IGNORE_DISTORTION: CameraFlags = CameraFlags(sys::SPLAT_CAMERA_IGNORE_DISTORTION);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: CameraFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -549,7 +549,7 @@ impl WeightsFlags {
     /// to load: copy all values, and leave no file open
     pub const COPY: WeightsFlags = WeightsFlags(sys::SPLAT_WEIGHTS_COPY);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: WeightsFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -596,7 +596,7 @@ impl FoldFlags {
     /// undo: take folded adapters out of weights
     pub const OUT: FoldFlags = FoldFlags(sys::SPLAT_FOLD_OUT);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: FoldFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -624,7 +624,7 @@ impl OpFlags {
     /// add gradients of parameters to the tensor's contents instead of overwriting them
     pub const ACCUMULATE: OpFlags = OpFlags(sys::SPLAT_OP_ACCUMULATE);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: OpFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -695,7 +695,7 @@ impl PortFlags {
     /// "grad:" and the name is its gradient
     pub const GRADIENT: PortFlags = PortFlags(sys::SPLAT_PORT_GRADIENT);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: PortFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -731,7 +731,7 @@ impl ModelFlags {
     /// with GRADIENTS: also of images, embedding and tokens
     pub const INPUT_GRADIENTS: ModelFlags = ModelFlags(sys::SPLAT_MODEL_INPUT_GRADIENTS);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: ModelFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -769,7 +769,7 @@ impl LoadFlags {
     /// the file has only adapters; other parameters stay
     pub const ADAPTERS: LoadFlags = LoadFlags(sys::SPLAT_LOAD_ADAPTERS);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: LoadFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -814,7 +814,7 @@ impl PassFlags {
     /// the arrays are NULL: take what the tensors of splat_model_tensor hold, whose numbers are not checked
     pub const TENSORS: PassFlags = PassFlags(sys::SPLAT_PASS_TENSORS);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: PassFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -846,7 +846,7 @@ impl ModuleFlags {
     /// dropout in a residual_block; an operator always applies it
     pub const TRAINING: ModuleFlags = ModuleFlags(sys::SPLAT_MODULE_TRAINING);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: ModuleFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -874,7 +874,7 @@ impl PictureFlags {
     /// use the largest centred square, not the object's
     pub const WHOLE: PictureFlags = PictureFlags(sys::SPLAT_PICTURE_WHOLE);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: PictureFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -927,7 +927,7 @@ impl PictureWarnings {
     /// the object reaches the picture's border: a part is missing
     pub const AT_BORDER: PictureWarnings = PictureWarnings(sys::SPLAT_PICTURE_AT_BORDER);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: PictureWarnings) -> bool {
         self.0 & other.0 == other.0
     }
@@ -979,16 +979,16 @@ impl RasterizerFlags {
     pub const BACKWARD: RasterizerFlags = RasterizerFlags(sys::SPLAT_RASTERIZER_BACKWARD);
     /// these three imply BACKWARD; gradients from the depth
     pub const GRAD_DEPTH: RasterizerFlags = RasterizerFlags(sys::SPLAT_RASTERIZER_GRAD_DEPTH);
-    /// of the pose (SPLAT_CONVENTION_GSPLAT)
+    /// gradients of the pose (SPLAT_CONVENTION_GSPLAT)
     pub const GRAD_POSE: RasterizerFlags = RasterizerFlags(sys::SPLAT_RASTERIZER_GRAD_POSE);
-    /// of means2d
+    /// gradients of means2d
     pub const GRAD_MEANS2D: RasterizerFlags = RasterizerFlags(sys::SPLAT_RASTERIZER_GRAD_MEANS2D);
     /// SPLAT_CONVENTION_3DGS: the gradient of the original code with its three quirks
     pub const ORIGINAL_GRADIENT: RasterizerFlags = RasterizerFlags(sys::SPLAT_RASTERIZER_ORIGINAL_GRADIENT);
     /// output NORMALS
     pub const NORMALS: RasterizerFlags = RasterizerFlags(sys::SPLAT_RASTERIZER_NORMALS);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: RasterizerFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -1027,7 +1027,7 @@ impl SkipFlags {
     /// Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs
     pub const BLOCKS: SkipFlags = SkipFlags(sys::SPLAT_SKIP_BLOCKS);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: SkipFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -1090,7 +1090,7 @@ impl GradientsFlags {
     /// add gradients to the tensors' contents instead of overwriting them
     pub const ACCUMULATE: GradientsFlags = GradientsFlags(sys::SPLAT_GRADIENTS_ACCUMULATE);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: GradientsFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -1119,11 +1119,11 @@ impl ImageFormat {
     pub const PNG: ImageFormat = ImageFormat(sys::SPLAT_IMAGE_PNG);
     /// float32 \[height,width,channels\]; U8 is divided by 255
     pub const NPY: ImageFormat = ImageFormat(sys::SPLAT_IMAGE_NPY);
-    /// of animations: 252 colours, dithered; no alpha
+    /// animations: 252 colours, dithered; no alpha
     pub const GIF: ImageFormat = ImageFormat(sys::SPLAT_IMAGE_GIF);
     /// 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0
     pub const PNG16: ImageFormat = ImageFormat(sys::SPLAT_IMAGE_PNG16);
-    /// of animations: 8 bits without loss; sides up to 16383
+    /// animations: 8 bits without loss; sides up to 16383
     pub const WEBP: ImageFormat = ImageFormat(sys::SPLAT_IMAGE_WEBP);
 }
 
@@ -1181,7 +1181,7 @@ impl TrainingFlags {
     /// replace the run in the folder; other files in it stay
     pub const OVERWRITE: TrainingFlags = TrainingFlags(sys::SPLAT_TRAINING_OVERWRITE);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: TrainingFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -1216,7 +1216,7 @@ impl TrainingEventKind {
     pub const VALIDATION: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_VALIDATION);
     /// a state was saved
     pub const CHECKPOINT: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_CHECKPOINT);
-    /// those that end the run
+    /// these end the run
     pub const DONE: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_DONE);
     /// `SPLAT_EVENT_INTERRUPTED`
     pub const INTERRUPTED: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_INTERRUPTED);
@@ -1259,7 +1259,7 @@ impl CompareFlags {
     /// ignore which object a score belongs to, as Splatter Image with priors was judged
     pub const UNPAIRED: CompareFlags = CompareFlags(sys::SPLAT_COMPARE_UNPAIRED);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: CompareFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -1308,7 +1308,7 @@ impl PriorModelFlags {
     /// F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from -1 to 1
     pub const NUMBERS: PriorModelFlags = PriorModelFlags(sys::SPLAT_PRIOR_MODEL_NUMBERS);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: PriorModelFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -1336,7 +1336,7 @@ impl DepthFlags {
     /// Every pixel counts: both maps are first clamped to 1e-8, after which a choice of pixels with a truth \> 0 chooses all. An aligned depth below 0 is within every factor. Takes no mask
     pub const AS_PUBLISHED: DepthFlags = DepthFlags(sys::SPLAT_DEPTH_AS_PUBLISHED);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: DepthFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -1364,7 +1364,7 @@ impl NormalFlags {
     /// numbers are x, y, z themselves, from -1 to 1; else (n + 1) / 2, as data sets hold them
     pub const VECTORS: NormalFlags = NormalFlags(sys::SPLAT_NORMAL_VECTORS);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: NormalFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -1392,7 +1392,7 @@ impl MaskFlags {
     /// the true mask is where alpha \> 0.5; else where alpha \> 0
     pub const ALPHA_HALF: MaskFlags = MaskFlags(sys::SPLAT_MASK_ALPHA_HALF);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: MaskFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -1422,7 +1422,7 @@ impl FidelityFlags {
     /// average in alpha, as published; where it is constant and equal it counts as 1
     pub const WITH_ALPHA: FidelityFlags = FidelityFlags(sys::SPLAT_FIDELITY_WITH_ALPHA);
 
-    /// Whether all bits of `other` are set.
+    /// True if all bits of `other` are set.
     pub fn contains(self, other: FidelityFlags) -> bool {
         self.0 & other.0 == other.0
     }
@@ -1607,11 +1607,11 @@ pub struct TensorStats {
     pub nan_count: u64,
     /// `inf_count` of C.
     pub inf_count: u64,
-    /// of the finite elements; +inf if there are none
+    /// smallest finite element; +inf if there are none
     pub min: f64,
-    /// of the finite elements; -inf if there are none
+    /// largest finite element; -inf if there are none
     pub max: f64,
-    /// of the finite elements; 0 if there are none
+    /// mean of the finite elements; 0 if there are none
     pub mean: f64,
 }
 
@@ -1644,7 +1644,7 @@ pub struct SceneInfo {
     pub center: [f64; 3],
     /// distance from the centre that holds 95 % of the finite means
     pub radius: f64,
-    /// of the finite standard deviations, scene units
+    /// smallest finite standard deviation, scene units
     pub scale_min: f64,
     /// `scale_max` of C.
     pub scale_max: f64,
@@ -1658,7 +1658,7 @@ pub struct SceneInfo {
     pub opacity_mean: f64,
     /// values of all attributes
     pub non_finite: u64,
-    /// of length 0, or not finite
+    /// rotations of length 0, or not finite
     pub bad_rotations: u64,
     /// Gaussians with a scale below 1e-12
     pub degenerate: u64,
@@ -1702,7 +1702,7 @@ pub struct RasterizerInfo {
     pub pairs: u64,
     /// Gaussians in the fullest tile
     pub longest: u64,
-    /// of all views
+    /// tiles of all views
     pub tiles: u64,
     /// tiles without Gaussians
     pub empty_tiles: u64,
@@ -1744,7 +1744,7 @@ impl RasterizerInfo {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ImageInfo {
-    /// of a sample in the file: 8, 16, or 32 (.npy)
+    /// bits per sample in the file: 8, 16, or 32 (.npy)
     pub bits: u32,
     /// pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal sees the same angle, or else focal length and resolution of the sensor; 0: not known
     pub focal: f64,
@@ -1838,23 +1838,23 @@ impl Port {
 pub struct ModelInfo {
     /// SPLAT_MODEL_ bits of its creation
     pub flags: ModelFlags,
-    /// of a batch
+    /// objects per batch
     pub objects: u32,
     /// input images of an object
     pub views: u32,
     /// R
     pub resolution: u32,
-    /// of splat_model_input.images
+    /// channels of splat_model_input.images
     pub channels: u32,
-    /// of the tensor "images": without the plane of origin distances
+    /// channels of "images": no plane of origin distances
     pub image_channels: u32,
-    /// of "raw"
+    /// channels of "raw"
     pub output_channels: u32,
     /// M, of an object
     pub gaussians: u32,
     /// K = (sh_degree + 1)^2
     pub sh_degree: u32,
-    /// of a custom embedding; 0: none
+    /// length of a custom embedding; 0: none
     pub embedding_length: u32,
     /// `token_dim` of C.
     pub token_dim: u32,
@@ -1907,7 +1907,7 @@ impl ModelInfo {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct PictureInfo {
-    /// of the picture, pixels
+    /// width of the picture, pixels
     pub width: u32,
     /// `height` of C.
     pub height: u32,
@@ -1919,7 +1919,7 @@ pub struct PictureInfo {
     pub square: [f64; 3],
     /// pixels of the picture; 0: not known
     pub focal: f64,
-    /// of the square; 0: not known
+    /// field of view of the square; 0: not known
     pub fov_degrees: f64,
 }
 
@@ -1946,7 +1946,7 @@ pub struct PredictorInfo {
     pub views: u32,
     /// R: the network sees squares of R x R pixels
     pub resolution: u32,
-    /// of its input
+    /// channels of the network's input
     pub channels: u32,
     /// 1: it takes a depth map, else 0; so the next three
     pub depth: bool,
@@ -1998,7 +1998,7 @@ pub struct OptimizerInfo {
     pub step: u64,
     /// steps without an update
     pub skipped: u64,
-    /// of the last step; before the first, of the next
+    /// rate of the last step; before the first, of the next
     pub rate: f64,
     /// numbers of the last step's gradients that are NaN or infinite
     pub non_finite: u64,
@@ -2008,7 +2008,7 @@ pub struct OptimizerInfo {
     pub averaged: bool,
     /// tensors
     pub parameters: u64,
-    /// their numbers
+    /// numbers in these tensors
     pub elements: u64,
 }
 
@@ -2100,7 +2100,7 @@ impl TrainerInfo {
 pub struct EvaluatorInfo {
     /// to score
     pub objects: u32,
-    /// so far
+    /// scored so far
     pub scored: u32,
     /// R: images have R x R pixels
     pub resolution: u32,
@@ -2129,7 +2129,7 @@ pub struct Scores {
     pub lpips: f64,
     /// `views` of C.
     pub views: u32,
-    /// those that equal their targets
+    /// views that equal their targets
     pub perfect_views: u32,
 }
 
@@ -2156,7 +2156,7 @@ pub struct Ledger {
     pub gaussians: u64,
     /// with a NaN or an infinity; no image shows them
     pub gaussians_not_finite: u64,
-    /// of opacity below 1/255
+    /// opacity below 1/255
     pub gaussians_invisible: u64,
     /// all others
     pub gaussians_visible: u64,
@@ -2185,7 +2185,7 @@ impl Ledger {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ObjectScores {
-    /// its number
+    /// number of the object
     pub object: u32,
     /// lives as long as the evaluator
     pub name: String,
@@ -2270,7 +2270,7 @@ pub struct ComparisonInfo {
     pub objects_a: u64,
     /// `objects_b` of C.
     pub objects_b: u64,
-    /// of both
+    /// objects that A and B share
     pub shared_objects: u64,
     /// 1: objects were ignored
     pub unpaired: bool,
@@ -2306,7 +2306,7 @@ pub struct MetricComparison {
     pub mean_a: f64,
     /// `mean_b` of C.
     pub mean_b: f64,
-    /// of the means, B - A
+    /// mean_b - mean_a
     pub difference: f64,
     /// two-sided; paired: signs of differences flipped, unpaired: all scores shuffled
     pub p_permutation: f64,
@@ -2395,7 +2395,7 @@ impl DepthScores {
 pub struct NormalScores {
     /// counted
     pub pixels: u64,
-    /// of these, without a prediction; their angle is 180 degrees
+    /// counted pixels without a prediction; their angle is 180 degrees
     pub missing: u64,
     /// `mean` of C.
     pub mean: f64,
@@ -2529,17 +2529,17 @@ impl PointScores {
 pub struct PriorModelInfo {
     /// SPLAT_DATA_ flags of the maps that it makes
     pub maps: DataFlags,
-    /// of its input, pixels; 0: by the picture
+    /// width of the model's input, pixels; 0: by the picture
     pub width: u32,
     /// `height` of C.
     pub height: u32,
-    /// its name; lives, as the other texts, as long as the model
+    /// name of the preset; lives, as the other texts, as long as the model
     pub preset: String,
-    /// of the model: show it to the user
+    /// licence of the model: show it to the user
     pub licence: String,
     /// `note` of C.
     pub note: String,
-    /// of the model
+    /// file of the model
     pub path: String,
     /// "1.30.0"
     pub runtime_version: String,
@@ -2568,7 +2568,7 @@ pub struct SceneFileDesc {
     pub flags: SceneFlags,
     /// 0 = by the first bytes, else by the extension of the path
     pub format: SceneFormat,
-    /// of the file; 0 = the format's usual one
+    /// axes of the file; 0 = the format's usual ones
     pub frame: Frame,
     /// drop bands, or pad them with zeros, to degree 1 to 3 or (SPLAT_SH_CONSTANT) 0; 0: keep all
     pub sh_degree: i32,

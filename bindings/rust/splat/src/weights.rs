@@ -12,9 +12,9 @@ use std::path::Path;
 /// A tensor in the caller's memory, row-major.
 #[derive(Clone, Copy, Debug)]
 pub struct NamedArray<'a> {
-    /// Its key.
+    /// Key of the tensor.
     pub name: &'a str,
-    /// As many numbers as the product of `dims`.
+    /// The product of `dims` numbers.
     pub values: &'a [f32],
     /// Outermost first; a 0 means no elements.
     pub dims: &'a [i64],

@@ -55,7 +55,7 @@ class OrbitCamera {
         this.eye = along(pivot, this.axes[2], -this.distance);
     }
 
-    // Those of the pose, so that its image is seen as a whole.
+    // The pose's intrinsics, scaled so that all of its image is seen.
     intrinsics(width, height) {
         const [w, h] = this.pose.size, [fx, fy, cx, cy] = this.pose.intrinsics, s = Math.min(width / w, height / h);
         return [s * fx, s * fy, width / 2 + s * (cx - w / 2), height / 2 + s * (cy - h / 2)];

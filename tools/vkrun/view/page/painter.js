@@ -6,7 +6,7 @@
 // the order of depth. Instances of many quads, because software devices draw every instance by itself.
 
 const ROW = 2048;      // texels of a row of all textures
-const QUADS = 1024;    // of an instance
+const QUADS = 1024;    // quads of an instance
 
 const SPLAT_RECTANGLE = `#version 300 es
 void main() { gl_Position = vec4(4 * (gl_VertexID & 1) - 1, 2 * (gl_VertexID & 2) - 1, 0, 1); }`;

@@ -99,7 +99,7 @@ function sceneFile(scene) {
                 const d = k < 3 ? 0 : k < 8 ? 1 : 2, beyond = Math.max(Math.abs(v) - 119 / 127, 0);
                 values[o++] = Math.sign(v) * (scene.sh_limit[d] * v * v + scene.sh_beyond[d] * beyond);
             }
-        const opacity = Math.min(rgba >>> 24, 254.9) / 255;  // whose logit is finite
+        const opacity = Math.min(rgba >>> 24, 254.9) / 255;  // keeps the logit finite
         values[o++] = Math.log(opacity / (1 - opacity));
         for (const part of [(scales & 2047) / 2047, (scales >>> 11 & 2047) / 2047, (scales >>> 22) / 1023])
             values[o++] = scene.log_scale[0] + scene.log_scale[1] * part;

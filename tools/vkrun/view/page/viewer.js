@@ -142,7 +142,7 @@ class SplatViewer {
         } else if (arrows) {
             this.stop();
             const {width, height} = this.canvas;
-            const [right, down] = arrows.map(v => STEP * v);  // as the pointer is dragged
+            const [right, down] = arrows.map(v => STEP * v);  // like a drag of the pointer
             if (event.shiftKey) this.camera.pan(right, down, width, height);
             else this.camera.turn(-right, down);
         } else if (name === "+" || name === "=" || name === "-") {
