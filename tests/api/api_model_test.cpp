@@ -11,8 +11,8 @@
 namespace splat::test {
 namespace {
 
-constexpr std::size_t kSide = 16;
-constexpr std::size_t kGaussians = kSide * kSide;
+constexpr std::size_t kModelSide = 16;
+constexpr std::size_t kGaussians = kModelSide * kModelSide;
 
 class ApiModel : public testing::Test {
   protected:

@@ -39,9 +39,9 @@ TEST(Safetensors, RoundTrip) {
 }
 
 /// Fails to read beyond some byte, as a damaged disk does.
-class BadDisk : public MemorySource {
+class BadSource : public MemorySource {
   public:
-    BadDisk(Bytes bytes, std::uint64_t bad) : MemorySource(bytes), bad_(bad) {}
+    BadSource(Bytes bytes, std::uint64_t bad) : MemorySource(bytes), bad_(bad) {}
     Status read(std::uint64_t offset, std::span<std::byte> to) const override {
         if (offset + to.size() <= bad_) return MemorySource::read(offset, to);
         return error(Code::kFormat, "bad from byte %llu on, asked for %llu",
@@ -72,7 +72,7 @@ TEST(Safetensors, LargeFilesComeWhole) {
             EXPECT_EQ(again.value().tensors[i].values, tensors[i].values);
         }
         const std::uint64_t first = bytes.size() - tensors.elements() * (half ? 2 : 4);
-        const BadDisk disk(bytes, first + 1);
+        const BadSource disk(bytes, first + 1);
         EXPECT_ERROR(read_safetensors(disk).status(), Code::kFormat,
                      format("asked for %llu", static_cast<unsigned long long>(first)));
     }

@@ -9,7 +9,7 @@ namespace splat::test {
 namespace {
 
 /// Named arrays that live as long as this.
-class Arrays {
+class LpipsArrays {
   public:
     void add(std::string name, const Dims& dims, std::vector<float> values) {
         names_.push_back(std::move(name));
@@ -35,7 +35,7 @@ class Arrays {
 };
 
 Weights lpips_weights() {
-    Arrays arrays;
+    LpipsArrays arrays;
     const std::pair<int, int> layers[] = {{0, 64},   {2, 64},   {5, 128},  {7, 128},  {10, 256},
                                           {12, 256}, {14, 256}, {17, 512}, {19, 512}, {21, 512},
                                           {24, 512}, {26, 512}, {28, 512}};

@@ -12,7 +12,7 @@ namespace {
 
 using Floats = std::vector<float>;
 
-constexpr std::uint32_t kPixels = 16 * 16;  // pixels of the small model, and its Gaussians
+constexpr std::uint32_t kModelPixels = 16 * 16;  // pixels of the small model, and its Gaussians
 constexpr const char* kBias = "network_with_offset.out.bias";
 constexpr const char* kFirst = "network_with_offset.encoder.enc.16x16_conv.weight";
 constexpr std::array<const char*, 5> kOutputs = {"means", "opacities", "scales", "rotations", "sh"};
@@ -51,7 +51,7 @@ class ApiModelTensors : public testing::Test {
         EXPECT_DONE(splat_model_read(model, name, values.data(), count * sizeof(float))) << name;
         return values;
     }
-    static Floats raw(const Model& model) { return read(model, "raw", 24 * kPixels); }
+    static Floats raw(const Model& model) { return read(model, "raw", 24 * kModelPixels); }
     static void forward(const Model& model, const Floats& images) {
         auto input = sized<splat_model_input>();
         input.images = images.data();
@@ -70,7 +70,7 @@ class ApiModelTensors : public testing::Test {
     }
 
     Device device_;
-    const Floats image_ = normal_fill(3 * kPixels, 4);
+    const Floats image_ = normal_fill(3 * kModelPixels, 4);
 };
 
 TEST_F(ApiModelTensors, TakeInputsAndGiveOutputs) {
@@ -79,16 +79,16 @@ TEST_F(ApiModelTensors, TakeInputsAndGiveOutputs) {
     const Model model = make();
     const Tensor images = tensor(model, "images");
     EXPECT_EQ(dims_of(images), (Dims{1, 3, 16, 16}));
-    EXPECT_EQ(download(images), Floats(3 * kPixels, 0.0F));
+    EXPECT_EQ(download(images), Floats(3 * kModelPixels, 0.0F));
     EXPECT_EQ(download(tensor(model, "quaternions")), (Floats{1, 0, 0, 0}));
     EXPECT_DONE(forward_tensors(model)) << "zeros and identity poses";
     EXPECT_NE(raw(model), raw(host));
     write(images, image_);
     ASSERT_DONE(forward_tensors(model));
     EXPECT_EQ(raw(model), raw(host));
-    EXPECT_EQ(dims_of(tensor(model, "sh")), (Dims{1, kPixels, 4, 3}));
-    EXPECT_EQ(dims_of(tensor(model, "sh[0]")), (Dims{kPixels, 4, 3}));
-    EXPECT_EQ(dims_of(tensor(model, "opacities[0]")), (Dims{kPixels}));
+    EXPECT_EQ(dims_of(tensor(model, "sh")), (Dims{1, kModelPixels, 4, 3}));
+    EXPECT_EQ(dims_of(tensor(model, "sh[0]")), (Dims{kModelPixels, 4, 3}));
+    EXPECT_EQ(dims_of(tensor(model, "opacities[0]")), (Dims{kModelPixels}));
     for (const char* name : kOutputs) {
         const Floats values = download(tensor(model, name));
         EXPECT_EQ(values, read(host, name, values.size())) << name;
@@ -200,10 +200,10 @@ TEST_F(ApiModelTensors, ParametersThatAreWrittenCount) {
 class Renderer {
   public:
     explicit Renderer(const Device& device)
-        : rasterizer_(
-              make_rasterizer(device, rasterizer_desc(kPixels, 16, 16, SPLAT_RASTERIZER_BACKWARD))),
+        : rasterizer_(make_rasterizer(
+              device, rasterizer_desc(kModelPixels, 16, 16, SPLAT_RASTERIZER_BACKWARD))),
           rgb_(make_tensor(device, {1, 16, 16, 3})),
-          grad_rgb_(upload(device, {1, 16, 16, 3}, Floats(3 * kPixels, 1.0F))) {
+          grad_rgb_(upload(device, {1, 16, 16, 3}, Floats(3 * kModelPixels, 1.0F))) {
         camera_.width = camera_.height = 16;
         camera_.fx = camera_.fy = 16;
         camera_.cx = camera_.cy = 8;
@@ -230,7 +230,7 @@ class Renderer {
         EXPECT_DONE(splat_rasterizer_backward(rasterizer_, nullptr, &back));
         auto stats = sized<splat_tensor_stats>();
         EXPECT_DONE(splat_tensor_check(rgb_, &stats));
-        return stats.mean * 3 * kPixels;
+        return stats.mean * 3 * kModelPixels;
     }
 
   private:
@@ -242,7 +242,7 @@ class Renderer {
 /// A training loop of the caller's own: two objects, the rasterizer between the model's tensors, plain
 /// gradient descent. Gradients have the bits of those that go through host arrays.
 TEST_F(ApiModelTensors, ALoopStaysOnTheDevice) {
-    const Floats images = normal_fill(2 * 3 * kPixels, 9);
+    const Floats images = normal_fill(2 * 3 * kModelPixels, 9);
     const std::string keys = "\nmodel.opacity_bias: 0.0\nmodel.scale_bias: 0.1";
     const Model model = make(SPLAT_MODEL_GRADIENTS, 2, keys);
     write(tensor(model, "images"), images);
@@ -353,7 +353,7 @@ TEST_F(ApiModelTensors, InputGradientsAreTensors) {
 TEST_F(ApiModelTensors, OutliveTheModel) {
     Model model = make();
     forward(model, image_);
-    const Floats expected = read(model, "means", 3 * kPixels);
+    const Floats expected = read(model, "means", 3 * kModelPixels);
     const Tensor means = tensor(model, "means");
     const Tensor weight = tensor(model, kFirst);
     model.destroy();
@@ -371,9 +371,9 @@ TEST_F(ApiModelTensors, SharedMemoryIsNotGivenTwice) {
     const Op op = make_op(device_, OpRequest("add", {x, x}, {all}));
     EXPECT_DONE(splat_op_forward(op));
     const Rasterizer rasterizer =
-        make_rasterizer(device_, rasterizer_desc(kPixels, 16, 16, SPLAT_RASTERIZER_BACKWARD));
+        make_rasterizer(device_, rasterizer_desc(kModelPixels, 16, 16, SPLAT_RASTERIZER_BACKWARD));
     const auto camera = sample_camera(16, 16);
-    const Scene scene = SampleScene(kPixels).create();
+    const Scene scene = SampleScene(kModelPixels).create();
     EXPECT_DONE(splat_rasterizer_forward_scene(rasterizer, nullptr, scene, &camera, 1, nullptr));
     auto desc = sized<splat_gradients_desc>();
     const Tensor means = tensor(model, "means[0]"), same = tensor(model, "means[0]");
@@ -396,14 +396,14 @@ TEST_F(ApiModelTensors, PortsAndInfoTellTheModel) {
     EXPECT_EQ(info.channels, 4U);
     EXPECT_EQ(info.image_channels, 4U);
     EXPECT_EQ(info.output_channels, 24U);
-    EXPECT_EQ(info.gaussians, kPixels);
+    EXPECT_EQ(info.gaussians, kModelPixels);
     EXPECT_EQ(info.sh_degree, 1U);
     EXPECT_EQ(info.tokens, 5U);
     EXPECT_EQ(info.trainable, info.parameters - 24);
     EXPECT_EQ(info.predicted, 0U) << "before the first pass";
     ASSERT_DONE(forward_tensors(model));
     ASSERT_DONE(splat_model_get_info(model, &info));
-    EXPECT_EQ(info.predicted, 2 * kPixels);
+    EXPECT_EQ(info.predicted, 2 * kModelPixels);
     EXPECT_EQ(info.non_finite, 0U);
     const Tensor bias = tensor(model, kBias);
     write(bias, Floats(24, std::numeric_limits<float>::max()));
@@ -449,15 +449,15 @@ TEST_F(ApiModelTensors, PortsAndInfoTellTheModel) {
 /// Pictures in the caller's layout become the planes of the input.
 TEST_F(ApiModelTensors, PicturesAreInputs) {
     const Model model = make(0, 1, "\n  use_pred_depth: true");
-    std::vector<std::uint8_t> bytes(3 * kPixels);
-    Floats planes(4 * kPixels);
-    for (std::uint32_t i = 0; i < kPixels; ++i)
+    std::vector<std::uint8_t> bytes(3 * kModelPixels);
+    Floats planes(4 * kModelPixels);
+    for (std::uint32_t i = 0; i < kModelPixels; ++i)
         for (std::uint32_t c = 0; c < 3; ++c) {
             bytes[3 * i + c] = static_cast<std::uint8_t>(7 * i + 31 * c);
-            planes[c * kPixels + i] = static_cast<float>(bytes[3 * i + c]) / 255.0F;
+            planes[c * kModelPixels + i] = static_cast<float>(bytes[3 * i + c]) / 255.0F;
         }
-    const Floats depth = normal_fill(kPixels, 14);
-    std::copy(depth.begin(), depth.end(), planes.begin() + 3 * kPixels);
+    const Floats depth = normal_fill(kModelPixels, 14);
+    std::copy(depth.begin(), depth.end(), planes.begin() + 3 * kModelPixels);
     forward(model, planes);
     const Floats expected = raw(model);
     splat_image pictures[2] = {};
