@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the random scenes of BENCHMARKS.md, and the one of README.md's picture: NAME.ply, all but knot with cameras in
+"""Writes the random scenes of BENCHMARKS.md, and the one of docs/knot.png: NAME.ply, all but knot with cameras in
 NAME.json for `vkrun bench raster NAME.ply --cameras NAME.json`.
 
 scenes.py OUT_DIR    needs NumPy
