@@ -33,8 +33,8 @@ TEST(WeightsPlace, TakesNamesWhereNoFileIsCalledSo) {
                  "expected cars64, cars64-depth-normal");
     const test::SampleFolder folder;
     const auto before = std::filesystem::current_path();
+    test::put_text(folder.path() / "cars64", "a file of the caller's");
     std::filesystem::current_path(folder.path());
-    test::put_text("cars64", "a file of the caller's");
     EXPECT_EQ(weights_named("cars64").value(), "cars64");
     std::filesystem::current_path(before);
 }
