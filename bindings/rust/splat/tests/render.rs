@@ -260,7 +260,11 @@ fn gradients_come_back_for_each_state() {
 
 #[test]
 fn bad_calls_of_the_rasterizer_are_refused() {
-    let rasterizer = rasterizer(device(), RasterizerDesc::default());
+    let one = RasterizerDesc {
+        views: 1,
+        ..Default::default()
+    };
+    let rasterizer = rasterizer(device(), one);
     let other = support::rasterizer(device(), RasterizerDesc::default());
     let state = RasterState::create(&other).unwrap();
     let scene = scene(10);
