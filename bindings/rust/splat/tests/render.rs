@@ -5,8 +5,8 @@ mod support;
 use splat::{
     image, prior_scores, Camera, Code, DepthFlags, FilterFlags, Gaussians, Gradients, Image,
     ImageFormat, ImageView, ImageViewMut, MaskFlags, NormalFlags, OrbitDesc, Output, RasterState,
-    RasterizerDesc, RasterizerFlags, Scene, SceneDesc, SceneFileDesc, SceneFormat,
-    SceneRenderDesc, Similarity, Tensor,
+    RasterizerDesc, RasterizerFlags, Scene, SceneDesc, SceneFileDesc, SceneFormat, SceneRenderDesc,
+    Similarity, Tensor,
 };
 use support::{camera, device, rasterizer, scene, Folder, SIZE};
 
