@@ -284,7 +284,7 @@ typedef struct splat_scene_render_desc {
     uint32_t struct_size;
     uint32_t flags;              /* SPLAT_RASTERIZER_ANTIALIASED */
     const void* next;            /* NULL */
-    splat_output output;         /* of pixels; 0 = SPLAT_OUTPUT_RGB */
+    splat_output output;         /* one of pixels; 0 = SPLAT_OUTPUT_RGB */
     splat_convention convention; /* 0 = SPLAT_CONVENTION_3DGS */
     float background[3];         /* RGB */
     uint32_t reserved;

@@ -3668,7 +3668,7 @@ namespace Splat.Interop
         public RasterizerFlags flags;
         /// <summary>NULL</summary>
         public void* next;
-        /// <summary>of pixels; 0 = SPLAT_OUTPUT_RGB</summary>
+        /// <summary>one of pixels; 0 = SPLAT_OUTPUT_RGB</summary>
         public Output output;
         /// <summary>0 = SPLAT_CONVENTION_3DGS</summary>
         public Convention convention;

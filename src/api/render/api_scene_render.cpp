@@ -9,7 +9,7 @@ namespace {
 
 /// One view of a call, checked.
 struct SceneView {
-    splat_rasterizer_desc desc{};  ///< of the rasterizer that draws it
+    splat_rasterizer_desc desc{};  ///< makes the rasterizer that draws it
     raster::PackedViews camera;
     api::ImageView image;
 };

@@ -2087,7 +2087,7 @@ pub struct splat_scene_render_desc {
     pub flags: u32,
     /// NULL
     pub next: *const c_void,
-    /// of pixels; 0 = SPLAT_OUTPUT_RGB
+    /// one of pixels; 0 = SPLAT_OUTPUT_RGB
     pub output: splat_output,
     /// 0 = SPLAT_CONVENTION_3DGS
     pub convention: splat_convention,

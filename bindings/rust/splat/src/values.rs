@@ -2696,7 +2696,7 @@ impl RasterizerDesc {
 pub struct SceneRenderDesc {
     /// SPLAT_RASTERIZER_ANTIALIASED
     pub flags: RasterizerFlags,
-    /// of pixels; 0 = SPLAT_OUTPUT_RGB
+    /// one of pixels; 0 = SPLAT_OUTPUT_RGB
     pub output: Output,
     /// 0 = SPLAT_CONVENTION_3DGS
     pub convention: Convention,
