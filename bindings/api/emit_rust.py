@@ -42,7 +42,7 @@ OUTPUTS = [
 ]
 # Structs without pointers that the library reads.
 INPUTS = ["splat_scene_file_desc", "splat_orbit_desc", "splat_camera_file_desc",
-          "splat_rasterizer_desc"]
+          "splat_rasterizer_desc", "splat_scene_render_desc"]
 # Frozen structs without pointers that are passed in arrays or by address.
 SHARED = ["splat_camera", "splat_similarity"]
 

@@ -43,6 +43,7 @@ typedef struct splat_weights_info {
 
 /* Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by
  * its contents. Values that are not finite are kept.
+ * path      or a name of splat_builtin_weights, such as "cars64", where no file is called so
  * flags     SPLAT_WEIGHTS_COPY
  * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags
@@ -51,8 +52,7 @@ typedef struct splat_weights_info {
  *   SPLAT_ERROR_UNSUPPORTED           a pickle that holds more than weights, another number type */
 SPLAT_API splat_result splat_weights_load(const char* path, uint32_t flags, splat_weights* weights);
 
-/* Load weights from the bytes of such a file, which are copied.
- * data      in, `bytes` bytes
+/* Load weights from the `bytes` bytes of such a file, which are copied.
  * Returns as splat_weights_load. */
 SPLAT_API splat_result splat_weights_load_memory(const void* data, size_t bytes,
                                                  splat_weights* weights);

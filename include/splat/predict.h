@@ -116,7 +116,7 @@ typedef struct splat_predictor_desc {
     uint32_t struct_size;
     uint32_t flags;           /* 0 */
     const void* next;         /* NULL */
-    const char* weights_path; /* a file as of splat_weights_load */
+    const char* weights_path; /* a file, or a name, as of splat_weights_load */
     /* used instead of reading the file, whose path then only names them; neither: those of
      * splat_builtin_weights(NULL) */
     splat_weights weights;

@@ -1,18 +1,18 @@
 /* libsplat: the rasterizer, image files, and scores of images.
  *
- * The colours of a scene of `count` Gaussians from one camera:
+ * A scene from one camera as a picture with 8 bits, in one call:
+ *
+ *   splat_image image = {.pixels = bytes, .bytes = sizeof bytes, .type = SPLAT_PIXEL_U8,
+ *                        .width = 512, .height = 512, .channels = 3};
+ *   splat_scene_render(scene, NULL, &camera, 1, NULL, &image);
+ *
+ * Its colours as numbers, with a rasterizer for many calls; `count` Gaussians:
  *
  *   splat_rasterizer rasterizer;
  *   splat_rasterizer_desc desc = {sizeof desc, .gaussians = count, .width = 512, .height = 512};
  *   splat_rasterizer_create(device, &desc, &rasterizer);
  *   splat_rasterizer_forward_scene(rasterizer, NULL, scene, &camera, 1, NULL);
- *   splat_rasterizer_read(rasterizer, NULL, SPLAT_OUTPUT_RGB, pixels, sizeof pixels);
- *
- * The same as a picture with 8 bits and alpha:
- *
- *   splat_image image = {.pixels = bytes, .bytes = sizeof bytes, .type = SPLAT_PIXEL_U8,
- *                        .width = 512, .height = 512, .channels = 4};
- *   splat_rasterizer_read_images(rasterizer, NULL, SPLAT_OUTPUT_RGB, 0, &image, 1); */
+ *   splat_rasterizer_read(rasterizer, NULL, SPLAT_OUTPUT_RGB, pixels, sizeof pixels); */
 #ifndef SPLAT_RENDER_H
 #define SPLAT_RENDER_H
 
@@ -68,10 +68,12 @@ enum {
 
 typedef struct splat_rasterizer_desc {
     uint32_t struct_size;
-    uint32_t flags;              /* SPLAT_RASTERIZER_ bits */
-    const void* next;            /* NULL */
-    uint32_t gaussians;          /* N, most Gaussians of a call; >= 0 */
-    uint32_t views;              /* V, most cameras of a call; 0 = 1 */
+    uint32_t flags;     /* SPLAT_RASTERIZER_ bits */
+    const void* next;   /* NULL */
+    uint32_t gaussians; /* N, most Gaussians of a call; >= 0 */
+    /* V, most cameras of a call; 0: any number. The memory is then for one, and a call with more
+     * cameras than any before makes it anew, for which both must fit for a moment */
+    uint32_t views;
     uint32_t width;              /* W, pixels */
     uint32_t height;             /* H, pixels */
     uint32_t sh_degree;          /* 0 to 3; 0 with direct colours */
@@ -134,7 +136,8 @@ SPLAT_API splat_result splat_raster_state_destroy(splat_raster_state state);
  *   SPLAT_ERROR_UNSUPPORTED           more Gaussians in one tile than this device's loops take
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
  *   SPLAT_ERROR_DEVICE_LOST
- * After an error before the device starts, the last images stay; later ones leave none. */
+ * After an error before the device starts, the last images stay; later ones leave none, and so does
+ * an error of a call that made the memory anew. */
 SPLAT_API splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer,
                                                       splat_raster_state state, splat_scene scene,
                                                       const splat_camera* cameras, uint32_t count,
@@ -274,6 +277,33 @@ SPLAT_API splat_result splat_rasterizer_get_info(splat_rasterizer rasterizer,
 /* Destroy a rasterizer; scenes, with their packed copies on the device, tensors and states stay.
  * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer);
+
+/* ---- A scene in one call --------------------------------------------------------------------- */
+
+typedef struct splat_scene_render_desc {
+    uint32_t struct_size;
+    uint32_t flags;              /* SPLAT_RASTERIZER_ANTIALIASED */
+    const void* next;            /* NULL */
+    splat_output output;         /* one of pixels; 0 = SPLAT_OUTPUT_RGB */
+    splat_convention convention; /* 0 = SPLAT_CONVENTION_3DGS */
+    float background[3];         /* RGB */
+    uint32_t reserved;
+} splat_scene_render_desc;
+
+/* Draw views of a scene, with all its bands, into images, one after the other. It makes a rasterizer
+ * for the call: a program that draws again and again keeps one. Thread-safe.
+ * device    NULL: the best one, opened for the call, which takes longer than to draw
+ * cameras   `count`, each of its own size; may be NULL for 0
+ * desc      NULL: RGB over black, else
+ * images    out, `count`, each of its camera's size and with as many channels as the output, or for
+ *           RGB four, of which the last is alpha; untouched after an error of an argument, after
+ *           others some may be filled
+ * Returns as splat_device_create, splat_rasterizer_create, splat_rasterizer_forward_scene and
+ *   splat_rasterizer_read_images */
+SPLAT_API splat_result splat_scene_render(splat_scene scene, splat_device device,
+                                          const splat_camera* cameras, uint32_t count,
+                                          const splat_scene_render_desc* desc,
+                                          const splat_image* images);
 
 /* ---- Image files ----------------------------------------------------------------------------- */
 

@@ -117,6 +117,7 @@ struct RasterStateObject : OfDevice {
     /// The Gaussians of a forward call from tensors; empty before the first such call.
     OnDevice<raster::PackedBuffers> inputs{*this};
     OnDevice<std::unique_ptr<raster::Rasterizer>> rasterizer{*this};
+    bool any_views = false;                 ///< a call with more makes `rasterizer` anew
     Published<splat_rasterizer_info> info;  ///< describes the latest call
 
     /// Set `info`. The context's mutex is held.
@@ -126,7 +127,8 @@ struct RasterStateObject : OfDevice {
 /// The object behind splat_rasterizer.
 struct RasterizerObject : OfDevice {
     using OfDevice::OfDevice;
-    raster::RasterDesc desc;                           ///< capacities
+    raster::RasterDesc desc;                           ///< capacities at first
+    bool any_views = false;                            ///< states grow with their calls
     std::shared_ptr<RasterGradients> gradients;        ///< without memory unless desc.backward
     std::shared_ptr<RasterStateObject> default_state;  ///< used by calls without a state
 };

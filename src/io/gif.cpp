@@ -8,7 +8,7 @@
 namespace splat::io {
 namespace {
 
-constexpr int kColors = 256;
+constexpr int kPaletteColors = 256;
 constexpr std::array<unsigned, 3> kLevels = {6, 7, 6};
 constexpr std::size_t kDither = 8;
 
@@ -28,8 +28,8 @@ unsigned level_of(unsigned sample, unsigned levels, unsigned threshold) {
     return (sample * (levels - 1) * 64 + 255 * threshold + 127) / (255 * 64);
 }
 
-std::array<GifColorType, kColors> palette_of(std::uint32_t channels) {
-    std::array<GifColorType, kColors> palette{};
+std::array<GifColorType, kPaletteColors> palette_of(std::uint32_t channels) {
+    std::array<GifColorType, kPaletteColors> palette{};
     for (unsigned i = 0; i < palette.size(); ++i) {
         const auto gray = static_cast<GifByteType>(i);
         palette[i] = {gray, gray, gray};
@@ -87,7 +87,7 @@ class Encoder {
 
     bool begin(const Image& frame, const AnimationOptions& options) {
         const auto palette = palette_of(frame.channels);
-        ColorMapObject* const map = GifMakeMapObject(kColors, palette.data());
+        ColorMapObject* const map = GifMakeMapObject(kPaletteColors, palette.data());
         if (map == nullptr) return false;
         EGifSetGifVersion(gif_, true);
         const bool done = EGifPutScreenDesc(gif_, static_cast<int>(frame.width),

@@ -63,6 +63,17 @@ Result<std::string> builtin_weights(const std::string& name) {
     return builtin_weights_near(library_folder(), name);
 }
 
+Result<std::string> weights_named(const std::string& given) {
+    const fs::path path(given);
+    const bool name = !given.empty() && !path.has_parent_path() && !path.has_extension();
+    std::error_code none;
+    if (!name || fs::exists(path, none)) return given;
+    const Result<std::string> found = builtin_weights(given);
+    if (found.ok()) return found;
+    return error(found.status().code(), "there is no file '%s', and %s", given.c_str(),
+                 found.status().message().c_str());
+}
+
 Result<std::string> config_beside(const std::string& weights, const std::string& adapters) {
     if (const fs::path own = fs::path(adapters).replace_extension(".json");
         !adapters.empty() && is_file(own))

@@ -17,6 +17,10 @@ Result<std::string> builtin_weights(const std::string& name);
 /// The same, for a library in the folder `library`.
 Result<std::string> builtin_weights_near(const std::string& library, const std::string& name);
 
+/// The file that is meant: a path, or built-in weights by their name where no file is called so. Errors: as
+/// builtin_weights, for a name.
+Result<std::string> weights_named(const std::string& given);
+
 /// The configuration beside a file of weights: its name with .json or .yaml, else config.json or config.yaml in
 /// its folder; before these NAME.json of a file of adapters, which may be for another category. Errors: kNotFound.
 Result<std::string> config_beside(const std::string& weights, const std::string& adapters = "");

@@ -350,23 +350,37 @@ const Layout kRasterizerInfo = {  // clang-format off
     SPLAT_FIELD(splat_rasterizer_info, non_finite, 80, 8),}
 };  // clang-format on
 
+const Layout kSceneRenderDesc = {  // clang-format off
+    "splat_scene_render_desc",
+    sizeof(splat_scene_render_desc),
+    40,
+    {
+    SPLAT_FIELD(splat_scene_render_desc, struct_size, 0, 4),
+    SPLAT_FIELD(splat_scene_render_desc, flags, 4, 4),
+    SPLAT_FIELD(splat_scene_render_desc, next, 8, 8),
+    SPLAT_FIELD(splat_scene_render_desc, output, 16, 4),
+    SPLAT_FIELD(splat_scene_render_desc, convention, 20, 4),
+    SPLAT_FIELD(splat_scene_render_desc, background, 24, 12),
+    SPLAT_FIELD(splat_scene_render_desc, reserved, 36, 4),}
+};  // clang-format on
+
 const Layout kLayouts[] = {
-    kTrainingDesc,   kTrainingEvent,     kPictureSource,  kPicture,        kPictureInfo,
-    kPictureCutDesc, kPredictorDesc,     kPredictorInfo,  kPrediction,     kDatasetDesc,
-    kDatasetViews,   kSyntheticDesc,     kTrainerDesc,    kTrainerBatch,   kTrainerInfo,
-    kLpipsDesc,      kImageScores,       kModelDesc,      kModelInput,     kDeviceInfo,
-    kDeviceDesc,     kMemoryInfo,        kTensorDesc,     kTensorInfo,     kTensorStats,
-    kOpDesc,         kSceneDesc,         kSceneFileDesc,  kSimilarity,     kSceneInfo,
-    kCamera,         kOrbitDesc,         kCameraFileDesc, kRasterizerDesc, kGaussiansDesc,
-    kGradientsDesc,  kRasterizerInfo,    kWeightsInfo,    kModuleDesc,     kImage,
-    kModelGradients, kModelInfo,         kPort,           kOptimizerItem,  kOptimizerGroup,
-    kOptimizerDesc,  kOptimizerInfo,     kImageInfo,      kNamedArray,     kCameraBytes,
-    kEvaluatorDesc,  kEvaluatorInfo,     kScores,         kLedger,         kObjectScores,
-    kEvaluatedViews, kEvaluationSummary, kScore,          kScoreSet,       kCompareDesc,
-    kComparisonInfo, kMetricComparison,  kDepthScores,    kNormalScores,   kMaskScores,
-    kFidelityScores, kPointScores,       kCo3dDesc,       kCo3dInfo,       kDatasetImport,
-    kDatasetExport,  kPriorModelDesc,    kPriorModelInfo, kPriorMaps,      kNormalsDesc,
-    kDecodeLimits};
+    kTrainingDesc,   kTrainingEvent,  kPictureSource,     kPicture,        kPictureInfo,
+    kPictureCutDesc, kPredictorDesc,  kPredictorInfo,     kPrediction,     kDatasetDesc,
+    kDatasetViews,   kSyntheticDesc,  kTrainerDesc,       kTrainerBatch,   kTrainerInfo,
+    kLpipsDesc,      kImageScores,    kModelDesc,         kModelInput,     kDeviceInfo,
+    kDeviceDesc,     kMemoryInfo,     kTensorDesc,        kTensorInfo,     kTensorStats,
+    kOpDesc,         kSceneDesc,      kSceneFileDesc,     kSimilarity,     kSceneInfo,
+    kCamera,         kOrbitDesc,      kCameraFileDesc,    kRasterizerDesc, kGaussiansDesc,
+    kGradientsDesc,  kRasterizerInfo, kSceneRenderDesc,   kWeightsInfo,    kModuleDesc,
+    kImage,          kModelGradients, kModelInfo,         kPort,           kOptimizerItem,
+    kOptimizerGroup, kOptimizerDesc,  kOptimizerInfo,     kImageInfo,      kNamedArray,
+    kCameraBytes,    kEvaluatorDesc,  kEvaluatorInfo,     kScores,         kLedger,
+    kObjectScores,   kEvaluatedViews, kEvaluationSummary, kScore,          kScoreSet,
+    kCompareDesc,    kComparisonInfo, kMetricComparison,  kDepthScores,    kNormalScores,
+    kMaskScores,     kFidelityScores, kPointScores,       kCo3dDesc,       kCo3dInfo,
+    kDatasetImport,  kDatasetExport,  kPriorModelDesc,    kPriorModelInfo, kPriorMaps,
+    kNormalsDesc,    kDecodeLimits};
 
 /// Differences of a struct from its frozen layout, and bytes that belong to no field.
 std::vector<std::string> defects(const Layout& layout) {

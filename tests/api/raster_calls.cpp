@@ -52,10 +52,12 @@ splat_camera sample_camera(std::uint32_t width, std::uint32_t height, double ang
 }
 
 splat_rasterizer_desc rasterizer_desc(std::uint32_t gaussians, std::uint32_t width,
-                                      std::uint32_t height, std::uint32_t flags) {
+                                      std::uint32_t height, std::uint32_t flags,
+                                      std::uint32_t views) {
     auto desc = sized<splat_rasterizer_desc>();
     desc.flags = flags;
     desc.gaussians = gaussians;
+    desc.views = views;
     desc.width = width;
     desc.height = height;
     desc.sh_degree = (flags & SPLAT_RASTERIZER_DIRECT_COLORS) != 0 ? 0 : 1;

@@ -20,7 +20,8 @@ struct SampleScene {
 splat_camera sample_camera(std::uint32_t width, std::uint32_t height, double angle = 0);
 
 splat_rasterizer_desc rasterizer_desc(std::uint32_t gaussians, std::uint32_t width,
-                                      std::uint32_t height, std::uint32_t flags = 0);
+                                      std::uint32_t height, std::uint32_t flags = 0,
+                                      std::uint32_t views = 0);
 Rasterizer make_rasterizer(splat_device device, const splat_rasterizer_desc& desc);
 RasterState make_state(splat_rasterizer rasterizer);
 

@@ -19,6 +19,7 @@ splat_decode_limits sample_decode_limits;
 splat_orbit_desc sample_orbit_desc;
 splat_camera_file_desc sample_camera_file_desc;
 splat_rasterizer_desc sample_rasterizer_desc;
+splat_scene_render_desc sample_scene_render_desc;
 splat_gaussians_desc sample_gaussians_desc;
 splat_gradients_desc sample_gradients_desc;
 splat_rasterizer_info sample_rasterizer_info;

@@ -24,6 +24,21 @@ TEST(WeightsPlace, FindsBuiltInWeightsOfTheBuildFolder) {
     EXPECT_TRUE(maps_config.value().ends_with("cars64-depth-normal/config.json"));
 }
 
+TEST(WeightsPlace, TakesNamesWhereNoFileIsCalledSo) {
+    EXPECT_EQ(weights_named("cars64").value(), builtin_weights("cars64").value());
+    for (const char* path : {"gone.pth", "folder/cars64", "./cars64", ""})
+        EXPECT_EQ(weights_named(path).value(), path) << "a path: whoever reads it refuses it";
+    EXPECT_ERROR(weights_named("cars").status(), Code::kNotFound, "there is no file 'cars'");
+    EXPECT_ERROR(weights_named("cars").status(), Code::kNotFound,
+                 "expected cars64, cars64-depth-normal");
+    const test::SampleFolder folder;
+    const auto before = std::filesystem::current_path();
+    test::put_text(folder.path() / "cars64", "a file of the caller's");
+    std::filesystem::current_path(folder.path());
+    EXPECT_EQ(weights_named("cars64").value(), "cars64");
+    std::filesystem::current_path(before);
+}
+
 TEST(WeightsPlace, PrefersThoseOfThePrefixOfAnInstalledLibrary) {
     const test::SampleFolder folder;
     const auto prefix = folder.path() / "prefix";

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the random scenes of BENCHMARKS.md, and the one of README.md's picture: NAME.ply, all but knot with cameras in
+"""Writes the random scenes of BENCHMARKS.md, and the one of docs/knot.png: NAME.ply, all but knot with cameras in
 NAME.json for `vkrun bench raster NAME.ply --cameras NAME.json`.
 
 scenes.py OUT_DIR    needs NumPy
@@ -11,7 +11,8 @@ synth500k      500,000 Gaussians of 1.5 pixels in the median; one view of 1280 x
 faint          16,000 Gaussians of 2 to 8 pixels and opacities of 0.005 to 0.04: each pixel blends its whole list, so that
                only the inner loops of blending take time; one view of 256 x 256
 million        1,000,000 Gaussians of 1 pixel in the median and spherical harmonics of degree 3; one view of 1280 x 720
-knot           234,224 flat Gaussians, one for each patch of a striped trefoil knot and of the disc below it
+knot           234,224 flat Gaussians, one for each patch of a striped trefoil knot and of the disc below it; docs/knot.png by
+               `vkrun render knot.ply --orbit 1 --elevation 38 --size 288x288 --background 1,1,1`
 
 The si128 scenes are drawn on white (--background 1,1,1)."""
 import json

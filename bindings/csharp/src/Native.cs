@@ -885,6 +885,7 @@ namespace Splat.Interop
         /// <summary>
         /// Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by
         /// its contents. Values that are not finite are kept.
+        /// path      or a name of splat_builtin_weights, such as "cars64", where no file is called so
         /// flags     SPLAT_WEIGHTS_COPY
         /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags
@@ -899,8 +900,7 @@ namespace Splat.Interop
             IntPtr* weights);
 
         /// <summary>
-        /// Load weights from the bytes of such a file, which are copied.
-        /// data      in, `bytes` bytes
+        /// Load weights from the `bytes` bytes of such a file, which are copied.
         /// Returns as splat_weights_load.
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
@@ -1582,7 +1582,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           more Gaussians in one tile than this device's loops take
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
         ///   SPLAT_ERROR_DEVICE_LOST
-        /// After an error before the device starts, the last images stay; later ones leave none.
+        /// After an error before the device starts, the last images stay; later ones leave none, and so does
+        /// an error of a call that made the memory anew.
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_rasterizer_forward_scene(
@@ -1693,6 +1694,27 @@ namespace Splat.Interop
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_rasterizer_destroy(IntPtr rasterizer);
+
+        /// <summary>
+        /// Draw views of a scene, with all its bands, into images, one after the other. It makes a rasterizer
+        /// for the call: a program that draws again and again keeps one. Thread-safe.
+        /// device    NULL: the best one, opened for the call, which takes longer than to draw
+        /// cameras   `count`, each of its own size; may be NULL for 0
+        /// desc      NULL: RGB over black, else
+        /// images    out, `count`, each of its camera's size and with as many channels as the output, or for
+        ///           RGB four, of which the last is alpha; untouched after an error of an argument, after
+        ///           others some may be filled
+        /// Returns as splat_device_create, splat_rasterizer_create, splat_rasterizer_forward_scene and
+        ///   splat_rasterizer_read_images
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_scene_render(
+            SafeSceneHandle scene,
+            SafeDeviceHandle device,
+            splat_camera* cameras,
+            uint count,
+            splat_scene_render_desc* desc,
+            splat_image* images);
 
         /// <summary>
         /// Read an image file: PNG, JPEG (turned as its Exif data says), WebP, or .npy (float32 or float64
@@ -3446,7 +3468,7 @@ namespace Splat.Interop
         public uint flags;
         /// <summary>NULL</summary>
         public void* next;
-        /// <summary>a file as of splat_weights_load</summary>
+        /// <summary>a file, or a name, as of splat_weights_load</summary>
         public byte* weights_path;
         /// <summary>used instead of reading the file, whose path then only names them; neither: those of splat_builtin_weights(NULL)</summary>
         public IntPtr weights;
@@ -3532,7 +3554,7 @@ namespace Splat.Interop
         public void* next;
         /// <summary>N, most Gaussians of a call; &gt;= 0</summary>
         public uint gaussians;
-        /// <summary>V, most cameras of a call; 0 = 1</summary>
+        /// <summary>V, most cameras of a call; 0: any number. The memory is then for one, and a call with more cameras than any before makes it anew, for which both must fit for a moment</summary>
         public uint views;
         /// <summary>W, pixels</summary>
         public uint width;
@@ -3636,6 +3658,23 @@ namespace Splat.Interop
         public ulong culled;
         /// <summary>(Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of its colour is NaN or infinite</summary>
         public ulong non_finite;
+    }
+
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_scene_render_desc
+    {
+        public uint struct_size;
+        /// <summary>SPLAT_RASTERIZER_ANTIALIASED</summary>
+        public RasterizerFlags flags;
+        /// <summary>NULL</summary>
+        public void* next;
+        /// <summary>one of pixels; 0 = SPLAT_OUTPUT_RGB</summary>
+        public Output output;
+        /// <summary>0 = SPLAT_CONVENTION_3DGS</summary>
+        public Convention convention;
+        /// <summary>RGB</summary>
+        public fixed float background[3];
+        public uint reserved;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -4516,6 +4555,9 @@ namespace Splat.Interop
                 "struct_size:0:4 passes:4:4 visible:8:8 pairs:16:8 longest:24:8 tiles:32:8 " +
                 "empty_tiles:40:8 bytes:48:8 runs:56:4 gaussians:60:4 views:64:4 reserved:68:4 " +
                 "culled:72:8 non_finite:80:8"),
+            new NativeLayout(typeof(splat_scene_render_desc), 40, false,
+                "struct_size:0:4 flags:4:4 next:8:8 output:16:4 convention:20:4 " +
+                "background:24:12 reserved:36:4"),
             new NativeLayout(typeof(splat_image_info), 16, false,
                 "struct_size:0:4 bits:4:4 focal:8:8"),
             new NativeLayout(typeof(splat_image_scores), 32, false,

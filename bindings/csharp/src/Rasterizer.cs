@@ -11,7 +11,7 @@ namespace Splat
     {
         /// <summary>Most Gaussians of a call.</summary>
         public long Gaussians { get; set; }
-        /// <summary>Most cameras of a call; 0: 1.</summary>
+        /// <summary>Most cameras of a call; 0: any number, memory grows.</summary>
         public int Views { get; set; }
         /// <summary>Pixels.</summary>
         public int Width { get; set; }
@@ -29,6 +29,49 @@ namespace Splat
         public float NearPlane { get; set; }
         /// <summary>Scene units; 0: 1e10.</summary>
         public float FarPlane { get; set; }
+    }
+
+    /// <summary>How Scene.Render draws.</summary>
+    public sealed class RenderOptions
+    {
+        /// <summary>An output of pixels; default: RGB.</summary>
+        public Output Output { get; set; } = Output.Rgb;
+        /// <summary>RGB; null: black.</summary>
+        public float[] Background { get; set; }
+        /// <summary>Default: that of the original 3DGS.</summary>
+        public Convention Convention { get; set; }
+        /// <summary>Opacity compensates for the dilation.</summary>
+        public bool Antialiased { get; set; }
+        /// <summary>0: those of the output; 4: RGB and alpha.</summary>
+        public int Channels { get; set; }
+        /// <summary>Type of the samples.</summary>
+        public Pixel Type { get; set; } = Pixel.U8;
+
+        internal int PlaneCount
+        {
+            get
+            {
+                if (Channels != 0) return Channels;
+                return Output == Output.Rgb || Output == Output.Normals ? 3 : 1;
+            }
+        }
+
+        internal unsafe splat_scene_render_desc ToNative()
+        {
+            var native = new splat_scene_render_desc
+            {
+                struct_size = (uint)sizeof(splat_scene_render_desc),
+                flags = Antialiased ? RasterizerFlags.Antialiased : 0,
+                output = Output,
+                convention = Convention,
+            };
+            if (Background == null) return native;
+            if (Background.Length != 3)
+                throw new ArgumentException(Background.Length + " numbers instead of 3",
+                                            nameof(Background));
+            for (int i = 0; i < 3; ++i) native.background[i] = Background[i];
+            return native;
+        }
     }
 
     /// <summary>Gaussians that are tensors of the rasterizer's device.</summary>

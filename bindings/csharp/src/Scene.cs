@@ -1,6 +1,7 @@
 using System;
 using System.Collections.Generic;
 using System.Runtime.InteropServices;
+using System.Threading;
 using Splat.Interop;
 
 namespace Splat
@@ -274,6 +275,39 @@ namespace Splat
                     Handle, arena.Text(Check.NotNull(name, nameof(name))), device.Handle, &tensor));
                 return new Tensor(tensor);
             }
+        }
+
+        /// <summary>
+        /// Draw one picture for each camera, of its size. A program that draws again and again keeps
+        /// a Rasterizer.
+        /// </summary>
+        /// <param name="cameras">at least one</param>
+        /// <param name="options">null: RGB of 8 bits over black</param>
+        /// <param name="device">null: the best one, opened for the call</param>
+        /// <param name="token">cancels all calls of the device, without which there is none</param>
+        public Image[] Render(IReadOnlyList<Camera> cameras, RenderOptions options = null,
+                              Device device = null,
+                              CancellationToken token = default(CancellationToken))
+        {
+            splat_camera[] natives = Camera.ToNative(Check.NotNull(cameras, nameof(cameras)));
+            options = options ?? new RenderOptions();
+            var images = new Image[natives.Length];
+            for (int i = 0; i < images.Length; ++i)
+                images[i] = new Image(cameras[i].Width, cameras[i].Height, options.PlaneCount,
+                                      options.Type);
+            if (device == null && token.CanBeCanceled)
+                throw new ArgumentException("a call that opens its own device cannot be cancelled: " +
+                                            "give a device", nameof(token));
+            using (var arena = new Arena())
+            using (device == null ? null : Cancellation.Of(device.Handle, token))
+            {
+                splat_scene_render_desc desc = options.ToNative();
+                Check.Ok(Native.splat_scene_render(
+                    Handle, device == null ? SafeDeviceHandle.Null : device.Handle,
+                    (splat_camera*)arena.Pin(natives), (uint)natives.Length, &desc,
+                    (splat_image*)arena.Pin(Image.ToNative(images, arena))), token);
+            }
+            return images;
         }
 
         /// <summary>Move, turn and scale the scene, with its spherical harmonics.</summary>

@@ -40,7 +40,7 @@ namespace Splat.Tests
         private static void TakesWeightsInMemory()
         {
             string path = Weights.BuiltinPath();
-            using (Weights weights = Weights.Load(path))
+            using (Weights weights = Weights.Load("cars64"))
             using (var predictor = new Predictor(Shared.Device, new PredictorOptions
                    {
                        Weights = weights,

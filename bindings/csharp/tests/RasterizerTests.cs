@@ -44,6 +44,33 @@ namespace Splat.Tests
         }
 
         [Test]
+        private static void DrawsASceneInOneCall()
+        {
+            using (Scene scene = Shared.ThreeGaussians())
+            using (var rasterizer = new Rasterizer(Shared.Device, new RasterizerOptions
+                       { Gaussians = 3, Width = 48, Height = 32, ShDegree = scene.ShDegree }))
+            {
+                Camera[] cameras = Shared.SmallCameras(scene, 3);
+                var options = new RenderOptions { Background = White, Type = Pixel.F32 };
+                Image[] images = scene.Render(cameras, options, Shared.Device);
+                rasterizer.Forward(scene, cameras, White);  // made without a number of views
+                for (int i = 0; i < 3; ++i)
+                    Expect.Same(rasterizer.ReadImage(i, 3, Pixel.F32).ToFloats(),
+                                images[i].ToFloats());
+                Expect.Same(images[1].ToFloats(),
+                            scene.Render(new[] { cameras[1] }, options)[0].ToFloats());
+                options.Channels = 2;
+                Expect.Throws<SplatException>(
+                    () => scene.Render(cameras, options, Shared.Device));
+                options.Background = new float[2];
+                Expect.Throws<ArgumentException>(() => scene.Render(cameras, options));
+                using (var source = new System.Threading.CancellationTokenSource())
+                    Expect.Throws<ArgumentException>(
+                        () => scene.Render(cameras, null, null, source.Token));
+            }
+        }
+
+        [Test]
         private static void StatesStayAlive()
         {
             using (Scene scene = Shared.ThreeGaussians())

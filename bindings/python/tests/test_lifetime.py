@@ -171,13 +171,14 @@ class Programs(Case):
     def test_exit_with_live_objects_and_a_callback(self) -> None:
         text = """
 import splat, sys, threading, numpy
+from shared import picture
 splat.set_log(lambda level, text: print(text, file=sys.stderr), "error")
 device = splat.default_device()
 predictor = splat.Predictor(device)
 tensor = splat.Tensor(device, [1, 2, 3]); array = tensor.array
 kept = [tensor, predictor, splat.Scene(numpy.ones((9, 3), numpy.float32))]; kept.append(kept)
 def work():
-    while True: predictor.predict(numpy.zeros((64, 64, 3), numpy.uint8))
+    while True: predictor.predict(picture())
 if BUSY: threading.Thread(target=work, daemon=True).start()
 import atexit, random, time; time.sleep(random.random() / 2)
 atexit.register(lambda: print("end", predictor.info.views))
@@ -325,7 +326,7 @@ class Garbage(Case):
                 return None if array[1:] is None else memoryview(array)  # type: ignore
 
         return [lambda: rasterizer.forward_arrays(cameras(), **bad),
-                lambda: rasterizer.forward(drawn, cameras(2)), lambda: rasterizer.read("depth"),
+                lambda: rasterizer.forward(drawn, cameras(1, 40, 32)), lambda: rasterizer.read("depth"),
                 lambda: splat.Tensor.zeros(self.device, (2, -1)), lambda: splat.Scene(given["sh"]),
                 lambda: evaluator.score(0), lambda: module.backward(), lambda: weights["b"],
                 lambda: module.ports("gone"), lambda: model.forward(values(1, 3, 8, 8)),

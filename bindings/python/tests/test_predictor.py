@@ -1,12 +1,13 @@
 """Predictors, the evaluator, LPIPS and comparisons."""
 import json
 import math
+import warnings
 from typing import Any
 
 import numpy as np
 
 import splat
-from shared import Case, picture, run_program, values
+from shared import PYTHON, Case, picture, run_program, values
 from splat.picture import picture_array
 
 VGG = ((0, 3, 64), (2, 64, 64), (5, 64, 128), (7, 128, 128), (10, 128, 256), (12, 256, 256),
@@ -86,6 +87,38 @@ class Predictors(Case):
         self.assertEqual((other.info.resolution, other.info.category), (64, "cars"))
         self.assertEqual(other.predict(picture()).scene.to_bytes("ply"),
                          self.predictor.predict(picture()).scene.to_bytes("ply"))
+
+    def test_weights_by_name(self) -> None:
+        named = splat.Predictor(self.device, "cars64")
+        self.assertEqual(named.report["weights"], splat.builtin_weights("cars64"))
+        self.assertEqual(list(splat.Weights.load("cars64")),
+                         list(splat.Weights.load(splat.builtin_weights())))
+        self.refused(splat.NotFound, "expected cars64, cars64-depth-normal", splat.Predictor,
+                     self.device, "cars")
+
+    def test_the_lines_of_the_top_readme(self) -> None:
+        text = (PYTHON.parent.parent / "README.md").read_text("utf-8")
+        lines = text.split("```python\n")[1].split("```")[0]
+        self.assertLessEqual(len(lines.splitlines()), 6)
+        splat.Image(picture()).save(self.folder / "photo.png")
+        code, printed, errors = run_program(f"import os\nos.chdir({str(self.folder)!r})\n{lines}")
+        self.assertEqual((code, errors), (0, ""))
+        self.assertIn("Gaussians", printed)
+        self.assertGreater(len(splat.Scene.load(self.folder / "scene.ply")), 0)
+        self.assertIn(b"fcTL", (self.folder / "orbit.png").read_bytes())  # animated
+
+    def test_doubts_are_warnings(self) -> None:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            self.predictor.predict(picture())
+        with self.assertWarnsRegex(UserWarning, "no object was found in the picture") as told:
+            self.predictor.predict(np.zeros((64, 64, 3), np.uint8))
+        self.assertEqual(told.filename, __file__)
+        config = dict(self.predictor.report["config"])
+        config["data"] = {**config["data"], "fov": 20}
+        with self.assertWarnsRegex(UserWarning, "its field of view is") as told:
+            splat.Predictor(self.device, "cars64", config=config)
+        self.assertEqual(told.filename, __file__)
 
     def test_bad_input(self) -> None:
         predict: Any = self.predictor.predict

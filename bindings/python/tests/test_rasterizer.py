@@ -44,6 +44,27 @@ class Drawing(Case):
         np.testing.assert_array_equal(picture, images[0].array[:, :, :3])
         self.assertEqual(splat.render(scene(), cameras()[0], alpha=True).channels, 4)
 
+    def test_views_in_one_call(self) -> None:
+        views = [cameras(3)[1], *cameras(1, 20, 24)]
+        drawn = splat.render(scene(), views, background=None, alpha=True)
+        self.assertEqual([each.array.shape for each in drawn], [(32, 48, 4), (24, 20, 4)])
+        for view, image in zip(views, drawn):
+            rasterizer = splat.Rasterizer(self.device, 50, view.width, view.height)
+            rasterizer.forward(scene(), view)
+            np.testing.assert_array_equal(rasterizer.images(channels=4)[0], image)
+        self.assertEqual(splat.render(scene(), []), [])
+        self.refused(splat.ShapeMismatch, "background", splat.render, scene(), views,
+                     background=(1,))
+        self.refused(splat.InvalidArgument, "expected a Camera", splat.render, scene(), [3])
+
+    def test_any_number_of_views(self) -> None:
+        rasterizer = splat.Rasterizer(self.device, 50, 48, 32)
+        for count in (1, 4, 2):
+            rasterizer.forward(scene(), cameras(count))
+            exact = splat.Rasterizer(self.device, 50, 48, 32, views=count)
+            exact.forward(scene(), cameras(count))
+            np.testing.assert_array_equal(rasterizer.read(), exact.read())
+
     def test_arrays_and_tensors_draw_alike(self) -> None:
         rasterizer, given = self.make(), arrays(50)
         rasterizer.forward_arrays(cameras(2), **given)

@@ -104,6 +104,16 @@ splat_result give_profile(splat_device device, char* buffer, size_t capacity, si
 
 }  // namespace
 
+Result<std::shared_ptr<api::DeviceObject>> api::open_device(const splat_device_desc& desc) {
+    SPLAT_ASSIGN(const vk::ContextDesc wanted, context_desc(desc));
+    KernelTests tests;
+    SPLAT_ASSIGN(std::shared_ptr<vk::Context> context, create_context(wanted, tests));
+    auto object = std::make_shared<DeviceObject>(std::move(context));
+    object->saving = std::make_unique<PipelineSaving>(*object->context);
+    object->tests = std::move(tests);
+    return object;
+}
+
 splat_result splat_device_count(uint32_t* count) {
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::require(count, "count"));
@@ -137,12 +147,7 @@ splat_result splat_device_create(const splat_device_desc* desc, splat_device* de
                                       SPLAT_DEVICE_VALIDATION | SPLAT_DEVICE_PROFILE));
             complete = *desc;
         }
-        SPLAT_ASSIGN(const vk::ContextDesc wanted, context_desc(complete));
-        api::KernelTests tests;
-        SPLAT_ASSIGN(std::shared_ptr<vk::Context> context, api::create_context(wanted, tests));
-        auto object = std::make_shared<api::DeviceObject>(std::move(context));
-        object->saving = std::make_unique<PipelineSaving>(*object->context);
-        object->tests = std::move(tests);
+        SPLAT_ASSIGN(auto object, api::open_device(complete));
         *device = api::Devices::add(std::move(object));
         return {};
     });

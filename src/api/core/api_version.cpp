@@ -83,6 +83,7 @@ constexpr StructSize kStructs[] = {
     {"splat_scene_desc", sizeof(splat_scene_desc)},
     {"splat_scene_file_desc", sizeof(splat_scene_file_desc)},
     {"splat_scene_info", sizeof(splat_scene_info)},
+    {"splat_scene_render_desc", sizeof(splat_scene_render_desc)},
     {"splat_score", sizeof(splat_score)},
     {"splat_score_set", sizeof(splat_score_set)},
     {"splat_scores", sizeof(splat_scores)},

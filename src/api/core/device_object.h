@@ -4,6 +4,7 @@
 
 #include "api/core/self_test.h"
 #include "api/on_device.h"
+#include "splat.h"
 
 namespace splat::api {
 
@@ -16,5 +17,8 @@ struct DeviceObject : OfDevice {
     /// Call it before an object of these KernelFamily bits is made.
     Status test(unsigned families) { return test_kernels(*context, tests, families); }
 };
+
+/// Open the device that a checked desc selects; zeros: the best one.
+Result<std::shared_ptr<DeviceObject>> open_device(const splat_device_desc& desc);
 
 }  // namespace splat::api

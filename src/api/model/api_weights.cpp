@@ -5,6 +5,7 @@
 #include "api/handles.h"
 #include "core/json_writer.h"
 #include "model/adapters.h"
+#include "predict/weights_place.h"
 
 using namespace splat;
 
@@ -93,8 +94,9 @@ splat_result splat_weights_load(const char* path, uint32_t flags, splat_weights*
         SPLAT_TRY(api::require(weights, "weights"));
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_TRY(check_weights_flags(flags, SPLAT_WEIGHTS_COPY));
-        SPLAT_ASSIGN(io::WeightsFile file,
-                     io::load_weights(path, decode_limits(), (flags & SPLAT_WEIGHTS_COPY) == 0));
+        SPLAT_ASSIGN(const std::string file_path, predict::weights_named(path));
+        const bool mapped = (flags & SPLAT_WEIGHTS_COPY) == 0;
+        SPLAT_ASSIGN(io::WeightsFile file, io::load_weights(file_path, decode_limits(), mapped));
         *weights = add_weights(std::move(file));
         return {};
     });

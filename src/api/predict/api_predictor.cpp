@@ -132,8 +132,10 @@ Result<PredictorPointer> make_predictor(splat_device device, const splat_predict
     SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
     auto object = std::make_shared<api::PredictorObject>(owner->context);
     if (desc.weights_path != nullptr) object->path = desc.weights_path;
-    if (desc.weights_path == nullptr && desc.weights == nullptr) {
-        SPLAT_ASSIGN(object->path, predict::builtin_weights(predict::kDefaultWeights));
+    if (desc.weights == nullptr) {
+        SPLAT_ASSIGN(object->path, desc.weights_path == nullptr
+                                       ? predict::builtin_weights(predict::kDefaultWeights)
+                                       : predict::weights_named(desc.weights_path));
     }
     SPLAT_ASSIGN(const WeightsPointer weights,
                  predictor_weights(object->path.c_str(), desc.weights, "weights"));

@@ -1,8 +1,9 @@
+#include "api/render/raster_calls.h"
+
 #include <atomic>
 #include <cmath>
 #include <shared_mutex>
 
-#include "api/api_guard.h"
 #include "api/core/tensor_arguments.h"
 #include "api/scene/camera_value.h"
 
@@ -39,38 +40,16 @@ Status check_flags(const splat_rasterizer_desc& desc) {
     return {};
 }
 
-Result<raster::RasterDesc> raster_desc(const splat_rasterizer_desc& from) {
-    SPLAT_TRY(check_flags(from));
-    const auto is_set = [&](std::uint32_t bit) { return (from.flags & bit) != 0; };
-    const auto skips = [&](std::uint32_t bit) { return (from.disabled_skips & bit) == 0; };
-    raster::RasterDesc desc;
-    desc.gaussians = from.gaussians;
-    desc.views = from.views == 0 ? 1 : from.views;
-    desc.width = from.width;
-    desc.height = from.height;
-    desc.sh_degree = from.sh_degree;
-    desc.direct_colors = is_set(SPLAT_RASTERIZER_DIRECT_COLORS);
-    const bool gsplat = from.convention == SPLAT_CONVENTION_GSPLAT;
-    desc.convention = gsplat ? raster::Convention::kGsplat : raster::Convention::k3dgs;
-    desc.antialiased = is_set(SPLAT_RASTERIZER_ANTIALIASED);
-    desc.near_plane = gsplat ? raster::kNearGsplat : raster::kNear3dgs;
-    if (from.near_plane != 0) desc.near_plane = from.near_plane;
-    if (from.far_plane != 0) desc.far_plane = from.far_plane;
-    desc.extra = is_set(SPLAT_RASTERIZER_DEPTH);
-    desc.normals = is_set(SPLAT_RASTERIZER_NORMALS);
-    desc.original_gradient = is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT);
-    desc.grad_depth = is_set(SPLAT_RASTERIZER_GRAD_DEPTH);
-    desc.grad_pose = is_set(SPLAT_RASTERIZER_GRAD_POSE);
-    desc.export_gradients = is_set(SPLAT_RASTERIZER_GRAD_MEANS2D);
-    desc.backward = is_set(SPLAT_RASTERIZER_BACKWARD) || desc.grad_depth || desc.grad_pose ||
-                    desc.export_gradients;
-    desc.skips.opacity_extent = skips(SPLAT_SKIP_OPACITY_EXTENT);
-    desc.skips.exact_tiles = skips(SPLAT_SKIP_EXACT_TILES);
-    desc.skips.cull = skips(SPLAT_SKIP_CULL);
-    desc.skips.blocks = skips(SPLAT_SKIP_BLOCKS);
-    desc.skips.early_out = skips(SPLAT_SKIP_EARLY_OUT);
-    desc.skips.unchanged = skips(SPLAT_SKIP_UNCHANGED);
-    return desc;
+/// Memory for the gradients with respect to the images of desc.views views. The context's mutex is held.
+Status make_image_gradients(api::RasterGradients& made, const raster::RasterDesc& desc) {
+    vk::Memory& memory = made.context->memory();
+    SPLAT_ASSIGN(vk::Buffer image, memory.allocate(desc.pixels() * 16, vk::MemoryKind::kDevice,
+                                                   "gradient of the image"));
+    const std::uint64_t depth = desc.grad_depth ? vk::quad_bytes(desc.pixels()) : 16;
+    SPLAT_ASSIGN(made.depth,
+                 memory.allocate(depth, vk::MemoryKind::kDevice, "gradient of the depth"));
+    made.image = std::move(image);
+    return {};
 }
 
 /// Allocate the gradients at creation, so that a backward call cannot run out of memory for them.
@@ -81,18 +60,14 @@ Result<std::shared_ptr<api::RasterGradients>> make_gradients(
     SPLAT_TRY(context->device().alive());
     if (!desc.backward) return made;
     SPLAT_ASSIGN(made->gaussians, raster::allocate_packed(*context, desc));
-    SPLAT_ASSIGN(made->image,
-                 context->memory().allocate(desc.pixels() * 16, vk::MemoryKind::kDevice,
-                                            "gradient of the image"));
-    const std::uint64_t depth = desc.grad_depth ? vk::quad_bytes(desc.pixels()) : 16;
-    SPLAT_ASSIGN(made->depth, context->memory().allocate(depth, vk::MemoryKind::kDevice,
-                                                         "gradient of the depth"));
+    SPLAT_TRY(make_image_gradients(*made, desc));
     return made;
 }
 
 Result<StatePointer> make_state(const api::RasterizerObject& rasterizer) {
     auto state = std::make_shared<api::RasterStateObject>(rasterizer.context);
     state->gradients = rasterizer.gradients;
+    state->any_views = rasterizer.any_views;
     const std::lock_guard lock(state->context->mutex);
     SPLAT_TRY(state->context->device().alive());
     SPLAT_ASSIGN(state->rasterizer, raster::Rasterizer::create(*state->context, rasterizer.desc));
@@ -100,40 +75,36 @@ Result<StatePointer> make_state(const api::RasterizerObject& rasterizer) {
     return state;
 }
 
-Result<RasterizerPointer> create(splat_device device, const splat_rasterizer_desc* from) {
-    SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
-    constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_NORMALS - 1;
-    SPLAT_TRY(
-        api::check_desc(from, "splat_rasterizer_desc", sizeof(splat_rasterizer_desc), kKnown));
-    auto object = std::make_shared<api::RasterizerObject>(owner->context);
-    SPLAT_ASSIGN(object->desc, raster_desc(*from));
-    SPLAT_TRY(raster::check_desc(owner->context->device().info(), object->desc));
-    SPLAT_TRY(owner->test(api::kRasterKernels |
-                          (object->desc.backward ? api::kRasterGradientKernels : 0U)));
-    SPLAT_ASSIGN(object->gradients, make_gradients(owner->context, object->desc));
-    SPLAT_ASSIGN(object->default_state, make_state(*object));
-    return object;
-}
-
-/// Check and pack the cameras and the background of a forward call.
-Result<raster::PackedViews> check_views(const raster::RasterDesc& desc, const splat_camera* cameras,
-                                        std::uint32_t count, const float* background) {
+/// The cameras of a call, which may be more than the state has memory for.
+Result<raster::PackedViews> views_of_call(const api::RasterStateObject& object,
+                                          const splat_camera* cameras, std::uint32_t count,
+                                          const float* background) {
+    raster::RasterDesc desc = object.rasterizer->desc();
     if (count > 0) SPLAT_TRY(api::require(cameras, "cameras"));
+    if (object.any_views && count > desc.views) {
+        desc.views = count;
+        SPLAT_TRY(raster::check_desc(object.context->device().info(), desc));
+    }
     if (count > desc.views)
         return error(Code::kInvalidArgument,
                      "count is %u, but the rasterizer was made for at most %u views", count,
                      desc.views);
-    std::vector<scene::Camera> views;
-    for (std::uint32_t i = 0; i < count; ++i)
-        views.push_back(api::camera_of(cameras[i], format("cameras[%u]", i)));
-    std::array<float, 3> color{};
-    for (std::size_t k = 0; background != nullptr && k < 3; ++k) {
-        if (!std::isfinite(background[k]))
-            return error(Code::kInvalidArgument, "background[%zu] is %g, expected a finite number",
-                         k, static_cast<double>(background[k]));
-        color[k] = background[k];
-    }
-    return raster::pack_views(desc, views, color);
+    return api::pack_cameras(desc, cameras, 0, count, background);
+}
+
+/// Take more memory if a call has more views than any before. On an error all stays as it was. The context's mutex is
+/// held.
+Status make_room(api::RasterStateObject& object, std::uint32_t views) {
+    raster::RasterDesc desc = object.rasterizer->desc();
+    if (views <= desc.views) return {};
+    desc.views = views;
+    SPLAT_TRY(object.context->device().alive());
+    SPLAT_ASSIGN(auto larger, raster::Rasterizer::create(*object.context, desc));
+    // Lists of other states that name the old gradients are recorded anew, because the range differs.
+    if (desc.backward && object.gradients->image.bytes() < desc.pixels() * 16)
+        SPLAT_TRY(make_image_gradients(*object.gradients, desc));
+    object.rasterizer = std::move(larger);
+    return {};
 }
 
 /// The scene's copy on the rasterizer's device, of its degree; uploaded if there is none. The
@@ -241,6 +212,77 @@ Status forward(api::RasterStateObject& object, const raster::PackedGaussians& sc
 
 }  // namespace
 
+Result<raster::RasterDesc> api::raster_desc_of(const splat_rasterizer_desc& from) {
+    SPLAT_TRY(check_flags(from));
+    const auto is_set = [&](std::uint32_t bit) { return (from.flags & bit) != 0; };
+    const auto skips = [&](std::uint32_t bit) { return (from.disabled_skips & bit) == 0; };
+    raster::RasterDesc desc;
+    desc.gaussians = from.gaussians;
+    desc.views = from.views == 0 ? 1 : from.views;
+    desc.width = from.width;
+    desc.height = from.height;
+    desc.sh_degree = from.sh_degree;
+    desc.direct_colors = is_set(SPLAT_RASTERIZER_DIRECT_COLORS);
+    const bool gsplat = from.convention == SPLAT_CONVENTION_GSPLAT;
+    desc.convention = gsplat ? raster::Convention::kGsplat : raster::Convention::k3dgs;
+    desc.antialiased = is_set(SPLAT_RASTERIZER_ANTIALIASED);
+    desc.near_plane = gsplat ? raster::kNearGsplat : raster::kNear3dgs;
+    if (from.near_plane != 0) desc.near_plane = from.near_plane;
+    if (from.far_plane != 0) desc.far_plane = from.far_plane;
+    desc.extra = is_set(SPLAT_RASTERIZER_DEPTH);
+    desc.normals = is_set(SPLAT_RASTERIZER_NORMALS);
+    desc.original_gradient = is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT);
+    desc.grad_depth = is_set(SPLAT_RASTERIZER_GRAD_DEPTH);
+    desc.grad_pose = is_set(SPLAT_RASTERIZER_GRAD_POSE);
+    desc.export_gradients = is_set(SPLAT_RASTERIZER_GRAD_MEANS2D);
+    desc.backward = is_set(SPLAT_RASTERIZER_BACKWARD) || desc.grad_depth || desc.grad_pose ||
+                    desc.export_gradients;
+    desc.skips.opacity_extent = skips(SPLAT_SKIP_OPACITY_EXTENT);
+    desc.skips.exact_tiles = skips(SPLAT_SKIP_EXACT_TILES);
+    desc.skips.cull = skips(SPLAT_SKIP_CULL);
+    desc.skips.blocks = skips(SPLAT_SKIP_BLOCKS);
+    desc.skips.early_out = skips(SPLAT_SKIP_EARLY_OUT);
+    desc.skips.unchanged = skips(SPLAT_SKIP_UNCHANGED);
+    return desc;
+}
+
+Result<RasterizerPointer> api::make_rasterizer(DeviceObject& device,
+                                               const splat_rasterizer_desc& from) {
+    auto object = std::make_shared<RasterizerObject>(device.context);
+    SPLAT_ASSIGN(object->desc, raster_desc_of(from));
+    object->any_views = from.views == 0;
+    SPLAT_TRY(raster::check_desc(device.context->device().info(), object->desc));
+    SPLAT_TRY(device.test(kRasterKernels | (object->desc.backward ? kRasterGradientKernels : 0U)));
+    SPLAT_ASSIGN(object->gradients, make_gradients(device.context, object->desc));
+    SPLAT_ASSIGN(object->default_state, make_state(*object));
+    return object;
+}
+
+Result<raster::PackedViews> api::pack_cameras(const raster::RasterDesc& desc,
+                                              const splat_camera* cameras, std::uint32_t first,
+                                              std::uint32_t count, const float* background) {
+    std::vector<scene::Camera> views;
+    for (std::uint32_t i = first; i < first + count; ++i)
+        views.push_back(camera_of(cameras[i], format("cameras[%u]", i)));
+    std::array<float, 3> color{};
+    for (std::size_t k = 0; background != nullptr && k < 3; ++k) {
+        if (!std::isfinite(background[k]))
+            return error(Code::kInvalidArgument, "background[%zu] is %g, expected a finite number",
+                         k, static_cast<double>(background[k]));
+        color[k] = background[k];
+    }
+    return raster::pack_views(desc, views, color);
+}
+
+Status api::draw_scene(RasterStateObject& object, SceneObject& scene,
+                       const raster::PackedViews& views) {
+    const std::lock_guard lock(object.context->mutex);
+    SPLAT_ASSIGN(CopyPointer copy, copy_of(scene, object));
+    SPLAT_TRY(make_room(object, views.count()));
+    const NamedSceneKeeper keeper{object, copy};
+    return forward(object, copy->packed, views);
+}
+
 void api::RasterStateObject::describe() {
     const raster::RasterStats& stats = rasterizer->stats();
     splat_rasterizer_info filled{};
@@ -277,7 +319,11 @@ splat_result splat_rasterizer_create(splat_device device, const splat_rasterizer
                                      splat_rasterizer* rasterizer) {
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::require(rasterizer, "rasterizer"));
-        SPLAT_ASSIGN(RasterizerPointer object, create(device, desc));
+        SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+        constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_NORMALS - 1;
+        SPLAT_TRY(
+            api::check_desc(desc, "splat_rasterizer_desc", sizeof(splat_rasterizer_desc), kKnown));
+        SPLAT_ASSIGN(RasterizerPointer object, api::make_rasterizer(*owner, *desc));
         *rasterizer = api::Rasterizers::add(std::move(object));
         return {};
     });
@@ -304,11 +350,8 @@ splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_r
         SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
         SPLAT_ASSIGN(const auto from, api::Scenes::find(scene, "scene"));
         SPLAT_ASSIGN(const raster::PackedViews views,
-                     check_views(object->rasterizer->desc(), cameras, count, background));
-        const std::lock_guard lock(object->context->mutex);
-        SPLAT_ASSIGN(CopyPointer copy, copy_of(*from, *object));
-        const NamedSceneKeeper keeper{*object, copy};
-        return forward(*object, copy->packed, views);
+                     views_of_call(*object, cameras, count, background));
+        return api::draw_scene(*object, *from, views);
     });
 }
 
@@ -322,13 +365,14 @@ splat_result splat_rasterizer_forward(splat_rasterizer rasterizer, splat_raster_
             api::check_desc(gaussians, "splat_gaussians_desc", sizeof(splat_gaussians_desc), 0));
         raster::RasterDesc desc = object->rasterizer->desc();
         SPLAT_ASSIGN(const raster::PackedViews views,
-                     check_views(desc, cameras, count, background));
+                     views_of_call(*object, cameras, count, background));
         SPLAT_ASSIGN(desc.gaussians, gaussians_in(desc, *gaussians));
         api::TensorArguments arguments(*object->context, "rasterizer");
         raster::GaussianAttributes attributes;
         SPLAT_TRY(check_gaussians(arguments, desc, *gaussians, attributes));
         const std::lock_guard lock(object->context->mutex);
         SPLAT_TRY(arguments.check_unmapped());
+        SPLAT_TRY(make_room(*object, views.count()));
         SPLAT_TRY(pack(*object, desc, attributes));
         const Status done = forward(*object, object->inputs.scene(), views);
         if (object->scene != nullptr && !object->rasterizer->names(object->scene->packed))

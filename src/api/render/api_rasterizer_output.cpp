@@ -1,8 +1,7 @@
 #include <algorithm>
 
-#include "api/api_guard.h"
-#include "api/core/image_view.h"
 #include "api/core/tensor_arguments.h"
+#include "api/render/raster_calls.h"
 #include "ops/strided_copy.h"
 
 using namespace splat;
@@ -36,12 +35,11 @@ constexpr OutputRow kOutputs[] = {
 };
 static_assert(std::size(kOutputs) == SPLAT_OUTPUT_NORMALS);
 
-Result<const OutputRow*> find_output(const api::RasterStateObject& object, splat_output output) {
+Result<const OutputRow*> find_output(const raster::RasterDesc& desc, splat_output output) {
     if (output < 1 || output > SPLAT_OUTPUT_NORMALS)
         return error(Code::kInvalidArgument, "output is %d, expected 1 to %d", output,
                      SPLAT_OUTPUT_NORMALS);
     const OutputRow& row = kOutputs[output - 1];
-    const raster::RasterDesc& desc = object.rasterizer->desc();
     const bool depth = row.flag == SPLAT_RASTERIZER_DEPTH;
     if (row.flag != 0 && !(depth ? desc.extra : desc.normals))
         return error(Code::kInvalidState, "output %s needs a rasterizer made with %s", row.name,
@@ -135,31 +133,42 @@ Status copy_output(const api::RasterStateObject& object, const OutputRow& row,
     return context.run(list);
 }
 
-/// An output that is an image of row.channels channels; RGB has four with its alpha.
-Status check_images(const OutputRow& row, const raster::RasterDesc& desc,
-                    std::span<const splat_image> images, std::vector<api::ImageView>& views) {
-    if (!row.per_pixel)
+}  // namespace
+
+Result<api::ImageView> api::image_of_output(splat_output output, const raster::RasterDesc& desc,
+                                            const splat_image& image, const char* name) {
+    SPLAT_ASSIGN(const OutputRow* row, find_output(desc, output));
+    if (!row->per_pixel)
         return error(Code::kInvalidArgument, "output %s is no image: use splat_rasterizer_read",
-                     row.name);
-    const bool rgb = row.buffer == &Workspace::image && row.channels == 3;
-    for (std::size_t i = 0; i < images.size(); ++i) {
-        const std::string name = format("images[%zu]", i);
-        SPLAT_ASSIGN(const api::ImageView view, api::image_to_fill(&images[i], name.c_str()));
-        const std::uint32_t channels = rgb && view.channels == 4 ? 4 : row.channels;
-        SPLAT_TRY(api::check_image_size(view, name.c_str(), desc.width, desc.height, channels));
-        views.push_back(view);
-    }
-    return {};
+                     row->name);
+    const bool rgb = output == SPLAT_OUTPUT_RGB;
+    SPLAT_ASSIGN(const ImageView view, image_to_fill(&image, name));
+    const std::uint32_t channels = rgb && view.channels == 4 ? 4 : row->channels;
+    SPLAT_TRY(check_image_size(view, name, desc.width, desc.height, channels));
+    return view;
 }
 
-}  // namespace
+Status api::fill_images(const RasterStateObject& object, splat_output output, std::uint32_t first,
+                        std::span<const ImageView> images) {
+    SPLAT_ASSIGN(const OutputRow* row, find_output(object.rasterizer->desc(), output));
+    const raster::RasterDesc& drawn = object.rasterizer->drawn_desc();
+    const std::uint64_t floats = std::uint64_t{4} * drawn.width * drawn.height;
+    const vk::BufferView& all = (object.rasterizer->workspace().*row->buffer).range();
+    std::vector<float> copy;
+    SPLAT_ASSIGN(const float* from,
+                 numbers(*object.context, all.part(first * floats * 4, images.size() * floats * 4),
+                         images.size() * floats, copy));
+    for (std::size_t i = 0; i < images.size(); ++i)
+        fill_pixels(images[i], from + i * floats + row->layout.offset, row->layout.stride);
+    return {};
+}
 
 splat_result splat_rasterizer_output(splat_rasterizer rasterizer, splat_raster_state state,
                                      splat_output output, splat_tensor tensor) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
         SPLAT_TRY(api::Tensors::find(tensor, "tensor").status());
-        SPLAT_ASSIGN(const OutputRow* row, find_output(*object, output));
+        SPLAT_ASSIGN(const OutputRow* row, find_output(object->rasterizer->desc(), output));
         api::TensorArguments arguments(*object->context, "rasterizer");
         vk::BufferView view;
         const std::lock_guard lock(object->context->mutex);
@@ -175,7 +184,7 @@ splat_result splat_rasterizer_read(splat_rasterizer rasterizer, splat_raster_sta
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
         if (bytes > 0) SPLAT_TRY(api::require(values, "values"));
-        SPLAT_ASSIGN(const OutputRow* row, find_output(*object, output));
+        SPLAT_ASSIGN(const OutputRow* row, find_output(object->rasterizer->desc(), output));
         const std::lock_guard lock(object->context->mutex);
         SPLAT_TRY(check_drawn(*object));
         const std::uint64_t needed =
@@ -193,24 +202,21 @@ splat_result splat_rasterizer_read_images(splat_rasterizer rasterizer, splat_ras
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
         if (count > 0) SPLAT_TRY(api::require(images, "images"));
-        SPLAT_ASSIGN(const OutputRow* row, find_output(*object, output));
+        SPLAT_TRY(find_output(object->rasterizer->desc(), output).status());
         std::vector<api::ImageView> views;
         const std::lock_guard lock(object->context->mutex);
         SPLAT_TRY(check_drawn(*object));
-        SPLAT_TRY(check_images(*row, object->rasterizer->desc(), {images, count}, views));
         const raster::RasterDesc& drawn = object->rasterizer->drawn_desc();
+        for (std::uint32_t i = 0; i < count; ++i) {
+            SPLAT_ASSIGN(
+                const api::ImageView view,
+                api::image_of_output(output, drawn, images[i], format("images[%u]", i).c_str()));
+            views.push_back(view);
+        }
         if (std::uint64_t{first} + count > drawn.views)
             return error(
                 Code::kInvalidArgument, "views %u to %llu, but the last forward call drew %u",
                 first, static_cast<unsigned long long>(std::uint64_t{first} + count), drawn.views);
-        const std::uint64_t floats = std::uint64_t{4} * drawn.width * drawn.height;
-        const vk::BufferView& all = (object->rasterizer->workspace().*row->buffer).range();
-        std::vector<float> copy;
-        SPLAT_ASSIGN(const float* from,
-                     numbers(*object->context, all.part(first * floats * 4, count * floats * 4),
-                             count * floats, copy));
-        for (std::size_t i = 0; i < count; ++i)
-            api::fill_pixels(views[i], from + i * floats + row->layout.offset, row->layout.stride);
-        return {};
+        return api::fill_images(*object, output, first, views);
     });
 }

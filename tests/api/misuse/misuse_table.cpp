@@ -86,6 +86,7 @@ MisuseTable::MisuseTable() {
     rasterizer_output_rows();
     rasterizer_image_rows();
     raster_state_rows();
+    scene_render_rows();
     image_rows();
     image_memory_rows();
     weights_memory_rows();

@@ -107,6 +107,7 @@ class MisuseTable {
     void rasterizer_output_rows();
     void rasterizer_image_rows();
     void raster_state_rows();
+    void scene_render_rows();
     void image_rows();
     void image_memory_rows();
     void weights_memory_rows();
@@ -180,7 +181,7 @@ class MisuseTable {
     Op op_ = make_op(device_, request_);
     Scene scene_ = SampleScene(3).create();
     Rasterizer rasterizer_ =
-        make_rasterizer(device_, rasterizer_desc(3, 16, 16, SPLAT_RASTERIZER_BACKWARD));
+        make_rasterizer(device_, rasterizer_desc(3, 16, 16, SPLAT_RASTERIZER_BACKWARD, 1));
     Rasterizer drawn_ = make_rasterizer(device_, rasterizer_desc(3, 16, 16));
     RasterState state_ = make_state(rasterizer_);
     /// Belongs to another rasterizer.

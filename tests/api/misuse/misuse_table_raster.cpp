@@ -184,6 +184,11 @@ void MisuseTable::rasterizer_forward_rows() {
     };
     both("cameras", "NULL", nullptr, 1, 0);
     both("count", "more than views", &good, 2, 0);
+    add("splat_rasterizer_forward_scene", "count", "more than the device takes",
+        SPLAT_ERROR_UNSUPPORTED, [this, good] {
+            return splat_rasterizer_forward_scene(drawn_, nullptr, scene_, &good, UINT32_MAX,
+                                                  nullptr);
+        });
     both("background", "not finite", &good, 1, INFINITY);
     const auto invalid = [&](const char* what, void (*change)(splat_camera&)) {
         splat_camera camera = good;
@@ -299,6 +304,57 @@ void MisuseTable::rasterizer_image_rows() {
     invalid("that overlap", kArgument, [](splat_image& i) { i.row_stride = 60; });
     invalid("too narrow", SPLAT_ERROR_SHAPE_MISMATCH, [](splat_image& i) { i.width = 15; });
     invalid("of two channels", SPLAT_ERROR_SHAPE_MISMATCH, [](splat_image& i) { i.channels = 2; });
+}
+
+void MisuseTable::scene_render_rows() {
+    constexpr const char* kRender = "splat_scene_render";
+    using Desc = splat_scene_render_desc;
+    static std::uint8_t bytes[16 * 16 * 4];
+    const splat_image good = {bytes, sizeof bytes, SPLAT_PIXEL_U8, 16, 16, 4, 0, 0, 0};
+    const splat_camera camera = sample_camera(16, 16);
+    const auto render = [=, this](const splat_camera* from, const Desc* desc,
+                                  const splat_image* to) {
+        return splat_scene_render(scene_, device_, from, 1, desc, to);
+    };
+    handles<splat_scene>(
+        kRender, "scene",
+        [=, this](splat_scene s) {
+            return splat_scene_render(s, device_, &camera, 1, nullptr, &good);
+        },
+        kHandle);
+    handles<splat_device>(
+        kRender, "device",
+        [=, this](splat_device d) {
+            return splat_scene_render(scene_, d, &camera, 1, nullptr, &good);
+        },
+        SPLAT_OK);
+    add(kRender, "count", "0: no views", SPLAT_OK,
+        [this] { return splat_scene_render(scene_, device_, nullptr, 0, nullptr, nullptr); });
+    add(kRender, "cameras", "NULL", kArgument, [=] { return render(nullptr, nullptr, &good); });
+    add(kRender, "images", "NULL", kArgument, [=] { return render(&camera, nullptr, nullptr); });
+    descs<Desc>(kRender, sized<Desc>(),
+                [=](const Desc* desc) { return render(&camera, desc, &good); });
+    const auto invalid = [&](const char* what, void (*change)(Desc&)) {
+        Desc desc = sized<Desc>();
+        change(desc);
+        add(kRender, "desc", what, kArgument, [=] { return render(&camera, &desc, &good); });
+    };
+    invalid("an output of Gaussians", [](Desc& d) { d.output = SPLAT_OUTPUT_RADII; });
+    invalid("no output", [](Desc& d) { d.output = 12; });
+    invalid("an unknown convention", [](Desc& d) { d.convention = 3; });
+    invalid("gradients", [](Desc& d) { d.flags = SPLAT_RASTERIZER_BACKWARD; });
+    invalid("a background that is not finite", [](Desc& d) { d.background[2] = NAN; });
+    splat_camera none = camera;
+    none.width = 0;
+    add(kRender, "cameras", "without pixels", kArgument,
+        [=] { return render(&none, nullptr, &good); });
+    none.width = UINT32_MAX;
+    add(kRender, "cameras", "too wide", SPLAT_ERROR_UNSUPPORTED,
+        [=] { return render(&none, nullptr, &good); });
+    splat_image narrow = good;
+    narrow.width = 15;
+    add(kRender, "images", "of another size", SPLAT_ERROR_SHAPE_MISMATCH,
+        [=] { return render(&camera, nullptr, &narrow); });
 }
 
 void MisuseTable::rasterizer_output_rows() {

@@ -286,5 +286,22 @@ TEST_F(ApiPredictor, TheBuiltInWeightsAreTheDefault) {
     EXPECT_EQ(info.resolution, 64U);
 }
 
+TEST_F(ApiPredictor, BuiltInWeightsAreNamed) {
+    Weights weights;
+    ASSERT_DONE(splat_weights_load("cars64-depth-normal", 0, weights.out()));
+    EXPECT_REFUSED(splat_weights_load("trucks", 0, weights.out()), SPLAT_ERROR_NOT_FOUND,
+                   "there is no file 'trucks'");
+    auto desc = sized<splat_predictor_desc>();
+    desc.weights_path = "cars64-depth-normal";
+    Predictor made;
+    ASSERT_DONE(splat_predictor_create(device_, &desc, made.out()));
+    auto info = sized<splat_predictor_info>();
+    ASSERT_DONE(splat_predictor_get_info(made, &info));
+    EXPECT_EQ(info.depth + info.normal, 2U);
+    desc.weights_path = "trucks";
+    EXPECT_REFUSED(splat_predictor_create(device_, &desc, made.out()), SPLAT_ERROR_NOT_FOUND,
+                   "expected cars64");
+}
+
 }  // namespace
 }  // namespace splat::test

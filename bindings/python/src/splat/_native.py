@@ -1658,6 +1658,27 @@ class splat_rasterizer_info(Structure):
     ]
 
 
+class splat_scene_render_desc(Structure):
+    """`splat_scene_render_desc` of the headers."""
+
+    struct_size: int
+    flags: int
+    next: Any
+    output: int
+    convention: int
+    background: Any
+    reserved: int
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("next", c_void_p),
+        ("output", c_int32),
+        ("convention", c_int32),
+        ("background", c_float * 3),
+        ("reserved", c_uint32),
+    ]
+
+
 class splat_image_info(Structure):
     """`splat_image_info` of the headers."""
 
@@ -2727,6 +2748,10 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("runs", 56, 4), ("gaussians", 60, 4), ("views", 64, 4), ("reserved", 68, 4),
         ("culled", 72, 8), ("non_finite", 80, 8),
     )),
+    "splat_scene_render_desc": (splat_scene_render_desc, False, 40, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("output", 16, 4),
+        ("convention", 20, 4), ("background", 24, 12), ("reserved", 36, 4),
+    )),
     "splat_image_info": (splat_image_info, False, 16, (
         ("struct_size", 0, 4), ("bits", 4, 4), ("focal", 8, 8),
     )),
@@ -3056,7 +3081,7 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
     ("splat_weights_load", c_int32, (c_char_p, c_uint32, POINTER(c_void_p)),
      "Load a .safetensors, .pth (torch.save."),
     ("splat_weights_load_memory", c_int32, (c_void_p, c_size_t, POINTER(c_void_p)),
-     "Load weights from the bytes of such a file, which are copied."),
+     "Load weights from the `bytes` bytes of such a file, which are copied."),
     ("splat_weights_from_arrays", c_int32, (
         POINTER(splat_named_array), c_uint64, POINTER(c_void_p),
     ),
@@ -3209,6 +3234,11 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
      "Describe the last forward call of a state."),
     ("splat_rasterizer_destroy", c_int32, (c_void_p,),
      "Destroy a rasterizer."),
+    ("splat_scene_render", c_int32, (
+        c_void_p, c_void_p, POINTER(splat_camera), c_uint32, POINTER(splat_scene_render_desc),
+        POINTER(splat_image),
+    ),
+     "Draw views of a scene, with all its bands, into images, one after the other."),
     ("splat_image_load", c_int32, (c_char_p, POINTER(splat_image), POINTER(splat_image_info)),
      "Read an image file."),
     ("splat_image_load_memory", c_int32, (

@@ -1,5 +1,6 @@
 """From pictures of an object to a scene."""
 import threading
+import warnings
 from ctypes import byref, sizeof
 from dataclasses import dataclass
 from typing import Any, Callable, Dict, List, Optional, Sequence, Union
@@ -28,7 +29,7 @@ class Prediction:
     cameras   of the views, relative to the first
     pictures  what became of each picture; none for an object of a data set
     inputs    what the network saw, float32 [views,channels,R,R]
-    report    the counts of Gaussians, times, and warnings in sentences
+    report    the counts of Gaussians, times, and the warnings, which Python's `warnings` tells too
     """
 
     scene: Scene
@@ -46,10 +47,12 @@ class Predictor(Handle):
     """A network with weights that turns pictures of an object into a scene.
 
     device    None: the default device
-    weights   a path, or `Weights`; None: those that come with the library
+    weights   a path, `Weights`, or the name of some that come with the library, such as "cars64",
+              which None means
     config    text (JSON or YAML) or a dict; None: the file beside the weights
     adapters  a path, or `Weights`, of low-rank adapters, which are folded in with `alpha`, 0: that
               of their metadata
+    What is doubtful, of the weights here or of a picture in `predict`, is a UserWarning.
     Raises NotFound (a file), ShapeMismatch or FormatError (weights that do not fit).
     """
 
@@ -74,6 +77,7 @@ class Predictor(Handle):
         self._own(made("predictor", direct, lib.splat_predictor_create, device.handle, byref(desc)),
                   device)
         self._scoring = threading.RLock()  # the library wants one of its evaluators at a time
+        _warn(self.report["warnings"], 3)
 
     @property
     def info(self) -> PredictorInfo:
@@ -127,6 +131,14 @@ class Predictor(Handle):
             return self._run(function, self.handle, *given, byref(raw))
 
         scene = Scene._of(made("scene", call, function, *arguments))
+        report: Dict[str, Any] = json_from(lib.splat_prediction_report, byref(raw))
+        _warn([text for each in report["pictures"] for text in each["warnings"]], 4)
         return Prediction(scene, [Camera._of(each) for each in cameras[:raw.camera_count]],
                           [PictureInfo.of(each) for each in pictures[:raw.picture_count]], inputs,
-                          json_from(lib.splat_prediction_report, byref(raw)))
+                          report)
+
+
+def _warn(sentences: Sequence[str], level: int) -> None:
+    """Give sentences to `warnings`, as of the line `level` calls up, which called this module."""
+    for sentence in sentences:
+        warnings.warn(sentence, UserWarning, level)

@@ -1,13 +1,15 @@
 """The rasterizer: Gaussians and cameras to images, and gradients back."""
 import threading
 from ctypes import byref, sizeof
-from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
+from functools import partial
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
 from ._arrays import PIXELS, ArrayLike, Floats, background_of, image_struct
+from ._calls import run
 from ._errors import InvalidArgument, InvalidState, check, direct
 from ._handle import Handle, made
 from ._library import lib
@@ -44,6 +46,7 @@ class Rasterizer(Handle):
     """Draws up to `gaussians` Gaussians into up to `views` images of one size.
 
     device         where it draws; None: the default device
+    views          0: any number, with memory that grows with the calls
     width, height  pixels
     sh_degree      0 to 3; 0 with direct_colors
     direct_colors  colours are RGB, not spherical harmonics
@@ -62,7 +65,7 @@ class Rasterizer(Handle):
     _kind = "rasterizer"
 
     def __init__(self, device: Optional[Device], gaussians: int, width: int, height: int, *,
-                 views: int = 1, sh_degree: int = 0, direct_colors: bool = False,
+                 views: int = 0, sh_degree: int = 0, direct_colors: bool = False,
                  antialiased: bool = False, depth: bool = False, normals: bool = False,
                  backward: bool = False, grad_depth: bool = False, grad_pose: bool = False,
                  grad_means2d: bool = False, original_gradient: bool = False,
@@ -240,15 +243,34 @@ def _handle_of(state: Optional[RasterState]) -> Optional[int]:
     return None if state is None else state.handle
 
 
-def render(scene: Scene, camera: Camera, *, background: ArrayLike = (1, 1, 1),
-           alpha: bool = False, device: Optional[Device] = None) -> Image:
-    """One picture of a scene, uint8 RGB, or with its alpha. For many, keep a `Rasterizer`.
+@overload
+def render(scene: Scene, cameras: Camera, *, background: Optional[ArrayLike] = ...,
+           alpha: bool = ..., device: Optional[Device] = ...) -> Image: ...
 
-    device  None: the default device
+
+@overload
+def render(scene: Scene, cameras: Sequence[Camera], *, background: Optional[ArrayLike] = ...,
+           alpha: bool = ..., device: Optional[Device] = ...) -> List[Image]: ...
+
+
+def render(scene: Scene, cameras: Cameras, *, background: Optional[ArrayLike] = (1, 1, 1),
+           alpha: bool = False, device: Optional[Device] = None) -> Union[Image, List[Image]]:
+    """Draw a scene, uint8 RGB, or with its alpha. To draw again and again, keep a `Rasterizer`.
+
+    cameras     one: returns its picture; or several, each of its own size: returns a list
+    background  RGB; None: black
+    device      None: the default device
+    Raises InvalidArgument (a camera), Cancelled.
     """
-    info = scene.info
-    with Rasterizer(device, info.count, camera.width, camera.height,
-                    sh_degree=info.sh_degree) as rasterizer:
-        rasterizer.forward(scene, camera, background)
-        return rasterizer.images(channels=4 if alpha else 3)[0]
-
+    device = default_device() if device is None else device
+    desc = _native.splat_scene_render_desc(struct_size=sizeof(_native.splat_scene_render_desc))
+    if background is not None:
+        desc.background = background_of(background)
+    views = camera_array(cameras)
+    pictures: List[NDArray[Any]] = [np.empty((each.height, each.width, 4 if alpha else 3), np.uint8)
+                                    for each in views]
+    images = (_native.splat_image * len(pictures))(*map(image_struct, pictures))
+    run(partial(lib.splat_device_cancel, device.handle), None, lib.splat_scene_render,
+        scene.handle, device.handle, views, len(views), byref(desc), images)
+    drawn = [Image(each) for each in pictures]
+    return drawn[0] if isinstance(cameras, Camera) else drawn

@@ -48,6 +48,8 @@ class Weights(Handle):
              copy: bool = False) -> "Weights":
         """Read a .safetensors, .pth (no code of its pickle is run) or .npz file, or its bytes.
 
+        source  also the name of weights that come with the library, such as "cars64"
+
         copy  leave no file open; else values of large .safetensors files stay mapped, and the file
               must not be written in place
         Raises NotFound, IoError, FormatError, Unsupported.

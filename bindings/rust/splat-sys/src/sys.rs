@@ -1824,7 +1824,7 @@ pub struct splat_predictor_desc {
     pub flags: u32,
     /// NULL
     pub next: *const c_void,
-    /// a file as of splat_weights_load
+    /// a file, or a name, as of splat_weights_load
     pub weights_path: *const c_char,
     /// used instead of reading the file, whose path then only names them; neither: those of splat_builtin_weights(NULL)
     pub weights: splat_weights,
@@ -1937,7 +1937,7 @@ pub struct splat_rasterizer_desc {
     pub next: *const c_void,
     /// N, most Gaussians of a call; \>= 0
     pub gaussians: u32,
-    /// V, most cameras of a call; 0 = 1
+    /// V, most cameras of a call; 0: any number. The memory is then for one, and a call with more cameras than any before makes it anew, for which both must fit for a moment
     pub views: u32,
     /// W, pixels
     pub width: u32,
@@ -2071,6 +2071,32 @@ pub struct splat_rasterizer_info {
 }
 
 impl Default for splat_rasterizer_info {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_scene_render_desc {
+    pub struct_size: u32,
+    /// SPLAT_RASTERIZER_ANTIALIASED
+    pub flags: u32,
+    /// NULL
+    pub next: *const c_void,
+    /// one of pixels; 0 = SPLAT_OUTPUT_RGB
+    pub output: splat_output,
+    /// 0 = SPLAT_CONVENTION_3DGS
+    pub convention: splat_convention,
+    /// RGB
+    pub background: [f32; 3],
+    pub reserved: u32,
+}
+
+impl Default for splat_scene_render_desc {
     fn default() -> Self {
         // SAFETY: zero is a valid value of all fields.
         let mut value: Self = unsafe { std::mem::zeroed() };
@@ -3900,6 +3926,7 @@ extern "C" {
     /// ```text
     /// Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by
     /// its contents. Values that are not finite are kept.
+    /// path      or a name of splat_builtin_weights, such as "cars64", where no file is called so
     /// flags     SPLAT_WEIGHTS_COPY
     /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, flags
@@ -3914,8 +3941,7 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Load weights from the bytes of such a file, which are copied.
-    /// data      in, `bytes` bytes
+    /// Load weights from the `bytes` bytes of such a file, which are copied.
     /// Returns as splat_weights_load.
     /// ```
     pub fn splat_weights_load_memory(
@@ -4574,7 +4600,8 @@ extern "C" {
     ///   SPLAT_ERROR_UNSUPPORTED           more Gaussians in one tile than this device's loops take
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
     ///   SPLAT_ERROR_DEVICE_LOST
-    /// After an error before the device starts, the last images stay; later ones leave none.
+    /// After an error before the device starts, the last images stay; later ones leave none, and so does
+    /// an error of a call that made the memory anew.
     /// ```
     pub fn splat_rasterizer_forward_scene(
         rasterizer: splat_rasterizer,
@@ -4684,6 +4711,27 @@ extern "C" {
     /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
     /// ```
     pub fn splat_rasterizer_destroy(rasterizer: splat_rasterizer) -> splat_result;
+
+    /// ```text
+    /// Draw views of a scene, with all its bands, into images, one after the other. It makes a rasterizer
+    /// for the call: a program that draws again and again keeps one. Thread-safe.
+    /// device    NULL: the best one, opened for the call, which takes longer than to draw
+    /// cameras   `count`, each of its own size; may be NULL for 0
+    /// desc      NULL: RGB over black, else
+    /// images    out, `count`, each of its camera's size and with as many channels as the output, or for
+    ///           RGB four, of which the last is alpha; untouched after an error of an argument, after
+    ///           others some may be filled
+    /// Returns as splat_device_create, splat_rasterizer_create, splat_rasterizer_forward_scene and
+    ///   splat_rasterizer_read_images
+    /// ```
+    pub fn splat_scene_render(
+        scene: splat_scene,
+        device: splat_device,
+        cameras: *const splat_camera,
+        count: u32,
+        desc: *const splat_scene_render_desc,
+        images: *const splat_image,
+    ) -> splat_result;
 
     /// ```text
     /// Read an image file: PNG, JPEG (turned as its Exif data says), WebP, or .npy (float32 or float64
@@ -5640,6 +5688,7 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_gaussians_desc", false, std::mem::size_of::<splat_gaussians_desc>()),
     ("splat_gradients_desc", false, std::mem::size_of::<splat_gradients_desc>()),
     ("splat_rasterizer_info", false, std::mem::size_of::<splat_rasterizer_info>()),
+    ("splat_scene_render_desc", false, std::mem::size_of::<splat_scene_render_desc>()),
     ("splat_image_info", false, std::mem::size_of::<splat_image_info>()),
     ("splat_image_scores", false, std::mem::size_of::<splat_image_scores>()),
     ("splat_lpips_desc", false, std::mem::size_of::<splat_lpips_desc>()),
@@ -6224,6 +6273,15 @@ mod tests {
             reserved: 68, 4;
             culled: 72, 8;
             non_finite: 80, 8;
+        );
+        layout!(splat_scene_render_desc, 40, 8,
+            struct_size: 0, 4;
+            flags: 4, 4;
+            next: 8, 8;
+            output: 16, 4;
+            convention: 20, 4;
+            background: 24, 12;
+            reserved: 36, 4;
         );
         layout!(splat_image_info, 16, 8,
             struct_size: 0, 4;

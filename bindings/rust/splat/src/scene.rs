@@ -1,11 +1,15 @@
 //! Scenes of 3D Gaussians.
 
+use crate::camera;
 use crate::device::Device;
 use crate::error::{call, Result};
+use crate::image::{Image, ImageViewMut, Sample};
 use crate::object::object;
 use crate::tensor::Tensor;
 use crate::text::{array, bytes, c_path, c_text, count, text};
-use crate::values::{FilterFlags, PointScores, SceneFileDesc, SceneInfo, Similarity};
+use crate::values::{
+    Camera, FilterFlags, PointScores, SceneFileDesc, SceneInfo, SceneRenderDesc, Similarity,
+};
 use splat_sys as sys;
 use std::path::Path;
 
@@ -176,6 +180,47 @@ impl Scene {
             &mut handle
         ))?;
         Tensor::wrap(handle)
+    }
+
+    /// Draw one image for each camera, of its size. `device`: None opens the best one for the call.
+    /// `channels`: those of the output, or 4 for RGB with alpha. A program that draws again and
+    /// again keeps a [`Rasterizer`](crate::Rasterizer).
+    ///
+    /// ```no_run
+    /// # fn main() -> splat::Result<()> {
+    /// let scene = splat::Scene::load("scene.ply", &Default::default())?;
+    /// let cameras = splat::Camera::orbit(&scene, &Default::default(), 4)?;
+    /// let images = scene.render::<u8>(None, &cameras, 3, &Default::default())?;
+    /// splat::image::save("view.png", images[0].view()?)?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// Errors: `InvalidArgument` (a camera, a field of `desc`), `ShapeMismatch` (channels), as
+    /// `Device::create`, and of the device.
+    pub fn render<T: Sample>(
+        &self,
+        device: Option<&Device>,
+        cameras: &[Camera],
+        channels: u32,
+        desc: &SceneRenderDesc,
+    ) -> Result<Vec<Image<T>>> {
+        let length = count("cameras", cameras.len())?;
+        let mut images: Vec<Image<T>> = cameras
+            .iter()
+            .map(|camera| Image::new([camera.width, camera.height], channels))
+            .collect();
+        let views: Result<Vec<ImageViewMut<'_>>> = images.iter_mut().map(Image::view_mut).collect();
+        let raw: Vec<sys::splat_image> = views?.iter().map(ImageViewMut::to_raw).collect();
+        call!(splat_scene_render(
+            self.handle,
+            device.map_or(std::ptr::null_mut(), |device| device.handle),
+            camera::raw(cameras),
+            length,
+            &desc.to_raw(),
+            raw.as_ptr()
+        ))?;
+        Ok(images)
     }
 
     /// Move, turn and scale the scene, including its spherical harmonics.

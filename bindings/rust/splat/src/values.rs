@@ -2655,7 +2655,7 @@ pub struct RasterizerDesc {
     pub flags: RasterizerFlags,
     /// N, most Gaussians of a call; \>= 0
     pub gaussians: u32,
-    /// V, most cameras of a call; 0 = 1
+    /// V, most cameras of a call; 0: any number. The memory is then for one, and a call with more cameras than any before makes it anew, for which both must fit for a moment
     pub views: u32,
     /// W, pixels
     pub width: u32,
@@ -2686,6 +2686,31 @@ impl RasterizerDesc {
             convention: self.convention.0,
             near_plane: self.near_plane,
             far_plane: self.far_plane,
+            ..Default::default()
+        }
+    }
+}
+
+/// The fields of `splat_scene_render_desc`; 0 is the default.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneRenderDesc {
+    /// SPLAT_RASTERIZER_ANTIALIASED
+    pub flags: RasterizerFlags,
+    /// one of pixels; 0 = SPLAT_OUTPUT_RGB
+    pub output: Output,
+    /// 0 = SPLAT_CONVENTION_3DGS
+    pub convention: Convention,
+    /// RGB
+    pub background: [f32; 3],
+}
+
+impl SceneRenderDesc {
+    pub(crate) fn to_raw(&self) -> sys::splat_scene_render_desc {
+        sys::splat_scene_render_desc {
+            flags: self.flags.0,
+            output: self.output.0,
+            convention: self.convention.0,
+            background: self.background,
             ..Default::default()
         }
     }

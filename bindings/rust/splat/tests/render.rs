@@ -5,8 +5,8 @@ mod support;
 use splat::{
     image, prior_scores, Camera, Code, DepthFlags, FilterFlags, Gaussians, Gradients, Image,
     ImageFormat, ImageView, ImageViewMut, MaskFlags, NormalFlags, OrbitDesc, Output, RasterState,
-    RasterizerDesc, RasterizerFlags, Scene, SceneDesc, SceneFileDesc, SceneFormat, Similarity,
-    Tensor,
+    RasterizerDesc, RasterizerFlags, Scene, SceneDesc, SceneFileDesc, SceneFormat, SceneRenderDesc,
+    Similarity, Tensor,
 };
 use support::{camera, device, rasterizer, scene, Folder, SIZE};
 
@@ -177,6 +177,35 @@ fn a_scene_is_drawn() {
 }
 
 #[test]
+fn a_scene_is_drawn_in_one_call() {
+    let (scene, mut small) = (scene(30), camera());
+    (small.width, small.height, small.cx, small.cy) = (20, 24, 10.0, 12.0);
+    let cameras = [camera(), small];
+    let desc = SceneRenderDesc {
+        background: [1.0, 0.5, 0.0],
+        ..Default::default()
+    };
+    let images = scene
+        .render::<f32>(Some(device()), &cameras, 3, &desc)
+        .unwrap();
+    let rasterizer = rasterizer(device(), Default::default());
+    rasterizer
+        .forward_scene(None, &scene, &cameras[..1], Some(desc.background))
+        .unwrap();
+    let expected = rasterizer.to_vec(None, Output::RGB).unwrap();
+    assert_eq!(images[0].pixels, expected);
+    assert_eq!((images[1].width, images[1].height), (20, 24));
+    let own = scene.render::<f32>(None, &cameras[..1], 3, &desc).unwrap();
+    assert_eq!(own[0].pixels, expected);
+    let wrong = scene.render::<u8>(Some(device()), &cameras, 2, &desc);
+    assert_eq!(wrong.unwrap_err().code(), Code::ShapeMismatch);
+    rasterizer
+        .forward_scene(None, &scene, &[camera(); 4], None)
+        .unwrap(); // made without a number of views
+    assert_eq!(rasterizer.get_info(None).unwrap().views, 4);
+}
+
+#[test]
 fn gradients_come_back_for_each_state() {
     let scene = scene(50);
     let desc = RasterizerDesc {
@@ -231,7 +260,11 @@ fn gradients_come_back_for_each_state() {
 
 #[test]
 fn bad_calls_of_the_rasterizer_are_refused() {
-    let rasterizer = rasterizer(device(), RasterizerDesc::default());
+    let one = RasterizerDesc {
+        views: 1,
+        ..Default::default()
+    };
+    let rasterizer = rasterizer(device(), one);
     let other = support::rasterizer(device(), RasterizerDesc::default());
     let state = RasterState::create(&other).unwrap();
     let scene = scene(10);

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "api/core/image_view.h"
+#include "api/handles.h"
+#include "api/objects.h"
+
+namespace splat::api {
+
+/// Errors: kInvalidArgument for a field outside its range, and flags that exclude each other.
+Result<raster::RasterDesc> raster_desc_of(const splat_rasterizer_desc& from);
+
+/// Errors: those of splat_rasterizer_create.
+Result<std::shared_ptr<RasterizerObject>> make_rasterizer(DeviceObject& device,
+                                                          const splat_rasterizer_desc& from);
+
+/// Pack cameras[first] to cameras[first + count - 1] and the background, NULL being black. Errors: kInvalidArgument,
+/// naming the camera by its number.
+Result<raster::PackedViews> pack_cameras(const raster::RasterDesc& desc,
+                                         const splat_camera* cameras, std::uint32_t first,
+                                         std::uint32_t count, const float* background);
+
+/// Draw a scene, with more memory where the state takes any number of views. Locks the context's mutex.
+Status draw_scene(RasterStateObject& object, SceneObject& scene, const raster::PackedViews& views);
+
+/// Check an image, called `name`, that receives a view: as many channels as the output; RGB may have alpha.
+Result<ImageView> image_of_output(splat_output output, const raster::RasterDesc& desc,
+                                  const splat_image& image, const char* name);
+
+/// Fill such images with views of the last call from view `first` on. The context's mutex is held.
+Status fill_images(const RasterStateObject& object, splat_output output, std::uint32_t first,
+                   std::span<const ImageView> images);
+
+}  // namespace splat::api
