@@ -73,12 +73,13 @@ class WeightsFit(unittest.TestCase):
     def test_field_of_view_decides(self):
         said = self.predict(2, self.weights("model_cars.safetensors", fov=49.134342641202636))
         self.assertIn("fit the published configurations gso, objaverse: name one", said)
-        self.assertIn("published one of objaverse", self.predict(4, self.weights("model_latest.safetensors", fov=49.13)))
+        said = self.predict(4, self.weights("model_latest.safetensors", fov=49.13))
+        self.assertIn("the published one of objaverse, which it fits, is taken", said)
 
     def test_nearest_and_what_differs_are_named(self):
         said = self.predict(2, self.weights("model_cars.safetensors", base=64, blocks=2))
-        self.assertIn("its tensors fit no published configuration; the nearest is cars, but model.base_dim is 64 (there "
-                      "128), model.num_blocks is 2 (there 4): name one with --config", said)
+        self.assertIn("its tensors fit no published configuration; the nearest is cars, but model.base_dim is 64 "
+                      "(there 128), model.num_blocks is 2 (there 4): name one with --config", said)
         said = self.predict(2, self.weights("model_cars.safetensors", fov=60))
         self.assertIn("the field of view of ray_dirs is 60 degrees (there 51.99 degrees)", said)
 

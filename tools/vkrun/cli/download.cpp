@@ -21,10 +21,10 @@
 namespace vkrun {
 
 const char* const kDownloadHelp =
-    R"(The file is fetched by curl, over https only, also where the server sends elsewhere, into FILE.part. What breaks off is
-kept there, and the same command goes on with it. The file gets its name when its SHA-256 is the known one; another
-file is deleted. Where no hash is known, nothing is fetched without --unverified. Without curl, the commands are
-printed. SPLAT_MIRROR=https://HOST/DIR names a server that has the same files under the same names.
+    R"(The file is fetched by curl, over https only, also where the server sends elsewhere, into FILE.part. What breaks
+off is kept there, and the same command goes on with it. The file gets its name when its SHA-256 is the known one;
+another file is deleted. Where no hash is known, nothing is fetched without --unverified. Without curl, the commands
+are printed. SPLAT_MIRROR=https://HOST/DIR names a server that has the same files under the same names.
 )";
 
 namespace {

@@ -14,8 +14,8 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kWeightsWhereFooter =
-    R"(Without NAME, lists the weights that the authors of Splatter Image have published. With it, prints address, file, size,
-hash, licence and configuration, and commands that fetch it, go on after an interruption, and check it, as
+    R"(Without NAME, lists the weights that the authors of Splatter Image have published. With it, prints address, file,
+size, hash, licence and configuration, and commands that fetch it, go on after an interruption, and check it, as
 'vkrun weights get NAME' does.
 
 Exit status: 0 done, 2 wrong usage, or there are no such weights.
