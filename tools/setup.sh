@@ -16,8 +16,9 @@ packages_build="build-essential cmake ninja-build pkg-config
     zlib1g-dev libzstd-dev libyaml-dev mesa-vulkan-drivers"
 
 # The tests need them, too; clang is the second compiler that checks include/splat.h, and with Python it reads the
-# headers for the bindings. The tests make a locale with decimal commas.
-packages_test="libgtest-dev liblzma-dev spirv-tools vulkan-validationlayers clang python3 locales"
+# headers for the bindings. The tests make a locale with decimal commas; curl and openssl
+# are for downloads.
+packages_test="libgtest-dev liblzma-dev spirv-tools vulkan-validationlayers clang python3 locales curl openssl"
 
 # Needed by the tests against PyTorch, splat-transform and GNU parallel and in a browser, which are not among the quick
 # ones. A node that does not come from Debian has its own npm, which conflicts with Debian's.

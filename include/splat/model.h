@@ -128,7 +128,10 @@ SPLAT_API splat_result splat_weights_read(splat_weights weights, uint32_t index,
 SPLAT_API splat_result splat_weights_data(splat_weights weights, uint32_t index,
                                           const float** values, uint64_t* count);
 
-/* Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences]}.
+/* Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences], "published":
+ * {"fit", "nearest", "differences", "sentence"}}: names of configurations (splat_config_presets) whose
+ * networks have these shapes of tensors and field of view of ray_dirs; of several the one that the
+ * file's published name means, such as model_cars.pth. If there is none: the nearest, what differs.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_weights_report(splat_weights weights, char* buffer, size_t capacity,
                                             size_t* needed);

@@ -121,7 +121,8 @@ typedef struct splat_predictor_desc {
      * splat_builtin_weights(NULL) */
     splat_weights weights;
     /* text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights'
-     * name with .json or .yaml, else config.json or config.yaml in the weights' folder */
+     * name with .json or .yaml, else config.json or config.yaml in the weights' folder; else the one
+     * published configuration that fits, see splat_weights_report */
     const char* config;
     const char* adapters_path; /* a file of low-rank adapters, which are folded in */
     splat_weights adapters;    /* adapters in memory; neither: only those among the weights */

@@ -136,7 +136,8 @@ struct RasterizerObject : OfDevice {
 /// The object behind splat_weights. Never changes.
 struct WeightsObject {
     io::WeightsFile file;
-    std::string report;  ///< JSON
+    std::string from;  ///< the report's "format"
+    std::string path;  ///< empty for weights of no file
 };
 
 /// The object behind splat_dataset. Thread-safe.
@@ -149,9 +150,6 @@ struct DatasetObject {
 inline std::shared_ptr<data::Dataset> dataset_of(const std::shared_ptr<DatasetObject>& object) {
     return {object, object->dataset.get()};
 }
-
-/// The text of splat_weights_report; `format` says where the weights come from.
-std::string weights_report(const io::WeightsFile& file, const char* format);
 
 /// The object behind splat_model.
 struct ModelObject : OfDevice {

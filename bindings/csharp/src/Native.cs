@@ -1012,7 +1012,10 @@ namespace Splat.Interop
             ulong* count);
 
         /// <summary>
-        /// Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences]}.
+        /// Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences], "published":
+        /// {"fit", "nearest", "differences", "sentence"}}: names of configurations (splat_config_presets) whose
+        /// networks have these shapes of tensors and field of view of ray_dirs; of several the one that the
+        /// file's published name means, such as model_cars.pth. If there is none: the nearest, what differs.
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
@@ -3472,7 +3475,7 @@ namespace Splat.Interop
         public byte* weights_path;
         /// <summary>used instead of reading the file, whose path then only names them; neither: those of splat_builtin_weights(NULL)</summary>
         public IntPtr weights;
-        /// <summary>text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json or .yaml, else config.json or config.yaml in the weights' folder</summary>
+        /// <summary>text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json or .yaml, else config.json or config.yaml in the weights' folder; else the one published configuration that fits, see splat_weights_report</summary>
         public byte* config;
         /// <summary>a file of low-rank adapters, which are folded in</summary>
         public byte* adapters_path;

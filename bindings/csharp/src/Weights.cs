@@ -184,7 +184,7 @@ namespace Splat
                 Native.splat_weights_save_memory(Handle, format, flags, buffer, capacity, needed));
         }
 
-        /// <summary>JSON: format, metadata and warnings of the file.</summary>
+        /// <summary>JSON: format, metadata, warnings, published configurations that fit.</summary>
         public string ReportJson()
         {
             return Text.Get((buffer, capacity, needed) =>

@@ -182,7 +182,7 @@ splat_result splat_model_store(splat_model model, splat_weights* weights) {
         SPLAT_TRY(api::require(weights, "weights"));
         auto made = std::make_shared<api::WeightsObject>();
         SPLAT_ASSIGN(made->file.tensors, model::save_state(*object.predictor));
-        made->report = api::weights_report(made->file, "model");
+        made->from = "model";
         *weights = api::Weights::add(std::move(made));
         return {};
     });
@@ -202,7 +202,7 @@ splat_result splat_model_export(splat_model model, splat_export what, splat_weig
                          model::merge_adapters(state, made->file.tensors, alpha, 1));
             made->file.metadata.clear();
         }
-        made->report = api::weights_report(made->file, "model");
+        made->from = "model";
         *weights = api::Weights::add(std::move(made));
         return {};
     });

@@ -5,17 +5,10 @@
 #include "api/handles.h"
 #include "core/json_writer.h"
 #include "model/adapters.h"
+#include "predict/published.h"
 #include "predict/weights_place.h"
 
 using namespace splat;
-
-std::string api::weights_report(const io::WeightsFile& file, const char* format) {
-    JsonWriter json;
-    json.begin_object().member("format", format).key("metadata").begin_object();
-    for (const auto& [key, value] : file.metadata) json.member(key, value);
-    json.end().key("warnings").list(file.warnings).end();
-    return json.text();
-}
 
 Result<std::shared_ptr<api::WeightsObject>> api::weights_to_use(splat_weights weights,
                                                                 const char* argument) {
@@ -58,11 +51,21 @@ Result<io::WeightsFormat> format_to_write(splat_weights_format format) {
     }
 }
 
-splat_weights add_weights(io::WeightsFile file) {
+std::string weights_report(const api::WeightsObject& object) {
+    const io::WeightsFile& file = object.file;
+    JsonWriter json;
+    json.begin_object().member("format", object.from).key("metadata").begin_object();
+    for (const auto& [key, value] : file.metadata) json.member(key, value);
+    json.end().key("warnings").list(file.warnings).key("published");
+    predict::published_fit(file.tensors, object.path).write(json);
+    return json.end().text();
+}
+
+splat_weights add_weights(io::WeightsFile file, const char* path = "") {
     auto object = std::make_shared<api::WeightsObject>();
     object->file = std::move(file);
-    object->report =
-        api::weights_report(object->file, io::weights_format_name(object->file.format));
+    object->from = io::weights_format_name(object->file.format);
+    object->path = path;
     return api::Weights::add(std::move(object));
 }
 
@@ -97,7 +100,7 @@ splat_result splat_weights_load(const char* path, uint32_t flags, splat_weights*
         SPLAT_ASSIGN(const std::string file_path, predict::weights_named(path));
         const bool mapped = (flags & SPLAT_WEIGHTS_COPY) == 0;
         SPLAT_ASSIGN(io::WeightsFile file, io::load_weights(file_path, decode_limits(), mapped));
-        *weights = add_weights(std::move(file));
+        *weights = add_weights(std::move(file), file_path.c_str());
         return {};
     });
 }
@@ -126,7 +129,7 @@ splat_result splat_weights_from_arrays(const splat_named_array* arrays, uint64_t
                                       format("arrays[%llu]", static_cast<unsigned long long>(i))));
             SPLAT_TRY(object->file.tensors.add(std::move(tensor)));
         }
-        object->report = api::weights_report(object->file, "arrays");
+        object->from = "arrays";
         *weights = api::Weights::add(std::move(object));
         return {};
     });
@@ -227,7 +230,7 @@ splat_result splat_weights_report(splat_weights weights, char* buffer, size_t ca
                                   size_t* needed) {
     return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_ASSIGN(const auto object, api::Weights::find(weights, "weights"));
-        return give(object->report);
+        return give(weights_report(*object));
     });
 }
 
@@ -258,7 +261,7 @@ splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, d
         for (const auto& entry : from->file.metadata)  // the result has no adapters
             if (entry.first != "lora_alpha" && entry.first != "lora_rank")
                 made->file.metadata.push_back(entry);
-        made->report = api::weights_report(made->file, "model");
+        made->from = "model";
         *folded = api::Weights::add(std::move(made));
         return {};
     });

@@ -8,10 +8,12 @@
 #include "api/predict/picture_arguments.h"
 #include "api/scene/camera_value.h"
 #include "config/config_file.h"
+#include "config/presets.h"
 #include "core/json_writer.h"
 #include "io/file.h"
 #include "model/adapters.h"
 #include "predict/prediction.h"
+#include "predict/published.h"
 #include "predict/weights_place.h"
 
 using namespace splat;
@@ -48,17 +50,29 @@ Result<WeightsPointer> predictor_weights(const char* path, splat_weights weights
     return WeightsPointer(std::make_shared<const io::WeightsFile>(std::move(file)));
 }
 
-Result<config::Settings> predictor_settings(const char* text, const std::string& weights,
-                                            const char* adapters) {
+/// The published configuration that weights fit. Errors: kNotFound, with `why` and those that come near.
+Result<config::Settings> published_settings(const io::WeightsFile& file, const std::string& weights,
+                                            const Status& why) {
+    const predict::PublishedFit fit = predict::published_fit(file.tensors, weights);
+    if (fit.names.size() != 1)
+        return error(Code::kNotFound, "%s; %s", why.message().c_str(), fit.sentence().c_str());
+    SPLAT_ASSIGN(const config::Preset preset, config::preset_of(fit.names[0]));
+    return predict::settings_of(std::string(preset.text), fit.names[0]);
+}
+
+Result<config::Settings> predictor_settings(const char* text, const io::WeightsFile& read,
+                                            const std::string& weights, const char* adapters) {
     if (text != nullptr) return predict::settings_of(text, "configuration");
     if (weights.empty())
         return error(
             Code::kInvalidArgument,
             "splat_predictor_desc.config is NULL, expected a text with a handle of weights");
-    SPLAT_ASSIGN(const std::string path,
-                 predict::config_beside(weights, adapters == nullptr ? "" : adapters));
-    SPLAT_ASSIGN(const io::Buffer file, io::read_file(path));
-    return predict::settings_of(std::string(io::as_text(file)), "'" + path + "'");
+    const auto path = predict::config_beside(weights, adapters == nullptr ? "" : adapters);
+    if (path.status().code() == Code::kNotFound)
+        return published_settings(read, weights, path.status());
+    SPLAT_TRY(path.status());
+    SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.value()));
+    return predict::settings_of(std::string(io::as_text(file)), "'" + path.value() + "'");
 }
 
 /// Weights that do not fit the configuration are a matter of their file, not of an argument.
@@ -140,7 +154,7 @@ Result<PredictorPointer> make_predictor(splat_device device, const splat_predict
     SPLAT_ASSIGN(const WeightsPointer weights,
                  predictor_weights(object->path.c_str(), desc.weights, "weights"));
     SPLAT_ASSIGN(object->settings,
-                 predictor_settings(desc.config, object->path, desc.adapters_path));
+                 predictor_settings(desc.config, *weights, object->path, desc.adapters_path));
     SPLAT_ASSIGN(const WeightsPointer file, with_adapters(weights, desc, object->settings.network));
     model::LoadReport load;
     SPLAT_TRY(owner->test(api::kNetworkKernels | api::kRasterKernels));

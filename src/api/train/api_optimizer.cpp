@@ -176,7 +176,7 @@ splat_result give_weights(splat_optimizer optimizer, const char* argument, splat
         SPLAT_TRY(check_tensors(object));
         auto made = std::make_shared<api::WeightsObject>();
         SPLAT_TRY(make(object, made->file));
-        made->report = api::weights_report(made->file, "optimizer");
+        made->from = "optimizer";
         *weights = api::Weights::add(std::move(made));
         return {};
     });

@@ -201,7 +201,7 @@ splat_result splat_trainer_store(splat_trainer trainer, splat_weights* weights) 
         SPLAT_TRY(api::require(weights, "weights"));
         auto made = std::make_shared<api::WeightsObject>();
         SPLAT_ASSIGN(made->file.tensors, object.trainer->averaged_state());
-        made->report = api::weights_report(made->file, "model");
+        made->from = "model";
         *weights = api::Weights::add(std::move(made));
         return {};
     });

@@ -173,6 +173,8 @@ TEST_F(ApiPredictor, FindsTheConfigurationBesideItsWeights) {
     Predictor made;
     EXPECT_REFUSED(splat_predictor_create(device_, &desc, made.out()), SPLAT_ERROR_NOT_FOUND,
                    "no config.json or config.yaml in the folder of");
+    EXPECT_NE(std::string(splat_last_error_message()).find("fit no published configuration; the"),
+              std::string::npos);
     std::ofstream(folder / "config.yaml") << kSmallModel << "\n  category: cars\n";
     ASSERT_DONE(splat_predictor_create(device_, &desc, made.out()));
     EXPECT_EQ(predict(made, picture_), predict(predictor_, picture_));
@@ -180,6 +182,53 @@ TEST_F(ApiPredictor, FindsTheConfigurationBesideItsWeights) {
     ASSERT_DONE(splat_predictor_get_info(made, &info));
     EXPECT_STREQ(info.category, "cars");
     std::filesystem::remove_all(folder);
+}
+
+/// The tensors by which the published networks are told apart.
+Weights parts_of_nmr() {
+    std::vector<std::pair<std::string, std::vector<std::int64_t>>> parts = {
+        {"network_with_offset.encoder.enc.64x64_conv.weight", {128, 3, 3, 3}},
+        {"network_with_offset.out.weight", {24, 24, 1, 1}}};
+    for (const int side : {64, 32, 16, 8})
+        for (int block = 0; block < 4; ++block) {
+            const std::string size = std::to_string(side);
+            const std::string name = "network_with_offset.encoder.enc." + size + "x" + size +
+                                     "_block" + std::to_string(block);
+            const std::int64_t width = side == 64 ? 128 : 256;
+            parts.push_back({name + ".norm0.weight", {width}});
+            parts.push_back({name + ".conv1.bias", {width}});
+            if (side == 8) parts.push_back({name + ".qkv.weight", {3 * width, width, 1, 1}});
+        }
+    const std::vector<float> zeros(std::size_t{768} * 256);
+    std::vector<splat_named_array> arrays;
+    for (const auto& [name, dims] : parts) {
+        splat_named_array array{};
+        array.name = name.c_str();
+        array.values = zeros.data();
+        array.rank = static_cast<std::uint32_t>(dims.size());
+        array.value_count = 1;
+        for (std::size_t i = 0; i < dims.size(); ++i) {
+            array.dims[i] = dims[i];
+            array.value_count *= static_cast<std::uint64_t>(dims[i]);
+        }
+        arrays.push_back(array);
+    }
+    Weights weights;
+    EXPECT_DONE(splat_weights_from_arrays(arrays.data(), arrays.size(), weights.out()));
+    return weights;
+}
+
+/// With it the network is made, and loading then misses what parts_of_nmr() left out.
+TEST_F(ApiPredictor, TakesThePublishedConfigurationThatFits) {
+    const auto path = std::filesystem::temp_directory_path() /
+                      ("splat_published_" + std::to_string(getpid()) + ".safetensors");
+    ASSERT_DONE(splat_weights_save(parts_of_nmr(), path.c_str(), 0));
+    auto desc = sized<splat_predictor_desc>();
+    desc.weights_path = path.c_str();
+    Predictor made;
+    EXPECT_REFUSED(splat_predictor_create(device_, &desc, made.out()), SPLAT_ERROR_FORMAT,
+                   "the file has no tensor 'network_with_offset.encoder.enc.64x64_");
+    std::filesystem::remove(path);
 }
 
 TEST_F(ApiPredictor, FoldsAdaptersIntoItsWeights) {

@@ -46,8 +46,10 @@ void add_priors_eval(CLI::App& priors, int& exit_code);
 void add_priors_make(CLI::App& priors, int& exit_code);
 void add_priors_points(CLI::App& priors, int& exit_code);
 void add_priors_where(CLI::App& priors, int& exit_code);
+void add_priors_get(CLI::App& priors, int& exit_code);
 
-/// Below `weights`: the commands that need a network.
+/// Below `weights`: where published ones are had, and the commands that need a network.
+void add_weights_published(CLI::App& weights, int& exit_code);
 void add_weights_model(CLI::App& weights, int& exit_code);
 
 /// Below `bench`.

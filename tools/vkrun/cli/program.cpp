@@ -39,6 +39,7 @@ constexpr const char* kMainFooter = R"(Exit status:
 Environment:
   SPLAT_KERNELS=auto|plain|cpu|gpu  the shaders to run, on every device
   SPLAT_MASK_MODEL=FILE             the network that 'vkrun predict' cuts objects out with
+  SPLAT_MIRROR=https://HOST/DIR     has the files that 'weights get' and 'priors get' fetch
   SPLAT_ONNXRUNTIME_LIBRARY=FILE    ONNX Runtime, which runs networks of 'vkrun priors'
   SPLAT_PRIORS_DIR=DIR              where their models are looked for
   SPLAT_TIMEOUT_SCALE=X             multiplies every wait for a device (60 s)

@@ -4,8 +4,28 @@
 #include <cstdarg>
 #include <cstdio>
 #include <iterator>
+#include <numeric>
 
 namespace vkrun {
+namespace {
+
+/// The number of insertions, deletions and replacements of a letter that turn a into b.
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i + 1;
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+}  // namespace
 
 std::string format(const char* pattern, ...) {
     std::va_list arguments;
@@ -34,6 +54,17 @@ std::string bytes_text(unsigned long long bytes) {
         ++unit;
     }
     return format(unit == 0 ? "%.0f %s" : "%.4g %s", value, units[unit]);
+}
+
+std::string nearest_word(const std::string& word, const std::vector<std::string>& known) {
+    std::string nearest;
+    std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
+    for (const std::string& candidate : known)
+        if (const std::size_t distance = edit_distance(word, candidate); distance < least) {
+            least = distance;
+            nearest = candidate;
+        }
+    return nearest;
 }
 
 }  // namespace vkrun

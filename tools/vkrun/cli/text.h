@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace vkrun {
 
@@ -12,5 +13,8 @@ std::string about_file(const std::string& path, const std::string& sentence);
 
 /// "3.8 GiB"
 std::string bytes_text(unsigned long long bytes);
+
+/// The known word that `word` most likely means; empty if none is near.
+std::string nearest_word(const std::string& word, const std::vector<std::string>& known);
 
 }  // namespace vkrun

@@ -65,11 +65,7 @@ std::string config_beside(const std::string& weights, const std::string& given,
     if (const std::string own = config_target(adapters);
         !adapters.empty() && std::filesystem::is_regular_file(own))
         return own;
-    const std::string found = find_config(weights);
-    if (!found.empty()) return found;
-    throw Failure(kUsageError, "no configuration beside '" + weights +
-                                   "', neither of its name with .json or .yaml, nor config.json or "
-                                   "config.yaml: name it with --config");
+    return find_config(weights);
 }
 
 std::string adapters_beside(const std::string& weights, const std::string& given) {

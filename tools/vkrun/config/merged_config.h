@@ -18,7 +18,7 @@ Json merged_config(const std::string& path, const std::vector<std::string>& chan
 std::string find_config(const std::string& weights);
 
 /// The configuration that belongs to a file of weights: `given`; or NAME.json of a file of adapters, which may be for
-/// another category; or that beside the weights. Throws a Failure.
+/// another category; or that beside the weights; empty if there is none.
 std::string config_beside(const std::string& weights, const std::string& given,
                           const std::string& adapters = "");
 

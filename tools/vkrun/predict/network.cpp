@@ -4,15 +4,18 @@
 #include <cstdio>
 
 #include "vkrun/config/merged_config.h"
+#include "vkrun/weights/published_config.h"
 
 namespace vkrun {
 
 void add_network_options(CLI::App& command, std::string& config, std::string& adapters) {
     command
-        .add_option("--config", config,
-                    "Configuration of the network; default: that of the adapters, NAME.json\n"
-                    "beside them; else that beside the weights, the first that is there of\n"
-                    "NAME.json, NAME.yaml, config.json and config.yaml")
+        .add_option(
+            "--config", config,
+            "Configuration of the network; default: that of the adapters, NAME.json\n"
+            "beside them; else that beside the weights, the first that is there of\n"
+            "NAME.json, NAME.yaml, config.json and config.yaml; else the published one that\n"
+            "the weights fit, by tensors, file name or hash ('vkrun config presets')")
         ->type_name("FILE");
     command
         .add_option("--adapters", adapters,
@@ -22,10 +25,30 @@ void add_network_options(CLI::App& command, std::string& config, std::string& ad
         ->type_name("FILE");
 }
 
+namespace {
+
+/// The name of the published configuration that weights without one fit. Throws a usage Failure.
+std::string config_that_fits(const std::string& weights) {
+    const PublishedConfig found = published_config(weights, load_weights(weights).get());
+    const std::string none = "no configuration lies beside '" + weights + "'";
+    if (found.name.empty())
+        throw Failure(kUsageError, none +
+                                       ", neither of its name with .json or .yaml, nor "
+                                       "config.json or config.yaml, and " +
+                                       found.sentence + ": name one with --config");
+    std::fprintf(stderr, "vkrun: note: %s; the published one of %s, which it fits, is taken\n",
+                 none.c_str(), found.name.c_str());
+    return found.name;
+}
+
+}  // namespace
+
 NetworkFiles network_files(const std::string& weights, const std::string& config,
                            const std::string& adapters, const std::vector<std::string>& changes) {
     const std::string beside = adapters_beside(weights, adapters);
-    return {weights, beside, merged_config(config_beside(weights, config, beside), changes)};
+    std::string found = config_beside(weights, config, beside);
+    if (found.empty()) found = config_that_fits(weights);
+    return {weights, beside, merged_config(found, changes)};
 }
 
 Network load_network(splat_device device, const NetworkFiles& files, splat_weights weights) {

@@ -14,6 +14,7 @@ void add_priors(CLI::App& app, int& exit_code) {
     priors->require_subcommand(1);
     add_priors_make(*priors, exit_code);
     add_priors_where(*priors, exit_code);
+    add_priors_get(*priors, exit_code);
     add_priors_eval(*priors, exit_code);
     add_priors_points(*priors, exit_code);
 }

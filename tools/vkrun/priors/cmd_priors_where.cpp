@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kPriorsWhereFooter =
     R"(Without NAME, lists the presets. With it, prints the model's address, file, size, licence and notes, and commands
-that fetch it, go on after an interruption, and check it. vkrun itself fetches nothing.
+that fetch it, go on after an interruption, and check it, as 'vkrun priors get NAME' does.
 
 Exit status: 0 done, 2 wrong usage, 4 there is no such preset.
 
@@ -51,7 +51,6 @@ void print_presets() {
 void print_preset(const Json& found) {
     const Json& preset = found.at("preset");
     const Json& file = preset.at("file");
-    const std::string path = found.at("path");
     const auto line = [](const char* what, const std::string& text) {
         if (!text.empty()) std::printf("%-9s%s\n", what, text.c_str());
     };
@@ -65,17 +64,10 @@ void print_preset(const Json& found) {
     line("sha256", file.value("sha256", "not known"));
     line("licence", preset.value("licence", ""));
     line("note", preset.value("note", ""));
-    line("file", path);
-    if (!file.contains("url")) return;
-    std::printf(
-        "\nFetch it, or go on fetching it:\n  mkdir -p '%s' &&\n    curl -fL -C - -o '%s.part' "
-        "'%s' &&\n",
-        std::filesystem::path(path).parent_path().c_str(), path.c_str(),
-        file.at("url").get<std::string>().c_str());
-    if (file.contains("sha256"))
-        std::printf("    echo '%s  %s.part' | sha256sum -c &&\n",
-                    file.at("sha256").get<std::string>().c_str(), path.c_str());
-    std::printf("    mv '%s.part' '%s'\n", path.c_str(), path.c_str());
+    line("file", found.at("path"));
+    const Download download = download_of(found);
+    if (!download.url.empty())
+        std::printf("\nFetch it, or go on fetching it:\n%s\n", fetch_commands(download).c_str());
 }
 
 int where(const std::string& name, bool json) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "vkrun/cli/download.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/json.h"
 
@@ -17,6 +18,15 @@ inline Json preset_json(const std::string& name) {
             return splat_prior_preset(name.c_str(), buffer, capacity, needed);
         },
         kBadData));
+}
+
+/// Where the model of what preset_json() returned is had; without an address if none is known.
+inline Download download_of(const Json& found, const std::string& out = "") {
+    const Json& file = found.at("preset").at("file");
+    Download download{file.value("url", ""), download_path(out, found.at("path")),
+                      file.value("bytes", std::uint64_t{0}), file.value("sha256", "")};
+    if (!download.url.empty()) download.url = mirrored(download.url, file.value("name", ""));
+    return download;
 }
 
 inline std::vector<std::string> preset_names() {

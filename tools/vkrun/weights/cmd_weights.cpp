@@ -15,6 +15,7 @@
 #include "vkrun/cli/table.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/config/merged_config.h"
+#include "vkrun/weights/published_config.h"
 
 namespace vkrun {
 namespace {
@@ -34,7 +35,8 @@ constexpr const char* kWeightsConvertFooter =
     R"(IN is also a .pth from before PyTorch 1.6, such as those of torchvision and of the lpips package. OUT is
 .safetensors, which keeps iteration, loss and best_PSNR of a checkpoint; .pth, a checkpoint for the published
 Python code (torch.load) with these three, 0 where IN has none, and model_state_dict; or .npz. The configuration
-beside IN, if there is one, is written beside OUT (out.json for out.safetensors), unless OUT has the same one.
+beside IN, or the published one that IN fits, is written beside OUT (out.json for out.safetensors), unless OUT has
+the same one.
 
 Exit status: 0 done, 1 OUT cannot be written, 2 wrong usage, 4 IN cannot be read.
 
@@ -164,6 +166,7 @@ int show(const std::string& path, bool json) {
                 bytes_text(elements * sizeof(float)).c_str(),
                 static_cast<unsigned long long>(non_finite),
                 file.report.at("format").get<std::string>().c_str());
+    std::printf("%s\n", file.report.at("published").at("sentence").get<std::string>().c_str());
     for (const auto& [key, value] : file.report.at("metadata").items())
         std::printf("%s: %s\n", key.c_str(), value.get<std::string>().c_str());
     for (const Json& warning : file.report.at("warnings"))
@@ -179,12 +182,15 @@ struct WeightsConvertOptions {
     bool json = false;
 };
 
-/// The configuration beside IN, with every value; null if there is none that is to lie beside OUT too.
-Json config_to_carry(const WeightsConvertOptions& options) {
+/// The configuration beside IN, or the published one that it fits, with every value; null if there is none that is
+/// to lie beside OUT too.
+Json config_to_carry(const WeightsConvertOptions& options, splat_weights weights) {
     const std::string found = find_config(options.in);
     if (found.empty()) {
-        std::fprintf(stderr, "note: no configuration lies beside '%s', so none beside '%s'\n",
-                     options.in.c_str(), options.out.c_str());
+        const PublishedConfig published = published_config(options.in, weights);
+        if (!published.name.empty()) return merged_config(published.name, {});
+        std::fprintf(stderr, "note: no configuration lies beside '%s', so none beside '%s': %s\n",
+                     options.in.c_str(), options.out.c_str(), published.sentence.c_str());
         return nullptr;
     }
     if (found == find_config(options.out)) return nullptr;
@@ -200,7 +206,7 @@ Json config_to_carry(const WeightsConvertOptions& options) {
 int convert(const WeightsConvertOptions& options) {
     check_target(options.out, options.overwrite);
     const WeightsFile file = load(options.in);
-    const Json config = config_to_carry(options);
+    const Json config = config_to_carry(options, file.weights.get());
     if (!config.is_null()) check_config_target(options.out, config, options.overwrite);
     check(splat_weights_save(file.weights.get(), options.out.c_str(),
                              options.half ? std::uint32_t{SPLAT_WEIGHTS_HALF} : 0U));
@@ -339,13 +345,14 @@ void add_diff(CLI::App& weights, int& exit_code) {
 }  // namespace
 
 void add_weights(CLI::App& app, int& exit_code) {
-    CLI::App* weights =
-        add_command(app, "weights", "Show, convert, compare, graft and merge network weights.",
-                    "'vkrun weights COMMAND --help' describes a command.\n");
+    CLI::App* weights = add_command(
+        app, "weights", "Show, fetch, convert, compare, graft and merge network weights.",
+        "'vkrun weights COMMAND --help' describes a command.\n");
     weights->require_subcommand(1);
     add_show(*weights, exit_code);
     add_weights_convert(*weights, exit_code);
     add_diff(*weights, exit_code);
+    add_weights_published(*weights, exit_code);
     add_weights_model(*weights, exit_code);
 }
 

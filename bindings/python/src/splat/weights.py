@@ -90,7 +90,7 @@ class Weights(Handle):
 
     @property
     def report(self) -> Dict[str, Any]:
-        """Format, metadata and warnings of the file."""
+        """Format, metadata and warnings of the file; the published configurations that it fits."""
         found: Dict[str, Any] = json_from(lib.splat_weights_report, self.handle)
         return found
 

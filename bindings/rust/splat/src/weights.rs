@@ -173,7 +173,7 @@ impl Weights {
         Ok(unsafe { std::slice::from_raw_parts(values, count as usize) })
     }
 
-    /// JSON on the file: format, metadata, warnings.
+    /// JSON on the file: format, metadata, warnings, published configurations that fit.
     pub fn report(&self) -> Result<String> {
         // SAFETY: the buffer lives through the call.
         text(|buffer, capacity, needed| unsafe {

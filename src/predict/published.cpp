@@ -1,0 +1,247 @@
+#include "predict/published.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <optional>
+
+#include "config/presets.h"
+#include "core/status.h"
+#include "model/predictor.h"
+#include "predict/weights_place.h"
+
+namespace splat::predict {
+namespace {
+
+using io::NamedTensor;
+using io::NamedTensors;
+
+constexpr const char* kConvEnd = "_conv.weight";
+
+std::string text_of(std::int64_t number) {
+    return std::to_string(number);
+}
+
+template <class Number>
+std::string list_of(const std::vector<Number>& numbers) {
+    std::string list;
+    for (const Number number : numbers) list += (list.empty() ? "" : ", ") + std::to_string(number);
+    return "[" + list + "]";
+}
+
+std::int64_t dim_of(const NamedTensor* tensor, std::size_t axis) {
+    return tensor != nullptr && axis < tensor->dims.size() ? tensor->dims[axis] : 0;
+}
+
+/// The network of a file of weights: where its names begin, and its size in pixels.
+struct Place {
+    std::string network;
+    std::int64_t resolution = 0;
+
+    [[nodiscard]] std::string level(const char* side, std::int64_t r) const {
+        return network + ".encoder." + side + "." + text_of(r) + "x" + text_of(r) + "_";
+    }
+};
+
+/// By the first convolution, NETWORK.encoder.enc.RxR_conv.weight.
+std::optional<Place> network_place(const NamedTensors& tensors) {
+    for (const bool offset : {true, false}) {
+        config::PredictorConfig config;
+        config.offset = offset;
+        Place place{config.network_name(), 0};
+        const std::string start = place.network + ".encoder.enc.";
+        for (const NamedTensor& tensor : tensors) {
+            if (!tensor.name.starts_with(start) || !tensor.name.ends_with(kConvEnd)) continue;
+            constexpr std::size_t kMostDigits = 6;
+            const std::size_t digits =
+                std::min(tensor.name.find('x', start.size()), tensor.name.size()) - start.size();
+            if (digits == 0 || digits > kMostDigits || tensor.dims.size() != 4) continue;
+            const std::string number = tensor.name.substr(start.size(), digits);
+            if (number.find_first_not_of("0123456789") != std::string::npos) continue;
+            place.resolution = std::stoll(number);
+            if (tensor.name == place.level("enc", place.resolution) + "conv.weight") return place;
+        }
+    }
+    return std::nullopt;
+}
+
+/// Width of the ray grid's last pixel from the middle, at depth 1: what its field of view depends on.
+std::optional<double> last_ray(const NamedTensors& tensors, std::int64_t resolution) {
+    const NamedTensor* const rays = tensors.find("ray_dirs");
+    const auto r = static_cast<std::size_t>(resolution);
+    if (rays == nullptr || rays->values.size() != 3 * r * r || !tensors.unchanged().ok())
+        return std::nullopt;
+    return std::abs(static_cast<double>(rays->values[r - 1]));
+}
+
+/// A field of view as data.fov has it.
+std::string fov_text(double ray, double resolution) {
+    if (std::abs(ray - (resolution - 1) / 2) < 0.25) return "0, each view its own";
+    const double tangent = ray * resolution / (resolution - 1);
+    return format("%.4g degrees", 2 * std::atan(tangent) * 180 / std::numbers::pi);
+}
+
+struct Known {
+    std::string name, category;
+    Traits traits;
+    double ray = 0;  ///< as last_ray()
+    double resolution = 0;
+};
+
+/// The published networks: second stages of trainings change nothing here and are left out.
+std::vector<Known> known_networks() {
+    std::vector<Known> known;
+    for (const config::Preset& preset : config::presets()) {
+        const std::string name(preset.name);
+        const auto settings = settings_of(std::string(preset.text), name);
+        if (!settings.ok()) continue;  // tests/config reads all of them
+        const config::PredictorConfig& network = settings.value().network;
+        Known one{name, settings.value().training.category, traits_of(network), 0,
+                  static_cast<double>(network.resolution)};
+        one.ray = std::abs(static_cast<double>(model::pixel_rays(network)[network.resolution - 1]));
+        const bool second = std::any_of(known.begin(), known.end(), [&one](const Known& other) {
+            return other.category == one.category && other.traits == one.traits;
+        });
+        if (!second) known.push_back(std::move(one));
+    }
+    return known;
+}
+
+std::vector<std::string> differences_of(const Traits& file, const Known& known) {
+    std::vector<std::string> differences;
+    for (std::size_t i = 0; i < file.size(); ++i)
+        if (file[i].second != known.traits[i].second)
+            differences.push_back(file[i].first + " is " + file[i].second + " (there " +
+                                  known.traits[i].second + ")");
+    return differences;
+}
+
+bool is_official_name(const std::string& path, const std::string& name) {
+    const std::string stem = std::filesystem::path(path).stem().string();
+    return stem == "model_" + name || (stem == "model_latest" && name == "objaverse");
+}
+
+std::string joined(const std::vector<std::string>& parts, const char* between) {
+    std::string text;
+    for (const std::string& part : parts) text += (text.empty() ? "" : between) + part;
+    return text;
+}
+
+}  // namespace
+
+Traits traits_of(const NamedTensors& tensors) {
+    const std::optional<Place> found = network_place(tensors);
+    if (!found) return {};
+    const Place& place = *found;
+    const auto tensor = [&](const std::string& name) { return tensors.find(name); };
+    const std::string first = place.level("enc", place.resolution);
+    const std::int64_t base = dim_of(tensor(first + "conv.weight"), 0);
+    std::int64_t blocks = 0;
+    while (tensor(first + "block" + text_of(blocks) + ".norm0.weight") != nullptr) ++blocks;
+    std::vector<std::int64_t> widths, attention;
+    std::int64_t lowest = place.resolution;
+    for (std::int64_t r = place.resolution; r > 0 && base > 0; r /= 2) {
+        const std::string level = place.level("enc", r);
+        const NamedTensor* const last =
+            tensor(level + "block" + text_of(blocks - 1) + ".conv1.bias");
+        if (last == nullptr) break;
+        widths.push_back(dim_of(last, 0) / base);
+        if (tensor(level + "block0.qkv.weight") != nullptr) attention.push_back(r);
+        lowest = r;
+    }
+    const std::int64_t affine = dim_of(tensor(first + "block0.affine.weight"), 0);
+    const std::int64_t block = dim_of(tensor(first + "block0.conv1.bias"), 0);
+    const auto adapter = std::find_if(tensors.begin(), tensors.end(), [](const NamedTensor& one) {
+        return one.name.ends_with(".lora_A");
+    });
+    return {
+        {"model.network_with_offset", place.network == "network_with_offset" ? "true" : "false"},
+        {"data.training_resolution", text_of(place.resolution)},
+        {"model.base_dim", text_of(base)},
+        {"model.num_blocks", text_of(blocks)},
+        {"model.channel_mult", list_of(widths)},
+        {"model.attention_resolutions", list_of(attention)},
+        {"the count of input channels", text_of(dim_of(tensor(first + "conv.weight"), 1))},
+        {"the count of output channels", text_of(dim_of(tensor(place.network + ".out.weight"), 0))},
+        {"the length of embeddings",
+         text_of(dim_of(tensor(place.network + ".encoder.map_layer0.weight"), 1))},
+        {"cam_embd.film", affine == 0       ? "none"
+                          : affine == block ? "reference"
+                                            : "affine"},
+        {"model.token_dim",
+         text_of(
+             dim_of(tensor(place.level("dec", lowest) + "in0.cross_attention.k_proj.weight"), 1))},
+        {"opt.lora_rank", text_of(adapter == tensors.end() ? 0 : dim_of(&*adapter, 0))}};
+}
+
+Traits traits_of(const config::PredictorConfig& c) {
+    std::vector<std::uint32_t> attention;
+    for (std::uint32_t level = 0; level < c.levels(); ++level) {
+        const std::uint32_t r = c.resolution >> level;
+        const auto& all = c.attention_resolutions;
+        if (std::find(all.begin(), all.end(), r) != all.end()) attention.push_back(r);
+    }
+    const bool embedded = c.embedding != config::Embedding::kNone;
+    const char* const film = c.film == config::Film::kReference ? "reference" : "affine";
+    return {{"model.network_with_offset", c.offset ? "true" : "false"},
+            {"data.training_resolution", text_of(c.resolution)},
+            {"model.base_dim", text_of(c.base_dim)},
+            {"model.num_blocks", text_of(c.num_blocks)},
+            {"model.channel_mult", list_of(c.channel_mult)},
+            {"model.attention_resolutions", list_of(attention)},
+            {"the count of input channels", text_of(c.image_channels())},
+            {"the count of output channels", text_of(c.output_channels())},
+            {"the length of embeddings", text_of(c.embedding_length())},
+            {"cam_embd.film", embedded ? film : "none"},
+            {"model.token_dim", text_of(c.token_dim)},
+            {"opt.lora_rank", text_of(c.lora.rank)}};
+}
+
+PublishedFit published_fit(const NamedTensors& tensors, const std::string& path) {
+    static const std::vector<Known> all = known_networks();
+    PublishedFit fit;
+    const Traits file = traits_of(tensors);
+    if (file.empty()) return fit;
+    const std::optional<Place> place = network_place(tensors);
+    const std::optional<double> ray = last_ray(tensors, place->resolution);
+    for (const Known& known : all) {
+        std::vector<std::string> differences = differences_of(file, known);
+        // The published fields of view differ by 6 %; rounding to bfloat16 changes 0.4 %.
+        if (ray && std::abs(*ray - known.ray) > 0.01 * known.ray &&
+            file[1].second == known.traits[1].second)
+            differences.push_back("the field of view of ray_dirs is " +
+                                  fov_text(*ray, known.resolution) + " (there " +
+                                  fov_text(known.ray, known.resolution) + ")");
+        if (differences.empty()) {
+            fit.names.push_back(known.name);
+        } else if (fit.nearest.empty() || differences.size() < fit.differences.size()) {
+            fit.nearest = known.name;
+            fit.differences = std::move(differences);
+        }
+    }
+    if (fit.names.empty()) return fit;
+    fit.nearest.clear();
+    fit.differences.clear();
+    for (const std::string& name : std::vector(fit.names))
+        if (fit.names.size() > 1 && is_official_name(path, name)) fit.names = {name};
+    return fit;
+}
+
+std::string PublishedFit::sentence() const {
+    if (names.size() == 1) return "its tensors fit the published configuration " + names[0];
+    if (!names.empty())
+        return "its tensors fit the published configurations " + joined(names, ", ");
+    if (nearest.empty())
+        return "it is no network of Splatter Image: it has no tensor "
+               "'network_with_offset.encoder.enc.RxR_conv.weight'";
+    return "its tensors fit no published configuration; the nearest is " + nearest + ", but " +
+           joined(differences, ", ");
+}
+
+void PublishedFit::write(JsonWriter& json) const {
+    json.begin_object().key("fit").list(names).member("nearest", nearest);
+    json.key("differences").list(differences).member("sentence", sentence()).end();
+}
+
+}  // namespace splat::predict

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/predictor_config.h"
+#include "core/json_writer.h"
+#include "io/tensor_file.h"
+
+namespace splat::predict {
+
+/// What names and shapes of a network's tensors tell: keys of configurations, and their values as text.
+using Traits = std::vector<std::pair<std::string, std::string>>;
+
+/// Empty if there is no network among the tensors.
+Traits traits_of(const io::NamedTensors& tensors);
+Traits traits_of(const config::PredictorConfig& config);
+
+/// The published configurations (config/presets.h) that weights without a configuration may be for.
+struct PublishedFit {
+    std::vector<std::string> names;  ///< those that fit; of two stages of a training the first
+    std::string nearest;             ///< if none fits; empty if there is no network
+    std::vector<std::string> differences;  ///< from it: "model.base_dim is 32 (there 128)"
+
+    /// "its tensors fit the published configurations cars, chairs"
+    [[nodiscard]] std::string sentence() const;
+    /// {"fit", "nearest", "differences", "sentence"}
+    void write(JsonWriter& json) const;
+};
+
+/// By traits and the field of view of ray_dirs; where several are left, by the published name of the file at
+/// `path`: model_NAME, or model_latest for objaverse.
+PublishedFit published_fit(const io::NamedTensors& tensors, const std::string& path);
+
+}  // namespace splat::predict

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+namespace vkrun {
+
+/// Weights of Splatter Image that its authors have published.
+struct PublishedWeights {
+    const char* name;  ///< also of the configuration ('vkrun config presets')
+    const char* file;
+    const char* size;    ///< as its page says; "not known"
+    const char* sha256;  ///< empty: not known
+    const char* about;
+};
+
+inline constexpr const char* kPublishedLicence =
+    "MIT by the page of the weights; the code is BSD-3-Clause, its U-Net CC BY-NC-SA 4.0 (NVIDIA)";
+
+std::span<const PublishedWeights> published_weights();
+
+/// Throws a Failure with the nearest name, or all.
+const PublishedWeights& published_weights(const std::string& name);
+
+/// Of its file, in the authors' repository.
+std::string published_address(const PublishedWeights& weights);
+
+/// The name of the weights whose file has this hash; empty if none is known to have it.
+std::string published_by_hash(const std::string& sha256);
+
+}  // namespace vkrun
