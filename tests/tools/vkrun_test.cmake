@@ -77,7 +77,8 @@ function(HelpNamesEveryCommand)
          "4    data that is missing, damaged" "130  interrupted")
   foreach(command IN ITEMS devices doctor demo render view inspect convert "bench;ops" "bench;raster" "bench;model"
                            "bench;start" "bench;dispatch" "weights;show" "weights;convert" "weights;diff"
-                           "weights;graft" "weights;where" "weights;get" "weights;lora-merge" "weights;lora-unmerge" "weights;lora-extract"
+                           "weights;graft" "weights;where" "weights;get"
+                           "weights;lora-merge" "weights;lora-unmerge" "weights;lora-extract"
                            "data;synth" "data;check" "data;co3d" "data;show" "data;import" "data;export"
                            "data;split" compare
                            "config;list" "config;show" "config;presets" train eval predict report "priors;eval"
