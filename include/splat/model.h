@@ -128,10 +128,8 @@ SPLAT_API splat_result splat_weights_read(splat_weights weights, uint32_t index,
 SPLAT_API splat_result splat_weights_data(splat_weights weights, uint32_t index,
                                           const float** values, uint64_t* count);
 
-/* Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences], "published":
- * {"fit", "nearest", "differences", "sentence"}}: names of configurations (splat_config_presets) whose
- * networks have these shapes of tensors and field of view of ray_dirs; of several the one that the
- * file's published name means, such as model_cars.pth. If there is none: the nearest, what differs.
+/* Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences],
+ * "published": as splat_predictor_desc tells}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_weights_report(splat_weights weights, char* buffer, size_t capacity,
                                             size_t* needed);
@@ -433,8 +431,7 @@ typedef struct splat_model_input {
     uint64_t tokens_count;
 } splat_model_input;
 
-/* Run the network. Arrays are read before the call returns; they become what the tensors of inputs
- * hold.
+/* Run the network. Arrays are read before the call returns; the tensors of inputs then hold them.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects, a
  *   count, a picture), SPLAT_ERROR_INVALID_ARGUMENT (NULL for an array that the configuration
  *   needs, an array that it does not need, values that are not finite), SPLAT_ERROR_INVALID_STATE

@@ -18,9 +18,9 @@ Result<std::string> model_path(const Preset& preset, const std::string& given) {
     if (std::filesystem::is_regular_file(path, none)) return path;
     return error(
         Code::kNotFound,
-        "there is no '%s', the model of preset '%s': 'vkrun priors where %s' says where to "
-        "get it, or give the path of the model",
-        path.c_str(), preset.name.c_str(), preset.name.c_str());
+        "there is no '%s', the model of preset '%s': 'vkrun priors get %s' fetches it where its "
+        "address is known, 'vkrun priors where %s' tells about it; or give the path of the model",
+        path.c_str(), preset.name.c_str(), preset.name.c_str(), preset.name.c_str());
 }
 
 /// The error of a model, with a hint if its file is not the preset's.

@@ -77,7 +77,8 @@ function(HelpNamesEveryCommand)
          "4    data that is missing, damaged" "130  interrupted")
   foreach(command IN ITEMS devices doctor demo render view inspect convert "bench;ops" "bench;raster" "bench;model"
                            "bench;start" "bench;dispatch" "weights;show" "weights;convert" "weights;diff"
-                           "weights;graft" "weights;where" "weights;get" "weights;lora-merge" "weights;lora-unmerge" "weights;lora-extract"
+                           "weights;graft" "weights;where" "weights;get"
+                           "weights;lora-merge" "weights;lora-unmerge" "weights;lora-extract"
                            "data;synth" "data;check" "data;co3d" "data;show" "data;import" "data;export"
                            "data;split" compare
                            "config;list" "config;show" "config;presets" train eval predict report "priors;eval"
@@ -1488,7 +1489,7 @@ function(PriorsSayWhereModelsAre)
   expect("${err}" "did you mean 'u2net'")
   file(WRITE ${TEMP}/photo.png "no picture")
   vkrun(4 priors mask ${TEMP}/photo.png --out ${TEMP}/maps --preset u2net)
-  expect("${err}" "there is no '${TEMP}/models/u2net.onnx'" "vkrun priors where u2net")
+  expect("${err}" "there is no '${TEMP}/models/u2net.onnx'" "vkrun priors get u2net" "vkrun priors where u2net")
   set(ENV{SPLAT_ONNXRUNTIME_LIBRARY} ${TEMP}/no.so)
   file(WRITE ${TEMP}/models/u2net.onnx "no model")
   vkrun(4 priors mask ${TEMP}/photo.png --out ${TEMP}/maps --preset u2net)

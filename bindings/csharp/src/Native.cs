@@ -1012,10 +1012,8 @@ namespace Splat.Interop
             ulong* count);
 
         /// <summary>
-        /// Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences], "published":
-        /// {"fit", "nearest", "differences", "sentence"}}: names of configurations (splat_config_presets) whose
-        /// networks have these shapes of tensors and field of view of ray_dirs; of several the one that the
-        /// file's published name means, such as model_cars.pth. If there is none: the nearest, what differs.
+        /// Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences],
+        /// "published": as splat_predictor_desc tells}.
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
@@ -1232,8 +1230,7 @@ namespace Splat.Interop
             IntPtr* tensor);
 
         /// <summary>
-        /// Run the network. Arrays are read before the call returns; they become what the tensors of inputs
-        /// hold.
+        /// Run the network. Arrays are read before the call returns; the tensors of inputs then hold them.
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects, a
         ///   count, a picture), SPLAT_ERROR_INVALID_ARGUMENT (NULL for an array that the configuration
         ///   needs, an array that it does not need, values that are not finite), SPLAT_ERROR_INVALID_STATE
@@ -3475,7 +3472,7 @@ namespace Splat.Interop
         public byte* weights_path;
         /// <summary>used instead of reading the file, whose path then only names them; neither: those of splat_builtin_weights(NULL)</summary>
         public IntPtr weights;
-        /// <summary>text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json or .yaml, else config.json or config.yaml in the weights' folder; else the one published configuration that fits, see splat_weights_report</summary>
+        /// <summary>text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json or .yaml, else config.json or config.yaml in the weights' folder; else the one of splat_config_presets that fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by the published name of the file, such as model_cars.pth. "published" of splat_weights_report has {"fit": [names], "nearest", "differences" (from that, if none fits), "sentence"}</summary>
         public byte* config;
         /// <summary>a file of low-rank adapters, which are folded in</summary>
         public byte* adapters_path;

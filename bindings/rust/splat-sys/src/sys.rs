@@ -1828,7 +1828,7 @@ pub struct splat_predictor_desc {
     pub weights_path: *const c_char,
     /// used instead of reading the file, whose path then only names them; neither: those of splat_builtin_weights(NULL)
     pub weights: splat_weights,
-    /// text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json or .yaml, else config.json or config.yaml in the weights' folder; else the one published configuration that fits, see splat_weights_report
+    /// text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json or .yaml, else config.json or config.yaml in the weights' folder; else the one of splat_config_presets that fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by the published name of the file, such as model_cars.pth. "published" of splat_weights_report has {"fit": \[names\], "nearest", "differences" (from that, if none fits), "sentence"}
     pub config: *const c_char,
     /// a file of low-rank adapters, which are folded in
     pub adapters_path: *const c_char,
@@ -4052,10 +4052,8 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences], "published":
-    /// {"fit", "nearest", "differences", "sentence"}}: names of configurations (splat_config_presets) whose
-    /// networks have these shapes of tensors and field of view of ray_dirs; of several the one that the
-    /// file's published name means, such as model_cars.pth. If there is none: the nearest, what differs.
+    /// Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences],
+    /// "published": as splat_predictor_desc tells}.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
     /// ```
     pub fn splat_weights_report(
@@ -4259,8 +4257,7 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Run the network. Arrays are read before the call returns; they become what the tensors of inputs
-    /// hold.
+    /// Run the network. Arrays are read before the call returns; the tensors of inputs then hold them.
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects, a
     ///   count, a picture), SPLAT_ERROR_INVALID_ARGUMENT (NULL for an array that the configuration
     ///   needs, an array that it does not need, values that are not finite), SPLAT_ERROR_INVALID_STATE
