@@ -13,4 +13,7 @@ std::string about_file(const std::string& path, const std::string& sentence);
 /// "3.8 GiB"
 std::string bytes_text(unsigned long long bytes);
 
+/// "2 d 3 h", "3 h 12 min", "12 min" or "45 s"
+std::string duration_text(double seconds);
+
 }  // namespace vkrun
