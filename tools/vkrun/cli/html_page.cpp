@@ -26,6 +26,9 @@ section{display:flow-root}
 p{max-width:70em}
 .note{border-left:.3em solid #e0a030;padding-left:.8em}
 .table{overflow-x:auto;min-width:min(100%,22em);margin:0 0 1em}
+.table:not(.facts){display:inline-block;max-width:100%;min-width:0;margin-right:2em;vertical-align:top;
+  background:linear-gradient(270deg,var(--page) 1.5em,transparent) 100%/3em 100% no-repeat local,
+  linear-gradient(270deg,#8888,transparent) 100%/1em 100% no-repeat}
 table{border-collapse:collapse}
 td,th{padding:.2em .8em .2em 0;border-bottom:1px solid var(--line);text-align:left;vertical-align:top;
   font-variant-numeric:tabular-nums}
@@ -40,7 +43,7 @@ svg{max-width:100%;height:auto}
 .sheet,.plot{display:flow-root;min-width:min(100%,36em);margin-right:0}
 .scroll{overflow-x:auto}
 .sheet img{width:100%;max-width:72em;min-width:44em}
-.plot svg{background:var(--plate);color:#222;min-width:36em}
+.plot svg{background:var(--plate);color:#222;min-width:52em}
 .chart{float:left;width:max(30em,50% - 1em)}
 .chart>svg{width:100%;overflow:visible}
 .chart text{font:12px system-ui,sans-serif;fill:var(--soft)}
