@@ -290,16 +290,19 @@ typedef struct splat_orbit_desc {
     double fov_x;     /* radians; 0 = 0.7 */
     double elevation; /* radians above the horizon */
     double start;     /* angle of the first camera, radians; 0: in front, looking along +z */
-    double distance;  /* scene units from the centre; 0 = the scene's radius fills the image */
+    double distance;  /* scene units from the middle; 0 = the scene fills 95 % of the images */
     double up[3];     /* a direction of the world; 0, 0, 0 = 0, -1, 0 */
 } splat_orbit_desc;
 
-/* `count` cameras at equal angles on a circle around the centre of a scene.
+/* `count` cameras at equal angles on a circle around the middle of a scene's bounds: those of the
+ * means of its visible Gaussians (opacity of at least 1/255), without those that lie farther from
+ * their median than 1.5 times the radius that holds 98 % of their opacity. With distance 0 all of
+ * these are in every image.
  * desc      may be NULL for defaults
  * cameras   out, `count` of them
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      options that do not give a valid camera, or a scene without
- *                                     extent if distance is 0 */
+ *                                     visible extent if distance is 0 */
 SPLAT_API splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc,
                                           uint32_t count, splat_camera* cameras);
 

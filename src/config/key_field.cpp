@@ -1,8 +1,8 @@
 #include "config/key_field.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 
 #include "core/c_locale.h"
 #include "core/shown.h"
@@ -143,13 +143,15 @@ ConfigEntry write_field(const Key& /*key*/, std::uint64_t value) {
     return one(static_cast<std::int64_t>(value));
 }
 
-/// Nine digits restore every float. A whole number is written as an integer: as a double it would
-/// be "1e+08".
+/// As few digits as restore the float: 0.8, not 0.800000012. A whole number is written as an integer: as a double it
+/// would be "1e+08".
 ConfigEntry write_field(const Key& /*key*/, float value) {
-    const std::string text = format("%.9g", static_cast<double>(value));
-    if (text.find_first_not_of("-0123456789") == std::string::npos)
-        return one(std::int64_t{std::strtoll(text.c_str(), nullptr, 10)});
-    return one(*decimal_number(text));
+    constexpr float kMostWhole = 1e9F;
+    if (std::abs(value) < kMostWhole && std::trunc(value) == value)
+        return one(static_cast<std::int64_t>(value));
+    char text[32];
+    const std::to_chars_result end = std::to_chars(text, text + sizeof text, value);
+    return one(*decimal_number({text, end.ptr}));
 }
 
 ConfigEntry write_field(const Key& /*key*/, double value) {

@@ -9,6 +9,9 @@ namespace splat::scene {
 /// float32 sigmoid(40) is 1.
 inline constexpr double kMaxOpacityLogit = 40;
 
+/// Gaussians of an opacity below this are never drawn: they do not show in 8 bits.
+inline constexpr double kLeastOpacity = 1.0 / 255;
+
 /// 1 / (1 + exp(-logit)), without overflow.
 double opacity_of(double logit);
 

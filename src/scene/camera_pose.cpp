@@ -59,29 +59,6 @@ Mat4 inverse_pose(const Mat4& m) {
     return pose(back, scaled(product(back, translation_of(m)), -1));
 }
 
-/// A direction of length 1 at a right angle to `axis`: the part of +z, or of +x where that is short.
-Vec3 across(const Vec3& axis) {
-    for (const Vec3& candidate : {Vec3{0, 0, 1}, Vec3{1, 0, 0}}) {
-        const Vec3 part = minus(candidate, scaled(axis, dot(candidate, axis)));
-        if (length(part) > 0.1) return scaled(part, 1 / length(part));
-    }
-    return {0, 1, 0};
-}
-
-Result<double> orbit_distance(const Statistics& scene, const Camera& camera,
-                              const OrbitOptions& options) {
-    if (options.distance != 0) {
-        if (options.distance > 0 && std::isfinite(options.distance)) return options.distance;
-        return error(Code::kInvalidArgument, "orbit: distance %g, expected > 0", options.distance);
-    }
-    if (!(scene.radius > 0))
-        return error(Code::kInvalidArgument,
-                     "orbit: the scene has no extent to derive a distance from; give one");
-    const double half_x = std::atan(camera.width / (2 * camera.fx));
-    const double half_y = std::atan(camera.height / (2 * camera.fy));
-    return scene.radius / std::sin(std::min(half_x, half_y));
-}
-
 }  // namespace
 
 Status check_lens(double fx, double fy, double cx, double cy) {
@@ -142,31 +119,6 @@ Result<Mat4> look_at(const Vec3& eye, const Vec3& target, const Vec3& up) {
     const Vec3 right = scaled(side, 1 / length(side));
     const Mat3 rows = {right, cross(forward, right), forward};
     return pose(rows, scaled(product(rows, eye), -1));
-}
-
-Result<std::vector<Camera>> orbit(const Statistics& scene, const OrbitOptions& options) {
-    SPLAT_ASSIGN(const Camera lens, camera_from_fov(options.width, options.height, options.fov_x));
-    SPLAT_ASSIGN(const double distance, orbit_distance(scene, lens, options));
-    if (!(length(options.up) > 0) || !is_finite(options.up) || !std::isfinite(options.elevation) ||
-        !std::isfinite(options.start))
-        return error(Code::kInvalidArgument, "orbit: 'up' is zero, or an angle is not finite");
-    const Vec3 up = scaled(options.up, 1 / length(options.up));
-    const Vec3 front = scaled(across(up), -1);
-    const Vec3 side = cross(up, front);
-    std::vector<Camera> cameras;
-    for (std::uint32_t i = 0; i < options.count; ++i) {
-        const double angle = options.start + 2 * std::numbers::pi * i / options.count;
-        const double flat = distance * std::cos(options.elevation);
-        Vec3 eye = scene.center;
-        for (std::size_t k = 0; k < 3; ++k)
-            eye[k] += flat * (std::cos(angle) * front[k] + std::sin(angle) * side[k]) +
-                      distance * std::sin(options.elevation) * up[k];
-        Camera camera = lens;
-        camera.name = format("%03u", i);
-        SPLAT_ASSIGN(camera.world_to_camera, look_at(eye, scene.center, up));
-        cameras.push_back(std::move(camera));
-    }
-    return cameras;
 }
 
 Vec3 camera_center(const Camera& camera) {

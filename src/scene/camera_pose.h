@@ -2,7 +2,6 @@
 
 #include "core/status.h"
 #include "scene/camera.h"
-#include "scene/statistics.h"
 #include "scene/vector.h"
 
 namespace splat::scene {
@@ -35,21 +34,6 @@ Result<Mat4> look_at(const Vec3& eye, const Vec3& target, const Vec3& up);
 
 /// Upwards in scenes of the frame RDF.
 inline constexpr Vec3 kUp = {0, -1, 0};
-
-struct OrbitOptions {
-    std::uint32_t count = 60;
-    std::uint32_t width = 512;
-    std::uint32_t height = 512;
-    double fov_x = 0.7;      ///< radians
-    double elevation = 0.2;  ///< radians above the horizon
-    double start = 0;     ///< angle of the first camera; 0: in front of the scene, looking along +z
-    double distance = 0;  ///< from the centre; 0: the scene's radius fills the image
-    Vec3 up = kUp;
-};
-
-/// Cameras at equal angles on a circle around the centre of a scene. Errors: kInvalidArgument for
-/// invalid options, or for a scene without extent if no distance is given.
-Result<std::vector<Camera>> orbit(const Statistics& scene, const OrbitOptions& options = {});
 
 /// Position of a valid camera in the world.
 Vec3 camera_center(const Camera& camera);

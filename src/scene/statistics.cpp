@@ -11,7 +11,6 @@ namespace splat::scene {
 namespace {
 
 constexpr double kLeastScale = 1e-12;
-constexpr double kLeastOpacity = 1.0 / 255;
 
 class RangeSum {
   public:

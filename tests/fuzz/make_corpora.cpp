@@ -20,7 +20,7 @@
 #include "io/splat_file.h"
 #include "io/spz.h"
 #include "io/transforms_json.h"
-#include "scene/camera_pose.h"
+#include "scene/orbit.h"
 
 namespace {
 
@@ -87,9 +87,8 @@ void add_scenes(Corpora& corpora) {
 }
 
 void add_cameras(Corpora& corpora) {
-    scene::Statistics around;
-    around.radius = 1;
-    const auto cameras = scene::orbit(around, {.count = 2, .width = 8, .height = 6});
+    const auto cameras =
+        scene::orbit(test::sample_scene(2, 0), {.count = 2, .width = 8, .height = 6});
     if (cameras.ok())
         corpora.add("transforms_json/orbit", io::write_transforms_json(cameras.value()));
     corpora.add(

@@ -235,11 +235,16 @@ async function leaveOut(browser) {
     expect(/^7 of 2000 Gaussians have numbers that are not finite/.test(note), note);
     expect(/The page holds 500 of \d+ Gaussians/.test(note), note);
     await browser.size(340, 300);
-    const covered = await browser.value(`[...document.querySelectorAll(".splat-bar > *")].filter(one => {
+    const covered = await browser.value(`[...document.querySelectorAll(".splat-name, .splat-group > *")].filter(one => {
         const {left, top, width, height} = one.getBoundingClientRect();
         return document.elementFromPoint(left + width / 2, top + height / 2) !== one;
     }).map(one => one.textContent).join()`);
     expect(covered === "", "in a narrow window something lies over " + covered);
+    const lone = await browser.value(`(() => {
+        const rows = Map.groupBy(document.querySelectorAll(".splat-group > *"), one => one.getBoundingClientRect().top);
+        return [...rows.values()].filter(row => row.length === 1).map(row => row[0].textContent).join();
+    })()`);
+    expect(lone === "", "in a narrow window alone in a row is " + lone);
     await browser.size(...SIZE);
     writeScene(at("huge.ply"), 2000, 0, {huge: 1});
     const {notes} = JSON.parse(run("view", at("huge.ply"), "--stills", "0", "--json", "--out", at("huge.html")));

@@ -57,43 +57,6 @@ TEST(CameraPose, LookAtPutsTheTargetInTheMiddle) {
     EXPECT_FALSE(look_at({0, 0, 0}, {0, 0, 1}, {0, 0, 0}).ok());
 }
 
-TEST(CameraPose, OrbitSeesTheWholeScene) {
-    Statistics scene;
-    scene.center = {1, 2, 3};
-    scene.radius = 2;
-    OrbitOptions options;
-    options.count = 7;
-    options.width = 300;
-    options.height = 200;
-    const auto cameras = orbit(scene, options);
-    ASSERT_OK(cameras.status());
-    ASSERT_EQ(cameras.value().size(), 7U);
-    for (const Camera& camera : cameras.value()) {
-        EXPECT_OK(check_camera(camera));
-        const Vec3 middle = project(camera, scene.center);
-        EXPECT_NEAR(middle[0], 150, 1e-6);
-        EXPECT_NEAR(middle[1], 100, 1e-6);
-        const Vec3 eye = camera_center(camera);
-        EXPECT_LT(eye[1], scene.center[1]) << "above: -y is up";
-        const double sine = scene.radius / length(minus(eye, scene.center));
-        const double edge = camera.fy * sine / std::sqrt(1 - sine * sine);
-        EXPECT_NEAR(edge, 100, 1e-6) << "the sphere touches the nearer edge";
-    }
-    EXPECT_LT(camera_center(cameras.value()[0])[2], scene.center[2]) << "before the scene";
-    EXPECT_EQ(cameras.value()[3].name, "003");
-    scene.radius = 0;
-    EXPECT_ERROR(orbit(scene, options).status(), Code::kInvalidArgument, "no extent");
-    options.distance = 4;
-    EXPECT_OK(orbit(scene, options).status());
-    options.distance = -4;
-    EXPECT_FALSE(orbit(scene, options).ok());
-    options.distance = 4;
-    options.up = {0, 0, 0};
-    EXPECT_FALSE(orbit(scene, options).ok());
-    options.up = {0, 0, 1};
-    EXPECT_OK(orbit(scene, options).status());
-}
-
 TEST(CameraPose, OpenGlAndOpenCvAreInverse) {
     const Camera camera = sample_camera();
     const auto gl = opengl_from_opencv(camera.world_to_camera);

@@ -30,10 +30,11 @@ options="--data $temp/data --set data.training_resolution=16 --set model.base_di
     --set opt.imgs_per_obj=2 --set logging.ckpt_iterations=0"
 
 # shellcheck disable=SC2086  # a list of words
-"$vkrun" train $options --out "$temp/run" --set model.opacity_bias=0 --set opt.iterations=100000 > "$temp/first" 2>&1 &
+"$vkrun" train $options --out "$temp/run" --set model.opacity_bias=0 --set opt.iterations=100000000 \
+    > "$temp/first" 2>&1 &
 process=$!
 for _ in $(seq $((600 * scale))); do
-    grep -q '^step 1/' "$temp/first" && break
+    grep -q '^note: ' "$temp/first" && break
     kill -0 "$process" 2> /dev/null || fail "the run ended: $(cat "$temp/first")"
     sleep 0.1
 done
@@ -43,6 +44,11 @@ expect 2 "a training of process $process runs in it" $options --out "$temp/run" 
 kill -INT "$process"
 wait "$process"
 [ $? -eq 130 ] || fail "an interrupted run did not end with 130: $(tail -n 3 "$temp/first")"
+# What it said of its length, what it does, and what it left.
+grep -q "^note: at [0-9.e-]* s a step, as measured on [0-9]* steps*, the other .* take [0-9]* [hd] " "$temp/first" ||
+    fail "no length: $(cat "$temp/first")"
+grep -q '^finishing step [0-9]*, saving$' "$temp/first" || fail "no 'finishing step': $(tail -n 3 "$temp/first")"
+grep -q "^report: $temp/run/report.html$" "$temp/first" || fail "no report: $(tail -n 3 "$temp/first")"
 step=$(sed -n 's/^interrupted after step \([0-9]*\);.*/\1/p' "$temp/first")
 [ -n "$step" ] || fail "no 'interrupted after step': $(tail -n 3 "$temp/first")"
 
@@ -51,8 +57,8 @@ expect 2 "'opt.lora_finetune' is true, but false in the run" --out "$temp/run" -
     --set opt.lora_finetune=true --set opt.lora_rank=2
 echo '{"model": {"base_dim": 16}}' > "$temp/other.json"
 expect 2 "'data.training_resolution' is 128, but 16 in the run" "$temp/other.json" --out "$temp/run" --resume
-expect 0 "^opt.iterations 100000 -> $((step + 1))$" --out "$temp/run" --resume --set opt.iterations=$((step + 1))
-grep -q "^opt.iterations 100000 -> " "$temp/run/log.txt" || fail "the change is not in log.txt"
+expect 0 "^opt.iterations 100000000 -> $((step + 1))$" --out "$temp/run" --resume --set opt.iterations=$((step + 1))
+grep -q "^opt.iterations 100000000 -> " "$temp/run/log.txt" || fail "the change is not in log.txt"
 
 # Gaussians that are too transparent to be drawn.
 # shellcheck disable=SC2086

@@ -778,12 +778,15 @@ namespace Splat.Interop
             double* camera_to_world);
 
         /// <summary>
-        /// `count` cameras at equal angles on a circle around the centre of a scene.
+        /// `count` cameras at equal angles on a circle around the middle of a scene's bounds: those of the
+        /// means of its visible Gaussians (opacity of at least 1/255), without those that lie farther from
+        /// their median than 1.5 times the radius that holds 98 % of their opacity. With distance 0 all of
+        /// these are in every image.
         /// desc      may be NULL for defaults
         /// cameras   out, `count` of them
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      options that do not give a valid camera, or a scene without
-        ///                                     extent if distance is 0
+        ///                                     visible extent if distance is 0
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_camera_orbit(
@@ -3135,7 +3138,7 @@ namespace Splat.Interop
         public double elevation;
         /// <summary>angle of the first camera, radians; 0: in front, looking along +z</summary>
         public double start;
-        /// <summary>scene units from the centre; 0 = the scene's radius fills the image</summary>
+        /// <summary>scene units from the middle; 0 = the scene fills 95 % of the images</summary>
         public double distance;
         /// <summary>a direction of the world; 0, 0, 0 = 0, -1, 0</summary>
         public fixed double up[3];

@@ -8,7 +8,7 @@
 #include "io/colmap.h"
 #include "io/file.h"
 #include "io/transforms_json.h"
-#include "scene/camera_pose.h"
+#include "scene/orbit.h"
 
 using namespace splat;
 
@@ -177,12 +177,9 @@ splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc,
         SPLAT_ASSIGN(scene::OrbitOptions options, orbit_options(desc));
         if (count == 0) return {};
         options.count = count;
-        scene::Statistics statistics;
-        {
-            const std::shared_lock lock(object->mutex);
-            SPLAT_ASSIGN(statistics, scene::statistics(object->gaussians));
-        }
-        SPLAT_ASSIGN(const std::vector<scene::Camera> made, scene::orbit(statistics, options));
+        const std::shared_lock lock(object->mutex);
+        SPLAT_ASSIGN(const std::vector<scene::Camera> made,
+                     scene::orbit(object->gaussians, options));
         std::transform(made.begin(), made.end(), cameras, api::value_of);
         return {};
     });

@@ -181,7 +181,7 @@ void add_bench_model(CLI::App& bench, int& exit_code) {
     model
         ->add_flag("--recompute", options->recompute,
                    "Recompute activations in the backward pass, which takes less\n"
-                   "memory (SPLAT_MODEL_RECOMPUTE); needs --backward")
+                   "memory; needs --backward")
         ->needs(backward);
     model->add_option("--lora", options->lora, "Train only adapters, of this rank")
         ->type_name("RANK")

@@ -74,8 +74,7 @@ void add_bench_start(CLI::App& bench, int& exit_code) {
                      "Weights of the network; default: random ones, in TMPDIR")
         ->type_name("FILE")
         ->check(CLI::ExistingFile.description(""));
-    start->add_flag("--low-memory", options->low_memory,
-                    "Keep no prepared weights (SPLAT_MODEL_LOW_MEMORY)");
+    start->add_flag("--low-memory", options->low_memory, "Keep no prepared weights");
     start->add_option("--rounds", options->rounds, "Processes after the first")
         ->type_name("N")
         ->capture_default_str()

@@ -58,6 +58,15 @@ void check_target(const std::string& path, bool overwrite, const std::vector<std
         throw Failure(kUsageError, "'" + path + "' is there already; --overwrite replaces it");
 }
 
+std::string one_file(const std::string& out, const std::string& name) {
+    const std::filesystem::path path(out);
+    std::error_code none;
+    const bool folder = std::filesystem::exists(path, none)
+                            ? std::filesystem::is_directory(path, none)
+                            : !path.has_extension();
+    return folder ? (path / name).string() : out;
+}
+
 void check_no_run(const std::string& folder, const std::string& other) {
     std::error_code none;
     if (std::filesystem::exists(std::filesystem::path(folder) / "run.json", none))
@@ -91,7 +100,7 @@ std::string read_text(const std::string& path) {
         throw Failure(kUsageError, "cannot read '" + path + "'" +
                                        (std::filesystem::exists(path, none)
                                             ? ": it is not a regular file, or may not be read"
-                                            : ""));
+                                            : ": No such file or directory"));
     file.peek();  // an empty file has no text to copy
     std::ostringstream text;
     text << file.rdbuf();

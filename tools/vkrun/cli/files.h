@@ -14,6 +14,10 @@ void make_folder(const std::filesystem::path& path);
 void check_target(const std::string& path, bool overwrite,
                   const std::vector<std::string>& inputs = {});
 
+/// The file that --out means where a command makes one: `out` itself if it has an extension or is a file, else the
+/// file `name` in that folder.
+std::string one_file(const std::string& out, const std::string& name);
+
 /// Throws a usage Failure if the folder is that of a training, whose report.html would be replaced.
 void check_no_run(const std::string& folder, const std::string& other);
 

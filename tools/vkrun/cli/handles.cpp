@@ -1,5 +1,8 @@
 #include "vkrun/cli/handles.h"
 
+#include <regex>
+#include <utility>
+
 namespace vkrun {
 namespace {
 
@@ -25,12 +28,30 @@ ExitCode code_of(splat_result result, ExitCode blame) {
 
 }  // namespace
 
+std::string in_own_words(std::string text) {
+    static const std::vector<std::pair<std::regex, const char*>> kWords = {
+        // "(splat_decode_set_limits, --decode-scale)"
+        {std::regex("\\b(SPLAT|splat)_\\w+, (--)"), "$2"},
+        {std::regex("\"made_by\": \"splat_\\w+\", \"version\": 1, "), ""},  // of a folder's values
+        {std::regex("SPLAT_DEVICE_VALIDATION and "), ""},
+        {std::regex("timeout_ns or (SPLAT_TIMEOUT_SCALE)"), "$1"},
+        {std::regex("free tensors,? or raise max_device_bytes"),
+         "make the work smaller, or choose another device (--device)"}};
+    const auto has = [&text](const char* word) { return text.find(word) != std::string::npos; };
+    if (!has("splat_") && !has("SPLAT_") && !has("max_device_bytes")) return text;  // mostly
+    for (const auto& [found, instead] : kWords) text = std::regex_replace(text, found, instead);
+    return text;
+}
+
+std::string library_message() {
+    return in_own_words(splat_last_error_message());
+}
+
 void check(splat_result result, ExitCode blame) {
     if (result >= SPLAT_OK) return;
-    const ExitCode code = code_of(result, blame);
-    std::string sentence = splat_last_error_message();
-    if (sentence.empty()) sentence = splat_result_sentence(result);
-    throw Failure(code, sentence + " (" + splat_result_name(result) + ")");
+    const std::string sentence = library_message();
+    throw Failure(code_of(result, blame),
+                  sentence.empty() ? in_own_words(splat_result_sentence(result)) : sentence);
 }
 
 Tensor make_tensor(splat_device device, const std::string& name,

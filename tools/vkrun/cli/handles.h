@@ -58,6 +58,12 @@ T sized() {
     return value;
 }
 
+/// A text of the library in the words of the command line: options and environment variables instead of C names.
+std::string in_own_words(std::string text);
+
+/// The message of the library's last error, in_own_words().
+std::string library_message();
+
 /// Throws a Failure with the library's message unless `result` is a success. `blame` is its exit
 /// status where the library refuses its input, such as a damaged file.
 void check(splat_result result, ExitCode blame = kFailed);

@@ -18,11 +18,17 @@ namespace {
 constexpr const char* kStyle = R"(
 :root{color-scheme:light dark;--text:#222;--soft:#5a5a5a;--line:#ddd;--page:#fff;--plate:#fff}
 @media(prefers-color-scheme:dark){:root{--text:#ddd;--soft:#a8a8a8;--line:#444;--page:#16181b;--plate:#f4f4f4}}
-body{font:15px/1.5 system-ui,sans-serif;max-width:72em;margin:2em auto;padding:0 1em;color:var(--text);
+body{font:15px/1.5 system-ui,sans-serif;max-width:110em;margin:2em auto;padding:0 1em;color:var(--text);
   background:var(--page)}
 h1{font-size:1.6em;overflow-wrap:anywhere}
 h2{font-size:1.2em;margin-top:2em;border-bottom:1px solid var(--line);overflow-wrap:anywhere}
-.table{overflow-x:auto;margin:1em 0}
+section{display:flow-root}
+p{max-width:70em}
+.note{border-left:.3em solid #e0a030;padding-left:.8em}
+.table{overflow-x:auto;min-width:min(100%,22em);margin:0 0 1em}
+.table:not(.facts){display:inline-block;max-width:100%;min-width:0;margin-right:2em;vertical-align:top;
+  background:linear-gradient(270deg,var(--page) 1.5em,transparent) 100%/3em 100% no-repeat local,
+  linear-gradient(270deg,#8888,transparent) 100%/1em 100% no-repeat}
 table{border-collapse:collapse}
 td,th{padding:.2em .8em .2em 0;border-bottom:1px solid var(--line);text-align:left;vertical-align:top;
   font-variant-numeric:tabular-nums}
@@ -30,14 +36,23 @@ th{color:var(--soft);font-weight:600}
 td.number,th.number{text-align:right}
 .facts td{overflow-wrap:anywhere}
 @media(min-width:40em){.facts th{white-space:nowrap}}
-figure{display:inline-block;margin:.5em 1em .5em 0;vertical-align:top;max-width:100%}
+figure{display:inline-block;margin:0 1em .5em 0;vertical-align:top;max-width:100%}
 figcaption{font-size:.85em;color:var(--soft)}
-img{max-width:100%;height:auto;image-rendering:pixelated;border:1px solid var(--line)}
+img{max-width:100%;height:auto;image-rendering:pixelated;border:1px solid var(--line);box-sizing:border-box}
 svg{max-width:100%;height:auto}
-.plot svg{background:var(--plate);color:#222}
+.sheet,.plot{display:flow-root;min-width:min(100%,36em);margin-right:0}
+.scroll{overflow-x:auto}
+.sheet img{width:100%;max-width:72em;min-width:44em}
+.plot svg{background:var(--plate);color:#222;min-width:52em}
+.chart{float:left;width:max(30em,50% - 1em)}
+.chart>svg{width:100%;overflow:visible}
 .chart text{font:12px system-ui,sans-serif;fill:var(--soft)}
 .chart line{stroke:var(--line)}
+@media(max-width:40em){table{font-size:.85em}td,th{padding-right:.5em}.chart text{font-size:17px}}
 )";
+
+/// Pictures of at least this width are as wide as there is room, and scroll where there is little.
+constexpr std::uint32_t kSheet = 600;
 
 constexpr const char* kColors[] = {"#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e"};
 constexpr const char* kDashes[] = {"none", "7 3", "2 3"};  // for further curves of the same colours
@@ -129,11 +144,15 @@ std::string image_tag(const std::string& path, const std::string& text, std::uin
 HtmlPage::HtmlPage(const std::string& title) : title_(title) {}
 
 void HtmlPage::heading(const std::string& text) {
-    body_ += "<h2>" + xml_escaped(text) + "</h2>\n";
+    body_ += "</section>\n<section><h2>" + xml_escaped(text) + "</h2>\n";
 }
 
 void HtmlPage::paragraph(const std::string& text) {
     body_ += "<p>" + xml_escaped(text) + "</p>\n";
+}
+
+void HtmlPage::note(const std::string& text) {
+    body_ += "<p class=\"note\">Note: " + xml_escaped(text) + "</p>\n";
 }
 
 void HtmlPage::facts(const std::vector<std::pair<std::string, std::string>>& rows) {
@@ -164,12 +183,14 @@ void HtmlPage::picture(const std::string& path, const std::string& caption, std:
     const std::string image = image_tag(path, caption, width);
     if (image.empty()) return;
     body_ +=
-        "<figure>" + image + "<figcaption>" + xml_escaped(caption) + "</figcaption></figure>\n";
+        (width < kSheet ? "<figure>" + image
+                        : "<figure class=\"sheet\"><div class=\"scroll\">" + image + "</div>") +
+        "<figcaption>" + xml_escaped(caption) + "</figcaption></figure>\n";
 }
 
 void HtmlPage::plot(const std::string& svg, const std::string& caption) {
-    body_ += "<figure class=\"plot\">" + svg + "<figcaption>" + xml_escaped(caption) +
-             "</figcaption></figure>\n";
+    body_ += "<figure class=\"plot\"><div class=\"scroll\">" + svg + "</div><figcaption>" +
+             xml_escaped(caption) + "</figcaption></figure>\n";
 }
 
 void HtmlPage::chart(const std::string& caption, const std::vector<Curve>& curves) {
@@ -228,8 +249,8 @@ std::string HtmlPage::text() const {
            "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">"
            "<link rel=\"icon\" href=\"data:,\">" +
            reload + "<title>" + xml_escaped(title_) + "</title><style>" + kStyle + style_ +
-           "</style></head><body>\n<h1>" + xml_escaped(title_) + "</h1>\n" + body_ + script +
-           "</body></html>\n";
+           "</style></head><body>\n<h1>" + xml_escaped(title_) + "</h1>\n<section>" + body_ +
+           "</section>\n" + script + "</body></html>\n";
 }
 
 }  // namespace vkrun

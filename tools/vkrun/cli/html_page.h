@@ -15,13 +15,15 @@ class HtmlPage {
 
     void heading(const std::string& text);
     void paragraph(const std::string& text);
+    /// What the reader must know about all of the page.
+    void note(const std::string& text);
     void facts(const std::vector<std::pair<std::string, std::string>>& rows);
 
     /// The first row is the heading; a column whose heading starts with '>' is flush right.
     void table(const std::vector<std::vector<std::string>>& rows);
 
-    /// Embed a PNG or GIF file, shown `width` pixels of the page wide (0: its own size); nothing if it
-    /// cannot be read.
+    /// Embed a PNG or GIF file, shown `width` pixels of the page wide (0: its own size; from 600 on it
+    /// takes the room that there is, and scrolls on narrow screens); nothing if it cannot be read.
     void picture(const std::string& path, const std::string& caption, std::uint32_t width = 0);
 
     /// Show an SVG file.

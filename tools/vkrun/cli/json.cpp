@@ -24,7 +24,7 @@ std::string library_text(const std::function<splat_result(char*, std::size_t, st
         check(get(text.data(), text.size(), &needed), blame);
     }
     text.resize(text.find('\0'));
-    return text;
+    return in_own_words(std::move(text));
 }
 
 }  // namespace vkrun

@@ -16,7 +16,7 @@ const char* level_name(splat_log_level level) {
 }
 
 void print_message(void*, splat_log_level level, const char* message) {
-    std::fprintf(stderr, "vkrun: %s: %s\n", level_name(level), message);
+    std::fprintf(stderr, "vkrun: %s: %s\n", level_name(level), in_own_words(message).c_str());
 }
 
 }  // namespace

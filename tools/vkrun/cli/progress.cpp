@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "vkrun/cli/text.h"
+
 namespace vkrun {
 namespace {
 
@@ -29,8 +31,8 @@ void Progress::show(std::size_t done) {
                                         static_cast<double>(total_ - done);
     const std::size_t filled = kBarWidth * done / total_;
     const std::string bar = std::string(filled, '#') + std::string(kBarWidth - filled, '.');
-    std::fprintf(stderr, "\r%s [%s] %zu/%zu, %.0f s left\033[K", what_.c_str(), bar.c_str(), done,
-                 total_, left);
+    std::fprintf(stderr, "\r%s [%s] %zu/%zu, %s left\033[K", what_.c_str(), bar.c_str(), done,
+                 total_, duration_text(left).c_str());
     std::fflush(stderr);
 }
 

@@ -1,6 +1,7 @@
 #include "vkrun/cli/text.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <iterator>
@@ -65,6 +66,14 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
             nearest = candidate;
         }
     return nearest;
+}
+
+std::string duration_text(double seconds) {
+    const double minutes = std::round(seconds / 60), hours = std::round(seconds / 3600);
+    if (hours >= 48) return format("%.0f d %.0f h", std::floor(hours / 24), std::fmod(hours, 24));
+    if (minutes >= 60)
+        return format("%.0f h %.0f min", std::floor(minutes / 60), std::fmod(minutes, 60));
+    return minutes >= 2 ? format("%.0f min", minutes) : format("%.0f s", seconds);
 }
 
 }  // namespace vkrun

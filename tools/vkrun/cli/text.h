@@ -17,4 +17,7 @@ std::string bytes_text(unsigned long long bytes);
 /// The known word that `word` most likely means; empty if none is near.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& known);
 
+/// "2 d 3 h", "3 h 12 min", "12 min" or "45 s"
+std::string duration_text(double seconds);
+
 }  // namespace vkrun

@@ -57,7 +57,7 @@ struct MetricFinding {
 
 /// A library call that blames the files for its errors.
 void check_files(splat_result result) {
-    if (result < SPLAT_OK) throw Failure(kBadData, splat_last_error_message());
+    if (result < SPLAT_OK) throw Failure(kBadData, library_message());
 }
 
 Comparison compare_files(const CompareOptions& options) {

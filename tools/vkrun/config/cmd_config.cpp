@@ -44,9 +44,9 @@ Examples:
 )";
 
 constexpr const char* kPresetsFooter =
-    R"(Lists the configurations of the published models. Their names stand for files wherever a command takes a
-configuration. They name no folder of data, lists of objects or weights: see --data, 'vkrun config list data'
-and opt.pretrained_ckpt.
+    R"(Lists the configurations of the published models, and "small", a first training that ends within minutes.
+Their names stand for files wherever a command takes a configuration. They name no folder of data, lists of
+objects or weights: see --data, 'vkrun config list data' and opt.pretrained_ckpt.
 
 Exit status: 0 done, 2 wrong usage.
 
@@ -134,7 +134,7 @@ std::string about(const Json& row) {
     const char* const values[] = {change.c_str()};
     std::size_t needed = 0;
     if (splat_config_merge(nullptr, values, 1, nullptr, 0, &needed) < 0)
-        throw Failure(kUsageError, splat_last_error_message());
+        throw Failure(kUsageError, library_message());
     throw Failure(kUsageError, "no key starts with '" + word + "'");
 }
 
@@ -223,7 +223,7 @@ void warn_of_training(const ConfigOptions& options) {
     std::size_t needed = 0;
     if (splat_config_check(from, values.data(), values.size(), nullptr, 0, &needed) < 0) {
         std::fprintf(stderr, "vkrun: warning: a training is refused: %s\n",
-                     splat_last_error_message());
+                     library_message().c_str());
         return;
     }
     const Json told = library_json(splat_config_check, from, values.data(), values.size());
@@ -313,8 +313,8 @@ void add_config(CLI::App& app, int& exit_code) {
     all->add_option("PREFIX", options->prefix, "Only keys that start with PREFIX")->type_name("");
     add_json_flag(*all, options->json);
     all->callback([options, &exit_code] { exit_code = list(*options); });
-    CLI::App* presets = add_command(
-        *group, "presets", "List the configurations of the published models.", kPresetsFooter);
+    CLI::App* presets =
+        add_command(*group, "presets", "List the configurations that have names.", kPresetsFooter);
     add_json_flag(*presets, options->json);
     presets->callback([options, &exit_code] { exit_code = list_presets(options->json); });
     CLI::App* one = add_command(*group, "show", "Show every value of a configuration, or one key.",

@@ -28,8 +28,7 @@ std::string config_text(const std::string& path) {
     const bool is_name = path.find_first_of("/.") == std::string::npos;
     if (!is_name || std::filesystem::is_regular_file(path, ignored)) return text_of(path);
     if (splat_config_preset(path.c_str(), nullptr, 0, &needed) != SPLAT_INCOMPLETE)
-        throw Failure(kUsageError,
-                      "there is no file '" + path + "', and " + splat_last_error_message());
+        throw Failure(kUsageError, "there is no file '" + path + "', and " + library_message());
     std::string text(needed, '\0');
     check(splat_config_preset(path.c_str(), text.data(), needed, nullptr));
     return text.c_str();
@@ -44,7 +43,7 @@ Json merged_config(const std::string& path, const std::vector<std::string>& chan
     const splat_result result =
         splat_config_merge(from, values.data(), values.size(), nullptr, 0, &needed);
     if (result != SPLAT_INCOMPLETE)
-        throw Failure(kUsageError, (path.empty() ? "" : path + ": ") + splat_last_error_message());
+        throw Failure(kUsageError, (path.empty() ? "" : path + ": ") + library_message());
     std::string made(needed, '\0');
     check(splat_config_merge(from, values.data(), values.size(), made.data(), needed, nullptr));
     return Json::parse(made.c_str());

@@ -72,8 +72,7 @@ Dataset open_split(const CheckOptions& options, const char* split) {
     desc.cache_bytes = 1;
     Dataset dataset;
     const splat_result result = splat_dataset_open(&desc, dataset.out());
-    if (options.split == "all" && result == SPLAT_ERROR_NOT_FOUND)
-        throw NoSplit(splat_last_error_message());
+    if (options.split == "all" && result == SPLAT_ERROR_NOT_FOUND) throw NoSplit(library_message());
     check(result, kBadData);
     if (options.split == "all" && std::string(split) != "train" &&
         !library_json(splat_dataset_report, dataset.get()).at("has_splits").get<bool>())

@@ -91,7 +91,7 @@ void import_tables(const ImportOptions& options, const std::string& split, std::
     if (options.overwrite) desc.flags = SPLAT_IMPORT_REPLACE;
     with_progress(split, [&](splat_progress_callback callback, void* user) {
         const splat_result result = splat_dataset_import(&desc, callback, user);
-        if (result == SPLAT_ERROR_NOT_FOUND) missing = splat_last_error_message();
+        if (result == SPLAT_ERROR_NOT_FOUND) missing = library_message();
         return result == SPLAT_ERROR_NOT_FOUND ? SPLAT_OK : result;
     });
 }

@@ -39,7 +39,7 @@ struct ShowOptions {
 
 /// Whatever the library refuses here is bad data.
 void check_read(splat_result result) {
-    if (result < 0) throw Failure(kBadData, splat_last_error_message());
+    if (result < 0) throw Failure(kBadData, library_message());
 }
 
 Dataset open_shown(const ShowOptions& options) {
@@ -94,7 +94,8 @@ void add_object(splat_dataset dataset, const Json& report, std::uint32_t object,
 }
 
 int show(const ShowOptions& options) {
-    check_target(options.out, options.overwrite);
+    const std::string out = one_file(options.out, options.split + ".png");
+    check_target(out, options.overwrite);
     const Dataset dataset = open_shown(options);
     const Json report = library_json(splat_dataset_report, dataset.get());
     const auto objects = report.at("objects").get<std::uint32_t>();
@@ -104,15 +105,16 @@ int show(const ShowOptions& options) {
     Picture sheet(columns * size, objects * size);
     for (std::uint32_t object = 0; object < objects; ++object)
         add_object(dataset.get(), report, object, options.views, sheet);
-    sheet.save(options.out);
+    if (out != options.out) make_folder(options.out);
+    sheet.save(out);
     if (options.json)
-        print_json({{"out", options.out},
+        print_json({{"out", out},
                     {"objects", objects},
                     {"width", sheet.width()},
                     {"height", sheet.height()},
                     {"maps", report.at("maps")}});
     else
-        std::printf("%s: %u objects, %u x %u pixels\n", options.out.c_str(), objects, sheet.width(),
+        std::printf("%s: %u objects, %u x %u pixels\n", out.c_str(), objects, sheet.width(),
                     sheet.height());
     return kSuccess;
 }
@@ -124,7 +126,7 @@ void add_data_show(CLI::App& data, int& exit_code) {
         add_command(data, "show", "Draw a sheet of objects, views and maps.", kDataShowFooter);
     const auto options = std::make_shared<ShowOptions>();
     command->add_option("DIR", options->path, "Folder of the data set")->required()->type_name("");
-    command->add_option("--out", options->out, "Image to write, .png")
+    command->add_option("--out", options->out, "Image to write, .png, or a folder for SPLIT.png")
         ->required()
         ->type_name("FILE");
     command->add_option("--split", options->split, "train, val or test")

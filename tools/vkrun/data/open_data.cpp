@@ -48,7 +48,7 @@ Dataset open_data(const Json& config, const std::string& root, const std::string
     std::fill_n(desc.background, 3, white ? 1.0F : 0.0F);
     Dataset dataset;
     if (splat_dataset_open(&desc, dataset.out()) != SPLAT_OK)
-        throw Failure(kBadData, splat_last_error_message());
+        throw Failure(kBadData, library_message());
     return dataset;
 }
 

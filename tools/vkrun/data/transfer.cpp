@@ -99,7 +99,7 @@ Dataset open_source(const TransferOptions& options, const std::string& split,
     Dataset dataset;
     const splat_result result = splat_dataset_open(&desc, dataset.out());
     if (result == SPLAT_ERROR_NOT_FOUND && missing != nullptr)
-        *missing = splat_last_error_message();
+        *missing = library_message();
     else
         check(result, kBadData);
     // With all splits, the objects of a folder without any are one.

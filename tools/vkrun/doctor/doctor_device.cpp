@@ -109,7 +109,7 @@ Findings check_validation(const splat_device_desc& desc) {
     Device device;
     if (splat_device_create(&checked, device.out()) < SPLAT_OK)
         return {{"validation", State::kWarning,
-                 std::string("no device under the validation layer: ") + splat_last_error_message(),
+                 std::string("no device under the validation layer: ") + library_message(),
                  "only tests and debugging need it: `apt-get install "
                  "vulkan-validationlayers`"}};
     g_validation_messages = 0;

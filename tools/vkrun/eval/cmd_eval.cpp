@@ -101,7 +101,7 @@ Lpips make_lpips(splat_device device, const std::vector<std::string>& files, std
     std::vector<splat_weights> handles;
     const auto good = [](splat_result result) {
         if (result < SPLAT_OK)
-            throw Failure(kBadData, std::string("--lpips: ") + splat_last_error_message());
+            throw Failure(kBadData, std::string("--lpips: ") + library_message());
     };
     for (std::size_t i = 0; i < files.size(); ++i) {
         good(splat_weights_load(files[i].c_str(), 0, weights[i].out()));

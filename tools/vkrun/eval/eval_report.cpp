@@ -74,8 +74,6 @@ std::string write_eval_report(const std::string& out, const Json& results,
                               std::vector<ObjectRow> rows, const float* background,
                               const std::function<ShownObject(std::uint32_t object)>& show) {
     HtmlPage page("Evaluation");
-    page.facts(facts);
-    add_means(page, results);
     std::erase_if(rows, [](const ObjectRow& row) { return !std::isfinite(row.psnr); });
     std::sort(rows.begin(), rows.end(), [](const ObjectRow& a, const ObjectRow& b) {
         return a.psnr != b.psnr ? a.psnr < b.psnr : a.object < b.object;
@@ -90,6 +88,8 @@ std::string write_eval_report(const std::string& out, const Json& results,
         page.chart("PSNR of each object, dB, from the worst to the best by novel views",
                    {novel, input});
     }
+    page.facts(facts);
+    add_means(page, results);
     const std::pair<const char*, std::size_t> chosen[] = {
         {"Worst", 0}, {"Median", rows.size() / 2}, {"Best", rows.size() - 1}};
     for (const auto& [which, at] : chosen) {

@@ -33,8 +33,9 @@ with an opacity below 1/255, which no image shows, and those with numbers that a
 scene and counted ("faint", "not_finite").
 
 Without --weights, the built-in ones are used: procedural cars at 64 x 64 pixels, for which there are the adapters
-"chairs"; with --depth and --normal those of the name cars64-depth-normal. Warns if no object is found, and then
-uses the whole picture, or if the object touches the border.
+"chairs"; with --depth and --normal those of the name cars64-depth-normal. Of other objects they make cars;
+'vkrun weights where' lists published weights. Warns if no object is found, and then uses the whole picture,
+or if the object touches the border.
 
 Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data, 7 weights whose
 outputs are not finite.

@@ -28,8 +28,8 @@ namespace {
 /// A library call that blames the data for its errors.
 void check_data(splat_result result) {
     if (result >= SPLAT_OK) return;
-    if (result == SPLAT_ERROR_INVALID_STATE) throw Failure(kNotFinite, splat_last_error_message());
-    throw Failure(kBadData, splat_last_error_message());
+    if (result == SPLAT_ERROR_INVALID_STATE) throw Failure(kNotFinite, library_message());
+    throw Failure(kBadData, library_message());
 }
 
 /// Points into `options`.
@@ -265,6 +265,23 @@ void add_scores(std::uint32_t object, const Predicted& task, const std::vector<f
     result["psnr_input"] = scores.conditioning.psnr;
 }
 
+/// What the built-in weights do not know, for whoever gives them a picture: whether it shows a car is not known here.
+/// Empty for other weights, and for adapters that are not built in either.
+std::string built_in_note(const PredictionOptions& options, const NetworkFiles& files) {
+    if (options.image.empty() || !is_built_in(files.weights)) return "";
+    const std::filesystem::path adapters(files.adapters);
+    const bool chairs =
+        adapters.stem() == "chairs" &&
+        adapters.parent_path() == std::filesystem::path(files.weights).parent_path();
+    if (!files.adapters.empty() && !chairs) return "";
+    const std::string known =
+        chairs
+            ? "with these adapters know chairs only: anything else comes out like a chair"
+            : "know cars only (chairs with --adapters chairs): anything else comes out like a car";
+    return "the built-in weights " + known +
+           ". 'vkrun weights where' lists published weights for other objects";
+}
+
 }  // namespace
 
 std::string weights_of(const PredictionOptions& options) {
@@ -280,6 +297,8 @@ Json run_prediction(const PredictionOptions& options, splat_device device, const
         options.data.empty() ? read_photo(options, network) : read_object(options, network);
     for (const std::string& warning : task.warnings)
         std::fprintf(stderr, "vkrun: warning: %s\n", warning.c_str());
+    const std::string note = built_in_note(options, files);
+    if (!note.empty()) std::fprintf(stderr, "vkrun: note: %s\n", note.c_str());
     auto info = sized<splat_scene_info>();
     check(splat_scene_get_info(task.scene.get(), &info));
     if (info.count == 0)
@@ -306,6 +325,7 @@ Json run_prediction(const PredictionOptions& options, splat_device device, const
                    {"predict_ms", task.predict_ms},
                    {"device", info_of(device).name}};
     if (!task.photo.is_null()) result["photo"] = task.photo;
+    if (!note.empty()) result["note"] = note;
     if (!task.warnings.empty()) result["warnings"] = task.warnings;
     if (!task.truths.empty()) add_scores(options.object, task, images, result);
     if (!options.true_depth.empty())

@@ -32,8 +32,8 @@ struct PredictionOptions {
 std::string weights_of(const PredictionOptions& options);
 
 /// Predict by a network on its device, draw, and write everything into options.out; the scene and the sheet also into a
-/// page. Returns the facts: trained_for, gaussians, faint, not_finite, predict_ms, draw_ms, images, report, and with a
-/// truth psnr, ssim, novel_views, psnr_input, depth. Throws a Failure.
+/// page. Returns the facts: trained_for, gaussians, faint, not_finite, predict_ms, draw_ms, images, report, note
+/// of the built-in weights on a picture, and with a truth psnr, ssim, novel_views, psnr_input, depth. Throws a Failure.
 Json run_prediction(const PredictionOptions& options, splat_device device, const Network& network,
                     HtmlPage* also = nullptr);
 

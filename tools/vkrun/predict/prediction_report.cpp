@@ -129,10 +129,10 @@ std::string write_prediction_report(const std::string& out, const Predicted& tas
                                     const splat_predictor_info& info,
                                     const std::vector<splat_camera>& cameras, const Json& result) {
     HtmlPage page("Prediction of " + task.name);
+    if (result.contains("note")) page.note(result.at("note"));
     add_predicted_scene(page, task.scene.get(), task.name, info, cameras);
     page.picture(out + "/input.png", "input", kPictureWidth);
     page.picture(out + "/orbit.png", "novel views", kPictureWidth);
-    page.heading("Facts");
     page.facts(facts_of(result));
     page.heading("Views");
     add_sheet(page, out, task);

@@ -126,7 +126,7 @@ void make_by_model(MapRun& run, const std::vector<MapJob>& jobs,
                                                                  : kBadData,
                       "'" + jobs.front().picture.string() + "'" +
                           (jobs.size() > 1 ? " to '" + jobs.back().picture.string() + "'" : "") +
-                          ": " + splat_last_error_message());
+                          ": " + library_message());
     for (std::size_t i = 0; i < jobs.size(); ++i)
         for (const MapKind& kind : run.kinds) write_map(run, jobs[i], kind, maps[i].*kind.image);
     run.report.made += jobs.size();

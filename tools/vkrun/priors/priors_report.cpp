@@ -243,11 +243,10 @@ std::string evaluation_page(const PriorsEvaluation& evaluation) {
         for (const std::string& problem : evaluation.problems) page.paragraph(problem);
     }
     for (const std::string& group : groups_with_all(evaluation)) {
-        page.heading("Scores, " + group_label(group));
+        const bool several = evaluation.methods.size() > 1;
+        page.heading((several ? "Scores and wins, " : "Scores, ") + group_label(group));
         page.table(score_rows(evaluation, group));
-        if (evaluation.methods.size() < 2) continue;
-        page.heading("Wins, " + group_label(group));
-        page.table(win_rows(evaluation, group));
+        if (several) page.table(win_rows(evaluation, group));
     }
     page.heading("Distributions");
     page.plot(boxes_of(evaluation),

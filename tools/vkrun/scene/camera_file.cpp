@@ -71,18 +71,18 @@ CameraFile load_cameras(const std::string& path, const CameraFileOptions& option
 std::vector<splat_camera> orbit_cameras(splat_scene scene, const ImageSize& size,
                                         double elevation_degrees, double distance,
                                         std::uint32_t count) {
-    auto info = sized<splat_scene_info>();
-    check(splat_scene_get_info(scene, &info));
-    if (distance == 0 && !(info.radius > 0))
-        throw Failure(kBadData,
-                      "the scene has no extent that an orbit could be placed by: give --distance");
     auto desc = sized<splat_orbit_desc>();
     desc.width = size.width;
     desc.height = size.height;
     desc.elevation = elevation_degrees * std::numbers::pi / 180;
     desc.distance = distance;
     std::vector<splat_camera> cameras(count);
-    check(splat_camera_orbit(scene, &desc, count, cameras.data()), kBadData);
+    const splat_result made = splat_camera_orbit(scene, &desc, count, cameras.data());
+    if (made == SPLAT_ERROR_INVALID_ARGUMENT && distance == 0)
+        throw Failure(kBadData,
+                      "the scene has no visible extent that an orbit could be placed by: give "
+                      "--distance");
+    check(made, kBadData);
     return cameras;
 }
 

@@ -23,6 +23,7 @@
 #include "vkrun/cli/stopwatch.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/scene/camera_file.h"
+#include "vkrun/scene/render_options.h"
 #include "vkrun/scene/scene_file.h"
 #include "vkrun/view/scene_viewer.h"
 
@@ -47,29 +48,6 @@ Examples:
 )";
 
 constexpr double kElevation = 11;  ///< degrees
-
-struct RenderOptions {
-    std::string scene, cameras, out;
-    std::uint32_t orbit = 0;
-    std::optional<double> elevation;  ///< degrees
-    std::optional<double> distance;   ///< scene units
-    std::optional<float> near_plane;  ///< scene units
-    std::optional<float> far_plane;   ///< scene units
-    std::string size;
-    bool ignore_distortion = false;
-    bool lenient = false;
-    std::string format = "png";
-    std::string convention = "3dgs";
-    bool antialiased = false;
-    std::vector<float> background = {0, 0, 0};
-    std::vector<std::string> outputs = {"rgb"};
-    bool animate = false;
-    std::string animation;  ///< file; empty: animation.png in `out`
-    std::string page;       ///< file; empty: none
-    bool overwrite = false;
-    std::string device = "best";
-    bool json = false;
-};
 
 /// One kind of image that is written.
 struct OutputKind {
@@ -210,6 +188,7 @@ void to_picture(const OutputKind& kind, std::vector<float>& values) {
 }
 
 std::string path_of(const RenderOptions& options, const PathName& name, const OutputKind& kind) {
+    if (!options.file.empty()) return options.file;
     const std::string file = name.text() + kind.suffix + "." + options.format;
     return (std::filesystem::path(options.out) / file).string();
 }
@@ -247,54 +226,6 @@ Json render_view(const RenderOptions& options, Renderer& renderer, const View& v
             {"files", std::move(files)}};
 }
 
-std::string animation_path(const RenderOptions& options) {
-    if (!options.animation.empty()) return options.animation;
-    return (std::filesystem::path(options.out) / "animation.png").string();
-}
-
-/// Checks --near and --far, each also against what the library takes for the other where it is not given.
-void check_planes(const RenderOptions& options) {
-    for (const auto& [name, plane] :
-         {std::pair{"--near", options.near_plane}, std::pair{"--far", options.far_plane}})
-        if (plane) check_number(name, static_cast<double>(*plane), 1e-6, 1e30);
-    const float usual_near = options.convention == "gsplat" ? 0.01F : 0.2F;
-    const auto near = static_cast<double>(options.near_plane.value_or(usual_near));
-    const auto far = static_cast<double>(options.far_plane.value_or(1e10F));
-    if (far > near) return;
-    if (!options.far_plane)
-        throw Failure(kUsageError, format("--near is %g, expected less than --far, %g by default; "
-                                          "give both",
-                                          near, far));
-    throw Failure(kUsageError, format("--far is %g, expected more than --near, %g%s", far, near,
-                                      options.near_plane ? "" : " by default; give both"));
-}
-
-void check_options(const RenderOptions& options) {
-    if ((options.orbit == 0) == options.cameras.empty())
-        throw Failure(kUsageError, "give either --cameras FILE or --orbit N");
-    if (!options.cameras.empty() && (options.elevation || options.distance))
-        throw Failure(kUsageError, std::string(options.elevation ? "--elevation" : "--distance") +
-                                       " is for --orbit; the file of --cameras places its "
-                                       "cameras itself");
-    if (options.ignore_distortion && options.cameras.empty())
-        throw Failure(kUsageError,
-                      "--ignore-distortion is for --cameras; an orbit has no distortion");
-    if (options.elevation) check_number("--elevation", *options.elevation, -89, 89);
-    if (options.distance) check_number("--distance", *options.distance, 1e-6, 1e9);
-    check_planes(options);
-    if (!options.page.empty() && options.format != "png")
-        throw Failure(kUsageError,
-                      "--page shows the images, which a browser reads with --format png");
-    check_background(options.background);
-    if (options.animate &&
-        std::find(options.outputs.begin(), options.outputs.end(), "rgb") == options.outputs.end())
-        throw Failure(kUsageError, "--animate needs rgb among the --outputs");
-    const std::string kind = std::filesystem::path(animation_path(options)).extension().string();
-    if (kind != ".png" && kind != ".gif" && kind != ".webp")
-        throw Failure(kUsageError, "--animate is '" + options.animation +
-                                       "', expected a file of the extension .png, .gif or .webp");
-}
-
 void check_targets(const RenderOptions& options, const std::vector<View>& views) {
     std::set<std::filesystem::path> targets;
     const auto check = [&options, &targets](const std::string& path) {
@@ -305,7 +236,7 @@ void check_targets(const RenderOptions& options, const std::vector<View>& views)
                                            "' would be written twice: name another file with "
                                            "--animate or --page");
     };
-    if (options.animate) check(animation_path(options));
+    if (options.animate) check(options.animation);
     if (!options.page.empty()) check(options.page);
     for (const View& view : views) {
         for (const OutputKind& kind : kinds_of(options)) check(path_of(options, view.name, kind));
@@ -337,9 +268,8 @@ void write_render_page(const RenderOptions& options, const SceneFile& file,
         page.paragraph(why);
         std::fprintf(stderr, "vkrun: warning: '%s': %s\n", options.page.c_str(), why.c_str());
     }
-    page.heading(views.size() > kMostShown
-                     ? format("The first %zu of %zu views", kMostShown, views.size())
-                     : "Views");
+    if (views.size() > kMostShown)
+        page.paragraph(format("The first %zu of %zu views:", kMostShown, views.size()));
     for (std::size_t i = 0; i < std::min(kMostShown, views.size()); ++i)
         for (const OutputKind& kind : kinds_of(options))
             page.picture(path_of(options, views[i].name, kind), views[i].name.text() + kind.suffix,
@@ -347,8 +277,8 @@ void write_render_page(const RenderOptions& options, const SceneFile& file,
     replace_file(options.page, page.text());
 }
 
-int run_render(const RenderOptions& options) {
-    check_options(options);
+int run_render(RenderOptions options) {
+    check_render_options(options);
     const auto reading = scene_file_desc(options.lenient);
     const SceneFile file = load_scene(options.scene, &reading);
     const std::vector<View> views =
@@ -357,10 +287,11 @@ int run_render(const RenderOptions& options) {
     if (options.orbit == 0)
         for (const View& view : views)
             check_distance(view.name.text(), view.camera, file.info, options.lenient);
+    place_images(options, views.size() * kinds_of(options).size());
     check_targets(options, views);
     Renderer renderer(options, file);
     renderer.prepare(views.front().camera);  // a refusal leaves no folder behind
-    make_folder(options.out);
+    if (!options.out.empty()) make_folder(options.out);
     const Stopwatch watch;
     Json list = Json::array();
     std::vector<std::uint8_t> frames;
@@ -371,14 +302,13 @@ int run_render(const RenderOptions& options) {
             list.push_back(render_view(options, renderer, view, frames));
         }
     }
-    const std::string animation = animation_path(options);
     if (options.animate) {
         const splat_camera& camera = views.front().camera;
         std::vector<splat_image> images;
         for (std::size_t i = 0; i < views.size(); ++i)
             images.push_back(bytes_image(frames.data() + i * frames.size() / views.size(),
                                          camera.width, camera.height, 3));
-        check(splat_image_save_animation(animation.c_str(), images.data(),
+        check(splat_image_save_animation(options.animation.c_str(), images.data(),
                                          static_cast<std::uint32_t>(images.size()), 50));
     }
     if (!options.page.empty()) write_render_page(options, file, views);
@@ -390,95 +320,16 @@ int run_render(const RenderOptions& options) {
                          {"convention", options.convention},
                          {"seconds", seconds},
                          {"views", std::move(list)}};
-        if (options.animate) document["animation"] = animation;
+        if (options.animate) document["animation"] = options.animation;
         if (!options.page.empty()) document["page"] = options.page;
         print_json(document);
     } else {
-        std::printf("%s: %zu views of %llu Gaussians in %.2f s on %s\n", options.out.c_str(),
-                    views.size(), static_cast<unsigned long long>(file.info.count), seconds,
+        std::printf("%s: %zu views of %llu Gaussians in %.2f s on %s\n",
+                    (options.file.empty() ? options.out : options.file).c_str(), views.size(),
+                    static_cast<unsigned long long>(file.info.count), seconds,
                     renderer.device().name);
     }
     return kSuccess;
-}
-
-void add_options(CLI::App& command, RenderOptions& options) {
-    command.add_option("SCENE", options.scene, "Scene: " + scene_extensions())
-        ->required()
-        ->type_name("");
-    command
-        .add_option("--cameras", options.cameras,
-                    "transforms.json, or the folder of a COLMAP model")
-        ->type_name("FILE");
-    command.add_option("--orbit", options.orbit, "N cameras on a circle around the scene")
-        ->type_name("N")
-        ->check(CLI::Range(1, 10000).description(""));
-    command
-        .add_option("--elevation", options.elevation,
-                    "Degrees of the orbit above the horizon; default: 11")
-        ->type_name("DEG");
-    command
-        .add_option("--distance", options.distance,
-                    "Radius of the orbit, in scene units; default: the\nscene fills the image")
-        ->type_name("X");
-    command.add_option("--out", options.out, "Folder for the images, made if it is missing")
-        ->required()
-        ->type_name("DIR");
-    command
-        .add_option("--size", options.size,
-                    "Size of the images, for an orbit (default: 512x512)\nor a camera file that "
-                    "does not give it")
-        ->type_name("WxH");
-    command.add_flag("--ignore-distortion", options.ignore_distortion,
-                     "Ignore the distortion of lenses");
-    command.add_flag("--lenient", options.lenient,
-                     std::string(kLenientHelp) + ", and\nof cameras more than 1e6 radii away");
-    command
-        .add_option("--near", options.near_plane,
-                    "Near plane, in scene units; default: 0.2, with\n--convention gsplat 0.01")
-        ->type_name("X");
-    command.add_option("--far", options.far_plane, "Far plane, in scene units; default: 1e10")
-        ->type_name("X");
-    command.add_option("--format", options.format, "png or npy")
-        ->type_name("NAME")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"png", "npy"}).description(""));
-    command.add_option("--convention", options.convention, "3dgs or gsplat")
-        ->type_name("NAME")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"3dgs", "gsplat"}).description(""));
-    command.add_flag("--antialiased", options.antialiased, "Compensate opacities for the dilation");
-    command
-        .add_option("--background", options.background, "Background colour, each channel 0 to 1")
-        ->type_name("R,G,B")
-        ->default_str("0,0,0")
-        ->delimiter(',')
-        ->expected(3);
-    command.add_option("--outputs", options.outputs, "Any of rgb, alpha, depth and normal")
-        ->type_name("NAME[,NAME]...")
-        ->default_str("rgb")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->check(CLI::IsMember({"rgb", "alpha", "depth", "normal"}).description(""));
-    command
-        .add_option_function<std::string>(
-            "--animate",
-            [&options](const std::string& path) {
-                options.animate = true;
-                options.animation = path;
-            },
-            "Also write an animation of all views: FILE.png,\nFILE.gif or FILE.webp; default: "
-            "DIR/animation.png")
-        ->expected(0, 1)
-        ->default_str("")
-        ->type_name("[FILE]");
-    command
-        .add_option("--page", options.page,
-                    "Also write a page with the images, in which the scene\nturns as in that of "
-                    "'vkrun view'")
-        ->type_name("FILE");
-    command.add_flag("--overwrite", options.overwrite, "Replace images that exist");
-    add_device_option(command, options.device);
-    add_json_flag(command, options.json);
 }
 
 }  // namespace
@@ -486,7 +337,7 @@ void add_options(CLI::App& command, RenderOptions& options) {
 void add_render(CLI::App& app, int& exit_code) {
     CLI::App* command = add_command(app, "render", "Render images of a scene.", kRenderFooter);
     const auto options = std::make_shared<RenderOptions>();
-    add_options(*command, *options);
+    add_render_options(*command, *options);
     command->callback([options, &exit_code] { exit_code = run_render(*options); });
 }
 

@@ -45,8 +45,10 @@ void check_page(const std::string& path) {
 }
 
 int report(const ReportOptions& options) {
-    check_page(options.out);
-    const std::string path = write_run_report(options.runs, options.out);
+    const std::string out = options.out.empty() ? "" : one_file(options.out, "report.html");
+    check_page(out);
+    if (out != options.out) make_folder(options.out);
+    const std::string path = write_run_report(options.runs, out);
     if (options.json)
         print_json({{"report", path}, {"runs", options.runs.size()}});
     else
@@ -63,7 +65,7 @@ void add_report(CLI::App& app, int& exit_code) {
     command->add_option("RUN", options->runs, "Folders of runs")->required()->type_name("");
     command
         ->add_option("--out", options->out,
-                     "Page to write; default: report.html in the first folder")
+                     "Page to write, or a folder for report.html; default: the\nfirst RUN")
         ->type_name("FILE");
     add_json_flag(*command, options->json);
     command->callback([options, &exit_code] { exit_code = report(*options); });

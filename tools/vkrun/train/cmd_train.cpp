@@ -1,8 +1,13 @@
 // vkrun train: train a network on the images of a data set.
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <ctime>
 #include <memory>
 
@@ -22,9 +27,10 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kTrainFooter =
-    R"(CONFIG is YAML or JSON with the keys of Splatter Image, or the name of a published configuration ('vkrun
-config presets'); without it, the published cars model is trained. 'vkrun config list' explains every key, and
-'vkrun config show' prints every value.
+    R"(CONFIG is YAML or JSON with the keys of Splatter Image, or the name of a configuration ('vkrun config
+presets'): "small" ends within minutes on two cores; without CONFIG, the published cars model is trained, which
+takes days on a GPU. 'vkrun config list' explains every key, and 'vkrun config show' prints every value. A run
+that will take more than an hour says so as soon as its first steps tell.
 
 OUT holds config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard, the last two states
 (checkpoints/), weights_last and weights_best.safetensors (averaged weights), renders/, lock, and report.html,
@@ -42,7 +48,8 @@ Exit status: 0 trained to the end, 1 failed, such as a full disk, 2 wrong usage 
 200 drew nothing, 130 interrupted.
 
 Examples:
-  vkrun data synth cars && vkrun train --data cars --out run --set opt.iterations=2000
+  vkrun data synth cars --objects 64 --val 4 --size 64
+  vkrun train small --data cars --out run
   vkrun train cars.yaml --out run --resume
   vkrun train hydrants --data co3d --set data.excluded_file=bad_sequences.py --out run
   vkrun train tools/weights/cars64/cars64.yaml --init cars64 --data mine --out run
@@ -51,7 +58,29 @@ Examples:
 
 volatile std::sig_atomic_t g_interrupted = 0;
 
+/// What the first signal prints at once, as a step may take minutes.
+std::atomic<const char*> g_farewell = "ending before the first step, saving\n";
+static_assert(std::atomic<const char*>::is_always_lock_free);
+
+/// Name the piece of work that is next, which a signal lets end. The text that a handler may be writing stays: there
+/// are two.
+void prepare_farewell(const splat_training_event& done) {
+    static char texts[2][96];
+    static int turn = 0;
+    char(&text)[96] = texts[turn ^= 1];
+    if (done.kind == SPLAT_EVENT_VALIDATED_OBJECT)
+        std::snprintf(text, sizeof text, "\nfinishing an object of the validation, saving\n");
+    else
+        std::snprintf(text, sizeof text, "\nfinishing step %llu, saving\n",
+                      static_cast<unsigned long long>(std::min(done.step + 1, done.iterations)));
+    g_farewell = isatty(STDERR_FILENO) != 0 ? text : text + 1;  // behind a bar
+}
+
 void on_signal(int signal) {
+    const char* const text = g_farewell;
+    if (g_interrupted == 0 && write(STDERR_FILENO, text, std::strlen(text)) < 0) {
+        // nobody reads it
+    }
     if (g_interrupted >= 2) {  // the third ends at once
         std::signal(signal, SIG_DFL);
         std::raise(signal);
@@ -151,6 +180,7 @@ splat_training_event_kind run(splat_training training, const TrainOptions& optio
             throw;
         }
         view.show(event);
+        prepare_farewell(event);
     }
     return event.kind;
 }

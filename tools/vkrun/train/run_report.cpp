@@ -154,7 +154,7 @@ Comparison compare_files(const std::string& a, const std::string& b) {
     Comparison comparison;
     const splat_result result = splat_compare_scores(&desc, comparison.out());
     if (result != SPLAT_OK && result != SPLAT_ERROR_NOT_FOUND)
-        throw Failure(kBadData, splat_last_error_message());
+        throw Failure(kBadData, library_message());
     return comparison;
 }
 

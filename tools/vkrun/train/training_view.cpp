@@ -6,9 +6,11 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <utility>
 
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/files.h"
+#include "vkrun/cli/handles.h"
 #include "vkrun/cli/picture.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/train/run_report.h"
@@ -36,9 +38,58 @@ void TrainingView::show(const splat_training_event& event) {
     if (event.kind == SPLAT_EVENT_STEP && event.info->skipped == 0) show_step(event);
     if (event.kind == SPLAT_EVENT_VALIDATED_OBJECT) keep_object(event);
     if (event.kind == SPLAT_EVENT_VALIDATION) show_validation(event);
-    if (event.kind >= SPLAT_EVENT_DONE && event.text != nullptr) write_page(false);
+    const bool ends = event.kind >= SPLAT_EVENT_DONE && event.text != nullptr;
+    if (ends) write_page(false);
     if (event.text != nullptr)
-        std::fprintf(stderr, "%s%s\n", bar_ && event.step > 0 ? "\r\033[K" : "", event.text);
+        std::fprintf(stderr, "%s%s\n", line_start(event.step), in_own_words(event.text).c_str());
+    if (ends) show_files();
+}
+
+const char* TrainingView::line_start(std::uint64_t step) const {
+    return bar_ && step > 0 ? "\r\033[K" : "";
+}
+
+/// By the steps of this session without its first one, which prepares the kernels; none after that one.
+std::optional<double> TrainingView::seconds_left(const splat_training_event& event) {
+    if (first_step_ == 0) {
+        first_step_ = event.step;
+        first_seconds_ = event.seconds;
+    }
+    if (event.step == first_step_) return std::nullopt;
+    const double each =
+        (event.seconds - first_seconds_) / static_cast<double>(event.step - first_step_);
+    return each * static_cast<double>(event.iterations - event.step);
+}
+
+/// Once, as soon as the first steps tell: what a long training may be made smaller by.
+void TrainingView::note_length(const splat_training_event& event, double left) {
+    constexpr double kLong = 3600, kMeasured = 10;  // seconds
+    constexpr std::uint64_t kSteps = 20;
+    const std::uint64_t steps = event.step - first_step_;
+    const double seconds = event.seconds - first_seconds_;
+    if (length_known_ || (steps < kSteps && seconds < kMeasured)) return;
+    length_known_ = true;
+    if (left <= kLong) return;
+    std::fprintf(stderr,
+                 "%snote: at %.3g s a step, as measured on %llu step%s, the other %llu take %s. "
+                 "Smaller are: fewer steps (--set opt.iterations=N), fewer objects a step "
+                 "(opt.batch_size), smaller pictures (data.training_resolution), a smaller network "
+                 "(model.base_dim, model.num_blocks); 'vkrun train small' ends within minutes. "
+                 "Ctrl-C saves what is done, and --resume continues it\n",
+                 line_start(event.step), seconds / static_cast<double>(steps), wide(steps),
+                 steps == 1 ? "" : "s", wide(event.iterations - event.step),
+                 duration_text(left).c_str());
+}
+
+/// What a training that has ended leaves to look at and to use.
+void TrainingView::show_files() const {
+    const std::pair<const char*, const char*> files[] = {
+        {"report", "report.html"},
+        {"best weights", "weights_best.safetensors"},
+        {"last weights", "weights_last.safetensors"}};
+    for (const auto& [what, name] : files)
+        if (const std::string path = folder_ + "/" + name; std::filesystem::exists(path))
+            std::fprintf(stderr, "%s: %s\n", what, path.c_str());
 }
 
 void TrainingView::show_step(const splat_training_event& event) {
@@ -48,23 +99,24 @@ void TrainingView::show_step(const splat_training_event& event) {
             event.step,
             {{"train/loss", info.loss}, {"train/psnr", event.psnr}, {"train/rate", info.rate}});
     const std::string memory = bytes_text(event.peak_bytes);
+    const std::optional<double> seconds = seconds_left(event);
+    if (seconds) note_length(event, *seconds);
+    const std::string left = seconds ? duration_text(*seconds) + " left" : "";
     if (!bar_) {
         if (event.logged == 0) return;
-        std::fprintf(stderr,
-                     "step %llu/%llu: loss %.6f, PSNR %.2f dB, rate %.3g, %llu of %llu visible, "
-                     "%.0f ms (network %.0f, render %.0f, update %.0f), device memory at most %s\n",
-                     wide(event.step), wide(event.iterations), info.loss, event.psnr, info.rate,
-                     wide(info.visible), wide(info.visible + info.culled),
-                     info.network_ms + info.render_ms + info.update_ms, info.network_ms,
-                     info.render_ms, info.update_ms, memory.c_str());
+        std::fprintf(
+            stderr,
+            "step %llu/%llu: loss %.6f, PSNR %.2f dB, rate %.3g, %llu of %llu visible, "
+            "%.0f ms (network %.0f, render %.0f, update %.0f), device memory at most %s%s\n",
+            wide(event.step), wide(event.iterations), info.loss, event.psnr, info.rate,
+            wide(info.visible), wide(info.visible + info.culled),
+            info.network_ms + info.render_ms + info.update_ms, info.network_ms, info.render_ms,
+            info.update_ms, memory.c_str(), (left.empty() ? "" : ", " + left).c_str());
         return;
     }
-    const double left =
-        static_cast<double>(event.iterations - event.step) / std::max(event.steps_per_second, 1e-9);
-    std::fprintf(stderr,
-                 "\rstep %llu/%llu  loss %.5f  PSNR %.2f  %.2f steps/s  %.0f s left  %s\033[K",
+    std::fprintf(stderr, "\rstep %llu/%llu  loss %.5f  PSNR %.2f  %.2f steps/s  %s  %s\033[K",
                  wide(event.step), wide(event.iterations), event.averaged_loss, event.psnr,
-                 event.steps_per_second, left, memory.c_str());
+                 event.steps_per_second, left.c_str(), memory.c_str());
     if (event.step == event.iterations) std::fputs("\n", stderr);
     std::fflush(stderr);
 }

@@ -3,7 +3,7 @@
 #include <splat.h>
 
 #include <cstdint>
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +25,10 @@ class TrainingView {
 
   private:
     void show_step(const splat_training_event& event);
+    [[nodiscard]] const char* line_start(std::uint64_t step) const;
+    std::optional<double> seconds_left(const splat_training_event& event);
+    void note_length(const splat_training_event& event, double left);
+    void show_files() const;
     void keep_object(const splat_training_event& event);
     void show_validation(const splat_training_event& event);
 
@@ -36,6 +40,9 @@ class TrainingView {
     std::string folder_, device_;
     TensorBoard board_;
     bool bar_;                                ///< standard error is a terminal
+    std::uint64_t first_step_ = 0;            ///< the first step of this session
+    double first_seconds_ = 0;                ///< time at its end: it also prepares the kernels
+    bool length_known_ = false;               ///< enough steps were measured
     std::vector<std::vector<float>> images_;  ///< images of the objects that are shown
     std::vector<const float*> cells_;         ///< cells of the contact sheet, in `images_`
     std::uint32_t side_ = 0;

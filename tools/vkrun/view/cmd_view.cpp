@@ -41,7 +41,7 @@ the cameras cannot be read, or nothing of the scene can be seen.
 
 Examples:
   vkrun view scene.ply
-  vkrun view scene.spz --background 1,1,1 --out page.html
+  vkrun view scene.spz --background 1,1,1 --out pages/guitar.html
   vkrun view scene.ply --cameras transforms.json --most 500000 --stills 0
 )";
 
@@ -108,6 +108,7 @@ std::vector<std::string> draw_stills(const ViewOptions& options, splat_scene sce
 }
 
 int run_view(const ViewOptions& options) {
+    const std::string out = one_file(options.out, "view.html");
     if (!options.cameras.empty() && (options.orbit || options.elevation || options.distance))
         throw Failure(kUsageError,
                       std::string(options.orbit       ? "--orbit"
@@ -117,7 +118,7 @@ int run_view(const ViewOptions& options) {
     if (options.elevation) check_number("--elevation", *options.elevation, -89, 89);
     if (options.distance) check_number("--distance", *options.distance, 1e-6, 1e9);
     check_background(options.background);
-    check_target(options.out, options.overwrite, {options.scene, options.cameras});
+    check_target(out, options.overwrite, {options.scene, options.cameras});
     const SceneFile scene = load_scene(options.scene);
     const std::filesystem::path path(options.scene);
     ViewerOptions viewer;
@@ -136,16 +137,17 @@ int run_view(const ViewOptions& options) {
     for (const std::string& note : facts.notes)
         std::fprintf(stderr, "vkrun: warning: %s\n", note.c_str());
     const std::string text = page.text();
-    replace_file(options.out, text);
+    if (out != options.out) make_folder(options.out);
+    replace_file(out, text);
     if (options.json)
-        print_json({{"page", options.out},
+        print_json({{"page", out},
                     {"bytes", text.size()},
                     {"gaussians", facts.gaussians},
                     {"faint", facts.faint},
                     {"notes", facts.notes},
                     {"views", facts.views}});
     else
-        std::printf("%s: %llu Gaussians (%llu faint ones were left out), %s\n", options.out.c_str(),
+        std::printf("%s: %llu Gaussians (%llu faint ones were left out), %s\n", out.c_str(),
                     static_cast<unsigned long long>(facts.gaussians),
                     static_cast<unsigned long long>(facts.faint), bytes_text(text.size()).c_str());
     return kSuccess;
@@ -161,7 +163,9 @@ void add_view(CLI::App& app, int& exit_code) {
     command->add_option("SCENE", o.scene, "Scene: " + scene_extensions())
         ->required()
         ->type_name("");
-    command->add_option("--out", o.out, "Page to write")->type_name("FILE")->capture_default_str();
+    command->add_option("--out", o.out, "Page to write, or a folder for view.html")
+        ->type_name("FILE")
+        ->capture_default_str();
     command
         ->add_option("--cameras", o.cameras,
                      "Views: transforms.json, or the folder of a COLMAP\nmodel; of more than nine, "
@@ -176,8 +180,9 @@ void add_view(CLI::App& app, int& exit_code) {
                      "Degrees of the orbit above the horizon; default: 11")
         ->type_name("DEG");
     command
-        ->add_option("--distance", o.distance,
-                     "Radius of the orbit, in scene units; default: the\nscene fills the image")
+        ->add_option(
+            "--distance", o.distance,
+            "Radius of the orbit, in scene units; default: all of\nthe scene is in every picture")
         ->type_name("X");
     command
         ->add_option("--size", o.size,

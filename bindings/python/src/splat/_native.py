@@ -3051,7 +3051,7 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
     ("splat_camera_orbit", c_int32, (
         c_void_p, POINTER(splat_orbit_desc), c_uint32, POINTER(splat_camera),
     ),
-     "`count` cameras at equal angles on a circle around the centre of a scene."),
+     "`count` cameras at equal angles on a circle around the middle of a scene's ...."),
     ("splat_camera_load", c_int32, (
         c_char_p, POINTER(splat_camera_file_desc), POINTER(splat_camera), c_uint32,
         POINTER(c_uint32),

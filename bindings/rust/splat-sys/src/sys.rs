@@ -1357,7 +1357,7 @@ pub struct splat_orbit_desc {
     pub elevation: f64,
     /// angle of the first camera, radians; 0: in front, looking along +z
     pub start: f64,
-    /// scene units from the centre; 0 = the scene's radius fills the image
+    /// scene units from the middle; 0 = the scene fills 95 % of the images
     pub distance: f64,
     /// a direction of the world; 0, 0, 0 = 0, -1, 0
     pub up: [f64; 3],
@@ -3819,12 +3819,15 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// `count` cameras at equal angles on a circle around the centre of a scene.
+    /// `count` cameras at equal angles on a circle around the middle of a scene's bounds: those of the
+    /// means of its visible Gaussians (opacity of at least 1/255), without those that lie farther from
+    /// their median than 1.5 times the radius that holds 98 % of their opacity. With distance 0 all of
+    /// these are in every image.
     /// desc      may be NULL for defaults
     /// cameras   out, `count` of them
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      options that do not give a valid camera, or a scene without
-    ///                                     extent if distance is 0
+    ///                                     visible extent if distance is 0
     /// ```
     pub fn splat_camera_orbit(
         scene: splat_scene,

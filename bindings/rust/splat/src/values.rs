@@ -2605,7 +2605,7 @@ pub struct OrbitDesc {
     pub elevation: f64,
     /// angle of the first camera, radians; 0: in front, looking along +z
     pub start: f64,
-    /// scene units from the centre; 0 = the scene's radius fills the image
+    /// scene units from the middle; 0 = the scene fills 95 % of the images
     pub distance: f64,
     /// a direction of the world; 0, 0, 0 = 0, -1, 0
     pub up: [f64; 3],

@@ -50,23 +50,25 @@ class SplatViewer {
         const count = number => number.toLocaleString("en");
         const faint = this.scene.faint > 0 ? `, without ${count(this.scene.faint)} that cannot be seen` : "";
         bar.append(make("span", "splat-name", `${this.scene.name} · ${count(this.scene.count)} Gaussians${faint}`));
-        const button = (text, title, action) => {
+        const views = make("span", "splat-group", ""), actions = make("span", "splat-group", "");
+        const button = (group, text, title, action) => {
             const one = make("button", "", text);
             one.title = title;
             one.onclick = event => {
                 action();
                 if (event.detail > 0) this.canvas.focus();  // who came by the keyboard stays here
             };
-            bar.append(one);
+            group.append(one);
         };
-        this.scene.poses.forEach((_, i) => button(`${i + 1}`, `view ${i + 1}`, () => this.goTo(i)));
-        button("turn", "turn by itself (space)", () => this.toggleTurning());
-        if (document.fullscreenEnabled) button("full", "full window (F)", () => this.fullWindow());
+        this.scene.poses.forEach((_, i) => button(views, `${i + 1}`, `view ${i + 1}`, () => this.goTo(i)));
+        button(actions, "turn", "turn by itself (space)", () => this.toggleTurning());
+        if (document.fullscreenEnabled) button(actions, "full", "full window (F)", () => this.fullWindow());
         this.save = make("a", "splat-save", "save .ply");
         this.save.href = "#";
         this.save.download = this.scene.file;
         this.save.onclick = () => this.offerFile();
-        bar.append(this.save);
+        actions.append(this.save);
+        bar.append(views, actions);  // which wrap as a whole
         const foot = make("div", "splat-foot", "");
         if (this.scene.notes.length > 0) foot.append(make("div", "splat-note", this.scene.notes.join(" ")));
         foot.append(bar);
