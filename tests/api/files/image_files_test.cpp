@@ -236,7 +236,7 @@ TEST_F(ApiImage, ErrorsTellFilesApart) {
                    "loop.png");
     std::ofstream(path("text.png")) << "text";
     EXPECT_REFUSED(splat_image_load(path("text.png").c_str(), &image, nullptr), SPLAT_ERROR_FORMAT,
-                   "text.png': not a PNG, JPEG or WebP file");
+                   "text.png': not a PNG, JPEG, WebP, PGM or PPM file");
     EXPECT_EQ(image.width, 0U);
     if (::geteuid() != 0) {  // root reads all files
         std::filesystem::permissions(path("text.png"), std::filesystem::perms::none);
