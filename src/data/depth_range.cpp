@@ -67,8 +67,10 @@ DepthRange range_of_cameras(const std::vector<StoredView>& views, double source_
         own.known = true;
         own.near = middle - radius - view.origin_distance;
         own.far = middle + radius - view.origin_distance;
-        own.least_near = own.near + radius / 2;
-        own.least_far = own.far - radius / 2;
+        // CO3D's objects lie around the origin, and are much smaller than what their photographs show.
+        const double held = view.origin_distance > 0 ? radius : radius / 2;
+        own.least_near = own.near + held;
+        own.least_far = own.far - held;
         range.add(own);
     }
     return range;

@@ -11,7 +11,7 @@ struct DepthRange {
     /// cameras: around the place that they look at, what their images show there.
     bool by_points = false;
     double near = 0, far = 0;
-    /// By the cameras: half of that, which a scene that fills its images has for sure.
+    /// By the cameras: half of that, which a scene that fills its images has for sure; of CO3D the place alone.
     double least_near = 0, least_far = 0;
     std::vector<float> depths;  ///< of the points, sorted
 
