@@ -50,12 +50,12 @@ typedef struct splat_dataset_desc {
 
 /* Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
  * in folders depth, normal and mask of an object (also depths, normals, masks; CO3D's: depths.npy,
- * normals.npy, masks.npy), as images or .npy files: vectors of normals, masks of 0 to 1. Depth of .npy
- * files and of 16 bits is scaled between its least and most. A transforms.json may name mask_path,
- * depth_file_path (distances: their inverses are scaled) and train_, val_ and test_filenames. Masks of
- * 0 and 1 are 0 and 255. Without masks, alpha is the mask. Objaverse has no split "test", GSO none
- * "train"; a folder without splits serves any. The first opening of a split of tables imports it, as
- * with out NULL.
+ * normals.npy, masks.npy), as images, .npy or .pfm files: vectors of normals, masks of 0 to 1; whole
+ * numbers of .npy files are as those of images. Depth of such files and of 16 bits is scaled from
+ * least to most. A transforms.json may name mask_path, depth_file_path (distances: their inverses
+ * are scaled) and train_, val_ and test_filenames. Masks of 0 and 1 are 0 and 255. Without masks,
+ * alpha is the mask. Objaverse has no split "test", GSO none "train"; a folder without splits serves
+ * any. The first opening of a split of tables imports it, as with out NULL.
  * A folder of a split is an object if it has any part of its format (SRN's: rgb, pose, intrinsics.txt);
  * one that cannot be read is an error, and so is one that lacks a part, unless flags have LENIENT or
  * ALLOW_MISSING. Other folders are not read; the log and the report name them.
@@ -71,7 +71,8 @@ SPLAT_API splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_
 /* JSON: {"format", "split", "has_splits", "objects", "views" (of all objects), "excluded" (by a
  * list), "missing": [{"name", "problem"}] (left out with ALLOW_MISSING), "not_objects": [names of
  * other folders], "not_read": [the first files in folders of maps that are not read],
- * "not_read_count", "resolution", "stored_resolution", "maps": ["depth", ...], "names": [],
+ * "not_read_count", "notes": [sentences on such files and on images that are cut to squares],
+ * "resolution", "stored_resolution", "maps": ["depth", ...], "names": [],
  * "views_of": []}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
 SPLAT_API splat_result splat_dataset_report(splat_dataset dataset, char* buffer, size_t capacity,
@@ -114,7 +115,9 @@ SPLAT_API splat_result splat_dataset_read(splat_dataset dataset, uint32_t object
 
 /* Check all files of one object. JSON: {"name", "views", "width", "hash" (of cameras and decoded
  * images), "problems": [sentences on damaged or missing files, poses, sizes], "warnings":
- * [sentences on views that are duplicate or blank]}.
+ * [sentences on views that are duplicate or blank], "depths": {"from" ("points" of a COLMAP model, or
+ * "cameras"), "near", "far" (where the scene lies), "znear", "zfar" (of a network that holds it)}};
+ * without "depths" where the cameras do not tell.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no
  *   such object) */
 SPLAT_API splat_result splat_dataset_check(splat_dataset dataset, uint32_t object, char* buffer,
@@ -135,6 +138,7 @@ SPLAT_API splat_result splat_path_name(const char* name, char* buffer, size_t ca
 /* Data sets as tables in Parquet files, in the layout of the published SRN cars with priors:
  *   <table>/<split>/<any name>.parquet   any number of files; tables are intrins, poses, rgbs, depths,
  *                                        normals and segmentation, splits train, val and test
+ *   <table>/<split>-00000-of-00001.parquet   the same, as Hugging Face names them
  *   <name>_<table>.parquet               one file for all splits, with a column "split"
  * Rows belong together by the columns uuid and frame_id. Parquet is read and written by DuckDB's
  * library, which is loaded when it is needed: the one that the desc names, else the one that

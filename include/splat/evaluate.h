@@ -254,7 +254,7 @@ typedef struct splat_compare_desc {
 /* Compare B with A in every metric that both have. The same numbers for the same seed.
  * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a path and an array, no scores, an object without a
- *                                     name or twice
+ *                                     name or twice; files whose scores are of other views
  *   SPLAT_ERROR_NOT_FOUND             no such file; compared in pairs, they share no object
  *   SPLAT_ERROR_FORMAT, SPLAT_ERROR_IO   a file that is damaged or cannot be read */
 SPLAT_API splat_result splat_compare_scores(const splat_compare_desc* desc,
@@ -281,7 +281,8 @@ enum {
     SPLAT_VERDICT_NO_DIFFERENCE = 0, /* none was shown: p_holm is 0.05 or more */
     SPLAT_VERDICT_BETTER = 1,        /* B is */
     SPLAT_VERDICT_WORSE = 2,
-    SPLAT_VERDICT_NOT_COMPARABLE = 3
+    SPLAT_VERDICT_NOT_COMPARABLE = 3,
+    SPLAT_VERDICT_TOO_FEW = 4 /* objects: no difference could bring p_holm below 0.05 */
 };
 
 typedef struct splat_metric_comparison {
@@ -327,9 +328,10 @@ SPLAT_API splat_result splat_comparison_samples(splat_comparison comparison, uin
                                                 uint64_t b_count);
 
 /* JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed",
- * "permutations", "note" (on objects that only one has; may be empty), "metrics": [{"metric",
- * "mean_a", "mean_b", "observed_difference", "p_permutation", "p_parametric", "p_holm", "ci": [low,
- * high], "effect_size", "n_pairs", "n_a", "n_b", "exact", "verdict"}]}.
+ * "least_objects" (with fewer the verdict is TOO_FEW), "permutations", "note" (on objects that only
+ * one has; may be empty), "metrics": [{"metric", "mean_a", "mean_b", "observed_difference",
+ * "p_permutation", "p_parametric", "p_holm", "ci": [low, high], "effect_size", "n_pairs", "n_a", "n_b",
+ * "exact", "verdict"}]}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_comparison_report(splat_comparison comparison, char* buffer,
                                                size_t capacity, size_t* needed);

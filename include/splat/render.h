@@ -315,8 +315,9 @@ typedef struct splat_image_info {
     double focal;
 } splat_image_info;
 
-/* Read an image file: PNG, JPEG (turned as its Exif data says), WebP, or .npy (float32 or float64
- * [height,width] or [height,width,channels]). Values are as stored: no gamma, no colour profile.
+/* Read an image file: PNG, JPEG (turned as its Exif data says), WebP, binary PGM and PPM, or numbers:
+ * PFM, and .npy [height,width], [height,width,channels] or [channels,height,width] of any plain type.
+ * Values are as stored: no gamma, no colour profile.
  * image     in/out. With pixels NULL, width, height and channels are set from the file's header, a
  *           type of 0 becomes U8, or F32 for more than 8 bits, and bytes becomes the size of packed
  *           rows; nothing is decoded. With pixels, they are filled: width and height are the

@@ -51,11 +51,11 @@ Status examine(FrameArray& array) {
     if (!found.ok()) return in_file(found.status(), array.path);
     const io::NpyHeader& header = found.value();
     const std::vector<std::uint64_t>& shape = header.shape;
-    if (header.dtype != "f4" || header.order != std::endian::little || shape.size() != 4 ||
-        shape[1] != array.channels || shape[2] != shape[3] || shape[2] == 0 || shape[2] > 16384 ||
-        source->size() - header.start != header.elements * sizeof(float))
+    if (header.column_major || header.dtype != "f4" || header.order != std::endian::little ||
+        shape.size() != 4 || shape[1] != array.channels || shape[2] != shape[3] || shape[2] == 0 ||
+        shape[2] > 16384 || source->size() - header.start != header.elements * sizeof(float))
         return error(Code::kFormat,
-                     "'%s': expected float32 [frames,%zu,side,side] and as many bytes",
+                     "'%s': expected float32 [frames,%zu,side,side] in C order and as many bytes",
                      array.path.c_str(), array.channels);
     array.frames = shape[0];
     array.side = shape[2];

@@ -64,6 +64,10 @@ Result<const Format*> format_of(const DatasetDesc& desc) {
         if (!holds.ok() && unreadable.ok()) unreadable = holds.status();
     }
     SPLAT_TRY(unreadable);
+    const std::string lack = kind == io::PathKind::kFolder ? lack_of_cameras(desc.path) : "";
+    if (!lack.empty())
+        return error(Code::kFormat, "'%s' is not a data set of a known format: %s",
+                     shown(desc.path, PATH_MAX).c_str(), lack.c_str());
     return error(kind == io::PathKind::kNothing ? Code::kNotFound : Code::kFormat,
                  "'%s' is not a data set of a known format (%s); if it is one, name its format",
                  shown(desc.path, PATH_MAX).c_str(), format_names().c_str());
@@ -83,14 +87,13 @@ Status check_maps(std::uint32_t wanted, const DatasetIndex& index) {
     for (const MapKind kind : kMaps)
         if ((wanted & flag_of(kind)) != 0 && !index.lacking(kind).empty())
             places += "; missing: '" + index.lacking(kind) + "'";
-    if (!index.unread.empty())
-        places += "; not read, expected .png, .jpg, .webp or .npy: '" + index.unread.front() + "'";
+    if (!index.unread.empty()) places += "; " + index.unread_note();
     return error(Code::kNotFound, "maps requested: %s; every object has: %s%s",
                  map_list(wanted).c_str(), map_list(index.maps).c_str(), places.c_str());
 }
 
-/// Tells which objects are left out, and which folders are not read.
-void warn_of_gaps(const std::string& path, const DatasetIndex& index) {
+/// Tells what is left out: objects, folders, maps, and parts of images, which are used at `used` pixels a side.
+void warn_of_gaps(const std::string& path, const DatasetIndex& index, std::uint32_t used) {
     const auto warn = [&](const char* what, const std::vector<std::string>& names) {
         constexpr std::size_t kNamed = 10;
         if (names.empty()) return;
@@ -105,12 +108,10 @@ void warn_of_gaps(const std::string& path, const DatasetIndex& index) {
     for (const auto& [name, problem] : index.missing) missing.push_back(name);
     warn("incomplete objects are left out", missing);
     warn("folders without a part of an object are not read", index.others);
-    if (index.unread_count > 0)
-        log(LogLevel::kWarning, format("'%s', %s: %zu files in folders of maps are not read, "
-                                       "expected .png, .jpg, .webp or "
-                                       ".npy: '%s'",
-                                       path.c_str(), index.split.c_str(), index.unread_count,
-                                       shown(index.unread.front()).c_str()));
+    const std::string place =
+        "'" + path + "'" + (index.has_splits ? ", " + index.split : std::string());
+    for (const std::string& note : {index.unread_note(), index.crop_note(used)})
+        if (!note.empty()) log(LogLevel::kWarning, place + ": " + note);
 }
 
 /// The file as the desc names it, or in the folder of the data.
@@ -199,8 +200,9 @@ Result<std::unique_ptr<Dataset>> Dataset::open(const DatasetDesc& desc) {
             wanted, error(Code::kNotFound, "'%s' has no splits: its objects are those of any split",
                           desc.path.c_str()));
     SPLAT_TRY(check_maps(desc.maps, reader->index()));
-    if (!desc.lenient) warn_of_gaps(desc.path, reader->index());
-    return std::unique_ptr<Dataset>(new Dataset(desc, std::move(reader)));
+    std::unique_ptr<Dataset> dataset(new Dataset(desc, std::move(reader)));
+    if (!desc.lenient) warn_of_gaps(desc.path, dataset->index(), dataset->resolution());
+    return dataset;
 }
 
 Result<Dataset::Views> Dataset::cameras(std::uint32_t object) {

@@ -43,6 +43,11 @@ class Checker {
             found_.problems.push_back(cameras.status().message());
             return;
         }
+        const auto depths = depth_range(dataset_.reader(), object_);
+        if (depths.ok())
+            found_.depths = depths.value();
+        else
+            found_.problems.push_back(depths.status().message());
         std::map<scene::Mat4, std::size_t> poses;
         for (std::size_t i = 0; i < cameras.value().size(); ++i) {
             const StoredView& view = cameras.value()[i];
@@ -125,7 +130,15 @@ Result<std::string> check_text(const Dataset& dataset, std::uint32_t object) {
     json.begin_object().member("name", dataset.index().names[object]);
     json.member("views", dataset.index().views_of[object]).member("width", found.width);
     json.member("hash", format("%016llx", static_cast<unsigned long long>(found.hash)));
-    json.key("problems").list(found.problems).key("warnings").list(found.warnings).end();
+    json.key("problems").list(found.problems).key("warnings").list(found.warnings);
+    if (found.depths.known) {
+        const HoldingRange holding = holding_range(found.depths);
+        json.key("depths").begin_object();
+        json.member("from", found.depths.by_points ? "points" : "cameras");
+        json.member("near", found.depths.near).member("far", found.depths.far);
+        json.member("znear", holding.znear).member("zfar", holding.zfar).end();
+    }
+    json.end();
     return json.text();
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "data/dataset.h"
+#include "data/depth_range.h"
 
 namespace splat::data {
 
@@ -11,13 +11,15 @@ struct ObjectCheck {
     std::vector<std::string> warnings;
     std::uint64_t hash = 0;  ///< hash of cameras and decoded images; equal for equal objects
     std::uint32_t width = 0;
+    DepthRange depths;
 };
 
 /// Checks an object of a data set opened with `lenient`. Thread-safe. Errors: kInvalidArgument if there is
 /// no such object.
 Result<ObjectCheck> check_object(const Dataset& dataset, std::uint32_t object);
 
-/// JSON: {"name", "views", "width", "hash", "problems": [], "warnings": []}.
+/// JSON: {"name", "views", "width", "hash", "problems": [], "warnings": [], "depths": {"from" ("points" or "cameras"),
+/// "near", "far", "znear", "zfar" (that hold them)}, without "depths" where they are not known}.
 Result<std::string> check_text(const Dataset& dataset, std::uint32_t object);
 
 }  // namespace splat::data

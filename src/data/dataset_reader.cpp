@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/shown.h"
 #include "data/folder.h"
+#include "io/photo/image_file.h"
 
 namespace splat::data {
 namespace {
@@ -96,6 +98,39 @@ Status DatasetIndex::take(const ReaderDesc& desc, const std::string& name,
     return {};
 }
 
+void Crop::add(std::uint32_t image_width, std::uint32_t image_height, std::uint32_t square) {
+    ++images;
+    if (image_width == square && image_height == square) return;
+    if (cut == 0) {
+        width = image_width;
+        height = image_height;
+        side = square;
+    }
+    alike = alike && width == image_width && height == image_height && side == square;
+    ++cut;
+}
+
+std::string DatasetIndex::crop_note(std::uint32_t used) const {
+    if (crop.cut == 0) return "";
+    const double kept = 100.0 * crop.side * crop.side / (double{1} * crop.width * crop.height);
+    std::string note = splat::format(
+        "%zu of %zu images are cut to the largest square around the principal point%s %u x %u "
+        "pixels to %u x %u (%.0f %% of them)",
+        crop.cut, crop.images, crop.alike ? ":" : ", the first from", crop.width, crop.height,
+        crop.side, crop.side, kept);
+    if (used != crop.side) note += splat::format(", and scaled to %u x %u", used, used);
+    return note;
+}
+
+std::string DatasetIndex::unread_note() const {
+    if (unread.empty()) return "";
+    const std::string remedy = io::unread_image_file(unread.front());
+    return splat::format(
+        "%zu files in folders of maps are not read, expected .png, .jpg, .webp, .pgm, .npy or "
+        ".pfm: '%s'%s%s",
+        unread_count, shown(unread.front()).c_str(), remedy.empty() ? "" : ", ", remedy.c_str());
+}
+
 void DatasetIndex::add_lacking(MapKind kind, const std::string& place) {
     maps &= ~flag_of(kind);
     lacks.push_back({names.size() - 1, kind, place});
@@ -184,6 +219,10 @@ Result<std::uint32_t> DatasetReader::width(std::uint32_t object, std::uint32_t v
     return found.width;
 }
 
+Result<std::vector<scene::Vec3>> DatasetReader::points(std::uint32_t) const {
+    return std::vector<scene::Vec3>();
+}
+
 Result<ObjectText> DatasetReader::text(std::uint32_t object) const {
     SPLAT_ASSIGN(const std::vector<StoredView> views, cameras(object));
     const double side = index().resolution;
@@ -193,8 +232,9 @@ Result<ObjectText> DatasetReader::text(std::uint32_t object) const {
         if (std::abs(view.focal_x - first.focal_x) > kSameFocal * first.focal_x ||
             std::abs(view.focal_y - first.focal_x) > kSameFocal * first.focal_x)
             return error(Code::kUnsupported,
-                         "object '%s': focal lengths %g and %g, view %zu has %g; tables and SRN's "
-                         "files hold one for each object",
+                         "object '%s': focal lengths %g and %g, view %zu has %g; tables, stores and "
+                         "SRN's files hold one for each object: train on the folder itself, or "
+                         "export it as images",
                          index().names[object].c_str(), first.focal_x * side, first.focal_y * side,
                          text.views.size(), view.focal_x * side);
         std::string pose;

@@ -45,6 +45,15 @@ struct ViewNames {
     std::vector<std::string> images;
 };
 
+/// Images of which the largest square around the principal point is used.
+struct Crop {
+    std::size_t images = 0, cut = 0;                ///< all, and those that are no such squares
+    std::uint32_t width = 0, height = 0, side = 0;  ///< of the first that is cut
+    bool alike = true;                              ///< all that are cut have those
+
+    void add(std::uint32_t image_width, std::uint32_t image_height, std::uint32_t square);
+};
+
 /// The contents of a folder.
 struct DatasetIndex {
     std::string format;
@@ -64,6 +73,7 @@ struct DatasetIndex {
     std::vector<Lack> lacks;
     bool alpha_masks = false;          ///< masks are the alpha of the images
     bool ignores_alpha = false;        ///< colours of transparent pixels are used as stored
+    Crop crop;                         ///< how photographs are cut
     std::uint32_t resolution = 0;      ///< side of the first image
     Filter filter = Filter::kBicubic;  ///< for other resolutions
     double source_distance = 0;        ///< the first view read is scaled to it; 0: not scaled
@@ -84,6 +94,12 @@ struct DatasetIndex {
         ++unread_count;
         if (unread.size() < kMostUnread) unread.push_back(std::move(path));
     }
+
+    /// A sentence on these files, with what to do; empty if there are none.
+    [[nodiscard]] std::string unread_note() const;
+
+    /// A sentence on images that are cut, and scaled to `used` pixels a side; empty if none is.
+    [[nodiscard]] std::string crop_note(std::uint32_t used) const;
 
     /// Note that the last object has no maps of a kind in this place.
     void add_lacking(MapKind kind, const std::string& place);
@@ -155,6 +171,10 @@ class DatasetReader {
     /// Side of a map, pixels. Errors: as image().
     [[nodiscard]] Result<std::uint32_t> width(std::uint32_t object, std::uint32_t view,
                                               MapKind kind) const;
+
+    /// Points of the scene of an object, in the frame of its cameras; none unless the format holds such. Errors: as
+    /// cameras().
+    [[nodiscard]] virtual Result<std::vector<scene::Vec3>> points(std::uint32_t object) const;
 
     /// Cameras of an object; made from cameras() unless the format holds such texts. Errors: as cameras(); kUnsupported
     /// for views of different focal lengths, which SRN's files cannot hold.

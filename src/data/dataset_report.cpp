@@ -16,7 +16,10 @@ std::string report_text(const Dataset& dataset) {
         json.begin_object().member("name", name).member("problem", problem).end();
     json.end().key("not_objects").list(index.others);
     json.key("not_read").list(index.unread).member("not_read_count", index.unread_count);
-    json.member("resolution", dataset.resolution());
+    json.key("notes").begin_array();
+    for (const std::string& note : {index.unread_note(), index.crop_note(dataset.resolution())})
+        if (!note.empty()) json.value(note);
+    json.end().member("resolution", dataset.resolution());
     json.member("stored_resolution", index.resolution).key("maps").begin_array();
     for (const MapKind kind : kMaps)
         if ((index.maps & flag_of(kind)) != 0) json.value(map_name(kind));

@@ -39,9 +39,9 @@ using FolderPhotos = std::vector<FolderPhoto>;
 
 /// The folder has one of the files.
 Result<bool> has_any(const fs::path& folder, std::vector<std::string> files) {
-    for (const char* model :
-         {"cameras.bin", "cameras.txt", "sparse/0/cameras.bin", "sparse/0/cameras.txt"})
-        files.emplace_back(model);
+    for (const char* model : io::kColmapFolders)
+        for (const char* file : {"cameras.bin", "cameras.txt"})
+            files.push_back((fs::path(model) / file).string());
     return io::holds_for_any(files, [&folder](const std::string& name) {
         return io::has_file((folder / name).string());
     });
@@ -119,9 +119,13 @@ Result<io::CameraSet> load_transforms(const fs::path& folder, const fs::path& fi
     return cameras;
 }
 
+/// Files of cameras of a split, the first of which counts; without any, a COLMAP model.
+std::vector<std::string> transforms_names(const std::string& split) {
+    return {"transforms_" + split + ".json", "transforms.json"};
+}
+
 Result<io::CameraSet> load_cameras(const fs::path& folder, const std::string& split) {
-    for (const std::string& name :
-         {"transforms_" + split + ".json", std::string("transforms.json")}) {
+    for (const std::string& name : transforms_names(split)) {
         SPLAT_ASSIGN(const bool is_there, io::has_file((folder / name).string()));
         if (is_there) return load_transforms(folder, folder / name);
     }
@@ -304,6 +308,16 @@ class ImageFolderReader : public DatasetReader {
         return views;
     }
 
+    /// Those of a COLMAP model whose cameras are read.
+    [[nodiscard]] Result<std::vector<scene::Vec3>> points(std::uint32_t object) const override {
+        const fs::path folder = index_.folders[object];
+        for (const std::string& name : transforms_names(index_.split)) {
+            SPLAT_ASSIGN(const bool is_there, io::has_file((folder / name).string()));
+            if (is_there) return std::vector<scene::Vec3>();
+        }
+        return io::load_colmap_points(folder.string());
+    }
+
     [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view, MapKind kind,
                                           bool header_only) const override {
         const FolderPhoto& photo = objects_[object][view];
@@ -373,6 +387,7 @@ class ImageFolderReader : public DatasetReader {
         FolderPhotos photos;
         ViewNames names;
         std::vector<std::string> problems;
+        Crop crop = index_.crop;
         for (const ListedCamera& camera : listed.value()) {
             auto photo = photograph_of(folder, camera);
             if (!photo.ok() && !desc.lenient) return photo.status();
@@ -381,6 +396,7 @@ class ImageFolderReader : public DatasetReader {
                 continue;
             }
             photos.push_back(std::move(photo.value()));
+            crop.add(photos.back().width, photos.back().height, photos.back().side);
             names.cameras.push_back(camera.camera.name);
             if (lies_outside(photos.back().path, folder))
                 index_.files.push_back(photos.back().path);
@@ -395,6 +411,7 @@ class ImageFolderReader : public DatasetReader {
             stems.push_back(fs::path(photo.path).stem().string());
         SPLAT_ASSIGN(const std::uint32_t given, maps_named_by_all(objects_.back()));
         SPLAT_TRY(find_map_files(folder, stems, desc.lenient, index_, given));
+        index_.crop = crop;
         return true;
     }
 
@@ -411,6 +428,37 @@ Result<bool> is_image_folder(const std::string& path) {
     return io::holds_for_any({"", "train", "val", "test"}, [&path](const std::string& name) {
         return has_objects(fs::path(path) / name);
     });
+}
+
+std::string lack_of_cameras(const std::string& path) {
+    std::vector<fs::path> places = {path, fs::path(path) / "images"};
+    const auto names = candidates_in(path);
+    for (const std::string& name : names.ok() ? names.value() : std::vector<std::string>())
+        for (const fs::path& place : {fs::path(path) / name, fs::path(path) / name / "images"})
+            places.push_back(place);
+    for (const fs::path& place : places) {
+        const auto pictures = images_in(place);
+        if (pictures.ok() && !pictures.value().empty())
+            return format(
+                "'%s' holds %zu pictures, but there are no cameras, which a data set needs: "
+                "transforms.json (as NeRF's), or a COLMAP model (cameras.bin and images.bin, or "
+                "as .txt; also in sparse/0 or sparse), beside them or beside images/. COLMAP finds "
+                "the cameras of photographs of one scene; docs/your-data.md has the commands",
+                place.c_str(), pictures.value().size());
+    }
+    for (const fs::path& place : places) {
+        const auto entries = io::entries_in(place.string());
+        if (!entries.ok()) continue;
+        for (const io::FolderEntry& entry : entries.value()) {
+            const std::string file = (place / entry.name).string();
+            const std::string other =
+                io::has_extension(file, {".heic", ".heif", ".avif", ".tif", ".tiff", ".jxl"})
+                    ? io::unread_image_file(file)
+                    : "";
+            if (!other.empty()) return format("'%s' is %s", file.c_str(), other.c_str());
+        }
+    }
+    return "";
 }
 
 Result<std::unique_ptr<DatasetReader>> open_image_folder(const ReaderDesc& desc) {

@@ -8,7 +8,7 @@
 #include "data/folder.h"
 #include "io/file.h"
 #include "io/folder.h"
-#include "io/npy.h"
+#include "io/maps/number_image.h"
 #include "io/photo/image_file.h"
 
 namespace splat::data {
@@ -16,8 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_npy_name(const fs::path& path) {
-    return path.extension() == ".npy" || path.extension() == ".NPY";
+bool is_map_name(const std::string& name) {
+    return io::is_image_name(name) || io::is_number_name(name);
 }
 
 /// "depth" and "depths".
@@ -47,7 +47,7 @@ Result<std::vector<std::string>> stems_of_maps(const fs::path& folder, MapKind k
         }
         if (!entries.ok()) return entries.status();
         for (const io::FolderEntry& entry : entries.value()) {
-            if (io::is_image_name(entry.name) || is_npy_name(entry.name))
+            if (is_map_name(entry.name))
                 found.push_back(stem_of(entry.name, known));
             else
                 index.add_unread((folder / name / entry.name).string());
@@ -62,7 +62,8 @@ Status add_bytes(std::vector<float>& values, MapKind kind, DepthNumbers numbers,
     const auto bad = std::find_if_not(values.begin(), values.end(),
                                       [](float value) { return std::isfinite(value); });
     if (bad != values.end())
-        return error(Code::kFormat, "number %zu is %g, expected finite ones",
+        return error(Code::kFormat,
+                     "number %zu is %g, expected finite ones: write 0 where there is none",
                      static_cast<std::size_t>(bad - values.begin()), static_cast<double>(*bad));
     double least = 0, most = 1;
     if (kind == MapKind::kNormal) least = -1;
@@ -85,31 +86,49 @@ Status add_bytes(std::vector<float>& values, MapKind kind, DepthNumbers numbers,
     return {};
 }
 
+/// Whole numbers are samples of 8 or 16 bits; those of masks of 8 where none is greater. Errors: kFormat for others.
+Status add_samples(const std::vector<float>& values, MapKind kind, io::Image& image) {
+    const auto [least, most] = std::minmax_element(values.begin(), values.end());
+    if (*least < 0 || *most > 65535)
+        return error(Code::kFormat, "whole numbers from %g to %g, expected 0 to 65535",
+                     static_cast<double>(*least), static_cast<double>(*most));
+    if (kind == MapKind::kMask && *most <= 255) image.bits = 8;
+    image.samples.assign(values.begin(), values.end());
+    return {};
+}
+
+/// The samples as bytes; depth of 16 bits, and distances, scaled.
+Result<io::Image> in_bytes(io::Image image, MapKind kind, DepthNumbers numbers) {
+    const bool scaled = kind == MapKind::kDepth && !image.samples.empty() &&
+                        (image.bits == 16 || numbers == DepthNumbers::kDistance) &&
+                        (image.channels == 1 || image.channels == 3);
+    if (!scaled) return reduced_to_bytes(std::move(image));
+    std::vector<float> values(image.samples.begin(), image.samples.end());
+    SPLAT_TRY(add_bytes(values, kind, numbers, image));
+    return image;
+}
+
 Result<io::Image> load_numbers(const fs::path& path, MapKind kind, const io::ImageOptions& options,
                                DepthNumbers numbers) {
     constexpr std::uint64_t kHeaderBytes = 4096;
     SPLAT_ASSIGN(const auto source, io::open_source(path.string()));
     io::Buffer file(options.header_only ? std::min(kHeaderBytes, source->size()) : source->size());
     SPLAT_TRY(source->read(0, file));
-    SPLAT_ASSIGN(const io::NpyHeader header, io::read_npy_header(file));
-    const auto& shape = header.shape;
-    const std::uint64_t channels = shape.size() == 3 ? shape[2] : 1;
-    const bool fits = (shape.size() == 2 || shape.size() == 3) && channels == channels_of(kind) &&
-                      shape[0] >= 1 && shape[1] >= 1 && shape[0] <= options.max_side &&
-                      shape[1] <= options.max_side;
-    if (!fits || (options.square && shape[0] != shape[1]))
-        return error(Code::kFormat, "expected an array [height,width%s] of sides of 1 to %u%s",
-                     channels_of(kind) == 3 ? ",3" : "", options.max_side,
-                     options.square ? ", a square" : "");
-    io::Image image{static_cast<std::uint32_t>(shape[1]),
-                    static_cast<std::uint32_t>(shape[0]),
-                    static_cast<std::uint32_t>(channels),
-                    8,
-                    {}};
+    SPLAT_ASSIGN(io::NumberImage found,
+                 options.header_only ? io::read_number_header(file) : io::read_number_image(file));
+    if (found.channels != channels_of(kind) || (options.square && found.width != found.height))
+        return error(Code::kFormat, "%u x %u numbers of %u channels, expected %u channels%s",
+                     found.width, found.height, found.channels, channels_of(kind),
+                     options.square ? " and a square" : "");
+    io::Image image{
+        found.width, found.height, found.channels, found.bits == 0 ? 8 : found.bits, {}};
     if (options.header_only) return image;
-    SPLAT_ASSIGN(io::FloatArray array, io::read_npy(file));
-    SPLAT_TRY(add_bytes(array.values, kind, numbers, image));
-    return image;
+    if (found.bits == 0) {
+        SPLAT_TRY(add_bytes(found.values, kind, numbers, image));
+        return image;
+    }
+    SPLAT_TRY(add_samples(found.values, kind, image));
+    return in_bytes(std::move(image), kind, numbers);
 }
 
 }  // namespace
@@ -149,7 +168,7 @@ Result<fs::path> map_file(const fs::path& folder, MapKind kind, const std::strin
         if (entries.status().code() == Code::kNotFound) continue;
         if (!entries.ok()) return entries.status();
         for (const io::FolderEntry& entry : entries.value()) {
-            if (!io::is_image_name(entry.name) && !is_npy_name(entry.name)) continue;
+            if (!is_map_name(entry.name)) continue;
             const fs::path own = fs::path(entry.name).stem();
             if (own == stem) return folder / name / entry.name;
             if (own.stem() == stem) by_name = folder / name / entry.name;
@@ -162,20 +181,15 @@ Result<fs::path> map_file(const fs::path& folder, MapKind kind, const std::strin
 
 Result<io::Image> load_map(const fs::path& path, MapKind kind, const io::ImageOptions& options,
                            DepthNumbers numbers) {
-    if (is_npy_name(path)) {
+    if (io::is_number_name(path.string())) {
         auto map = load_numbers(path, kind, options, numbers);
-        if (!map.ok() && map.status().code() == Code::kFormat)
+        const Code code = map.status().code();
+        if (code == Code::kFormat || code == Code::kUnsupported)
             return in_file(map.status(), path.string());
         return map;
     }
     SPLAT_ASSIGN(io::Image image, io::load_image(path.string(), options));
-    const bool scaled = kind == MapKind::kDepth &&
-                        (image.bits == 16 || numbers == DepthNumbers::kDistance) &&
-                        (image.channels == 1 || image.channels == 3);
-    if (!scaled || options.header_only) return reduced_to_bytes(std::move(image));
-    std::vector<float> values(image.samples.begin(), image.samples.end());
-    SPLAT_TRY(add_bytes(values, kind, numbers, image));
-    return image;
+    return in_bytes(std::move(image), kind, numbers);
 }
 
 }  // namespace splat::data

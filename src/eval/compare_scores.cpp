@@ -17,9 +17,12 @@ std::size_t shared_objects(const ScoreTable& a, const ScoreTable& b) {
                       [&b](const std::string& name) { return b.objects.contains(name); }));
 }
 
-Verdict verdict_of(const MetricFinding& finding, bool comparable) {
+Verdict verdict_of(const MetricFinding& finding, const ScoreComparison& found) {
     const MetricSamples& samples = finding.samples;
-    if (!comparable || samples.lacking_a + samples.lacking_b > 0) return Verdict::kNotComparable;
+    if (!found.comparable || samples.lacking_a + samples.lacking_b > 0)
+        return Verdict::kNotComparable;
+    if (too_few(samples.a.size(), samples.b.size(), found.metrics.size(), kLevel, found.unpaired))
+        return Verdict::kTooFew;
     if (!(finding.p_holm < kLevel)) return Verdict::kNoDifference;
     const bool higher = finding.comparison.difference > 0;
     return higher != (finding.samples.metric == "lpips") ? Verdict::kBetter : Verdict::kWorse;
@@ -77,6 +80,8 @@ const char* verdict_name(Verdict verdict) {
             return "worse";
         case Verdict::kNotComparable:
             return "not comparable";
+        case Verdict::kTooFew:
+            return "too few objects";
         default:
             return "no difference shown";
     }
@@ -97,6 +102,7 @@ Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
                      "%s. Evaluate both on the same split, or compare them unpaired for the "
                      "numbers",
                      kApart);
+    SPLAT_TRY(check_same_views(a, b));
     // Unpaired scores cover the same objects only if both tables have all of them.
     found.comparable =
         found.shared != 0 &&
@@ -111,6 +117,8 @@ Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
         p.push_back(finding.comparison.p_permutation);
         found.metrics.push_back(std::move(finding));
     }
+    found.least =
+        least_objects(std::max<std::size_t>(found.metrics.size(), 1), kLevel, options.unpaired);
     if (found.metrics.empty())
         return error(
             Code::kNotFound,
@@ -118,7 +126,7 @@ Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
     const std::vector<double> adjusted = holm(p);
     for (std::size_t i = 0; i < adjusted.size(); ++i) {
         found.metrics[i].p_holm = adjusted[i];
-        found.metrics[i].verdict = verdict_of(found.metrics[i], found.comparable);
+        found.metrics[i].verdict = verdict_of(found.metrics[i], found);
     }
     found.note = note_on(found);
     return found;
@@ -129,6 +137,7 @@ std::string comparison_text(const ScoreComparison& found) {
     json.begin_object().member("a", found.path_a).member("b", found.path_b);
     json.member("paired", !found.unpaired).member("objects_a", found.objects_a);
     json.member("objects_b", found.objects_b).member("shared_objects", found.shared);
+    json.member("least_objects", found.least);
     json.member("seed", found.resample.seed).member("permutations", found.resample.permutations);
     json.member("note", found.note).key("metrics").begin_array();
     for (const MetricFinding& finding : found.metrics) write_metric(finding, found.unpaired, json);

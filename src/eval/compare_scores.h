@@ -8,9 +8,9 @@ namespace splat::eval {
 /// Below this p, corrected for the number of metrics, a difference is called better or worse.
 inline constexpr double kLevel = 0.05;
 
-enum class Verdict { kNoDifference, kBetter, kWorse, kNotComparable };
+enum class Verdict { kNoDifference, kBetter, kWorse, kNotComparable, kTooFew };
 
-/// "no difference shown", "better", "worse", "not comparable"
+/// "no difference shown", "better", "worse", "not comparable", "too few objects"
 const char* verdict_name(Verdict verdict);
 
 /// B against A in one metric.
@@ -34,16 +34,18 @@ struct ScoreComparison {
     std::size_t objects_a = 0, objects_b = 0;
     std::size_t shared = 0;   ///< objects of both
     bool comparable = false;  ///< false: the difference may come from the objects alone
+    std::size_t least = 0;    ///< objects with which a difference in so many metrics can be shown
     std::string note;         ///< on objects of one table only; may be empty
     std::vector<MetricFinding> metrics;
 };
 
 /// Test whether B is better than A in each metric that both have. Errors: kNotFound if they share no object
-/// and are compared in pairs.
+/// and are compared in pairs; check_same_views().
 Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
                                        const CompareOptions& options);
 
-/// JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed", "permutations",
+/// JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "least_objects", "seed",
+/// "permutations",
 /// "note", "metrics": [{"metric", "mean_a", "mean_b", "observed_difference", "p_permutation",
 /// "p_parametric", "p_holm", "ci": [low, high], "effect_size" (null: infinite, or of one pair), "n_pairs", "n_a",
 /// "n_b", "lacking_a", "lacking_b", "exact", "verdict"}]}.

@@ -9,7 +9,9 @@
 #include <string_view>
 
 #include "core/c_locale.h"
+#include "core/json_tree.h"
 #include "core/shown.h"
+#include "eval/saved_objects.h"
 #include "io/file.h"
 
 namespace splat::eval {
@@ -109,6 +111,7 @@ struct Columns {
     bool heading = false;  ///< the first row is a heading (.csv)
     std::size_t count = 0;
     std::vector<std::pair<std::string, std::size_t>> metrics;
+    std::size_t views = 0;  ///< 0: there is none
 };
 
 /// scores.txt has a name and these columns; its names may hold commas.
@@ -129,6 +132,8 @@ Columns text_columns() {
 
 Result<Columns> csv_columns(const std::vector<std::string>& names, const std::string& path) {
     Columns columns{true, names.size(), {}};
+    for (std::size_t i = 1; i < names.size(); ++i)
+        if (names[i] == "views") columns.views = i;
     for (std::size_t i = 0; i < names.size(); ++i)
         for (const char* metric : kMetrics)
             if (names[i] == std::string(metric) + "_novel") columns.metrics.emplace_back(metric, i);
@@ -192,6 +197,9 @@ class TableLines {
                 return refuse_line(table_.path, number, "'" + shown(text) + "' is not a number");
             if (std::isfinite(*value)) table_.values[metric][name] = *value;
         }
+        const auto views =
+            columns_.views == 0 ? std::nullopt : score_of(row.fields[columns_.views]);
+        if (views) table_.views[name] = *views;
         table_.objects.insert(name);
         return {};
     }
@@ -202,7 +210,42 @@ class TableLines {
     std::map<std::string, std::size_t> seen_;
 };
 
+/// The label of the views in objects.json beside a file; empty if there is none.
+std::string protocol_beside(const std::string& path) {
+    const auto bytes =
+        io::read_file((fs::path(path).parent_path() / kObjectsFile).string(), kMaxJsonBytes);
+    if (!bytes.ok()) return "";
+    const auto tree = parse_json_tree(io::as_text(bytes.value()), kObjectsFile);
+    const JsonTree* const views = tree.ok() ? tree.value().find("views") : nullptr;
+    if (views == nullptr || views->text() == nullptr) return "";
+    std::string text = *views->text();
+    constexpr std::string_view kWithLpips = ", LPIPS";  // the views are the same
+    if (text.ends_with(kWithLpips)) text.resize(text.size() - kWithLpips.size());
+    return text;
+}
+
 }  // namespace
+
+Status check_same_views(const ScoreTable& a, const ScoreTable& b) {
+    constexpr const char* kRemedy =
+        "their difference may come from the views: evaluate both with the same options";
+    if (!a.protocol.empty() && !b.protocol.empty() && a.protocol != b.protocol)
+        return error(Code::kInvalidArgument,
+                     "A is scored with other views than B, A with '%s', B with '%s'; %s",
+                     a.protocol.c_str(), b.protocol.c_str(), kRemedy);
+    std::size_t others = 0;
+    std::string first;
+    for (const auto& [name, views] : a.views) {
+        const auto found = b.views.find(name);
+        if (found == b.views.end() || found->second == views) continue;
+        if (++others == 1)
+            first =
+                format("'%s' has %g in A and %g in B", shown(name).c_str(), views, found->second);
+    }
+    if (others == 0) return {};
+    return error(Code::kInvalidArgument, "%zu objects are scored in other numbers of views: %s; %s",
+                 others, first.c_str(), kRemedy);
+}
 
 Result<ScoreTable> read_scores(const std::string& path) {
     ScoreTable table;
@@ -225,6 +268,7 @@ Result<ScoreTable> read_scores(const std::string& path) {
     if (table.objects.empty())
         return error(Code::kFormat, "'%s' holds no scores", table.path.c_str());
     list_metrics(table);
+    if (!table.views.empty()) table.protocol = protocol_beside(table.path);
     return table;
 }
 

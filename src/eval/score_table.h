@@ -18,10 +18,16 @@ struct ScoreTable {
     std::set<std::string> objects;     ///< all objects, even without a finite score
     std::vector<std::string> metrics;  ///< names of kMetrics that have values
     std::map<std::string, std::map<std::string, double>> values;
+    std::map<std::string, double> views;  ///< scored of each object, where the file tells
+    std::string protocol;  ///< which views are scored, where objects.json beside the file tells
 };
 
+/// Errors: kInvalidArgument if the scores of an object of both are known to be of different views.
+Status check_same_views(const ScoreTable& a, const ScoreTable& b);
+
 /// Read per_object.csv (RFC 4180; an empty score is none) or scores.txt ("index_name psnr ssim lpips") of an
-/// evaluation; a folder, or results.json, stands for the per_object.csv in the same folder. Errors: those of
+/// evaluation; a folder, or results.json, stands for the per_object.csv in the same folder. Which views are scored
+/// tells the column "views", and objects.json beside the file. Errors: those of
 /// io::read_file; kFormat, naming file and line, if the file is neither, a line has other columns than the first, a
 /// number is malformed, or an object occurs twice.
 Result<ScoreTable> read_scores(const std::string& path);

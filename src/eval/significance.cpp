@@ -202,6 +202,22 @@ Comparison compare_pooled(std::span<const double> a, std::span<const double> b,
     return result;
 }
 
+bool too_few(std::size_t n_a, std::size_t n_b, std::size_t tests, double level, bool unpaired) {
+    double least = 2;
+    if (unpaired)
+        for (std::size_t i = 1; i <= n_a; ++i)
+            least *= static_cast<double>(i) / static_cast<double>(n_b + i);
+    else
+        least = std::exp2(1 - static_cast<double>(n_a));
+    return !(static_cast<double>(tests) * least < level);
+}
+
+std::size_t least_objects(std::size_t tests, double level, bool unpaired) {
+    std::size_t n = 1;
+    while (too_few(n, n, tests, level, unpaired)) ++n;
+    return n;
+}
+
 std::vector<double> holm(std::span<const double> p) {
     std::vector<std::size_t> order(p.size());
     std::iota(order.begin(), order.end(), std::size_t{0});

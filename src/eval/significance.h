@@ -46,6 +46,13 @@ Comparison compare_paired(std::span<const double> a, std::span<const double> b,
 Comparison compare_pooled(std::span<const double> a, std::span<const double> b,
                           const ResampleOptions& options = {});
 
+/// The least number of pairs, or unpaired of scores of each side, whose least p_permutation, 2^(1 - n) or 2 / C(2n, n),
+/// is below `level` after a correction for so many tests.
+std::size_t least_objects(std::size_t tests, double level, bool unpaired);
+
+/// Whether n_a and n_b scores (in pairs: as many) are too few for that.
+bool too_few(std::size_t n_a, std::size_t n_b, std::size_t tests, double level, bool unpaired);
+
 /// Holm's correction for several tests: adjusted p in the order given. Source: Holm 1979.
 std::vector<double> holm(std::span<const double> p);
 

@@ -6,6 +6,7 @@
 
 #include "io/colmap_lens.h"
 #include "io/file.h"
+#include "io/folder.h"
 #include "io/reader.h"
 
 namespace splat::io {
@@ -124,6 +125,58 @@ Status need_images(const CameraSet& set, const char* what) {
     return set.cameras.empty() ? error(Code::kFormat, "%s: there is no image", what) : Status();
 }
 
+/// The path of a file of a model, .bin before .txt; empty if there is none.
+Result<std::string> find_model(const std::string& folder, const std::string& name) {
+    for (const char* below : kColmapFolders)
+        for (const char* extension : {".bin", ".txt"}) {
+            std::string path =
+                (std::filesystem::path(folder) / below / (name + extension)).string();
+            SPLAT_ASSIGN(const bool is_there, has_file(path));
+            if (is_there) return path;
+        }
+    return std::string();
+}
+
+Status in_place(const Status& status, const std::string& place) {
+    return Status(status.code(), "'" + place + "': " + status.message());
+}
+
+Result<std::vector<scene::Vec3>> read_binary_points(Bytes file) {
+    constexpr std::uint64_t kLeastBytes = 8 + 3 * 8 + 3 + 8 + 8;
+    constexpr std::uint64_t kSightBytes = 8;
+    Reader reader(file, "COLMAP points3D.bin");
+    std::uint64_t count = 0;
+    SPLAT_TRY(reader.read(count, "count"));
+    SPLAT_TRY(need_count(reader, count, kLeastBytes));
+    std::vector<scene::Vec3> points(count);
+    for (scene::Vec3& point : points) {
+        std::uint64_t sights = 0;
+        SPLAT_TRY(reader.take(8, "point id").status());
+        SPLAT_TRY(read_numbers(reader, point, "position"));
+        SPLAT_TRY(reader.take(3 + 8, "colour and error").status());
+        SPLAT_TRY(reader.read(sights, "length of the track"));
+        SPLAT_TRY(reader.need(sights, kSightBytes, "track"));
+        SPLAT_TRY(reader.take(sights * kSightBytes, "track").status());
+    }
+    SPLAT_TRY(need_end(reader, count));
+    return points;
+}
+
+Result<std::vector<scene::Vec3>> read_text_points(Bytes file) {
+    std::vector<scene::Vec3> points;
+    Lines lines(file, "COLMAP points3D.txt");
+    std::string_view line;
+    while (lines.next_record(line)) {
+        Words words(line, lines);
+        std::uint64_t id = 0;
+        scene::Vec3 point{};
+        SPLAT_TRY(words.read(id, "point id"));
+        SPLAT_TRY(read_numbers(words, point, "position"));
+        points.push_back(point);
+    }
+    return points;
+}
+
 }  // namespace
 
 Result<CameraSet> read_colmap_text(Bytes cameras, Bytes images, const CameraOptions& options) {
@@ -148,6 +201,7 @@ Result<CameraSet> read_colmap_text(Bytes cameras, Bytes images, const CameraOpti
         if (lines.next(line)) SPLAT_TRY(check_points(line, lines, pose.name));
     }
     SPLAT_TRY(need_images(set, "COLMAP images.txt"));
+    warn_of_ignored(set);
     return set;
 }
 
@@ -180,6 +234,7 @@ Result<CameraSet> read_colmap_binary(Bytes cameras, Bytes images, const CameraOp
     }
     SPLAT_TRY(need_end(reader, count));
     SPLAT_TRY(need_images(set, "COLMAP images.bin"));
+    warn_of_ignored(set);
     return set;
 }
 
@@ -190,24 +245,27 @@ Result<CameraSet> read_colmap(Bytes cameras, Bytes images, const CameraOptions& 
 }
 
 Result<CameraSet> load_colmap(const std::string& folder, const CameraOptions& options) {
-    for (const char* subfolder : {"", "/sparse/0"})
-        for (const char* extension : {".bin", ".txt"}) {
-            const std::string cameras_path = folder + subfolder + "/cameras" + extension;
-            std::error_code failed;
-            if (!std::filesystem::is_regular_file(cameras_path, failed)) continue;
-            SPLAT_ASSIGN(const Buffer cameras, read_file(cameras_path));
-            SPLAT_ASSIGN(const Buffer images,
-                         read_file(folder + subfolder + "/images" + extension));
-            auto set = extension[1] == 'b' ? read_colmap_binary(cameras, images, options)
-                                           : read_colmap_text(cameras, images, options);
-            if (!set.ok())
-                return Status(set.status().code(),
-                              "'" + folder + subfolder + "': " + set.status().message());
-            return set;
-        }
-    return error(Code::kNotFound,
-                 "'%s' holds no COLMAP model: neither cameras.bin nor cameras.txt, nor in sparse/0",
-                 folder.c_str());
+    SPLAT_ASSIGN(const std::string stem, find_model(folder, "cameras"));
+    if (stem.empty())
+        return error(Code::kNotFound,
+                     "'%s' holds no COLMAP model: neither cameras.bin nor cameras.txt, nor in "
+                     "sparse/0 or sparse",
+                     folder.c_str());
+    const bool binary = stem.ends_with(".bin");
+    const std::string place = stem.substr(0, stem.rfind('/'));
+    SPLAT_ASSIGN(const Buffer cameras, read_file(stem));
+    SPLAT_ASSIGN(const Buffer images, read_file(place + (binary ? "/images.bin" : "/images.txt")));
+    auto set = binary ? read_colmap_binary(cameras, images, options)
+                      : read_colmap_text(cameras, images, options);
+    return set.ok() ? std::move(set) : in_place(set.status(), place);
+}
+
+Result<std::vector<scene::Vec3>> load_colmap_points(const std::string& folder) {
+    SPLAT_ASSIGN(const std::string path, find_model(folder, "points3D"));
+    if (path.empty()) return std::vector<scene::Vec3>();
+    SPLAT_ASSIGN(const Buffer file, read_file(path));
+    auto points = path.ends_with(".bin") ? read_binary_points(file) : read_text_points(file);
+    return points.ok() ? std::move(points) : in_place(points.status(), path);
 }
 
 }  // namespace splat::io

@@ -2,6 +2,7 @@
 
 #include "io/bytes.h"
 #include "io/camera_set.h"
+#include "scene/vector.h"
 
 namespace splat::io {
 
@@ -21,8 +22,14 @@ Result<CameraSet> read_colmap_binary(Bytes cameras, Bytes images,
 /// The bytes of either kind: a binary file starts with a count of 8 bytes, of which some are 0.
 Result<CameraSet> read_colmap(Bytes cameras, Bytes images, const CameraOptions& options = {});
 
-/// cameras.bin and images.bin of a folder, else cameras.txt and images.txt; else those of its subfolder
-/// sparse/0. Errors: as above and as read_file(); kNotFound if there are none.
+/// Where the files of a model may lie in a folder: also as its mapper and as its undistorter write them.
+inline constexpr const char* kColmapFolders[] = {"", "sparse/0", "sparse"};
+
+/// cameras.bin and images.bin of a folder, else cameras.txt and images.txt, in the first of kColmapFolders that has
+/// some. Errors: as above and as read_file(); kNotFound if there are none.
 Result<CameraSet> load_colmap(const std::string& folder, const CameraOptions& options = {});
+
+/// The points of its points3D.bin or points3D.txt; none if it has no such file. Errors: as load_colmap().
+Result<std::vector<scene::Vec3>> load_colmap_points(const std::string& folder);
 
 }  // namespace splat::io

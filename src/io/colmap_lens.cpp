@@ -65,8 +65,8 @@ Status add_camera(const Lenses& lenses, const Pose& pose, const CameraOptions& o
     camera.cx = p[center];
     camera.cy = p[center + 1];
     if (lens.model->other_lens)
-        SPLAT_TRY(
-            note_lens(pose.name, "camera model " + std::string(lens.model->name), options, set));
+        SPLAT_TRY(note_lens(pose.name, "model", "camera model " + std::string(lens.model->name),
+                            options, set));
     for (std::size_t i = 0; i < lens.model->distortion.size(); ++i)
         SPLAT_TRY(
             note_distortion(pose.name, lens.model->distortion[i], p[center + 2 + i], options, set));
@@ -83,3 +83,43 @@ Status add_camera(const Lenses& lenses, const Pose& pose, const CameraOptions& o
 }
 
 }  // namespace splat::io::colmap
+
+namespace splat::io {
+
+Status note_lens(const std::string& camera, const std::string& kind, const std::string& what,
+                 const CameraOptions& options, CameraSet& set) {
+    if (!options.ignore_distortion)
+        return error(Code::kUnsupported,
+                     "camera '%s': %s, only pinhole cameras are supported: undistort the images "
+                     "('colmap image_undistorter' makes images and cameras of a COLMAP model)%s",
+                     shown(camera).c_str(), what.c_str(),
+                     options.may_ignore ? ", or ignore it (SPLAT_CAMERA_IGNORE_DISTORTION)" : "");
+    IgnoredLens& ignored =
+        set.ignored.try_emplace(kind, IgnoredLens{what, camera, {}}).first->second;
+    ignored.cameras.insert(set.cameras.size());
+    return {};
+}
+
+Status note_distortion(const std::string& camera, const char* parameter, double value,
+                       const CameraOptions& options, CameraSet& set) {
+    if (value == 0) return {};
+    return note_lens(camera, parameter, format("distortion %s = %g", parameter, value), options,
+                     set);
+}
+
+void warn_of_ignored(CameraSet& set) {
+    if (set.ignored.empty()) return;
+    std::set<std::size_t> cameras;
+    std::string what;
+    for (const auto& [kind, ignored] : set.ignored) {
+        cameras.insert(ignored.cameras.begin(), ignored.cameras.end());
+        what += (what.empty() ? "" : ", ") + ignored.what;
+    }
+    const std::string first = shown(set.ignored.begin()->second.camera);
+    set.warnings.push_back(cameras.size() == 1
+                               ? format("camera '%s': %s is ignored", first.c_str(), what.c_str())
+                               : format("%zu cameras, such as '%s': %s is ignored", cameras.size(),
+                                        first.c_str(), what.c_str()));
+}
+
+}  // namespace splat::io

@@ -1,7 +1,6 @@
 #include "io/npy.h"
 
 #include <charconv>
-#include <optional>
 #include <string>
 
 #include "core/checked_math.h"
@@ -57,6 +56,47 @@ std::optional<std::uint64_t> elements(const std::vector<std::uint64_t>& shape) {
     return count;
 }
 
+/// Whole numbers without a sign that no tensor has.
+constexpr std::pair<std::string_view, std::size_t> kUnsigned[] = {{"u2", 2}, {"u4", 4}, {"u8", 8}};
+
+/// Of a number; 0: none that is read.
+std::size_t bytes_of_type(std::string_view dtype) {
+    for (const auto& [name, bytes] : kUnsigned)
+        if (name == dtype) return bytes;
+    const auto type = npy_type(dtype);
+    return type ? type_bytes(*type) : 0;
+}
+
+template <class From>
+void convert_numbers(Bytes data, std::endian order, std::vector<float>& values) {
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = static_cast<float>(number<From>(&data[i * sizeof(From)], order));
+}
+
+void unsigned_to_floats(const NpyHeader& header, Bytes data, std::vector<float>& values) {
+    if (header.dtype == "u2") convert_numbers<std::uint16_t>(data, header.order, values);
+    if (header.dtype == "u4") convert_numbers<std::uint32_t>(data, header.order, values);
+    if (header.dtype == "u8") convert_numbers<std::uint64_t>(data, header.order, values);
+}
+
+/// The values, whose first index varies fastest, in the order in which the last one does.
+std::vector<float> row_major(const FloatArray& array) {
+    const std::vector<std::uint64_t>& shape = array.shape;
+    std::vector<std::uint64_t> index(shape.size());
+    std::vector<float> values;
+    values.reserve(array.values.size());
+    while (values.size() < array.values.size()) {
+        std::uint64_t at = 0;
+        for (std::size_t dim = shape.size(); dim-- > 0;) at = at * shape[dim] + index[dim];
+        values.push_back(array.values[at]);
+        for (std::size_t dim = shape.size(); dim-- > 0;) {
+            if (++index[dim] < shape[dim]) break;
+            index[dim] = 0;
+        }
+    }
+    return values;
+}
+
 Result<std::string_view> header_text(Reader& reader) {
     SPLAT_ASSIGN(const Bytes magic, reader.take(kNpyMagic.size(), "magic"));
     if (as_text(magic) != kNpyMagic) return bad_npy("the file does not start like a .npy file");
@@ -98,8 +138,9 @@ Result<NpyHeader> read_npy_header(Bytes file) {
                      std::string(type.substr(0, end + 1)).c_str());
     header.dtype = type.substr(2, end - 2);
     header.order = type[1] == '>' ? std::endian::big : std::endian::little;
-    if (!column_major.starts_with("False"))
-        return error(Code::kUnsupported, "npy: a column-major array; save it in C order");
+    header.column_major = column_major.starts_with("True");
+    if (!header.column_major && !column_major.starts_with("False"))
+        return bad_npy("'fortran_order' is neither True nor False");
     const auto count = elements(header.shape);
     if (!count) return bad_npy("the shape has more than 2^64 elements");
     header.elements = *count;
@@ -123,11 +164,22 @@ Buffer write_npy_header(const std::string& dtype, const std::vector<std::uint64_
     return file;
 }
 
-Result<Bytes> npy_floats(Bytes file, const NpyHeader& header) {
-    if (header.dtype != "f8" && header.dtype != "f4")
-        return error(Code::kUnsupported, "npy: dtype '%c%s', expected '<f4' or '<f8'",
+std::optional<NumberType> npy_type(std::string_view dtype) {
+    constexpr std::pair<std::string_view, NumberType> kTypes[] = {
+        {"f4", NumberType::kF32}, {"f8", NumberType::kF64}, {"f2", NumberType::kF16},
+        {"i8", NumberType::kI64}, {"i4", NumberType::kI32}, {"i2", NumberType::kI16},
+        {"i1", NumberType::kI8},  {"u1", NumberType::kU8},  {"b1", NumberType::kBool}};
+    for (const auto& [name, type] : kTypes)
+        if (name == dtype) return type;
+    return std::nullopt;
+}
+
+Result<Bytes> npy_data(Bytes file, const NpyHeader& header) {
+    const std::size_t each = bytes_of_type(header.dtype);
+    if (each == 0)
+        return error(Code::kUnsupported,
+                     "npy: dtype '%c%s', expected floats, integers or booleans, such as '<f4'",
                      header.order == std::endian::big ? '>' : '<', header.dtype.c_str());
-    const std::size_t each = header.dtype == "f8" ? 8 : 4;
     Reader reader(file.subspan(header.start), "npy");
     SPLAT_TRY(reader.need(header.elements, each, "data"));
     SPLAT_ASSIGN(const Bytes data, reader.take(header.elements * each, "data"));
@@ -137,12 +189,16 @@ Result<Bytes> npy_floats(Bytes file, const NpyHeader& header) {
 
 Result<FloatArray> read_npy(Bytes file) {
     SPLAT_ASSIGN(const NpyHeader header, read_npy_header(file));
-    SPLAT_ASSIGN(const Bytes data, npy_floats(file, header));
+    SPLAT_ASSIGN(const Bytes data, npy_data(file, header));
     FloatArray array;
     array.shape = header.shape;
     array.values.resize(header.elements);
-    to_floats(header.dtype == "f8" ? NumberType::kF64 : NumberType::kF32, data, array.values.data(),
-              header.order);
+    if (const auto type = npy_type(header.dtype))
+        to_floats(*type, data, array.values.data(), header.order);
+    else
+        unsigned_to_floats(header, data, array.values);
+    if (header.column_major && header.shape.size() > 1 && header.elements > 0)
+        array.values = row_major(array);
     return array;
 }
 

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "core/status.h"
 #include "io/bytes.h"
+#include "io/tensor_file.h"
 
 namespace splat::io {
 
@@ -20,23 +22,28 @@ struct NpyHeader {
     std::endian order = std::endian::little;
     std::vector<std::uint64_t> shape;
     std::uint64_t elements = 0;
-    std::size_t start = 0;  ///< byte where the numbers start
+    std::size_t start = 0;      ///< byte where the numbers start
+    bool column_major = false;  ///< Fortran's order
 };
 
+/// The type that a dtype's letter and size name; empty for one that tensors do not have.
+std::optional<NumberType> npy_type(std::string_view dtype);
+
 /// Reads version 1 to 3. Errors: kFormat if it is damaged or truncated; kUnsupported for
-/// structured types and for column-major arrays.
+/// structured types.
 Result<NpyHeader> read_npy_header(Bytes file);
 
-/// The numbers of a file of this header. Errors: as read_npy().
-Result<Bytes> npy_floats(Bytes file, const NpyHeader& header);
+/// Where the numbers of a file of this header lie. Errors: as read_npy().
+Result<Bytes> npy_data(Bytes file, const NpyHeader& header);
 
 /// Version 1.0; `dtype` with its byte order, e.g. "<f4".
 Buffer write_npy_header(const std::string& dtype, const std::vector<std::uint64_t>& shape);
 
-/// A .npy file of version 1 to 3 of dtype f4 of either byte order, or f8, which is rounded.
+/// A .npy file of version 1 to 3 of floats, integers or booleans of either order of bytes and of elements. float64 and
+/// integers beyond 2^24 are rounded.
 ///
 /// Errors       kFormat if it is damaged, truncated or longer than its shape; kUnsupported
-///              for other types and for column-major arrays
+///              for other types
 /// Source       NumPy's documentation, numpy.lib.format
 Result<FloatArray> read_npy(Bytes file);
 

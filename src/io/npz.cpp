@@ -11,16 +11,6 @@ namespace {
 
 constexpr std::string_view kExtension = ".npy";
 
-std::optional<NumberType> type_of(const std::string& dtype) {
-    constexpr std::pair<std::string_view, NumberType> kTypes[] = {
-        {"f4", NumberType::kF32}, {"f8", NumberType::kF64}, {"f2", NumberType::kF16},
-        {"i8", NumberType::kI64}, {"i4", NumberType::kI32}, {"i2", NumberType::kI16},
-        {"i1", NumberType::kI8},  {"u1", NumberType::kU8},  {"b1", NumberType::kBool}};
-    for (const auto& [name, type] : kTypes)
-        if (name == dtype) return type;
-    return std::nullopt;
-}
-
 bool is_text(const NpyHeader& header) {
     return header.dtype.starts_with('U') || header.dtype.starts_with('S');
 }
@@ -29,10 +19,13 @@ Result<NamedTensor> read_member(Bytes file, const NpyHeader& header, const std::
                                 DecodeBudget& budget) {
     NamedTensor tensor;
     tensor.name = name;
-    const std::optional<NumberType> type = type_of(header.dtype);
+    const std::optional<NumberType> type = npy_type(header.dtype);
     if (!type)
         return error(Code::kUnsupported, "dtype '%s', expected floats, integers or booleans",
                      header.dtype.c_str());
+    if (header.column_major)
+        return error(Code::kUnsupported,
+                     "a column-major array; save it as numpy.ascontiguousarray gives it");
     tensor.type = *type;
     for (const std::uint64_t dim : header.shape)
         tensor.dims.push_back(dim <= INT64_MAX ? static_cast<std::int64_t>(dim) : -1);

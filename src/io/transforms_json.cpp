@@ -8,6 +8,7 @@
 
 #include "core/json_tree.h"
 #include "core/json_writer.h"
+#include "core/shown.h"
 #include "io/reader.h"
 #include "scene/camera_pose.h"
 
@@ -137,13 +138,13 @@ Status read_model(const Frame& frame, const std::string& name, const CameraOptio
     if (const JsonTree* const model = frame.value("camera_model")) {
         if (model->text() == nullptr) return frame.bad("'camera_model' is not text");
         if (std::find(std::begin(kModels), std::end(kModels), *model->text()) == std::end(kModels))
-            SPLAT_TRY(
-                note_lens(name, "camera_model '" + shown(*model->text()) + "'", options, set));
+            SPLAT_TRY(note_lens(name, "model", "camera_model '" + shown(*model->text()) + "'",
+                                options, set));
     }
     if (const JsonTree* const fisheye = frame.value("is_fisheye")) {
         const bool* const is = std::get_if<bool>(&fisheye->value);
         if (is == nullptr) return frame.bad("'is_fisheye' is not true or false");
-        if (*is) SPLAT_TRY(note_lens(name, "is_fisheye", options, set));
+        if (*is) SPLAT_TRY(note_lens(name, "is_fisheye", "is_fisheye", options, set));
     }
     return {};
 }
@@ -215,6 +216,7 @@ Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uin
         set.maps.push_back(std::move(maps));
     }
     SPLAT_TRY(read_splits(json, set));
+    warn_of_ignored(set);
     return set;
 }
 

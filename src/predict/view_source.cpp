@@ -6,6 +6,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "data/depth_range.h"
+
 namespace splat::predict {
 namespace {
 
@@ -191,6 +193,11 @@ Result<std::string> ViewSource::field_of_view_warning(std::uint32_t objects) con
         "the data's field of view %s degrees, but 'data.fov' is %.4g: the network's rays are not "
         "those of the images; %sdata.fov 0 gives each view its own",
         found.c_str(), expected, one ? "give that of the data; " : "");
+}
+
+Result<std::string> ViewSource::depth_range_warning() const {
+    return data::depth_range_warning(dataset_->reader(), static_cast<double>(network_.znear),
+                                     static_cast<double>(network_.zfar));
 }
 
 Result<Views> ViewSource::read(std::uint32_t object, std::span<const std::uint32_t> numbers,

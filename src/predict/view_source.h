@@ -69,6 +69,10 @@ class ViewSource {
     /// Dataset::read.
     [[nodiscard]] Result<std::string> field_of_view_warning(std::uint32_t objects) const;
 
+    /// A sentence if data.znear to data.zfar cannot hold the scenes, of some objects; else empty. Errors: those of
+    /// data::depth_range_warning().
+    [[nodiscard]] Result<std::string> depth_range_warning() const;
+
   private:
     ViewSource(const config::PredictorConfig& network, std::shared_ptr<data::Dataset> dataset)
         : network_(network), dataset_(std::move(dataset)) {}

@@ -58,12 +58,21 @@ Result<std::string> table_folder(const fs::path& folder, Table table) {
     return found;
 }
 
-Result<TableFiles> files_below(const fs::path& folder, const std::string& name, Table table,
-                               const std::string& split) {
+/// "train-00000-of-00001.parquet", as the datasets of Hugging Face call their files, and "validation".
+bool is_of_split(const std::string& file, const std::string& split) {
+    const std::string stem = stem_of(file);
+    return stem == split || (split == "val" && stem == "validation");
+}
+
+/// Of a folder of a table: those in its folder of the split, else those with the split's name.
+Result<TableFiles> files_below(const fs::path& folder, Table table, const std::string& split) {
     TableFiles found{table, {}, false};
-    SPLAT_ASSIGN(const std::vector<std::string> files, parquet_files(folder / name / split));
-    for (const std::string& file : files)
-        found.files.push_back((folder / name / split / file).string());
+    SPLAT_ASSIGN(const std::vector<std::string> files, parquet_files(folder / split));
+    for (const std::string& file : files) found.files.push_back((folder / split / file).string());
+    if (!found.files.empty()) return found;
+    SPLAT_ASSIGN(const std::vector<std::string> here, parquet_files(folder));
+    for (const std::string& file : here)
+        if (is_of_split(file, split)) found.files.push_back((folder / file).string());
     return found;
 }
 
@@ -91,8 +100,9 @@ Result<bool> is_tables(const std::string& folder) {
     std::erase_if(names, [](const std::string& name) { return !names_table(name, Table::kRgb); });
     return io::holds_for_any(names, [&folder](const std::string& name) -> Result<bool> {
         for (const char* split : kSplits) {
-            SPLAT_ASSIGN(const auto found, parquet_files(fs::path(folder) / name / split));
-            if (!found.empty()) return true;
+            SPLAT_ASSIGN(const TableFiles found,
+                         files_below(fs::path(folder) / name, Table::kRgb, split));
+            if (!found.files.empty()) return true;
         }
         return false;
     });
@@ -107,7 +117,7 @@ Result<std::vector<TableFiles>> find_tables(const std::string& folder, const std
         SPLAT_ASSIGN(const std::string below, table_folder(folder, table));
         TableFiles found;
         if (!below.empty()) {
-            SPLAT_ASSIGN(found, files_below(folder, below, table, split));
+            SPLAT_ASSIGN(found, files_below(fs::path(folder) / below, table, split));
             if (found.files.empty())
                 without_split += (without_split.empty() ? "" : ", ") + std::string(name);
         } else {
@@ -120,9 +130,10 @@ Result<std::vector<TableFiles>> find_tables(const std::string& folder, const std
     if (!missing.empty())
         return error(
             Code::kNotFound,
-            "'%s' lacks tables: %s; expected %s/%s/*.parquet or <name>_%s.parquet for each",
+            "'%s' lacks tables: %s; expected %s/%s/*.parquet, %s/%s-00000-of-00001.parquet or "
+            "<name>_%s.parquet for each",
             folder.c_str(), missing.c_str(), kind_of(Table::kRgb).name, split.c_str(),
-            kind_of(Table::kRgb).name);
+            kind_of(Table::kRgb).name, split.c_str(), kind_of(Table::kRgb).name);
     if (without_split.empty()) return tables;
     // All without the split: there is none. Some without it: the tables do not fit.
     return error(tables.empty() ? Code::kNotFound : Code::kFormat,

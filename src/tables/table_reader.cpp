@@ -30,6 +30,26 @@ bool is_integer(Type type) {
     return type >= Type::kTinyint && type <= Type::kUbigint;
 }
 
+/// What a column must hold, and how pandas makes it of the column %s.
+struct Expected {
+    const char* what;
+    const char* remedy;
+};
+
+constexpr Expected kIntegers = {"integers or text", "df['%s'].astype('int64')"};
+constexpr Expected kText = {"text", "df['%s'].str.decode('utf-8')"};
+constexpr Expected kBytes = {"bytes or struct{bytes, path}",
+                             "[numpy.uint8(numbers).tobytes() for numbers in df['%s']]"};
+
+Status other_type(const std::string& column, const Expected& expected) {
+    std::string remedy = expected.remedy;
+    remedy.replace(remedy.find("%s"), 2, column);
+    return error(Code::kFormat,
+                 "column %s holds values of another type than %s: write it so, in pandas by "
+                 "df['%s'] = %s",
+                 column.c_str(), expected.what, column.c_str(), remedy.c_str());
+}
+
 std::string names_of(const std::vector<Rows::Column>& columns) {
     std::string names;
     for (const Rows::Column& column : columns) names += (names.empty() ? "" : ", ") + column.name;
@@ -83,8 +103,7 @@ Result<TableReader::Columns> TableReader::columns_of(const std::string& file) co
                          names_of(columns).c_str());
         const bool text = found->type == Type::kVarchar;
         if (!text && !(std::string_view(name) == "frame_id" && is_integer(found->type)))
-            return error(Code::kFormat, "column %s holds values of another type than %s", name,
-                         std::string_view(name) == "frame_id" ? "integers or text" : "text");
+            return other_type(name, std::string_view(name) == "frame_id" ? kIntegers : kText);
     }
     SPLAT_ASSIGN(out.value, value_column(file, columns, out));
     return out;
@@ -110,8 +129,7 @@ Result<std::string> TableReader::value_column(const std::string& file,
         return error(Code::kFormat, "there is no column %s; columns: %s", kind.column,
                      names_of(columns).c_str());
     if (image ? !is_binary(*found) : found->type != Type::kVarchar)
-        return error(Code::kFormat, "column %s holds values of another type than %s",
-                     found->name.c_str(), image ? "bytes or struct{bytes, path}" : "text");
+        return other_type(found->name, image ? kBytes : kText);
     out.name = found->name;
     out.encoded = found->has_bytes;
     const std::string name = sql_name(found->name);

@@ -133,7 +133,7 @@ class Training {
     Status load_weights(const std::string& path, const std::optional<model::LoadOptions>& options);
     Status resume();
     Status restore_validations();
-    Status warn_of_field_of_view();
+    Status warn_of_cameras();
     [[nodiscard]] Status check_batches(const BatchSource& source) const;
     Status begin(const TrainingDesc& desc);
 

@@ -78,7 +78,7 @@ Result<std::unique_ptr<Training>> Training::open(std::shared_ptr<vk::Context> co
     SPLAT_ASSIGN(self->folder_, RunFolder::open(desc.folder, desc.mode));
     SPLAT_TRY(self->configure(desc));
     SPLAT_TRY(self->open_data(desc));
-    SPLAT_TRY(self->warn_of_field_of_view());
+    SPLAT_TRY(self->warn_of_cameras());
     const Status made = self->on_device([&]() -> Status {
         SPLAT_TRY(self->context_->device().alive());
         SPLAT_ASSIGN(self->trainer_, Trainer::create(*self->context_, self->settings_.network,
@@ -180,9 +180,11 @@ Status Training::open_data(const TrainingDesc& desc) {
     return check_validation();
 }
 
-Status Training::warn_of_field_of_view() {
+Status Training::warn_of_cameras() {
     SPLAT_ASSIGN(const std::string sentence, data_->field_of_view_warning(data_->objects()));
-    if (!sentence.empty()) messages_.emplace_back("warning: " + sentence, true);
+    SPLAT_ASSIGN(const std::string depths, data_->depth_range_warning());
+    for (const std::string& found : {sentence, depths})
+        if (!found.empty()) messages_.emplace_back("warning: " + found, true);
     return {};
 }
 

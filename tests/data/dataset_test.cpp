@@ -353,7 +353,7 @@ TEST(Dataset, ReportsWhatItHolds) {
         report_text(*opened(desc)),
         R"({"format": "srn", "split": "train", "has_splits": true, "objects": 1, "views": 2, )"
         R"("excluded": 0, "missing": [], "not_objects": [], "not_read": [], "not_read_count": 0, )"
-        R"("resolution": 4, "stored_resolution": 8, "maps": [], "names": ["a"], "views_of": [2]})");
+        R"("notes": [], "resolution": 4, "stored_resolution": 8, "maps": [], "names": ["a"], "views_of": [2]})");
 }
 
 }  // namespace

@@ -242,7 +242,7 @@ TEST(ImageFolder, WarnsOfObjectsWithoutTheSplitOfOthers) {
     };
     set_log_sink(keep, &warned, LogLevel::kWarning);
     EXPECT_TRUE(open_data(folder.path(), "val")->index().has_splits);
-    EXPECT_EQ(warned, "");
+    EXPECT_EQ(warned.find("which other objects have"), std::string::npos) << warned;
     fs::remove(folder.path() / "other/transforms_val.json");
     EXPECT_FALSE(open_data(folder.path(), "val")->index().has_splits);
     set_log_sink(nullptr, nullptr, LogLevel::kWarning);

@@ -221,21 +221,83 @@ TEST(Maps, OfArrays) {
         EXPECT_NE(found.problems[0].find(part), std::string::npos) << found.problems[0];
         fs::rename(kept, object / file);
     };
-    refused("depth/000001.npy", {8, 8}, std::vector<float>(64, NAN),
-            "depth/000001.npy': number 0 is nan, expected finite ones");
-    refused("normal/000000.npy", {3, 8, 8}, std::vector<float>(192),
-            "normal/000000.npy': expected an array [height,width,3]");
+    refused(
+        "depth/000001.npy", {8, 8}, std::vector<float>(64, NAN),
+        "depth/000001.npy': number 0 is nan, expected finite ones: write 0 where there is none");
+    refused("normal/000000.npy", {8, 8}, std::vector<float>(64),
+            "normal/000000.npy': 8 x 8 numbers of 1 channels, expected 3 channels and a square");
     refused("mask/000000.npy", {4, 8}, std::vector<float>(32), "a square");
     put_image(object / "depth/000001.png", 8, 1);
     EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
                  "two files are the depth of view '000001'; remove one");
 }
 
+/// Arrays as programs write them: whole numbers, Fortran's order, channels first; PFM and PGM.
+TEST(Maps, OfOtherTypesAndOrders) {
+    const SampleFolder folder;
+    const fs::path object = put_plain(folder);
+    const auto put_array = [&](const char* file, const std::string& header, io::Bytes data) {
+        std::string text = "{" + header + ", }\n";
+        io::Buffer bytes;
+        io::put_text(bytes, std::string_view("\x93NUMPY\x01\0", 8));
+        io::put(bytes, static_cast<std::uint16_t>(text.size()));
+        io::put_text(bytes, text);
+        io::put_bytes(bytes, data);
+        fs::create_directories((object / file).parent_path());
+        ASSERT_OK(io::write_file((object / file).string(), bytes));
+    };
+    std::vector<std::uint16_t> millimetres;
+    for (std::uint16_t i = 0; i < 64; ++i)
+        millimetres.push_back(static_cast<std::uint16_t>(800 + 10 * i));
+    std::vector<std::uint8_t> is_object(64);
+    is_object[8] = 1;
+    std::vector<float> planes;  // channel c of pixel i: (3 i + c) of 191, from -1 to 1
+    for (int c = 0; c < 3; ++c)
+        for (int i = 0; i < 64; ++i) planes.push_back(static_cast<float>(3 * i + c) * 2 / 191 - 1);
+    std::string pgm = "P5 8 8 255\n";
+    for (const std::uint8_t one : is_object) pgm += one != 0 ? '\xFF' : '\0';
+    put_array("depth/000000.npy", "'descr': '<u2', 'fortran_order': True, 'shape': (8, 8)",
+              std::as_bytes(std::span(millimetres)));
+    put_array("normal/000000.npy", "'descr': '<f4', 'fortran_order': False, 'shape': (3, 8, 8)",
+              std::as_bytes(std::span(planes)));
+    put_array("mask/000000.npy", "'descr': '|b1', 'fortran_order': False, 'shape': (1, 8, 8)",
+              std::as_bytes(std::span(is_object)));
+    std::string pfm = "Pf 8 8 -1\n";
+    for (int y = 7; y >= 0; --y)
+        for (int x = 0; x < 8; ++x) {
+            const auto depth = static_cast<float>(8 * y + x);
+            pfm.append(reinterpret_cast<const char*>(&depth), sizeof depth);
+        }
+    put_text(object / "depth/000001.pfm", pfm);
+    fs::copy(object / "normal/000000.npy", object / "normal/000001.npy");
+    put_text(object / "mask/000001.pgm", pgm);
+    const auto dataset = open_data(folder.path());
+    ASSERT_NE(dataset, nullptr);
+    EXPECT_EQ(dataset->index().maps, kAllMaps);
+    const ReadMaps maps = read_maps(*dataset);
+    for (std::size_t i = 0; i < 64; ++i) {
+        const std::size_t turned = i % 8 * 8 + i / 8;
+        EXPECT_EQ(maps.depths[i], std::round(255 * static_cast<float>(turned) / 63) / 255);
+        EXPECT_EQ(maps.depths[64 + i], std::round(255 * static_cast<float>(i) / 63) / 255);
+        EXPECT_NEAR(maps.normals[64 + i], static_cast<float>(3 * i + 1) / 191, 0.5001 / 255);
+        for (const std::size_t view : {0U, 1U})
+            EXPECT_EQ(maps.masks[64 * view + i], i == 8 ? 1 : 0);
+    }
+    EXPECT_TRUE(check_object(*dataset, 0).value().problems.empty());
+    const std::vector<std::int8_t> negative(64, -1);
+    put_array("mask/000000.npy", "'descr': '|i1', 'fortran_order': False, 'shape': (8, 8)",
+              std::as_bytes(std::span(negative)));
+    const auto found = check_object(*dataset, 0).value();
+    ASSERT_EQ(found.problems.size(), 1U);
+    EXPECT_NE(found.problems[0].find("mask/000000.npy': whole numbers from -1 to -1"),
+              std::string::npos);
+}
+
 TEST(Maps, OfOtherFilesAreNamedAsNotRead) {
     const SampleFolder folder;
     const fs::path object = put_plain(folder);
-    for (const char* file : {"depth/000000.tiff", "depth/000001.tiff", "mask/000000.pgm"})
-        put_text(object / file, "x");
+    for (const char* file : {"depth/000000.tiff", "depth/000001.tiff", "mask/000000.exr"})
+        put_text(object / file, std::string("II*\0", 4));
     std::string warned;
     const auto keep = [](void* user, int, const char* text) {
         *static_cast<std::string*>(user) += text;
@@ -243,9 +305,9 @@ TEST(Maps, OfOtherFilesAreNamedAsNotRead) {
     set_log_sink(keep, &warned, LogLevel::kWarning);
     const auto dataset = open_data(folder.path());
     set_log_sink(nullptr, nullptr, LogLevel::kWarning);
-    EXPECT_NE(warned.find("3 files in folders of maps are not read, expected .png, .jpg, .webp or "
-                          ".npy: '" +
-                          (object / "depth/000000.tiff").string()),
+    EXPECT_NE(warned.find("3 files in folders of maps are not read, expected .png, .jpg, .webp, "
+                          ".pgm, .npy or .pfm: '" +
+                          (object / "depth/000000.tiff").string() + "', a TIFF file; convert it"),
               std::string::npos)
         << warned;
     EXPECT_EQ(dataset->index().unread_count, 3U);
@@ -253,7 +315,7 @@ TEST(Maps, OfOtherFilesAreNamedAsNotRead) {
     DatasetDesc desc = data_desc(folder.path());
     desc.maps = flag_of(MapKind::kDepth);
     EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound,
-                 "not read, expected .png, .jpg, .webp or .npy: '" +
+                 "are not read, expected .png, .jpg, .webp, .pgm, .npy or .pfm: '" +
                      (object / "depth/000000.tiff").string());
 }
 

@@ -52,6 +52,50 @@ TEST(CompareScores, HigherIsBetterExceptForLpips) {
     EXPECT_EQ(up.note, "");
 }
 
+/// The least p of n pairs is 2^(1 - n), of n scores a side 2 / C(2n, n).
+TEST(CompareScores, TooFewObjectsAreCalledSo) {
+    EXPECT_EQ(least_objects(1, kLevel, false), 6U);
+    EXPECT_EQ(least_objects(2, kLevel, false), 7U);
+    EXPECT_EQ(least_objects(3, kLevel, false), 7U);
+    EXPECT_EQ(least_objects(1, kLevel, true), 4U) << "2 / 70";
+    EXPECT_EQ(least_objects(3, kLevel, true), 5U) << "2 / 252";
+    for (const bool unpaired : {false, true})
+        for (std::size_t metrics = 1; metrics <= 2; ++metrics) {
+            const std::size_t least = least_objects(metrics, kLevel, unpaired);
+            for (const std::size_t n : {least - 1, least}) {
+                std::map<std::string, std::vector<double>> a, b;
+                for (std::size_t m = 0; m < metrics; ++m) {
+                    a[kMetrics[m]] = std::vector<double>(n, 1);
+                    b[kMetrics[m]] = std::vector<double>(n, 2);
+                }
+                const ScoreComparison found = compared(table(a), table(b), unpaired);
+                EXPECT_EQ(found.least, least);
+                const bool enough = n == least;
+                EXPECT_EQ(found.metrics[0].verdict, enough ? Verdict::kBetter : Verdict::kTooFew)
+                    << n << " objects, " << metrics << " metrics";
+                EXPECT_EQ(found.metrics[0].p_holm < kLevel, enough);
+            }
+        }
+}
+
+TEST(CompareScores, OtherViewsAreRefused) {
+    ScoreTable a = table({{"psnr", values(0)}});
+    ScoreTable b = table({{"psnr", values(1)}});
+    for (const std::string& name : a.objects) a.views[name] = b.views[name] = 251;
+    compared(a, b);
+    b.views["o105"] = b.views["o107"] = 20;
+    for (const bool unpaired : {false, true})
+        EXPECT_ERROR(compare_scores(a, b, {unpaired, {}}).status(), Code::kInvalidArgument,
+                     "2 objects are scored in other numbers of views: 'o105' has 251 in A and 20 "
+                     "in B");
+    b.views.clear();
+    a.protocol = "1 inputs, all novel";
+    compared(a, b);
+    b.protocol = "1 inputs: 5, all novel";
+    EXPECT_ERROR(compare_scores(a, b, {}).status(), Code::kInvalidArgument,
+                 "A with '1 inputs, all novel', B with '1 inputs: 5, all novel'");
+}
+
 TEST(CompareScores, ObjectsOfOneTableAreLeftOutAndCounted) {
     const ScoreComparison found =
         compared(table({{"psnr", values(0)}}), table({{"psnr", values(1)}}, 5));
@@ -100,15 +144,16 @@ TEST(CompareScores, OtherObjectsAreNotComparable) {
 
 TEST(CompareScores, TextHasEveryNumber) {
     const ScoreComparison found = compared(table({{"psnr", {1, 2}}}), table({{"psnr", {2, 3}}}));
-    EXPECT_EQ(comparison_text(found),
-              R"({"a": "", "b": "", "paired": true, "objects_a": 2, "objects_b": 2, )"
-              R"("shared_objects": 2, "seed": 0, "permutations": 1000, "note": "", "metrics": [)"
-              "\n"
-              R"( {"metric": "psnr", "mean_a": 1.5, "mean_b": 2.5, "observed_difference": 1.0, )"
-              R"("p_permutation": 0.5, "p_parametric": 0.0, "p_holm": 0.5, "ci": [1.0, 1.0], )"
-              R"("effect_size": null, "n_pairs": 2, "n_a": 2, "n_b": 2, "lacking_a": 0, )"
-              R"("lacking_b": 0, "exact": true, )"
-              R"("verdict": "no difference shown"}]})");
+    EXPECT_EQ(
+        comparison_text(found),
+        R"({"a": "", "b": "", "paired": true, "objects_a": 2, "objects_b": 2, )"
+        R"("shared_objects": 2, "least_objects": 6, "seed": 0, "permutations": 1000, "note": "", "metrics": [)"
+        "\n"
+        R"( {"metric": "psnr", "mean_a": 1.5, "mean_b": 2.5, "observed_difference": 1.0, )"
+        R"("p_permutation": 0.5, "p_parametric": 0.0, "p_holm": 0.5, "ci": [1.0, 1.0], )"
+        R"("effect_size": null, "n_pairs": 2, "n_a": 2, "n_b": 2, "lacking_a": 0, )"
+        R"("lacking_b": 0, "exact": true, )"
+        R"("verdict": "too few objects"}]})");
 }
 
 }  // namespace

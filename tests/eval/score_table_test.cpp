@@ -50,6 +50,17 @@ TEST_F(ScoreTableTest, ReadsBothFormats) {
         EXPECT_EQ(read_scores(path).value().values, table.values);
 }
 
+/// Numbers of views are those of the column, which views they are tells objects.json.
+TEST_F(ScoreTableTest, ViewsAreThoseOfTheFolder) {
+    const ScoreTable alone = read("per_object.csv", "object,psnr_novel,views\na,20,251\nb,21,\n");
+    EXPECT_EQ(alone.views, (std::map<std::string, double>{{"a", 251}}));
+    EXPECT_EQ(alone.protocol, "");
+    std::ofstream(folder_ / "objects.json") << R"({"views": "1 inputs, all novel, LPIPS"})";
+    EXPECT_EQ(read_scores(folder_.string()).value().protocol, "1 inputs, all novel");
+    std::ofstream(folder_ / "objects.json") << "{";
+    EXPECT_EQ(read_scores(folder_.string()).value().protocol, "") << "damaged: not told";
+}
+
 /// Names from data sets, in both files as they are written.
 TEST_F(ScoreTableTest, AnyNameComesBack) {
     std::vector<std::string> names = test::hostile_names();

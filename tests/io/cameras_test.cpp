@@ -268,7 +268,7 @@ TEST(Colmap, OtherLensesAreRefusedOrReadAsPinholes) {
                 return is_text ? read_colmap_text(bytes_of(text), images, options)
                                : read_colmap_binary(binary, binary_images, options);
             };
-            EXPECT_ERROR(read({}).status(), Code::kUnsupported, "SPLAT_CAMERA_IGNORE_DISTORTION");
+            EXPECT_ERROR(read({}).status(), Code::kUnsupported, "only pinhole cameras");
             const auto found = read(ignore);
             ASSERT_OK(found.status());
             const scene::Camera& camera = found.value().cameras.at(0);
@@ -281,6 +281,33 @@ TEST(Colmap, OtherLensesAreRefusedOrReadAsPinholes) {
         EXPECT_ERROR(read_colmap_text(bytes_of(text + " 1"), images, ignore).status(),
                      Code::kFormat, lens.name);
     }
+}
+
+/// 50 pictures of one lens are one warning, which names what is ignored of it.
+TEST(Colmap, OneWarningTellsOfManyCameras) {
+    CameraOptions ignore;
+    ignore.ignore_distortion = true;
+    std::string images;
+    for (int i = 1; i <= 50; ++i) images += format("%d 1 0 0 0 0 0 4 1 %02d.png\n\n", i, i);
+    const auto set = read_colmap_text(bytes_of("1 OPENCV 64 48 50 50 32 24 0.1 0 0.02 0"),
+                                      bytes_of(images), ignore);
+    ASSERT_OK(set.status());
+    EXPECT_EQ(set.value().warnings,
+              std::vector<std::string>{"50 cameras, such as '01.png': distortion k1 = 0.1, "
+                                       "distortion p1 = 0.02 is ignored"});
+    const auto refused = [&](bool may_ignore) {
+        CameraOptions options;
+        options.may_ignore = may_ignore;
+        return read_colmap_text(bytes_of("1 OPENCV 64 48 50 50 32 24 0.1 0 0.02 0"),
+                                bytes_of(images), options)
+            .status()
+            .message();
+    };
+    EXPECT_EQ(refused(false),
+              "camera '01.png': distortion k1 = 0.1, only pinhole cameras are supported: undistort "
+              "the images ('colmap image_undistorter' makes images and cameras of a COLMAP model)");
+    EXPECT_NE(refused(true).find(", or ignore it (SPLAT_CAMERA_IGNORE_DISTORTION)"),
+              std::string::npos);
 }
 
 TEST(Colmap, BinaryRefusesPrefixesDamageAndHostileCounts) {

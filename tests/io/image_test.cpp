@@ -244,9 +244,9 @@ TEST(Npy, RefusesHostileHeaders) {
     refused(start + "(1", Code::kFormat, "tuple");
     refused(start + "3}", Code::kFormat, "tuple");
     refused("{}", Code::kFormat, "no 'descr'");
-    refused("{'descr': '<i4', 'fortran_order': False, 'shape': ()}", Code::kUnsupported, "'<i4'");
-    refused("{'descr': '<f4', 'fortran_order': True, 'shape': ()}", Code::kUnsupported,
-            "column-major");
+    refused("{'descr': '<c8', 'fortran_order': False, 'shape': ()}", Code::kUnsupported, "'<c8'");
+    refused("{'descr': '<f4', 'fortran_order': Maybe, 'shape': ()}", Code::kFormat,
+            "'fortran_order'");
 }
 
 TEST(RealImages, EveryPngIsRead) {

@@ -276,7 +276,10 @@ TEST(ImageFile, IsKnownByItsFirstBytes) {
     const auto image = load_image(path);
     EXPECT_OK(image.status());
     ASSERT_OK(write_file(path, as_bytes("GIF89a")));
-    EXPECT_ERROR(load_image(path).status(), Code::kFormat, "not a PNG, JPEG or WebP");
+    EXPECT_ERROR(load_image(path).status(), Code::kFormat,
+                 "x.png': a GIF file; convert it: 'magick IN OUT.png'");
+    ASSERT_OK(write_file(path, as_bytes("text")));
+    EXPECT_ERROR(load_image(path).status(), Code::kFormat, "not a PNG, JPEG, WebP, PGM or PPM");
     ASSERT_OK(write_file(path, as_bytes("\xFF\xD8\xFF...")));
     EXPECT_ERROR(load_image(path).status(), Code::kFormat, "x.png': jpeg: ");
     std::filesystem::remove_all(folder);

@@ -9,6 +9,7 @@
 #include "tables/import.h"
 #include "tables/published_tables.h"
 #include "tables/store.h"
+#include "tables/table_files.h"
 #include "tables/table_samples.h"
 
 namespace splat::tables {
@@ -259,6 +260,46 @@ TEST(Import, ParquetFooterThatLiesAboutItsRowsIsRefused) {
         if (status.code() == Code::kFormat) ++refused;
     }
     EXPECT_EQ(refused, 2U);
+}
+
+/// rgbs/train-00000-of-00001.parquet, as the datasets of Hugging Face lie.
+TEST(Import, ReadsFilesNamedAfterTheirSplit) {
+    SPLAT_NEED_DUCKDB();
+    const SampleFolder folder;
+    ASSERT_OK(PublishedTables().write(folder.path()));
+    for (const char* table : {"intrins", "poses", "rgbs", "depths", "normals", "segmentation"}) {
+        const fs::path below = folder.path() / table;
+        if (!fs::exists(below / "train")) continue;
+        int files = 0;
+        for (const auto& entry : fs::directory_iterator(below / "train"))
+            fs::rename(entry.path(), below / format("train-%05d-of-00001.parquet", files++));
+        fs::remove_all(below / "train");
+    }
+    EXPECT_TRUE(is_tables(folder.path().string()).value());
+    ASSERT_OK(import(folder.path()));
+    expect_published(folder.path() / ".splat/train");
+    EXPECT_ERROR(import(folder.path(), "val"), Code::kNotFound,
+                 "no .parquet file of the split val");
+}
+
+TEST(Import, ColumnsOfOtherTypesAreRefusedWithARemedy) {
+    SPLAT_NEED_DUCKDB();
+    const struct {
+        const char *table, *value, *part;
+    } others[] = {{"rgbs", "CAST(frame_id AS DOUBLE) AS frame_id",
+                   "than integers or text: write it so, in pandas by df['frame_id'] = "
+                   "df['frame_id'].astype('int64')"},
+                  {"rgbs", "[1::UTINYINT, 2::UTINYINT] AS rgb",
+                   "df['rgb'] = [numpy.uint8(numbers).tobytes() for numbers in df['rgb']]"},
+                  {"poses", "encode(pose) AS pose", "df['pose'] = df['pose'].str.decode('utf-8')"}};
+    for (const auto& other : others) {
+        const SampleFolder folder;
+        PublishedTables tables;
+        std::string& select = tables.selects[other.table];
+        select = "SELECT * REPLACE (" + std::string(other.value) + ") FROM (" + select + ")";
+        ASSERT_OK(tables.write(folder.path()));
+        EXPECT_ERROR(import(folder.path()), Code::kFormat, other.part);
+    }
 }
 
 TEST(Import, FoldersWithoutTablesAreRefused) {

@@ -714,6 +714,8 @@ namespace Splat
         Worse = 2,
         /// <summary>SPLAT_VERDICT_NOT_COMPARABLE</summary>
         NotComparable = 3,
+        /// <summary>objects: no difference could bring p_holm below 0.05</summary>
+        TooFew = 4,
     }
 
     /// <summary>splat_prior_model_flags of the C API.</summary>

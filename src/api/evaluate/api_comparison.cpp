@@ -10,6 +10,7 @@ static_assert(SPLAT_VERDICT_NO_DIFFERENCE == static_cast<int>(eval::Verdict::kNo
 static_assert(SPLAT_VERDICT_BETTER == static_cast<int>(eval::Verdict::kBetter));
 static_assert(SPLAT_VERDICT_WORSE == static_cast<int>(eval::Verdict::kWorse));
 static_assert(SPLAT_VERDICT_NOT_COMPARABLE == static_cast<int>(eval::Verdict::kNotComparable));
+static_assert(SPLAT_VERDICT_TOO_FEW == static_cast<int>(eval::Verdict::kTooFew));
 
 namespace {
 

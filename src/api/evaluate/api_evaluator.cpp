@@ -74,11 +74,12 @@ Result<eval::Protocol> evaluator_protocol(const splat_evaluator_desc& desc,
     return protocol;
 }
 
-/// Looks at the first object: the cameras of all may be many files.
-void warn_of_field_of_view(const predict::ViewSource& views) {
-    const auto sentence = views.field_of_view_warning(std::min(views.objects(), 1U));
-    // What cannot be read is an error of the scores.
-    if (sentence.ok() && !sentence.value().empty()) log(LogLevel::kWarning, sentence.value());
+/// Looks at few objects: the cameras of all may be many files.
+void warn_of_cameras(const predict::ViewSource& views) {
+    for (const auto& sentence :
+         {views.field_of_view_warning(std::min(views.objects(), 1U)), views.depth_range_warning()})
+        // What cannot be read is an error of the scores.
+        if (sentence.ok() && !sentence.value().empty()) log(LogLevel::kWarning, sentence.value());
 }
 
 Result<EvaluatorPointer> make_evaluator(const splat_evaluator_desc& desc) {
@@ -96,7 +97,7 @@ Result<EvaluatorPointer> make_evaluator(const splat_evaluator_desc& desc) {
                      "splat_evaluator_desc has neither a predictor nor a method, expected one");
     }
     SPLAT_ASSIGN(auto views, evaluator_views(desc, settings));
-    if (desc.method == nullptr) warn_of_field_of_view(*views);
+    if (desc.method == nullptr) warn_of_cameras(*views);
     SPLAT_ASSIGN(eval::Protocol protocol, evaluator_protocol(desc, settings));
     eval::Lpips lpips;
     if (desc.lpips != nullptr) {

@@ -7,6 +7,8 @@
 #include "api/scene/camera_value.h"
 #include "io/file.h"
 #include "io/mesh/obj.h"
+#include "io/mesh/ply_points.h"
+#include "io/ply_header.h"
 #include "priors/point_scores.h"
 #include "priors/surface_points.h"
 #include "scene/activate.h"
@@ -29,6 +31,18 @@ Status check_count_of_points(std::uint64_t count) {
 void fill_points(const Points& from, float* to) {
     for (const scene::Vec3& point : from)
         for (const double x : point) *to++ = static_cast<float>(x);
+}
+
+/// Of a mesh's surface or, evenly, of a point cloud.
+Result<Points> points_of_file(io::Bytes file, std::size_t count, std::uint64_t seed) {
+    if (!io::is_ply(file)) {
+        SPLAT_ASSIGN(const io::Mesh mesh, io::read_obj(file));
+        return priors::sample_surface(mesh, count, seed);
+    }
+    SPLAT_ASSIGN(const Points cloud, io::read_ply_points(file));
+    Points points(count);
+    for (std::size_t i = 0; i < count; ++i) points[i] = cloud[i * cloud.size() / count];
+    return points;
 }
 
 Points points_of(const float* numbers, std::uint64_t count) {
@@ -65,12 +79,11 @@ splat_result splat_points_from_mesh(const char* path, uint64_t seed, float* poin
         SPLAT_TRY(api::require(points, "points"));
         SPLAT_TRY(check_count_of_points(count));
         SPLAT_ASSIGN(const io::Buffer file, io::read_file(path, kMaxMeshBytes));
-        const auto mesh = io::read_obj(file);
-        if (!mesh.ok())
-            return Status(mesh.status().code(),
-                          "'" + std::string(path) + "': " + mesh.status().message());
-        SPLAT_ASSIGN(const Points made, priors::sample_surface(mesh.value(), count / 3, seed));
-        fill_points(made, points);
+        const auto made = points_of_file(file, count / 3, seed);
+        if (!made.ok())
+            return Status(made.status().code(),
+                          "'" + std::string(path) + "': " + made.status().message());
+        fill_points(made.value(), points);
         return {};
     });
 }

@@ -6,6 +6,7 @@
 #include "io/apng.h"
 #include "io/file.h"
 #include "io/gif.h"
+#include "io/maps/number_image.h"
 #include "io/npy.h"
 #include "io/photo/image_file.h"
 #include "io/photo/webp_animation.h"
@@ -20,49 +21,26 @@ constexpr std::uint64_t kMaxImageFileBytes = std::uint64_t{1} << 32;
 /// What a file holds: an image of samples, or of float32.
 struct ImageFile {
     io::Image image;  ///< size of the file; samples if they were asked for and are whole numbers
-    std::vector<float> values;  ///< [height,width,channels] of a .npy
+    std::vector<float> values;  ///< [height,width,channels] of a .npy or PFM
     bool floats = false;
 };
 
-bool is_npy(io::Bytes file) {
-    return io::as_text(file).starts_with("\x93NUMPY");
-}
-
 Result<ImageFile> read_float_image(io::Bytes file, bool header_only) {
-    SPLAT_ASSIGN(const io::NpyHeader header, io::read_npy_header(file));
-    const std::vector<std::uint64_t>& shape = header.shape;
-    if (shape.size() < 2 || shape.size() > 3)
-        return error(Code::kUnsupported,
-                     "npy: an array of %zu dimensions, expected [height,width] or "
-                     "[height,width,channels]",
-                     shape.size());
-    const std::uint64_t channels = shape.size() == 3 ? shape[2] : 1;
-    for (const std::uint64_t side : {shape[0], shape[1]})
-        if (side < 1 || side > scene::kMaxImageSide || channels < 1 || channels > 4)
-            return error(
-                Code::kUnsupported,
-                "npy: %llu x %llu pixels of %llu channels, expected sides of 1 to %u and 1 "
-                "to 4 channels",
-                static_cast<unsigned long long>(shape[1]),
-                static_cast<unsigned long long>(shape[0]),
-                static_cast<unsigned long long>(channels), scene::kMaxImageSide);
+    // The caller makes room for what a header says.
+    SPLAT_ASSIGN(io::NumberImage numbers,
+                 header_only ? io::read_number_size(file) : io::read_number_image(file));
     ImageFile read;
     read.floats = true;
-    read.image.width = static_cast<std::uint32_t>(shape[1]);
-    read.image.height = static_cast<std::uint32_t>(shape[0]);
-    read.image.channels = static_cast<std::uint32_t>(channels);
+    read.image.width = numbers.width;
+    read.image.height = numbers.height;
+    read.image.channels = numbers.channels;
     read.image.bits = 32;
-    if (header_only) {  // the caller makes room for what it says
-        SPLAT_TRY(io::npy_floats(file, header).status());
-        return read;
-    }
-    SPLAT_ASSIGN(io::FloatArray array, io::read_npy(file));
-    read.values = std::move(array.values);
+    read.values = std::move(numbers.values);
     return read;
 }
 
 Result<ImageFile> read_image_file(io::Bytes file, bool header_only) {
-    if (is_npy(file)) return read_float_image(file, header_only);
+    if (io::is_number_image(file)) return read_float_image(file, header_only);
     ImageFile read;
     SPLAT_ASSIGN(read.image, io::read_image(file, {.upright = true, .header_only = header_only}));
     return read;

@@ -42,6 +42,7 @@ struct CameraReading {
 
 Result<CameraReading> camera_reading(const splat_camera_file_desc* desc) {
     CameraReading reading;
+    reading.options.may_ignore = true;
     if (desc == nullptr) return reading;
     SPLAT_TRY(api::check_desc(desc, "splat_camera_file_desc", sizeof *desc,
                               SPLAT_CAMERA_IGNORE_DISTORTION));

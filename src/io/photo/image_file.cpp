@@ -4,6 +4,7 @@
 #include <cctype>
 
 #include "io/file.h"
+#include "io/maps/netpbm.h"
 #include "io/photo/jpeg.h"
 #include "io/photo/webp.h"
 
@@ -18,19 +19,86 @@ struct Format {
     Result<Image> (*read)(Bytes file, const ImageOptions& options);
 };
 
-constexpr Format kFormats[] = {
-    {0, "\x89PNG", read_png}, {0, "\xFF\xD8\xFF", read_jpeg}, {8, "WEBP", read_webp}};
+constexpr Format kFormats[] = {{0, "\x89PNG", read_png},
+                               {0, "\xFF\xD8\xFF", read_jpeg},
+                               {8, "WEBP", read_webp},
+                               {0, "P5", read_netpbm},
+                               {0, "P6", read_netpbm}};
+
+/// Formats that are not read, by a signature at a place of the file.
+struct UnreadFormat {
+    std::size_t offset;
+    std::string_view signature;
+    const char* name;
+    const char* remedy;
+};
+
+constexpr const char* kOfHeic = "convert it: 'heif-convert IN.heic OUT.jpg'";
+constexpr const char* kOfAvif = "convert it: 'avifdec IN.avif OUT.png'";
+constexpr const char* kOfTiff =
+    "convert it: 'magick IN.tif OUT.png' keeps whole numbers of 8 or 16 bits; for others, "
+    "python3 -c \"import numpy, tifffile; numpy.save('OUT.npy', tifffile.imread('IN.tif'))\"";
+constexpr const char* kOfExr =
+    "convert it: python3 -c \"import numpy, OpenEXR; numpy.save('OUT.npy', "
+    "OpenEXR.File('IN.exr').channels()['Z'].pixels)\", where the channels are Z or RGB";
+constexpr const char* kOfNpz =
+    "save its array itself: python3 -c \"import numpy; numpy.save('OUT.npy', "
+    "list(numpy.load('IN.npz').values())[0])\"";
+constexpr const char* kByMagick = "convert it: 'magick IN OUT.png'";
+constexpr std::size_t kBrandAt = 8;  ///< behind "ftyp"
+
+constexpr UnreadFormat kUnreadFormats[] = {
+    {kBrandAt, "heic", "a HEIC file", kOfHeic},
+    {kBrandAt, "heix", "a HEIC file", kOfHeic},
+    {kBrandAt, "hevc", "a HEIC file", kOfHeic},
+    {kBrandAt, "mif1", "a HEIC file", kOfHeic},
+    {kBrandAt, "msf1", "a HEIC file", kOfHeic},
+    {kBrandAt, "avif", "an AVIF file", kOfAvif},
+    {kBrandAt, "avis", "an AVIF file", kOfAvif},
+    {0, std::string_view("II*\0", 4), "a TIFF file", kOfTiff},
+    {0, std::string_view("MM\0*", 4), "a TIFF file", kOfTiff},
+    {0, "\x76\x2F\x31\x01", "an OpenEXR file", kOfExr},
+    {0, "PK\x03\x04", "an archive, such as .npz", kOfNpz},
+    {0, "\xFF\x0A", "a JPEG XL file", "convert it: 'djxl IN.jxl OUT.png'"},
+    {4, "JXL ", "a JPEG XL file", "convert it: 'djxl IN.jxl OUT.png'"},
+    {0, "P2", "a PGM file of text", kByMagick},
+    {0, "P3", "a PPM file of text", kByMagick},
+    {0, "GIF8", "a GIF file", kByMagick},
+    {0, "BM", "a BMP file", kByMagick}};
+
+bool has_signature(Bytes file, std::size_t offset, std::string_view signature) {
+    return as_text(file).substr(std::min(offset, file.size()), signature.size()) == signature;
+}
 
 }  // namespace
 
-bool is_image_name(const std::string& path) {
+bool has_extension(const std::string& path, std::initializer_list<std::string_view> extensions) {
     const std::size_t dot = path.rfind('.');
     if (dot == std::string::npos) return false;
     std::string extension = path.substr(dot);
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension == ".png" || extension == ".jpg" || extension == ".jpeg" ||
-           extension == ".webp";
+    return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
+}
+
+bool is_image_name(const std::string& path) {
+    return has_extension(path, {".png", ".jpg", ".jpeg", ".webp", ".pgm", ".ppm"});
+}
+
+std::string unread_image(Bytes head) {
+    for (const UnreadFormat& format : kUnreadFormats)
+        if (has_signature(head, format.offset, format.signature) &&
+            (format.offset != kBrandAt || has_signature(head, 4, "ftyp")))
+            return std::string(format.name) + "; " + format.remedy;
+    return "";
+}
+
+std::string unread_image_file(const std::string& path) {
+    constexpr std::uint64_t kHeadBytes = 16;
+    const auto source = open_source(path);
+    if (!source.ok()) return "";
+    Buffer head(std::min(kHeadBytes, source.value()->size()));
+    return source.value()->read(0, head).ok() ? unread_image(head) : "";
 }
 
 Result<Image> load_image(const std::string& path, const ImageOptions& options) {
@@ -42,10 +110,10 @@ Result<Image> load_image(const std::string& path, const ImageOptions& options) {
 
 Result<Image> read_image(Bytes file, const ImageOptions& options) {
     for (const Format& format : kFormats)
-        if (as_text(file).substr(std::min(format.offset, file.size()), format.signature.size()) ==
-            format.signature)
-            return format.read(file, options);
-    return error(Code::kFormat, "not a PNG, JPEG or WebP file");
+        if (has_signature(file, format.offset, format.signature)) return format.read(file, options);
+    const std::string other = unread_image(file);
+    return error(Code::kFormat, "%s",
+                 other.empty() ? "not a PNG, JPEG, WebP, PGM or PPM file" : other.c_str());
 }
 
 }  // namespace splat::io

@@ -336,7 +336,7 @@ TEST(ApiComparison, TellsEveryNumberOfAMetric) {
     auto metric = sized<splat_metric_comparison>();
     ASSERT_DONE(splat_comparison_metric(comparison, 0, &metric));
     EXPECT_EQ(metric.metric, SPLAT_METRIC_PSNR);
-    EXPECT_EQ(metric.verdict, SPLAT_VERDICT_NO_DIFFERENCE);
+    EXPECT_EQ(metric.verdict, SPLAT_VERDICT_TOO_FEW);
     EXPECT_EQ(metric.exact, 1U);
     EXPECT_EQ(metric.mean_a, 21);
     EXPECT_EQ(metric.difference, 1.5);
@@ -354,7 +354,7 @@ TEST(ApiComparison, TellsEveryNumberOfAMetric) {
             return splat_comparison_report(comparison, buffer, capacity, needed);
         }));
     EXPECT_EQ(report.at("metrics").at(0).at("observed_difference"), 1.5);
-    EXPECT_EQ(report.at("metrics").at(0).at("verdict"), "no difference shown");
+    EXPECT_EQ(report.at("metrics").at(0).at("verdict"), "too few objects");
 }
 
 TEST(ApiComparison, UnpairedScoresOfOtherObjectsAreNotComparable) {

@@ -205,24 +205,44 @@ TEST_F(ApiImage, TruncatedBytesAreOfNoFormat) {
     EXPECT_DONE(splat_image_load_memory(npy.data(), npy.size(), &header, nullptr));
 }
 
-TEST_F(ApiImage, ArraysOfWholeNumbersAreRefusedWithAndWithoutPixels) {
+/// A .npy of zeros [2,3] with another type of so many bytes, whose last number begins with a byte of 7.
+ImageBytes npy_of_type(const char* type, std::size_t bytes) {
     std::vector<float> values(6);
-    const ImageBytes floats =
+    ImageBytes file =
         image_in_memory(packed_image(values, SPLAT_PIXEL_F32, 3, 2, 1), SPLAT_IMAGE_NPY);
-    for (const auto& [type, bytes] : {std::pair{"|u1", 1U}, std::pair{"<i4", 4U}}) {
-        ImageBytes file = floats;
-        const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
-        const auto at = static_cast<std::ptrdiff_t>(text.find("<f4"));
-        std::copy_n(type, 3, file.begin() + at);
-        file.resize(file.size() - 6 * (4 - bytes));
+    const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
+    std::copy_n(type, 3, file.begin() + static_cast<std::ptrdiff_t>(text.find("<f4")));
+    file.resize(file.size() - 6 * sizeof(float));
+    file.resize(file.size() + 6 * bytes);
+    file[file.size() - bytes] = 7;
+    return file;
+}
+
+TEST_F(ApiImage, ArraysOfWholeNumbersAreReadAsTheyAre) {
+    for (const auto& [type, bytes] :
+         {std::pair{"|u1", 1U}, std::pair{"<i4", 4U}, std::pair{"<u2", 2U}}) {
+        const ImageBytes file = npy_of_type(type, bytes);
         splat_image header{};
-        EXPECT_REFUSED(splat_image_load_memory(file.data(), file.size(), &header, nullptr),
-                       SPLAT_ERROR_UNSUPPORTED, "expected '<f4' or '<f8'");
-        EXPECT_EQ(header.width, 0U);
+        ASSERT_DONE(splat_image_load_memory(file.data(), file.size(), &header, nullptr));
+        EXPECT_EQ(header.width, 3U);
+        EXPECT_EQ(header.type, SPLAT_PIXEL_F32);
+        std::vector<float> values(6);
         splat_image into = packed_image(values, SPLAT_PIXEL_F32, 3, 2, 1);
-        EXPECT_REFUSED(splat_image_load_memory(file.data(), file.size(), &into, nullptr),
-                       SPLAT_ERROR_UNSUPPORTED, "expected '<f4' or '<f8'");
+        ASSERT_DONE(splat_image_load_memory(file.data(), file.size(), &into, nullptr));
+        EXPECT_EQ(values, (std::vector<float>{0, 0, 0, 0, 0, 7})) << type;
     }
+}
+
+TEST_F(ApiImage, ArraysOfOtherTypesAreRefusedWithAndWithoutPixels) {
+    const ImageBytes file = npy_of_type("<c8", 8);
+    splat_image header{};
+    EXPECT_REFUSED(splat_image_load_memory(file.data(), file.size(), &header, nullptr),
+                   SPLAT_ERROR_UNSUPPORTED, "dtype '<c8', expected floats, integers or booleans");
+    EXPECT_EQ(header.width, 0U);
+    std::vector<float> values(6);
+    splat_image into = packed_image(values, SPLAT_PIXEL_F32, 3, 2, 1);
+    EXPECT_REFUSED(splat_image_load_memory(file.data(), file.size(), &into, nullptr),
+                   SPLAT_ERROR_UNSUPPORTED, "dtype '<c8', expected floats, integers or booleans");
 }
 
 TEST_F(ApiImage, ErrorsTellFilesApart) {
@@ -236,7 +256,7 @@ TEST_F(ApiImage, ErrorsTellFilesApart) {
                    "loop.png");
     std::ofstream(path("text.png")) << "text";
     EXPECT_REFUSED(splat_image_load(path("text.png").c_str(), &image, nullptr), SPLAT_ERROR_FORMAT,
-                   "text.png': not a PNG, JPEG or WebP file");
+                   "text.png': not a PNG, JPEG, WebP, PGM or PPM file");
     EXPECT_EQ(image.width, 0U);
     if (::geteuid() != 0) {  // root reads all files
         std::filesystem::permissions(path("text.png"), std::filesystem::perms::none);

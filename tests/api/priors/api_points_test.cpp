@@ -44,6 +44,27 @@ TEST(ApiPoints, OfAMesh) {
     EXPECT_DONE(splat_points_from_mesh(file.path(), 5, points.data(), 0));
 }
 
+TEST(ApiPoints, OfACloudAreSpreadEvenly) {
+    const std::string head =
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+        "property float z\n";
+    const std::string rows = "0 0 1\n1 0 1\n2 0 1\n3 0 1\n";
+    {
+        const MeshFile file(head + "end_header\n" + rows);
+        std::vector<float> all(12), some(6);
+        ASSERT_DONE(splat_points_from_mesh(file.path(), 0, all.data(), all.size()));
+        ASSERT_DONE(splat_points_from_mesh(file.path(), 0, some.data(), some.size()));
+        EXPECT_EQ(all, (std::vector<float>{0, 0, 1, 1, 0, 1, 2, 0, 1, 3, 0, 1}));
+        EXPECT_EQ(some, (std::vector<float>{0, 0, 1, 2, 0, 1}));
+    }
+    std::vector<float> points(3);
+    const MeshFile mesh(head +
+                        "element face 1\nproperty list uchar int vertex_index\nend_header\n" +
+                        rows + "3 0 1 2\n");
+    EXPECT_REFUSED(splat_points_from_mesh(mesh.path(), 0, points.data(), 3),
+                   SPLAT_ERROR_UNSUPPORTED, "a mesh of 1 faces, expected points alone");
+}
+
 TEST(ApiPoints, OfADamagedMesh) {
     std::vector<float> points(3, 7);
     const MeshFile file(std::string(kSquare) + "f 1 2 9\n");

@@ -29,4 +29,13 @@ class Failure : public std::runtime_error {
     ExitCode code_;
 };
 
+/// The failure with advice of this command's own in place of that of the library, if its sentence has that.
+inline Failure with_advice(const Failure& failure, const std::string& of_library,
+                           const std::string& own) {
+    std::string sentence = failure.what();
+    const std::size_t at = sentence.find(of_library);
+    if (at != std::string::npos) sentence.replace(at, of_library.size(), own);
+    return Failure(failure.code(), sentence);
+}
+
 }  // namespace vkrun

@@ -1,6 +1,9 @@
 #include "vkrun/cli/log.h"
 
 #include <cstdio>
+#include <mutex>
+#include <set>
+#include <string>
 
 #include "vkrun/cli/handles.h"
 
@@ -15,7 +18,16 @@ const char* level_name(splat_log_level level) {
     return level == SPLAT_LOG_INFO ? "info" : "debug";
 }
 
+/// A warning is said once: a folder without splits, for example, may be opened for each of them.
+bool is_repeated(splat_log_level level, const char* message) {
+    static std::mutex mutex;
+    static std::set<std::string> said;
+    const std::lock_guard lock(mutex);
+    return level == SPLAT_LOG_WARNING && !said.insert(message).second;
+}
+
 void print_message(void*, splat_log_level level, const char* message) {
+    if (is_repeated(level, message)) return;
     std::fprintf(stderr, "vkrun: %s: %s\n", level_name(level), in_own_words(message).c_str());
 }
 

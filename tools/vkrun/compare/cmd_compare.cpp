@@ -23,13 +23,16 @@ Objects are paired by name. For each metric the mean difference B - A comes with
 differences flipped), Student's t test, a percentile bootstrap interval of 95 % and Cohen's d of the differences.
 p_holm is p_permutation corrected for the number of metrics; below 0.05 the difference is called better or worse.
 Where only A or only B has a finite score of an object, the others do not tell which is better: not comparable.
+So few objects that no difference would be shown, however clear, are too few: with n pairs p_permutation is 2^(1-n) or
+more, so that one metric takes 6 objects, two and three take 7. Scores of other views, by the numbers in
+per_object.csv and the options in objects.json beside it, are refused.
 
 --unpaired ignores which object a score belongs to, as the published code does: a permutation of all scores, and
 means drawn from a normal distribution like A. If A and B cover different objects, the difference may come from the
 objects alone, and nothing is called better or worse.
 
-Exit status: 0 nothing is worse, 1 a file cannot be written, 2 wrong usage, 4 files that are damaged or share no
-objects, 6 B is worse in some metric.
+Exit status: 0 nothing is worse, 1 a file cannot be written, 2 wrong usage, 4 files that are damaged, share no
+objects or are of other views, 6 B is worse in some metric.
 
 Examples:
   vkrun compare runs/base/eval runs/new/eval
@@ -88,6 +91,14 @@ std::vector<MetricFinding> findings_of(const Comparison& comparison, const Json&
     return findings;
 }
 
+/// "better", "too few objects (3; at least 7)"
+std::string verdict_text(const MetricFinding& finding, std::size_t least) {
+    if (finding.found.verdict != SPLAT_VERDICT_TOO_FEW) return finding.verdict;
+    return format("%s (%llu; at least %zu)", finding.verdict.c_str(),
+                  static_cast<unsigned long long>(std::min(finding.found.n_a, finding.found.n_b)),
+                  least);
+}
+
 void print_table(const Json& report, const CompareOptions& options,
                  const std::vector<MetricFinding>& findings) {
     const auto text = [&report](const char* key) { return report.at(key).get<std::string>(); };
@@ -104,7 +115,7 @@ void print_table(const Json& report, const CompareOptions& options,
                    format("%.5f", f.mean_b), format("%+.5f", f.difference),
                    format("%+.5f to %+.5f", f.low, f.high), format("%.3g", f.p_permutation),
                    format("%.3g", f.p_holm), format("%.3g", f.p_parametric),
-                   format("%+.3f", f.effect), finding.verdict});
+                   format("%+.3f", f.effect), verdict_text(finding, count("least_objects"))});
     }
     std::printf("%s", table.text().c_str());
 }

@@ -21,8 +21,10 @@ constexpr const char* kDataCheckFooter =
     R"(Reads every image, map and camera of every split that exists; a folder without splits is read once, as train.
 Problems: splits that cannot be opened, objects that lack a file or cannot be read, images that cannot be read or differ
 in size, poses that are not finite or not rotations, objects with a single view. Warnings: equal views or objects,
-images of one colour. Folders beside the objects that have no part of one are named. The hash is that of the decoded
-images, maps and cameras.
+images of one colour. Folders beside the objects that have no part of one are named, and so are images that are cut to
+squares. Depths are those of a COLMAP model's points, else of the place that the cameras look at: a network whose
+data.znear to data.zfar do not hold them cannot hold the scene. The hash is that of the decoded images, maps and
+cameras. docs/your-data.md explains layouts and ranges.
 
 Exit status: 0 no problems, 2 wrong usage, 4 problems, or no data.
 
@@ -109,6 +111,24 @@ void find_other_sizes(const std::vector<Json>& objects, Json& problems) {
     }
 }
 
+/// Where the scenes of all objects lie; by points where some have them.
+Json depths_of(const std::vector<Json>& objects) {
+    Json all;
+    for (const char* from : {"points", "cameras"}) {
+        for (const Json& object : objects) {
+            if (!object.contains("depths") || object.at("depths").at("from") != from) continue;
+            const Json& own = object.at("depths");
+            if (all.is_null()) all = own;
+            for (const char* key : {"near", "znear"})
+                all[key] = std::min(all.at(key).get<double>(), own.at(key).get<double>());
+            for (const char* key : {"far", "zfar"})
+                all[key] = std::max(all.at(key).get<double>(), own.at(key).get<double>());
+        }
+        if (!all.is_null()) break;
+    }
+    return all;
+}
+
 Json check_split(const CheckOptions& options, const char* split, const Dataset& dataset) {
     const Json report = library_json(splat_dataset_report, dataset.get());
     std::vector<Json> objects(report.at("objects").get<std::size_t>());
@@ -142,6 +162,8 @@ Json check_split(const CheckOptions& options, const char* split, const Dataset& 
             {"not_objects", report.at("not_objects")},
             {"not_read", report.at("not_read")},
             {"not_read_count", report.at("not_read_count")},
+            {"notes", report.at("notes")},
+            {"depths", depths_of(objects)},
             {"problems", problems},
             {"warnings", warnings}};
 }
@@ -151,6 +173,17 @@ void print_list(const char* kind, const Json& list) {
         std::printf("  %s: %s: %s\n", kind, list[i].at("object").get<std::string>().c_str(),
                     list[i].at("sentence").get<std::string>().c_str());
     if (list.size() > kShown) std::printf("  and %zu more\n", list.size() - kShown);
+}
+
+void print_depths(const Json& depths) {
+    if (depths.is_null()) return;
+    const auto number = [&depths](const char* key) { return depths.at(key).get<double>(); };
+    std::printf("  depths: %s %.3g to %.3g away; data.znear=%.3g and data.zfar=%.3g hold %s\n",
+                depths.at("from") == "points"
+                    ? "98 % of the COLMAP model's points in the views lie"
+                    : "the cameras look at a place of which their images show what lies",
+                number("near"), number("far"), number("znear"), number("zfar"),
+                depths.at("from") == "points" ? "them" : "that");
 }
 
 void print_split(const Json& split) {
@@ -174,9 +207,9 @@ void print_split(const Json& split) {
     for (const Json& name : split.at("not_objects"))
         others += (others.empty() ? "" : ", ") + name.get<std::string>();
     if (!others.empty()) std::printf("  not an object: %s\n", others.c_str());
-    if (number("not_read_count") > 0)
-        std::printf("  not read, no .png, .jpg, .webp or .npy: %u files, such as '%s'\n",
-                    number("not_read_count"), split.at("not_read")[0].get<std::string>().c_str());
+    for (const Json& note : split.at("notes"))
+        std::printf("  note: %s\n", note.get<std::string>().c_str());
+    print_depths(split.at("depths"));
     print_list("problem", split.at("problems"));
     print_list("warning", split.at("warnings"));
 }

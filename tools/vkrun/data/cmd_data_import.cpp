@@ -14,10 +14,10 @@ namespace {
 
 constexpr const char* kDataImportFooter =
     R"(DIR holds tables in Parquet files, such as those of the published SRN cars with priors:
-{intrins,poses,rgbs,depths,normals,segmentation}/{train,val,test}/*.parquet, or <name>_<table>.parquet with a column
-"split". Rows are joined by uuid and frame_id. OUT/{train,val,test}/ become .npy files with a checksum for each row;
-'vkrun train --data OUT' reads them. Without an import of their own, train, eval and the other commands import
-tables themselves, into DIR/.splat.
+{intrins,poses,rgbs,depths,normals,segmentation}/{train,val,test}/*.parquet, TABLE/SPLIT-00000-of-00001.parquet as
+Hugging Face's, or <name>_<table>.parquet with a column "split". Rows are joined by uuid and frame_id.
+OUT/{train,val,test}/ become .npy files with a checksum for each row; 'vkrun train --data OUT' reads them. Without an
+import of their own, train, eval and the other commands import tables themselves, into DIR/.splat.
 
 DIR may also be a data set of any other format: SRN's folders (also those of 'vkrun data synth'), photographs with
 transforms.json or a COLMAP model, and so on. Its images and maps become the same files, at --size pixels and over

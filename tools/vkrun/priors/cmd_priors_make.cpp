@@ -7,45 +7,111 @@
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
+#include "vkrun/cli/text.h"
 #include "vkrun/priors/map_maker.h"
 
 namespace vkrun {
 namespace {
 
-constexpr const char* kPriorsMakeFooter =
+// The help of a map is put together of these.
+
+constexpr const char* kInText =
     R"(IN is a picture, a folder of pictures, or a data set: a folder with folders rgb/ at any depth, as SRN's. DIR gets
-MAP/NAME.png, and of a data set the same layout as IN has: OBJECT/MAP/NAME.png, which --out IN writes into the data
+%s/NAME.png, and of a data set the same layout as IN has: OBJECT/%s/NAME.png, which --out IN writes into the data
 set itself.
 
---preset names a kind of model, whose file is looked for in the folder that 'vkrun priors where NAME' prints;
---model names the file. The maps have the size of their pictures and 8 bits, truncated as the reference's scripts do:
-depth from the picture's farthest (0) to its nearest (255), normals (n + 1) * 127.5, masks 255 on the object.
-png16 has the same numbers in 16 bits, npy float32: depth and normals as the model gives them.
+)";
 
-'mask' without a model takes the picture's alpha unless it is opaque everywhere, else what differs from the
-colour of its border.
+constexpr const char* kModelText =
+    R"(--preset names a kind of model, whose file is looked for in the folder that 'vkrun priors where NAME' prints;
+--model names the file. The maps have the size of their pictures.
 
-'normal --from-depth' makes normals of depth maps by the camera: .npy maps hold distances, others relative depth, from
-1 / FAR (0) to 1 / NEAR (255). The .npy maps of presets of inverse depth, such as midas-small, hold neither.
+)";
 
-'--preset edges' makes edges of the pictures' gray values, or with --from-depth of depth maps, without a model: each
-operator (canny, sobel, scharr, prewitt) is a channel of the map, which a network takes in the place of depth (one
-channel), normals (three) or a mask (one). 'vkrun priors edges' writes each operator as a map of its own name.
+constexpr const char* kDepthText =
+    R"(A depth map has 8 bits, truncated as the reference's scripts do, from the picture's farthest (0) to its nearest
+(255); png16 has the same numbers in 16 bits, npy float32 as the model gives them: inverse depth or distances.
 
-Existing maps are kept, so a run that was stopped is repeated to go on; a map appears whole or not at all. DIR gets
-priors-MAP.json, and a run with another model or format does not mix its maps with those. --shard 0/4 to 3/4 on four
-machines make a part each (docs/shards.md).
+)";
+
+constexpr const char* kNormalText =
+    R"(A normal map has (n + 1) * 127.5 in 8 bits, truncated as the reference's scripts do; png16 has the same numbers
+in 16 bits, npy float32 as the model gives them.
+
+--from-depth makes normals of depth maps by the camera, without a model: .npy maps hold distances, others relative
+depth, from 1 / FAR (0) to 1 / NEAR (255). The .npy maps of presets of inverse depth, such as midas-small, hold neither.
+
+)";
+
+constexpr const char* kMaskText =
+    R"(A mask is 255 on the object and 0 around it. Without a model it is the picture's alpha, unless that is opaque
+everywhere, else what differs from the colour of its border: a picture on a plain background needs no model. npy has
+0 to 1. A mask that is empty, or takes in the border, is best looked at: 'vkrun data check' names empty ones.
+
+)";
+
+constexpr const char* kEdgesOfMapText =
+    R"(--preset edges makes edges of the pictures' gray values, or with --from-depth of depth maps, without a model:
+each operator (canny, sobel, scharr, prewitt) is a channel of the map, which a network takes in the place of %s.
+'vkrun priors edges' writes each operator as a map of its own name.
+
+)";
+
+constexpr const char* kEdgesText =
+    R"(Edges are made of the pictures' gray values, or with --from-depth of depth maps, without a model; each operator
+(canny, sobel, scharr, prewitt) is a map of its own name. '--preset edges' of 'vkrun priors depth', 'normal' and
+'mask' writes them as channels of those maps.
+
+)";
+
+constexpr const char* kEndText =
+    R"(Existing maps are kept, so a run that was stopped is repeated to go on; a map appears whole or not at all. DIR
+gets priors-%s.json, and a run with another model or format does not mix its maps with those. --shard 0/4 to 3/4 on
+four machines make a part each (docs/shards.md).
 
 Exit status: 0 done, 1 a file cannot be written, 2 wrong usage, 4 a picture or the model cannot be read, or ONNX
 Runtime is missing (the maps of other pictures are made), 5 out of memory, 7 the model's output is not finite.
 
 Examples:
-  vkrun priors mask photos --out maps --preset u2net
-  vkrun priors depth data/srn_cars --out data/srn_cars --preset midas-dpt-large --shard 0/4
+)";
+
+/// What the help of a map says of it alone.
+struct MapText {
+    const char* map;
+    const char* sentence;  ///< of the command
+    const char* numbers;   ///< of the map
+    const char* channels;  ///< edges stand for; null: edges themselves
+    const char* examples;
+};
+
+constexpr MapText kMapTexts[] = {
+    {"depth", "Make depth maps of pictures.", kDepthText, "depth (one channel)",
+     R"(  vkrun priors depth data/srn_cars --out data/srn_cars --preset midas-dpt-large --shard 0/4
+  vkrun priors depth photo.jpg --out maps --preset moge-2-vits --model moge.onnx --all
+)"},
+    {"normal", "Make normal maps of pictures.", kNormalText, "normals (three channels)",
+     R"(  vkrun priors normal photos --out maps --preset moge-2-vits
   vkrun priors normal data/srn_cars --out data/srn_cars --from-depth --distances 0.8 1.8
   vkrun priors normal data/srn_cars --out edges --preset edges --operator canny --operator sobel --operator scharr
-  vkrun priors depth photo.jpg --out maps --preset moge-2-vits --model moge.onnx --all
-)";
+)"},
+    {"mask", "Make masks of the objects of pictures.", kMaskText, "a mask (one channel)",
+     R"(  vkrun priors mask photos --out maps --preset u2net
+  vkrun priors mask product_shots --out maps
+  vkrun priors mask data/srn_cars --out data/srn_cars --preset birefnet
+)"},
+    {"edges", "Make edges of pictures or depth maps.", kEdgesText, nullptr,
+     R"(  vkrun priors edges photos --out maps
+  vkrun priors edges data/srn_cars --out data/srn_cars --from-depth --operator canny
+)"}};
+
+std::string help_of(const MapText& text) {
+    const char* const folder = text.channels != nullptr ? text.map : "OPERATOR";
+    std::string help = format(kInText, folder, folder);
+    if (text.channels != nullptr) help += kModelText;
+    help += text.numbers;
+    if (text.channels != nullptr) help += format(kEdgesOfMapText, text.channels);
+    return help + format(kEndText, text.map) + text.examples;
+}
 
 int run_priors(MapOptions options, bool json) {
     options.edges.use = options.map == "edges" || options.preset == "edges";
@@ -86,12 +152,12 @@ void add_model_options(CLI::App& command, MapOptions& o) {
     command.add_flag("--all", o.all, "Write every map that the model makes in the same pass");
 }
 
-void add_map(CLI::App& priors, const char* map, const char* sentence, int& exit_code) {
-    CLI::App* command = add_command(priors, map, sentence, kPriorsMakeFooter);
+void add_map(CLI::App& priors, const MapText& text, int& exit_code) {
+    CLI::App* command = add_command(priors, text.map, text.sentence, help_of(text));
     const auto options = std::make_shared<MapOptions>();
     const auto json = std::make_shared<bool>(false);
     MapOptions& o = *options;
-    o.map = map;
+    o.map = text.map;
     command->add_option("IN", o.in, "Picture, folder of pictures, or data set")
         ->required()
         ->type_name("");
@@ -106,7 +172,10 @@ void add_map(CLI::App& priors, const char* map, const char* sentence, int& exit_
         ->allow_extra_args(false)
         ->check(CLI::IsMember(edge_operators()).description(""));
     command->add_flag("--from-depth", o.depth.use,
-                      "Normals or edges of the depth maps in DIR, or of the data set");
+                      std::string(o.map == "normal"  ? "Normals or edges"
+                                  : o.map == "edges" ? "Edges"
+                                                     : "With --preset edges: edges") +
+                          " of the depth maps in DIR, or of the data set");
     command->add_option("--format", o.format, "png, png16 or npy")
         ->type_name("NAME")
         ->capture_default_str()
@@ -133,10 +202,7 @@ void add_map(CLI::App& priors, const char* map, const char* sentence, int& exit_
 }  // namespace
 
 void add_priors_make(CLI::App& priors, int& exit_code) {
-    add_map(priors, "depth", "Make depth maps of pictures.", exit_code);
-    add_map(priors, "normal", "Make normal maps of pictures.", exit_code);
-    add_map(priors, "mask", "Make masks of the objects of pictures.", exit_code);
-    add_map(priors, "edges", "Make edges of pictures or depth maps.", exit_code);
+    for (const MapText& text : kMapTexts) add_map(priors, text, exit_code);
 }
 
 }  // namespace vkrun

@@ -12,19 +12,21 @@
 #include <optional>
 
 #include "vkrun/cli/command.h"
+#include "vkrun/cli/files.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/text.h"
+#include "vkrun/scene/camera_file.h"
 #include "vkrun/scene/scene_file.h"
 
 namespace vkrun {
 namespace {
 
 constexpr const char* kPriorsPointsFooter =
-    R"(TRUTH is a mesh (.obj), of whose surface N points are drawn, uniformly by area, or a depth map: .npy of distances
-along the camera's axis in the scene's units, 0 where there is no surface. Its camera is number V of --camera
-(transforms.json or a COLMAP model), else one at the origin that looks along z, --fov wide, as that of the picture of
-a predicted scene.
+    R"(TRUTH is a mesh (.obj), of whose surface N points are drawn, uniformly by area, points (.ply without faces), or a
+depth map: .npy or .pfm of distances along the camera's axis in the scene's units, 0 where there is no surface. Its
+camera is number V of --camera (transforms.json or a COLMAP model), else one at the origin that looks along z, --fov
+wide, as that of the picture of a predicted scene.
 
 --pose brings SCENE from the frame of its picture's camera to that of the mesh: 16 numbers, row by row, of the
 camera's place in that world (OpenCV's axes), as SRN's pose files have them: a rotation and a place, the last row
@@ -40,6 +42,8 @@ Examples:
   vkrun priors points out/scene.ply car.obj --pose cars/rgb/pose/000064.txt
   vkrun priors points out/scene.ply depth.npy --fov 52 --threshold 0.02 --json
 )";
+
+constexpr unsigned long long kMostVertices = 1ULL << 28U;  ///< that are compared
 
 struct PointsOptions {
     std::string scene, truth, camera, pose;
@@ -58,8 +62,21 @@ bool has_extension(const std::string& path, const std::string& extension) {
            });
 }
 
-std::vector<float> mesh_points(const PointsOptions& options) {
-    std::vector<float> points(std::size_t{3} * options.samples);
+/// The number of vertices that the header of a .ply file gives; 0: none, which reading it tells.
+std::size_t vertices_of(const std::string& path) {
+    std::ifstream file = open_to_read(path);
+    for (std::string line; std::getline(file, line) && line.rfind("end_header", 0) != 0;) {
+        unsigned long long count = 0;
+        if (std::sscanf(line.c_str(), "element vertex %llu", &count) == 1)
+            return static_cast<std::size_t>(std::min<unsigned long long>(count, kMostVertices));
+    }
+    return 0;
+}
+
+std::vector<float> file_points(const PointsOptions& options) {
+    const std::size_t count =
+        has_extension(options.truth, ".ply") ? vertices_of(options.truth) : options.samples;
+    std::vector<float> points(3 * std::max<std::size_t>(count, 1));
     check(splat_points_from_mesh(options.truth.c_str(), options.seed, points.data(), points.size()),
           kBadData);
     return points;
@@ -71,7 +88,11 @@ splat_camera camera_of(const PointsOptions& options, const splat_image& depth) {
         desc.width = depth.width;
         desc.height = depth.height;
         std::uint32_t count = 0;
-        check(splat_camera_load(options.camera.c_str(), &desc, nullptr, 0, &count), kBadData);
+        try {
+            check(splat_camera_load(options.camera.c_str(), &desc, nullptr, 0, &count), kBadData);
+        } catch (const Failure& failure) {
+            throw with_lens_option(failure, "");  // a distorted map has no other points
+        }
         if (options.view >= count)
             throw Failure(kUsageError,
                           format("--view is %u, but '%s' has %u cameras, counted from 0",
@@ -86,6 +107,21 @@ splat_camera camera_of(const PointsOptions& options, const splat_image& depth) {
     check(splat_camera_from_fov(depth.width, depth.height, *options.fov * std::numbers::pi / 180,
                                 &camera));
     return camera;
+}
+
+/// Throws a usage Failure for what is no truth.
+void check_truth(const std::string& path) {
+    for (const char* extension : {".obj", ".ply", ".npy", ".pfm"})
+        if (has_extension(path, extension)) return;
+    std::string remedy;
+    for (const char* extension : {".stl", ".glb", ".gltf", ".off", ".dae"})
+        if (has_extension(path, extension))
+            remedy = "; convert it: python3 -c \"import trimesh; trimesh.load('" + path +
+                     "', force='mesh').export('truth.obj')\"";
+    throw Failure(kUsageError, "'" + path +
+                                   "' is neither a mesh (.obj) nor points (.ply) nor a depth map "
+                                   "(.npy, .pfm)" +
+                                   remedy);
 }
 
 std::vector<float> depth_points(const PointsOptions& options) {
@@ -218,15 +254,15 @@ void print_scores(const PointsOptions& options, const splat_point_scores& s, std
 }
 
 int compare_points(const CLI::App& command, const PointsOptions& options) {
+    check_truth(options.truth);
     const bool mesh = has_extension(options.truth, ".obj");
-    if (!mesh && !has_extension(options.truth, ".npy"))
-        throw Failure(kUsageError,
-                      "'" + options.truth + "' is neither a mesh (.obj) nor a depth map (.npy)");
-    if (mesh && (!options.camera.empty() || options.fov))
-        throw Failure(kUsageError, "--camera and --fov are of depth maps, not of a mesh");
+    const bool placed = mesh || has_extension(options.truth, ".ply");
+    if (placed && (!options.camera.empty() || options.fov))
+        throw Failure(kUsageError, "--camera and --fov are of depth maps, not of a mesh or points");
     for (const char* name : {"--samples", "--seed"})
         if (!mesh && command.count(name) != 0)
-            throw Failure(kUsageError, std::string(name) + " is of a mesh, not of depth maps");
+            throw Failure(kUsageError,
+                          std::string(name) + " is of a mesh, not of points or depth maps");
     if (options.camera.empty() && command.count("--view") != 0)
         throw Failure(kUsageError, "--view is of the file of --camera, which is not given");
     if (!options.camera.empty() && options.fov)
@@ -236,7 +272,7 @@ int compare_points(const CLI::App& command, const PointsOptions& options) {
     check_number("--min-opacity", options.min_opacity, 0, 1);
     SceneFile scene = load_scene(options.scene);
     if (!options.pose.empty()) move_to_world(options.pose, scene.scene.get());
-    const std::vector<float> points = mesh ? mesh_points(options) : depth_points(options);
+    const std::vector<float> points = placed ? file_points(options) : depth_points(options);
     const double threshold = options.threshold ? *options.threshold : default_threshold(points);
     auto scores = sized<splat_point_scores>();
     check(splat_scene_compare_points(scene.scene.get(), options.min_opacity, points.data(),
@@ -255,7 +291,7 @@ void add_priors_points(CLI::App& priors, int& exit_code) {
     const auto options = std::make_shared<PointsOptions>();
     PointsOptions& o = *options;
     command->add_option("SCENE", o.scene, "Scene file")->required()->type_name("");
-    command->add_option("TRUTH", o.truth, "Mesh (.obj) or depth map (.npy)")
+    command->add_option("TRUTH", o.truth, "Mesh (.obj), points (.ply) or depth map (.npy, .pfm)")
         ->required()
         ->type_name("");
     command->add_option("--pose", o.pose, "Pose of the camera whose frame the scene has")

@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 const std::set<std::string> kLayout = {"rgb", "depth", "normal", "mask"};
 
 bool is_map_file(const fs::path& path) {
-    static const std::set<std::string> extensions = {".png", ".npy", ".jpg", ".jpeg", ".webp"};
+    static const std::set<std::string> extensions = {".png", ".npy",  ".jpg", ".jpeg",
+                                                     ".pfm", ".webp", ".pgm", ".ppm"};
     std::string extension = path.extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -80,10 +81,11 @@ MapFiles find_maps(const fs::path& folder, const std::string& kind) {
         }
         return maps;
     }
-    throw Failure(kBadData, "'" + folder.string() + "' holds no map of the kind " + kind +
-                                ": expected .png, .npy, .jpg or .webp files, in SRN's layout in "
-                                "OBJECT/" +
-                                kind);
+    throw Failure(kBadData,
+                  "'" + folder.string() + "' holds no map of the kind " + kind +
+                      ": expected .png, .npy, .jpg, .webp, .pgm or .pfm files, in SRN's layout in "
+                      "OBJECT/" +
+                      kind);
 }
 
 MapGroups::MapGroups(const std::string& path) {

@@ -9,7 +9,7 @@
 #include <map>
 #include <set>
 
-#include "vkrun/cli/failure.h"
+#include "vkrun/cli/handles.h"
 
 namespace vkrun {
 namespace {
@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 bool is_picture_file(const fs::path& path) {
     std::string extension = path.extension().string();
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return std::set<std::string>{".png", ".jpg", ".jpeg", ".webp"}.count(extension) != 0;
+    return std::set<std::string>{".png", ".jpg", ".jpeg", ".webp", ".pgm", ".ppm"}.count(
+               extension) != 0;
 }
 
 /// The visible entries of a folder, sorted by name.
@@ -64,6 +65,19 @@ void add_data_set(const fs::path& folder, const fs::path& to, int depth,
     }
 }
 
+/// Throws a Failure, with the command that converts it, for a picture of a format that is not read.
+void check_conversion(const fs::path& folder) {
+    for (const fs::path& entry : entries_of(folder)) {
+        std::string extension = entry.extension().string();
+        for (char& c : extension)
+            c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+        const std::set<std::string> others = {".heic", ".heif", ".avif", ".tif", ".tiff", ".jxl"};
+        splat_image image{};
+        if (others.count(extension) != 0)
+            check(splat_image_load(entry.c_str(), &image, nullptr), kBadData);
+    }
+}
+
 }  // namespace
 
 std::vector<MapJob> map_jobs(const fs::path& in, const fs::path& out, const Shard& shard) {
@@ -76,11 +90,12 @@ std::vector<MapJob> map_jobs(const fs::path& in, const fs::path& out, const Shar
         add_data_set(in, out, 0, all);
         if (all.empty()) add_pictures(in, out, all);
     }
+    if (all.empty()) check_conversion(in);
     if (all.empty())
         throw Failure(
             kBadData,
             "'" + in.string() +
-                "' holds no pictures (.png, .jpg, .webp), and no folder rgb/ of a data set");
+                "' holds no pictures (.png, .jpg, .webp, .pgm), and no folder rgb/ of a data set");
     std::vector<MapJob> part;
     for (std::size_t i = shard.index; i < all.size(); i += shard.count) part.push_back(all[i]);
     return part;

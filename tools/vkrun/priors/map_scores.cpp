@@ -11,11 +11,11 @@ namespace {
 
 constexpr std::uint32_t kLeastFidelitySide = 41;  ///< limit of splat_prior_compare_images
 
-/// The numbers of a file, 0 to 1 but for .npy, which is as it is.
+/// The numbers of a file, 0 to 1 but for .npy and .pfm, which are as they are.
 struct StoredMap {
     std::vector<float> values;  ///< [height,width,channels]
     splat_image image{};
-    bool numbers = false;  ///< read from a .npy
+    bool numbers = false;  ///< read from a .npy or .pfm
 
     /// `count` channels from `first` on.
     [[nodiscard]] splat_image channels(std::uint32_t first, std::uint32_t count) const {
@@ -33,7 +33,8 @@ struct StoredMap {
 
 StoredMap load_map(const std::filesystem::path& path) {
     StoredMap map;
-    map.numbers = path.extension() == ".npy" || path.extension() == ".NPY";
+    map.numbers =
+        path.extension() == ".npy" || path.extension() == ".NPY" || path.extension() == ".pfm";
     map.image.type = SPLAT_PIXEL_F32;
     check(splat_image_load(path.c_str(), &map.image, nullptr), kBadData);
     map.values.resize(std::size_t{map.image.width} * map.image.height * map.image.channels);
@@ -50,15 +51,23 @@ StoredMap load_depth(const std::filesystem::path& path) {
     return map;
 }
 
+/// Of two maps. The library advises a mask, which this command does not take.
+void check_maps(splat_result result) {
+    try {
+        check(result, kBadData);
+    } catch (const Failure& failure) {
+        throw with_advice(failure, "leave such pixels out with a mask",
+                          "write finite numbers there");
+    }
+}
+
 std::vector<double> depth_scores(const std::filesystem::path& prediction,
                                  const std::filesystem::path& truth, const ScoreOptions& options) {
     const StoredMap p = load_depth(prediction), g = load_depth(truth);
     const splat_image a = p.channels(0, 1), b = g.channels(0, 1);
     auto s = sized<splat_depth_scores>();
-    check(
-        splat_prior_compare_depth(
-            &a, &b, nullptr, options.published ? std::uint32_t{SPLAT_DEPTH_AS_PUBLISHED} : 0U, &s),
-        kBadData);
+    check_maps(splat_prior_compare_depth(
+        &a, &b, nullptr, options.published ? std::uint32_t{SPLAT_DEPTH_AS_PUBLISHED} : 0U, &s));
     return {s.abs_rel, s.rmse, s.si_rmse, s.within[0], s.within[1], s.within[2]};
 }
 
@@ -110,7 +119,7 @@ std::vector<double> normal_scores(const std::filesystem::path& prediction,
     const StoredMap g = load_normals(truth);
     const splat_image a = p.channels(0, 3), b = g.channels(0, 3);
     auto s = sized<splat_normal_scores>();
-    check(splat_prior_compare_normals(&a, &b, nullptr, 0, &s), kBadData);
+    check_maps(splat_prior_compare_normals(&a, &b, nullptr, 0, &s));
     return {s.mean,
             s.median,
             s.rmse,

@@ -24,7 +24,24 @@ std::vector<splat_camera> cameras_of(const std::string& path, const splat_camera
     return cameras;
 }
 
+Json camera_report(const std::string& path, const splat_camera_file_desc& desc) {
+    try {
+        return Json::parse(library_text(
+            [&](char* buffer, std::size_t capacity, std::size_t* needed) {
+                return splat_camera_load_report(path.c_str(), &desc, buffer, capacity, needed);
+            },
+            kBadData));
+    } catch (const Failure& failure) {
+        throw with_lens_option(failure, "--ignore-distortion");
+    }
+}
+
 }  // namespace
+
+Failure with_lens_option(const Failure& failure, const std::string& option) {
+    return with_advice(failure, ", or ignore it (SPLAT_CAMERA_IGNORE_DISTORTION)",
+                       option.empty() ? "" : ", or ignore it by " + option);
+}
 
 ImageSize image_size(const std::string& text) {
     if (text.empty()) return {};
@@ -43,11 +60,7 @@ CameraFile load_cameras(const std::string& path, const CameraFileOptions& option
     desc.flags = options.ignore_distortion ? SPLAT_CAMERA_IGNORE_DISTORTION : 0;
     desc.width = given ? options.size.width : kPlaceholderSide;
     desc.height = given ? options.size.height : kPlaceholderSide;
-    const Json report = Json::parse(library_text(
-        [&](char* buffer, std::size_t capacity, std::size_t* needed) {
-            return splat_camera_load_report(path.c_str(), &desc, buffer, capacity, needed);
-        },
-        kBadData));
+    const Json report = camera_report(path, desc);
     CameraFile file;
     file.names = report.at("names").get<std::vector<std::string>>();
     file.warnings = report.at("warnings").get<std::vector<std::string>>();

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "vkrun/cli/failure.h"
+
 namespace vkrun {
 
 /// Size of an image, in pixels; 0 and 0: not given.
@@ -34,6 +36,10 @@ struct CameraFileOptions {
     bool ignore_distortion = false;
     bool without_size = false;  ///< such cameras need no size and get a placeholder
 };
+
+/// The failure to read cameras, in whose sentence `option` replaces the flag that ignores lens distortion; without an
+/// option that advice goes.
+Failure with_lens_option(const Failure& failure, const std::string& option);
 
 /// Throws a Failure; a usage Failure for a size that is missing, or that no camera needs.
 CameraFile load_cameras(const std::string& path, const CameraFileOptions& options);

@@ -43,7 +43,13 @@ splat_scene_file_desc scene_file_desc(bool lenient) {
 
 SceneFile load_scene(const std::string& path, const splat_scene_file_desc* desc) {
     SceneFile file;
-    check(splat_scene_load(path.c_str(), desc, file.scene.out()), kBadData);
+    try {
+        check(splat_scene_load(path.c_str(), desc, file.scene.out()), kBadData);
+    } catch (const Failure& failure) {
+        // Commands that have no option --lenient give no desc.
+        throw with_advice(failure, "; a lenient reader leaves them out",
+                          desc == nullptr ? "" : "; --lenient leaves them out");
+    }
     file.info = sized<splat_scene_info>();
     check(splat_scene_get_info(file.scene.get(), &file.info));
     file.report = library_json(splat_scene_load_report, file.scene.get());

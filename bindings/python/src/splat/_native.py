@@ -423,6 +423,7 @@ class Verdict(OpenEnum):
     BETTER = 1
     WORSE = 2
     NOT_COMPARABLE = 3
+    TOO_FEW = 4
 
 
 class PriorModelFlags(IntFlag):
@@ -3420,7 +3421,7 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
     ("splat_prior_filter", c_int32, (POINTER(splat_image), c_int32, POINTER(splat_image)),
      "Filter a map."),
     ("splat_points_from_mesh", c_int32, (c_char_p, c_uint64, c_void_p, c_uint64),
-     "Sample the surface of a mesh, uniformly by area."),
+     "Sample the surface of a mesh, uniformly by area, or the points of a point ...."),
     ("splat_points_from_depth", c_int32, (
         POINTER(splat_image), POINTER(splat_camera), c_void_p, c_uint64, POINTER(c_uint64),
     ),

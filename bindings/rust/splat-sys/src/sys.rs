@@ -413,6 +413,8 @@ pub const SPLAT_VERDICT_NO_DIFFERENCE: splat_verdict = 0;
 pub const SPLAT_VERDICT_BETTER: splat_verdict = 1;
 pub const SPLAT_VERDICT_WORSE: splat_verdict = 2;
 pub const SPLAT_VERDICT_NOT_COMPARABLE: splat_verdict = 3;
+/// objects: no difference could bring p_holm below 0.05
+pub const SPLAT_VERDICT_TOO_FEW: splat_verdict = 4;
 
 /// F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from -1 to 1
 pub const SPLAT_PRIOR_MODEL_NUMBERS: u32 = 1;
@@ -3435,12 +3437,12 @@ extern "C" {
     /// ```text
     /// Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
     /// in folders depth, normal and mask of an object (also depths, normals, masks; CO3D's: depths.npy,
-    /// normals.npy, masks.npy), as images or .npy files: vectors of normals, masks of 0 to 1. Depth of .npy
-    /// files and of 16 bits is scaled between its least and most. A transforms.json may name mask_path,
-    /// depth_file_path (distances: their inverses are scaled) and train_, val_ and test_filenames. Masks of
-    /// 0 and 1 are 0 and 255. Without masks, alpha is the mask. Objaverse has no split "test", GSO none
-    /// "train"; a folder without splits serves any. The first opening of a split of tables imports it, as
-    /// with out NULL.
+    /// normals.npy, masks.npy), as images, .npy or .pfm files: vectors of normals, masks of 0 to 1; whole
+    /// numbers of .npy files are as those of images. Depth of such files and of 16 bits is scaled from
+    /// least to most. A transforms.json may name mask_path, depth_file_path (distances: their inverses
+    /// are scaled) and train_, val_ and test_filenames. Masks of 0 and 1 are 0 and 255. Without masks,
+    /// alpha is the mask. Objaverse has no split "test", GSO none "train"; a folder without splits serves
+    /// any. The first opening of a split of tables imports it, as with out NULL.
     /// A folder of a split is an object if it has any part of its format (SRN's: rgb, pose, intrinsics.txt);
     /// one that cannot be read is an error, and so is one that lacks a part, unless flags have LENIENT or
     /// ALLOW_MISSING. Other folders are not read; the log and the report name them.
@@ -3461,7 +3463,8 @@ extern "C" {
     /// JSON: {"format", "split", "has_splits", "objects", "views" (of all objects), "excluded" (by a
     /// list), "missing": [{"name", "problem"}] (left out with ALLOW_MISSING), "not_objects": [names of
     /// other folders], "not_read": [the first files in folders of maps that are not read],
-    /// "not_read_count", "resolution", "stored_resolution", "maps": ["depth", ...], "names": [],
+    /// "not_read_count", "notes": [sentences on such files and on images that are cut to squares],
+    /// "resolution", "stored_resolution", "maps": ["depth", ...], "names": [],
     /// "views_of": []}.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
     /// ```
@@ -3492,7 +3495,9 @@ extern "C" {
     /// ```text
     /// Check all files of one object. JSON: {"name", "views", "width", "hash" (of cameras and decoded
     /// images), "problems": [sentences on damaged or missing files, poses, sizes], "warnings":
-    /// [sentences on views that are duplicate or blank]}.
+    /// [sentences on views that are duplicate or blank], "depths": {"from" ("points" of a COLMAP model, or
+    /// "cameras"), "near", "far" (where the scene lies), "znear", "zfar" (of a network that holds it)}};
+    /// without "depths" where the cameras do not tell.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no
     ///   such object)
     /// ```
@@ -4737,8 +4742,9 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Read an image file: PNG, JPEG (turned as its Exif data says), WebP, or .npy (float32 or float64
-    /// [height,width] or [height,width,channels]). Values are as stored: no gamma, no colour profile.
+    /// Read an image file: PNG, JPEG (turned as its Exif data says), WebP, binary PGM and PPM, or numbers:
+    /// PFM, and .npy [height,width], [height,width,channels] or [channels,height,width] of any plain type.
+    /// Values are as stored: no gamma, no colour profile.
     /// image     in/out. With pixels NULL, width, height and channels are set from the file's header, a
     ///           type of 0 becomes U8, or F32 for more than 8 bits, and bytes becomes the size of packed
     ///           rows; nothing is decoded. With pixels, they are filled: width and height are the
@@ -5351,7 +5357,7 @@ extern "C" {
     /// Compare B with A in every metric that both have. The same numbers for the same seed.
     /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a path and an array, no scores, an object without a
-    ///                                     name or twice
+    ///                                     name or twice; files whose scores are of other views
     ///   SPLAT_ERROR_NOT_FOUND             no such file; compared in pairs, they share no object
     ///   SPLAT_ERROR_FORMAT, SPLAT_ERROR_IO   a file that is damaged or cannot be read
     /// ```
@@ -5401,9 +5407,10 @@ extern "C" {
 
     /// ```text
     /// JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed",
-    /// "permutations", "note" (on objects that only one has; may be empty), "metrics": [{"metric",
-    /// "mean_a", "mean_b", "observed_difference", "p_permutation", "p_parametric", "p_holm", "ci": [low,
-    /// high], "effect_size", "n_pairs", "n_a", "n_b", "exact", "verdict"}]}.
+    /// "least_objects" (with fewer the verdict is TOO_FEW), "permutations", "note" (on objects that only
+    /// one has; may be empty), "metrics": [{"metric", "mean_a", "mean_b", "observed_difference",
+    /// "p_permutation", "p_parametric", "p_holm", "ci": [low, high], "effect_size", "n_pairs", "n_a", "n_b",
+    /// "exact", "verdict"}]}.
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
     /// ```
     pub fn splat_comparison_report(
@@ -5588,8 +5595,9 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Sample the surface of a mesh, uniformly by area.
-    /// path      OBJ; its polygons count as fans around their first corners
+    /// Sample the surface of a mesh, uniformly by area, or the points of a point cloud, evenly.
+    /// path      OBJ; its polygons count as fans around their first corners. Or PLY without faces: point i
+    ///           of n is number floor(i v / n) of its v vertices
     /// seed      decides the points, each by its place: more points start with the same ones
     /// points    out, x, y, z of each, in the mesh's units and axes
     /// count     numbers of `points`: 3 for each point
@@ -5597,7 +5605,8 @@ extern "C" {
     ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a count that 3 does not divide, a mesh without area
     ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
     ///   SPLAT_ERROR_FORMAT                a damaged file; the message names the line
-    ///   SPLAT_ERROR_UNSUPPORTED           free-form surfaces, lines that continue in the next one
+    ///   SPLAT_ERROR_UNSUPPORTED           free-form surfaces, lines that continue in the next one; a PLY
+    ///                                     with faces
     /// ```
     pub fn splat_points_from_mesh(
         path: *const c_char,

@@ -1292,11 +1292,13 @@ impl Verdict {
     pub const WORSE: Verdict = Verdict(sys::SPLAT_VERDICT_WORSE);
     /// `SPLAT_VERDICT_NOT_COMPARABLE`
     pub const NOT_COMPARABLE: Verdict = Verdict(sys::SPLAT_VERDICT_NOT_COMPARABLE);
+    /// objects: no difference could bring p_holm below 0.05
+    pub const TOO_FEW: Verdict = Verdict(sys::SPLAT_VERDICT_TOO_FEW);
 }
 
 impl std::fmt::Debug for Verdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        crate::text::number(f, "Verdict", self.0, &[("NO_DIFFERENCE", Verdict::NO_DIFFERENCE.0), ("BETTER", Verdict::BETTER.0), ("WORSE", Verdict::WORSE.0), ("NOT_COMPARABLE", Verdict::NOT_COMPARABLE.0)])
+        crate::text::number(f, "Verdict", self.0, &[("NO_DIFFERENCE", Verdict::NO_DIFFERENCE.0), ("BETTER", Verdict::BETTER.0), ("WORSE", Verdict::WORSE.0), ("NOT_COMPARABLE", Verdict::NOT_COMPARABLE.0), ("TOO_FEW", Verdict::TOO_FEW.0)])
     }
 }
 

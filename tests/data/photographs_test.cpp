@@ -1,0 +1,185 @@
+// Photographs with cameras: what is cut off, what they lack, and where their scenes lie.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/log.h"
+#include "data/dataset_check.h"
+#include "data/depth_range.h"
+#include "data/sample_formats.h"
+#include "io/file.h"
+#include "support/expect_status.h"
+
+namespace splat::data {
+namespace {
+
+namespace fs = std::filesystem;
+using test::open_data;
+using test::put_image;
+using test::put_text;
+using test::SampleFolder;
+
+void put_photo(const fs::path& path, std::uint32_t width, std::uint32_t height) {
+    fs::create_directories(path.parent_path());
+    const io::Image image{width, height, 3, 8,
+                          std::vector<std::uint16_t>(3UL * width * height, 99)};
+    ASSERT_OK(io::write_file(path.string(), io::write_png(image).value()));
+}
+
+/// A COLMAP model of cameras around the origin at a distance that look at it, 8 x 8 pixels, focal length 10.
+void put_model(const fs::path& folder, double distance, const std::string& points) {
+    std::string images;
+    for (int i = 0; i < 4; ++i) {
+        const double half = 0.25 * i;  // half the angle about y
+        images += format("%d %.17g 0 %.17g 0 0 0 %.17g 1 %c.png\n\n", i + 1, std::cos(half),
+                         std::sin(half), distance, 'a' + i);
+    }
+    put_text(folder / "cameras.txt", "1 SIMPLE_PINHOLE 8 8 10 4 4\n");
+    put_text(folder / "images.txt", images);
+    if (!points.empty()) put_text(folder / "points3D.txt", points);
+}
+
+void put_pictures(const fs::path& folder) {
+    for (const char* name : {"a.png", "b.png", "c.png", "d.png"}) put_image(folder / name, 8, 3);
+}
+
+std::string warnings_of(const DatasetDesc& desc) {
+    std::string warned;
+    const auto keep = [](void* user, int, const char* text) {
+        *static_cast<std::string*>(user) += std::string(text) + "\n";
+    };
+    set_log_sink(keep, &warned, LogLevel::kWarning);
+    EXPECT_OK(Dataset::open(desc).status());
+    set_log_sink(nullptr, nullptr, LogLevel::kWarning);
+    return warned;
+}
+
+TEST(Photographs, CropIsToldWithItsNumbers) {
+    const SampleFolder folder;
+    const fs::path scene = folder.path() / "scene";
+    for (const char* name : {"a.png", "b.png"}) put_photo(scene / name, 12, 20);
+    const auto put_cameras = [&](const char* more) {
+        put_text(scene / "transforms.json",
+                 std::string(R"({"fl_x": 10, "w": 12, "h": 20, )") + more + R"("frames": [
+            {"file_path": "a.png", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
+            {"file_path": "b.png", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})");
+    };
+    put_cameras(R"("cx": 7, "cy": 10, )");
+    DatasetDesc desc = test::data_desc(scene);
+    desc.resolution = 4;
+    EXPECT_EQ(warnings_of(desc),
+              "'" + scene.string() +
+                  "': 2 of 2 images are cut to the largest square around the principal "
+                  "point: 12 x 20 pixels to 10 x 10 (42 % of them), and scaled to 4 x 4\n");
+    EXPECT_NE(report_text(*open_data(scene)).find("12 x 20 pixels to 10 x 10 (42 % of them)\""),
+              std::string::npos);
+    for (const char* name : {"a.png", "b.png"}) put_photo(scene / name, 12, 12);
+    put_text(scene / "transforms.json",
+             R"({"fl_x": 10, "w": 12, "h": 12, "frames": [
+        {"file_path": "a.png", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
+        {"file_path": "b.png", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})");
+    EXPECT_EQ(warnings_of(test::data_desc(scene)), "") << "squares are not cut";
+}
+
+TEST(Photographs, WithoutCamerasSayWhatTheyLack) {
+    const SampleFolder folder;
+    const auto refused = [&](const std::string& part) {
+        EXPECT_ERROR(Dataset::open(test::data_desc(folder.path())).status(), Code::kFormat, part);
+    };
+    refused("is not a data set of a known format");
+    put_text(folder.path() / "statue/IMG_1.HEIC", std::string("\0\0\0\x18"
+                                                              "ftypheic",
+                                                              12));
+    refused("statue/IMG_1.HEIC' is a HEIC file; convert it: 'heif-convert");
+    put_pictures(folder.path() / "statue/images");
+    refused(
+        "statue/images' holds 4 pictures, but there are no cameras, which a data set needs: "
+        "transforms.json (as NeRF's), or a COLMAP model");
+    fs::rename(folder.path() / "statue/images", folder.path() / "images");
+    refused("images' holds 4 pictures");
+}
+
+TEST(Photographs, OfColmapsUndistorterAreRead) {
+    const SampleFolder folder;
+    put_pictures(folder.path() / "images");
+    put_model(folder.path() / "sparse", 4, "");
+    const auto dataset = open_data(folder.path());
+    ASSERT_NE(dataset, nullptr);
+    EXPECT_EQ(dataset->index().views_of[0], 4U);
+    fs::rename(folder.path() / "sparse", folder.path() / "other");
+    put_text(folder.path() / "sparse/0/x", "");
+    for (const char* file : {"cameras.txt", "images.txt"})
+        fs::rename(folder.path() / "other" / file, folder.path() / "sparse/0" / file);
+    EXPECT_NE(open_data(folder.path()), nullptr);
+}
+
+TEST(DepthRange, IsThatOfThePlaceTheCamerasLookAt) {
+    const SampleFolder folder;
+    put_pictures(folder.path() / "images");
+    put_model(folder.path() / "sparse", 4, "");
+    const auto dataset = open_data(folder.path());
+    ASSERT_NE(dataset, nullptr);
+    const auto range = depth_range(dataset->reader(), 0);
+    ASSERT_OK(range.status());
+    EXPECT_FALSE(range.value().by_points);
+    EXPECT_NEAR(range.value().near, 4 - 4 * 0.4, 1e-6) << "half of 8 pixels at 10: 0.4 of 4";
+    EXPECT_NEAR(range.value().far, 4 + 4 * 0.4, 1e-6);
+    const auto warning = [&](double znear, double zfar) {
+        const auto found = depth_range_warning(dataset->reader(), znear, zfar);
+        EXPECT_OK(found.status());
+        return found.value();
+    };
+    EXPECT_EQ(warning(2.4, 5.6), "");
+    EXPECT_EQ(warning(3, 5), "") << "objects need not fill the images";
+    EXPECT_EQ(warning(0.8, 1.8),
+              "data.znear 0.8 to data.zfar 1.8 cannot hold the scene: the cameras look at a place "
+              "of which their images show what lies 2.4 to 5.6 away; set data.znear=2.34 and "
+              "data.zfar=5.66");
+    EXPECT_NE(warning(0.8, 4.5), "");
+    EXPECT_NE(warning(3.6, 8), "");
+    const auto checked = check_text(*dataset, 0);
+    ASSERT_OK(checked.status());
+    EXPECT_NE(checked.value().find("\"depths\": {\"from\": \"cameras\""), std::string::npos)
+        << checked.value();
+}
+
+TEST(DepthRange, IsThatOfColmapsPoints) {
+    const SampleFolder folder;
+    put_pictures(folder.path() / "images");
+    std::string points = "1 50 0 0 0 0 0 1\n";  // in no view
+    for (int i = 0; i < 200; ++i) points += format("%d 0 %g 0 9 9 9 0.5 1 2\n", i + 2, 0.001 * i);
+    put_model(folder.path() / "sparse", 4, points);
+    const auto dataset = open_data(folder.path());
+    ASSERT_NE(dataset, nullptr);
+    const auto range = depth_range(dataset->reader(), 0);
+    ASSERT_OK(range.status());
+    EXPECT_TRUE(range.value().by_points);
+    EXPECT_NEAR(range.value().near, 4, 1e-5);
+    EXPECT_NEAR(range.value().far, 4, 1e-5);
+    EXPECT_EQ(depth_range_warning(dataset->reader(), 3, 5).value(), "");
+    EXPECT_NE(
+        depth_range_warning(dataset->reader(), 0.8, 1.8)
+            .value()
+            .find("98 % of the COLMAP model's points in the views lie 4 to 4 away, of which they "
+                  "hold 0 %"),
+        std::string::npos);
+    put_text(folder.path() / "sparse/points3D.txt", "1 0 0\n");
+    EXPECT_ERROR(depth_range(dataset->reader(), 0).status(), Code::kFormat, "points3D.txt");
+}
+
+TEST(DepthRange, IsNotKnownOfParallelCameras) {
+    const SampleFolder folder;
+    put_text(folder.path() / "transforms.json",
+             R"({"fl_x": 10, "w": 8, "h": 8, "frames": [
+        {"file_path": "a.png", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
+        {"file_path": "b.png", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})");
+    put_pictures(folder.path());
+    const auto dataset = open_data(folder.path());
+    ASSERT_NE(dataset, nullptr);
+    EXPECT_FALSE(depth_range(dataset->reader(), 0).value().known);
+    EXPECT_EQ(depth_range_warning(dataset->reader(), 0.8, 1.8).value(), "");
+    EXPECT_EQ(check_text(*dataset, 0).value().find("depths"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace splat::data
