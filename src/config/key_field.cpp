@@ -143,8 +143,8 @@ ConfigEntry write_field(const Key& /*key*/, std::uint64_t value) {
     return one(static_cast<std::int64_t>(value));
 }
 
-/// As few digits as restore the float: 0.8, not 0.800000012. A whole number is written as an integer: as a double it
-/// would be "1e+08".
+/// Writes the fewest digits that restore the float: 0.8, not 0.800000012. A whole number is written as an integer: as
+/// a double it would be "1e+08".
 ConfigEntry write_field(const Key& /*key*/, float value) {
     constexpr float kMostWhole = 1e9F;
     if (std::abs(value) < kMostWhole && std::trunc(value) == value)

@@ -48,7 +48,7 @@ struct ViewNames {
 /// Images of which the largest square around the principal point is used.
 struct Crop {
     std::size_t images = 0, cut = 0;                ///< all, and those that are no such squares
-    std::uint32_t width = 0, height = 0, side = 0;  ///< of the first that is cut
+    std::uint32_t width = 0, height = 0, side = 0;  ///< pixels of the first image that is cut
     bool alike = true;                              ///< all that are cut have those
 
     void add(std::uint32_t image_width, std::uint32_t image_height, std::uint32_t square);

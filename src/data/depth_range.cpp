@@ -11,7 +11,7 @@ using scene::Mat3;
 using scene::minus;
 using scene::Vec3;
 
-constexpr std::size_t kMostPoints = 4000;  ///< of an object, evenly spread
+constexpr std::size_t kMostPoints = 4000;  ///< greatest number used of an object, evenly spread
 constexpr std::uint32_t kMostObjects = 8;
 /// A range is as good as the scene's if so much of the points is in it.
 constexpr double kEnough = 0.95;

@@ -13,12 +13,12 @@ struct DepthRange {
     double near = 0, far = 0;
     /// By the cameras: half of that, which a scene that fills its images has for sure; of CO3D the place alone.
     double least_near = 0, least_far = 0;
-    std::vector<float> depths;  ///< of the points, sorted
+    std::vector<float> depths;  ///< sorted depths of the points in the views
 
     void add(const DepthRange& other);
 };
 
-/// Of one object. Not known where the cameras look at no common place. Errors: those of DatasetReader::cameras().
+/// The depth range of one object. Not known where the cameras look at no common place. Errors: as reader.cameras().
 Result<DepthRange> depth_range(const DatasetReader& reader, std::uint32_t object);
 
 /// What data.znear and data.zfar hold a known range with a margin.

@@ -308,7 +308,7 @@ class ImageFolderReader : public DatasetReader {
         return views;
     }
 
-    /// Those of a COLMAP model whose cameras are read.
+    /// Reads the points of a COLMAP model; empty if a transforms file gives the cameras.
     [[nodiscard]] Result<std::vector<scene::Vec3>> points(std::uint32_t object) const override {
         const fs::path folder = index_.folders[object];
         for (const std::string& name : transforms_names(index_.split)) {

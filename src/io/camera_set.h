@@ -19,7 +19,7 @@ struct CameraMaps {
 
 /// What of a lens is ignored, and of how many cameras.
 struct IgnoredLens {
-    std::string what;    ///< of the first of them, "distortion k1 = 0.1"
+    std::string what;    ///< the ignored value of the first camera, "distortion k1 = 0.1"
     std::string camera;  ///< the name of the first
     std::set<std::size_t> cameras;
 };

@@ -59,7 +59,7 @@ std::optional<std::uint64_t> elements(const std::vector<std::uint64_t>& shape) {
 /// Whole numbers without a sign that no tensor has.
 constexpr std::pair<std::string_view, std::size_t> kUnsigned[] = {{"u2", 2}, {"u4", 4}, {"u8", 8}};
 
-/// Of a number; 0: none that is read.
+/// Returns the size of one number in bytes; 0: the type is not read.
 std::size_t bytes_of_type(std::string_view dtype) {
     for (const auto& [name, bytes] : kUnsigned)
         if (name == dtype) return bytes;

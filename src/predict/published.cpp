@@ -85,7 +85,7 @@ std::string fov_text(double ray, double resolution) {
 struct Known {
     std::string name, category;
     Traits traits;
-    double ray = 0;  ///< as last_ray()
+    double ray = 0;  ///< the value that last_ray() gives for its weights
     double resolution = 0;
 };
 

@@ -19,7 +19,7 @@ Traits traits_of(const config::PredictorConfig& config);
 
 /// The published configurations (config/presets.h) that weights without a configuration may be for.
 struct PublishedFit {
-    std::vector<std::string> names;  ///< those that fit; of two stages of a training the first
+    std::vector<std::string> names;  ///< fitting configurations; only the first stage of a training
     std::string nearest;             ///< if none fits; empty if there is no network
     std::vector<std::string> differences;  ///< from it: "model.base_dim is 32 (there 128)"
 

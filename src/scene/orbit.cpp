@@ -77,14 +77,18 @@ Result<double> orbit_distance(const Body& body, const Vec3& up, const Camera& le
 Body body_of(const Gaussians& g) {
     Body body;
     std::vector<double> weights;
-    for (std::size_t i = 0; i < g.count(); ++i) {
-        const double opacity = opacity_of(static_cast<double>(g.opacity_logits[i]));
-        Vec3 mean;
-        for (std::size_t k = 0; k < 3; ++k) mean[k] = static_cast<double>(g.means[3 * i + k]);
-        if (!(opacity >= kLeastOpacity) || !std::isfinite(mean[0] + mean[1] + mean[2])) continue;
-        body.means.push_back(mean);
-        weights.push_back(opacity);
-    }
+    const auto take = [&](double least) {
+        for (std::size_t i = 0; i < g.count(); ++i) {
+            const double opacity = opacity_of(static_cast<double>(g.opacity_logits[i]));
+            Vec3 mean;
+            for (std::size_t k = 0; k < 3; ++k) mean[k] = static_cast<double>(g.means[3 * i + k]);
+            if (!(opacity >= least) || !std::isfinite(mean[0] + mean[1] + mean[2])) continue;
+            body.means.push_back(mean);
+            weights.push_back(opacity);
+        }
+    };
+    take(kLeastOpacity);
+    if (body.means.empty()) take(0);
     if (body.means.empty()) return body;
     Vec3 median;
     std::vector<double> values(body.means.size());

@@ -25,11 +25,11 @@ inline constexpr double kOrbitFill = 0.95;
 
 /// The part of a scene that its orbit shows: visible Gaussians (opacity of at least 1/255) whose means are finite and
 /// not farther from the median of the means than kBodyRadii times the radius that holds 98 % of the opacity. What lies
-/// farther, such as a sky or a few stray Gaussians, would make the rest small.
+/// farther, such as a sky or a few stray Gaussians, would make the rest small. Where none is visible, all count.
 inline constexpr double kBodyRadii = 1.5;
 struct Body {
     std::vector<Vec3> means;
-    Vec3 middle{};  ///< of their bounds, axis by axis; zero without any
+    Vec3 middle{};  ///< middle of the bounds of the means, axis by axis; zero without means
 };
 Body body_of(const Gaussians& gaussians);
 

@@ -64,7 +64,7 @@ bool is_of_split(const std::string& file, const std::string& split) {
     return stem == split || (split == "val" && stem == "validation");
 }
 
-/// Of a folder of a table: those in its folder of the split, else those with the split's name.
+/// Finds the files below a table's folder: those in its folder of the split, else those with the split's name.
 Result<TableFiles> files_below(const fs::path& folder, Table table, const std::string& split) {
     TableFiles found{table, {}, false};
     SPLAT_ASSIGN(const std::vector<std::string> files, parquet_files(folder / split));

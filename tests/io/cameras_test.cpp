@@ -9,7 +9,7 @@
 #include "io/sample_files.h"
 #include "io/sample_scene.h"
 #include "io/transforms_json.h"
-#include "scene/camera_pose.h"
+#include "scene/orbit.h"
 #include "support/expect_status.h"
 #include "support/real_data.h"
 
@@ -25,10 +25,7 @@ Result<CameraSet> read_json(const std::string& text) {
 }
 
 std::vector<scene::Camera> sample_cameras() {
-    scene::Statistics scene;
-    scene.radius = 1.5;
-    scene.center = {0.5, -1, 2};
-    auto cameras = scene::orbit(scene, {.count = 3, .width = 64, .height = 48});
+    auto cameras = scene::orbit(test::sample_scene(8, 0), {.count = 3, .width = 64, .height = 48});
     EXPECT_OK(cameras.status());
     cameras.value()[1].cx = 30.25;
     cameras.value()[2].fy = 71.5;

@@ -30,7 +30,7 @@ void add(NamedTensors& to, const std::string& name, std::vector<std::int64_t> di
     ASSERT_OK(to.add({name, std::move(dims), io::NumberType::kF32, values}));
 }
 
-/// Those tensors of a published file that tell its network apart, without the large ones.
+/// The tensors of a published file that tell its network apart, without the large ones.
 NamedTensors published_file(const config::PredictorConfig& c, bool rays = true) {
     NamedTensors file;
     const auto r = static_cast<std::int64_t>(c.resolution);

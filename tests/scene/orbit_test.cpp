@@ -121,6 +121,17 @@ TEST(Orbit, BeginsBeforeTheSceneAndAboveIt) {
     EXPECT_FALSE(orbit(scene, options).ok());
 }
 
+TEST(Orbit, InvisibleScenesAreFramedAsIfVisible) {
+    Gaussians visible, invisible;
+    for (const float x : {0.0F, 2.0F}) {
+        add(visible, {x, 2, 3});
+        add(invisible, {x, 2, 3}, kFaint);
+    }
+    const auto framed = orbit(invisible);
+    ASSERT_OK(framed.status());
+    EXPECT_EQ(camera_center(framed.value()[0]), camera_center(orbit(visible).value()[0]));
+}
+
 TEST(Orbit, WithoutExtentItNeedsADistance) {
     Gaussians scene;
     OrbitOptions options;

@@ -33,7 +33,7 @@ void add_measuring(CLI::App& app) {
 bool is_measuring(int argc, char** argv) {
     for (int i = 1; i < argc; ++i) {
         const std::string_view word = argv[i];
-        if (word == kDecodeScaleOption) ++i;  // its value
+        if (word == kDecodeScaleOption) ++i;  // skips the value of the option
         if (word.starts_with("-")) continue;
         for (const Command& command : kCommands)
             if (word == command.name) return true;

@@ -33,7 +33,7 @@ void fill_points(const Points& from, float* to) {
         for (const double x : point) *to++ = static_cast<float>(x);
 }
 
-/// Of a mesh's surface or, evenly, of a point cloud.
+/// Takes `count` points of a file: random ones of a mesh's surface, or evenly spaced ones of a point cloud.
 Result<Points> points_of_file(io::Bytes file, std::size_t count, std::uint64_t seed) {
     if (!io::is_ply(file)) {
         SPLAT_ASSIGN(const io::Mesh mesh, io::read_obj(file));

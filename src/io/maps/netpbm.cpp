@@ -10,7 +10,7 @@ namespace splat::io {
 namespace {
 
 constexpr std::uint32_t kMostSample = 65535;
-constexpr std::uint32_t kMostSide = 1U << 30U;  ///< that check_header() is asked about
+constexpr std::uint32_t kMostSide = 1U << 30U;  ///< greatest width or height of a header, pixels
 
 /// The words of a header after its first two letters. One blank ends the last of them.
 class NetpbmWords {

@@ -14,9 +14,9 @@ Result<Image> read_netpbm(Bytes file, const ImageOptions& options = {});
 
 /// The header of a PFM file.
 struct PfmHeader {
-    std::uint32_t width = 0, height = 0, channels = 0;  ///< of gray (Pf) 1, of colours (PF) 3
+    std::uint32_t width = 0, height = 0, channels = 0;  ///< gray (Pf): 1 channel, colours (PF): 3
     std::endian order = std::endian::little;
-    std::size_t start = 0;  ///< of the numbers
+    std::size_t start = 0;  ///< byte offset of the numbers in the file
 };
 
 /// Errors: kFormat.
@@ -25,8 +25,8 @@ Result<PfmHeader> read_pfm_header(Bytes file);
 /// Where its numbers lie. Errors: as read_pfm_numbers().
 Result<Bytes> pfm_data(Bytes file, const PfmHeader& header);
 
-/// Its numbers [height,width,channels] from the top row on, which the file holds last. Errors: kFormat if they are
-/// truncated or more follows. Source: Debevec, "PFM Portable FloatMap Image Format"
+/// Reads the numbers [height,width,channels] from the top row on, which the file holds last. Errors: kFormat if they
+/// are truncated or more follows. Source: Debevec, "PFM Portable FloatMap Image Format"
 Result<std::vector<float>> read_pfm_numbers(Bytes file, const PfmHeader& header);
 
 }  // namespace splat::io

@@ -21,8 +21,8 @@ bool is_number_name(const std::string& path);
 /// The first bytes are those of .npy or of PFM.
 bool is_number_image(Bytes file);
 
-/// Of a .npy array [height,width], [height,width,channels] or [channels,height,width] of 1 to 4 channels and any type
-/// that read_npy() reads, or of PFM. Where the last axis may be that of channels, it is.
+/// Reads a PFM file or a .npy array [height,width], [height,width,channels] or [channels,height,width] of 1 to 4
+/// channels and any type that read_npy() reads. Where the last axis may be that of channels, it is.
 ///
 /// Errors       as read_npy() and read_pfm_numbers(); kUnsupported for other shapes
 Result<NumberImage> read_number_image(Bytes file);

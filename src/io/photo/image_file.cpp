@@ -26,7 +26,7 @@ constexpr Format kFormats[] = {{0, "\x89PNG", read_png},
                                {0, "P6", read_netpbm}};
 
 /// Formats that are not read, by a signature at a place of the file.
-struct UnreadFormat {
+struct UnreadImage {
     std::size_t offset;
     std::string_view signature;
     const char* name;
@@ -47,7 +47,7 @@ constexpr const char* kOfNpz =
 constexpr const char* kByMagick = "convert it: 'magick IN OUT.png'";
 constexpr std::size_t kBrandAt = 8;  ///< behind "ftyp"
 
-constexpr UnreadFormat kUnreadFormats[] = {
+constexpr UnreadImage kUnreadFormats[] = {
     {kBrandAt, "heic", "a HEIC file", kOfHeic},
     {kBrandAt, "heix", "a HEIC file", kOfHeic},
     {kBrandAt, "hevc", "a HEIC file", kOfHeic},
@@ -86,7 +86,7 @@ bool is_image_name(const std::string& path) {
 }
 
 std::string unread_image(Bytes head) {
-    for (const UnreadFormat& format : kUnreadFormats)
+    for (const UnreadImage& format : kUnreadFormats)
         if (has_signature(head, format.offset, format.signature) &&
             (format.offset != kBrandAt || has_signature(head, 4, "ftyp")))
             return std::string(format.name) + "; " + format.remedy;

@@ -13,7 +13,7 @@ bool has_extension(const std::string& path, std::initializer_list<std::string_vi
 /// The extension is .png, .jpg, .jpeg, .webp, .pgm or .ppm, in any case.
 bool is_image_name(const std::string& path);
 
-/// Of the first bytes of a file of another known format, its name and the command that converts it: "a HEIC file; ...".
+/// Names another known format by a file's first bytes, with the command that converts it: "a HEIC file; ...".
 /// Else empty.
 std::string unread_image(Bytes head);
 

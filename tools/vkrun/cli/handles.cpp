@@ -32,7 +32,7 @@ std::string in_own_words(std::string text) {
     static const std::vector<std::pair<std::regex, const char*>> kWords = {
         // "(splat_decode_set_limits, --decode-scale)"
         {std::regex("\\b(SPLAT|splat)_\\w+, (--)"), "$2"},
-        {std::regex("\"made_by\": \"splat_\\w+\", \"version\": 1, "), ""},  // of a folder's values
+        {std::regex("\"made_by\": \"splat_\\w+\", \"version\": 1, "), ""},  // marks folder values
         {std::regex("SPLAT_DEVICE_VALIDATION and "), ""},
         {std::regex("timeout_ns or (SPLAT_TIMEOUT_SCALE)"), "$1"},
         {std::regex("free tensors,? or raise max_device_bytes"),

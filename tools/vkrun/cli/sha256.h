@@ -12,7 +12,7 @@ class Sha256 {
   public:
     void add(const void* data, std::size_t bytes);
 
-    /// Of all that was added, as 64 hexadecimal digits. Nothing may be added afterwards.
+    /// Returns the hash of all that was added, as 64 hexadecimal digits. Nothing may be added afterwards.
     std::string text();
 
   private:
@@ -25,7 +25,7 @@ class Sha256 {
     std::uint64_t bytes_ = 0;
 };
 
-/// Of a file. Throws a Failure of bad data if it cannot be read to its end.
+/// Returns the hash of a file. Throws a Failure of bad data if it cannot be read to its end.
 std::string sha256_of_file(const std::string& path);
 
 }  // namespace vkrun

@@ -78,8 +78,8 @@ Examples:
 /// What the help of a map says of it alone.
 struct MapText {
     const char* map;
-    const char* sentence;  ///< of the command
-    const char* numbers;   ///< of the map
+    const char* sentence;  ///< describes the command
+    const char* numbers;   ///< describes the numbers in the map
     const char* channels;  ///< edges stand for; null: edges themselves
     const char* examples;
 };

@@ -43,7 +43,7 @@ Examples:
   vkrun priors points out/scene.ply depth.npy --fov 52 --threshold 0.02 --json
 )";
 
-constexpr unsigned long long kMostVertices = 1ULL << 28U;  ///< that are compared
+constexpr unsigned long long kMostVertices = 1ULL << 28U;  ///< caps what vertices_of() returns
 
 struct PointsOptions {
     std::string scene, truth, camera, pose;

@@ -51,7 +51,7 @@ StoredMap load_depth(const std::filesystem::path& path) {
     return map;
 }
 
-/// Of two maps. The library advises a mask, which this command does not take.
+/// Checks the result of comparing two maps. The library advises a mask, which this command does not take.
 void check_maps(splat_result result) {
     try {
         check(result, kBadData);

@@ -99,14 +99,9 @@ std::vector<splat_camera> orbit_cameras(splat_scene scene, const ImageSize& size
     return cameras;
 }
 
-void print_warnings(const CameraFile& file, const std::string& path) {
-    constexpr std::size_t kMost = 4;
-    const std::size_t all = file.warnings.size(), shown = all > kMost + 1 ? kMost : all;
-    for (std::size_t i = 0; i < shown; ++i)
-        std::fprintf(stderr, "vkrun: warning: %s\n", file.warnings[i].c_str());
-    if (all > shown)
-        std::fprintf(stderr, "vkrun: warning: and %zu more; 'vkrun inspect' lists all of '%s'\n",
-                     all - shown, path.c_str());
+void print_warnings(const CameraFile& file) {
+    for (const std::string& warning : file.warnings)
+        std::fprintf(stderr, "vkrun: warning: %s\n", warning.c_str());
 }
 
 void check_distance(const std::string& name, const splat_camera& camera,

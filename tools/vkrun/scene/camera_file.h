@@ -49,8 +49,8 @@ std::vector<splat_camera> orbit_cameras(splat_scene scene, const ImageSize& size
                                         double elevation_degrees, double distance,
                                         std::uint32_t count);
 
-/// Prints the warnings, of many the first ones.
-void print_warnings(const CameraFile& file, const std::string& path);
+/// Prints the warnings.
+void print_warnings(const CameraFile& file);
 
 /// Throws a bad-data Failure for a camera 1e6 radii of the scene away from it, which is a damaged number rather than a
 /// view; a warning if `lenient`.

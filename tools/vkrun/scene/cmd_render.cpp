@@ -92,7 +92,7 @@ std::vector<View> orbit_views(const RenderOptions& options, splat_scene scene) {
 std::vector<View> file_views(const RenderOptions& options) {
     const CameraFile file =
         load_cameras(options.cameras, {image_size(options.size), options.ignore_distortion});
-    print_warnings(file, options.cameras);
+    print_warnings(file);
     std::set<std::string> seen;
     bool distinct = true;
     std::vector<std::string> names;

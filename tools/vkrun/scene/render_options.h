@@ -14,7 +14,7 @@ namespace vkrun {
 /// What the command line of 'vkrun render' says.
 struct RenderOptions {
     std::string scene, cameras, out;
-    std::string file;  ///< of the only image, if --out names it; else `out` is a folder
+    std::string file;  ///< path of the only image, if --out names it; else `out` is a folder
     std::uint32_t orbit = 0;
     std::optional<double> elevation;  ///< degrees
     std::optional<double> distance;   ///< scene units

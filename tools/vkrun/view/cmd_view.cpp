@@ -63,7 +63,7 @@ std::vector<splat_camera> view_cameras(const ViewOptions& options, splat_scene s
     const ImageSize size = image_size(options.size);
     if (!options.cameras.empty()) {
         CameraFile file = load_cameras(options.cameras, {size, true});
-        print_warnings(file, options.cameras);
+        print_warnings(file);
         if (file.cameras.empty())
             throw Failure(kBadData, "'" + options.cameras + "' has no cameras");
         return file.cameras;

@@ -7,9 +7,9 @@ namespace vkrun {
 
 /// Weights of Splatter Image that its authors have published.
 struct PublishedWeights {
-    const char* name;  ///< also of the configuration ('vkrun config presets')
+    const char* name;  ///< the name of the configuration too ('vkrun config presets')
     const char* file;
-    const char* size;    ///< as its page says; "not known"
+    const char* size;    ///< file size that the page of the weights gives; or "not known"
     const char* sha256;  ///< empty: not known
     const char* about;
 };
@@ -22,7 +22,7 @@ std::span<const PublishedWeights> published_weights();
 /// Throws a Failure with the nearest name, or all.
 const PublishedWeights& published_weights(const std::string& name);
 
-/// Of its file, in the authors' repository.
+/// Returns the address of the file in the authors' repository.
 std::string published_address(const PublishedWeights& weights);
 
 /// The name of the weights whose file has this hash; empty if none is known to have it.
