@@ -30,6 +30,12 @@ class Drawing(Case):
         tensor = splat.Tensor.zeros(self.device, (2, 32, 48))
         self.assertIs(rasterizer.output(splat.Output.ALPHA, into=tensor), tensor)
 
+    def test_messages_name_what_python_has(self) -> None:
+        rasterizer = self.make()
+        rasterizer.forward(scene(), cameras(2), (1, 1, 1))
+        error = self.refused(splat.InvalidState, "RasterizerFlags.DEPTH", rasterizer.read, "depth")
+        self.assertNotIn("SPLAT_", str(error))
+
     def test_images_are_what_read_gives(self) -> None:
         rasterizer = self.make()
         rasterizer.forward(scene(), cameras(2), (1, 1, 1))

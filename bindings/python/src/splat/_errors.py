@@ -4,6 +4,9 @@ Each error code has a class below `Error`, which is also the usual class of Pyth
 one: `except FileNotFoundError` catches `NotFound`, `except ValueError` catches `InvalidArgument`.
 """
 import errno
+import re
+from enum import Enum
+from functools import lru_cache
 from typing import Any, Callable, Dict, Tuple, Type
 
 from . import _native
@@ -137,10 +140,27 @@ CLASSES: Dict[int, Type[Error]] = {
                  IoError, FormatError, Cancelled)}
 
 
+@lru_cache(maxsize=1)
+def python_names() -> Dict[str, str]:
+    """Names of the headers' constants here: "RasterizerFlags.DEPTH" for "SPLAT_RASTERIZER_DEPTH"."""
+    names = {}
+    for each in vars(_native).values():
+        if isinstance(each, type) and issubclass(each, Enum):
+            stem = re.sub("(?<=[a-z0-9])(?=[A-Z])", "_", each.__name__.replace("Flags", "")).upper()
+            for member in each.__members__:
+                names[f"SPLAT_{stem}_{member}"] = f"{each.__name__}.{member}"
+    return names
+
+
+def in_python(message: str) -> str:
+    """A message of the library with the names that Python has for constants."""
+    return re.sub(r"\bSPLAT_[A-Z0-9_]+\b", lambda found: python_names().get(found[0], found[0]), message)
+
+
 def last_error(code: int) -> Error:
     """The exception of an error code, with the text of the calling thread's last error."""
     message = lib.splat_last_error_message().decode("utf-8", "replace")
-    return CLASSES.get(code, Error)(message, code)
+    return CLASSES.get(code, Error)(in_python(message), code)
 
 
 def check(code: int) -> int:
