@@ -56,6 +56,9 @@ Result<const Format*> format_of(const DatasetDesc& desc) {
                      desc.format.c_str(), format_names().c_str());
     }
     SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(desc.path));
+    if (kind == io::PathKind::kNothing)
+        return error(Code::kNotFound, "there is no folder '%s'",
+                     shown(desc.path, PATH_MAX).c_str());
     Status unreadable;  // by one format; another may not ask for that
     for (const Format& format : kFormats) {
         if (kind != io::PathKind::kFolder) break;
@@ -68,7 +71,7 @@ Result<const Format*> format_of(const DatasetDesc& desc) {
     if (!lack.empty())
         return error(Code::kFormat, "'%s' is not a data set of a known format: %s",
                      shown(desc.path, PATH_MAX).c_str(), lack.c_str());
-    return error(kind == io::PathKind::kNothing ? Code::kNotFound : Code::kFormat,
+    return error(Code::kFormat,
                  "'%s' is not a data set of a known format (%s); if it is one, name its format",
                  shown(desc.path, PATH_MAX).c_str(), format_names().c_str());
 }

@@ -22,8 +22,8 @@ constexpr const char* kDataCheckFooter =
 Problems: splits that cannot be opened, objects that lack a file or cannot be read, images that cannot be read or differ
 in size, poses that are not finite or not rotations, objects with a single view. Warnings: equal views or objects,
 images of one colour. Folders beside the objects that have no part of one are named, and so are images that are cut to
-squares. Depths are those of a COLMAP model's points, else of the place that the cameras look at: a network whose
-data.znear to data.zfar do not hold them cannot hold the scene. The hash is that of the decoded images, maps and
+squares. It tells the scene's depths, from a COLMAP model's points or else from where the cameras look: data.znear and
+data.zfar must enclose them. The hash is that of the decoded images, maps and
 cameras. docs/your-data.md explains layouts and ranges.
 
 Exit status: 0 no problems, 2 wrong usage, 4 problems, or no data.

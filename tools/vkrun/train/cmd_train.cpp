@@ -50,10 +50,10 @@ Exit status: 0 trained to the end, 1 failed, such as a full disk, 2 wrong usage 
 Examples:
   vkrun data synth cars --objects 64 --val 4 --size 64
   vkrun train small --data cars --out run
-  vkrun train cars.yaml --out run --resume
-  vkrun train hydrants --data co3d --set data.excluded_file=bad_sequences.py --out run
+  vkrun train --out run --resume
+  vkrun train hydrants --data co3d --out run
   vkrun train tools/weights/cars64/cars64.yaml --init cars64 --data mine --out run
-  vkrun train priors.yaml --init model_best.pth --set data.use_pred_depth=true --out run2
+  vkrun train cars_priors_depth --init model_cars.pth --data mine --out run2
 )";
 
 volatile std::sig_atomic_t g_interrupted = 0;

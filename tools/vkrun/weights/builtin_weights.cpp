@@ -4,6 +4,7 @@
 
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
+#include "vkrun/weights/published.h"
 
 namespace vkrun {
 namespace {
@@ -18,12 +19,22 @@ std::string built_in(const std::string& name) {
         kBadData);
 }
 
+/// Throws a Failure if the name is that of published weights or of their file.
+void refuse_unfetched(const std::string& given) {
+    for (const PublishedWeights& one : published_weights())
+        if (given == one.name || fs::path(given).filename() == one.file)
+            throw Failure(kBadData, "there is no file '" + given + "'; 'vkrun weights get " +
+                                        one.name + "' fetches '" + one.file + "'");
+}
+
 }  // namespace
 
 std::string weights_named(const std::string& given) {
     const fs::path path(given);
-    const bool name = !given.empty() && !path.has_parent_path() && !path.has_extension();
-    return name && !fs::exists(path) ? built_in(given) : given;
+    const bool name = !path.has_parent_path() && !path.has_extension();
+    if (given.empty() || fs::exists(path)) return given;
+    refuse_unfetched(given);
+    return name ? built_in(given) : given;
 }
 
 bool is_built_in(const std::string& file) {

@@ -75,9 +75,11 @@ void print_published_one(const PublishedWeights& weights) {
     std::printf(
         "weights  %s: %s\naddress  %s\nfile     %s\nsize     %s\nsha256   %s\nlicence  %s\nconfig  "
         " "
-        "%s ('vkrun config show %s')\n\nFetch it, or go on fetching it:\n%s\n",
+        "%s ('vkrun config show %s')\n\nFetch it, or go on fetching it: 'vkrun weights get %s%s', "
+        "or\n%s\n",
         weights.name, weights.about, download.url.c_str(), weights.file, weights.size,
         hash_or_unknown(download.sha256).c_str(), kPublishedLicence, weights.name, weights.name,
+        weights.name, download.sha256.empty() ? " --unverified" : "",
         fetch_commands(download).c_str());
 }
 
