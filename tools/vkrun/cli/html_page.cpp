@@ -26,7 +26,7 @@ section{display:flow-root}
 p{max-width:70em}
 .note{border-left:.3em solid #e0a030;padding-left:.8em}
 .table{overflow-x:auto;min-width:min(100%,22em);margin:0 0 1em}
-.table:not(.facts){display:inline-block;max-width:100%;min-width:0;margin-right:2em;vertical-align:top;
+.table:not(.facts){display:inline-block;max-width:calc(100% - 2em);min-width:0;margin-right:2em;vertical-align:top;
   background:linear-gradient(270deg,var(--page) 1.5em,transparent) 100%/3em 100% no-repeat local,
   linear-gradient(270deg,#8888,transparent) 100%/1em 100% no-repeat}
 table{border-collapse:collapse}
@@ -38,17 +38,21 @@ td.number,th.number{text-align:right}
 @media(min-width:40em){.facts th{white-space:nowrap}}
 figure{display:inline-block;margin:0 1em .5em 0;vertical-align:top;max-width:100%}
 figcaption{font-size:.85em;color:var(--soft)}
+figure:not(.sheet,.plot,.chart) figcaption{width:0;min-width:100%;overflow-wrap:anywhere}
 img{max-width:100%;height:auto;image-rendering:pixelated;border:1px solid var(--line);box-sizing:border-box}
 svg{max-width:100%;height:auto}
-.sheet,.plot{display:flow-root;min-width:min(100%,36em);margin-right:0}
+.sheet{display:flow-root;min-width:min(100%,28em);margin-right:0}
 .scroll{overflow-x:auto}
 .sheet img{width:100%;max-width:72em;min-width:44em}
-.plot svg{background:var(--plate);color:#222;min-width:52em}
-.chart{float:left;width:max(30em,50% - 1em)}
+@media(min-width:52em){.sheet img{min-width:0}}
+.plot svg{background:var(--plate);color:#222;max-width:none}
+.chart{float:left;width:max(min(100%,26em),33.3% - 1em)}
 .chart>svg{width:100%;overflow:visible}
-.chart text{font:12px system-ui,sans-serif;fill:var(--soft)}
+.chart text{font:17px system-ui,sans-serif;fill:var(--soft)}
 .chart line{stroke:var(--line)}
-@media(max-width:40em){table{font-size:.85em}td,th{padding-right:.5em}.chart text{font-size:17px}}
+@media(max-width:40em){table{font-size:.85em}td,th{padding-right:.5em}
+  .table:not(.facts){margin-right:0;max-width:100%}
+  figure:not(.sheet,.plot,.chart){width:calc(50% - 1.4em)}}
 )";
 
 /// Pictures of at least this width are as wide as there is room, and scroll where there is little.
@@ -218,9 +222,9 @@ void HtmlPage::chart(const std::string& caption, const std::vector<Curve>& curve
                           axes.x(points[0].first), axes.y(points[0].second));
         if (curves.size() > 1)
             legend += format(
-                " <svg width='24' height='8' viewBox='0 0 24 8'><line x2='24' y1='4' y2='4' "
-                "stroke-width='3' "
-                "style='stroke:%s' stroke-dasharray='%s'/></svg>&nbsp;%s",
+                " <span style='display:inline-block'><svg width='24' height='8' viewBox='0 0 24 8'>"
+                "<line x2='24' y1='4' y2='4' stroke-width='3' style='stroke:%s' "
+                "stroke-dasharray='%s'/></svg>&nbsp;%s</span>",
                 color, dashes, xml_escaped(curves[i].name).c_str());
     }
     body_ +=

@@ -10,7 +10,7 @@ class SplatViewer {
     constructor(element) {
         this.element = element;
         this.canvas = document.createElement("canvas");
-        const gl = this.canvas.getContext("webgl2", {antialias: false, alpha: false});
+        const gl = this.canvas.getContext("webgl2", {antialias: false, alpha: false, preserveDrawingBuffer: true});
         if (!gl) throw new Error("this browser has no WebGL2");
         this.scene = readScene(element);
         this.camera = new OrbitCamera(this.scene);
