@@ -147,7 +147,7 @@ Result<DepthRange> depth_range(const DatasetReader& reader, std::uint32_t object
 }
 
 HoldingRange holding_range(const DepthRange& range) {
-    const double margin = 0.02 * (range.far - range.near);
+    const double margin = std::max(0.02 * (range.far - range.near), 0.01 * std::abs(range.far));
     const double least = range.near > 0 ? 0.5 * range.near : range.near - margin;
     return {std::max(range.near - margin, least), range.far + margin};
 }

@@ -68,7 +68,7 @@ Result<bool> has_objects(const fs::path& folder) {
 /// The file that a camera names: as given, in images/, or with the extension added.
 Result<std::string> image_path(const fs::path& folder, const std::string& name) {
     for (const char* below : {"", "images"})
-        for (const char* extension : {"", ".png", ".jpg", ".jpeg", ".webp"}) {
+        for (const char* extension : {"", ".png", ".jpg", ".jpeg", ".webp", ".pgm", ".ppm"}) {
             const fs::path path = folder / below / (name + extension);
             SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
             if (is_there) return path.string();

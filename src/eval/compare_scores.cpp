@@ -102,7 +102,7 @@ Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
                      "%s. Evaluate both on the same split, or compare them unpaired for the "
                      "numbers",
                      kApart);
-    SPLAT_TRY(check_same_views(a, b));
+    if (found.shared != 0) SPLAT_TRY(check_same_views(a, b));
     // Unpaired scores cover the same objects only if both tables have all of them.
     found.comparable =
         found.shared != 0 &&

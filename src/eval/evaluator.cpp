@@ -20,12 +20,15 @@ Evaluator::Evaluator(std::unique_ptr<predict::ViewSource> data, Protocol protoco
     evaluation_.format = index.format;
     evaluation_.split = index.split;
     evaluation_.data_objects = data_->objects();
+    bool all = true;  // so many novel views as asked for, or fewer, are there
+    for (std::uint32_t i = 0; protocol_.novel != 0 && i < objects_; ++i)
+        all = all && data_->views_of(i) <= std::uint64_t{protocol_.inputs} + protocol_.novel;
     std::string given;
     for (const std::uint32_t view : protocol_.conditioning) given += format(" %u", view);
-    evaluation_.views = format(
-        "%u inputs%s%s, %s novel%s", protocol_.inputs, given.empty() ? "" : ":", given.c_str(),
-        protocol_.novel == 0 ? "all" : std::to_string(protocol_.novel).c_str(),
-        lpips_.net == nullptr ? "" : ", LPIPS");
+    evaluation_.views =
+        format("%u inputs%s%s, %s novel%s", protocol_.inputs, given.empty() ? "" : ":",
+               given.c_str(), all ? "all" : std::to_string(protocol_.novel).c_str(),
+               lpips_.net == nullptr ? "" : ", LPIPS");
 }
 
 Status Evaluator::use(vk::Context& context, predict::Network& network) {

@@ -261,8 +261,11 @@ Result<CameraSet> load_colmap(const std::string& folder, const CameraOptions& op
 }
 
 Result<std::vector<scene::Vec3>> load_colmap_points(const std::string& folder) {
-    SPLAT_ASSIGN(const std::string path, find_model(folder, "points3D"));
-    if (path.empty()) return std::vector<scene::Vec3>();
+    SPLAT_ASSIGN(const std::string cameras, find_model(folder, "cameras"));
+    const std::string path = cameras.substr(0, cameras.rfind('/') + 1) + "points3D" +
+                             (cameras.ends_with(".bin") ? ".bin" : ".txt");
+    SPLAT_ASSIGN(const bool is_there, has_file(path));
+    if (cameras.empty() || !is_there) return std::vector<scene::Vec3>();
     SPLAT_ASSIGN(const Buffer file, read_file(path));
     auto points = path.ends_with(".bin") ? read_binary_points(file) : read_text_points(file);
     return points.ok() ? std::move(points) : in_place(points.status(), path);

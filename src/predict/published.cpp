@@ -60,6 +60,7 @@ std::optional<Place> network_place(const NamedTensors& tensors) {
             const std::string number = tensor.name.substr(start.size(), digits);
             if (number.find_first_not_of("0123456789") != std::string::npos) continue;
             place.resolution = std::stoll(number);
+            if (place.resolution < 2) continue;  // a field of view needs two pixels
             if (tensor.name == place.level("enc", place.resolution) + "conv.weight") return place;
         }
     }
@@ -89,11 +90,13 @@ struct Known {
     double resolution = 0;
 };
 
-/// The published networks: second stages of trainings change nothing here and are left out.
+/// The published networks: second stages of trainings change nothing here and are left out, as is "small", which is
+/// for a first training.
 std::vector<Known> known_networks() {
     std::vector<Known> known;
     for (const config::Preset& preset : config::presets()) {
         const std::string name(preset.name);
+        if (name == "small") continue;
         const auto settings = settings_of(std::string(preset.text), name);
         if (!settings.ok()) continue;  // tests/config reads all of them
         const config::PredictorConfig& network = settings.value().network;

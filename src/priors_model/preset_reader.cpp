@@ -1,6 +1,7 @@
 #include "priors_model/preset_reader.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <iterator>
 
@@ -219,6 +220,14 @@ Result<Preset> read_preset(const JsonTree& tree) {
         file.number("bytes", 1, 1e15, preset.file.bytes);
         file.text("sha256", preset.file.sha256);
         if (status.ok()) status = file.status();
+        std::string& hash = preset.file.sha256;
+        for (char& digit : hash)
+            digit = static_cast<char>(std::tolower(static_cast<unsigned char>(digit)));
+        const bool digits = hash.find_first_not_of("0123456789abcdef") == std::string::npos;
+        if (status.ok() && !hash.empty() && (hash.size() != 64 || !digits))
+            status =
+                error(Code::kInvalidArgument, "%s.sha256 is '%s', expected 64 hexadecimal digits",
+                      of.place("file").c_str(), shown(hash).c_str());
     }
     if (!status.ok())
         return Status(status.code(), preset.name.empty()

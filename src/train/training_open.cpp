@@ -182,8 +182,8 @@ Status Training::open_data(const TrainingDesc& desc) {
 
 Status Training::warn_of_cameras() {
     SPLAT_ASSIGN(const std::string sentence, data_->field_of_view_warning(data_->objects()));
-    SPLAT_ASSIGN(const std::string depths, data_->depth_range_warning());
-    for (const std::string& found : {sentence, depths})
+    const auto depths = data_->depth_range_warning();  // points, which training does not need
+    for (const std::string& found : {sentence, depths.ok() ? depths.value() : std::string()})
         if (!found.empty()) messages_.emplace_back("warning: " + found, true);
     return {};
 }

@@ -149,6 +149,7 @@ TEST(DepthRange, IsThatOfColmapsPoints) {
     std::string points = "1 50 0 0 0 0 0 1\n";  // in no view
     for (int i = 0; i < 200; ++i) points += format("%d 0 %g 0 9 9 9 0.5 1 2\n", i + 2, 0.001 * i);
     put_model(folder.path() / "sparse", 4, points);
+    put_text(folder.path() / "points3D.txt", "belongs to no model\n");
     const auto dataset = open_data(folder.path());
     ASSERT_NE(dataset, nullptr);
     const auto range = depth_range(dataset->reader(), 0);
@@ -157,6 +158,9 @@ TEST(DepthRange, IsThatOfColmapsPoints) {
     EXPECT_NEAR(range.value().near, 4, 1e-5);
     EXPECT_NEAR(range.value().far, 4, 1e-5);
     EXPECT_EQ(depth_range_warning(dataset->reader(), 3, 5).value(), "");
+    const HoldingRange holding = holding_range(range.value());
+    EXPECT_EQ(depth_range_warning(dataset->reader(), holding.znear, holding.zfar).value(), "");
+    EXPECT_LT(holding.znear, holding.zfar) << "although all points are at one depth";
     EXPECT_NE(
         depth_range_warning(dataset->reader(), 0.8, 1.8)
             .value()

@@ -88,6 +88,9 @@ TEST(CompareScores, OtherViewsAreRefused) {
         EXPECT_ERROR(compare_scores(a, b, {unpaired, {}}).status(), Code::kInvalidArgument,
                      "2 objects are scored in other numbers of views: 'o105' has 251 in A and 20 "
                      "in B");
+    ScoreTable apart = table({{"psnr", values(1)}}, 500);  // shares no object with A
+    apart.protocol = "1 inputs, 20 novel";
+    EXPECT_OK(compare_scores(a, apart, {true, {}}).status());
     b.views.clear();
     a.protocol = "1 inputs, all novel";
     compared(a, b);

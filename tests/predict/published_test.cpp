@@ -107,9 +107,15 @@ TEST(Published, NamesTheNearestAndWhatDiffers) {
     add(other, "features.0.weight", {64, 3, 3, 3});
     add(other, "network_with_offset.encoder.enc.99999999999999999999x_conv.weight", {1, 1, 1, 1});
     add(other, "network_with_offset.encoder.enc.x_conv.weight", {1, 1, 1, 1});
+    add(other, "network_with_offset.encoder.enc.0x0_conv.weight", {1, 1, 1, 1});
+    add(other, "ray_dirs", {0});
     EXPECT_EQ(published_fit(other, "model_cars.pth").sentence(),
               "it is no network of Splatter Image: it has no tensor "
               "'network_with_offset.encoder.enc.RxR_conv.weight'");
+}
+
+TEST(Published, LeavesTheFirstTrainingOut) {
+    EXPECT_TRUE(published_fit(published_file(network_of("small")), "x").names.empty());
 }
 
 /// The names and shapes that traits are read from are those of the networks that are built.

@@ -123,6 +123,20 @@ TEST(Preset, HasTheFactsOfItsModel) {
     }
 }
 
+TEST(Preset, TakesHashesInCapitals) {
+    const auto with_hash = [](const std::string& hash) {
+        return preset_of(
+            changed("\"outputs\"", R"("file": {"name": "a", "url": "https://a/a", "sha256": ")" +
+                                       hash + R"("}, "outputs")"));
+    };
+    const auto own = with_hash(std::string(64, 'A'));
+    ASSERT_OK(own.status());
+    EXPECT_EQ(own.value().file.sha256, std::string(64, 'a'));
+    for (const std::string& wrong : {std::string(63, 'a'), std::string(64, 'g')})
+        EXPECT_ERROR(with_hash(wrong).status(), Code::kInvalidArgument,
+                     "expected 64 hexadecimal digits");
+}
+
 TEST(Preset, HasTheFactsOfMoge) {
     for (const char* name : {"moge-2-vits", "moge-2-vitb", "moge-2-vitl"}) {
         const Preset moge = preset_of(name).value();

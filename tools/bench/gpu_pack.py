@@ -143,6 +143,8 @@ def bytes_below(path):
 
 
 def tracked_bytes(root):
+    if not shutil.which("git"):
+        return 0
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=root, stdout=subprocess.PIPE, check=False).stdout
     return sum((root / os.fsdecode(name)).stat().st_size for name in listed.split(b"\0") if name)
 

@@ -65,9 +65,8 @@ void Run::unless_refused(const std::string& what, const std::function<void()>& c
     try {
         compute();
     } catch (const Failure& failure) {
-        const std::string sentence = failure.what();
-        if (sentence.find("SPLAT_ERROR_UNSUPPORTED") == std::string::npos) throw;
-        note(what + " kernels: refused: " + sentence);
+        if (failure.result() != SPLAT_ERROR_UNSUPPORTED) throw;
+        note(what + " kernels: refused: " + failure.what());
     }
 }
 

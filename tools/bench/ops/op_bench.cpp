@@ -4,6 +4,8 @@
 
 #include "bench/ops/op_bench.h"
 
+#include "bench/ops/conv2d_samples.h"
+
 #include "bench/median.h"
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/handles.h"

@@ -9,6 +9,7 @@
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
+#include "vkrun/cli/options.h"
 
 namespace vkrun {
 namespace {

@@ -227,10 +227,7 @@ std::string mirrored(const std::string& url, const std::string& name) {
 }
 
 std::string download_path(const std::string& out, const std::string& usual) {
-    std::error_code none;
-    if (out.empty()) return usual;
-    const bool folder = out.ends_with('/') || fs::is_directory(out, none);
-    return folder ? (fs::path(out) / fs::path(usual).filename()).string() : out;
+    return out.empty() ? usual : one_file(out, fs::path(usual).filename().string());
 }
 
 std::string fetch_commands(const Download& download) {

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cctype>
 #include <cerrno>
 #include <climits>
 #include <cstdio>
@@ -65,6 +66,17 @@ std::string one_file(const std::string& out, const std::string& name) {
                             ? std::filesystem::is_directory(path, none)
                             : !path.has_extension();
     return folder ? (path / name).string() : out;
+}
+
+std::string extension_of(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension;
+}
+
+void make_folder_of(const std::string& file) {
+    const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+    if (!folder.empty()) make_folder(folder);
 }
 
 void check_no_run(const std::string& folder, const std::string& other) {

@@ -18,6 +18,12 @@ void check_target(const std::string& path, bool overwrite,
 /// file `name` in that folder.
 std::string one_file(const std::string& out, const std::string& name);
 
+/// ".png", in lower case.
+std::string extension_of(const std::filesystem::path& path);
+
+/// Makes the folder that the file is to lie in.
+void make_folder_of(const std::string& file);
+
 /// Throws a usage Failure if the folder is that of a training, whose report.html would be replaced.
 void check_no_run(const std::string& folder, const std::string& other);
 

@@ -51,7 +51,8 @@ void check(splat_result result, ExitCode blame) {
     if (result >= SPLAT_OK) return;
     const std::string sentence = library_message();
     throw Failure(code_of(result, blame),
-                  sentence.empty() ? in_own_words(splat_result_sentence(result)) : sentence);
+                  sentence.empty() ? in_own_words(splat_result_sentence(result)) : sentence,
+                  result);
 }
 
 Tensor make_tensor(splat_device device, const std::string& name,

@@ -9,6 +9,7 @@
 
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/files.h"
+#include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/text.h"

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "vkrun/cli/command.h"
+#include "vkrun/cli/options.h"
 #include "vkrun/data/transfer.h"
 
 namespace vkrun {

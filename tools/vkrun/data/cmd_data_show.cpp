@@ -105,7 +105,7 @@ int show(const ShowOptions& options) {
     Picture sheet(columns * size, objects * size);
     for (std::uint32_t object = 0; object < objects; ++object)
         add_object(dataset.get(), report, object, options.views, sheet);
-    if (out != options.out) make_folder(options.out);
+    make_folder_of(out);
     sheet.save(out);
     if (options.json)
         print_json({{"out", out},

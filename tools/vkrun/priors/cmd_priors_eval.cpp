@@ -16,9 +16,9 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kPriorsEvalFooter =
-    R"(PRED and TRUTH are folders of .png, .npy, .jpg or .webp files, paired by their paths below the folders without
-the extension; or data sets in SRN's layout, whose maps lie in OBJECT/depth, normal and mask. A true mask may be the
-alpha of TRUTH's pictures. Normals are (n + 1) / 2 in images and vectors in .npy files.
+    R"(PRED and TRUTH are folders of .png, .npy, .pfm, .pgm, .jpg or .webp files, paired by their paths below the
+folders without the extension; or data sets in SRN's layout, whose maps lie in OBJECT/depth, normal and mask. A
+true mask may be the alpha of TRUTH's pictures. Normals are (n + 1) / 2 in images and vectors in .npy and .pfm files.
 
 Each score gets its mean, its median and its worst map; two or more PRED are also compared map by map. OUT gets
 per_map.csv, results.json, box.svg, scatter.svg, and report.html with all of it and the worst maps.

@@ -2,10 +2,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <numbers>
@@ -43,7 +43,7 @@ Examples:
   vkrun priors points out/scene.ply depth.npy --fov 52 --threshold 0.02 --json
 )";
 
-constexpr unsigned long long kMostVertices = 1ULL << 28U;  ///< caps what vertices_of() returns
+constexpr std::uintmax_t kVertexBytes = 6;  ///< the least of a vertex in a .ply file: "0 0 0"
 
 struct PointsOptions {
     std::string scene, truth, camera, pose;
@@ -55,27 +55,25 @@ struct PointsOptions {
     bool json = false;
 };
 
-bool has_extension(const std::string& path, const std::string& extension) {
-    return path.size() > extension.size() &&
-           std::equal(extension.rbegin(), extension.rend(), path.rbegin(), [](char a, char b) {
-               return a == std::tolower(static_cast<unsigned char>(b));
-           });
-}
-
 /// The number of vertices that the header of a .ply file gives; 0: none, which reading it tells.
 std::size_t vertices_of(const std::string& path) {
     std::ifstream file = open_to_read(path);
     for (std::string line; std::getline(file, line) && line.rfind("end_header", 0) != 0;) {
         unsigned long long count = 0;
-        if (std::sscanf(line.c_str(), "element vertex %llu", &count) == 1)
-            return static_cast<std::size_t>(std::min<unsigned long long>(count, kMostVertices));
+        if (std::sscanf(line.c_str(), "element vertex %llu", &count) != 1) continue;
+        if (count > std::filesystem::file_size(path) / kVertexBytes)
+            throw Failure(
+                kBadData,
+                format("'%s': the header names %llu vertices, more than the file has bytes for",
+                       path.c_str(), count));
+        return static_cast<std::size_t>(count);
     }
     return 0;
 }
 
 std::vector<float> file_points(const PointsOptions& options) {
     const std::size_t count =
-        has_extension(options.truth, ".ply") ? vertices_of(options.truth) : options.samples;
+        extension_of(options.truth) == ".ply" ? vertices_of(options.truth) : options.samples;
     std::vector<float> points(3 * std::max<std::size_t>(count, 1));
     check(splat_points_from_mesh(options.truth.c_str(), options.seed, points.data(), points.size()),
           kBadData);
@@ -112,10 +110,10 @@ splat_camera camera_of(const PointsOptions& options, const splat_image& depth) {
 /// Throws a usage Failure for what is no truth.
 void check_truth(const std::string& path) {
     for (const char* extension : {".obj", ".ply", ".npy", ".pfm"})
-        if (has_extension(path, extension)) return;
+        if (extension_of(path) == extension) return;
     std::string remedy;
     for (const char* extension : {".stl", ".glb", ".gltf", ".off", ".dae"})
-        if (has_extension(path, extension))
+        if (extension_of(path) == extension)
             remedy = "; convert it: python3 -c \"import trimesh; trimesh.load('" + path +
                      "', force='mesh').export('truth.obj')\"";
     throw Failure(kUsageError, "'" + path +
@@ -255,8 +253,8 @@ void print_scores(const PointsOptions& options, const splat_point_scores& s, std
 
 int compare_points(const CLI::App& command, const PointsOptions& options) {
     check_truth(options.truth);
-    const bool mesh = has_extension(options.truth, ".obj");
-    const bool placed = mesh || has_extension(options.truth, ".ply");
+    const bool mesh = extension_of(options.truth) == ".obj";
+    const bool placed = mesh || extension_of(options.truth) == ".ply";
     if (placed && (!options.camera.empty() || options.fov))
         throw Failure(kUsageError, "--camera and --fov are of depth maps, not of a mesh or points");
     for (const char* name : {"--samples", "--seed"})

@@ -19,10 +19,7 @@ const std::set<std::string> kLayout = {"rgb", "depth", "normal", "mask"};
 bool is_map_file(const fs::path& path) {
     static const std::set<std::string> extensions = {".png", ".npy",  ".jpg", ".jpeg",
                                                      ".pfm", ".webp", ".pgm", ".ppm"};
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extensions.count(extension) != 0;
+    return extensions.count(extension_of(path)) != 0;
 }
 
 /// Files by the folder of the layout that they lie in; "" for none.

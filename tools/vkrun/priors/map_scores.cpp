@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
 
 namespace vkrun {
@@ -33,8 +34,8 @@ struct StoredMap {
 
 StoredMap load_map(const std::filesystem::path& path) {
     StoredMap map;
-    map.numbers =
-        path.extension() == ".npy" || path.extension() == ".NPY" || path.extension() == ".pfm";
+    const std::string extension = extension_of(path);
+    map.numbers = extension == ".npy" || extension == ".pfm";
     map.image.type = SPLAT_PIXEL_F32;
     check(splat_image_load(path.c_str(), &map.image, nullptr), kBadData);
     map.values.resize(std::size_t{map.image.width} * map.image.height * map.image.channels);

@@ -6,6 +6,7 @@
 
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/failure.h"
+#include "vkrun/cli/files.h"
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/scene/scene_file.h"
@@ -94,8 +95,20 @@ void check_render_options(const RenderOptions& options) {
 
 void place_images(RenderOptions& options, std::size_t images) {
     const std::filesystem::path out(options.out);
+    const std::string extension = extension_of(out);
     std::error_code none;
-    if (out.extension() == "." + options.format && !std::filesystem::is_directory(out, none)) {
+    const bool folder = std::filesystem::is_directory(out, none);
+    for (const char* other : {".jpg", ".jpeg", ".webp", ".gif", ".tif", ".tiff", ".exr", ".bmp"})
+        if (!folder && extension == other)
+            throw Failure(
+                kUsageError,
+                "--out is '" + options.out +
+                    "', but images are written as .png or .npy; name a folder, or one such "
+                    "file for a single image");
+    if (!folder && (extension == ".png" || extension == ".npy")) {
+        if (options.format == "npy" && extension == ".png")
+            throw Failure(kUsageError, "--out is '" + options.out + "', but --format is npy");
+        options.format = extension.substr(1);
         if (images != 1)
             throw Failure(kUsageError,
                           format("--out is the file '%s', but there are %zu images: name a folder",

@@ -47,7 +47,7 @@ void check_page(const std::string& path) {
 int report(const ReportOptions& options) {
     const std::string out = options.out.empty() ? "" : one_file(options.out, "report.html");
     check_page(out);
-    if (out != options.out) make_folder(options.out);
+    make_folder_of(out);
     const std::string path = write_run_report(options.runs, out);
     if (options.json)
         print_json({{"report", path}, {"runs", options.runs.size()}});

@@ -137,7 +137,7 @@ int run_view(const ViewOptions& options) {
     for (const std::string& note : facts.notes)
         std::fprintf(stderr, "vkrun: warning: %s\n", note.c_str());
     const std::string text = page.text();
-    if (out != options.out) make_folder(options.out);
+    make_folder_of(out);
     replace_file(out, text);
     if (options.json)
         print_json({{"page", out},

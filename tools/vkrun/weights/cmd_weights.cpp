@@ -188,7 +188,14 @@ Json config_to_carry(const WeightsConvertOptions& options, splat_weights weights
     const std::string found = find_config(options.in);
     if (found.empty()) {
         const PublishedConfig published = published_config(options.in, weights);
-        if (!published.name.empty()) return merged_config(published.name, {});
+        if (!published.name.empty()) {
+            std::fprintf(
+                stderr,
+                "vkrun: note: no configuration lies beside '%s'; the published one of %s, which it "
+                "fits, is written beside '%s'\n",
+                options.in.c_str(), published.name.c_str(), options.out.c_str());
+            return merged_config(published.name, {});
+        }
         std::fprintf(stderr, "note: no configuration lies beside '%s', so none beside '%s': %s\n",
                      options.in.c_str(), options.out.c_str(), published.sentence.c_str());
         return nullptr;
