@@ -27,10 +27,10 @@ bool is_number_image(Bytes file);
 /// Errors       as read_npy() and read_pfm_numbers(); kUnsupported for other shapes
 Result<NumberImage> read_number_image(Bytes file);
 
-/// All but its values, of a whole file. Errors: as above.
+/// Reads all but the values. Errors: as read_number_image().
 Result<NumberImage> read_number_size(Bytes file);
 
-/// The same of the first 4096 bytes of a file. Errors: as above, but for what follows the header.
+/// Reads the same from the first 4096 bytes of a file. Errors: those of read_number_image() that the header shows.
 Result<NumberImage> read_number_header(Bytes head);
 
 }  // namespace splat::io

@@ -89,7 +89,7 @@ class Mapping:
                               "mapped until it is gone: within the block, copy what must live "
                               "longer, and delete other names of the array and of its parts")
         weakref.finalize(array, _nothing, root).atexit = False
-        state: Any = (1, (), ENDED, False, bytes(1))  # stubs of NumPy 2 want its own bool, which has no int
+        state: Any = (1, (), ENDED, False, bytes(1))  # type hints of NumPy 2 want its own bool, which has no int
         array.__setstate__(state)
         array.flags.writeable = False
         ends()
