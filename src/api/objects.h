@@ -18,7 +18,7 @@
 #include "model/module.h"
 #include "model/weights.h"
 #include "nn/op_instance.h"
-#include "predict/network.h"
+#include "predict/predictor.h"
 #include "raster/pack.h"
 #include "splat.h"
 #include "train/batches.h"
@@ -154,10 +154,10 @@ inline std::shared_ptr<data::Dataset> dataset_of(const std::shared_ptr<DatasetOb
 /// The object behind splat_model.
 struct ModelObject : OfDevice {
     using OfDevice::OfDevice;
-    std::uint32_t objects = 1;                                     ///< objects per batch
-    std::uint32_t flags = 0;                                       ///< SPLAT_MODEL_ bits
-    OnDevice<std::shared_ptr<model::Predictor>> predictor{*this};  ///< the model's or a trainer's
-    Published<model::LoadReport> load;                             ///< report of the latest load
+    std::uint32_t objects = 1;                             ///< objects per batch
+    std::uint32_t flags = 0;                               ///< SPLAT_MODEL_ bits
+    OnDevice<std::shared_ptr<model::Model>> model{*this};  ///< the model's or a trainer's
+    Published<model::LoadReport> load;                     ///< report of the latest load
     bool ran = false;
     bool has_input_gradients = false;  ///< input gradients are valid
 };
@@ -171,13 +171,13 @@ struct ModuleObject : OfDevice {
 /// The precision in a desc's `field`; 0: balanced. Errors: kInvalidArgument.
 Result<model::Precision> precision_of(splat_precision precision, const char* field);
 
-/// The object behind splat_predictor. Only the network changes.
+/// The object behind splat_predictor. Only the predictor changes.
 struct PredictorObject : OfDevice {
     using OfDevice::OfDevice;
     config::Settings settings;
     std::string path;    ///< path of the weights; empty for a handle
     std::string report;  ///< JSON
-    OnDevice<std::unique_ptr<predict::Network>> network{*this};
+    OnDevice<std::unique_ptr<predict::Predictor>> predictor{*this};
 };
 
 /// The object behind splat_trainer.

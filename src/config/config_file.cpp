@@ -40,10 +40,10 @@ Result<std::string> category_of(const Config& config) {
 
 /// Hold CO3D's geometry, which the published code infers from the category. Call it after the keys are
 /// read. Merged files of that code hold the field of view of the default configuration, which it ignores.
-Status check_category(const Config& config, PredictorConfig& c) {
+Status check_category(const Config& config, ModelConfig& c) {
     SPLAT_ASSIGN(const std::string category, category_of(config));
     if (!is_co3d_category(category)) return {};
-    if (c.fov_degrees != 0 && c.fov_degrees != PredictorConfig().fov_degrees)
+    if (c.fov_degrees != 0 && c.fov_degrees != ModelConfig().fov_degrees)
         return error(Code::kInvalidArgument,
                      "%s: 'data.fov' is %g, but 'data.category' is '%s', whose views have focal "
                      "lengths of their own; expected 0, or no data.fov",
@@ -66,7 +66,7 @@ Status refuse_text(const Config& config, const char* key, const std::string& val
 
 /// The published code asserts that an embedding enters by FiLM. It has no layer for embeddings that are not
 /// made of sines and cosines, except the caller's own.
-Status check_embedding(const Config& config, const PredictorConfig& c) {
+Status check_embedding(const Config& config, const ModelConfig& c) {
     const auto is_null = [&](const char* key) {
         return config.find(key) != nullptr && !is_given(config, key);
     };
@@ -91,7 +91,7 @@ Status check_embedding(const Config& config, const PredictorConfig& c) {
 }
 
 /// Require one of the two networks; the published code would build both or neither.
-Status read_offset(const Config& config, PredictorConfig& c) {
+Status read_offset(const Config& config, ModelConfig& c) {
     constexpr const char* kWith = "model.network_with_offset";
     constexpr const char* kWithout = "model.network_without_offset";
     SPLAT_ASSIGN(const bool without, config.get<bool>(kWithout, false));
@@ -102,13 +102,13 @@ Status read_offset(const Config& config, PredictorConfig& c) {
     return {};
 }
 
-Status read_embedding(const Config& config, PredictorConfig& c) {
+Status read_embedding(const Config& config, ModelConfig& c) {
     int kind = 0;
     SPLAT_TRY(read_word(config, key_of("cam_embd.embedding"), kind));
     bool custom = false;
     SPLAT_TRY(read_field(config, key_of("data.custom_embedding"), custom));
     if (kind == 0)
-        c.embedding_dim = PredictorConfig().embedding_dim;
+        c.embedding_dim = ModelConfig().embedding_dim;
     else
         c.embedding = custom ? Embedding::kCustom : static_cast<Embedding>(kind);
     return {};
@@ -163,7 +163,7 @@ Status forget_category(const Config& base, const Config& changes, Config& change
 }
 
 /// Keys of adapters are written only if there are adapters, opt.freeze also if it is not empty.
-bool is_written(const Key& key, const PredictorConfig& network) {
+bool is_written(const Key& key, const ModelConfig& network) {
     if (key.field.write == nullptr) return false;
     const bool adapters = network.lora.rank > 0;
     if (key.name == std::string_view("opt.freeze")) return adapters || !network.frozen.empty();
@@ -185,13 +185,13 @@ Status check_names(const Config& config) {
     return config.refuse_unknown(names, sections);
 }
 
-Result<PredictorConfig> predictor_config(const Config& config) {
+Result<ModelConfig> model_config(const Config& config) {
     SPLAT_TRY(check_names(config));
     Settings settings;
     SPLAT_ASSIGN(const std::string category, category_of(config));
     take_category_defaults(category, settings);
     SPLAT_TRY(read_part(config, Part::kNetwork, settings));
-    PredictorConfig& c = settings.network;
+    ModelConfig& c = settings.network;
     SPLAT_TRY(read_embedding(config, c));
     SPLAT_TRY(read_adapters(config, settings));
     SPLAT_TRY(check_category(config, c));
@@ -214,7 +214,7 @@ Result<TrainConfig> train_config(const Config& config) {
 
 Result<Settings> settings_of(const Config& config) {
     Settings made;
-    SPLAT_ASSIGN(made.network, predictor_config(config));
+    SPLAT_ASSIGN(made.network, model_config(config));
     SPLAT_ASSIGN(made.training, train_config(config));
     return made;
 }
@@ -237,7 +237,7 @@ Result<Config> with_values(const Config& config, std::span<const std::string> te
     return changed;
 }
 
-std::string config_text(const PredictorConfig& network) {
+std::string config_text(const ModelConfig& network) {
     constexpr int kMembersPerLine = 11;
     const Settings settings{network, {}};
     JsonWriter json;

@@ -17,14 +17,14 @@ Status check_names(const Config& config);
 ///
 /// Errors  kInvalidArgument, naming file and key, for a value of another kind or beyond its range, or one
 ///         that contradicts the category; as check_names() and check()
-Result<PredictorConfig> predictor_config(const Config& config);
+Result<ModelConfig> model_config(const Config& config);
 
 /// The training that a configuration describes, with the values of its category.
 ///
 /// Errors  kInvalidArgument, naming file and key; as check_names()
 Result<TrainConfig> train_config(const Config& config);
 
-/// Both configurations. Errors: as predictor_config() and train_config().
+/// Both configurations. Errors: as model_config() and train_config().
 Result<Settings> settings_of(const Config& config);
 
 /// Replace values of a configuration: each text is "key=value", the value as YAML has it ("1e-4",
@@ -32,10 +32,10 @@ Result<Settings> settings_of(const Config& config);
 /// new one. Errors: kInvalidArgument, with the text.
 Result<Config> with_values(const Config& config, std::span<const std::string> texts);
 
-/// The network as JSON that predictor_config() reads back.
-std::string config_text(const PredictorConfig& network);
+/// The network as JSON that model_config() reads back.
+std::string config_text(const ModelConfig& network);
 
-/// Network and training as one JSON text, every value included, that train_config() and predictor_config()
+/// Network and training as one JSON text, every value included, that train_config() and model_config()
 /// read back.
 std::string merged_config_text(const Settings& settings);
 

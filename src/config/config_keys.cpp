@@ -9,7 +9,7 @@
 namespace splat::config {
 namespace {
 
-using P = PredictorConfig;
+using P = ModelConfig;
 using T = TrainConfig;
 
 constexpr Origin kPublished = Origin::kPublished;

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "config/predictor_config.h"
+#include "config/model_config.h"
 #include "config/train_config.h"
 #include "core/config.h"
 
@@ -14,7 +14,7 @@ namespace splat::config {
 
 /// Everything that a configuration describes.
 struct Settings {
-    PredictorConfig network;
+    ModelConfig network;
     TrainConfig training;
 };
 

@@ -158,7 +158,7 @@ bool contains_any(const std::string& name, const std::vector<std::string>& parts
 }
 
 /// New input channels start without influence, through zeros in the first convolution.
-void warn_of_frozen_channels(const PredictorConfig& c, std::vector<std::string>& warnings) {
+void warn_of_frozen_channels(const ModelConfig& c, std::vector<std::string>& warnings) {
     if (!c.depth && !c.normal && !c.mask) return;
     const std::string layer =
         format("%s.encoder.enc.%ux%u_conv", c.network_name(), c.resolution, c.resolution);
@@ -196,7 +196,7 @@ void warn_of_missing_lists(const Config& config, const TrainConfig& c,
 
 Result<std::vector<std::string>> training_warnings(const Config& config, VectorsFrom vectors) {
     Settings settings;
-    SPLAT_ASSIGN(settings.network, predictor_config(config));
+    SPLAT_ASSIGN(settings.network, model_config(config));
     SPLAT_ASSIGN(settings.training, train_config(config));
     SPLAT_TRY(refuse_hub(config));
     SPLAT_TRY(refuse_lone_adapters(config));

@@ -16,7 +16,7 @@ enum class VectorsFrom { kFiles, kCaller };
 ///
 /// Errors  kInvalidArgument, naming file and key, where the training would be another one: opt.pretrained_hf,
 ///         keys of adapters without opt.lora_finetune, vectors of views without their file; as
-///         predictor_config() and train_config()
+///         model_config() and train_config()
 Result<std::vector<std::string>> training_warnings(const Config& config,
                                                    VectorsFrom vectors = VectorsFrom::kFiles);
 

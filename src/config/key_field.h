@@ -61,13 +61,13 @@ Struct struct_of(T Struct::*);
 /// The member that a chain of pointers to members leads to, from the network's part or the training's.
 template <auto First, auto... Rest>
 auto& member_of(auto& settings) {
-    if constexpr (std::is_same_v<decltype(struct_of(First)), PredictorConfig>)
+    if constexpr (std::is_same_v<decltype(struct_of(First)), ModelConfig>)
         return ((settings.network.*First).*....*Rest);
     else
         return ((settings.training.*First).*....*Rest);
 }
 
-/// A key whose value is one member: field<&PredictorConfig::lora, &LoraConfig::alpha>().
+/// A key whose value is one member: field<&ModelConfig::lora, &LoraConfig::alpha>().
 template <auto... Members>
 constexpr Field field(Part part) {
     using T = std::remove_reference_t<decltype(member_of<Members...>(std::declval<Settings&>()))>;

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "config/predictor_config.h"
+#include "config/model_config.h"
 
 namespace splat::config {
 

@@ -31,11 +31,11 @@ Evaluator::Evaluator(std::unique_ptr<predict::ViewSource> data, Protocol protoco
                lpips_.net == nullptr ? "" : ", LPIPS");
 }
 
-Status Evaluator::use(vk::Context& context, predict::Network& network) {
+Status Evaluator::use(vk::Context& context, predict::Predictor& predictor) {
     const std::lock_guard lock(context.mutex);
-    SPLAT_ASSIGN(evaluation_.network, network.checksum());
+    SPLAT_ASSIGN(evaluation_.network, predictor.checksum());
     context_ = &context;
-    network_ = &network;
+    predictor_ = &predictor;
     return {};
 }
 
@@ -72,14 +72,14 @@ Status Evaluator::load(const std::string& folder) {
 }
 
 Result<ObjectScores> Evaluator::score(std::uint32_t object) {
-    if (network_ == nullptr)
+    if (predictor_ == nullptr)
         return error(Code::kInvalidState,
                      "the evaluator has no network: it scores the caller's images of '%s'",
                      evaluation_.method.c_str());
     SPLAT_ASSIGN(const EvaluatedViews which, views(object));
     drawn_.clear();
     SPLAT_ASSIGN(ObjectScores scores,
-                 score_object(*context_, *network_, *data_, object, which, lpips_, &drawn_));
+                 score_object(*context_, *predictor_, *data_, object, which, lpips_, &drawn_));
     drawn_object_ = object;
     keep(object, scores);
     return scores;

@@ -23,9 +23,9 @@ class Evaluator {
     Evaluator(std::unique_ptr<predict::ViewSource> data, Protocol protocol, const Lpips& lpips,
               Evaluation evaluation);
 
-    /// Let a network draw the images. It must outlive the evaluator, as the network of LPIPS. Errors: those of
-    /// Network::checksum().
-    Status use(vk::Context& context, predict::Network& network);
+    /// Let a predictor draw the images. It must outlive the evaluator, as the network of LPIPS. Errors: those of
+    /// Predictor::checksum().
+    Status use(vk::Context& context, predict::Predictor& predictor);
 
     /// Objects to score.
     [[nodiscard]] std::uint32_t objects() const { return objects_; }
@@ -65,7 +65,7 @@ class Evaluator {
     Protocol protocol_;
     Lpips lpips_;
     vk::Context* context_ = nullptr;  ///< device of the network
-    predict::Network* network_ = nullptr;
+    predict::Predictor* predictor_ = nullptr;
     std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();  ///< guards evaluation_
     Evaluation evaluation_;
     std::uint32_t objects_;

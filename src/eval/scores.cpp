@@ -36,14 +36,14 @@ Result<double> distance(const Lpips& lpips, std::span<const float> image,
     return static_cast<double>(value);
 }
 
-Result<scene::Gaussians> predict_object(vk::Context& context, predict::Network& network,
+Result<scene::Gaussians> predict_object(vk::Context& context, predict::Predictor& predictor,
                                         const predict::Views& views, Ledger& ledger) {
     std::vector<float> raw;
     scene::Gaussians made;
     {
         const std::lock_guard lock(context.mutex);
-        SPLAT_ASSIGN(made, network.predict(views));
-        const vk::BufferView& output = network.predictor().raw_output();
+        SPLAT_ASSIGN(made, predictor.predict(views));
+        const vk::BufferView& output = predictor.model().raw_output();
         raw.resize(output.shape.elements());
         SPLAT_TRY(context.read(output, raw.data(), raw.size() * sizeof(float)));
     }
@@ -138,31 +138,31 @@ Result<EvaluatedViews> evaluated_views_from(std::uint32_t source, std::uint32_t 
     return evaluated_views(count, conditioning, most);
 }
 
-Result<std::vector<float>> draw_object(vk::Context& context, predict::Network& network,
+Result<std::vector<float>> draw_object(vk::Context& context, predict::Predictor& predictor,
                                        const predict::Views& views, ObjectScores& scores) {
     const Seconds predicting;
     SPLAT_ASSIGN(const scene::Gaussians made,
-                 predict_object(context, network, views, scores.ledger));
+                 predict_object(context, predictor, views, scores.ledger));
     scores.predict_seconds = predicting.passed();
     const Seconds drawing;
     {
         const std::lock_guard lock(context.mutex);
-        SPLAT_TRY(network.show(made));
+        SPLAT_TRY(predictor.show(made));
     }
     const std::span<const scene::Camera> cameras = views.cameras;
     std::vector<float> images;
-    for (std::size_t first = 0; first < cameras.size(); first += network.kDrawnAtOnce) {
+    for (std::size_t first = 0; first < cameras.size(); first += predictor.kDrawnAtOnce) {
         const std::size_t count =
-            std::min<std::size_t>(network.kDrawnAtOnce, cameras.size() - first);
+            std::min<std::size_t>(predictor.kDrawnAtOnce, cameras.size() - first);
         const std::lock_guard lock(context.mutex);
-        SPLAT_ASSIGN(const std::vector<float> drawn, network.draw(cameras.subspan(first, count)));
+        SPLAT_ASSIGN(const std::vector<float> drawn, predictor.draw(cameras.subspan(first, count)));
         images.insert(images.end(), drawn.begin(), drawn.end());
     }
     scores.draw_seconds = drawing.passed();
     scores.drawn = static_cast<std::uint32_t>(cameras.size());
     const std::size_t plane = images.size() / std::max<std::size_t>(cameras.size(), 1);
     for (std::size_t i = 0; i < cameras.size(); ++i)
-        if (is_plain(std::span(images).subspan(i * plane, plane), network.background()))
+        if (is_plain(std::span(images).subspan(i * plane, plane), predictor.background()))
             ++scores.ledger.images_blank;
     return images;
 }
@@ -198,7 +198,7 @@ Status score_images(const Lpips& lpips, std::span<const float> images, const pre
     return {};
 }
 
-Result<ObjectScores> score_object(vk::Context& context, predict::Network& network,
+Result<ObjectScores> score_object(vk::Context& context, predict::Predictor& predictor,
                                   const predict::ViewSource& data, std::uint32_t object,
                                   const EvaluatedViews& which, const Lpips& lpips,
                                   std::vector<float>* images, std::vector<float>* truths) {
@@ -207,7 +207,7 @@ Result<ObjectScores> score_object(vk::Context& context, predict::Network& networ
     SPLAT_ASSIGN(predict::Views views, data.read(object, which.all(), inputs));
     ObjectScores scores;
     scores.name = data.name(object);
-    SPLAT_ASSIGN(std::vector<float> drawn, draw_object(context, network, views, scores));
+    SPLAT_ASSIGN(std::vector<float> drawn, draw_object(context, predictor, views, scores));
     SPLAT_TRY(score_images(lpips, drawn, views, inputs, data.resolution(), scores));
     if (images != nullptr) *images = std::move(drawn);
     if (truths != nullptr) *truths = std::move(views.images);

@@ -9,7 +9,7 @@
 #include "eval/image_scores.h"
 #include "eval/ledger.h"
 #include "model/lpips_net.h"
-#include "predict/network.h"
+#include "predict/predictor.h"
 #include "predict/view_source.h"
 #include "vk/context.h"
 
@@ -70,7 +70,7 @@ Result<EvaluatedViews> evaluated_views(std::uint32_t views_of_object,
 
 /// Predict an object and draw all of `views`: images [n,3,R,R]. Sets the times and the ledger of `scores`.
 /// Locks the context for each operation of the device.
-Result<std::vector<float>> draw_object(vk::Context& context, predict::Network& network,
+Result<std::vector<float>> draw_object(vk::Context& context, predict::Predictor& predictor,
                                        const predict::Views& views, ObjectScores& scores);
 
 /// Compare `images` with those of `views`, the first `inputs` of which are conditioning ones. Locks the
@@ -82,7 +82,7 @@ Status score_images(const Lpips& lpips, std::span<const float> images, const pre
 /// Read, predict, draw and score an object. `images` gets what was drawn, conditioning views first, and
 /// `truths` the targets, [n,3,R,R]; either may be null. Errors: those of ViewSource::read, draw_object()
 /// and score_images().
-Result<ObjectScores> score_object(vk::Context& context, predict::Network& network,
+Result<ObjectScores> score_object(vk::Context& context, predict::Predictor& predictor,
                                   const predict::ViewSource& data, std::uint32_t object,
                                   const EvaluatedViews& which, const Lpips& lpips = {},
                                   std::vector<float>* images = nullptr,

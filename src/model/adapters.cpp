@@ -48,7 +48,7 @@ std::string weight_of(const std::string& adapter) {
 /// `adapters` renamed to the other network's names if the weights in `tensors` have those; see
 /// under_own_names().
 Result<NamedTensors> under_names_of(const NamedTensors& tensors, const NamedTensors& adapters) {
-    PredictorConfig with, without;
+    ModelConfig with, without;
     without.offset = false;
     const std::string names[] = {std::string(with.network_name()) + ".",
                                  std::string(without.network_name()) + "."};
@@ -72,17 +72,17 @@ std::string number_text(double value) {
     return format("%.9g", value);
 }
 
-Status expect_adapters(Predictor& predictor) {
-    if (predictor.config().lora.rank > 0) return {};
+Status expect_adapters(Model& model) {
+    if (model.config().lora.rank > 0) return {};
     return error(Code::kInvalidState,
                  "the model has no adapters: its configuration lacks opt.lora_finetune");
 }
 
 /// Another factor would change the adapters' effect.
-Status check_alpha(const Predictor& predictor, const io::WeightsFile& file) {
+Status check_alpha(const Model& model, const io::WeightsFile& file) {
     const auto alpha = std::find_if(file.metadata.begin(), file.metadata.end(),
                                     [](const auto& entry) { return entry.first == kAlpha; });
-    const auto own = static_cast<double>(predictor.config().lora.alpha);
+    const auto own = static_cast<double>(model.config().lora.alpha);
     if (alpha == file.metadata.end() || alpha->second == number_text(own)) return {};
     return error(
         Code::kInvalidArgument,
@@ -126,13 +126,13 @@ Status fold(NamedTensor& weight, const NamedTensor& a, const NamedTensor& b, dou
 
 }  // namespace
 
-Result<io::WeightsFile> save_adapters(Predictor& predictor) {
-    SPLAT_TRY(expect_adapters(predictor));
+Result<io::WeightsFile> save_adapters(Model& model) {
+    SPLAT_TRY(expect_adapters(model));
     io::WeightsFile file;
-    for (const nn::Parameter& parameter : predictor.parameters().all()) {
+    for (const nn::Parameter& parameter : model.parameters().all()) {
         if (!is_adapter(parameter.name)) continue;
         const std::string layer = parameter.name.substr(0, parameter.name.size() - 7);
-        const nn::Parameter* weight = predictor.parameters().find(layer + ".weight");
+        const nn::Parameter* weight = model.parameters().find(layer + ".weight");
         const std::int64_t rows = parameter.shape[0];
         NamedTensor tensor;
         tensor.name = std::string(kPrefix) + parameter.name + std::string(kSuffix);
@@ -140,19 +140,19 @@ Result<io::WeightsFile> save_adapters(Predictor& predictor) {
         tensor.dims = {rows, is_a ? weight->shape[1] : parameter.shape[1]};
         for (std::uint32_t i = 2; i < weight->shape.rank(); ++i)  // taps of a convolution
             tensor.dims.push_back(is_a ? weight->shape[i] : 1);
-        SPLAT_TRY(predictor.parameters().read(parameter.value, tensor.values.own()));
+        SPLAT_TRY(model.parameters().read(parameter.value, tensor.values.own()));
         SPLAT_TRY(file.tensors.add(std::move(tensor)));
     }
-    const LoraConfig& lora = predictor.config().lora;
+    const LoraConfig& lora = model.config().lora;
     file.metadata = {{"format", "pt"},
                      {kAlpha, number_text(static_cast<double>(lora.alpha))},
                      {"lora_rank", std::to_string(lora.rank)}};
     return file;
 }
 
-Status load_adapters(Predictor& predictor, const io::WeightsFile& file, LoadReport& report) {
-    SPLAT_TRY(expect_adapters(predictor));
-    SPLAT_TRY(check_alpha(predictor, file));
+Status load_adapters(Model& model, const io::WeightsFile& file, LoadReport& report) {
+    SPLAT_TRY(expect_adapters(model));
+    SPLAT_TRY(check_alpha(model, file));
     SPLAT_ASSIGN(const NamedTensors plain, plain_adapters(file.tensors));
     for (const NamedTensor& tensor : file.tensors)
         if (plain.find(plain_name(tensor.name)) == nullptr)
@@ -160,10 +160,10 @@ Status load_adapters(Predictor& predictor, const io::WeightsFile& file, LoadRepo
                          "tensor '%s' is not an adapter; load the file as a state dict",
                          tensor.name.c_str());
     NamedTensors renamed;
-    SPLAT_ASSIGN(const NamedTensors* named, under_own_names(predictor.config(), plain, renamed));
+    SPLAT_ASSIGN(const NamedTensors* named, under_own_names(model.config(), plain, renamed));
     const NamedTensors& adapters = *named;
     LoadReport made;
-    for (const nn::Parameter& parameter : predictor.parameters().all()) {
+    for (const nn::Parameter& parameter : model.parameters().all()) {
         if (!is_adapter(parameter.name)) continue;
         const NamedTensor* tensor = adapters.find(parameter.name);
         if (tensor == nullptr)
@@ -177,13 +177,13 @@ Status load_adapters(Predictor& predictor, const io::WeightsFile& file, LoadRepo
         made.copied.push_back(parameter.name);
     }
     for (const NamedTensor& tensor : adapters)
-        if (predictor.parameters().find(tensor.name) == nullptr)
+        if (model.parameters().find(tensor.name) == nullptr)
             return error(Code::kInvalidArgument,
                          "the file's adapter '%s' belongs to no adapted layer of the model",
                          tensor.name.c_str());
     for (const std::string& name : made.copied)
-        SPLAT_TRY(predictor.parameters().write(*predictor.parameters().find(name),
-                                               adapters.find(name)->values));
+        SPLAT_TRY(
+            model.parameters().write(*model.parameters().find(name), adapters.find(name)->values));
     report = std::move(made);
     return {};
 }

@@ -2,7 +2,7 @@
 
 #include "io/tensor_file.h"
 #include "io/weights_file.h"
-#include "model/predictor.h"
+#include "model/model.h"
 #include "model/weights.h"
 
 namespace splat::model {
@@ -17,14 +17,14 @@ namespace splat::model {
 /// lora_rank in its metadata. The names of state dicts are read too, "<layer>.lora_A" [rank, in * k * k]
 /// and "<layer>.lora_B" [out, rank]; the numbers are in the same order.
 
-/// Errors: kInvalidState if the predictor has no adapters.
-Result<io::WeightsFile> save_adapters(Predictor& predictor);
+/// Errors: kInvalidState if the model has no adapters.
+Result<io::WeightsFile> save_adapters(Model& model);
 
-/// Fill the adapters of a predictor, all or none; other parameters are unchanged.
+/// Fill the adapters of a model, all or none; other parameters are unchanged.
 ///
 /// Errors  kInvalidState if it has none; kInvalidArgument for a tensor that is not an adapter, a missing
 ///         or non-finite one, or an alpha other than the configuration's; kShape
-Status load_adapters(Predictor& predictor, const io::WeightsFile& file, LoadReport& report);
+Status load_adapters(Model& model, const io::WeightsFile& file, LoadReport& report);
 
 /// Accepts both kinds of names.
 bool has_adapters(const io::NamedTensors& tensors);

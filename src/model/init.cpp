@@ -35,7 +35,7 @@ struct Group {
 
 /// Output channels of the last convolution in their order. The gains of rotations and spherical
 /// harmonics are the same in every published configuration.
-std::vector<Group> head_groups(const config::PredictorConfig& c) {
+std::vector<Group> head_groups(const config::ModelConfig& c) {
     std::vector<Group> groups = {{1, c.init_depth}};
     if (c.offset) groups.push_back({3, c.init_offset});
     groups.push_back({1, c.init_opacity});
@@ -52,7 +52,7 @@ double xavier_bound(double gain, double fan_in, double fan_out) {
 
 }  // namespace
 
-std::vector<float> initial_values(const config::PredictorConfig& config, const Init& init,
+std::vector<float> initial_values(const config::ModelConfig& config, const Init& init,
                                   const std::string& name, const Shape& shape, std::uint64_t seed) {
     std::vector<float> values(shape.elements(), 0.0F);
     Uniform uniform(seed ^ hash_of(name));

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "config/predictor_config.h"
+#include "config/model_config.h"
 #include "nn/parameters.h"
 
 namespace splat::model {
@@ -25,7 +25,7 @@ struct Init {
 
 /// Initial values of one parameter. Each has its own stream of random numbers, from the seed and its name,
 /// so that adding or removing a layer changes no other.
-std::vector<float> initial_values(const config::PredictorConfig& config, const Init& init,
+std::vector<float> initial_values(const config::ModelConfig& config, const Init& init,
                                   const std::string& name, const Shape& shape, std::uint64_t seed);
 
 }  // namespace splat::model

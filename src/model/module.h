@@ -88,7 +88,7 @@ class Module {
     vk::Context& context_;
     ModuleDesc desc_;
     nn::Graph graph_;
-    PredictorConfig config_;  ///< configuration of a block
+    ModelConfig config_;  ///< configuration of a block
     std::map<std::string, Init> inits_;
     std::unique_ptr<nn::Parameters> parameters_;
     std::unique_ptr<nn::Executor> executor_;

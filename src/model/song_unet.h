@@ -3,7 +3,7 @@
 #include <map>
 #include <string>
 
-#include "config/predictor_config.h"
+#include "config/model_config.h"
 #include "model/init.h"
 #include "nn/graph.h"
 
@@ -12,8 +12,8 @@ namespace splat::model {
 using config::Embedding;
 using config::Film;
 using config::LoraConfig;
+using config::ModelConfig;
 using config::Precision;
-using config::PredictorConfig;
 
 /// Options of building a network, in addition to its configuration.
 struct BuildOptions {
@@ -31,7 +31,7 @@ std::uint32_t norm_groups(std::uint32_t channels);
 ///         Szymanowicz et al. 2024, arXiv:2312.13150
 class SongUnet {
   public:
-    SongUnet(nn::Graph& graph, const PredictorConfig& config, const BuildOptions& options)
+    SongUnet(nn::Graph& graph, const ModelConfig& config, const BuildOptions& options)
         : graph_(graph), config_(config), options_(options) {}
     SongUnet(const SongUnet&) = delete;
     SongUnet& operator=(const SongUnet&) = delete;
@@ -43,7 +43,7 @@ class SongUnet {
     /// counter    [4] row-major, of the dropout's generator; kNoValue unless training
     /// Each block is a segment of the graph (Graph::begin_segment).
     /// Returns    [N, output_channels, R, R]; the graph's status has the errors: those of operators, and
-    ///            kInvalidArgument for a part of a name (PredictorConfig) that occurs in no name
+    ///            kInvalidArgument for a part of a name (ModelConfig) that occurs in no name
     nn::ValueId build(nn::ValueId x, nn::ValueId embedding, nn::ValueId tokens,
                       nn::ValueId counter);
 
@@ -90,7 +90,7 @@ class SongUnet {
     [[nodiscard]] std::uint32_t channels(nn::ValueId x) const { return graph_.value(x).shape[1]; }
     [[nodiscard]] bool attends(std::uint32_t resolution) const;
 
-    const PredictorConfig& config_;
+    const ModelConfig& config_;
     BuildOptions options_;
     std::map<std::string, Init> inits_;
     std::int64_t dropouts_ = 0;  ///< layers so far: the generator's stream

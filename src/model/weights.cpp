@@ -37,7 +37,7 @@ bool is_of_earlier_networks(const std::string& name) {
            name.find(".cross_attention.") != std::string::npos;
 }
 
-std::string first_conv_name(const PredictorConfig& c) {
+std::string first_conv_name(const ModelConfig& c) {
     const std::string r = std::to_string(c.resolution);
     return std::string(c.network_name()) + ".encoder.enc." + r + "x" + r + "_conv.weight";
 }
@@ -92,18 +92,18 @@ Result<std::vector<float>> widened(const NamedTensor& tensor, const Shape& shape
     return wide;
 }
 
-Status check_rays(const Predictor& predictor, const NamedTensors& tensors,
-                  const LoadOptions& options, LoadReport& report) {
+Status check_rays(const Model& model, const NamedTensors& tensors, const LoadOptions& options,
+                  LoadReport& report) {
     const NamedTensor* rays = tensors.find(kRays);
     if (rays == nullptr) return {};
-    if (rays->values.size() != predictor.rays().size()) {
+    if (rays->values.size() != model.rays().size()) {
         report.rays_differ = true;
         if (options.graft && !options.take_rays) return {};
         return error(Code::kShape,
                      "tensor 'ray_dirs' has shape %s, expected [1, 3, %u, %u]: the file is for "
                      "another resolution",
-                     io::dims_text(rays->dims).c_str(), predictor.config().resolution,
-                     predictor.config().resolution);
+                     io::dims_text(rays->dims).c_str(), model.config().resolution,
+                     model.config().resolution);
     }
     SPLAT_TRY(io::check_finite(*rays));
     // Half an ulp of the file's numbers, plus float32 rounding of the reference's formula.
@@ -111,7 +111,7 @@ Status check_rays(const Predictor& predictor, const NamedTensors& tensors,
                            : rays->type == io::NumberType::kBf16 ? 0x1p-8F
                                                                  : 0.0F;
     for (std::size_t i = 0; i < rays->values.size(); ++i) {
-        const float ray = predictor.rays()[i];
+        const float ray = model.rays()[i];
         if (std::abs(rays->values[i] - ray) > 1e-5F + rounding * std::abs(ray))
             report.rays_differ = true;
     }
@@ -119,7 +119,7 @@ Status check_rays(const Predictor& predictor, const NamedTensors& tensors,
     return error(Code::kInvalidArgument,
                  "the file's ray_dirs are those of another field of view than the configuration's "
                  "%g degrees; set the field of view, or ask to take over the file's rays",
-                 static_cast<double>(predictor.config().fov_degrees));
+                 static_cast<double>(model.config().fov_degrees));
 }
 
 }  // namespace
@@ -128,11 +128,11 @@ std::uint32_t ImageChannels::count() const {
     return 3U + (depth ? 1U : 0U) + (normal ? 3U : 0U) + (mask ? 1U : 0U);
 }
 
-ImageChannels channels_of(const PredictorConfig& config) {
+ImageChannels channels_of(const ModelConfig& config) {
     return {config.depth, config.normal, config.mask};
 }
 
-ImageChannels likely_channels(const PredictorConfig& config, const NamedTensors& tensors) {
+ImageChannels likely_channels(const ModelConfig& config, const NamedTensors& tensors) {
     const std::string name = first_conv_name(config);
     const std::string end =
         name.substr(name.find(".encoder."));  // the same for networks with and without offset
@@ -144,9 +144,9 @@ ImageChannels likely_channels(const PredictorConfig& config, const NamedTensors&
     return same ? channels_of(config) : ImageChannels{};
 }
 
-Result<const NamedTensors*> under_own_names(const PredictorConfig& c, const NamedTensors& tensors,
+Result<const NamedTensors*> under_own_names(const ModelConfig& c, const NamedTensors& tensors,
                                             NamedTensors& renamed) {
-    const std::string old = std::string(PredictorConfig().network_name()) + ".";
+    const std::string old = std::string(ModelConfig().network_name()) + ".";
     const auto has_old = [&](const NamedTensor& tensor) { return tensor.name.starts_with(old); };
     if (c.offset || std::none_of(tensors.begin(), tensors.end(), has_old)) return &tensors;
     for (NamedTensor tensor : tensors) {
@@ -157,17 +157,17 @@ Result<const NamedTensors*> under_own_names(const PredictorConfig& c, const Name
     return &renamed;
 }
 
-Status load_state(Predictor& predictor, const NamedTensors& given, const LoadOptions& options,
+Status load_state(Model& model, const NamedTensors& given, const LoadOptions& options,
                   LoadReport& report) {
     NamedTensors renamed;
-    SPLAT_ASSIGN(const NamedTensors* named, under_own_names(predictor.config(), given, renamed));
+    SPLAT_ASSIGN(const NamedTensors* named, under_own_names(model.config(), given, renamed));
     const NamedTensors& tensors = *named;
-    const std::string first_conv = first_conv_name(predictor.config());
+    const std::string first_conv = first_conv_name(model.config());
     LoadReport made;
     std::vector<float> first_weight;
     std::set<std::string> used;
     // Check everything before anything is written.
-    for (const nn::Parameter& parameter : predictor.parameters().all()) {
+    for (const nn::Parameter& parameter : model.parameters().all()) {
         const NamedTensor* tensor = tensors.find(parameter.name);
         if (tensor == nullptr) {
             if (!may_be_fresh(parameter.name))
@@ -181,11 +181,11 @@ Status load_state(Predictor& predictor, const NamedTensors& given, const LoadOpt
         SPLAT_TRY(io::check_finite(*tensor));
         if (same_dims(*tensor, parameter.shape) &&
             (parameter.name != first_conv || !options.graft ||
-             options.source == channels_of(predictor.config()))) {
+             options.source == channels_of(model.config()))) {
             made.copied.push_back(parameter.name);
         } else if (options.graft && parameter.name == first_conv) {
             SPLAT_ASSIGN(first_weight, widened(*tensor, parameter.shape, options.source,
-                                               channels_of(predictor.config())));
+                                               channels_of(model.config())));
             made.widened.push_back(parameter.name);
         } else {
             return error(Code::kShape, "tensor '%s' has shape %s, expected %s; %s",
@@ -211,16 +211,15 @@ Status load_state(Predictor& predictor, const NamedTensors& given, const LoadOpt
                                "encoder: graft the file to leave that out"
                              : "");
     }
-    SPLAT_TRY(check_rays(predictor, tensors, options, made));
+    SPLAT_TRY(check_rays(model, tensors, options, made));
 
     for (const std::string& name : made.copied)
-        SPLAT_TRY(predictor.parameters().write(*predictor.parameters().find(name),
-                                               tensors.find(name)->values));
-    if (!made.widened.empty())
         SPLAT_TRY(
-            predictor.parameters().write(*predictor.parameters().find(first_conv), first_weight));
+            model.parameters().write(*model.parameters().find(name), tensors.find(name)->values));
+    if (!made.widened.empty())
+        SPLAT_TRY(model.parameters().write(*model.parameters().find(first_conv), first_weight));
     if (made.rays_differ && options.take_rays) {
-        SPLAT_TRY(predictor.set_rays(tensors.find(kRays)->values));
+        SPLAT_TRY(model.set_rays(tensors.find(kRays)->values));
         made.rays_taken = true;
     }
     report = std::move(made);
@@ -236,17 +235,17 @@ Status add(NamedTensors& to, const std::string& name, const Shape& shape,
     return to.add({name, std::move(dims), io::NumberType::kF32, std::move(values)});
 }
 
-Status add_parameters(Predictor& predictor, NamedTensors& to) {
-    for (const nn::Parameter& parameter : predictor.parameters().all()) {
+Status add_parameters(Model& model, NamedTensors& to) {
+    for (const nn::Parameter& parameter : model.parameters().all()) {
         LargeVector<float> values;
-        SPLAT_TRY(predictor.parameters().read(parameter.value, values));
+        SPLAT_TRY(model.parameters().read(parameter.value, values));
         SPLAT_TRY(add(to, parameter.name, parameter.shape, std::move(values)));
     }
     return {};
 }
 
 /// "…conv0" and "…skip" of the blocks that resample.
-std::vector<std::string> resampling_layers(const PredictorConfig& c) {
+std::vector<std::string> resampling_layers(const ModelConfig& c) {
     std::vector<std::string> layers;
     for (std::uint32_t level = 1; level < c.levels(); ++level)
         for (const bool down : {true, false}) {
@@ -262,16 +261,16 @@ std::vector<std::string> resampling_layers(const PredictorConfig& c) {
 
 }  // namespace
 
-Result<NamedTensors> save_state(Predictor& predictor) {
-    const PredictorConfig& c = predictor.config();
+Result<NamedTensors> save_state(Model& model) {
+    const ModelConfig& c = model.config();
     NamedTensors state;
-    SPLAT_TRY(add(state, kRays, {1, 3, c.resolution, c.resolution}, predictor.rays()));
+    SPLAT_TRY(add(state, kRays, {1, 3, c.resolution, c.resolution}, model.rays()));
     if (c.sh_degree > 0) {
         // Degree-1 coefficients are in the order y, z, x with signs - + - of the axes.
         SPLAT_TRY(add(state, "sh_to_v_transform", {1, 3, 3}, {0, -1, 0, 0, 0, 1, -1, 0, 0}));
         SPLAT_TRY(add(state, "v_to_sh_transform", {1, 3, 3}, {0, 0, -1, -1, 0, 0, 0, 1, 0}));
     }
-    SPLAT_TRY(add_parameters(predictor, state));
+    SPLAT_TRY(add_parameters(model, state));
     for (const std::string& layer : resampling_layers(c))
         SPLAT_TRY(
             add(state, layer + ".resample_filter", {1, 1, 2, 2}, std::vector<float>(4, 0.25F)));

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "io/tensor_file.h"
-#include "model/predictor.h"
+#include "model/model.h"
 
 namespace splat::model {
 
@@ -18,7 +18,7 @@ struct ImageChannels {
     bool operator==(const ImageChannels&) const = default;
 };
 
-ImageChannels channels_of(const PredictorConfig& config);
+ImageChannels channels_of(const ModelConfig& config);
 
 struct LoadOptions {
     /// Channels that the file's network was trained with. A first convolution of fewer channels is widened:
@@ -39,31 +39,31 @@ struct LoadReport {
     bool rays_taken = false;
 };
 
-/// Fill a predictor from a state dict. All or nothing: on error no parameter has changed.
+/// Fill a model from a state dict. All or nothing: on error no parameter has changed.
 ///
 /// Parameters that the file lacks keep their values if they belong to adapters, embeddings or attention to
 /// tokens, which start without effect or are to be trained; others are an error. Without grafting, tensors
-/// that the predictor lacks are also an error, such as the encoder's attention to tokens of earlier
+/// that the model lacks are also an error, such as the encoder's attention to tokens of earlier
 /// versions.
 ///
 /// Errors  kShape, naming the tensor, its shapes and what to do; kInvalidArgument for a missing
 ///         tensor, one that is not finite, or a ray grid of another field of view without
 ///         grafting or take_rays
-Status load_state(Predictor& predictor, const io::NamedTensors& given, const LoadOptions& options,
+Status load_state(Model& model, const io::NamedTensors& given, const LoadOptions& options,
                   LoadReport& report);
 
 /// The channels of a file's network, where nobody names them: those of the configuration if the first
 /// convolution has as many, else RGB alone.
-ImageChannels likely_channels(const PredictorConfig& config, const io::NamedTensors& tensors);
+ImageChannels likely_channels(const ModelConfig& config, const io::NamedTensors& tensors);
 
 /// Earlier versions saved networks without offset under the names of those with one. Returns `tensors`, or
-/// `renamed` if the predictor has no offset and the tensors have such names.
-Result<const io::NamedTensors*> under_own_names(const PredictorConfig& config,
+/// `renamed` if the model has no offset and the tensors have such names.
+Result<const io::NamedTensors*> under_own_names(const ModelConfig& config,
                                                 const io::NamedTensors& tensors,
                                                 io::NamedTensors& renamed);
 
 /// All parameters under their names, and the buffers of published files: ray_dirs, the resampling filters
 /// and the rotation constants of spherical harmonics.
-Result<io::NamedTensors> save_state(Predictor& predictor);
+Result<io::NamedTensors> save_state(Model& model);
 
 }  // namespace splat::model

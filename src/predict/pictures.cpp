@@ -23,8 +23,7 @@ Status check_count(std::size_t i, const char* what, std::size_t count, std::size
                  what, count, wanted);
 }
 
-Status check_picture(const config::PredictorConfig& network, std::size_t i,
-                     const PictureInput& given) {
+Status check_picture(const config::ModelConfig& network, std::size_t i, const PictureInput& given) {
     SPLAT_TRY(check_given(i, "a depth map", given.picture.depth.has_value(), network.depth));
     SPLAT_TRY(check_given(i, "a normal map", given.picture.normal.has_value(), network.normal));
     if (!(given.focal >= 0) || !std::isfinite(given.focal))
@@ -79,7 +78,7 @@ void append(std::vector<float>& to, const std::vector<float>& from) {
 }
 
 /// Poses and cameras relative to the first view.
-Status add_cameras(const config::PredictorConfig& network, std::span<const PictureInput> pictures,
+Status add_cameras(const config::ModelConfig& network, std::span<const PictureInput> pictures,
                    Views& views) {
     std::vector<scene::Mat4> poses;
     for (const PictureInput& given : pictures) {
@@ -132,7 +131,7 @@ PictureFacts facts_of(const data::Photograph& photo, const PictureInput& given) 
     return facts;
 }
 
-Result<PictureViews> views_of_pictures(const config::PredictorConfig& network,
+Result<PictureViews> views_of_pictures(const config::ModelConfig& network,
                                        const std::array<float, 3>& background,
                                        std::span<const PictureInput> pictures) {
     if (pictures.size() != network.views)
@@ -166,7 +165,7 @@ Result<PictureViews> views_of_pictures(const config::PredictorConfig& network,
     return made;
 }
 
-bool field_of_view_differs(const config::PredictorConfig& network, const PictureFacts& facts) {
+bool field_of_view_differs(const config::ModelConfig& network, const PictureFacts& facts) {
     if (network.fov_degrees == 0 || facts.fov_degrees == 0) return false;
     const double ratio = facts.fov_degrees / static_cast<double>(network.fov_degrees);
     return ratio > kFieldOfViewFactor || ratio < 1 / kFieldOfViewFactor;

@@ -46,7 +46,7 @@ struct PictureViews {
 ///
 /// Errors  kInvalidArgument, naming the picture and what is missing or not used: another number of
 ///         pictures, maps, focal lengths, poses, origin distances; those of data::cut_photograph
-Result<PictureViews> views_of_pictures(const config::PredictorConfig& network,
+Result<PictureViews> views_of_pictures(const config::ModelConfig& network,
                                        const std::array<float, 3>& background,
                                        std::span<const PictureInput> pictures);
 
@@ -55,6 +55,6 @@ Result<PictureViews> views_of_pictures(const config::PredictorConfig& network,
 inline constexpr double kFieldOfViewFactor = 1.5;
 
 /// True if the square's field of view is known, and differs from the network's by more.
-bool field_of_view_differs(const config::PredictorConfig& network, const PictureFacts& facts);
+bool field_of_view_differs(const config::ModelConfig& network, const PictureFacts& facts);
 
 }  // namespace splat::predict

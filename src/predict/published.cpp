@@ -8,7 +8,7 @@
 
 #include "config/presets.h"
 #include "core/status.h"
-#include "model/predictor.h"
+#include "model/model.h"
 #include "predict/weights_place.h"
 
 namespace splat::predict {
@@ -47,7 +47,7 @@ struct Place {
 /// By the first convolution, NETWORK.encoder.enc.RxR_conv.weight.
 std::optional<Place> network_place(const NamedTensors& tensors) {
     for (const bool offset : {true, false}) {
-        config::PredictorConfig config;
+        config::ModelConfig config;
         config.offset = offset;
         Place place{config.network_name(), 0};
         const std::string start = place.network + ".encoder.enc.";
@@ -99,7 +99,7 @@ std::vector<Known> known_networks() {
         if (name == "small") continue;
         const auto settings = settings_of(std::string(preset.text), name);
         if (!settings.ok()) continue;  // tests/config reads all of them
-        const config::PredictorConfig& network = settings.value().network;
+        const config::ModelConfig& network = settings.value().network;
         Known one{name, settings.value().training.category, traits_of(network), 0,
                   static_cast<double>(network.resolution)};
         one.ray = std::abs(static_cast<double>(model::pixel_rays(network)[network.resolution - 1]));
@@ -178,7 +178,7 @@ Traits traits_of(const NamedTensors& tensors) {
         {"opt.lora_rank", text_of(adapter == tensors.end() ? 0 : dim_of(&*adapter, 0))}};
 }
 
-Traits traits_of(const config::PredictorConfig& c) {
+Traits traits_of(const config::ModelConfig& c) {
     std::vector<std::uint32_t> attention;
     for (std::uint32_t level = 0; level < c.levels(); ++level) {
         const std::uint32_t r = c.resolution >> level;

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "config/predictor_config.h"
+#include "config/model_config.h"
 #include "core/json_writer.h"
 #include "io/tensor_file.h"
 
@@ -15,7 +15,7 @@ using Traits = std::vector<std::pair<std::string, std::string>>;
 
 /// Empty if there is no network among the tensors.
 Traits traits_of(const io::NamedTensors& tensors);
-Traits traits_of(const config::PredictorConfig& config);
+Traits traits_of(const config::ModelConfig& config);
 
 /// The published configurations (config/presets.h) that weights without a configuration may be for.
 struct PublishedFit {

@@ -11,7 +11,7 @@
 namespace splat::predict {
 namespace {
 
-std::uint32_t maps_of(const config::PredictorConfig& network) {
+std::uint32_t maps_of(const config::ModelConfig& network) {
     using data::MapKind;
     return (network.depth ? data::flag_of(MapKind::kDepth) : 0) |
            (network.normal ? data::flag_of(MapKind::kNormal) : 0) |
@@ -22,14 +22,14 @@ std::uint32_t maps_of(const config::PredictorConfig& network) {
 struct Maps {
     std::vector<float> depths, normals, masks, distances;
 
-    Maps(const config::PredictorConfig& network, std::size_t views, std::size_t pixels)
+    Maps(const config::ModelConfig& network, std::size_t views, std::size_t pixels)
         : depths(network.depth ? views * pixels : 0),
           normals(network.normal ? views * 3 * pixels : 0),
           masks(network.mask ? views * pixels : 0),
           distances(views) {}
 };
 
-void append_input(const config::PredictorConfig& network, const Maps& maps, std::size_t view,
+void append_input(const config::ModelConfig& network, const Maps& maps, std::size_t view,
                   std::size_t pixels, Views& views) {
     const auto append = [&](const std::vector<float>& planes, std::size_t count) {
         const auto from = planes.begin() + static_cast<std::ptrdiff_t>(view * count * pixels);
@@ -152,7 +152,7 @@ Result<std::unique_ptr<ViewSource>> ViewSource::open(const config::Settings& set
 Result<std::unique_ptr<ViewSource>> ViewSource::make(const config::Settings& settings,
                                                      std::shared_ptr<data::Dataset> dataset,
                                                      const std::string& root) {
-    const config::PredictorConfig& network = settings.network;
+    const config::ModelConfig& network = settings.network;
     std::unique_ptr<ViewSource> made(new ViewSource(network, std::move(dataset)));
     const data::DatasetIndex& index = made->dataset_->index();
     if (network.embedding == config::Embedding::kCustom) {

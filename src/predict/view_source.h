@@ -21,7 +21,7 @@ struct Views {
     std::vector<float> images;                              ///< [n,3,R,R]
     std::vector<float> view_to_world, quaternions, focals;  ///< see data::ViewArrays
     std::vector<float> embedding,
-        tokens;  ///< for the input views, see model::PredictorInput; or empty
+        tokens;  ///< for the input views, see model::ModelInput; or empty
     std::vector<scene::Camera> cameras;
 };
 
@@ -74,13 +74,13 @@ class ViewSource {
     [[nodiscard]] Result<std::string> depth_range_warning() const;
 
   private:
-    ViewSource(const config::PredictorConfig& network, std::shared_ptr<data::Dataset> dataset)
+    ViewSource(const config::ModelConfig& network, std::shared_ptr<data::Dataset> dataset)
         : network_(network), dataset_(std::move(dataset)) {}
     static Result<std::unique_ptr<ViewSource>> make(const config::Settings& settings,
                                                     std::shared_ptr<data::Dataset> dataset,
                                                     const std::string& root);
 
-    config::PredictorConfig network_;
+    config::ModelConfig network_;
     std::shared_ptr<data::Dataset> dataset_;
     std::optional<data::ViewVectors> embedding_, tokens_;  ///< where the network takes them
 };

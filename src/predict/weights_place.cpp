@@ -93,8 +93,7 @@ Result<config::Settings> settings_of(const std::string& text, const std::string&
     return config::settings_of(config);
 }
 
-Result<double> adapters_alpha(const io::WeightsFile& adapters,
-                              const config::PredictorConfig& network) {
+Result<double> adapters_alpha(const io::WeightsFile& adapters, const config::ModelConfig& network) {
     for (const auto& [key, value] : adapters.metadata) {
         if (key != "lora_alpha") continue;
         const auto alpha = decimal_number(value);

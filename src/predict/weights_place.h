@@ -25,14 +25,13 @@ Result<std::string> weights_named(const std::string& given);
 /// its folder; before these NAME.json of a file of adapters, which may be for another category. Errors: kNotFound.
 Result<std::string> config_beside(const std::string& weights, const std::string& adapters = "");
 
-/// Network and training of a configuration. Errors: those of config::predictor_config and
+/// Network and training of a configuration. Errors: those of config::model_config and
 /// config::train_config.
 Result<config::Settings> settings_of(const std::string& text, const std::string& what);
 
 /// The factor lora_alpha of a file of adapters: that of its metadata, else of the configuration's adapters.
 /// Errors: kInvalidArgument if neither says it.
-Result<double> adapters_alpha(const io::WeightsFile& adapters,
-                              const config::PredictorConfig& network);
+Result<double> adapters_alpha(const io::WeightsFile& adapters, const config::ModelConfig& network);
 
 /// Degrees, from the first row of a file's ray grid [1,3,R,R], which holds x / f at the middles of its
 /// pixels. Empty if the file has no such grid.

@@ -38,13 +38,13 @@ Result<std::uint64_t> number_of(const io::Metadata& metadata, const std::string&
 
 Result<io::WeightsFile> Trainer::checkpoint() {
     io::WeightsFile file;
-    SPLAT_ASSIGN(file.tensors, model::save_state(*predictor_));
+    SPLAT_ASSIGN(file.tensors, model::save_state(*model_));
     SPLAT_TRY(optimiser_->save(file.tensors));
     file.metadata = {{"format", kFormat},
                      {"step", std::to_string(optimiser_->steps())},
                      {"attempts", std::to_string(attempts_)},
                      {"crc32", std::to_string(checksum(file.tensors))},
-                     {"config", config::merged_config_text({predictor_->config(), config_})}};
+                     {"config", config::merged_config_text({model_->config(), config_})}};
     return file;
 }
 
@@ -65,7 +65,7 @@ Status Trainer::resume(const io::WeightsFile& file) {
     model::LoadOptions options;
     options.take_rays = true;  // keep the rays that the training began with
     model::LoadReport report;
-    SPLAT_TRY(model::load_state(*predictor_, weights, options, report));
+    SPLAT_TRY(model::load_state(*model_, weights, options, report));
     if (!report.fresh.empty())
         return error(Code::kFormat, "checkpoint: '%s' is missing", report.fresh.front().c_str());
     SPLAT_TRY(optimiser_->load(file.tensors, steps));

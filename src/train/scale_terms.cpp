@@ -44,7 +44,7 @@ void add_scale_gradients(std::span<const float> scales, const ScaleOutliers& bat
 }
 
 Status Trainer::take_scales(std::uint32_t first, ScaleTerms& terms) {
-    const vk::BufferView view = predictor_->outputs().scales;
+    const vk::BufferView view = model_->outputs().scales;
     std::vector<float> scales(view.shape.elements());
     SPLAT_TRY(context_.read(view, scales.data(), scales.size() * sizeof(float)));
     ScaleOutliers found;
@@ -59,7 +59,7 @@ Status Trainer::take_scales(std::uint32_t first, ScaleTerms& terms) {
 }
 
 Status Trainer::add_to_gradients(std::span<const float> scales, const ScaleOutliers& batch) {
-    const vk::BufferView view = predictor_->output_gradients().scales;
+    const vk::BufferView view = model_->output_gradients().scales;
     std::vector<float> gradients(scales.size());
     SPLAT_TRY(context_.read(view, gradients.data(), gradients.size() * sizeof(float)));
     add_scale_gradients(scales, batch, gradients);
@@ -69,15 +69,15 @@ Status Trainer::add_to_gradients(std::span<const float> scales, const ScaleOutli
 Status Trainer::repeat_for_scales(const TrainBatch& batch, std::uint32_t first,
                                   const ScaleOutliers& outliers) {
     SPLAT_TRY(forward(batch, first));
-    const model::Predictor::Outputs gradients = predictor_->output_gradients();
+    const model::Model::Outputs gradients = model_->output_gradients();
     for (const vk::BufferView& view : {gradients.means, gradients.opacities, gradients.scales,
                                        gradients.rotations, gradients.sh})
         SPLAT_TRY(context_.fill(view, 0));
-    const vk::BufferView view = predictor_->outputs().scales;
+    const vk::BufferView view = model_->outputs().scales;
     std::vector<float> scales(view.shape.elements());
     SPLAT_TRY(context_.read(view, scales.data(), scales.size() * sizeof(float)));
     SPLAT_TRY(add_to_gradients(scales, outliers));
-    return predictor_->backward();
+    return model_->backward();
 }
 
 }  // namespace splat::train

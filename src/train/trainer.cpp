@@ -31,7 +31,7 @@ vk::BufferView object_of(const vk::BufferView& view, std::uint32_t objects, std:
     return part;
 }
 
-raster::GaussianAttributes attributes_of(const model::Predictor::Outputs& outputs,
+raster::GaussianAttributes attributes_of(const model::Model::Outputs& outputs,
                                          std::uint32_t objects, std::uint32_t i) {
     const std::uint32_t n = outputs.means.shape[1];
     const auto part = [&](const vk::BufferView& view, const Shape& shape) {
@@ -55,7 +55,7 @@ std::span<const T> part_of(std::span<const T> all, std::size_t count, std::size_
 }  // namespace
 
 Result<std::unique_ptr<Trainer>> Trainer::create(vk::Context& context,
-                                                 const model::PredictorConfig& network,
+                                                 const model::ModelConfig& network,
                                                  const config::TrainConfig& config) {
     if (config.schedule == config::Schedule::kStep && config.step_lr_at == 0)
         return error(Code::kInvalidArgument,
@@ -65,19 +65,19 @@ Result<std::unique_ptr<Trainer>> Trainer::create(vk::Context& context,
     return self;
 }
 
-Status Trainer::build(const model::PredictorConfig& network) {
-    model::PredictorOptions options;
+Status Trainer::build(const model::ModelConfig& network) {
+    model::ModelOptions options;
     options.objects = config_.micro_batch;
     options.gradients = true;
     options.recompute = config_.recompute;
     options.build.training = true;
     options.build.precision = config_.precision;
-    SPLAT_ASSIGN(predictor_, model::Predictor::create(context_, network, options));
+    SPLAT_ASSIGN(model_, model::Model::create(context_, network, options));
     OptimiserDesc adam;
     adam.rules = {{1, config_.betas, config_.eps}};
     if (config_.ema)
         adam.ema = ops::EmaSchedule{config_.ema_every, config_.ema_after, config_.ema_most};
-    SPLAT_TRY(add_parameters(adam, predictor_->parameters()));
+    SPLAT_TRY(add_parameters(adam, model_->parameters()));
     SPLAT_ASSIGN(Optimiser optimiser, Optimiser::create(context_, std::move(adam)));
     optimiser_ = std::make_unique<Optimiser>(std::move(optimiser));
 
@@ -131,14 +131,13 @@ Status Trainer::build(const model::PredictorConfig& network) {
     for (std::uint32_t i = 0; i < config_.micro_batch; ++i) {
         vk::Recorder pack(context_);
         SPLAT_TRY(raster::pack_attributes(
-            pack, desc, attributes_of(predictor_->outputs(), config_.micro_batch, i),
-            scene_.scene()));
+            pack, desc, attributes_of(model_->outputs(), config_.micro_batch, i), scene_.scene()));
         SPLAT_ASSIGN(vk::CommandList packed, pack.finish());
         pack_.push_back(std::move(packed));
         vk::Recorder unpack(context_);
         SPLAT_TRY(raster::unpack_gradients(
             unpack, desc, grad_scene_.gradients(),
-            attributes_of(predictor_->output_gradients(), config_.micro_batch, i), false));
+            attributes_of(model_->output_gradients(), config_.micro_batch, i), false));
         SPLAT_ASSIGN(vk::CommandList unpacked, unpack.finish());
         unpack_.push_back(std::move(unpacked));
     }
@@ -146,7 +145,7 @@ Status Trainer::build(const model::PredictorConfig& network) {
 }
 
 Status Trainer::check(const TrainBatch& batch) const {
-    const model::PredictorConfig& c = predictor_->config();
+    const model::ModelConfig& c = model_->config();
     const std::size_t pixels = std::size_t{c.resolution} * c.resolution;
     const std::size_t objects = config_.batch_size;
     const std::size_t inputs = objects * c.views;
@@ -173,7 +172,7 @@ Status Trainer::check(const TrainBatch& batch) const {
 Status Trainer::step(const TrainBatch& batch, TrainStep& result) {
     SPLAT_TRY(check(batch));
     result = {};
-    SPLAT_TRY(predictor_->parameters().zero_gradients());
+    SPLAT_TRY(model_->parameters().zero_gradients());
     ScaleTerms terms;
     for (std::uint32_t first = 0; first < config_.batch_size; first += config_.micro_batch)
         SPLAT_TRY(pass(batch, first, terms, result));
@@ -202,7 +201,7 @@ Status Trainer::step(const TrainBatch& batch, TrainStep& result) {
 Status Trainer::forward(const TrainBatch& batch, std::uint32_t first) {
     const std::uint32_t all = config_.batch_size;
     const std::uint32_t objects = config_.micro_batch;
-    model::PredictorInput input;
+    model::ModelInput input;
     input.images = part_of(batch.images, all, first, objects);
     input.view_to_world = part_of(batch.view_to_world, all, first, objects);
     input.quaternions = part_of(batch.quaternions, all, first, objects);
@@ -212,21 +211,21 @@ Status Trainer::forward(const TrainBatch& batch, std::uint32_t first) {
     input.seed = config_.seed;
     // A distinct number for each pass; dropout depends on it.
     input.step = static_cast<std::uint32_t>(attempts_ * (all / objects) + first / objects);
-    SPLAT_TRY(predictor_->set_input(input));
-    return predictor_->forward();
+    SPLAT_TRY(model_->set_input(input));
+    return model_->forward();
 }
 
 Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, ScaleTerms& terms,
                      TrainStep& result) {
     Stopwatch watch;
     SPLAT_TRY(forward(batch, first));
-    result.non_finite += predictor_->ledger().non_finite;
+    result.non_finite += model_->ledger().non_finite;
     watch.add_to(result.network_seconds);
     for (std::uint32_t i = 0; i < config_.micro_batch; ++i)
         SPLAT_TRY(render(batch, first + i, i, result));
     if (config_.scale_terms) SPLAT_TRY(take_scales(first, terms));
     watch.add_to(result.render_seconds);
-    SPLAT_TRY(predictor_->backward());
+    SPLAT_TRY(model_->backward());
     watch.add_to(result.network_seconds);
     return {};
 }
@@ -243,7 +242,7 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
     SPLAT_TRY(rasterizer_->forward(scene_.scene(), views));
     if (sizes_)
         SPLAT_TRY(sizes_->draw(
-            scene_.scene(), attributes_of(predictor_->outputs(), config_.micro_batch, slot).scales,
+            scene_.scene(), attributes_of(model_->outputs(), config_.micro_batch, slot).scales,
             part_of(batch.cameras, config_.batch_size, object, 1), loss_->edge_weights()));
     SPLAT_TRY(loss_->set_targets(part_of(batch.targets, config_.batch_size, object, 1)));
     LossTerms terms;
@@ -270,7 +269,7 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
 }
 
 Result<io::NamedTensors> Trainer::averaged_state() {
-    SPLAT_ASSIGN(const io::NamedTensors current, model::save_state(*predictor_));
+    SPLAT_ASSIGN(const io::NamedTensors current, model::save_state(*model_));
     io::NamedTensors state;
     for (const io::NamedTensor& tensor : current) {
         io::NamedTensor copy = tensor;

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "io/weights_file.h"
-#include "model/predictor.h"
+#include "model/model.h"
 #include "model/weights.h"
 #include "raster/rasterizer.h"
 #include "train/optimiser.h"
@@ -55,12 +55,12 @@ struct TrainStep {
 class Trainer {
   public:
     static Result<std::unique_ptr<Trainer>> create(vk::Context& context,
-                                                   const model::PredictorConfig& network,
+                                                   const model::ModelConfig& network,
                                                    const config::TrainConfig& config);
 
     Status step(const TrainBatch& batch, TrainStep& result);
 
-    [[nodiscard]] model::Predictor& predictor() { return *predictor_; }
+    [[nodiscard]] model::Model& model() { return *model_; }
     [[nodiscard]] const config::TrainConfig& config() const { return config_; }
     /// Updates of the weights. Thread-safe, like attempts().
     [[nodiscard]] std::uint64_t steps() const { return steps_; }
@@ -88,7 +88,7 @@ class Trainer {
   private:
     Trainer(vk::Context& context, const config::TrainConfig& config)
         : context_(context), config_(config) {}
-    Status build(const model::PredictorConfig& network);
+    Status build(const model::ModelConfig& network);
     Status check(const TrainBatch& batch) const;
     /// CO3D's terms of scales in a step.
     struct ScaleTerms {
@@ -115,7 +115,7 @@ class Trainer {
 
     vk::Context& context_;
     config::TrainConfig config_;
-    std::unique_ptr<model::Predictor> predictor_;
+    std::unique_ptr<model::Model> model_;
     std::unique_ptr<Optimiser> optimiser_;
     std::unique_ptr<raster::Rasterizer> rasterizer_;
     std::unique_ptr<RenderLoss> loss_;

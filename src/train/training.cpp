@@ -37,7 +37,7 @@ bool is_nth(std::uint64_t step, std::uint64_t every) {
 Training::~Training() {
     batches_.reset();
     left_->trainer = std::move(trainer_);
-    left_->network = std::move(network_);
+    left_->predictor = std::move(predictor_);
     if (context_->forked())
         left_.release();  // a child of the process owns nothing of the device
     else
@@ -181,12 +181,12 @@ Status Training::save(Event& event) {
 Status Training::begin_validation() {
     Validation made;
     const Status loaded = on_device([&]() -> Status {
-        if (network_ == nullptr) {
-            SPLAT_ASSIGN(network_, predict::Network::create(*context_, settings_));
+        if (predictor_ == nullptr) {
+            SPLAT_ASSIGN(predictor_, predict::Predictor::create(*context_, settings_));
         }
         SPLAT_ASSIGN(made.weights.tensors, trainer_->averaged_state());
         model::LoadReport ignored;  // the rays are the trainer's own
-        return network_->load(made.weights, ignored);
+        return predictor_->load(made.weights, ignored);
     });
     SPLAT_TRY(loaded);
     validating_ = std::move(made);
@@ -200,10 +200,11 @@ Status Training::validate(Event& event) {
     event.object = static_cast<std::uint32_t>(validating_->scores.size());
     if (event.object == event.objects) return end_validation(event);
     SPLAT_ASSIGN(const eval::EvaluatedViews views,
-                 eval::evaluated_views(validation_->views_of(event.object), network_->views(),
+                 eval::evaluated_views(validation_->views_of(event.object), predictor_->views(),
                                        c.validation_views, validation_->dataset().index().format));
-    SPLAT_ASSIGN(event.scores, eval::score_object(*context_, *network_, *validation_, event.object,
-                                                  views, {}, &event.images, &event.truths));
+    SPLAT_ASSIGN(event.scores,
+                 eval::score_object(*context_, *predictor_, *validation_, event.object, views, {},
+                                    &event.images, &event.truths));
     event.inputs = static_cast<std::uint32_t>(views.conditioning.size());
     event.kind = EventKind::kValidatedObject;
     validating_->scores.push_back(event.scores);
@@ -287,7 +288,7 @@ Status Training::write_run(const char* state) const {
     run.seed = settings_.training.seed;
     run.start = &start_;
     run.error = error_;
-    for (const nn::Parameter& parameter : trainer_->predictor().parameters().all()) {
+    for (const nn::Parameter& parameter : trainer_->model().parameters().all()) {
         const std::uint64_t count = parameter.shape.elements();
         run.parameters += count;
         if (parameter.trainable) run.trainable += count;

@@ -8,7 +8,7 @@
 
 #include "core/interrupt.h"
 #include "eval/scores.h"
-#include "predict/network.h"
+#include "predict/predictor.h"
 #include "train/batches.h"
 #include "train/run_folder.h"
 #include "train/run_record.h"
@@ -108,7 +108,7 @@ class Training {
     /// What needs the context's mutex to be destroyed.
     struct OnDevice : vk::DeferredWork {
         std::shared_ptr<Trainer> trainer;
-        std::unique_ptr<predict::Network> network;
+        std::unique_ptr<predict::Predictor> predictor;
     };
 
     Training(std::shared_ptr<vk::Context> context, const Interrupt& interrupt)
@@ -161,7 +161,7 @@ class Training {
     std::unique_ptr<RunFolder> folder_;
     std::shared_ptr<const predict::ViewSource> data_, validation_;
     std::shared_ptr<Trainer> trainer_;
-    std::unique_ptr<predict::Network> network_;  ///< for validation; made when first needed
+    std::unique_ptr<predict::Predictor> predictor_;  ///< for validation; made when first needed
     PrefetchPointer batches_;
     std::deque<std::pair<std::string, bool>>
         messages_;  ///< messages of open(), and whether each is a warning

@@ -200,7 +200,7 @@ Status Training::check_validation() {
 }
 
 Status Training::start() {
-    SPLAT_TRY(on_device([&] { return trainer_->predictor().init(settings_.training.seed); }));
+    SPLAT_TRY(on_device([&] { return trainer_->model().init(settings_.training.seed); }));
     const std::string& pretrained = settings_.training.pretrained;
     if (!start_.file.empty()) {
         if (!pretrained.empty())
@@ -224,9 +224,9 @@ Status Training::load_weights(const std::string& path,
     model::LoadReport report;
     {
         const std::lock_guard lock(context_->mutex);
-        SPLAT_TRY(of_file(
-            model::load_state(trainer_->predictor(), tensors, options.value_or(likely), report),
-            path + ": "));
+        SPLAT_TRY(
+            of_file(model::load_state(trainer_->model(), tensors, options.value_or(likely), report),
+                    path + ": "));
     }
     messages_.emplace_back(
         format("started from %s: %zu tensors copied, %zu widened, %zu new, %zu left out",
@@ -338,7 +338,7 @@ Status Training::begin(const TrainingDesc& desc) {
         messages_.emplace_back(format("removed %zu unfinished files that a crash left", left),
                                false);
     std::uint64_t parameters = 0, trainable = 0;
-    for (const nn::Parameter& parameter : trainer_->predictor().parameters().all()) {
+    for (const nn::Parameter& parameter : trainer_->model().parameters().all()) {
         parameters += parameter.shape.elements();
         if (parameter.trainable) trainable += parameter.shape.elements();
     }

@@ -7,14 +7,14 @@
 namespace splat::test {
 namespace {
 
-using config::PredictorConfig;
+using config::ModelConfig;
 
-Result<PredictorConfig> read_network(const std::string& text) {
+Result<ModelConfig> read_network(const std::string& text) {
     SPLAT_ASSIGN(const Config config, read_config(text, "the test"));
-    return config::predictor_config(config);
+    return config::model_config(config);
 }
 
-TEST(PredictorConfigFile, ChoosesWhatIsTrained) {
+TEST(ModelConfigFile, ChoosesWhatIsTrained) {
     const auto config = read_network(
         "opt:\n  freeze: [out.]\n  lora_finetune: true\n  lora_rank: 8\n"
         "  lora_targets: [conv0]\n  train_with_adapters: [x16_conv., norm]\n");
@@ -31,7 +31,7 @@ TEST(PredictorConfigFile, ChoosesWhatIsTrained) {
 }
 
 /// Configurations that the published code refuses, or for which it builds no network.
-TEST(PredictorConfigFile, RefusesEmbeddingsWithoutALayer) {
+TEST(ModelConfigFile, RefusesEmbeddingsWithoutALayer) {
     const auto status = [](const char* embedding) {
         return read_network(std::string("cam_embd: {dimension: 4, ") + embedding + "}\n").status();
     };
@@ -57,7 +57,7 @@ TEST(PredictorConfigFile, RefusesEmbeddingsWithoutALayer) {
                  "'cam_embd.embedding' is none, expected pose where data.custom_embedding is true");
 }
 
-TEST(PredictorConfigFile, TakesOneOfTwoHeads) {
+TEST(ModelConfigFile, TakesOneOfTwoHeads) {
     const auto offset = [](const char* keys) {
         const auto config = read_network(std::string("model: {") + keys + "}\n");
         EXPECT_OK(config.status());
@@ -77,14 +77,14 @@ TEST(PredictorConfigFile, TakesOneOfTwoHeads) {
 }
 
 /// Adapters of rank 0 would not exist, and all parameters would be trained.
-TEST(PredictorConfigFile, RefusesAdaptersOfRankZero) {
+TEST(ModelConfigFile, RefusesAdaptersOfRankZero) {
     EXPECT_ERROR(read_network("opt: {lora_finetune: true, lora_rank: 0}\n").status(),
                  Code::kInvalidArgument, "'opt.lora_rank' is 0, expected 1 or more");
     EXPECT_OK(read_network("opt: {lora_finetune: false, lora_rank: 0}\n").status());
 }
 
 /// Reading the output of config_text() gives the same configuration.
-TEST(PredictorConfigFile, GoesRound) {
+TEST(ModelConfigFile, GoesRound) {
     for (const char* text :
          {"{}", "opt: {freeze: ['a \"b\"', norm]}\n",
           "data: {fov: 30.5, use_mask: true, input_images: 2}\n"

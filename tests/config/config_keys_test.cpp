@@ -26,7 +26,7 @@ Result<Settings> read_settings(const std::string& yaml, const std::string& chang
         SPLAT_ASSIGN(config, config::with_values(config, {&change, 1}));
     }
     Settings settings;
-    SPLAT_ASSIGN(settings.network, config::predictor_config(config));
+    SPLAT_ASSIGN(settings.network, config::model_config(config));
     SPLAT_ASSIGN(settings.training, config::train_config(config));
     return settings;
 }

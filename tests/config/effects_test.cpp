@@ -83,7 +83,7 @@ TEST(ConfigEffects, WrittenConfigurationsGiveNoWarnings) {
          {"{}", "opt: {ema: {use: false}}", "data: {category: hydrants, excluded_file: a}",
           "opt: {lora_finetune: true}", "cam_embd: {embedding: index}"}) {
         config::Settings settings;
-        settings.network = config::predictor_config(yaml(text)).value();
+        settings.network = config::model_config(yaml(text)).value();
         settings.training = config::train_config(yaml(text)).value();
         EXPECT_EQ(warnings(config::merged_config_text(settings)).size(), 0U) << text;
     }
@@ -189,7 +189,7 @@ TEST(ConfigEffects, ChangedKeysAreFoundAndSomeMayChange) {
     const auto merged = [](const std::string& text) {
         config::Settings settings;
         const Config read = yaml(text);
-        settings.network = config::predictor_config(read).value();
+        settings.network = config::model_config(read).value();
         settings.training = config::train_config(read).value();
         return read_json_config(config::merged_config_text(settings), "run").value();
     };
@@ -224,7 +224,7 @@ TEST(ConfigCategory, ImpliesItsGeometryAlsoOverAnotherOne) {
     const std::vector<std::string> to_hydrants = {"data.category=hydrants"};
     const auto config = config::with_values(base, to_hydrants);
     ASSERT_OK(config.status());
-    const auto network = config::predictor_config(config.value());
+    const auto network = config::model_config(config.value());
     const auto training = config::train_config(config.value());
     ASSERT_OK(network.status());
     ASSERT_OK(training.status());
@@ -236,21 +236,20 @@ TEST(ConfigCategory, ImpliesItsGeometryAlsoOverAnotherOne) {
     EXPECT_TRUE(training.value().scale_terms);
 
     const std::vector<std::string> kept = {"data.category=hydrants", "data.znear=0.5"};
-    EXPECT_EQ(config::predictor_config(config::with_values(base, kept).value()).value().znear,
-              0.5F);
+    EXPECT_EQ(config::model_config(config::with_values(base, kept).value()).value().znear, 0.5F);
     const Config own = yaml("data: {category: cars, zfar: 9}");
-    EXPECT_EQ(config::predictor_config(config::with_values(own, to_hydrants).value()).value().zfar,
+    EXPECT_EQ(config::model_config(config::with_values(own, to_hydrants).value()).value().zfar,
               9.0F)
         << "the file's own value stays";
 }
 
 TEST(ConfigCategory, AloneGivesItsDefaults) {
-    const auto nmr = config::predictor_config(yaml("data: {category: nmr}"));
+    const auto nmr = config::model_config(yaml("data: {category: nmr}"));
     ASSERT_OK(nmr.status());
     EXPECT_EQ(nmr.value().resolution, 64U);
     EXPECT_EQ(nmr.value().attention_resolutions, std::vector<std::uint32_t>{8});
     EXPECT_EQ(nmr.value().zfar, 4.0F);
-    const auto other = config::predictor_config(yaml("data: {category: teapots}"));
+    const auto other = config::model_config(yaml("data: {category: teapots}"));
     ASSERT_OK(other.status());
     EXPECT_EQ(other.value().zfar, 1.8F) << "an unknown category implies nothing";
 }

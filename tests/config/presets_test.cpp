@@ -87,7 +87,7 @@ TEST(Presets, AreThePublishedConfigurations) {
         ASSERT_TRUE(kPublished.contains(std::string(preset.name)));
         const Published& p = kPublished.at(std::string(preset.name));
         const config::Settings s = settings_of(preset);
-        const config::PredictorConfig& n = s.network;
+        const config::ModelConfig& n = s.network;
         const config::TrainConfig& t = s.training;
         EXPECT_EQ(std::tuple(n.znear, n.zfar, n.fov_degrees, n.resolution),
                   std::tuple(p.znear, p.zfar, p.fov, p.resolution));

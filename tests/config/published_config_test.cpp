@@ -40,7 +40,7 @@ Result<config::Settings> merge(const std::string& base, const std::string& over)
     for (const ConfigEntry& entry : changes.entries())
         if (!entry.map) config.set(entry);
     config::Settings made;
-    SPLAT_ASSIGN(made.network, config::predictor_config(config));
+    SPLAT_ASSIGN(made.network, config::model_config(config));
     SPLAT_ASSIGN(made.training, config::train_config(config));
     return made;
 }
@@ -125,7 +125,7 @@ TEST(TrainConfigPublished, DataSetsOfOneFieldOfView) {
         for (const bool fov : {true, false}) {
             const auto made = merge(defaults(fov), c.over);
             ASSERT_OK(made.status());
-            const config::PredictorConfig& n = made.value().network;
+            const config::ModelConfig& n = made.value().network;
             EXPECT_EQ(n.znear, static_cast<float>(c.znear)) << c.over;
             EXPECT_EQ(n.zfar, static_cast<float>(c.zfar)) << c.over;
             EXPECT_EQ(n.fov_degrees, static_cast<float>(c.fov)) << c.over;
@@ -148,7 +148,7 @@ TEST(TrainConfigPublished, Co3dHasFocalLengthsPerView) {
         for (const bool fov : {true, false}) {
             const auto made = merge(defaults(fov), data);
             ASSERT_OK(made.status());
-            const config::PredictorConfig& n = made.value().network;
+            const config::ModelConfig& n = made.value().network;
             EXPECT_EQ(n.fov_degrees, 0.0F);
             EXPECT_TRUE(n.origin_distance);
             EXPECT_EQ(n.znear, -2.0F);

@@ -40,14 +40,14 @@ TEST(TrainConfigRules, ReadsWhatItWrites) {
         "general: {random_seed: 9, precision: fast}\n",
         "test.yaml");
     ASSERT_OK(config.status());
-    const auto network = config::predictor_config(config.value());
+    const auto network = config::model_config(config.value());
     const auto training = config::train_config(config.value());
     ASSERT_OK(network.status());
     ASSERT_OK(training.status());
     const std::string text = config::merged_config_text({network.value(), training.value()});
     const auto again = read_json_config(text, "merged");
     ASSERT_OK(again.status());
-    const auto network2 = config::predictor_config(again.value());
+    const auto network2 = config::model_config(again.value());
     const auto training2 = config::train_config(again.value());
     ASSERT_OK(network2.status());
     ASSERT_OK(training2.status());

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "model/small_predictor.h"
+#include "model/small_model.h"
 #include "support/expect_status.h"
 #include "synthetic/sample_folder.h"
 
@@ -22,12 +22,12 @@ class EvaluatorTest : public testing::Test {
         test::write_all(cars);
         settings_.network = test::small_config();
         settings_.training.root = cars.path;
-        auto made = predict::Network::create(*context_, settings_);
+        auto made = predict::Predictor::create(*context_, settings_);
         ASSERT_OK(made.status());
         network_ = std::move(made.value());
     }
     void fill(float weight) {
-        nn::Parameters& parameters = network_->predictor().parameters();
+        nn::Parameters& parameters = network_->model().parameters();
         for (const nn::Parameter& parameter : parameters.all())
             ASSERT_OK(parameters.write(parameter,
                                        std::vector<float>(parameter.shape.elements(), weight)));
@@ -47,7 +47,7 @@ class EvaluatorTest : public testing::Test {
     test::SampleFolder folder_;
     vk::Context* context_ = nullptr;
     config::Settings settings_;
-    std::unique_ptr<predict::Network> network_;
+    std::unique_ptr<predict::Predictor> network_;
 };
 
 TEST_F(EvaluatorTest, ScoresWhatItDraws) {

@@ -81,23 +81,23 @@ void lpips(vk::Context& context, Files& files, const std::vector<std::string>& p
 
 void predict(vk::Context& context, Files& files, const std::string& path) {
     const io::NamedTensor& images = files.get("images");
-    model::PredictorOptions options;
+    model::ModelOptions options;
     options.objects = static_cast<std::uint32_t>(images.dims.at(0));
-    const auto predictor = value_or_exit(model::Predictor::create(context, {}, options));
+    const auto model = value_or_exit(model::Model::create(context, {}, options));
     const auto start = std::chrono::steady_clock::now();
     const io::WeightsFile weights = value_or_exit(io::load_weights(path));
     model::LoadReport report;
-    check(model::load_state(*predictor, weights.tensors, {}, report));
+    check(model::load_state(*model, weights.tensors, {}, report));
     const std::chrono::duration<double> loading = std::chrono::steady_clock::now() - start;
     std::printf("%.2f\n", loading.count());
-    check(predictor->set_input({.images = images.values,
-                                .view_to_world = files.get("v2w").values,
-                                .quaternions = files.get("quaternion").values,
-                                .focals = {},
-                                .embedding = {},
-                                .tokens = {}}));
-    check(predictor->forward());
-    const auto outputs = predictor->outputs();
+    check(model->set_input({.images = images.values,
+                            .view_to_world = files.get("v2w").values,
+                            .quaternions = files.get("quaternion").values,
+                            .focals = {},
+                            .embedding = {},
+                            .tokens = {}}));
+    check(model->forward());
+    const auto outputs = model->outputs();
     files.put("xyz", outputs.means.shape, read(context, outputs.means));
     files.put("opacity", outputs.opacities.shape, read(context, outputs.opacities));
     files.put("scaling", outputs.scales.shape, read(context, outputs.scales));

@@ -11,17 +11,17 @@
 namespace splat::test {
 namespace {
 
-using model::Predictor;
-using model::PredictorConfig;
+using model::Model;
+using model::ModelConfig;
 
 constexpr const char* kConv0 = "base_model.model.network_with_offset.encoder.enc.8x8_block0.conv0";
 
 /// Files of adapters alone: nothing runs, so one set of kernels is enough.
 class Adapters : public KernelsTest {
   protected:
-    std::unique_ptr<Predictor> make(std::uint64_t seed, std::uint32_t rank = 3, float alpha = 6,
-                                    bool offset = true) {
-        PredictorConfig config;
+    std::unique_ptr<Model> make(std::uint64_t seed, std::uint32_t rank = 3, float alpha = 6,
+                                bool offset = true) {
+        ModelConfig config;
         config.offset = offset;
         config.resolution = 8;
         config.base_dim = 4;
@@ -30,7 +30,7 @@ class Adapters : public KernelsTest {
         config.attention_resolutions = {8};
         config.lora.rank = rank;
         config.lora.alpha = alpha;
-        auto made = Predictor::create(context(), config, {});
+        auto made = Model::create(context(), config, {});
         EXPECT_OK(made.status());
         if (!made.ok()) return nullptr;
         for (const nn::Parameter& parameter : made.value()->parameters().all())
@@ -38,9 +38,9 @@ class Adapters : public KernelsTest {
                 parameter, normal_fill(parameter.shape.elements(), seed++)));
         return std::move(made.value());
     }
-    std::vector<float> read(Predictor& predictor, const nn::Parameter& parameter) {
+    std::vector<float> read(Model& model, const nn::Parameter& parameter) {
         std::vector<float> values;
-        EXPECT_OK(predictor.parameters().read(parameter.value, values));
+        EXPECT_OK(model.parameters().read(parameter.value, values));
         return values;
     }
 };
@@ -134,10 +134,10 @@ TEST_P(Adapters, AreReadUnderEarlierNames) {
 }
 
 TEST_P(Adapters, RefusesOtherFiles) {
-    const auto predictor = make(10);
+    const auto model = make(10);
     const auto without = make(20, 0);
-    ASSERT_TRUE(predictor && without);
-    const auto saved = model::save_adapters(*predictor);
+    ASSERT_TRUE(model && without);
+    const auto saved = model::save_adapters(*model);
     ASSERT_OK(saved.status());
     model::LoadReport report;
     EXPECT_ERROR(model::save_adapters(*without).status(), Code::kInvalidState, "no adapters");
@@ -163,7 +163,7 @@ TEST_P(Adapters, RefusesOtherFiles) {
         return file;
     };
     const auto status = [&](const std::function<void(io::NamedTensor&)>& change) {
-        return model::load_adapters(*predictor, changed(change), report);
+        return model::load_adapters(*model, changed(change), report);
     };
     EXPECT_ERROR(status([](io::NamedTensor& t) { t.name.clear(); }), Code::kInvalidArgument,
                  "has no adapter 'network_with_offset.encoder.enc.8x8_block0.conv0.lora_B' [4, 3]");
@@ -178,9 +178,9 @@ TEST_P(Adapters, RefusesOtherFiles) {
                  Code::kShape, "expected a matrix");
     io::WeightsFile more = saved.value();
     ASSERT_OK(more.tensors.add({"elsewhere.lora_A", {3, 1}, io::NumberType::kF32, {1, 2, 3}}));
-    EXPECT_ERROR(model::load_adapters(*predictor, more, report), Code::kInvalidArgument,
+    EXPECT_ERROR(model::load_adapters(*model, more, report), Code::kInvalidArgument,
                  "'elsewhere.lora_A' belongs to no adapted layer");
-    const auto state = model::save_state(*predictor);
+    const auto state = model::save_state(*model);
     ASSERT_OK(state.status());
     EXPECT_ERROR(model::merge_adapters(state.value(), more.tensors, 6, 1).status(),
                  Code::kInvalidArgument,
@@ -238,7 +238,7 @@ TEST_P(AdaptersExact, Convolutions) {
          {ConvShape{1, 1, 1, 1, 1, 3}, ConvShape{2, 3, 5, 7, 9, 3}, ConvShape{1, 16, 8, 8, 16, 3},
           ConvShape{3, 7, 9, 4, 17, 3}, ConvShape{1, 33, 3, 3, 31, 3}, ConvShape{1, 5, 1, 65, 8, 1},
           ConvShape{2, 17, 4, 3, 33, 1}, ConvShape{1, 64, 8, 8, 65, 1}}) {
-        model::PredictorConfig config;
+        model::ModelConfig config;
         config.lora.rank = 4;
         config.lora.alpha = 8;
         config.lora.targets = {"layer"};

@@ -16,9 +16,9 @@
 namespace splat::test {
 namespace {
 
-using model::Predictor;
-using model::PredictorConfig;
-using model::PredictorOptions;
+using model::Model;
+using model::ModelConfig;
+using model::ModelOptions;
 
 io::NamedTensors state_of(const Golden& golden, const std::string& prefix) {
     io::NamedTensors state;
@@ -43,7 +43,7 @@ struct Variant {
         if (has('m')) all.push_back(4);
         return all;
     }
-    [[nodiscard]] PredictorConfig widened(PredictorConfig config) const {
+    [[nodiscard]] ModelConfig widened(ModelConfig config) const {
         config.depth = has('d');
         config.normal = has('n');
         config.mask = has('m');
@@ -92,7 +92,7 @@ struct GraftInputs {
         : images(std::move(given)),
           poses(golden.floats("v2w")),
           quaternions(golden.floats("quat")) {}
-    [[nodiscard]] model::PredictorInput view() const {
+    [[nodiscard]] model::ModelInput view() const {
         return {.images = images,
                 .view_to_world = poses,
                 .quaternions = quaternions,
@@ -109,9 +109,9 @@ class GoldenNetGraft : public KernelsTest {
         SPLAT_NEEDS_GOLDEN_FOLDER();
         KernelsTest::SetUp();
     }
-    std::unique_ptr<Predictor> make(const PredictorConfig& config, const io::NamedTensors& state,
-                                    const PredictorOptions& options) {
-        auto made = Predictor::create(context(), config, options);
+    std::unique_ptr<Model> make(const ModelConfig& config, const io::NamedTensors& state,
+                                const ModelOptions& options) {
+        auto made = Model::create(context(), config, options);
         EXPECT_OK(made.status());
         if (!made.ok()) return nullptr;
         EXPECT_OK(made.value()->init(3));
@@ -126,18 +126,16 @@ class GoldenNetGraft : public KernelsTest {
         EXPECT_OK(context().read(view, values.data(), values.size() * 4));
         return values;
     }
-    std::vector<std::vector<float>> outputs(Predictor& predictor,
-                                            const model::PredictorInput& input) {
-        EXPECT_OK(predictor.set_input(input));
-        EXPECT_OK(predictor.forward());
-        const auto views = predictor.outputs();
+    std::vector<std::vector<float>> outputs(Model& model, const model::ModelInput& input) {
+        EXPECT_OK(model.set_input(input));
+        EXPECT_OK(model.forward());
+        const auto views = model.outputs();
         return {get(views.means), get(views.opacities), get(views.scales), get(views.rotations),
                 get(views.sh)};
     }
     /// The figures of the files, and those of the network of three channels.
     void expect_golden(model::Precision precision);
-    void expect_variant(const Golden& golden, const Variant& variant,
-                        const PredictorOptions& options,
+    void expect_variant(const Golden& golden, const Variant& variant, const ModelOptions& options,
                         const std::vector<std::vector<float>>& expected);
 };
 SPLAT_INSTANTIATE_KERNELS(GoldenNetGraft);
@@ -148,9 +146,9 @@ std::string first_name(const Golden& golden) {
     return golden.text("first_name");
 }
 
-PredictorConfig graft_config(const Golden& golden) {
+ModelConfig graft_config(const Golden& golden) {
     const std::string enc = "old.network_with_offset.encoder.enc.";
-    PredictorConfig c;
+    ModelConfig c;
     c.resolution = golden.dim("x_rgb", 4);
     c.views = golden.dim("x_rgb", 1);
     c.base_dim = golden.dim("old." + first_name(golden), 0);
@@ -168,8 +166,8 @@ PredictorConfig graft_config(const Golden& golden) {
     return c;
 }
 
-PredictorOptions graft_options(const Golden& golden) {
-    PredictorOptions options;
+ModelOptions graft_options(const Golden& golden) {
+    ModelOptions options;
     options.objects = golden.dim("x_rgb", 0);
     return options;
 }
@@ -184,8 +182,8 @@ void expect_outputs(const std::vector<std::vector<float>>& got, const Golden& go
 }
 
 /// Gradient of the sum of the positions and of the constant coefficients of colour.
-Status put_sum_gradient(vk::Context& context, Predictor& predictor) {
-    const auto gradients = predictor.output_gradients();
+Status put_sum_gradient(vk::Context& context, Model& model) {
+    const auto gradients = model.output_gradients();
     for (const vk::BufferView& view : {gradients.opacities, gradients.scales, gradients.rotations})
         SPLAT_TRY(context.fill(view, 0));
     const std::vector<float> ones(gradients.means.shape.elements(), 1);
@@ -199,7 +197,7 @@ Status put_sum_gradient(vk::Context& context, Predictor& predictor) {
 void GoldenNetGraft::expect_golden(model::Precision precision) {
     each_golden("graft", [&](const Golden& golden) {
         const io::NamedTensors state = state_of(golden, "old.");
-        PredictorOptions options = graft_options(golden);
+        ModelOptions options = graft_options(golden);
         options.gradients = options.input_gradient = true;
         options.build.precision = precision;
         const auto narrow = make(graft_config(golden), state, options);
@@ -212,7 +210,7 @@ void GoldenNetGraft::expect_golden(model::Precision precision) {
 }
 
 void GoldenNetGraft::expect_variant(const Golden& golden, const Variant& variant,
-                                    const PredictorOptions& options,
+                                    const ModelOptions& options,
                                     const std::vector<std::vector<float>>& expected) {
     const std::string at = variant.name;
     const auto wide =
@@ -229,7 +227,7 @@ void GoldenNetGraft::expect_variant(const Golden& golden, const Variant& variant
     ASSERT_OK(wide->backward());
     expect_relative("dfirst_" + at, get(first.grad), to_double(golden.floats("dfirst_" + at)),
                     1e-4);
-    const std::vector<float> d_x = wide->input_gradient(model::Predictor::Input::kImages).value();
+    const std::vector<float> d_x = wide->input_gradient(model::Model::Input::kImages).value();
     expect_relative("d_x_" + at, d_x, to_double(golden.floats("d_x_" + at)), 1e-4);
     const std::size_t planes = 3 + variant.planes().size();
     const std::size_t pixels = std::size_t{golden.dim("x_rgb", 3)} * golden.dim("x_rgb", 4);
@@ -259,9 +257,9 @@ TEST_P(GoldenNetGraft, FreshAdapters) {
         const io::NamedTensors adapters = state_of(golden, "lora_init.");
         ASSERT_GT(adapters.size(), 0U);
         const Variant widest = variants_of(golden).back();
-        PredictorConfig config = widest.widened(graft_config(golden));
+        ModelConfig config = widest.widened(graft_config(golden));
         config.lora.rank = golden.dim("lora_init." + adapters.begin()->name, 0);
-        PredictorOptions options = graft_options(golden);
+        ModelOptions options = graft_options(golden);
         options.build.precision = model::Precision::kStrict;
         const GraftInputs inputs(golden, images_of(golden, golden.floats("x_prior"), widest));
         const auto ours = make(config, state, options);
@@ -308,9 +306,8 @@ struct TrainingCase {
     Learns learns;
 
     /// `first`: the first convolution's weight.
-    [[nodiscard]] PredictorConfig config(const PredictorConfig& narrow,
-                                         const std::string& first) const {
-        PredictorConfig c = variant.widened(narrow);
+    [[nodiscard]] ModelConfig config(const ModelConfig& narrow, const std::string& first) const {
+        ModelConfig c = variant.widened(narrow);
         if (learns == Learns::kAll) return c;
         const std::string layer = first.substr(0, first.rfind('.'));
         c.lora.rank = 4;
@@ -329,11 +326,11 @@ struct TrainingCase {
 class GoldenNetTraining : public GoldenNetGraft {
   protected:
     /// The first convolution's weight, its adapter folded in.
-    std::vector<float> first_weight(Predictor& predictor, const nn::Parameter& first) {
-        const auto state = model::save_state(predictor);
+    std::vector<float> first_weight(Model& model, const nn::Parameter& first) {
+        const auto state = model::save_state(model);
         EXPECT_OK(state.status());
         const auto folded =
-            model::merge_adapters(state.value(), state.value(), predictor.config().lora.alpha, 1);
+            model::merge_adapters(state.value(), state.value(), model.config().lora.alpha, 1);
         EXPECT_OK(folded.status());
         return folded.value().find(first.name)->values;
     }
@@ -346,7 +343,7 @@ INSTANTIATE_TEST_SUITE_P(Kernels, GoldenNetTraining, testing::Values(vk::Kernels
 void GoldenNetTraining::expect_moved(const Golden& golden, const TrainingCase& c,
                                      const std::vector<std::vector<float>>& expected) {
     const std::string name = first_name(golden);
-    PredictorOptions options = graft_options(golden);
+    ModelOptions options = graft_options(golden);
     options.gradients = true;
     const auto wide = make(c.config(graft_config(golden), name), state_of(golden, "old."), options);
     ASSERT_TRUE(wide);

@@ -31,7 +31,7 @@ class Layers : public model::SongUnet {
 struct GoldenLayer {
     const Golden& golden;
     std::string name;
-    model::PredictorConfig config = {};
+    model::ModelConfig config = {};
     std::function<nn::ValueId(Layers&, nn::ValueId x)> build = {};
     model::Precision precision = model::Precision::kStrict;
 

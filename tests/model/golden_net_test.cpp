@@ -1,4 +1,4 @@
-// Whole predictors of golden/net/net_*.npz, computed once with PyTorch in float64; see INDEX.md there
+// Whole models of golden/net/net_*.npz, computed once with PyTorch in float64; see INDEX.md there
 // for the keys.
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "io/weights_file.h"
 #include "model/adapters.h"
-#include "model/predictor.h"
+#include "model/model.h"
 #include "ops/op_harness.h"
 #include "support/golden.h"
 #include "support/golden_file.h"
@@ -16,10 +16,10 @@
 namespace splat::test {
 namespace {
 
-using model::Predictor;
-using model::PredictorConfig;
-using model::PredictorInput;
-using model::PredictorOptions;
+using model::Model;
+using model::ModelConfig;
+using model::ModelInput;
+using model::ModelOptions;
 
 /// Figures of golden/net/INDEX.md for whole networks; the reference's own float32 run stays within
 /// them as well (grad_rel_err32: 2e-6 to 3e-5).
@@ -28,7 +28,7 @@ constexpr double kNetGradient = 1e-4;  // relative L2 per tensor
 
 /// The priors behind RGB by their number: 1 depth, 2 depth and mask, 3 normals, 4 depth and normals,
 /// 5 all.
-void set_channels(PredictorConfig& c, std::uint32_t channels, bool origin_distance) {
+void set_channels(ModelConfig& c, std::uint32_t channels, bool origin_distance) {
     c.origin_distance = origin_distance;
     const std::uint32_t priors = channels - 3 - (origin_distance ? 1 : 0);
     c.depth = priors != 0 && priors != 3;
@@ -39,11 +39,11 @@ void set_channels(PredictorConfig& c, std::uint32_t channels, bool origin_distan
 
 /// The configuration of a file, as INDEX.md lists it: `cfg` is shorter in checkpoints, whose geometry is
 /// that of the cars.
-PredictorConfig config_of(const Golden& golden) {
+ModelConfig config_of(const Golden& golden) {
     const std::vector<std::int64_t> cfg = golden.array("cfg").ints().value();
     const auto at = [&](std::size_t i) { return static_cast<std::uint32_t>(cfg.at(i)); };
     const bool checkpoint = golden.has("iteration");
-    PredictorConfig c;
+    ModelConfig c;
     c.resolution = at(0);
     set_channels(c, at(1), golden.has("focal"));
     c.base_dim = at(2);
@@ -69,52 +69,51 @@ PredictorConfig config_of(const Golden& golden) {
     return c;
 }
 
-/// A predictor with the parameters and inputs of a file.
+/// A model with the parameters and inputs of a file.
 class Session {
   public:
-    Session(vk::Context& context, const Golden& golden, const PredictorOptions& options)
+    Session(vk::Context& context, const Golden& golden, const ModelOptions& options)
         : context_(context), golden_(golden), options_(options) {}
 
     /// With the file's parameters, or those of a state dict without adapters.
     Status open(const io::NamedTensors* state = nullptr) {
-        PredictorConfig config = config_of(golden_);
+        ModelConfig config = config_of(golden_);
         if (state != nullptr) config.lora.rank = 0;
-        SPLAT_ASSIGN(predictor, Predictor::create(context_, config, options_));
+        SPLAT_ASSIGN(model, Model::create(context_, config, options_));
         if (state != nullptr) {
             model::LoadReport report;
-            SPLAT_TRY(
-                model::load_state(*predictor, *state, {.source = {}, .take_rays = true}, report));
+            SPLAT_TRY(model::load_state(*model, *state, {.source = {}, .take_rays = true}, report));
         } else {
-            for (const nn::Parameter& parameter : predictor->parameters().all())
-                SPLAT_TRY(predictor->parameters().write(parameter,
-                                                        golden_.floats("p." + parameter.name)));
+            for (const nn::Parameter& parameter : model->parameters().all())
+                SPLAT_TRY(
+                    model->parameters().write(parameter, golden_.floats("p." + parameter.name)));
         }
-        SPLAT_TRY(predictor->parameters().zero_gradients());
-        if (golden_.has("ray_dirs")) SPLAT_TRY(predictor->set_rays(golden_.floats("ray_dirs")));
+        SPLAT_TRY(model->parameters().zero_gradients());
+        if (golden_.has("ray_dirs")) SPLAT_TRY(model->set_rays(golden_.floats("ray_dirs")));
         const std::vector<float> images = golden_.floats("x");
         const std::vector<float> poses = golden_.floats("v2w");
         const std::vector<float> quaternions = golden_.floats("quat");
         std::vector<float> focals, embedding;
         if (golden_.has("focal")) focals = golden_.floats("focal");
         if (golden_.has("emb")) embedding = golden_.floats("emb");
-        SPLAT_TRY(predictor->set_input({.images = images,
-                                        .view_to_world = poses,
-                                        .quaternions = quaternions,
-                                        .focals = focals,
-                                        .embedding = embedding,
-                                        .tokens = {}}));
-        return predictor->forward();
+        SPLAT_TRY(model->set_input({.images = images,
+                                    .view_to_world = poses,
+                                    .quaternions = quaternions,
+                                    .focals = focals,
+                                    .embedding = embedding,
+                                    .tokens = {}}));
+        return model->forward();
     }
 
     Status backward() {
-        const auto gradients = predictor->output_gradients();
+        const auto gradients = model->output_gradients();
         SPLAT_TRY(put(gradients.means, golden_.floats("g.xyz")));
         SPLAT_TRY(put(gradients.opacities, golden_.floats("g.opacity")));
         SPLAT_TRY(put(gradients.scales, golden_.floats("g.scaling")));
         SPLAT_TRY(put(gradients.rotations, golden_.floats("g.rotation")));
         SPLAT_TRY(put(gradients.sh,
                       sh(golden_.floats("g.features_dc"), golden_.floats("g.features_rest"))));
-        return predictor->backward();
+        return model->backward();
     }
 
     std::vector<float> get(const vk::BufferView& view) const {
@@ -136,7 +135,7 @@ class Session {
         return all;
     }
 
-    std::unique_ptr<Predictor> predictor;
+    std::unique_ptr<Model> model;
 
   private:
     Status put(const vk::BufferView& view, const std::vector<float>& values) {
@@ -146,7 +145,7 @@ class Session {
 
     vk::Context& context_;
     const Golden& golden_;
-    PredictorOptions options_;
+    ModelOptions options_;
 };
 
 /// [norm, sum, sum_i g_i cos(0.37 i)] of every gradient. An error of relative norm e moves the norm by
@@ -156,7 +155,7 @@ void expect_digests(const Session& session, const Golden& golden) {
     const std::vector<double> digest = golden.doubles("digest");
     std::size_t row = 0;
     for (std::string name; std::getline(names, name); ++row) {
-        const nn::Parameter* parameter = session.predictor->parameters().find(name);
+        const nn::Parameter* parameter = session.model->parameters().find(name);
         ASSERT_NE(parameter, nullptr) << name;
         ASSERT_NE(parameter->grad.block, nullptr) << name << " gets no gradient";
         double norm = 0, sum = 0, wave = 0;
@@ -180,7 +179,7 @@ void expect_digests(const Session& session, const Golden& golden) {
 /// Against the file's tensors `o64.…` or those of another prefix.
 void expect_outputs(const Session& session, const Golden& golden,
                     const std::string& prefix = "o64.") {
-    const auto outputs = session.predictor->outputs();
+    const auto outputs = session.model->outputs();
     const auto at = [&](const char* key) {
         const NpyArray& array = golden.array(prefix + key);
         return array.dtype == "f8" ? array.f64().value() : to_double(array.f32().value());
@@ -197,7 +196,7 @@ void expect_outputs(const Session& session, const Golden& golden,
 }
 
 /// d_x of the channels that the network sees.
-std::vector<double> image_gradient(const Golden& golden, const PredictorConfig& config) {
+std::vector<double> image_gradient(const Golden& golden, const ModelConfig& config) {
     const std::vector<double> all = golden.doubles("d_x64");
     const std::size_t pixels = std::size_t{config.resolution} * config.resolution;
     const std::size_t given = config.input_channels() * pixels;
@@ -214,17 +213,16 @@ void expect_gradients(const Session& session, const Golden& golden) {
     // whole gradient from float64 (2.7e-5 in net_2v, where single tensors are off by 5e-5 and more).
     // The digests are float64.
     const double own = golden.doubles("grad_rel_err32")[0];
-    for (const nn::Parameter& parameter : session.predictor->parameters().all())
+    for (const nn::Parameter& parameter : session.model->parameters().all())
         if (golden.has("d." + parameter.name))
             expect_relative(golden.name + " " + parameter.name, session.get(parameter.grad),
                             to_double(golden.floats("d." + parameter.name)), kNetGradient + own);
     if (golden.has("d_x64"))
         expect_relative(golden.name + " x",
-                        session.predictor->input_gradient(model::Predictor::Input::kImages).value(),
-                        image_gradient(golden, session.predictor->config()), kNetGradient);
+                        session.model->input_gradient(model::Model::Input::kImages).value(),
+                        image_gradient(golden, session.model->config()), kNetGradient);
     if (golden.has("d_emb")) {
-        const auto gradient =
-            session.predictor->input_gradient(model::Predictor::Input::kEmbedding);
+        const auto gradient = session.model->input_gradient(model::Model::Input::kEmbedding);
         ASSERT_OK(gradient.status());
         expect_relative(golden.name + " emb", gradient.value(), to_double(golden.floats("d_emb")),
                         kNetGradient + own);
@@ -244,7 +242,7 @@ SPLAT_INSTANTIATE_KERNELS(GoldenNet);
 void run_all(vk::Context& context, model::Precision precision, std::uint32_t smallest = 1) {
     each_golden("net_", [&](const Golden& golden) {
         if (config_of(golden).resolution < smallest) return;
-        PredictorOptions options;
+        ModelOptions options;
         options.objects = golden.dim("x", 0);
         options.gradients = options.input_gradient = true;
         options.build.precision = precision;
@@ -286,7 +284,7 @@ double largest(const std::vector<float>& values) {
 
 /// Least norm of the quaternions before they are normalised: four channels of the raw output, behind
 /// those of depth, offset, opacity and scale.
-double smallest_quaternion(const std::vector<float>& raw, const PredictorConfig& config) {
+double smallest_quaternion(const std::vector<float>& raw, const ModelConfig& config) {
     const std::size_t pixels = std::size_t{config.resolution} * config.resolution;
     const std::size_t first = config.offset ? 8 : 5;
     double least = HUGE_VAL;
@@ -307,34 +305,34 @@ double smallest_quaternion(const std::vector<float>& raw, const PredictorConfig&
 /// rotations 4e-6 to 8e-6 off the float64 run, like those of the reference in float32.
 TEST_P(GoldenNet, FoldedAdapters) {
     each_golden("net_lora", [&](const Golden& golden) {
-        PredictorOptions options;
+        ModelOptions options;
         options.objects = golden.dim("x", 0);
         options.build.precision = model::Precision::kStrict;
         Session beside(context(), golden, options);
         ASSERT_OK(beside.open());
-        const auto state = model::save_state(*beside.predictor);
+        const auto state = model::save_state(*beside.model);
         ASSERT_OK(state.status());
-        const float alpha = beside.predictor->config().lora.alpha;
+        const float alpha = beside.model->config().lora.alpha;
         const auto folded = model::merge_adapters(state.value(), state.value(), alpha, 1);
         ASSERT_OK(folded.status());
         Session inside(context(), golden, options);
         ASSERT_OK(inside.open(&folded.value()));
         expect_outputs(inside, golden, "merged.");
-        const std::vector<float> raw = beside.get(beside.predictor->raw_output());
+        const std::vector<float> raw = beside.get(beside.model->raw_output());
         const double unit = 1e-6 * largest(raw);
-        const auto a = beside.predictor->outputs();
-        const auto b = inside.predictor->outputs();
+        const auto a = beside.model->outputs();
+        const auto b = inside.model->outputs();
         const auto expect = [&](const char* what, const vk::BufferView& one,
                                 const vk::BufferView& other, double figure) {
             expect_absolute(what, inside.get(other), to_double(beside.get(one)), figure);
         };
-        expect("raw", beside.predictor->raw_output(), inside.predictor->raw_output(), unit);
+        expect("raw", beside.model->raw_output(), inside.model->raw_output(), unit);
         expect("means", a.means, b.means, unit);
         expect("opacities", a.opacities, b.opacities, unit);
         expect("scales", a.scales, b.scales, unit);
         expect("sh", a.sh, b.sh, unit);
         expect("rotations", a.rotations, b.rotations,
-               unit / smallest_quaternion(raw, beside.predictor->config()));
+               unit / smallest_quaternion(raw, beside.model->config()));
     });
 }
 
@@ -347,7 +345,7 @@ TEST_P(GoldenNet, CheckpointPredictsWhatItDid) {
     for (const char* file : {"ckpt.pth", "ckgpu.pth"}) {
         const auto weights = io::load_weights(folder + file);
         ASSERT_OK(weights.status());
-        PredictorOptions options;
+        ModelOptions options;
         options.objects = golden.dim("x", 0);
         options.build.precision = model::Precision::kStrict;
         Session session(context(), golden, options);

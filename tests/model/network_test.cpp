@@ -9,7 +9,7 @@
 #include "model/adam_steps.h"
 #include "model/adapters.h"
 #include "model/graph_reference.h"
-#include "model/small_predictor.h"
+#include "model/small_model.h"
 #include "model/song_unet.h"
 #include "ops/op_harness.h"
 #include "support/golden_file.h"
@@ -22,8 +22,8 @@ using nn::kNoValue;
 using nn::ValueId;
 
 /// 2 levels of 8 and 4 pixels, attention at 4: every kind of block, and a float64 pass of 50 ms.
-PredictorConfig tiny_config() {
-    PredictorConfig c = small_config();
+ModelConfig tiny_config() {
+    ModelConfig c = small_config();
     c.resolution = 8;
     c.attention_resolutions = {4};
     return c;
@@ -31,7 +31,7 @@ PredictorConfig tiny_config() {
 
 struct NetworkCase {
     const char* name;
-    PredictorConfig config;
+    ModelConfig config;
 };
 
 std::vector<NetworkCase> network_cases() {
@@ -40,30 +40,30 @@ std::vector<NetworkCase> network_cases() {
         cases.push_back({name, tiny_config()});
         change(cases.back().config);
     };
-    const auto modulated = [](PredictorConfig& c, model::Film film) {
+    const auto modulated = [](ModelConfig& c, model::Film film) {
         c.embedding = model::Embedding::kCustom;
         c.embedding_dim = 2;
         c.film = film;
     };
-    add("affine", [&](PredictorConfig& c) { modulated(c, model::Film::kAffine); });
-    add("affine and adapters", [&](PredictorConfig& c) {
+    add("affine", [&](ModelConfig& c) { modulated(c, model::Film::kAffine); });
+    add("affine and adapters", [&](ModelConfig& c) {
         modulated(c, model::Film::kAffine);
         c.lora.rank = 3;
         c.lora.alpha = 6;
         c.lora.trained = {"affine", "map_layer", "norm1"};
     });
-    add("shifts and adapters, also of the first convolution", [&](PredictorConfig& c) {
+    add("shifts and adapters, also of the first convolution", [&](ModelConfig& c) {
         modulated(c, model::Film::kReference);
         c.depth = c.normal = true;
         c.lora.rank = 2;
         c.lora.targets.emplace_back("8x8_conv");
         c.lora.trained = {"affine"};
     });
-    add("tokens", [](PredictorConfig& c) {
+    add("tokens", [](ModelConfig& c) {
         c.tokens = 5;
         c.token_dim = 7;
     });
-    add("no offset, two views, everything at once", [&](PredictorConfig& c) {
+    add("no offset, two views, everything at once", [&](ModelConfig& c) {
         modulated(c, model::Film::kAffine);
         c.offset = false;
         c.views = 2;
@@ -80,7 +80,7 @@ std::vector<NetworkCase> network_cases() {
 /// near 1.
 class Network {
   public:
-    Network(vk::Context& context, const PredictorConfig& config)
+    Network(vk::Context& context, const ModelConfig& config)
         : graph(context), unet_(graph, config, strict()) {
         const std::uint32_t n = 2 * config.views;
         const auto input = [&](const char* name, const Shape& shape) {
@@ -225,11 +225,11 @@ TEST(NetworksReference, GradcheckFloat64) {
 
 /// Images before a camera at the origin.
 struct ImageInputs {
-    explicit ImageInputs(const PredictorConfig& c)
+    explicit ImageInputs(const ModelConfig& c)
         : images(normal_fill(std::size_t{c.input_channels()} * c.resolution * c.resolution, 5)),
           tokens(normal_fill(std::size_t{c.token_dim} * c.tokens, 6)),
           embedding(normal_fill(c.embedding_length(), 7)) {}
-    [[nodiscard]] model::PredictorInput view() const {
+    [[nodiscard]] model::ModelInput view() const {
         return {.images = images,
                 .view_to_world = pose,
                 .quaternions = rotation,
@@ -242,24 +242,24 @@ struct ImageInputs {
     std::vector<float> rotation = {1, 0, 0, 0};
 };
 
-/// Whole predictors, with gradients.
-class NetworksTraining : public PredictorTest {
+/// Whole models, with gradients.
+class NetworksTraining : public ModelTest {
   protected:
-    std::unique_ptr<Predictor> make(const PredictorConfig& config) {
-        PredictorOptions options;
+    std::unique_ptr<Model> make(const ModelConfig& config) {
+        ModelOptions options;
         options.gradients = true;
         options.build.precision = model::Precision::kStrict;
-        return PredictorTest::make(config, options);
+        return ModelTest::make(config, options);
     }
-    void randomise(Predictor& predictor, std::uint64_t seed) {
-        for (const nn::Parameter& parameter : predictor.parameters().all())
-            EXPECT_OK(predictor.parameters().write(
+    void randomise(Model& model, std::uint64_t seed) {
+        for (const nn::Parameter& parameter : model.parameters().all())
+            EXPECT_OK(model.parameters().write(
                 parameter, normal_fill(parameter.shape.elements(), ++seed, 0, 0.2)));
     }
-    std::vector<float> means(Predictor& predictor, const ImageInputs& inputs) {
-        EXPECT_OK(predictor.set_input(inputs.view()));
-        EXPECT_OK(predictor.forward());
-        return read(predictor.outputs().means);
+    std::vector<float> means(Model& model, const ImageInputs& inputs) {
+        EXPECT_OK(model.set_input(inputs.view()));
+        EXPECT_OK(model.forward());
+        return read(model.outputs().means);
     }
 };
 INSTANTIATE_TEST_SUITE_P(Kernels, NetworksTraining, testing::Values(vk::Kernels::kCpu),
@@ -297,7 +297,7 @@ std::vector<float> offset_channels(const std::string& name, const std::vector<fl
 
 /// A network without offsets predicts and learns the same as one whose offsets are zero.
 TEST_P(NetworksTraining, WithoutOffsets) {
-    PredictorConfig config = tiny_config();
+    ModelConfig config = tiny_config();
     config.offset = false;
     const auto without = make(config);
     config.offset = true;
@@ -311,13 +311,13 @@ TEST_P(NetworksTraining, WithoutOffsets) {
     const ImageInputs inputs(config);
     expect_relative("means", means(*with, inputs), to_double(means(*without, inputs)), 1e-6);
     const std::vector<float> grad = normal_fill(3 * 64, 3);
-    for (Predictor* predictor : {without.get(), with.get()}) {
-        const auto gradients = predictor->output_gradients();
+    for (Model* model : {without.get(), with.get()}) {
+        const auto gradients = model->output_gradients();
         for (const vk::BufferView& view :
              {gradients.opacities, gradients.scales, gradients.rotations, gradients.sh})
             ASSERT_OK(context().fill(view, 0));
         ASSERT_OK(context().write(gradients.means, grad.data(), grad.size() * 4));
-        ASSERT_OK(predictor->backward());
+        ASSERT_OK(model->backward());
     }
     for (const nn::Parameter& parameter : without->parameters().all()) {
         const std::vector<float> wide =
@@ -332,7 +332,7 @@ TEST_P(NetworksTraining, WithoutOffsets) {
 /// gamma * norm(x) + beta is the norm with other weights: a network without modulation gets those weights
 /// and predicts the same as one whose modulation is equal for all embeddings.
 TEST_P(NetworksTraining, AffineModulationIsThatOfTheNorm) {
-    PredictorConfig config = tiny_config();
+    ModelConfig config = tiny_config();
     const auto plain = make(config);
     config.embedding = model::Embedding::kCustom;
     config.embedding_dim = 2;
@@ -370,7 +370,7 @@ TEST_P(NetworksTraining, AffineModulationIsThatOfTheNorm) {
 /// With either modulation, folded adapters predict the same as separate ones.
 TEST_P(NetworksTraining, FoldedAdaptersOfAModulatedNetwork) {
     for (const model::Film film : {model::Film::kReference, model::Film::kAffine}) {
-        PredictorConfig config = tiny_config();
+        ModelConfig config = tiny_config();
         config.embedding = model::Embedding::kCustom;
         config.embedding_dim = 2;
         config.film = film;
@@ -408,19 +408,19 @@ TEST_P(NetworksTraining, FoldedAdaptersOfAModulatedNetwork) {
 /// Attention to tokens starts without effect; after some steps all of its weights have moved, and the
 /// tokens matter.
 TEST_P(NetworksTraining, LearnsToAttend) {
-    PredictorConfig config = tiny_config();
+    ModelConfig config = tiny_config();
     config.tokens = 5;
     config.token_dim = 7;
-    const auto predictor = make(config);
-    ASSERT_TRUE(predictor);
+    const auto model = make(config);
+    ASSERT_TRUE(model);
     const ImageInputs inputs(config);
     ImageInputs others = inputs;
     for (float& token : others.tokens) token = -token;
-    const std::vector<float> first = means(*predictor, inputs);
-    EXPECT_EQ(means(*predictor, others), first);
+    const std::vector<float> first = means(*model, inputs);
+    EXPECT_EQ(means(*model, others), first);
     const auto weights = [&] {
         std::map<std::string, std::vector<float>> all;
-        for (const nn::Parameter& parameter : predictor->parameters().all())
+        for (const nn::Parameter& parameter : model->parameters().all())
             if (parameter.name.find("cross_attention") != std::string::npos &&
                 !without_effect(parameter.name))
                 all[parameter.name] = read(parameter.value);
@@ -429,7 +429,7 @@ TEST_P(NetworksTraining, LearnsToAttend) {
     const auto before = weights();
     EXPECT_EQ(before.size(), 9U * 2)
         << "norm, q, k, v, out of bottleneck and decoder, except the keys' bias";
-    AdamSteps adam(context(), *predictor);
+    AdamSteps adam(context(), *model);
     adam.run(5, inputs.view());
     if (testing::Test::HasFatalFailure()) return;
     for (const auto& [name, values] : weights()) {
@@ -440,7 +440,7 @@ TEST_P(NetworksTraining, LearnsToAttend) {
         // Adam's steps are of the size of its rate, 1e-3, for each element.
         EXPECT_GT(norm_of(moved), 1e-3 * std::sqrt(static_cast<double>(moved.size()))) << name;
     }
-    EXPECT_NE(means(*predictor, others), means(*predictor, inputs));
+    EXPECT_NE(means(*model, others), means(*model, inputs));
 }
 
 }  // namespace

@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "small_predictor.h"
+#include "small_model.h"
 
 namespace splat::test {
 namespace {
 
-class ObjectSlices : public PredictorTest {};
+class ObjectSlices : public ModelTest {};
 
 SPLAT_INSTANTIATE_KERNELS(ObjectSlices);
 
@@ -16,8 +16,8 @@ struct Batch {
     std::vector<std::vector<float>> outputs, gradients;
 };
 
-PredictorOptions options_of(std::uint64_t most_bytes) {
-    PredictorOptions options;
+ModelOptions options_of(std::uint64_t most_bytes) {
+    ModelOptions options;
     options.objects = 4;
     options.gradients = options.input_gradient = true;
     options.most_bytes = most_bytes;
@@ -31,28 +31,28 @@ double norm(const std::vector<float>& values) {
 }
 
 TEST_P(ObjectSlices, GiveWhatTheWholeGives) {
-    PredictorConfig config = small_config();
+    ModelConfig config = small_config();
     config.views = 2;
     config.embedding = model::Embedding::kPose;
     config.tokens = 5;
     config.token_dim = 7;
     Inputs inputs(config, 4, 17);
     for (std::size_t i = 0; i < 8; ++i) inputs.poses[16 * i + 12] = 0.1F * static_cast<float>(i);
-    const auto run_batch = [&](Predictor& predictor) {
+    const auto run_batch = [&](Model& model) {
         Batch batch;
-        randomise(predictor, 90);
-        batch.outputs.push_back(run(predictor, inputs));
-        const auto o = predictor.outputs();
+        randomise(model, 90);
+        batch.outputs.push_back(run(model, inputs));
+        const auto o = model.outputs();
         for (const auto& view : {o.means, o.opacities, o.scales, o.rotations, o.sh})
             batch.outputs.push_back(read(view));
-        write_gradients(predictor, 91);
-        EXPECT_OK(predictor.backward());
-        for (const auto input : {Predictor::Input::kImages, Predictor::Input::kTokens}) {
-            const auto gradient = predictor.input_gradient(input);
+        write_gradients(model, 91);
+        EXPECT_OK(model.backward());
+        for (const auto input : {Model::Input::kImages, Model::Input::kTokens}) {
+            const auto gradient = model.input_gradient(input);
             EXPECT_OK(gradient.status());
             if (gradient.ok()) batch.gradients.push_back(gradient.value());
         }
-        for (const nn::Parameter& parameter : predictor.parameters().all())
+        for (const nn::Parameter& parameter : model.parameters().all())
             batch.gradients.push_back(read(parameter.grad));
         return batch;
     };
@@ -87,9 +87,9 @@ TEST_P(ObjectSlices, GiveWhatTheWholeGives) {
 /// Each slice has its own dropout, and its backward pass uses the mask of its forward pass: the first slice
 /// equals a batch of one object, and its gradients are computed after those of the others.
 TEST_P(ObjectSlices, HaveDropoutOfTheirOwn) {
-    PredictorConfig config = small_config();
+    ModelConfig config = small_config();
     config.dropout = 0.5F;
-    PredictorOptions options = options_of(1);
+    ModelOptions options = options_of(1);
     options.build.training = true;
     const auto sliced = make(config, options);
     options.objects = 1;
@@ -102,27 +102,27 @@ TEST_P(ObjectSlices, HaveDropoutOfTheirOwn) {
     Inputs one(config, 1);
     one.images.assign(inputs.images.begin(), inputs.images.begin() + quarter);
     std::vector<std::vector<float>> gradients[2];
-    for (Predictor* predictor : {sliced.get(), single.get()}) {
-        randomise(*predictor, 90);
-        const std::vector<float> raw = run(*predictor, predictor == single.get() ? one : inputs);
+    for (Model* model : {sliced.get(), single.get()}) {
+        randomise(*model, 90);
+        const std::vector<float> raw = run(*model, model == single.get() ? one : inputs);
         const auto part = static_cast<std::ptrdiff_t>(raw.size() / 4);
-        for (std::ptrdiff_t i = 1; i < 4 && predictor == sliced.get(); ++i)
+        for (std::ptrdiff_t i = 1; i < 4 && model == sliced.get(); ++i)
             EXPECT_FALSE(std::equal(raw.begin(), raw.begin() + part, raw.begin() + i * part)) << i;
-        const auto g = predictor->output_gradients();
+        const auto g = model->output_gradients();
         for (const auto& view : {g.means, g.opacities, g.scales, g.rotations, g.sh})
             ASSERT_OK(context().fill(view, 0));
         const std::vector<float> of_first = normal_fill(16 * 16 * 3, 91);
         ASSERT_OK(context().write(g.means, of_first.data(), of_first.size() * 4));
-        ASSERT_OK(predictor->backward());
-        EXPECT_EQ(predictor->backward().code(), Code::kInvalidState);
-        for (const nn::Parameter& parameter : predictor->parameters().all())
-            gradients[predictor == single.get() ? 1 : 0].push_back(read(parameter.grad));
+        ASSERT_OK(model->backward());
+        EXPECT_EQ(model->backward().code(), Code::kInvalidState);
+        for (const nn::Parameter& parameter : model->parameters().all())
+            gradients[model == single.get() ? 1 : 0].push_back(read(parameter.grad));
     }
     EXPECT_EQ(gradients[0], gradients[1]);
 }
 
 TEST_P(ObjectSlices, RefuseWhatDoesNotFit) {
-    const PredictorConfig config = small_config();
+    const ModelConfig config = small_config();
     const auto sliced = make(config, options_of(1));
     ASSERT_TRUE(sliced);
     const Inputs one(config, 1);
@@ -138,7 +138,7 @@ TEST_P(ObjectSlices, RefuseWhatDoesNotFit) {
 
 /// Inputs that stand in tensors, in one pass and in slices, give what arrays give.
 TEST_P(ObjectSlices, TakeTensors) {
-    PredictorConfig config = small_config();
+    ModelConfig config = small_config();
     config.embedding = model::Embedding::kCustom;
     config.embedding_dim = 2;
     config.tokens = 5;
@@ -155,15 +155,15 @@ TEST_P(ObjectSlices, TakeTensors) {
         shown.insert(shown.end(), plane - static_cast<std::ptrdiff_t>(3 * pixels), plane);
     }
     const std::vector<float> embedding = normal_fill(4 * config.embedding_length(), 18);
-    model::PredictorInput given = inputs.view();
+    model::ModelInput given = inputs.view();
     given.embedding = embedding;
     for (const std::uint64_t most_bytes : {0, 1}) {
         std::vector<float> results[2], gradients[2];
         for (const bool tensors : {false, true}) {
-            const auto predictor = make(config, options_of(most_bytes));
-            ASSERT_TRUE(predictor);
-            EXPECT_EQ(predictor->slices(), most_bytes == 0 ? 1U : 4U);
-            randomise(*predictor, 90);
+            const auto model = make(config, options_of(most_bytes));
+            ASSERT_TRUE(model);
+            EXPECT_EQ(model->slices(), most_bytes == 0 ? 1U : 4U);
+            randomise(*model, 90);
             if (tensors) {
                 const std::pair<const char*, const std::vector<float>*> all[] = {
                     {"images", &shown},
@@ -172,21 +172,20 @@ TEST_P(ObjectSlices, TakeTensors) {
                     {"tokens", &inputs.tokens},
                     {"view_to_world", &inputs.poses}};
                 for (const auto& [name, values] : all) {
-                    const auto view = predictor->input_tensor(name);
+                    const auto view = model->input_tensor(name);
                     ASSERT_OK(view.status());
                     ASSERT_EQ(view.value().shape.elements(), values->size()) << name;
                     ASSERT_OK(context().write(view.value(), values->data(), values->size() * 4));
                 }
-                ASSERT_OK(predictor->use_tensors(0, 0));
+                ASSERT_OK(model->use_tensors(0, 0));
             } else {
-                ASSERT_OK(predictor->set_input(given));
+                ASSERT_OK(model->set_input(given));
             }
-            ASSERT_OK(predictor->forward());
-            results[tensors ? 1 : 0] = read(predictor->outputs().means);
-            write_gradients(*predictor, 91);
-            ASSERT_OK(predictor->backward());
-            gradients[tensors ? 1 : 0] =
-                predictor->input_gradient(Predictor::Input::kEmbedding).value();
+            ASSERT_OK(model->forward());
+            results[tensors ? 1 : 0] = read(model->outputs().means);
+            write_gradients(*model, 91);
+            ASSERT_OK(model->backward());
+            gradients[tensors ? 1 : 0] = model->input_gradient(Model::Input::kEmbedding).value();
         }
         EXPECT_EQ(results[0], results[1]) << most_bytes;
         EXPECT_EQ(gradients[0], gradients[1]) << most_bytes;

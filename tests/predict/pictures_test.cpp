@@ -35,17 +35,17 @@ PictureInput input_of(data::NamedImage image) {
     return input;
 }
 
-config::PredictorConfig network() {
-    config::PredictorConfig config;
+config::ModelConfig network() {
+    config::ModelConfig config;
     config.resolution = 32;
     return config;
 }
 
-Result<PictureViews> views_of(const config::PredictorConfig& config, const PictureInput& input) {
+Result<PictureViews> views_of(const config::ModelConfig& config, const PictureInput& input) {
     return views_of_pictures(config, kWhite, std::span(&input, 1));
 }
 
-void expect_refused(const config::PredictorConfig& config, const PictureInput& input,
+void expect_refused(const config::ModelConfig& config, const PictureInput& input,
                     const char* part) {
     EXPECT_ERROR(views_of(config, input).status(), Code::kInvalidArgument, part);
 }
@@ -71,7 +71,7 @@ TEST(Pictures, OnePictureIsSeenByTheCameraOfTheNetwork) {
 }
 
 TEST(Pictures, MapsFollowTheColours) {
-    config::PredictorConfig config = network();
+    config::ModelConfig config = network();
     config.depth = config.normal = config.mask = config.origin_distance = true;
     PictureInput input = input_of(picture());
     input.picture.depth = picture(1, 100);
@@ -91,7 +91,7 @@ TEST(Pictures, MapsFollowTheColours) {
 }
 
 TEST(Pictures, FocalLengthsScaleWithTheSquare) {
-    config::PredictorConfig config = network();
+    config::ModelConfig config = network();
     config.fov_degrees = 0;
     PictureInput input = input_of(picture());
     input.focal = 62;
@@ -115,7 +115,7 @@ TEST(Pictures, TellsAFieldOfViewThatDiffers) {
 }
 
 TEST(Pictures, SeveralViewsAreRelativeToTheFirst) {
-    config::PredictorConfig config = network();
+    config::ModelConfig config = network();
     config.views = 2;
     std::vector<PictureInput> inputs = {input_of(picture()), input_of(picture())};
     for (PictureInput& input : inputs) input.crop = false;
@@ -156,7 +156,7 @@ TEST(Pictures, SeveralViewsAreRelativeToTheFirst) {
 
 TEST(Pictures, RefusesWhatTheNetworkDoesNotTake) {
     PictureInput input = input_of(picture());
-    config::PredictorConfig config = network();
+    config::ModelConfig config = network();
     config.depth = true;
     expect_refused(config, input, "pictures[0]: a depth map is missing");
     input.picture.normal = picture();

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "config/presets.h"
-#include "model/predictor.h"
+#include "model/model.h"
 #include "model/weights.h"
 #include "predict/weights_place.h"
 #include "support/expect_status.h"
@@ -15,7 +15,7 @@ namespace {
 
 using io::NamedTensors;
 
-config::PredictorConfig network_of(const char* preset) {
+config::ModelConfig network_of(const char* preset) {
     const auto found = config::preset_of(preset);
     const auto settings = settings_of(std::string(found.value().text), preset);
     EXPECT_OK(settings.status());
@@ -31,7 +31,7 @@ void add(NamedTensors& to, const std::string& name, std::vector<std::int64_t> di
 }
 
 /// The tensors of a published file that tell its network apart, without the large ones.
-NamedTensors published_file(const config::PredictorConfig& c, bool rays = true) {
+NamedTensors published_file(const config::ModelConfig& c, bool rays = true) {
     NamedTensors file;
     const auto r = static_cast<std::int64_t>(c.resolution);
     if (rays) add(file, "ray_dirs", {1, 3, r, r}, model::pixel_rays(c));
@@ -87,7 +87,7 @@ TEST(Published, IsDecidedByTheNameOfTheFile) {
 }
 
 TEST(Published, NamesTheNearestAndWhatDiffers) {
-    config::PredictorConfig small = network_of("cars");
+    config::ModelConfig small = network_of("cars");
     small.base_dim = 32;
     small.num_blocks = 2;
     const PublishedFit fit = published_fit(published_file(small), "model_cars.pth");
@@ -96,7 +96,7 @@ TEST(Published, NamesTheNearestAndWhatDiffers) {
     EXPECT_EQ(fit.sentence(),
               "its tensors fit no published configuration; the nearest is cars, but model.base_dim "
               "is 32 (there 128), model.num_blocks is 2 (there 4)");
-    config::PredictorConfig wide = network_of("cars");
+    config::ModelConfig wide = network_of("cars");
     wide.fov_degrees = 70;
     EXPECT_EQ(published_fit(published_file(wide), "model_cars.pth").differences,
               Names{"the field of view of ray_dirs is 70 degrees (there 51.99 degrees)"});
@@ -122,13 +122,13 @@ TEST(Published, LeavesTheFirstTrainingOut) {
 TEST(Published, TraitsAreThoseOfNetworksThatAreBuilt) {
     vk::Context* const context = test::shared_context();
     ASSERT_NE(context, nullptr);
-    config::PredictorConfig plain;
+    config::ModelConfig plain;
     plain.resolution = 16;
     plain.base_dim = 8;
     plain.num_blocks = 1;
     plain.channel_mult = {1, 2};
     plain.attention_resolutions = {8};
-    std::vector<config::PredictorConfig> all(6, plain);
+    std::vector<config::ModelConfig> all(6, plain);
     all[1].offset = false;
     all[1].sh_degree = 0;
     all[2].depth = all[2].normal = true;
@@ -142,7 +142,7 @@ TEST(Published, TraitsAreThoseOfNetworksThatAreBuilt) {
     all[5].token_dim = 6;
     all[5].tokens = 3;
     for (std::size_t i = 0; i < all.size(); ++i) {
-        const auto made = model::Predictor::create(*context, all[i], {});
+        const auto made = model::Model::create(*context, all[i], {});
         ASSERT_OK(made.status());
         const auto state = model::save_state(*made.value());
         ASSERT_OK(state.status());

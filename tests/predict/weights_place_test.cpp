@@ -86,7 +86,7 @@ TEST(WeightsPlace, ReadsNetworkAndTraining) {
 }
 
 TEST(WeightsPlace, TakesTheAlphaOfAdaptersFromTheirFile) {
-    config::PredictorConfig network;
+    config::ModelConfig network;
     io::WeightsFile adapters;
     EXPECT_ERROR(adapters_alpha(adapters, network).status(), Code::kInvalidArgument, "neither");
     network.lora.rank = 2;

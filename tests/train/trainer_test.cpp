@@ -19,8 +19,8 @@ using train::Trainer;
 using train::TrainStep;
 
 /// Two levels of 8 and 4 pixels, attention at 4.
-model::PredictorConfig small_network() {
-    model::PredictorConfig c;
+model::ModelConfig small_network() {
+    model::ModelConfig c;
     c.resolution = 8;
     c.base_dim = 8;
     c.num_blocks = 1;
@@ -48,8 +48,7 @@ TrainConfig small_training() {
 
 /// Images of two objects seen from the front, and their targets a little from the sides.
 struct Batch {
-    Batch(const model::PredictorConfig& network, const TrainConfig& training,
-          std::uint64_t seed = 3) {
+    Batch(const model::ModelConfig& network, const TrainConfig& training, std::uint64_t seed = 3) {
         const std::size_t pixels = std::size_t{network.resolution} * network.resolution;
         const std::size_t objects = training.batch_size;
         images = normal_fill(objects * network.input_channels() * pixels, seed, 0.5, 0.2);
@@ -83,12 +82,11 @@ struct Batch {
 
 class TrainerRules : public KernelsTest {
   protected:
-    std::unique_ptr<Trainer> make(const model::PredictorConfig& network,
-                                  const TrainConfig& training) {
+    std::unique_ptr<Trainer> make(const model::ModelConfig& network, const TrainConfig& training) {
         auto made = Trainer::create(context(), network, training);
         EXPECT_OK(made.status());
         if (!made.ok()) return nullptr;
-        EXPECT_OK(made.value()->predictor().init(7));
+        EXPECT_OK(made.value()->model().init(7));
         return std::move(made.value());
     }
     TrainStep run(Trainer& trainer, const Batch& batch) {
@@ -98,20 +96,20 @@ class TrainerRules : public KernelsTest {
     }
     std::vector<float> gradient(Trainer& trainer, const char* name) {
         std::vector<float> values;
-        const nn::Parameter* parameter = trainer.predictor().parameters().find(name);
+        const nn::Parameter* parameter = trainer.model().parameters().find(name);
         EXPECT_NE(parameter, nullptr);
         if (parameter == nullptr) return values;
-        EXPECT_OK(trainer.predictor().parameters().read(parameter->grad, values));
+        EXPECT_OK(trainer.model().parameters().read(parameter->grad, values));
         return values;
     }
-    void expect_gradient_of_the_loss(const model::PredictorConfig& network, TrainConfig training) {
+    void expect_gradient_of_the_loss(const model::ModelConfig& network, TrainConfig training) {
         training.learning_rate = 0;
         const auto trainer = make(network, training);
         ASSERT_TRUE(trainer);
         const Batch batch(network, training);
         run(*trainer, batch);
         const std::vector<float> expected = gradient(*trainer, kBias);
-        nn::Parameters& parameters = trainer->predictor().parameters();
+        nn::Parameters& parameters = trainer->model().parameters();
         const nn::Parameter& bias = *parameters.find(kBias);
         std::vector<float> values;
         ASSERT_OK(parameters.read(bias.value, values));
@@ -212,7 +210,7 @@ TEST_P(TrainerLpips, TakesPart) {
     ASSERT_OK(io::save_weights(file, training.lpips_weights[0]));
     file.tensors = linear_weights();
     ASSERT_OK(io::save_weights(file, training.lpips_weights[1]));
-    model::PredictorConfig network = small_network();
+    model::ModelConfig network = small_network();
     network.resolution = 16;  // the least that VGG16 takes
     const auto trainer = make(network, training);
     ASSERT_TRUE(trainer);
@@ -259,7 +257,7 @@ TEST_P(TrainerRules, PassesOfAnySizeGiveTheSameGradient) {
 
 /// CO3D's terms, means over the outliers of the batch: one object has more of them than the other.
 TEST_P(TrainerRules, ScaleTermsAreMeansOverTheBatch) {
-    model::PredictorConfig network = small_network();
+    model::ModelConfig network = small_network();
     network.init_scale = {1, 20};
     TrainConfig training = small_training();
     training.scale_terms = true;
@@ -275,7 +273,7 @@ TEST_P(TrainerRules, ScaleTermsAreMeansOverTheBatch) {
     const double loss = run(*single, batch).loss.total, loss_of_pair = run(*pair, batch).loss.total;
     const double loss_without = run(*without, batch).loss.total;
     std::vector<float> scales;
-    ASSERT_OK(pair->predictor().parameters().read(pair->predictor().outputs().scales, scales));
+    ASSERT_OK(pair->model().parameters().read(pair->model().outputs().scales, scales));
     std::size_t large[2] = {};
     for (std::size_t i = 0; i < scales.size(); ++i)
         large[2 * i / scales.size()] += scales[i] > 20 ? 1 : 0;
@@ -303,30 +301,29 @@ TEST_P(TrainerRules, ScaleTermsAreMeansOverTheBatch) {
 
 /// Activations that are computed once more have the same bits, dropout included, and need less memory.
 TEST_P(TrainerRules, RecomputesToTheSameBits) {
-    model::PredictorConfig network = small_network();
+    model::ModelConfig network = small_network();
     network.dropout = 0.1F;
     TrainConfig training = small_training();
     const auto kept = make(network, training);
     training.recompute = true;
     const auto again = make(network, training);
     ASSERT_TRUE(kept && again);
-    EXPECT_LT(again->predictor().executor().memory().bound,
-              kept->predictor().executor().memory().bound);
+    EXPECT_LT(again->model().executor().memory().bound, kept->model().executor().memory().bound);
     const Batch batch(network, training);
     EXPECT_EQ(run(*again, batch).loss.total, run(*kept, batch).loss.total);
     EXPECT_EQ(again->steps(), 1U);
-    for (const nn::Parameter& parameter : kept->predictor().parameters().all()) {
+    for (const nn::Parameter& parameter : kept->model().parameters().all()) {
         std::vector<float> one, other;
-        ASSERT_OK(kept->predictor().parameters().read(parameter.value, one));
-        const nn::Parameter* same = again->predictor().parameters().find(parameter.name);
+        ASSERT_OK(kept->model().parameters().read(parameter.value, one));
+        const nn::Parameter* same = again->model().parameters().find(parameter.name);
         ASSERT_NE(same, nullptr);
-        ASSERT_OK(again->predictor().parameters().read(same->value, other));
+        ASSERT_OK(again->model().parameters().read(same->value, other));
         EXPECT_EQ(one, other) << parameter.name;
     }
 }
 
 TEST_P(TrainerRules, ResumesBitByBit) {
-    model::PredictorConfig network = small_network();
+    model::ModelConfig network = small_network();
     network.dropout = 0.1F;
     const TrainConfig training = small_training();
     const auto whole = make(network, training);
@@ -374,7 +371,7 @@ TEST_P(TrainerRules, RefusesADamagedOrForeignState) {
     ASSERT_TRUE(trainer);
     auto file = trainer->checkpoint();
     ASSERT_OK(file.status());
-    model::PredictorConfig other = small_network();
+    model::ModelConfig other = small_network();
     other.base_dim = 16;
     const auto wider = make(other, small_training());
     ASSERT_TRUE(wider);
@@ -391,7 +388,7 @@ TEST_P(TrainerRules, SkipsAStepThatIsNotFinite) {
     ASSERT_TRUE(trainer);
     const Batch batch(small_network(), small_training());
     run(*trainer, batch);
-    nn::Parameters& parameters = trainer->predictor().parameters();
+    nn::Parameters& parameters = trainer->model().parameters();
     const nn::Parameter& bias = *parameters.find(kBias);
     std::vector<float> good;
     ASSERT_OK(parameters.read(bias.value, good));
@@ -429,8 +426,8 @@ TEST_P(TrainerRules, UpdatesAllOrNothing) {
     auto made = Trainer::create(*device, small_network(), small_training());
     ASSERT_OK(made.status());
     Trainer& trainer = *made.value();
-    ASSERT_OK(trainer.predictor().init(7));
-    nn::Parameters& parameters = trainer.predictor().parameters();
+    ASSERT_OK(trainer.model().init(7));
+    nn::Parameters& parameters = trainer.model().parameters();
     const nn::Parameter& bias = *parameters.find(kBias);
     std::vector<float> before, after, expected;
     ASSERT_OK(parameters.read(bias.value, before));
@@ -448,7 +445,7 @@ TEST_P(TrainerRules, UpdatesAllOrNothing) {
     const auto never_failed = make(small_network(), small_training());
     ASSERT_TRUE(never_failed);
     run(*never_failed, batch);
-    nn::Parameters& others = never_failed->predictor().parameters();
+    nn::Parameters& others = never_failed->model().parameters();
     ASSERT_OK(others.read(others.find(kBias)->value, expected));
     EXPECT_NE(after, before);
     EXPECT_EQ(after, expected);

@@ -111,7 +111,8 @@ Result<EvaluatorPointer> make_evaluator(const splat_evaluator_desc& desc) {
     object->evaluator = std::make_unique<eval::Evaluator>(std::move(views), std::move(protocol),
                                                           lpips, std::move(labels));
     if (desc.method == nullptr)
-        SPLAT_TRY(object->evaluator->use(*object->predictor->context, *object->predictor->network));
+        SPLAT_TRY(
+            object->evaluator->use(*object->predictor->context, *object->predictor->predictor));
     return object;
 }
 

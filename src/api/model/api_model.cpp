@@ -6,7 +6,7 @@
 #include "config/config_file.h"
 #include "core/json_writer.h"
 #include "model/adapters.h"
-#include "predict/network.h"
+#include "predict/predictor.h"
 
 using namespace splat;
 
@@ -14,10 +14,10 @@ namespace {
 
 using ModelPointer = std::shared_ptr<api::ModelObject>;
 
-Result<config::PredictorConfig> config_of(const char* text) {
-    if (text == nullptr) return config::PredictorConfig();
+Result<config::ModelConfig> config_of(const char* text) {
+    if (text == nullptr) return config::ModelConfig();
     SPLAT_ASSIGN(const Config config, read_config(text, "configuration"));
-    return config::predictor_config(config);
+    return config::model_config(config);
 }
 
 void add_ledger(JsonWriter& json, const model::Ledger& ledger) {
@@ -29,15 +29,15 @@ JsonWriter& begin_tensor(JsonWriter& json, const char* name, const Shape& shape)
     return json.newline(2).begin_object().member("name", name).key("shape").raw(shape.text());
 }
 
-void add_tensors(JsonWriter& json, model::Predictor& predictor) {
+void add_tensors(JsonWriter& json, model::Model& network) {
     json.newline(1).key("inputs").begin_array();
-    for (const model::Predictor::Port& port : predictor.inputs())
+    for (const model::Model::Port& port : network.inputs())
         begin_tensor(json, port.name, port.shape).member("optional", port.optional).end();
     json.end().newline(1).key("outputs").begin_array();
-    for (const api::ModelOutput& output : api::model_outputs(predictor))
+    for (const api::ModelOutput& output : api::model_outputs(network))
         begin_tensor(json, output.name, output.view.shape).end();
     json.end().newline(1).key("tensors").begin_array();
-    for (const nn::Parameter& parameter : predictor.parameters().all())
+    for (const nn::Parameter& parameter : network.parameters().all())
         begin_tensor(json, parameter.name.c_str(), parameter.shape)
             .member("trainable", parameter.trainable)
             .end();
@@ -45,24 +45,24 @@ void add_tensors(JsonWriter& json, model::Predictor& predictor) {
 }
 
 std::string report_of(api::ModelObject& object) {
-    const model::Predictor& predictor = *object.predictor;
+    const model::Model& network = *object.model;
     std::uint64_t trainable = 0;
-    for (const nn::Parameter& parameter : object.predictor->parameters().all())
+    for (const nn::Parameter& parameter : object.model->parameters().all())
         if (parameter.trainable) trainable += parameter.shape.elements();
-    const nn::ExecutorMemory memory = predictor.executor().memory();
+    const nn::ExecutorMemory memory = network.executor().memory();
     const model::LoadReport load = object.load.get();
     JsonWriter json;
-    json.begin_object().member("parameters", object.predictor->parameters().elements());
-    json.member("trainable", trainable).member("slices", predictor.slices());
+    json.begin_object().member("parameters", object.model->parameters().elements());
+    json.member("trainable", trainable).member("slices", network.slices());
     json.key("bytes").begin_object().member("activations", memory.arenas - memory.prepared);
     json.member("prepared", memory.prepared).end();
-    add_ledger(json, predictor.ledger());
-    add_tensors(json, *object.predictor);
+    add_ledger(json, network.ledger());
+    add_tensors(json, *object.model);
     json.newline(1).key("load").begin_object().member("rays_differ", load.rays_differ);
     json.member("rays_taken", load.rays_taken).key("copied").list(load.copied);
     json.key("widened").list(load.widened).key("fresh").list(load.fresh);
     json.key("left_out").list(load.left_out).end();
-    json.newline(1).key("config").raw(config::config_text(predictor.config())).end();
+    json.newline(1).key("config").raw(config::config_text(network.config())).end();
     return json.text();
 }
 
@@ -71,7 +71,7 @@ template <class Body>
 splat_result locked(splat_model model, Body&& body) {
     return api::guarded([&] {
         return api::use<api::Models>(model, "model", [&](api::ModelObject& object) -> Status {
-            SPLAT_TRY(object.predictor->check_unmapped());
+            SPLAT_TRY(object.model->check_unmapped());
             return body(object);
         });
     });
@@ -83,7 +83,7 @@ Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t in
         return error(Code::kInvalidArgument,
                      "object is %u, expected less than %u, the objects of the model", index,
                      object.objects);
-    return predict::gaussians_of(*object.context, *object.predictor, object.objects, index);
+    return predict::gaussians_of(*object.context, *object.model, object.objects, index);
 }
 
 }  // namespace
@@ -118,10 +118,10 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
                          "splat_model_desc.flags is %#x: SPLAT_MODEL_RECOMPUTE and "
                          "_INPUT_GRADIENTS need SPLAT_MODEL_GRADIENTS",
                          desc->flags);
-        model::PredictorOptions options;
+        model::ModelOptions options;
         SPLAT_ASSIGN(options.build.precision,
                      api::precision_of(desc->precision, "splat_model_desc.precision"));
-        SPLAT_ASSIGN(const config::PredictorConfig config, config_of(desc->config));
+        SPLAT_ASSIGN(const config::ModelConfig config, config_of(desc->config));
         if (desc->objects > 4096)
             return error(Code::kInvalidArgument,
                          "splat_model_desc.objects is %u, expected at most 4096", desc->objects);
@@ -138,8 +138,7 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
         object->flags = desc->flags;
         {
             const std::lock_guard lock(object->context->mutex);
-            SPLAT_ASSIGN(object->predictor,
-                         model::Predictor::create(*object->context, config, options));
+            SPLAT_ASSIGN(object->model, model::Model::create(*object->context, config, options));
         }  // unlocked: if add() throws, the object is destroyed, which locks
         *model = api::Models::add(std::move(object));
         return {};
@@ -147,7 +146,7 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
 }
 
 splat_result splat_model_init(splat_model model, uint64_t seed) {
-    return locked(model, [&](api::ModelObject& object) { return object.predictor->init(seed); });
+    return locked(model, [&](api::ModelObject& object) { return object.model->init(seed); });
 }
 
 splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t flags) {
@@ -165,7 +164,7 @@ splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t
             if (flags != SPLAT_LOAD_ADAPTERS)
                 return error(Code::kInvalidArgument,
                              "flags is %#x, expected SPLAT_LOAD_ADAPTERS alone", flags);
-            return loaded(model::load_adapters(*object.predictor, file->file, report));
+            return loaded(model::load_adapters(*object.model, file->file, report));
         }
         model::LoadOptions options;
         options.graft = (flags & SPLAT_LOAD_GRAFT) != 0;
@@ -173,7 +172,7 @@ splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t
         options.source = {(flags & SPLAT_LOAD_FROM_DEPTH) != 0,
                           (flags & SPLAT_LOAD_FROM_NORMAL) != 0,
                           (flags & SPLAT_LOAD_FROM_MASK) != 0};
-        return loaded(model::load_state(*object.predictor, file->file.tensors, options, report));
+        return loaded(model::load_state(*object.model, file->file.tensors, options, report));
     });
 }
 
@@ -181,7 +180,7 @@ splat_result splat_model_store(splat_model model, splat_weights* weights) {
     return locked(model, [&](api::ModelObject& object) -> Status {
         SPLAT_TRY(api::require(weights, "weights"));
         auto made = std::make_shared<api::WeightsObject>();
-        SPLAT_ASSIGN(made->file.tensors, model::save_state(*object.predictor));
+        SPLAT_ASSIGN(made->file.tensors, model::save_state(*object.model));
         made->from = "model";
         *weights = api::Weights::add(std::move(made));
         return {};
@@ -194,10 +193,10 @@ splat_result splat_model_export(splat_model model, splat_export what, splat_weig
         if (what != SPLAT_EXPORT_ADAPTERS && what != SPLAT_EXPORT_MERGED)
             return error(Code::kInvalidArgument, "what is %d, expected SPLAT_EXPORT_*", what);
         auto made = std::make_shared<api::WeightsObject>();
-        SPLAT_ASSIGN(made->file, model::save_adapters(*object.predictor));
+        SPLAT_ASSIGN(made->file, model::save_adapters(*object.model));
         if (what == SPLAT_EXPORT_MERGED) {
-            SPLAT_ASSIGN(const io::NamedTensors state, model::save_state(*object.predictor));
-            const auto alpha = static_cast<double>(object.predictor->config().lora.alpha);
+            SPLAT_ASSIGN(const io::NamedTensors state, model::save_state(*object.model));
+            const auto alpha = static_cast<double>(object.model->config().lora.alpha);
             SPLAT_ASSIGN(made->file.tensors,
                          model::merge_adapters(state, made->file.tensors, alpha, 1));
             made->file.metadata.clear();

@@ -10,8 +10,8 @@ using namespace splat;
 namespace {
 
 splat_model_info info_of(const api::ModelObject& object) {
-    model::Predictor& predictor = *object.predictor;
-    const config::PredictorConfig& c = predictor.config();
+    model::Model& network = *object.model;
+    const config::ModelConfig& c = network.config();
     splat_model_info info{};
     info.flags = object.flags;
     info.objects = object.objects;
@@ -19,18 +19,18 @@ splat_model_info info_of(const api::ModelObject& object) {
     info.resolution = c.resolution;
     info.channels = c.input_channels();
     info.image_channels = c.image_channels();
-    info.output_channels = predictor.raw_output().shape[1];
+    info.output_channels = network.raw_output().shape[1];
     info.gaussians = c.views * c.resolution * c.resolution;
     info.sh_degree = c.sh_degree;
     info.embedding_length = c.embedding == config::Embedding::kCustom ? c.embedding_length() : 0;
     info.token_dim = c.token_dim;
     info.tokens = c.tokens;
-    info.slices = predictor.slices();
+    info.slices = network.slices();
     info.fov = c.fov_degrees;
-    info.parameters = predictor.parameters().elements();
-    for (const nn::Parameter& parameter : predictor.parameters().all())
+    info.parameters = network.parameters().elements();
+    for (const nn::Parameter& parameter : network.parameters().all())
         if (parameter.trainable) info.trainable += parameter.shape.elements();
-    const model::Ledger ledger = predictor.ledger();
+    const model::Ledger ledger = network.ledger();
     info.predicted = ledger.gaussians;
     info.non_finite = ledger.non_finite;
     info.faint = ledger.faint;
@@ -38,21 +38,21 @@ splat_model_info info_of(const api::ModelObject& object) {
 }
 
 Result<std::vector<splat_port>> ports_of(const api::ModelObject& object, splat_port_kind kind) {
-    model::Predictor& predictor = *object.predictor;
+    model::Model& network = *object.model;
     std::vector<splat_port> ports;
     switch (kind) {
         case SPLAT_PORT_KIND_INPUT:
-            for (const model::Predictor::Port& port : predictor.inputs())
+            for (const model::Model::Port& port : network.inputs())
                 ports.push_back(api::port_of(port.name, port.shape,
                                              {.optional = port.optional, .graded = port.graded}));
             return ports;
         case SPLAT_PORT_KIND_OUTPUT:
-            for (const api::ModelOutput& output : api::model_outputs(predictor))
+            for (const api::ModelOutput& output : api::model_outputs(network))
                 ports.push_back(api::port_of(output.name, output.view.shape,
                                              {.graded = output.gradient.block != nullptr}));
             return ports;
         case SPLAT_PORT_KIND_PARAMETER:
-            for (const nn::Parameter& p : predictor.parameters().all())
+            for (const nn::Parameter& p : network.parameters().all())
                 ports.push_back(
                     api::port_of(p.name.c_str(), p.shape,
                                  {.trainable = p.trainable, .graded = p.grad.block != nullptr}));
@@ -90,7 +90,7 @@ splat_result splat_model_tensor(splat_model model, const char* name, splat_tenso
         {
             const std::lock_guard lock(object->context->mutex);
             SPLAT_ASSIGN(api::ModelTensor found,
-                         api::find_model_tensor(*object->predictor, object->objects, name));
+                         api::find_model_tensor(*object->model, object->objects, name));
             made->view = found.view;
             made->use = std::move(found.use);
         }

@@ -47,8 +47,7 @@ Status expect_no_arrays(const char* type, std::initializer_list<const void*> arr
 
 /// The planes of N images from the caller's pictures.
 Result<std::vector<float>> planes_of_pictures(const splat_model_input& input,
-                                              const config::PredictorConfig& c,
-                                              std::size_t images) {
+                                              const config::ModelConfig& c, std::size_t images) {
     const std::size_t pixels = std::size_t{c.resolution} * c.resolution;
     const std::size_t all = images * c.input_channels() * pixels;
     std::vector<float> planes;
@@ -80,11 +79,11 @@ Result<std::vector<float>> planes_of_pictures(const splat_model_input& input,
 /// The caller's arrays in the form of the model.
 struct HostInput {
     std::vector<float> planes;
-    model::PredictorInput input;
+    model::ModelInput input;
 };
 
-Status take_images(const splat_model_input& from, const config::PredictorConfig& c,
-                   std::size_t images, HostInput& to) {
+Status take_images(const splat_model_input& from, const config::ModelConfig& c, std::size_t images,
+                   HostInput& to) {
     if (from.pictures == nullptr && from.picture_count > 0)
         return error(Code::kInvalidArgument,
                      "splat_model_input.pictures is NULL, but picture_count is %u",
@@ -105,7 +104,7 @@ Status take_images(const splat_model_input& from, const config::PredictorConfig&
     return {};
 }
 
-Status take(const splat_model_input& from, const config::PredictorConfig& c, std::uint32_t objects,
+Status take(const splat_model_input& from, const config::ModelConfig& c, std::uint32_t objects,
             const Poses& identity, HostInput& to) {
     const std::size_t n = std::size_t{objects} * c.views;
     SPLAT_TRY(take_images(from, c, n, to));
@@ -120,7 +119,7 @@ Status take(const splat_model_input& from, const config::PredictorConfig& c, std
                           const std::vector<std::uint64_t>& dims) {
         return api::host_array("splat_model_input", name, {values, count}, dims);
     };
-    model::PredictorInput& input = to.input;
+    model::ModelInput& input = to.input;
     SPLAT_ASSIGN(input.view_to_world,
                  array("view_to_world", from.view_to_world, from.view_to_world_count, {n, 4, 4}));
     SPLAT_ASSIGN(input.quaternions,
@@ -138,32 +137,32 @@ Status take(const splat_model_input& from, const config::PredictorConfig& c, std
 }
 
 Status run(api::ModelObject& object, const splat_model_input& from) {
-    model::Predictor& predictor = *object.predictor;
-    const config::PredictorConfig& c = predictor.config();
+    model::Model& network = *object.model;
+    const config::ModelConfig& c = network.config();
     SPLAT_TRY(check_pass_flags("splat_model_input", from.flags));
-    SPLAT_TRY(predictor.check_unmapped());
+    SPLAT_TRY(network.check_unmapped());
     if ((from.flags & SPLAT_PASS_TENSORS) != 0) {
         SPLAT_TRY(expect_no_arrays(
             "splat_model_input", {from.images, from.pictures, from.view_to_world, from.quaternions,
                                   from.focals, from.embedding, from.tokens}));
-        SPLAT_TRY(predictor.use_tensors(from.seed, from.step));
+        SPLAT_TRY(network.use_tensors(from.seed, from.step));
     } else {
         const Poses identity(std::size_t{object.objects} * c.views);
         HostInput host;
         SPLAT_TRY(take(from, c, object.objects, identity, host));
         host.input.seed = from.seed;
         host.input.step = from.step;
-        SPLAT_TRY(predictor.set_input(host.input));
+        SPLAT_TRY(network.set_input(host.input));
     }
     object.ran = false;
-    SPLAT_TRY(predictor.forward());
+    SPLAT_TRY(network.forward());
     object.ran = true;
     return {};
 }
 
 /// Check all arrays, then write them, with zeros for those that are NULL.
 Status write_gradients(api::ModelObject& object, const splat_model_gradients& from) {
-    const std::vector<api::ModelOutput> outputs = api::model_outputs(*object.predictor);
+    const std::vector<api::ModelOutput> outputs = api::model_outputs(*object.model);
     const api::HostArray given[5] = {{from.means, from.means_count},
                                      {from.opacities, from.opacities_count},
                                      {from.scales, from.scales_count},
@@ -206,18 +205,18 @@ splat_result splat_model_backward(splat_model model, const splat_model_gradients
                                   sizeof(splat_model_gradients), taken));
         SPLAT_TRY(check_pass_flags("splat_model_gradients", taken.flags));
         SPLAT_TRY(api::expect_ran(object));
-        model::Predictor& predictor = *object.predictor;
-        if (!predictor.has_gradients())
+        model::Model& network = *object.model;
+        if (!network.has_gradients())
             return error(Code::kInvalidState,
                          "the model was created without SPLAT_MODEL_GRADIENTS");
-        SPLAT_TRY(predictor.check_unmapped());
+        SPLAT_TRY(network.check_unmapped());
         if ((taken.flags & SPLAT_PASS_TENSORS) != 0)
             SPLAT_TRY(expect_no_arrays(
                 "splat_model_gradients",
                 {taken.means, taken.opacities, taken.scales, taken.rotations, taken.sh}));
         else
             SPLAT_TRY(write_gradients(object, taken));
-        const Status done = predictor.backward();
+        const Status done = network.backward();
         if (done.code() != Code::kInvalidState) object.has_input_gradients = done.ok();
         return done;
     });
@@ -225,8 +224,8 @@ splat_result splat_model_backward(splat_model model, const splat_model_gradients
 
 splat_result splat_model_zero_gradients(splat_model model) {
     return with_model(model, [&](api::ModelObject& object) -> Status {
-        SPLAT_TRY(object.predictor->check_unmapped());
-        return object.predictor->parameters().zero_gradients();
+        SPLAT_TRY(object.model->check_unmapped());
+        return object.model->parameters().zero_gradients();
     });
 }
 
@@ -235,7 +234,7 @@ splat_result splat_model_read(splat_model model, const char* name, float* values
         SPLAT_TRY(api::require(name, "name"));
         SPLAT_TRY(api::require(values, "values"));
         SPLAT_ASSIGN(const api::ModelTensor found,
-                     api::find_model_tensor(*object.predictor, object.objects, name));
+                     api::find_model_tensor(*object.model, object.objects, name));
         if (found.of_pass) SPLAT_TRY(api::expect_ran(object));
         if (found.of_backward && !object.has_input_gradients)
             return error(Code::kInvalidState, "'%s': call splat_model_backward first", name);
@@ -243,7 +242,7 @@ splat_result splat_model_read(splat_model model, const char* name, float* values
         if (bytes < needed)
             return error(Code::kInvalidArgument, "bytes is %zu, but '%s' takes %zu", bytes, name,
                          needed);
-        SPLAT_TRY(object.predictor->check_unmapped());
+        SPLAT_TRY(object.model->check_unmapped());
         return object.context->read(found.view, values, needed);
     });
 }
@@ -253,7 +252,7 @@ splat_result splat_model_write(splat_model model, const char* name, const float*
     return with_model(model, [&](api::ModelObject& object) -> Status {
         SPLAT_TRY(api::require(name, "name"));
         SPLAT_TRY(api::require(values, "values"));
-        nn::Parameters& parameters = object.predictor->parameters();
+        nn::Parameters& parameters = object.model->parameters();
         const nn::Parameter* parameter = parameters.find(name);
         if (parameter == nullptr)
             return error(Code::kNotFound,
@@ -266,7 +265,7 @@ splat_result splat_model_write(splat_model model, const char* name, const float*
         if (const std::size_t bad = find_not_finite(given); bad < given.size())
             return error(Code::kInvalidArgument, "'%s' holds %g at %zu, expected finite numbers",
                          name, static_cast<double>(given[bad]), bad);
-        SPLAT_TRY(object.predictor->check_unmapped());
+        SPLAT_TRY(object.model->check_unmapped());
         return parameters.write(*parameter, given);
     });
 }

@@ -6,12 +6,12 @@
 namespace splat::api {
 namespace {
 
-using model::Predictor;
+using model::Model;
 
-constexpr std::pair<Predictor::Input, const char*> kGradedInputs[] = {
-    {Predictor::Input::kImages, "images"},
-    {Predictor::Input::kEmbedding, "embedding"},
-    {Predictor::Input::kTokens, "tokens"}};
+constexpr std::pair<Model::Input, const char*> kGradedInputs[] = {
+    {Model::Input::kImages, "images"},
+    {Model::Input::kEmbedding, "embedding"},
+    {Model::Input::kTokens, "tokens"}};
 
 /// "grad:means[1]" taken apart.
 struct TensorName {
@@ -79,29 +79,29 @@ Status expect_ran(const ModelObject& object) {
     return error(Code::kInvalidState, "the model has not run: call splat_model_forward first");
 }
 
-std::vector<ModelOutput> model_outputs(const Predictor& predictor) {
-    const Predictor::Outputs o = predictor.outputs();
-    Predictor::Outputs g;
-    if (predictor.has_gradients()) g = predictor.output_gradients();
+std::vector<ModelOutput> model_outputs(const Model& network) {
+    const Model::Outputs o = network.outputs();
+    Model::Outputs g;
+    if (network.has_gradients()) g = network.output_gradients();
     return {{"means", o.means, g.means},
             {"opacities", o.opacities, g.opacities},
             {"scales", o.scales, g.scales},
             {"rotations", o.rotations, g.rotations},
             {"sh", o.sh, g.sh},
-            {"raw", predictor.raw_output(), {}}};
+            {"raw", network.raw_output(), {}}};
 }
 
-Result<ModelTensor> find_model_tensor(Predictor& predictor, std::uint32_t objects,
+Result<ModelTensor> find_model_tensor(Model& network, std::uint32_t objects,
                                       const std::string& text) {
     const TensorName name = parse_name(text);
-    for (const ModelOutput& output : model_outputs(predictor)) {
+    for (const ModelOutput& output : model_outputs(network)) {
         if (name.base != output.name || (name.gradient && name.base == "raw")) continue;
-        if (name.gradient && !predictor.has_gradients()) return no_gradients();
+        if (name.gradient && !network.has_gradients()) return no_gradients();
         ModelTensor found{name.gradient ? output.gradient : output.view,
-                          name.gradient ? predictor.outside_gradients() : predictor.outside(),
+                          name.gradient ? network.outside_gradients() : network.outside(),
                           !name.gradient, false};
         if (name.object) {
-            SPLAT_ASSIGN(found.view, object_part(found.view, predictor.context(), objects,
+            SPLAT_ASSIGN(found.view, object_part(found.view, network.context(), objects,
                                                  *name.object, name.base == "raw", text.c_str()));
         }
         return found;
@@ -109,24 +109,23 @@ Result<ModelTensor> find_model_tensor(Predictor& predictor, std::uint32_t object
     if (!name.object) {
         for (const auto& [input, known] : kGradedInputs) {
             if (!name.gradient || name.base != known) continue;
-            SPLAT_ASSIGN(const vk::BufferView view, predictor.input_gradient_tensor(input));
-            return ModelTensor{view, predictor.outside_gradients(), false, true};
+            SPLAT_ASSIGN(const vk::BufferView view, network.input_gradient_tensor(input));
+            return ModelTensor{view, network.outside_gradients(), false, true};
         }
-        for (const Predictor::Port& port : predictor.inputs()) {
+        for (const Model::Port& port : network.inputs()) {
             if (name.gradient || name.base != port.name) continue;
-            SPLAT_ASSIGN(const vk::BufferView view, predictor.input_tensor(port.name));
-            return ModelTensor{view, predictor.outside(), false, false};
+            SPLAT_ASSIGN(const vk::BufferView view, network.input_tensor(port.name));
+            return ModelTensor{view, network.outside(), false, false};
         }
-        if (const nn::Parameter* parameter = predictor.parameters().find(name.base)) {
+        if (const nn::Parameter* parameter = network.parameters().find(name.base)) {
             SPLAT_ASSIGN(const vk::BufferView view, parameter_view(*parameter, name.gradient));
             return ModelTensor{
-                view,
-                name.gradient ? predictor.outside_gradients() : predictor.parameters().outside(),
+                view, name.gradient ? network.outside_gradients() : network.parameters().outside(),
                 false, false};
         }
     }
     std::string inputs;
-    for (const Predictor::Port& port : predictor.inputs()) inputs += std::string(", ") + port.name;
+    for (const Model::Port& port : network.inputs()) inputs += std::string(", ") + port.name;
     return error(
         Code::kNotFound,
         "'%s' is not a result (means, opacities, scales, rotations, sh, raw; of one object "

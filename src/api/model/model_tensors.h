@@ -14,7 +14,7 @@ struct ModelTensor {
 
 /// Errors: kNotFound, kInvalidArgument (no such object), kInvalidState (no such gradient is
 /// computed), kUnsupported (the device cannot bind the object's part).
-Result<ModelTensor> find_model_tensor(model::Predictor& predictor, std::uint32_t objects,
+Result<ModelTensor> find_model_tensor(model::Model& network, std::uint32_t objects,
                                       const std::string& name);
 
 /// Errors: kInvalidState before the first forward pass.
@@ -26,6 +26,6 @@ struct ModelOutput {
     vk::BufferView view;
     vk::BufferView gradient;  ///< empty without gradients
 };
-std::vector<ModelOutput> model_outputs(const model::Predictor& predictor);
+std::vector<ModelOutput> model_outputs(const model::Model& network);
 
 }  // namespace splat::api

@@ -15,7 +15,7 @@ Status check_array(const char* type, const char* name, const float* values, std:
                  type, name, use.c_str());
 }
 
-std::string channel_names(const config::PredictorConfig& c) {
+std::string channel_names(const config::ModelConfig& c) {
     return std::string("RGB") + (c.depth ? ", depth" : "") + (c.normal ? ", normal" : "") +
            (c.mask ? ", mask" : "") + (c.origin_distance ? ", origin distance" : "");
 }
@@ -41,7 +41,7 @@ Result<std::span<const float>> host_array(const char* type, const char* name, Ho
     return std::span(array.values, expected);
 }
 
-Status check_network_arrays(const NetworkArrays& given, const config::PredictorConfig& c,
+Status check_network_arrays(const NetworkArrays& given, const config::ModelConfig& c,
                             std::uint32_t objects) {
     if (given.channels != 0 && given.channels != c.input_channels())
         return error(Code::kShape, "%s.channels is %u, expected %u: %s", given.type, given.channels,

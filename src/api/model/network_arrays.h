@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "config/predictor_config.h"
+#include "config/model_config.h"
 
 namespace splat::api {
 
@@ -30,7 +30,7 @@ struct NetworkArrays {
 
 /// Errors  kInvalidArgument if an array that the configuration needs is NULL, or one that it does
 ///         not use is given; kShape if the channels or the objects are not as expected
-Status check_network_arrays(const NetworkArrays& given, const config::PredictorConfig& config,
+Status check_network_arrays(const NetworkArrays& given, const config::ModelConfig& config,
                             std::uint32_t objects);
 
 }  // namespace splat::api

@@ -84,7 +84,7 @@ Status of_weights(const Status& loaded) {
 /// The weights with the adapters folded in.
 Result<WeightsPointer> with_adapters(const WeightsPointer& weights,
                                      const splat_predictor_desc& desc,
-                                     const config::PredictorConfig& network) {
+                                     const config::ModelConfig& network) {
     if (desc.adapters_path != nullptr && desc.adapters != nullptr)
         return error(Code::kInvalidArgument,
                      "splat_predictor_desc: adapters_path and adapters are both given, expected "
@@ -114,7 +114,7 @@ Result<WeightsPointer> with_adapters(const WeightsPointer& weights,
 /// What was noticed about the weights, in sentences.
 std::vector<std::string> predictor_warnings(const std::string& name, const io::WeightsFile& file,
                                             const model::LoadReport& load,
-                                            const config::PredictorConfig& network) {
+                                            const config::ModelConfig& network) {
     if (!load.rays_differ) return {};
     std::string sentence =
         "the ray grid of '" + name + "' differs from the configuration's and is taken over";
@@ -161,8 +161,9 @@ Result<PredictorPointer> make_predictor(splat_device device, const splat_predict
     {
         const std::lock_guard lock(owner->context->mutex);
         SPLAT_TRY(owner->context->device().alive());
-        SPLAT_ASSIGN(object->network, predict::Network::create(*owner->context, object->settings));
-        SPLAT_TRY(of_weights(object->network->load(*file, load)));
+        SPLAT_ASSIGN(object->predictor,
+                     predict::Predictor::create(*owner->context, object->settings));
+        SPLAT_TRY(of_weights(object->predictor->load(*file, load)));
     }
     SPLAT_TRY(weights->tensors.unchanged());
     object->report =
@@ -179,8 +180,8 @@ Result<predict::Visible> run(api::PredictorObject& object, const predict::Views&
     bool finite = true;
     {
         const std::lock_guard lock(object.context->mutex);
-        SPLAT_ASSIGN(predicted, object.network->predict(views));
-        SPLAT_ASSIGN(finite, object.network->finite_output());
+        SPLAT_ASSIGN(predicted, object.predictor->predict(views));
+        SPLAT_ASSIGN(finite, object.predictor->finite_output());
     }
     if (!finite)
         return error(Code::kInvalidState,
@@ -282,7 +283,7 @@ splat_result splat_predictor_get_info(splat_predictor predictor, splat_predictor
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Predictors::find(predictor, "predictor"));
         SPLAT_TRY(api::check_info(info, "splat_predictor_info", sizeof(splat_predictor_info)));
-        const config::PredictorConfig& network = object->settings.network;
+        const config::ModelConfig& network = object->settings.network;
         splat_predictor_info filled{};
         filled.views = network.views;
         filled.resolution = network.resolution;
@@ -315,7 +316,7 @@ splat_result splat_predictor_predict(splat_predictor predictor, const splat_pict
                                      splat_prediction* prediction) {
     const auto read = [&](const api::PredictorObject& object, Predicted& made) -> Status {
         SPLAT_ASSIGN(const auto inputs, api::picture_inputs(pictures, count));
-        const config::PredictorConfig& network = object.settings.network;
+        const config::ModelConfig& network = object.settings.network;
         SPLAT_ASSIGN(
             predict::PictureViews views,
             predict::views_of_pictures(network, predict::background_of(object.settings), inputs));

@@ -63,9 +63,9 @@ Status add_item(const splat_optimizer_item& item, const std::string& what,
     if (item.model != nullptr) {
         SPLAT_ASSIGN(auto model, api::Models::find(item.model, (what + ".model").c_str()));
         SPLAT_TRY(on_device(*model, context, what + ".model"));
-        SPLAT_TRY(check_gradients(model->predictor->has_gradients(), what + ".model",
+        SPLAT_TRY(check_gradients(model->model->has_gradients(), what + ".model",
                                   "SPLAT_MODEL_GRADIENTS"));
-        SPLAT_TRY(train::add_parameters(to.adam, model->predictor->parameters(), prefix));
+        SPLAT_TRY(train::add_parameters(to.adam, model->model->parameters(), prefix));
         to.models.push_back(std::move(model));
         return {};
     }
@@ -157,7 +157,7 @@ void describe(api::OptimizerObject& object) {
 
 Status check_tensors(const api::OptimizerObject& object) {
     for (const auto& tensor : object.tensors) SPLAT_TRY(api::check_unmapped(*tensor));
-    for (const auto& model : object.models) SPLAT_TRY(model->predictor->check_unmapped());
+    for (const auto& model : object.models) SPLAT_TRY(model->model->check_unmapped());
     return {};
 }
 

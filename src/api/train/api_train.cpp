@@ -23,7 +23,7 @@ struct Arrays {
     train::TrainBatch batch;
 };
 
-Status take(const splat_trainer_batch& from, const config::PredictorConfig& network,
+Status take(const splat_trainer_batch& from, const config::ModelConfig& network,
             const config::TrainConfig& training, Arrays& to) {
     SPLAT_TRY(api::require(from.images, "splat_trainer_batch.images"));
     SPLAT_TRY(api::require(from.view_to_world, "splat_trainer_batch.view_to_world"));
@@ -76,18 +76,16 @@ Status resume(api::TrainerObject& object, const io::WeightsFile& file) {
 
 std::string report_of(const api::TrainerObject& object) {
     train::Trainer& trainer = *object.trainer;
-    model::Predictor& predictor = trainer.predictor();
+    model::Model& network = trainer.model();
     const auto counters = object.counters.get();
     std::uint64_t trainable = 0;
-    for (const nn::Parameter& parameter : predictor.parameters().all())
+    for (const nn::Parameter& parameter : network.parameters().all())
         if (parameter.trainable) trainable += parameter.shape.elements();
     JsonWriter json;
     json.begin_object().member("step", counters.steps).member("attempts", counters.attempts);
-    json.member("parameters", predictor.parameters().elements()).member("trainable", trainable);
+    json.member("parameters", network.parameters().elements()).member("trainable", trainable);
     train::add_ledger(json, trainer.last());
-    json.key("config")
-        .raw(config::merged_config_text({predictor.config(), trainer.config()}))
-        .end();
+    json.key("config").raw(config::merged_config_text({network.config(), trainer.config()})).end();
     return json.text();
 }
 
@@ -121,7 +119,7 @@ std::shared_ptr<api::ModelObject> api::model_of(const std::shared_ptr<vk::Contex
     made->objects = trainer->config().micro_batch;
     made->flags = SPLAT_MODEL_GRADIENTS | SPLAT_MODEL_TRAINING;
     if (trainer->config().recompute) made->flags |= SPLAT_MODEL_RECOMPUTE;
-    made->predictor = {trainer, &trainer->predictor()};
+    made->model = {trainer, &trainer->model()};
     return made;
 }
 
@@ -177,8 +175,7 @@ splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch
                                   sizeof(splat_trainer_batch), taken));
         SPLAT_TRY(api::check_info(info, "splat_trainer_info", sizeof(splat_trainer_info)));
         Arrays arrays;
-        SPLAT_TRY(
-            take(taken, object.trainer->predictor().config(), object.trainer->config(), arrays));
+        SPLAT_TRY(take(taken, object.trainer->model().config(), object.trainer->config(), arrays));
         train::TrainStep step;
         const Status done = object.trainer->step(arrays.batch, step);
         publish(object);

@@ -9,7 +9,7 @@
 namespace splat::api {
 
 /// Network and training of a configuration's text, NULL: the defaults, with changes "key=value". Errors: those
-/// of config::predictor_config() and train_config().
+/// of config::model_config() and train_config().
 Result<config::Settings> settings_of(const char* text, std::span<const std::string> changes);
 
 /// The same of a training. Warns of what it would leave out. Errors: also those of

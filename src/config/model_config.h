@@ -46,7 +46,7 @@ struct HeadInit {
 
 /// Everything that the network's shape and the geometry of its Gaussians depend on. The defaults are
 /// those of the cars model. config_keys.cpp says which key is which field.
-struct PredictorConfig {
+struct ModelConfig {
     std::uint32_t resolution = 128;  ///< pixels, both ways; divisible by 2^(levels - 1)
     bool depth = false;              ///< a channel of depth follows RGB
     bool normal = false;             ///< three channels of normals follow
@@ -110,6 +110,6 @@ struct PredictorConfig {
 
 /// The ranges of config_keys.h, and the rules that take several keys.
 /// Errors: kInvalidArgument, naming the key, what it is and what is expected.
-Status check(const PredictorConfig& config);
+Status check(const ModelConfig& config);
 
 }  // namespace splat::config

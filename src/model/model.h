@@ -14,8 +14,8 @@
 
 namespace splat::model {
 
-/// Options of running a predictor.
-struct PredictorOptions {
+/// Options of running a model.
+struct ModelOptions {
     std::uint32_t objects = 1;  ///< objects per batch, with as many views as configured
     /// Maximal bytes of an activation: larger batches run in slices of objects, see object_slices.h. 0: the
     /// size of one binding of the device.
@@ -29,7 +29,7 @@ struct PredictorOptions {
 
 /// The images and cameras of a batch in host memory, with the views of each object consecutive; N = objects *
 /// views images of R x R pixels.
-struct PredictorInput {
+struct ModelInput {
     std::span<const float> images;         ///< [N, input_channels, R, R]
     std::span<const float> view_to_world;  ///< [N, 4, 4], row vectors: p_world = p_view M
     std::span<const float> quaternions;    ///< [N, 4] w x y z of the view-to-world rotation
@@ -43,14 +43,13 @@ struct PredictorInput {
 /// Splatter Image: images to one Gaussian per pixel, M = views * R * R of them per object.
 ///
 /// Source  Szymanowicz et al. 2024, arXiv:2312.13150, with the depth, normal and mask channels,
-///         modulation and adapters of PredictorConfig
-class Predictor {
+///         modulation and adapters of ModelConfig
+class Model {
   public:
     /// Parameters are zero until init() or weights are loaded (weights.h). Errors: those of check();
     /// kOutOfDeviceMemory.
-    static Result<std::unique_ptr<Predictor>> create(vk::Context& context,
-                                                     const PredictorConfig& config,
-                                                     const PredictorOptions& options);
+    static Result<std::unique_ptr<Model>> create(vk::Context& context, const ModelConfig& config,
+                                                 const ModelOptions& options);
 
     /// Initialise the parameters from a seed, as the paper's code does.
     Status init(std::uint64_t seed);
@@ -58,7 +57,7 @@ class Predictor {
     /// All or nothing: a refused call keeps the input of the last pass and its saved values for backward.
     /// Errors: kShape, naming the field, its size and the expected one; kInvalidArgument for numbers that
     /// are not finite.
-    Status set_input(const PredictorInput& input);
+    Status set_input(const ModelInput& input);
 
     /// Take what the tensors of inputs hold, whose numbers are not checked. Seed and step are those of
     /// dropout. Errors: those of Context::read and write.
@@ -75,7 +74,7 @@ class Predictor {
     /// Errors: kInvalidState while a tensor that shares its memory is mapped.
     [[nodiscard]] Status check_unmapped() const;
 
-    /// The tensor from which a pass takes an input, row-major in the shape of PredictorInput, except that
+    /// The tensor from which a pass takes an input, row-major in the shape of ModelInput, except that
     /// images lack the plane of origin distances, which are "origin_distance" [N]. The first call sets
     /// inputs that were never given to zeros and identity poses. Errors: kInvalidArgument for a name that
     /// the configuration does not have; those of Context::write.
@@ -130,7 +129,7 @@ class Predictor {
     [[nodiscard]] std::uint32_t slices() const { return options_.objects / slice_; }
 
     [[nodiscard]] bool has_gradients() const { return options_.gradients; }
-    [[nodiscard]] const PredictorConfig& config() const { return config_; }
+    [[nodiscard]] const ModelConfig& config() const { return config_; }
     [[nodiscard]] vk::Context& context() const { return context_; }
     [[nodiscard]] nn::Parameters& parameters() { return *parameters_; }
     [[nodiscard]] const nn::Executor& executor() const { return *executor_; }
@@ -140,8 +139,8 @@ class Predictor {
     Status set_rays(std::vector<float> rays);
 
   private:
-    Predictor(vk::Context& context, const PredictorConfig& config, const PredictorOptions& options,
-              std::uint32_t slice)
+    Model(vk::Context& context, const ModelConfig& config, const ModelOptions& options,
+          std::uint32_t slice)
         : context_(context), config_(config), options_(options), slice_(slice), graph_(context) {}
     Status build();
     Status plan();
@@ -176,8 +175,8 @@ class Predictor {
     }
 
     vk::Context& context_;
-    PredictorConfig config_;
-    PredictorOptions options_;
+    ModelConfig config_;
+    ModelOptions options_;
     std::uint32_t slice_;  ///< objects per pass of the graph; divides those of a batch
     nn::Graph graph_;
     std::map<std::string, Init> inits_;
@@ -207,12 +206,12 @@ class Predictor {
 
 /// Directions [3,R,R] of the pixels' rays: x right, y down for the default inverted_y. Not divided by the
 /// focal length if each view has its own.
-std::vector<float> pixel_rays(const PredictorConfig& config);
+std::vector<float> pixel_rays(const ModelConfig& config);
 
 /// Values that modulate the network's blocks as sines and cosines (positional_embedding): per view the
 /// camera's position and viewing axis, [views, 6] from matrices [views,4,4], or the index of the view
 /// within its object, [images, 1].
 std::vector<float> pose_scalars(std::span<const float> view_to_world);
-std::vector<float> index_scalars(const PredictorConfig& config, std::uint32_t images);
+std::vector<float> index_scalars(const ModelConfig& config, std::uint32_t images);
 
 }  // namespace splat::model

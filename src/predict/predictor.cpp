@@ -1,4 +1,4 @@
-#include "predict/network.h"
+#include "predict/predictor.h"
 
 #include <algorithm>
 #include <cmath>
@@ -62,14 +62,14 @@ struct Poses {
 
 }  // namespace
 
-Result<scene::Gaussians> gaussians_of(vk::Context& context, const model::Predictor& predictor,
+Result<scene::Gaussians> gaussians_of(vk::Context& context, const model::Model& model,
                                       std::uint32_t objects, std::uint32_t index) {
-    const auto outputs = predictor.outputs();
+    const auto outputs = model.outputs();
     const auto read = [&](const vk::BufferView& view) {
         return read_part(context, view, objects, index);
     };
     scene::Gaussians made;
-    made.sh_degree = predictor.config().sh_degree;
+    made.sh_degree = model.config().sh_degree;
     SPLAT_ASSIGN(made.means, read(outputs.means));
     SPLAT_ASSIGN(made.rotations, read(outputs.rotations));
     SPLAT_ASSIGN(made.sh, read(outputs.sh));
@@ -84,37 +84,37 @@ Result<scene::Gaussians> gaussians_of(vk::Context& context, const model::Predict
     return made;
 }
 
-Network::Network(vk::Context& context, const config::Settings& settings)
+Predictor::Predictor(vk::Context& context, const config::Settings& settings)
     : context_(context),
       background_(background_of(settings)),
       adapted_(settings.network.lora.rank > 0),
       lora_alpha_(static_cast<double>(settings.network.lora.alpha)),
       config_checksum_(io::crc32_of(io::as_bytes(config::merged_config_text(settings)))) {}
 
-Result<std::unique_ptr<Network>> Network::create(vk::Context& context,
-                                                 const config::Settings& settings) {
-    std::unique_ptr<Network> self(new Network(context, settings));
-    config::PredictorConfig plain = settings.network;
+Result<std::unique_ptr<Predictor>> Predictor::create(vk::Context& context,
+                                                     const config::Settings& settings) {
+    std::unique_ptr<Predictor> self(new Predictor(context, settings));
+    config::ModelConfig plain = settings.network;
     plain.lora = {};
     plain.frozen.clear();
-    model::PredictorOptions options;
+    model::ModelOptions options;
     options.build.precision = settings.training.precision;
-    SPLAT_ASSIGN(self->predictor_, model::Predictor::create(context, plain, options));
+    SPLAT_ASSIGN(self->model_, model::Model::create(context, plain, options));
     return self;
 }
 
-Status Network::load(const io::WeightsFile& file, model::LoadReport& report) {
+Status Predictor::load(const io::WeightsFile& file, model::LoadReport& report) {
     model::LoadOptions options;
     options.take_rays = true;
     if (!adapted_ || !model::has_adapters(file.tensors))
-        return model::load_state(*predictor_, file.tensors, options, report);
+        return model::load_state(*model_, file.tensors, options, report);
     SPLAT_ASSIGN(const io::NamedTensors folded,
                  model::merge_adapters(file.tensors, file.tensors, lora_alpha_, 1));
-    return model::load_state(*predictor_, folded, options, report);
+    return model::load_state(*model_, folded, options, report);
 }
 
-Result<std::string> Network::checksum() {
-    SPLAT_ASSIGN(const io::NamedTensors state, model::save_state(*predictor_));
+Result<std::string> Predictor::checksum() {
+    SPLAT_ASSIGN(const io::NamedTensors state, model::save_state(*model_));
     std::uint32_t sum = config_checksum_;
     for (const io::NamedTensor& tensor : state) {
         sum = io::crc32_of(io::as_bytes(tensor.name), sum);
@@ -123,13 +123,13 @@ Result<std::string> Network::checksum() {
     return format("%08x", sum);
 }
 
-Result<scene::Gaussians> Network::predict(const Views& views) {
+Result<scene::Gaussians> Predictor::predict(const Views& views) {
     const Poses identity(this->views());
     const std::size_t n = this->views();
     const auto first = [&](const std::vector<float>& values, std::size_t each) {
         return std::span(values).first(std::min(values.size(), n * each));
     };
-    model::PredictorInput input;
+    model::ModelInput input;
     input.images = views.inputs;
     input.view_to_world = views.view_to_world.empty() ? std::span<const float>(identity.matrices)
                                                       : first(views.view_to_world, 16);
@@ -138,19 +138,19 @@ Result<scene::Gaussians> Network::predict(const Views& views) {
     if (config().fov_degrees == 0) input.focals = first(views.focals, 2);
     input.embedding = views.embedding;
     input.tokens = views.tokens;
-    SPLAT_TRY(predictor_->set_input(input));
-    SPLAT_TRY(predictor_->forward());
-    return gaussians_of(context_, *predictor_, 1, 0);
+    SPLAT_TRY(model_->set_input(input));
+    SPLAT_TRY(model_->forward());
+    return gaussians_of(context_, *model_, 1, 0);
 }
 
-Result<bool> Network::finite_output() const {
-    const vk::BufferView& raw = predictor_->raw_output();
+Result<bool> Predictor::finite_output() const {
+    const vk::BufferView& raw = model_->raw_output();
     std::vector<float> values(raw.shape.elements());
     SPLAT_TRY(context_.read(raw, values.data(), values.size() * sizeof(float)));
     return find_not_finite(values) == values.size();
 }
 
-Status Network::show(const scene::Gaussians& gaussians) {
+Status Predictor::show(const scene::Gaussians& gaussians) {
     const raster::RasterDesc desc = raster_desc(gaussians, resolution(), kDrawnAtOnce);
     if (rasterizer_ == nullptr || rasterizer_->desc().gaussians != desc.gaussians ||
         rasterizer_->desc().sh_degree != desc.sh_degree) {
@@ -164,7 +164,7 @@ Status Network::show(const scene::Gaussians& gaussians) {
     return raster::upload_scene(context_, desc, gaussians, scene_);
 }
 
-Result<std::vector<float>> Network::draw(std::span<const scene::Camera> cameras) {
+Result<std::vector<float>> Predictor::draw(std::span<const scene::Camera> cameras) {
     SPLAT_ASSERT(rasterizer_ != nullptr && cameras.size() <= kDrawnAtOnce);
     if (cameras.empty()) return std::vector<float>();
     // The group is filled up with its last camera.
@@ -180,8 +180,8 @@ Result<std::vector<float>> Network::draw(std::span<const scene::Camera> cameras)
     return planes_of(quads, cameras.size(), area);
 }
 
-Result<std::vector<float>> Network::draw(const scene::Gaussians& gaussians,
-                                         std::span<const scene::Camera> cameras) {
+Result<std::vector<float>> Predictor::draw(const scene::Gaussians& gaussians,
+                                           std::span<const scene::Camera> cameras) {
     SPLAT_TRY(show(gaussians));
     std::vector<float> images;
     for (std::size_t first = 0; first < cameras.size(); first += kDrawnAtOnce) {
@@ -193,7 +193,8 @@ Result<std::vector<float>> Network::draw(const scene::Gaussians& gaussians,
     return images;
 }
 
-Result<Depth> Network::draw_depth(const scene::Gaussians& gaussians, const scene::Camera& camera) {
+Result<Depth> Predictor::draw_depth(const scene::Gaussians& gaussians,
+                                    const scene::Camera& camera) {
     raster::RasterDesc desc = raster_desc(gaussians, resolution(), 1);
     desc.extra = true;
     SPLAT_ASSIGN(const raster::PackedBuffers packed, raster::allocate_packed(context_, desc));
@@ -215,7 +216,7 @@ Result<Depth> Network::draw_depth(const scene::Gaussians& gaussians, const scene
     return drawn;
 }
 
-Result<scene::Camera> Network::camera() const {
+Result<scene::Camera> Predictor::camera() const {
     if (config().fov_degrees == 0)
         return error(Code::kInvalidArgument,
                      "'data.fov' is 0: each view has a focal length of its own");

@@ -1,4 +1,4 @@
-#include "model/predictor.h"
+#include "model/model.h"
 
 #include <algorithm>
 
@@ -17,14 +17,13 @@ constexpr std::uint32_t kDropoutStreams = 1U << 16;
 
 Status expect_count(const char* name, std::size_t got, std::size_t expected) {
     if (got == expected) return {};
-    return error(Code::kShape, "predictor: '%s' has %zu numbers, expected %zu", name, got,
-                 expected);
+    return error(Code::kShape, "model: '%s' has %zu numbers, expected %zu", name, got, expected);
 }
 
 Status expect_finite(const char* name, std::span<const float> values) {
     const std::size_t bad = find_not_finite(values);
     if (bad == values.size()) return {};
-    return error(Code::kInvalidArgument, "predictor: '%s' holds %g at %zu, expected finite numbers",
+    return error(Code::kInvalidArgument, "model: '%s' holds %g at %zu, expected finite numbers",
                  name, static_cast<double>(values[bad]), bad);
 }
 
@@ -43,16 +42,15 @@ Result<vk::CommandList> exchange_list(vk::Context& context, const vk::BufferView
 
 }  // namespace
 
-Result<std::unique_ptr<Predictor>> Predictor::create(vk::Context& context,
-                                                     const PredictorConfig& config,
-                                                     const PredictorOptions& options) {
+Result<std::unique_ptr<Model>> Model::create(vk::Context& context, const ModelConfig& config,
+                                             const ModelOptions& options) {
     SPLAT_TRY(check(config));
-    std::unique_ptr<Predictor> made(new Predictor(context, config, options, 1));
+    std::unique_ptr<Model> made(new Model(context, config, options, 1));
     SPLAT_TRY(made->build());
     for (std::uint32_t slice = made->objects_that_fit();; --slice) {
         if (options.objects % slice != 0) continue;
         if (made->slice_ != slice) {
-            made.reset(new Predictor(context, config, options, slice));
+            made.reset(new Model(context, config, options, slice));
             SPLAT_TRY(made->build());
         }
         const Status planned = made->plan();
@@ -77,7 +75,7 @@ Result<std::unique_ptr<Predictor>> Predictor::create(vk::Context& context,
 }
 
 /// The largest divisor of the batch that fits, at least 1, judged by the graph of one object.
-std::uint32_t Predictor::objects_that_fit() const {
+std::uint32_t Model::objects_that_fit() const {
     const vk::DeviceLimits& limits = context_.device().info().limits;
     const std::uint64_t most = options_.most_bytes != 0 ? options_.most_bytes
                                                         : std::min(limits.max_storage_buffer_bytes,
@@ -96,7 +94,7 @@ std::uint32_t Predictor::objects_that_fit() const {
 }
 
 /// Create the parameters and the executor of the built graph.
-Status Predictor::plan() {
+Status Model::plan() {
     SPLAT_ASSIGN(nn::Parameters parameters,
                  nn::Parameters::create(context_, graph_, options_.gradients));
     parameters_ = std::make_unique<nn::Parameters>(std::move(parameters));
@@ -125,7 +123,7 @@ Status Predictor::plan() {
 }
 
 /// All inputs of the graph except the rays, which are the same for each slice.
-std::vector<ValueId> Predictor::sliced_inputs() const {
+std::vector<ValueId> Model::sliced_inputs() const {
     std::vector<ValueId> inputs;
     for (const ValueId id :
          {image_, view_to_world_, quaternion_, focal_, origin_, embedding_, tokens_, counter_})
@@ -133,7 +131,7 @@ std::vector<ValueId> Predictor::sliced_inputs() const {
     return inputs;
 }
 
-Status Predictor::record_exchange() {
+Status Model::record_exchange() {
     const auto make = [&](const Shape& shape, vk::Buffer& buffer, vk::BufferView& view) -> Status {
         SPLAT_ASSIGN(buffer, context_.memory().allocate(shape.elements() * sizeof(float),
                                                         vk::MemoryKind::kDevice, "embedding"));
@@ -151,7 +149,7 @@ Status Predictor::record_exchange() {
     return {};
 }
 
-Status Predictor::build() {
+Status Model::build() {
     const std::uint32_t r = config_.resolution;
     const std::uint32_t n = slice_ * config_.views;
     image_ = graph_.input("images", {n, config_.image_channels(), r, r});
@@ -191,7 +189,7 @@ Status Predictor::build() {
 }
 
 /// The vector that modulates blocks, with its halves exchanged as the published network takes it.
-ValueId Predictor::build_embedding() {
+ValueId Model::build_embedding() {
     if (config_.embedding == Embedding::kNone) return kNoValue;
     const std::uint32_t dimension = config_.embedding_dim;
     const bool custom = config_.embedding == Embedding::kCustom;
@@ -203,7 +201,7 @@ ValueId Predictor::build_embedding() {
                      {{"dimension", std::int64_t{dimension}}, {"swap_halves", true}});
 }
 
-Status Predictor::init(std::uint64_t seed) {
+Status Model::init(std::uint64_t seed) {
     for (const nn::Parameter& parameter : parameters_->all())
         SPLAT_TRY(
             parameters_->write(parameter, initial_values(config_, inits_.at(parameter.name),
@@ -211,17 +209,17 @@ Status Predictor::init(std::uint64_t seed) {
     return {};
 }
 
-Status Predictor::check_values(const InputValues& input) const {
+Status Model::check_values(const InputValues& input) const {
     SPLAT_TRY(
         expect_count(input.name, input.values.size(), this->input(input.id).shape.elements()));
     return expect_finite(input.name, input.values);
 }
 
-Status Predictor::write_input(nn::ValueId id, std::span<const std::byte> bytes) {
+Status Model::write_input(nn::ValueId id, std::span<const std::byte> bytes) {
     return context_.write(input(id), bytes.data(), bytes.size());
 }
 
-Status Predictor::set_rays(std::vector<float> rays) {
+Status Model::set_rays(std::vector<float> rays) {
     const InputValues input{rays_value_, {}, rays, "ray_dirs"};
     SPLAT_TRY(check_values(input));
     input_changed_ = true;
@@ -231,7 +229,7 @@ Status Predictor::set_rays(std::vector<float> rays) {
 }
 
 /// The planes that the network sees, and the origin distance, which is the last plane of each image.
-Status Predictor::add_images(std::span<const float> all, std::vector<InputValues>& inputs) const {
+Status Model::add_images(std::span<const float> all, std::vector<InputValues>& inputs) const {
     const std::size_t pixels = std::size_t{config_.resolution} * config_.resolution;
     const std::size_t seen = config_.image_channels() * pixels;
     const std::size_t given = config_.input_channels() * pixels;
@@ -247,7 +245,7 @@ Status Predictor::add_images(std::span<const float> all, std::vector<InputValues
         const auto last = planes.subspan(seen);
         if (std::any_of(last.begin(), last.end(), [&](float d) { return d != last[0]; }))
             return error(Code::kInvalidArgument,
-                         "predictor: the origin distance of image %zu varies, expected one number "
+                         "model: the origin distance of image %zu varies, expected one number "
                          "in the whole plane",
                          image);
         shown.insert(shown.end(), planes.begin(),
@@ -259,7 +257,7 @@ Status Predictor::add_images(std::span<const float> all, std::vector<InputValues
     return {};
 }
 
-Status Predictor::set_input(const PredictorInput& input) {
+Status Model::set_input(const ModelInput& input) {
     std::vector<InputValues> inputs;
     SPLAT_TRY(add_images(input.images, inputs));
     inputs.push_back({view_to_world_, {}, input.view_to_world, "view_to_world"});
@@ -283,7 +281,7 @@ Status Predictor::set_input(const PredictorInput& input) {
     return write_counters(input.seed, input.step);
 }
 
-Status Predictor::write_counters(std::uint64_t seed, std::uint32_t step) {
+Status Model::write_counters(std::uint64_t seed, std::uint32_t step) {
     if (counter_ == kNoValue) return {};
     std::vector<std::uint32_t> counters;
     for (std::uint32_t slice = 0; slice < slices(); ++slice)
@@ -293,7 +291,7 @@ Status Predictor::write_counters(std::uint64_t seed, std::uint32_t step) {
     return write_input(counter_, std::as_bytes(std::span(counters)));
 }
 
-Status Predictor::forward() {
+Status Model::forward() {
     SPLAT_TRY(check_unmapped());
     input_changed_ = false;
     outside_writes_ = outside_->writes;
@@ -306,7 +304,7 @@ Status Predictor::forward() {
     return {};
 }
 
-Status Predictor::backward() {
+Status Model::backward() {
     SPLAT_TRY(check_unmapped());
     if (input_changed_ || outside_writes_ != outside_->writes)
         return error(Code::kInvalidState,
@@ -315,12 +313,12 @@ Status Predictor::backward() {
     return exchange_gradient_.empty() ? Status() : context_.run(exchange_gradient_);
 }
 
-Predictor::Outputs Predictor::outputs() const {
+Model::Outputs Model::outputs() const {
     const auto of = [&](std::size_t i) { return tensor(outputs_[i]); };
     return {of(0), of(1), of(2), of(3), of(4)};
 }
 
-Predictor::Outputs Predictor::output_gradients() const {
+Model::Outputs Model::output_gradients() const {
     const auto of = [&](std::size_t i) { return gradient(outputs_[i]); };
     return {of(0), of(1), of(2), of(3), of(4)};
 }

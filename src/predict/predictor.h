@@ -6,7 +6,7 @@
 
 #include "config/config_keys.h"
 #include "io/weights_file.h"
-#include "model/predictor.h"
+#include "model/model.h"
 #include "model/weights.h"
 #include "predict/view_source.h"
 #include "raster/pack.h"
@@ -26,14 +26,14 @@ struct Depth {
 ///
 /// Not thread-safe. Each method that is not const is one operation of the device: the caller locks the
 /// context's mutex around it, also around the destructor.
-class Network {
+class Predictor {
   public:
     /// Images per pass of the rasterizer: few passes, and little memory.
     static constexpr std::uint32_t kDrawnAtOnce = 16;
 
-    /// Parameters are zero until load(). Errors: those of model::Predictor::create.
-    static Result<std::unique_ptr<Network>> create(vk::Context& context,
-                                                   const config::Settings& settings);
+    /// Parameters are zero until load(). Errors: those of model::Model::create.
+    static Result<std::unique_ptr<Predictor>> create(vk::Context& context,
+                                                     const config::Settings& settings);
 
     /// Load a state dict. Its adapters are folded in if the configuration has adapters; its ray grid is
     /// taken over where it differs (report.rays_taken). Errors: those of model::merge_adapters and
@@ -41,7 +41,7 @@ class Network {
     Status load(const io::WeightsFile& file, model::LoadReport& report);
 
     /// The Gaussians of an object from its first views() views. Errors: kShape for inputs of another size;
-    /// those of model::Predictor::set_input and of a forward pass.
+    /// those of model::Model::set_input and of a forward pass.
     Result<scene::Gaussians> predict(const Views& views);
 
     /// True if every number that the network put out in the latest predict() is finite. If not, weights or
@@ -71,27 +71,27 @@ class Network {
     [[nodiscard]] const std::array<float, 3>& background() const { return background_; }
     [[nodiscard]] std::uint32_t views() const { return config().views; }
     [[nodiscard]] std::uint32_t resolution() const { return config().resolution; }
-    [[nodiscard]] const config::PredictorConfig& config() const { return predictor_->config(); }
-    [[nodiscard]] model::Predictor& predictor() { return *predictor_; }
+    [[nodiscard]] const config::ModelConfig& config() const { return model_->config(); }
+    [[nodiscard]] model::Model& model() { return *model_; }
 
   private:
-    Network(vk::Context& context, const config::Settings& settings);
+    Predictor(vk::Context& context, const config::Settings& settings);
 
     vk::Context& context_;
     std::array<float, 3> background_;
     bool adapted_;  ///< the configuration's weights have adapters
     double lora_alpha_;
     std::uint32_t config_checksum_;
-    std::unique_ptr<model::Predictor> predictor_;
+    std::unique_ptr<model::Model> model_;
     raster::PackedBuffers scene_;  ///< scene that the rasterizer's command lists name
     std::unique_ptr<raster::Rasterizer> rasterizer_;  ///< destroyed before `scene_`
     std::uint64_t version_ = 0;                       ///< version of the contents of `scene_`
     std::uint32_t shown_degree_ = 0;
 };
 
-/// Object `index` of the latest forward pass of a predictor of `objects` objects, in the parameters of scenes.
+/// Object `index` of the latest forward pass of a model of `objects` objects, in the parameters of scenes.
 /// Errors: those of Context::read.
-Result<scene::Gaussians> gaussians_of(vk::Context& context, const model::Predictor& predictor,
+Result<scene::Gaussians> gaussians_of(vk::Context& context, const model::Model& model,
                                       std::uint32_t objects, std::uint32_t index);
 
 }  // namespace splat::predict

@@ -1,4 +1,4 @@
-#include "config/predictor_config.h"
+#include "config/model_config.h"
 
 #include "config/key_field.h"
 
@@ -14,7 +14,7 @@ Status refuse_value(const char* key, double value, const char* expected) {
 }
 
 /// The range that each key has in the table.
-Status check_ranges(const PredictorConfig& c) {
+Status check_ranges(const ModelConfig& c) {
     const Settings settings{c, {}};
     for (const Key& key : all_keys()) {
         const bool network = key.field.part == Part::kNetwork || key.field.part == Part::kAdapters;
@@ -31,19 +31,19 @@ Status check_ranges(const PredictorConfig& c) {
 
 }  // namespace
 
-std::uint32_t PredictorConfig::image_channels() const {
+std::uint32_t ModelConfig::image_channels() const {
     return 3U + (depth ? 1U : 0U) + (normal ? 3U : 0U) + (mask ? 1U : 0U);
 }
 
-std::uint32_t PredictorConfig::input_channels() const {
+std::uint32_t ModelConfig::input_channels() const {
     return image_channels() + (origin_distance ? 1U : 0U);
 }
 
-std::uint32_t PredictorConfig::output_channels() const {
+std::uint32_t ModelConfig::output_channels() const {
     return 1U + (offset ? 3U : 0U) + 1U + 3U + 4U + (sh_degree == 0 ? 3U : 12U);
 }
 
-std::uint32_t PredictorConfig::embedding_length() const {
+std::uint32_t ModelConfig::embedding_length() const {
     switch (embedding) {
         case Embedding::kNone:
             return 0;
@@ -54,7 +54,7 @@ std::uint32_t PredictorConfig::embedding_length() const {
     }
 }
 
-Status check(const PredictorConfig& c) {
+Status check(const ModelConfig& c) {
     SPLAT_TRY(check_ranges(c));
     if (c.levels() < 1 || c.levels() > 8)
         return error(Code::kInvalidArgument,

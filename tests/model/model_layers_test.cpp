@@ -2,42 +2,42 @@
 #include <gtest/gtest.h>
 
 #include "model/adapters.h"
-#include "model/small_predictor.h"
+#include "model/small_model.h"
 #include "model/weights.h"
 
 namespace splat::test {
 namespace {
 
-class PredictorLayers : public PredictorTest {};
-SPLAT_INSTANTIATE_KERNELS(PredictorLayers);
+class ModelLayers : public ModelTest {};
+SPLAT_INSTANTIATE_KERNELS(ModelLayers);
 
-PredictorConfig with_tokens() {
-    PredictorConfig config = small_config();
+ModelConfig with_tokens() {
+    ModelConfig config = small_config();
     config.token_dim = 3;
     config.tokens = 5;
     return config;
 }
 
 /// In the bottleneck and the decoder's last block of each level with attention, not in the encoder.
-TEST_P(PredictorLayers, TokensAreAttendedToInBottleneckAndDecoder) {
-    const auto predictor = make(with_tokens());
-    ASSERT_TRUE(predictor);
+TEST_P(ModelLayers, TokensAreAttendedToInBottleneckAndDecoder) {
+    const auto model = make(with_tokens());
+    ASSERT_TRUE(model);
     std::vector<std::string> layers;
     const std::string end = ".cross_attention.q_proj.weight";
-    for (const nn::Parameter& parameter : predictor->parameters().all())
+    for (const nn::Parameter& parameter : model->parameters().all())
         if (parameter.name.ends_with(end))
             layers.push_back(parameter.name.substr(0, parameter.name.size() - end.size()));
     EXPECT_EQ(layers, (std::vector<std::string>{"network_with_offset.encoder.dec.8x8_in0",
                                                 "network_with_offset.encoder.dec.8x8_block1"}));
-    randomise(*predictor, 120);
+    randomise(*model, 120);
     Inputs inputs(with_tokens());
-    const std::vector<float> before = run(*predictor, inputs);
+    const std::vector<float> before = run(*model, inputs);
     inputs.tokens[4] += 1;
-    EXPECT_GT(relative_l2(run(*predictor, inputs), before), 1e-5) << "tokens have an effect";
+    EXPECT_GT(relative_l2(run(*model, inputs), before), 1e-5) << "tokens have an effect";
 }
 
 /// State dicts whose encoder also attended to tokens are grafted without those layers.
-TEST_P(PredictorLayers, TokensOfEarlierEncodersAreLeftOut) {
+TEST_P(ModelLayers, TokensOfEarlierEncodersAreLeftOut) {
     const auto from = make(with_tokens());
     const auto to = make(with_tokens());
     ASSERT_TRUE(from && to);
@@ -63,8 +63,8 @@ TEST_P(PredictorLayers, TokensOfEarlierEncodersAreLeftOut) {
                  "2 tensors that this network lacks, one is 'dec.cross_attention.more'");
 }
 
-PredictorConfig adapted_linear(std::uint32_t rank) {
-    PredictorConfig config = small_config();
+ModelConfig adapted_linear(std::uint32_t rank) {
+    ModelConfig config = small_config();
     config.embedding = model::Embedding::kCustom;
     config.embedding_dim = 2;
     config.lora.rank = rank;
@@ -75,10 +75,10 @@ PredictorConfig adapted_linear(std::uint32_t rank) {
 
 /// Adapters of linear layers add scale * B (A x): the outputs are those of merged weights, the gradients
 /// those of the chain rule through W + scale * B A.
-TEST_P(PredictorLayers, LinearLayersTakeAdapters) {
+TEST_P(ModelLayers, LinearLayersTakeAdapters) {
     constexpr std::uint32_t kRank = 3;
     constexpr double kScale = 6.0 / kRank;
-    PredictorOptions options;
+    ModelOptions options;
     options.gradients = true;
     const auto adapted = make(adapted_linear(kRank), options);
     const auto merged = make(adapted_linear(0), options);
@@ -102,27 +102,27 @@ TEST_P(PredictorLayers, LinearLayersTakeAdapters) {
 
     Inputs inputs(adapted_linear(kRank));
     const std::vector<float> embedding = normal_fill(12, 150);
-    const auto pass = [&](Predictor& predictor) {
-        model::PredictorInput input = inputs.view();
+    const auto pass = [&](Model& model) {
+        model::ModelInput input = inputs.view();
         input.embedding = embedding;
-        EXPECT_OK(predictor.set_input(input));
-        EXPECT_OK(predictor.forward());
-        const auto gradients = predictor.output_gradients();
+        EXPECT_OK(model.set_input(input));
+        EXPECT_OK(model.forward());
+        const auto gradients = model.output_gradients();
         std::uint64_t seed = 160;
         for (const vk::BufferView& view : {gradients.means, gradients.opacities, gradients.scales,
                                            gradients.rotations, gradients.sh}) {
             const std::vector<float> values = normal_fill(view.shape.elements(), seed++);
             EXPECT_OK(context().write(view, values.data(), values.size() * 4));
         }
-        EXPECT_OK(predictor.backward());
-        return read(predictor.raw_output());
+        EXPECT_OK(model.backward());
+        return read(model.raw_output());
     };
     EXPECT_LE(relative_l2(pass(*adapted), pass(*merged)), 1e-5)
         << "float32 sums of the same numbers in another order";
 
     for (const char* layer :
          {"map_layer0", "map_layer1", "enc.16x16_block0.affine", "dec.8x8_in0.affine"}) {
-        const auto value = [&](Predictor& of, const char* end, bool gradient) {
+        const auto value = [&](Model& of, const char* end, bool gradient) {
             const nn::Parameter* p = of.parameters().find(prefix + layer + end);
             return p == nullptr ? std::vector<float>() : read(gradient ? p->grad : p->value);
         };
@@ -150,18 +150,18 @@ TEST_P(PredictorLayers, LinearLayersTakeAdapters) {
 }
 
 /// Adapters of linear layers also start without effect, and leave the weights of the layer unchanged.
-TEST_P(PredictorLayers, LinearAdaptersStartWithoutEffect) {
+TEST_P(ModelLayers, LinearAdaptersStartWithoutEffect) {
     const auto adapted = make(adapted_linear(2));
     const auto plain = make(adapted_linear(0));
     ASSERT_TRUE(adapted && plain);
     Inputs inputs(adapted_linear(0));
     const std::vector<float> embedding = normal_fill(12, 150);
-    const auto predict = [&](Predictor& predictor) {
-        model::PredictorInput input = inputs.view();
+    const auto predict = [&](Model& model) {
+        model::ModelInput input = inputs.view();
         input.embedding = embedding;
-        EXPECT_OK(predictor.set_input(input));
-        EXPECT_OK(predictor.forward());
-        return read(predictor.raw_output());
+        EXPECT_OK(model.set_input(input));
+        EXPECT_OK(model.forward());
+        return read(model.raw_output());
     };
     EXPECT_EQ(predict(*adapted), predict(*plain));
     for (const nn::Parameter& parameter : adapted->parameters().all())

@@ -1,9 +1,9 @@
-#include "predict/network.h"
+#include "predict/predictor.h"
 
 #include <gtest/gtest.h>
 
 #include "model/adapters.h"
-#include "model/small_predictor.h"
+#include "model/small_model.h"
 #include "scene/activate.h"
 #include "support/expect_status.h"
 
@@ -11,15 +11,15 @@ namespace splat::predict {
 namespace {
 
 /// A small network with random weights, and a picture.
-class NetworkTest : public testing::Test {
+class PredictorTest : public testing::Test {
   protected:
     void SetUp() override {
         context_ = test::shared_context();
         ASSERT_NE(context_, nullptr);
         settings_.network = test::small_config();
     }
-    io::WeightsFile weights(const config::PredictorConfig& config) {
-        auto made = model::Predictor::create(*context_, config, {});
+    io::WeightsFile weights(const config::ModelConfig& config) {
+        auto made = model::Model::create(*context_, config, {});
         EXPECT_OK(made.status());
         EXPECT_OK(made.value()->init(7));
         std::uint64_t seed = 1;
@@ -32,8 +32,8 @@ class NetworkTest : public testing::Test {
         file.tensors = std::move(state.value());
         return file;
     }
-    std::unique_ptr<Network> network(const io::WeightsFile& file) {
-        auto made = Network::create(*context_, settings_);
+    std::unique_ptr<Predictor> predictor(const io::WeightsFile& file) {
+        auto made = Predictor::create(*context_, settings_);
         EXPECT_OK(made.status());
         model::LoadReport report;
         EXPECT_OK(made.value()->load(file, report));
@@ -49,13 +49,13 @@ class NetworkTest : public testing::Test {
     config::Settings settings_;
 };
 
-TEST_F(NetworkTest, PredictsTheOutputsOfItsPredictor) {
-    const auto made = network(weights(settings_.network));
+TEST_F(PredictorTest, PredictsTheOutputsOfItsModel) {
+    const auto made = predictor(weights(settings_.network));
     const auto scene = made->predict(picture());
     ASSERT_OK(scene.status());
     ASSERT_EQ(scene.value().count(), 256U);
     std::vector<float> means(3 * 256), scales(3 * 256), opacities(256);
-    const auto outputs = made->predictor().outputs();
+    const auto outputs = made->model().outputs();
     EXPECT_OK(context_->read(outputs.means, means.data(), means.size() * 4));
     EXPECT_OK(context_->read(outputs.scales, scales.data(), scales.size() * 4));
     EXPECT_OK(context_->read(outputs.opacities, opacities.data(), opacities.size() * 4));
@@ -67,15 +67,15 @@ TEST_F(NetworkTest, PredictsTheOutputsOfItsPredictor) {
                     static_cast<double>(opacities[i]), 1e-6);
 }
 
-TEST_F(NetworkTest, RefusesInputsOfAnotherSize) {
-    const auto made = network(weights(settings_.network));
+TEST_F(PredictorTest, RefusesInputsOfAnotherSize) {
+    const auto made = predictor(weights(settings_.network));
     Views views = picture();
     views.inputs.pop_back();
     EXPECT_ERROR(made->predict(views).status(), Code::kShape, "images");
 }
 
-TEST_F(NetworkTest, DrawsManyCamerasInGroupsOfTheSameImages) {
-    const auto made = network(weights(settings_.network));
+TEST_F(PredictorTest, DrawsManyCamerasInGroupsOfTheSameImages) {
+    const auto made = predictor(weights(settings_.network));
     const auto scene = made->predict(picture());
     ASSERT_OK(scene.status());
     std::vector<scene::Camera> cameras;
@@ -96,9 +96,9 @@ TEST_F(NetworkTest, DrawsManyCamerasInGroupsOfTheSameImages) {
     }
 }
 
-TEST_F(NetworkTest, DrawsTheSceneThatWasShownLast) {
+TEST_F(PredictorTest, DrawsTheSceneThatWasShownLast) {
     settings_.training.white_background = false;
-    const auto made = network(weights(settings_.network));
+    const auto made = predictor(weights(settings_.network));
     auto scene = made->predict(picture());
     ASSERT_OK(scene.status());
     const scene::Camera camera = made->camera().value();
@@ -114,7 +114,7 @@ TEST_F(NetworkTest, DrawsTheSceneThatWasShownLast) {
     EXPECT_EQ(depth.value().alpha, std::vector<float>(256, 0.0F));
 }
 
-TEST_F(NetworkTest, FoldsTheAdaptersOfItsWeights) {
+TEST_F(PredictorTest, FoldsTheAdaptersOfItsWeights) {
     settings_.network.lora.rank = 2;
     settings_.network.lora.alpha = 3;
     const io::WeightsFile file = weights(settings_.network);
@@ -122,18 +122,18 @@ TEST_F(NetworkTest, FoldsTheAdaptersOfItsWeights) {
     auto merged = model::merge_adapters(file.tensors, file.tensors, 3, 1);
     ASSERT_OK(merged.status());
     folded.tensors = std::move(merged.value());
-    const auto adapted = network(file)->predict(picture());
+    const auto adapted = predictor(file)->predict(picture());
     settings_.network.lora = {};
-    const auto plain = network(folded)->predict(picture());
+    const auto plain = predictor(folded)->predict(picture());
     ASSERT_OK(adapted.status());
     ASSERT_OK(plain.status());
     EXPECT_EQ(adapted.value().means, plain.value().means);
     EXPECT_EQ(adapted.value().sh, plain.value().sh);
 }
 
-TEST_F(NetworkTest, TellsAnOutputThatIsNotFinite) {
+TEST_F(PredictorTest, TellsAnOutputThatIsNotFinite) {
     io::WeightsFile file = weights(settings_.network);
-    const auto sound = network(file);
+    const auto sound = predictor(file);
     ASSERT_OK(sound->predict(picture()).status());
     EXPECT_TRUE(sound->finite_output().value());
     io::WeightsFile huge;
@@ -142,14 +142,14 @@ TEST_F(NetworkTest, TellsAnOutputThatIsNotFinite) {
             for (float& value : tensor.values.own()) value = 3.4e38F;
         ASSERT_OK(huge.tensors.add(std::move(tensor)));
     }
-    const auto broken = network(huge);
+    const auto broken = predictor(huge);
     ASSERT_OK(broken->predict(picture()).status());
     EXPECT_FALSE(broken->finite_output().value());
 }
 
-TEST_F(NetworkTest, HasNoCameraWithoutAFieldOfView) {
+TEST_F(PredictorTest, HasNoCameraWithoutAFieldOfView) {
     settings_.network.fov_degrees = 0;
-    auto made = Network::create(*context_, settings_);
+    auto made = Predictor::create(*context_, settings_);
     ASSERT_OK(made.status());
     EXPECT_ERROR(made.value()->camera().status(), Code::kInvalidArgument, "'data.fov' is 0");
 }

@@ -2,19 +2,19 @@
 
 #include <gtest/gtest.h>
 
-#include "model/predictor.h"
+#include "model/model.h"
 #include "ops/op_harness.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
 
-using model::Predictor;
-using model::PredictorConfig;
-using model::PredictorOptions;
+using model::Model;
+using model::ModelConfig;
+using model::ModelOptions;
 
 /// Small, with every kind of block: 2 levels of 16 and 8 pixels, attention at 8.
-inline PredictorConfig small_config() {
-    PredictorConfig c;
+inline ModelConfig small_config() {
+    ModelConfig c;
     c.resolution = 16;
     c.base_dim = 8;
     c.num_blocks = 1;
@@ -25,7 +25,7 @@ inline PredictorConfig small_config() {
 }
 
 struct Inputs {
-    explicit Inputs(const PredictorConfig& c, std::uint32_t objects = 1, std::uint64_t seed = 5) {
+    explicit Inputs(const ModelConfig& c, std::uint32_t objects = 1, std::uint64_t seed = 5) {
         const std::uint32_t n = objects * c.views;
         images =
             normal_fill(std::size_t{n} * c.input_channels() * c.resolution * c.resolution, seed);
@@ -37,7 +37,7 @@ struct Inputs {
         }
         tokens = normal_fill(std::size_t{n} * c.token_dim * c.tokens, seed + 1);
     }
-    [[nodiscard]] model::PredictorInput view() const {
+    [[nodiscard]] model::ModelInput view() const {
         return {.images = images,
                 .view_to_world = poses,
                 .quaternions = quaternions,
@@ -48,12 +48,11 @@ struct Inputs {
     std::vector<float> images, poses, quaternions, tokens;
 };
 
-/// Makes, fills and runs predictors.
-class PredictorTest : public KernelsTest {
+/// Makes, fills and runs models.
+class ModelTest : public KernelsTest {
   protected:
-    std::unique_ptr<Predictor> make(const PredictorConfig& config,
-                                    const PredictorOptions& options = {}) {
-        auto made = Predictor::create(context(), config, options);
+    std::unique_ptr<Model> make(const ModelConfig& config, const ModelOptions& options = {}) {
+        auto made = Model::create(context(), config, options);
         EXPECT_OK(made.status());
         if (!made.ok()) return nullptr;
         EXPECT_OK(made.value()->init(7));
@@ -66,22 +65,22 @@ class PredictorTest : public KernelsTest {
         return values;
     }
     /// The output of the network, before the head.
-    std::vector<float> run(Predictor& predictor, const Inputs& inputs) {
-        EXPECT_OK(predictor.set_input(inputs.view()));
-        EXPECT_OK(predictor.forward());
-        return read(predictor.raw_output());
+    std::vector<float> run(Model& model, const Inputs& inputs) {
+        EXPECT_OK(model.set_input(inputs.view()));
+        EXPECT_OK(model.forward());
+        return read(model.raw_output());
     }
     /// Random gradients of all outputs, for a backward pass.
-    void write_gradients(Predictor& predictor, std::uint64_t seed) {
-        const auto g = predictor.output_gradients();
+    void write_gradients(Model& model, std::uint64_t seed) {
+        const auto g = model.output_gradients();
         for (const auto& view : {g.means, g.opacities, g.scales, g.rotations, g.sh}) {
             const std::vector<float> values = normal_fill(view.shape.elements(), seed);
             EXPECT_OK(context().write(view, values.data(), values.size() * 4));
         }
     }
-    void randomise(Predictor& predictor, std::uint64_t seed) {
-        for (const nn::Parameter& parameter : predictor.parameters().all())
-            EXPECT_OK(predictor.parameters().write(
+    void randomise(Model& model, std::uint64_t seed) {
+        for (const nn::Parameter& parameter : model.parameters().all())
+            EXPECT_OK(model.parameters().write(
                 parameter, normal_fill(parameter.shape.elements(), seed++, 0, 0.1)));
     }
 };

@@ -1,4 +1,4 @@
-#include "model/predictor.h"
+#include "model/model.h"
 
 namespace splat::model {
 namespace {
@@ -11,7 +11,7 @@ vk::BufferView without_last_axis(vk::BufferView view) {
 
 }  // namespace
 
-std::vector<Predictor::Port> Predictor::inputs() const {
+std::vector<Model::Port> Model::inputs() const {
     const std::uint32_t n = images();
     const std::uint32_t r = config_.resolution;
     const bool graded = options_.gradients && options_.input_gradient;
@@ -27,7 +27,7 @@ std::vector<Predictor::Port> Predictor::inputs() const {
     return ports;
 }
 
-Result<vk::BufferView> Predictor::input_tensor(std::string_view name) {
+Result<vk::BufferView> Model::input_tensor(std::string_view name) {
     std::string known;
     for (const Port& port : inputs()) known += std::string(" ") + port.name;
     const std::pair<const char*, nn::ValueId> all[] = {
@@ -48,7 +48,7 @@ Result<vk::BufferView> Predictor::input_tensor(std::string_view name) {
 }
 
 /// Zeros, identity poses, and focal lengths of R pixels where the caller has given nothing.
-Status Predictor::start_inputs() {
+Status Model::start_inputs() {
     if (input_given_) return {};
     const std::size_t n = images();
     const std::size_t pixels = std::size_t{config_.resolution} * config_.resolution;
@@ -69,7 +69,7 @@ Status Predictor::start_inputs() {
                       .tokens = tokens});
 }
 
-Status Predictor::use_tensors(std::uint64_t seed, std::uint32_t step) {
+Status Model::use_tensors(std::uint64_t seed, std::uint32_t step) {
     SPLAT_TRY(start_inputs());
     SPLAT_TRY(check_unmapped());
     input_changed_ = true;
@@ -82,21 +82,21 @@ Status Predictor::use_tensors(std::uint64_t seed, std::uint32_t step) {
     return write_counters(seed, step);
 }
 
-Status Predictor::check_unmapped() const {
+Status Model::check_unmapped() const {
     if (!outside_->mapped() && !outside_gradients_->mapped() && !parameters_->outside()->mapped())
         return {};
     return error(Code::kInvalidState,
                  "a tensor of the model is mapped: call splat_tensor_unmap first");
 }
 
-Result<vk::BufferView> Predictor::input_gradient_tensor(Input input) const {
+Result<vk::BufferView> Model::input_gradient_tensor(Input input) const {
     const bool there =
         options_.gradients && options_.input_gradient &&
         (input == Input::kImages || (input == Input::kTokens && config_.tokens > 0) ||
          (input == Input::kEmbedding && config_.embedding == Embedding::kCustom));
     if (!there)
         return error(Code::kInvalidState,
-                     "predictor: no gradient of the %s is computed: the model was made without "
+                     "model: no gradient of the %s is computed: the model was made without "
                      "SPLAT_MODEL_INPUT_GRADIENTS, or its configuration does not have them",
                      input == Input::kImages   ? "images"
                      : input == Input::kTokens ? "tokens"
@@ -105,7 +105,7 @@ Result<vk::BufferView> Predictor::input_gradient_tensor(Input input) const {
     return input == Input::kImages ? gradient(image_) : without_last_axis(gradient(tokens_));
 }
 
-Result<std::vector<float>> Predictor::input_gradient(Input input) const {
+Result<std::vector<float>> Model::input_gradient(Input input) const {
     SPLAT_ASSIGN(const vk::BufferView view, input_gradient_tensor(input));
     std::vector<float> values(view.shape.elements());
     SPLAT_TRY(context_.read(view, values.data(), values.size() * sizeof(float)));

@@ -1,19 +1,19 @@
-#include "model/predictor.h"
+#include "model/model.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "model/adapters.h"
-#include "model/small_predictor.h"
+#include "model/small_model.h"
 
 namespace splat::test {
 namespace {
 
-class PredictorRules : public PredictorTest {};
-SPLAT_INSTANTIATE_KERNELS(PredictorRules);
+class ModelRules : public ModelTest {};
+SPLAT_INSTANTIATE_KERNELS(ModelRules);
 
-TEST_P(PredictorRules, StartsTheSameFromASeed) {
+TEST_P(ModelRules, StartsTheSameFromASeed) {
     const auto first = make(small_config());
     const auto second = make(small_config());
     ASSERT_TRUE(first && second);
@@ -23,8 +23,8 @@ TEST_P(PredictorRules, StartsTheSameFromASeed) {
     EXPECT_NE(run(*first, inputs), run(*second, inputs));
 }
 
-TEST_P(PredictorRules, ObjectsOfABatchAreIndependent) {
-    PredictorOptions two;
+TEST_P(ModelRules, ObjectsOfABatchAreIndependent) {
+    ModelOptions two;
     two.objects = 2;
     const auto pair = make(small_config(), two);
     const auto single = make(small_config());
@@ -44,38 +44,38 @@ TEST_P(PredictorRules, ObjectsOfABatchAreIndependent) {
 }
 
 /// What a pass gave is counted: of two objects in one pass, and in two.
-TEST_P(PredictorRules, CountsWhatIsNotFiniteOrTooFaint) {
+TEST_P(ModelRules, CountsWhatIsNotFiniteOrTooFaint) {
     for (const std::uint64_t most_bytes : {0, 1}) {
-        PredictorOptions options;
+        ModelOptions options;
         options.objects = 2;
         options.most_bytes = most_bytes;
-        const auto predictor = make(small_config(), options);
-        ASSERT_TRUE(predictor);
+        const auto model = make(small_config(), options);
+        ASSERT_TRUE(model);
         const auto count = [&] {
-            run(*predictor, Inputs(small_config(), 2));
-            return predictor->ledger();
+            run(*model, Inputs(small_config(), 2));
+            return model->ledger();
         };
         model::Ledger ledger = count();
         EXPECT_EQ(ledger.gaussians, 512U);
         EXPECT_EQ(ledger.non_finite, 0U);
         EXPECT_EQ(ledger.faint, 0U);
-        const nn::Parameter* bias = predictor->parameters().find("network_with_offset.out.bias");
+        const nn::Parameter* bias = model->parameters().find("network_with_offset.out.bias");
         ASSERT_NE(bias, nullptr);
         std::vector<float> values = read(bias->value);
         values[4] = -20;  // the logit of the opacity, see GradientsAddUp in tests/api
-        ASSERT_OK(predictor->parameters().write(*bias, values));
+        ASSERT_OK(model->parameters().write(*bias, values));
         EXPECT_EQ(count().faint, 512U);
         values[4] = std::numeric_limits<float>::quiet_NaN();
-        ASSERT_OK(predictor->parameters().write(*bias, values));
+        ASSERT_OK(model->parameters().write(*bias, values));
         ledger = count();
         EXPECT_EQ(ledger.non_finite, 2 * 512U) << "of the network and of the opacities";
     }
 }
 
 /// Adapters and attention to tokens start without effect.
-TEST_P(PredictorRules, AdditionsChangeNothingAtFirst) {
+TEST_P(ModelRules, AdditionsChangeNothingAtFirst) {
     const auto plain = make(small_config());
-    PredictorConfig more = small_config();
+    ModelConfig more = small_config();
     more.lora.rank = 3;
     const auto adapted = make(more);
     more = small_config();
@@ -91,17 +91,17 @@ TEST_P(PredictorRules, AdditionsChangeNothingAtFirst) {
 
 /// Activations that the backward pass recomputes have the same bits, also with dropout and attention, and
 /// take less memory.
-TEST_P(PredictorRules, RecomputedGradientsAreTheSame) {
-    PredictorConfig modulated = small_config();
+TEST_P(ModelRules, RecomputedGradientsAreTheSame) {
+    ModelConfig modulated = small_config();
     modulated.dropout = 0.2F;
     modulated.embedding = model::Embedding::kPose;
     modulated.tokens = 5;
     modulated.token_dim = 7;
-    PredictorConfig adapted = small_config();
+    ModelConfig adapted = small_config();
     adapted.lora.rank = 3;
     adapted.lora.dropout = 0.1F;
-    for (const PredictorConfig& config : {modulated, adapted}) {
-        PredictorOptions options;
+    for (const ModelConfig& config : {modulated, adapted}) {
+        ModelOptions options;
         options.gradients = options.input_gradient = options.build.training = true;
         const auto kept = make(config, options);
         options.recompute = true;
@@ -110,20 +110,20 @@ TEST_P(PredictorRules, RecomputedGradientsAreTheSame) {
         EXPECT_LT(again->executor().memory().bound, kept->executor().memory().bound);
         const Inputs inputs(config);
         std::vector<std::vector<float>> results[2];
-        for (Predictor* predictor : {kept.get(), again.get()}) {
-            auto& result = results[predictor == again.get() ? 1 : 0];
-            randomise(*predictor, 90);
-            result.push_back(run(*predictor, inputs));
-            write_gradients(*predictor, 91);
-            ASSERT_OK(predictor->backward());
-            for (const auto input : {Predictor::Input::kImages, Predictor::Input::kTokens}) {
-                if (input == Predictor::Input::kTokens && config.tokens == 0) continue;
-                const auto gradient = predictor->input_gradient(input);
+        for (Model* model : {kept.get(), again.get()}) {
+            auto& result = results[model == again.get() ? 1 : 0];
+            randomise(*model, 90);
+            result.push_back(run(*model, inputs));
+            write_gradients(*model, 91);
+            ASSERT_OK(model->backward());
+            for (const auto input : {Model::Input::kImages, Model::Input::kTokens}) {
+                if (input == Model::Input::kTokens && config.tokens == 0) continue;
+                const auto gradient = model->input_gradient(input);
                 ASSERT_OK(gradient.status());
                 result.push_back(gradient.value());
             }
-            result.push_back(read(predictor->raw_output()));
-            for (const nn::Parameter& parameter : predictor->parameters().all())
+            result.push_back(read(model->raw_output()));
+            for (const nn::Parameter& parameter : model->parameters().all())
                 if (parameter.grad.block != nullptr) result.push_back(read(parameter.grad));
         }
         EXPECT_EQ(results[0], results[1]);
@@ -131,8 +131,8 @@ TEST_P(PredictorRules, RecomputedGradientsAreTheSame) {
     }
 }
 
-TEST_P(PredictorRules, MergedAdaptersPredictTheSame) {
-    PredictorConfig config = small_config();
+TEST_P(ModelRules, MergedAdaptersPredictTheSame) {
+    ModelConfig config = small_config();
     config.lora.rank = 3;
     config.lora.alpha = 6;
     const auto adapted = make(config);
@@ -175,7 +175,7 @@ TEST_P(PredictorRules, MergedAdaptersPredictTheSame) {
         }
 }
 
-TEST_P(PredictorRules, SavesWhatItLoads) {
+TEST_P(ModelRules, SavesWhatItLoads) {
     const auto first = make(small_config());
     const auto second = make(small_config());
     ASSERT_TRUE(first && second);
@@ -190,10 +190,10 @@ TEST_P(PredictorRules, SavesWhatItLoads) {
 }
 
 /// A ray grid that differs from the configuration's by the rounding of a float16 file counts as the same.
-TEST_P(PredictorRules, RoundedRaysAreTheSame) {
-    const auto predictor = make(small_config());
-    ASSERT_TRUE(predictor);
-    auto state = model::save_state(*predictor);
+TEST_P(ModelRules, RoundedRaysAreTheSame) {
+    const auto model = make(small_config());
+    ASSERT_TRUE(model);
+    auto state = model::save_state(*model);
     ASSERT_OK(state.status());
     const model::LoadOptions take{.source = {}, .graft = false, .take_rays = true};
     for (const auto type : {io::NumberType::kF16, io::NumberType::kF32}) {
@@ -207,14 +207,14 @@ TEST_P(PredictorRules, RoundedRaysAreTheSame) {
             ASSERT_OK(changed.add(std::move(tensor)));
         }
         model::LoadReport report;
-        ASSERT_OK(model::load_state(*predictor, changed, take, report));
+        ASSERT_OK(model::load_state(*model, changed, take, report));
         EXPECT_EQ(report.rays_differ, type == io::NumberType::kF32);
     }
 }
 
 /// Without offset the names are those of the published code; files of earlier versions can be read too.
-TEST_P(PredictorRules, ANetworkWithoutOffsetHasItsName) {
-    PredictorConfig config = small_config();
+TEST_P(ModelRules, ANetworkWithoutOffsetHasItsName) {
+    ModelConfig config = small_config();
     config.offset = false;
     const auto first = make(config);
     const auto second = make(config);
@@ -242,10 +242,10 @@ TEST_P(PredictorRules, ANetworkWithoutOffsetHasItsName) {
 }
 
 /// New channels of a widened network have no influence, whatever they hold, until it is trained.
-TEST_P(PredictorRules, GraftsByMeaning) {
-    PredictorConfig narrow = small_config();
+TEST_P(ModelRules, GraftsByMeaning) {
+    ModelConfig narrow = small_config();
     narrow.normal = true;
-    PredictorConfig wide = narrow;
+    ModelConfig wide = narrow;
     wide.depth = wide.mask = true;
     const auto from = make(narrow);
     const auto to = make(wide);
@@ -277,10 +277,10 @@ TEST_P(PredictorRules, GraftsByMeaning) {
     EXPECT_LE(relative_l2(run(*to, seven), run(*from, six)), 1e-6);
 }
 
-TEST_P(PredictorRules, RefusesStatesOfOtherNetworks) {
-    const auto predictor = make(small_config());
-    ASSERT_TRUE(predictor);
-    auto state = model::save_state(*predictor);
+TEST_P(ModelRules, RefusesStatesOfOtherNetworks) {
+    const auto model = make(small_config());
+    ASSERT_TRUE(model);
+    auto state = model::save_state(*model);
     ASSERT_OK(state.status());
     const auto without = [&](const char* name) {
         io::NamedTensors rest;
@@ -292,22 +292,22 @@ TEST_P(PredictorRules, RefusesStatesOfOtherNetworks) {
     };
     const char* out = "network_with_offset.out.weight";
     model::LoadReport report;
-    EXPECT_ERROR(model::load_state(*predictor, without(out), {}, report), Code::kInvalidArgument,
+    EXPECT_ERROR(model::load_state(*model, without(out), {}, report), Code::kInvalidArgument,
                  "no tensor 'network_with_offset.out.weight' [24, 24, 1, 1]");
     io::NamedTensors changed = without(out);
     ASSERT_OK(changed.add({out, {24, 23, 1, 1}, io::NumberType::kF32, std::vector<float>(552)}));
-    EXPECT_ERROR(model::load_state(*predictor, changed, {}, report), Code::kShape,
+    EXPECT_ERROR(model::load_state(*model, changed, {}, report), Code::kShape,
                  "has shape [24, 23, 1, 1], expected [24, 24, 1, 1]");
     changed = without(out);
     ASSERT_OK(
         changed.add({out, {24, 24, 1, 1}, io::NumberType::kF32, std::vector<float>(576, NAN)}));
-    EXPECT_ERROR(model::load_state(*predictor, changed, {}, report), Code::kInvalidArgument,
+    EXPECT_ERROR(model::load_state(*model, changed, {}, report), Code::kInvalidArgument,
                  "holds nan at element 0");
     changed = without("nothing");
     ASSERT_OK(changed.add({"extra", {1}, io::NumberType::kF32, {1}}));
-    EXPECT_ERROR(model::load_state(*predictor, changed, {}, report), Code::kInvalidArgument,
+    EXPECT_ERROR(model::load_state(*model, changed, {}, report), Code::kInvalidArgument,
                  "1 tensors that this network lacks, one is 'extra'");
-    PredictorConfig other = small_config();
+    ModelConfig other = small_config();
     other.fov_degrees = 30;
     const auto narrow = make(other);
     ASSERT_TRUE(narrow);
@@ -316,7 +316,7 @@ TEST_P(PredictorRules, RefusesStatesOfOtherNetworks) {
 }
 
 /// The ray grid is checked before any parameter is written.
-TEST_P(PredictorRules, ARefusedRayGridChangesNothing) {
+TEST_P(ModelRules, ARefusedRayGridChangesNothing) {
     const auto from = make(small_config());
     const auto to = make(small_config());
     ASSERT_TRUE(from && to);
@@ -355,8 +355,8 @@ TEST_P(PredictorRules, ARefusedRayGridChangesNothing) {
 }
 
 /// Poses and view indices modulate like a given vector of their sines and cosines.
-TEST_P(PredictorRules, EmbedsPosesAndIndices) {
-    PredictorConfig config = small_config();
+TEST_P(ModelRules, EmbedsPosesAndIndices) {
+    ModelConfig config = small_config();
     config.views = 2;
     const auto encoded = [](const std::vector<double>& scalars, std::uint32_t dimension) {
         std::vector<float> values;
@@ -377,14 +377,14 @@ TEST_P(PredictorRules, EmbedsPosesAndIndices) {
                              const std::vector<float>& given) {
         config.embedding = kind;
         config.embedding_dim = dimension;
-        const auto predictor = make(config);
-        if (!predictor) return std::vector<float>();
-        randomise(*predictor, 70);
-        model::PredictorInput input = inputs.view();
+        const auto model = make(config);
+        if (!model) return std::vector<float>();
+        randomise(*model, 70);
+        model::ModelInput input = inputs.view();
         input.embedding = given;
-        EXPECT_OK(predictor->set_input(input));
-        EXPECT_OK(predictor->forward());
-        return read(predictor->raw_output());
+        EXPECT_OK(model->set_input(input));
+        EXPECT_OK(model->forward());
+        return read(model->raw_output());
     };
     const std::vector<float> by_pose = predict(model::Embedding::kPose, 2, {});
     const std::vector<float> by_index = predict(model::Embedding::kIndex, 12, {});
@@ -394,14 +394,14 @@ TEST_P(PredictorRules, EmbedsPosesAndIndices) {
 }
 
 /// Which parameters get gradients, by parts of their names.
-TEST_P(PredictorRules, TrainsWhatIsChosen) {
-    PredictorOptions options;
+TEST_P(ModelRules, TrainsWhatIsChosen) {
+    ModelOptions options;
     options.gradients = true;
-    const auto trained = [&](const PredictorConfig& config) {
+    const auto trained = [&](const ModelConfig& config) {
         std::vector<std::string> names;
-        const auto predictor = make(config, options);
-        if (!predictor) return names;
-        for (const nn::Parameter& parameter : predictor->parameters().all())
+        const auto model = make(config, options);
+        if (!model) return names;
+        for (const nn::Parameter& parameter : model->parameters().all())
             if (parameter.grad.block != nullptr) names.push_back(parameter.name);
         return names;
     };
@@ -411,7 +411,7 @@ TEST_P(PredictorRules, TrainsWhatIsChosen) {
     const auto has = [](const std::string& name, const char* part) {
         return name.find(part) != std::string::npos;
     };
-    PredictorConfig config = small_config();
+    ModelConfig config = small_config();
     const std::size_t all = trained(config).size();
     config.frozen = {"norm", "16x16_conv."};
     const std::vector<std::string> rest = trained(config);
@@ -431,54 +431,54 @@ TEST_P(PredictorRules, TrainsWhatIsChosen) {
                             [&](const std::string& name) { return !has(name, "lora_"); }),
               2);
 
-    const auto status = [&](void (*change)(PredictorConfig&)) {
-        PredictorConfig changed = small_config();
+    const auto status = [&](void (*change)(ModelConfig&)) {
+        ModelConfig changed = small_config();
         changed.lora.rank = 2;
         change(changed);
-        return Predictor::create(context(), changed, options).status();
+        return Model::create(context(), changed, options).status();
     };
-    EXPECT_ERROR(status([](PredictorConfig& c) { c.frozen = {"nrom"}; }), Code::kInvalidArgument,
+    EXPECT_ERROR(status([](ModelConfig& c) { c.frozen = {"nrom"}; }), Code::kInvalidArgument,
                  "opt.freeze has 'nrom'");
-    EXPECT_ERROR(status([](PredictorConfig& c) { c.lora.targets = {"skip"}; }),
-                 Code::kInvalidArgument, "opt.lora_targets has 'skip'");
-    EXPECT_ERROR(status([](PredictorConfig& c) { c.lora.trained = {"conv9"}; }),
-                 Code::kInvalidArgument, "opt.train_with_adapters has 'conv9'");
+    EXPECT_ERROR(status([](ModelConfig& c) { c.lora.targets = {"skip"}; }), Code::kInvalidArgument,
+                 "opt.lora_targets has 'skip'");
+    EXPECT_ERROR(status([](ModelConfig& c) { c.lora.trained = {"conv9"}; }), Code::kInvalidArgument,
+                 "opt.train_with_adapters has 'conv9'");
 }
 
 /// The message names the key to change and the layer that refuses it.
-TEST_P(PredictorRules, NamesTheKeyWithoutAValidNetwork) {
-    PredictorConfig config = small_config();
+TEST_P(ModelRules, NamesTheKeyWithoutAValidNetwork) {
+    ModelConfig config = small_config();
     config.base_dim = 36;
     config.channel_mult = {1, 4};
-    EXPECT_ERROR(Predictor::create(context(), config, {}).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(Model::create(context(), config, {}).status(), Code::kInvalidArgument,
                  "layer 'network_with_offset.encoder.enc.8x8_block0.norm1' has 144 channels, which "
                  "do not divide into its 32 groups; model.base_dim is 36");
-    PredictorOptions options;
+    ModelOptions options;
     options.gradients = true;
     config = small_config();
     config.frozen = {"network_with_offset."};
-    EXPECT_ERROR(Predictor::create(context(), config, options).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(Model::create(context(), config, options).status(), Code::kInvalidArgument,
                  "opt.freeze leave no parameter to be trained");
-    EXPECT_OK(Predictor::create(context(), config, {}).status());
+    EXPECT_OK(Model::create(context(), config, {}).status());
     config = small_config();
     config.lora.rank = 2;
     config.lora.targets.clear();
-    EXPECT_ERROR(Predictor::create(context(), config, options).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(Model::create(context(), config, options).status(), Code::kInvalidArgument,
                  "opt.lora_targets, opt.train_with_adapters and opt.freeze leave no parameter");
     config.lora.trained = {"out.bias"};
-    EXPECT_OK(Predictor::create(context(), config, options).status());
+    EXPECT_OK(Model::create(context(), config, options).status());
 }
 
-TEST_P(PredictorRules, RefusesInputsThatDoNotFit) {
-    const auto predictor = make(small_config());
-    ASSERT_TRUE(predictor);
+TEST_P(ModelRules, RefusesInputsThatDoNotFit) {
+    const auto model = make(small_config());
+    ASSERT_TRUE(model);
     const Inputs good(small_config());
     Inputs bad = good;
     bad.images.pop_back();
-    EXPECT_ERROR(predictor->set_input(bad.view()), Code::kShape, "'images' has 767 numbers");
+    EXPECT_ERROR(model->set_input(bad.view()), Code::kShape, "'images' has 767 numbers");
     bad = good;
     bad.poses[3] = INFINITY;
-    EXPECT_ERROR(predictor->set_input(bad.view()), Code::kInvalidArgument,
+    EXPECT_ERROR(model->set_input(bad.view()), Code::kInvalidArgument,
                  "'view_to_world' holds inf at 3");
 }
 
