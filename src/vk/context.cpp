@@ -89,6 +89,7 @@ Status Context::write(const BufferView& view, const void* data, std::uint64_t by
     SPLAT_ASSERT(bytes <= view.bytes);
     SPLAT_TRY(device_->alive());
     SPLAT_TRY(queue_->settle());
+    if (Profile* counted = counting()) counted->add_write(bytes);
     std::byte* host = Memory::host(view);
     if (host == nullptr) return transfer(view, nullptr, static_cast<const std::byte*>(data), bytes);
     if (bytes > 0) std::memcpy(host, data, bytes);  // data may be null
@@ -99,6 +100,7 @@ Status Context::read(const BufferView& view, void* data, std::uint64_t bytes) {
     SPLAT_ASSERT(bytes <= view.bytes);
     SPLAT_TRY(device_->alive());
     SPLAT_TRY(queue_->settle());
+    if (Profile* counted = counting()) counted->add_read(bytes);
     std::byte* host = Memory::host(view);
     if (host == nullptr) return transfer(view, static_cast<std::byte*>(data), nullptr, bytes);
     SPLAT_TRY(memory_->invalidate(view));

@@ -40,9 +40,9 @@ class Context {
     [[nodiscard]] bool profiles_levels() const { return profile_levels_; }
 
     /// Run a recorded list and add its times to the profile.
-    Status run(CommandList& list) { return queue_->run(list, unprofiled ? nullptr : profile()); }
+    Status run(CommandList& list) { return queue_->run(list, counting()); }
 
-    /// While true, lists are left out of the profile.
+    /// While true, lists and transfers are left out of the profile.
     bool unprofiled = false;
 
     /// Wait for a list that timed out before, if there is one.
@@ -65,6 +65,7 @@ class Context {
 
   private:
     Context() = default;
+    [[nodiscard]] Profile* counting() { return unprofiled ? nullptr : profile(); }
     Status transfer(const BufferView& view, std::byte* to, const std::byte* from,
                     std::uint64_t bytes);
 

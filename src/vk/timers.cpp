@@ -52,10 +52,23 @@ void Profile::add_list(const ListTotals& totals) {
     totals_.device_ms += totals.device_ms;
 }
 
+void Profile::add_read(std::uint64_t bytes) {
+    const std::lock_guard lock(mutex_);
+    ++transfers_.reads;
+    transfers_.read_bytes += bytes;
+}
+
+void Profile::add_write(std::uint64_t bytes) {
+    const std::lock_guard lock(mutex_);
+    ++transfers_.writes;
+    transfers_.written_bytes += bytes;
+}
+
 void Profile::reset() {
     const std::lock_guard lock(mutex_);
     entries_.clear();
     totals_ = {};
+    transfers_ = {};
     lists_ = 0;
 }
 
@@ -96,7 +109,10 @@ std::string Profile::json(const std::string& device) const {
     json.member("copies", totals_.copies);
     json.member("barriers", totals_.barriers);
     json.member("bytes", bytes);
-    json.key("device_ms").number(totals_.device_ms, 9).end().end();
+    json.key("device_ms").number(totals_.device_ms, 9).end();
+    json.newline(1).key("transfers").begin_object().member("reads", transfers_.reads);
+    json.member("read_bytes", transfers_.read_bytes).member("writes", transfers_.writes);
+    json.member("written_bytes", transfers_.written_bytes).end().end();
     return json.text();
 }
 
@@ -124,6 +140,9 @@ std::string Profile::table(const std::string& device) const {
         "from first to last\n",
         count(lists_), count(totals_.submits), count(totals_.dispatches), count(totals_.copies),
         count(totals_.barriers), totals_.device_ms);
+    text += format("%llu reads of %llu bytes, %llu writes of %llu bytes\n", count(transfers_.reads),
+                   count(transfers_.read_bytes), count(transfers_.writes),
+                   count(transfers_.written_bytes));
     return text;
 }
 

@@ -34,17 +34,27 @@ struct ListTotals {
     double device_ms = 0;    ///< from the first command's beginning to the last one's end
 };
 
+/// Copies between host memory and buffers, one of each call.
+struct TransferTotals {
+    std::uint64_t reads = 0;
+    std::uint64_t read_bytes = 0;
+    std::uint64_t writes = 0;
+    std::uint64_t written_bytes = 0;
+};
+
 /// Device times of dispatches, by operator label and shader. Thread-safe. Dispatches that no barrier separates may
 /// overlap: on GPUs they are timed together, and each gets a share by its estimated time.
 class Profile {
   public:
     void add(std::string_view op, std::string_view shader, double milliseconds, const Work& work);
     void add_list(const ListTotals& totals);
+    void add_read(std::uint64_t bytes);
+    void add_write(std::uint64_t bytes);
     void reset();
 
     /// {"device": …, "ops": [{"op", "kernel", "count", "total_ms", "min_ms", "median_ms", "bytes", "flops"}],
     /// "idle": {"count", "total_ms"}, "lists": {"count", "submits", "dispatches", "copies", "barriers", "bytes",
-    /// "device_ms"}}, longest first; of an operator, bytes and flops are means over the dispatches.
+    /// "device_ms"}, "transfers": {"reads", "read_bytes", "writes", "written_bytes"}}, longest first; of an operator, bytes and flops are means over the dispatches.
     [[nodiscard]] std::string json(const std::string& device) const;
     /// The same as a table, with rates over the total time.
     [[nodiscard]] std::string table(const std::string& device) const;
@@ -69,6 +79,7 @@ class Profile {
     mutable std::mutex mutex_;
     std::map<std::pair<std::string, std::string>, Entry> entries_;
     ListTotals totals_;
+    TransferTotals transfers_;
     std::uint64_t lists_ = 0;
 };
 

@@ -57,13 +57,38 @@ TEST(Profile, SumsUpByOperatorAndShader) {
                                    {"barriers", 3},
                                    {"bytes", 3e8},
                                    {"device_ms", 10}}));
+    profile.add_read(16);
+    profile.add_write(100);
+    profile.add_write(4);
+    const Json moved = {{"reads", 1}, {"read_bytes", 16}, {"writes", 2}, {"written_bytes", 104}};
+    EXPECT_EQ(parse_json(profile.json("x"), "profile").value()["transfers"], moved);
     EXPECT_NE(profile.table("x").find("between dispatches"), std::string::npos);
+    EXPECT_NE(profile.table("x").find("1 reads of 16 bytes, 2 writes of 104"), std::string::npos);
     profile.reset();
     const Json none = std::move(parse_json(profile.json("x"), "profile").value());
     EXPECT_EQ(none["ops"].size(), 0U);
     EXPECT_EQ(none["idle"]["count"], 0);
     EXPECT_EQ(none["idle"]["total_ms"], 0);
     EXPECT_EQ(none["lists"]["dispatches"], 0);
+    EXPECT_EQ(none["transfers"]["written_bytes"], 0);
+}
+
+TEST(Profile, CountsTransfersAndTheirBytes) {
+    ContextDesc desc = test::context_desc();
+    desc.profile = true;
+    const auto context = test::make_context(desc);
+    ASSERT_NE(context, nullptr);
+    const Buffer x = test::device_buffer(*context, 4096);
+    std::vector<std::byte> values(4096);
+    EXPECT_OK(context->write(x.range(), values.data(), 4096));
+    EXPECT_OK(context->read(x.range(), values.data(), 64));
+    EXPECT_OK(context->read(x.range(), values.data(), 4096));
+    context->unprofiled = true;
+    EXPECT_OK(context->read(x.range(), values.data(), 4096));
+    EXPECT_OK(context->write(x.range(), values.data(), 4096));
+    const Json json = parse_json(context->profile()->json("x"), "profile").value();
+    const Json moved = {{"reads", 2}, {"read_bytes", 4160}, {"writes", 1}, {"written_bytes", 4096}};
+    EXPECT_EQ(json["transfers"], moved);
 }
 
 TEST(Profile, KeepsItsMemoryBounded) {

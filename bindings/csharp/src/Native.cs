@@ -186,10 +186,12 @@ namespace Splat.Interop
         /// Report the time of every kind of dispatch since creation or the last reset, on a device with
         /// SPLAT_DEVICE_PROFILE. JSON: {"device": name, "ops": [{"op", "kernel", "count", "total_ms",
         /// "min_ms", "median_ms", "bytes", "flops"}], "idle": {"count", "total_ms"}, "lists": {"count",
-        /// "submits", "dispatches", "copies", "barriers", "bytes", "device_ms"}}. "bytes" and "flops" of an
-        /// operator are means over its dispatches, as it counts them. "idle" is the time between what is timed
-        /// in one list. "lists" is what all lists together held and took. On GPUs, dispatches between two
-        /// barriers may overlap: they are timed together, and each gets a share by its estimated time.
+        /// "submits", "dispatches", "copies", "barriers", "bytes", "device_ms"}, "transfers": {"reads",
+        /// "read_bytes", "writes", "written_bytes"}}. "bytes" and "flops" of an operator are means over its
+        /// dispatches, as it counts them. "idle" is the time between what is timed in one list. "lists" is
+        /// what all lists together held and took. "transfers" is what was copied between host memory and the
+        /// device. On GPUs, dispatches between two barriers may overlap: they are timed together, and each
+        /// gets a share by its estimated time.
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, or
         ///   SPLAT_ERROR_INVALID_STATE  the device was created without SPLAT_DEVICE_PROFILE
         /// </summary>
