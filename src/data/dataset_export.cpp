@@ -178,6 +178,23 @@ Status ExportRows::advance(std::uint64_t rows) {
     return progress_(done_, rows_ * (maps().size() + 1));
 }
 
+/// Writes the rows of an object, the first of which is `row`, that the store does not hold.
+static Status store_object(ExportRows& rows, tables::StoreWriter& store, std::uint32_t object,
+                           std::uint64_t row) {
+    SPLAT_ASSIGN(const ExportRows::Cameras cameras, rows.cameras(object));
+    const std::vector<Table> maps = rows.maps();
+    for (std::uint32_t view = 0; view < cameras.frames.size(); ++view) {
+        SPLAT_TRY(
+            store.put(Table::kPoses, row + view, io::as_bytes(cameras.text.views[view].pose)));
+        for (const Table map : maps) {
+            if (store.holds(map, row + view)) continue;
+            SPLAT_ASSIGN(const io::Buffer planes, rows.planes(object, view, map));
+            SPLAT_TRY(store.put(map, row + view, planes));
+        }
+    }
+    return rows.advance(cameras.frames.size() * (maps.size() + 1));
+}
+
 Status export_store(ExportRows& rows, const ExportDesc& desc) {
     tables::StoreIndex index;
     index.split = desc.split;
@@ -193,33 +210,12 @@ Status export_store(ExportRows& rows, const ExportDesc& desc) {
     SPLAT_ASSIGN(const auto store, tables::StoreWriter::open(desc.path + "/" + desc.split,
                                                              std::move(index), false, desc.part));
     if (store->complete()) return {};
+    const std::vector<std::uint32_t>& objects = rows.objects();
     std::uint64_t row = 0;
-    const std::uint64_t done = store->done("objects");
-    const std::uint64_t first = desc.part.begin(rows.objects().size());
-    const std::uint64_t end = desc.part.end(rows.objects().size());
-    for (std::size_t i = 0; i < end; ++i) {
-        const std::uint32_t object = rows.objects()[i];
-        const std::uint32_t views = rows.dataset().index().views_of[object];
-        if (i < first) {
-            row += views;
-            continue;
-        }
-        bool held = i < done;
-        for (std::uint32_t view = 0; view < views && held; ++view)
-            for (const Table map : rows.maps()) held = held && store->holds(map, row + view);
-        SPLAT_ASSIGN(const ExportRows::Cameras cameras, rows.cameras(object));
-        for (std::uint32_t view = 0; view < views; ++view) {
-            SPLAT_TRY(
-                store->put(Table::kPoses, row + view, io::as_bytes(cameras.text.views[view].pose)));
-            for (const Table map : rows.maps()) {
-                if (held) break;
-                SPLAT_ASSIGN(const io::Buffer planes, rows.planes(object, view, map));
-                SPLAT_TRY(store->put(map, row + view, planes));
-            }
-        }
-        row += views;
-        SPLAT_TRY(store->mark("objects", i + 1));
-        SPLAT_TRY(rows.advance(views * (rows.maps().size() + 1)));
+    for (std::size_t i = 0; i < desc.part.end(objects.size()); ++i) {
+        if (i >= desc.part.begin(objects.size()))
+            SPLAT_TRY(store_object(rows, *store, objects[i], row));
+        row += rows.dataset().index().views_of[objects[i]];
     }
     return store->finish();
 }

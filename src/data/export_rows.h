@@ -2,7 +2,7 @@
 
 #include "data/dataset_export.h"
 #include "io/bytes.h"
-#include "tables/export_journal.h"
+#include "tables/journal.h"
 #include "tables/table_kind.h"
 
 namespace splat::data {

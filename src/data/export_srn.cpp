@@ -114,8 +114,8 @@ Status export_folders(ExportRows& rows, const ExportDesc& desc, const fs::path& 
     SPLAT_ASSIGN(const std::vector<PathName> names, folder_names(rows));
     SPLAT_ASSIGN(std::string source, rows.source(desc.path));
     SPLAT_ASSIGN(
-        const tables::ExportJournal journal,
-        tables::ExportJournal::open(desc.path, desc.split, std::move(source), {folder.string()}));
+        const tables::Journal journal,
+        tables::Journal::of_export(desc.path, desc.split, std::move(source), {folder.string()}));
     SPLAT_TRY(make_folders(folder));
     for (std::size_t i = 0; i < names.size(); ++i)
         SPLAT_TRY(export_object(rows, rows.objects()[i], folder, names[i], write_files));

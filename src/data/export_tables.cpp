@@ -89,7 +89,7 @@ std::string file_path(Table table, const std::string& split, std::uint64_t i, st
 }
 
 Status export_table(ExportRows& rows, const ExportDesc& desc, Table table, tables::Session& session,
-                    tables::ExportJournal& journal) {
+                    tables::Journal& journal) {
     TableRows source(rows, table);
     const bool images = tables::kind_of(table).map != nullptr;
     const std::uint64_t side = rows.dataset().resolution();
@@ -157,8 +157,8 @@ Status export_tables(ExportRows& rows, const ExportDesc& desc) {
     for (const Table table : all)
         targets.push_back(desc.path + "/" + tables::kind_of(table).name + "/" + desc.split);
     SPLAT_ASSIGN(std::string source, rows.source(desc.path));
-    SPLAT_ASSIGN(tables::ExportJournal journal,
-                 tables::ExportJournal::open(desc.path, desc.split, std::move(source), targets));
+    SPLAT_ASSIGN(tables::Journal journal,
+                 tables::Journal::of_export(desc.path, desc.split, std::move(source), targets));
     for (const Table table : all) SPLAT_TRY(export_table(rows, desc, table, *session, journal));
     return write_card(rows, desc, all);
 }

@@ -14,7 +14,6 @@ using Config = struct ConfigTag*;
 using Database = struct DatabaseTag*;
 using Connection = struct ConnectionTag*;
 using Prepared = struct PreparedTag*;
-using Pending = struct PendingTag*;
 using Chunk = struct ChunkTag*;
 using Vector = struct VectorTag*;
 using LogicalType = struct LogicalTypeTag*;
@@ -45,13 +44,9 @@ union Text {
 };
 
 enum class Type : std::uint32_t {
-    kTinyint = 2,
     kBigint = 5,
-    kUtinyint = 6,
-    kUbigint = 9,
     kVarchar = 17,
     kBlob = 18,
-    kStruct = 25,
 };
 
 /// F(result, name, parameters) of each function duckdb_<name>.
@@ -68,23 +63,11 @@ enum class Type : std::uint32_t {
     F(State, query, (Connection, const char*, QueryResult*))                             \
     F(State, prepare, (Connection, const char*, Prepared*))                              \
     F(const char*, prepare_error, (Prepared))                                            \
-    F(State, bind_varchar_length, (Prepared, Index, const char*, Index))                 \
-    F(State, bind_int64, (Prepared, Index, std::int64_t))                                \
+    F(State, execute_prepared_streaming, (Prepared, QueryResult*))                       \
     F(void, destroy_prepare, (Prepared*))                                                \
-    F(State, pending_prepared_streaming, (Prepared, Pending*))                           \
-    F(const char*, pending_error, (Pending))                                             \
-    F(State, execute_pending, (Pending, QueryResult*))                                   \
-    F(void, destroy_pending, (Pending*))                                                 \
     F(const char*, result_error, (QueryResult*))                                         \
     F(void, destroy_result, (QueryResult*))                                              \
     F(Index, column_count, (QueryResult*))                                               \
-    F(const char*, column_name, (QueryResult*, Index))                                   \
-    F(Type, column_type, (QueryResult*, Index))                                          \
-    F(LogicalType, column_logical_type, (QueryResult*, Index))                           \
-    F(Index, struct_type_child_count, (LogicalType))                                     \
-    F(char*, struct_type_child_name, (LogicalType, Index))                               \
-    F(LogicalType, struct_type_child_type, (LogicalType, Index))                         \
-    F(Type, get_type_id, (LogicalType))                                                  \
     F(LogicalType, create_logical_type, (Type))                                          \
     F(void, destroy_logical_type, (LogicalType*))                                        \
     F(Chunk, fetch_chunk, (QueryResult))                                                 \

@@ -1,41 +1,17 @@
 #pragma once
 
-#include <cstdint>
+#include <memory>
 #include <string>
-#include <utility>
 
 #include "core/status.h"
 
 namespace splat::tables {
 
-/// A lock of a file that the process keeps until its end; by default none.
-class FileLock {
-  public:
-    enum class Kind {
-        kAlone,   ///< fails if another process has it
-        kShared,  ///< with others of this kind; fails if one has it alone
-        kWait     ///< alone, after the others
-    };
+/// A lock of a file; it ends with its last copy in the process that took it.
+using FileLock = std::shared_ptr<void>;
 
-    /// The file is created where it is missing. Errors: kInvalidState if another process has it, with a sentence on
-    /// `what` is in use; as io::system_error().
-    static Result<FileLock> take(const std::string& path, Kind kind, const std::string& what);
-
-    FileLock() = default;
-    FileLock(FileLock&& other) noexcept
-        : file_(std::exchange(other.file_, -1)), generation_(other.generation_) {}
-    FileLock& operator=(FileLock&& other) noexcept {
-        std::swap(file_, other.file_);
-        std::swap(generation_, other.generation_);
-        return *this;
-    }
-    FileLock(const FileLock&) = delete;
-    FileLock& operator=(const FileLock&) = delete;
-    ~FileLock();
-
-  private:
-    int file_ = -1;
-    std::uint32_t generation_ = 0;  ///< fork_generation() of the process that locked it
-};
+/// Lock a file, which is created where it is missing; `operation` as flock(2) takes it. Errors: kInvalidState if
+/// another process has it and the operation does not wait, with a sentence on `what` is in use; as io::system_error().
+Result<FileLock> lock_file(const std::string& path, int operation, const std::string& what);
 
 }  // namespace splat::tables

@@ -7,10 +7,9 @@
 #include "io/photo/image_file.h"
 #include "io/reader.h"
 #include "scene/camera_pose.h"
-#include "tables/export_journal.h"
+#include "tables/journal.h"
 #include "tables/srn_text.h"
 #include "tables/store.h"
-#include "tables/store_index.h"
 #include "tables/table_files.h"
 #include "tables/table_keys.h"
 #include "tables/table_reader.h"
@@ -18,8 +17,6 @@
 namespace splat::tables {
 namespace {
 
-/// Bytes of rows between two entries of the journal.
-constexpr std::uint64_t kJournalBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kMaxImageBytes = std::uint64_t{1} << 30;
 /// Bytes of an image file besides twice those of its samples: 16 bits without compression, and a header.
 constexpr std::uint64_t kFileBytesBesides = std::uint64_t{16} << 10;
@@ -76,7 +73,7 @@ class Import {
         if (there.ok() && there.value().source == source) return {};
         std::error_code none;
         const std::string root = std::filesystem::canonical(desc_.path, none).string();
-        SPLAT_TRY(ExportJournal::verify(desc_.path, desc_.split));
+        SPLAT_TRY(Journal::verify(desc_.path, desc_.split));
         SPLAT_ASSIGN(session_, Session::open(desc_.library, {desc_.path, root}));
         for (const TableFiles& table : found) {
             SPLAT_ASSIGN(TableReader reader, TableReader::open(*session_, table, desc_.split));
@@ -168,43 +165,32 @@ class Import {
         return {};
     }
 
-    /// Rows from the first that is not in the store; those before it were written, unless they do not have their
-    /// checksums.
+    /// Rows from the first of this part that is not in the store.
     Status copy_file(const TableReader& table, std::size_t file) {
-        const std::string part = format("%s %zu", kind_of(table.table()).name, file);
         const std::uint64_t begin = desc_.part.begin(table.rows(file));
         const std::uint64_t end = desc_.part.end(table.rows(file));
-        const std::uint64_t before = std::max(begin, store_->done(part));
-        SPLAT_ASSIGN(const std::uint64_t first, first_missing(table, file, begin, before));
-        const bool image = table.table() != Table::kPoses;
-        const std::uint64_t bytes =
-            image ? store_->index().image_bytes(table.table()) : kMaxPoseBytes;
-        std::uint64_t pending = 0;
-        std::uint64_t next = first;
+        SPLAT_ASSIGN(const std::uint64_t first, first_missing(table, file, begin, end));
+        const std::uint64_t bytes = table.table() == Table::kPoses
+                                        ? kMaxPoseBytes
+                                        : store_->index().image_bytes(table.table());
         const auto take = [&](const TableRow& row) -> Status {
             const Status status = put(table, file, row);
             if (!status.ok()) return table.in_row(file, row.number, status);
-            next = row.number + 1;
             ++done_;
-            pending += bytes;
-            if (done_ % 64 == 0 && progress_) SPLAT_TRY(progress_(done_, total_));
-            if (pending < kJournalBytes) return {};
-            pending = 0;
-            return store_->mark(part, next);
+            return done_ % 64 == 0 && progress_ ? progress_(done_, total_) : Status();
         };
         const std::uint64_t most = table.encoded(file) ? kFileBytesBesides + 2 * bytes : bytes;
         SPLAT_TRY(table.values(file, first, end, most, take));
-        if (progress_) SPLAT_TRY(progress_(done_, total_));
-        return store_->mark(part, next);
+        return progress_ ? progress_(done_, total_) : Status();
     }
 
-    /// The first of the rows from `begin` to `before` that the store does not hold, else `before`.
+    /// The first of the rows from `begin` to before `end` that the store does not hold, else `end`.
     Result<std::uint64_t> first_missing(const TableReader& table, std::size_t file,
-                                        std::uint64_t begin, std::uint64_t before) {
-        std::optional<std::uint64_t> missing;
-        if (before == begin) return before;
+                                        std::uint64_t begin, std::uint64_t end) {
+        if (!store_->is_begun()) return begin;
+        std::uint64_t missing = end;
         SPLAT_TRY(table.keys(file, [&](const TableRow& row) -> Status {
-            if (row.number < begin || row.number >= before || missing) return {};
+            if (row.number < begin || row.number >= missing) return {};
             SPLAT_ASSIGN(const std::uint64_t place, keys_.place_of(row));
             if (store_->holds(table.table(), place))
                 ++done_;
@@ -212,7 +198,7 @@ class Import {
                 missing = row.number;
             return {};
         }));
-        return missing.value_or(before);
+        return missing;
     }
 
     Status put(const TableReader& table, std::size_t file, const TableRow& row) {

@@ -84,31 +84,6 @@ std::string_view Rows::text(std::size_t column, std::size_t row) const {
     return {length <= sizeof text.near.bytes ? text.near.bytes : text.far.at, length};
 }
 
-bool Rows::has_bytes(std::size_t column) {
-    duckdb::LogicalType type = api_.column_logical_type(&result_, column);
-    bool found = false;
-    for (std::size_t i = 0; i < api_.struct_type_child_count(type); ++i) {
-        char* const name = api_.struct_type_child_name(type, i);
-        duckdb::LogicalType child = api_.struct_type_child_type(type, i);
-        found = found || (std::string_view(name) == "bytes" &&
-                          api_.get_type_id(child) == duckdb::Type::kBlob);
-        api_.destroy_logical_type(&child);
-        api_.free(name);
-    }
-    api_.destroy_logical_type(&type);
-    return found;
-}
-
-std::vector<Rows::Column> Rows::columns() {
-    std::vector<Column> all;
-    for (std::size_t i = 0; i < api_.column_count(&result_); ++i) {
-        Column column{api_.column_name(&result_, i), api_.column_type(&result_, i)};
-        column.has_bytes = column.type == duckdb::Type::kStruct && has_bytes(i);
-        all.push_back(std::move(column));
-    }
-    return all;
-}
-
 Session::~Session() {
     if (connection_ != nullptr) api_.disconnect(&connection_);
     if (database_ != nullptr) api_.close(&database_);
@@ -165,29 +140,16 @@ Status Session::run(const std::string& sql, Code code) {
     return status;
 }
 
-Result<std::unique_ptr<Rows>> Session::query(const std::string& sql,
-                                             const std::vector<Parameter>& parameters) {
+Result<std::unique_ptr<Rows>> Session::query(const std::string& sql) {
     duckdb::Prepared prepared = nullptr;
-    duckdb::Pending pending = nullptr;
     duckdb::QueryResult result{};
     Status status;
-    if (api_.prepare(connection_, sql.c_str(), &prepared) != kSuccess)
+    if (api_.prepare(connection_, sql.c_str(), &prepared) != kSuccess) {
         status = duckdb_error(api_.prepare_error(prepared));
-    for (std::size_t i = 0; i < parameters.size() && status.ok(); ++i) {
-        const std::string* const text = std::get_if<std::string>(&parameters[i]);
-        const duckdb::State bound =
-            text != nullptr
-                ? api_.bind_varchar_length(prepared, i + 1, text->data(), text->size())
-                : api_.bind_int64(prepared, i + 1, std::get<std::int64_t>(parameters[i]));
-        if (bound != kSuccess) status = duckdb_error(api_.prepare_error(prepared));
-    }
-    if (status.ok() && api_.pending_prepared_streaming(prepared, &pending) != kSuccess)
-        status = duckdb_error(api_.pending_error(pending));
-    if (status.ok() && api_.execute_pending(pending, &result) != kSuccess) {
+    } else if (api_.execute_prepared_streaming(prepared, &result) != kSuccess) {
         status = duckdb_error(api_.result_error(&result));
         api_.destroy_result(&result);
     }
-    api_.destroy_pending(&pending);
     api_.destroy_prepare(&prepared);
     if (!status.ok()) return status;
     return std::make_unique<Rows>(api_, result);

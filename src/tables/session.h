@@ -12,9 +12,6 @@
 
 namespace splat::tables {
 
-/// A value of a prepared statement.
-using Parameter = std::variant<std::string, std::int64_t>;
-
 /// Rows of a query, in pieces of at most 2,048. Text and blobs are valid until the next piece.
 class Rows {
   public:
@@ -31,17 +28,7 @@ class Rows {
     [[nodiscard]] std::int64_t integer(std::size_t column, std::size_t row) const;   ///< BIGINT
     [[nodiscard]] std::string_view text(std::size_t column, std::size_t row) const;  ///< or blob
 
-    /// A column of the result, also before the first piece.
-    struct Column {
-        std::string name;
-        duckdb::Type type{};
-        bool has_bytes = false;  ///< a struct with a blob named "bytes"
-    };
-    [[nodiscard]] std::vector<Column> columns();
-
   private:
-    [[nodiscard]] bool has_bytes(std::size_t column);
-
     const duckdb::Api& api_;
     duckdb::QueryResult result_;
     duckdb::Chunk chunk_ = nullptr;
@@ -71,10 +58,8 @@ class Session {
     Session& operator=(const Session&) = delete;
     ~Session();
 
-    /// Run a statement, with its parameters in the place of '?'. Rows come as they are read. Errors: kFormat,
-    /// kOutOfHostMemory with DuckDB's sentence.
-    Result<std::unique_ptr<Rows>> query(const std::string& sql,
-                                        const std::vector<Parameter>& parameters = {});
+    /// Run a statement. Rows come as they are read. Errors: kFormat, kOutOfHostMemory with DuckDB's sentence.
+    Result<std::unique_ptr<Rows>> query(const std::string& sql);
 
     /// Write a Parquet file, compressed by snappy, in row groups of `group` rows. Errors: those of `next`; kIo
     /// with DuckDB's sentence; a part of the file may remain.

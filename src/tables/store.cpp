@@ -8,7 +8,6 @@
 #include "core/shown.h"
 #include "io/folder.h"
 #include "io/reader.h"
-#include "tables/store_index.h"
 
 namespace splat::tables {
 namespace {
@@ -152,12 +151,12 @@ Result<std::unique_ptr<Store>> Store::open(const std::string& folder) {
     StoreIndex& index = store->index_;
     SPLAT_ASSIGN(index, read_store_text(folder));
     const std::uint64_t rows = index.frames.size();
-    SPLAT_ASSIGN(const auto frames, RecordReader::open(folder, "frame", frame_shape(rows)));
+    SPLAT_ASSIGN(const auto frames, RecordFile::open(folder, "frame", frame_shape(rows)));
     SPLAT_TRY(frames->read(0, std::as_writable_bytes(std::span(index.frames))));
-    SPLAT_ASSIGN(store->poses_, RecordReader::open(folder, "pose", pose_shape(rows)));
+    SPLAT_ASSIGN(store->poses_, RecordFile::open(folder, "pose", pose_shape(rows)));
     for (const Table map : index.maps) {
         SPLAT_ASSIGN(store->images_[map],
-                     RecordReader::open(folder, kind_of(map).map, image_shape(index, map)));
+                     RecordFile::open(folder, kind_of(map).map, image_shape(index, map)));
     }
     return store;
 }

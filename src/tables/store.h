@@ -8,6 +8,7 @@
 
 #include "core/status.h"
 #include "tables/file_lock.h"
+#include "tables/journal.h"
 #include "tables/record_file.h"
 #include "tables/table_kind.h"
 
@@ -45,6 +46,20 @@ inline constexpr std::size_t kMaxIntrinsicsBytes = 512;
 /// Most rows of a store; their frame numbers are kept in memory.
 inline constexpr std::uint64_t kMaxRows = std::uint64_t{1} << 23;
 
+/// store.json, without the frames. Errors: kUnsupported if the objects need more than JSON's limit;
+/// kInvalidArgument for names that are not UTF-8.
+Result<std::string> store_text(const StoreIndex& index);
+
+/// The same read back; frames are as many zeros as there are rows. Errors: kFormat, kUnsupported.
+Result<StoreIndex> read_store_text(const std::string& folder);
+
+/// True if store.json is that of a store, of any version and perhaps damaged, and not another program's.
+bool is_store_text(const std::string& folder);
+
+RecordShape frame_shape(std::uint64_t rows);
+RecordShape pose_shape(std::uint64_t rows);
+RecordShape image_shape(const StoreIndex& index, Table map);
+
 Result<bool> is_store(const std::string& folder);
 
 /// Reads a store. Thread-safe.
@@ -55,15 +70,15 @@ class Store {
 
     [[nodiscard]] const StoreIndex& index() const { return index_; }
     [[nodiscard]] Result<std::string> pose(std::uint64_t row) const;
-    /// uint8 [channels,S,S]. Errors: as RecordReader::read().
+    /// uint8 [channels,S,S]. Errors: as RecordFile::read().
     Status image(Table map, std::uint64_t row, std::span<std::byte> to) const;
 
   private:
     Store() = default;
 
     StoreIndex index_;
-    std::unique_ptr<RecordReader> poses_;
-    std::map<Table, std::unique_ptr<RecordReader>> images_;
+    std::unique_ptr<RecordFile> poses_;
+    std::map<Table, std::unique_ptr<RecordFile>> images_;
 };
 
 /// The part of a work that one of several processes does.
@@ -96,13 +111,12 @@ class StoreWriter {
     [[nodiscard]] bool complete() const { return complete_; }
     [[nodiscard]] const StoreIndex& index() const { return index_; }
 
-    /// `table` is kPoses or a map. Errors: kFormat for a pose of more than kMaxPoseBytes; as RecordWriter::put().
+    /// `table` is kPoses or a map. Errors: kFormat for a pose of more than kMaxPoseBytes; as RecordFile::put().
     Status put(Table table, std::uint64_t row, io::Bytes bytes);
+    /// The row was written before, and reads back with its checksum.
     [[nodiscard]] bool holds(Table table, std::uint64_t row) const;
-
-    /// A number for each named part, kept in import.json; 0 at first.
-    [[nodiscard]] std::uint64_t done(const std::string& part) const;
-    Status mark(const std::string& part, std::uint64_t count);
+    /// Some rows may be there.
+    [[nodiscard]] bool is_begun() const { return begun_; }
 
     /// Write store.json once the disk has the rows of all parts; the last part to end does. Errors: as
     /// io::system_error().
@@ -113,18 +127,18 @@ class StoreWriter {
         : folder_(std::move(folder)), index_(std::move(index)), part_(part) {}
     Status lock();
     Result<FileLock> lock_start() const;
-    bool is_last() const;
     Status check(bool replace);
-    Status read_journal();
+    Status read_journals();
+    [[nodiscard]] Journal journal_of(const Part& part) const;
+    [[nodiscard]] bool is_done(const Part& part) const;
     Status open_records();
 
     std::string folder_;
     StoreIndex index_;
     Part part_;
     FileLock lock_, part_lock_;
-    bool complete_ = false;
-    std::map<std::string, std::uint64_t> done_;
-    std::map<Table, std::unique_ptr<RecordWriter>> records_;
+    bool complete_ = false, begun_ = false;
+    std::map<Table, std::unique_ptr<RecordFile>> records_;
 };
 
 }  // namespace splat::tables

@@ -8,8 +8,6 @@
 namespace splat::tables {
 namespace {
 
-using duckdb::Type;
-
 /// DuckDB reads as many rows at once where a row group holds them. Where memory is too small for that, shorter
 /// ranges of rows may fit.
 constexpr std::uint64_t kPieceRows = 2048;
@@ -22,13 +20,22 @@ constexpr std::size_t kMaxUuidBytes = 255;  ///< the name of a folder, when it i
 
 constexpr const char* kNoValue = "''";
 
-bool is_binary(const Rows::Column& column) {
-    return column.type == Type::kBlob || column.has_bytes;
-}
-
-bool is_integer(Type type) {
-    return type >= Type::kTinyint && type <= Type::kUbigint;
-}
+/// A column of a file, with DuckDB's name of its type.
+struct FileColumn {
+    std::string name, type;
+    [[nodiscard]] bool is_integer() const {
+        const std::string_view types =
+            " TINYINT SMALLINT INTEGER BIGINT UTINYINT USMALLINT UINTEGER UBIGINT ";
+        return types.find(" " + type + " ") != std::string_view::npos;
+    }
+    /// A struct with a blob named "bytes".
+    [[nodiscard]] bool has_bytes() const {
+        return type.starts_with("STRUCT(bytes BLOB") ||
+               (type.starts_with("STRUCT(") && type.find(", bytes BLOB") != std::string::npos);
+    }
+    [[nodiscard]] bool is_binary() const { return type == "BLOB" || has_bytes(); }
+};
+using FileColumns = std::vector<FileColumn>;
 
 /// What a column must hold, and how pandas makes it of the column %s.
 struct Expected {
@@ -50,16 +57,35 @@ Status other_type(const std::string& column, const Expected& expected) {
                  column.c_str(), expected.what, column.c_str(), remedy.c_str());
 }
 
-std::string names_of(const std::vector<Rows::Column>& columns) {
+Status no_column(const char* name, const FileColumns& columns) {
     std::string names;
-    for (const Rows::Column& column : columns) names += (names.empty() ? "" : ", ") + column.name;
-    return names.empty() ? "none" : names;
+    for (const FileColumn& column : columns) names += (names.empty() ? "" : ", ") + column.name;
+    return error(Code::kFormat, "there is no column %s; columns: %s", name,
+                 names.empty() ? "none" : names.c_str());
 }
 
-const Rows::Column* column_named(const std::vector<Rows::Column>& columns, const char* name) {
-    const auto found = std::find_if(columns.begin(), columns.end(),
-                                    [name](const auto& column) { return column.name == name; });
-    return found == columns.end() ? nullptr : &*found;
+FileColumns::const_iterator column_named(const FileColumns& columns, std::string_view name) {
+    return std::find_if(columns.begin(), columns.end(),
+                        [name](const FileColumn& column) { return column.name == name; });
+}
+
+/// The column of the values; where a table of images has none of that name, the only binary one.
+Result<FileColumn> value_column(Table table, const std::string& file, const FileColumns& columns) {
+    const TableKind kind = kind_of(table);
+    const bool image = kind.map != nullptr;
+    auto found = column_named(columns, kind.column);
+    const auto is_binary = [](const FileColumn& column) { return column.is_binary(); };
+    if (found == columns.end() && image &&
+        std::count_if(columns.begin(), columns.end(), is_binary) == 1) {
+        found = std::find_if(columns.begin(), columns.end(), is_binary);
+        log(LogLevel::kWarning,
+            format("table %s, '%s': column '%s', the only binary one, is taken as %s", kind.name,
+                   file.c_str(), found->name.c_str(), kind.column));
+    }
+    if (found == columns.end()) return no_column(kind.column, columns);
+    if (image ? !found->is_binary() : found->type != "VARCHAR")
+        return other_type(found->name, image ? kBytes : kText);
+    return *found;
 }
 
 }  // namespace
@@ -79,61 +105,47 @@ Result<TableReader> TableReader::open(Session& session, const TableFiles& table,
 }
 
 Result<TableReader::Columns> TableReader::columns_of(const std::string& file) const {
-    SPLAT_ASSIGN(const auto count, session_->query("SELECT CAST(num_rows AS BIGINT) FROM "
-                                                   "parquet_file_metadata(?)",
-                                                   {file}));
-    Columns out;
-    SPLAT_ASSIGN(const std::size_t rows, count->next());
-    if (rows > 0) out.rows = static_cast<std::uint64_t>(count->integer(0, 0));
-    while (true) {
-        SPLAT_ASSIGN(const std::size_t more, count->next());
-        if (more == 0) break;
-    }
-    // A folder named "split=x" is part of the path, not the value of a column.
-    SPLAT_ASSIGN(const auto none,
-                 session_->query("SELECT * FROM read_parquet(?, hive_partitioning = false) LIMIT 0",
-                                 {file}));
-    const std::vector<Rows::Column> columns = none->columns();
-    for (const char* name : {"uuid", "frame_id", "split"}) {
-        if (std::string_view(name) == "frame_id" && !has_frames()) continue;
-        if (std::string_view(name) == "split" && !table_.split_column) continue;
-        const Rows::Column* const found = column_named(columns, name);
-        if (found == nullptr)
-            return error(Code::kFormat, "there is no column %s; columns: %s", name,
-                         names_of(columns).c_str());
-        const bool text = found->type == Type::kVarchar;
-        if (!text && !(std::string_view(name) == "frame_id" && is_integer(found->type)))
-            return other_type(name, std::string_view(name) == "frame_id" ? kIntegers : kText);
-    }
-    SPLAT_ASSIGN(out.value, value_column(file, columns, out));
-    return out;
-}
-
-Result<std::string> TableReader::value_column(const std::string& file,
-                                              std::vector<Rows::Column> columns,
-                                              Columns& out) const {
-    const TableKind kind = kind_of(table_.table);
-    const Rows::Column* found = column_named(columns, kind.column);
-    const bool image = kind.map != nullptr;
-    if (found == nullptr && image) {
-        std::vector<Rows::Column> others = columns;
-        std::erase_if(others, [](const auto& column) { return !is_binary(column); });
-        if (others.size() == 1) {
-            log(LogLevel::kWarning,
-                format("table %s, '%s': column '%s', the only binary one, is taken as %s",
-                       kind.name, file.c_str(), others.front().name.c_str(), kind.column));
-            found = column_named(columns, others.front().name.c_str());
+    const std::string path = sql_literal(file);
+    const auto each_row = [&](const std::string& sql, const auto& take) -> Status {
+        SPLAT_ASSIGN(const auto rows, session_->query(sql));
+        while (true) {
+            SPLAT_ASSIGN(const std::size_t more, rows->next());
+            for (std::size_t row = 0; row < more; ++row) take(*rows, row);
+            if (more == 0) return {};
         }
+    };
+    Columns out;
+    SPLAT_TRY(each_row("SELECT CAST(num_rows AS BIGINT) FROM parquet_file_metadata(" + path + ")",
+                       [&](const Rows& rows, std::size_t row) {
+                           out.rows = static_cast<std::uint64_t>(rows.integer(0, row));
+                       }));
+    // A folder named "split=x" is part of the path, not the value of a column.
+    FileColumns columns;
+    SPLAT_TRY(each_row(
+        "SELECT column_name, column_type FROM (DESCRIBE SELECT * FROM read_parquet(" + path +
+            ", hive_partitioning = false))",
+        [&](const Rows& rows, std::size_t row) {
+            columns.push_back({std::string(rows.text(0, row)), std::string(rows.text(1, row))});
+        }));
+    const struct {
+        const char* name;
+        bool wanted, may_be_integer;
+    } ids[] = {{"uuid", true, false},
+               {"frame_id", has_frames(), true},
+               {"split", table_.split_column, false}};
+    for (const auto& id : ids) {
+        if (!id.wanted) continue;
+        const auto found = column_named(columns, id.name);
+        if (found == columns.end()) return no_column(id.name, columns);
+        if (found->type != "VARCHAR" && !(id.may_be_integer && found->is_integer()))
+            return other_type(id.name, id.may_be_integer ? kIntegers : kText);
     }
-    if (found == nullptr)
-        return error(Code::kFormat, "there is no column %s; columns: %s", kind.column,
-                     names_of(columns).c_str());
-    if (image ? !is_binary(*found) : found->type != Type::kVarchar)
-        return other_type(found->name, image ? kBytes : kText);
-    out.name = found->name;
-    out.encoded = found->has_bytes;
-    const std::string name = sql_name(found->name);
-    return found->has_bytes ? "struct_extract(" + name + ", 'bytes')" : name;
+    SPLAT_ASSIGN(const FileColumn value, value_column(table_.table, file, columns));
+    out.name = value.name;
+    out.encoded = value.has_bytes();
+    out.value = sql_name(value.name);
+    if (out.encoded) out.value = "struct_extract(" + out.value + ", 'bytes')";
+    return out;
 }
 
 Status TableReader::in_row(std::size_t file, std::uint64_t row, const Status& status) const {
@@ -188,16 +200,12 @@ Status TableReader::scan(std::size_t file, const std::string& select, std::uint6
     std::string sql =
         format("SELECT file_row_number, left(uuid, %zu), ", kMaxUuidBytes + 1) + frame +
         ", CASE WHEN " + bytes + format(" <= %llu THEN ", static_cast<unsigned long long>(most)) +
-        select + " END, CAST(" + bytes +
-        " AS BIGINT) FROM read_parquet(?, file_row_number = true,"
-        " hive_partitioning = false) WHERE file_row_number >= ? AND file_row_number < ?";
-    std::vector<Parameter> parameters = {table_.files[file], static_cast<std::int64_t>(first),
-                                         static_cast<std::int64_t>(last)};
-    if (table_.split_column) {
-        sql += " AND split = ?";
-        parameters.emplace_back(split_);
-    }
-    const auto rows = session_->query(sql, parameters);
+        select + " END, CAST(" + bytes + " AS BIGINT) FROM read_parquet(" +
+        sql_literal(table_.files[file]) +
+        ", file_row_number = true, hive_partitioning = false) WHERE file_row_number >= " +
+        std::to_string(first) + " AND file_row_number < " + std::to_string(last);
+    if (table_.split_column) sql += " AND split = " + sql_literal(split_);
+    const auto rows = session_->query(sql);
     if (!rows.ok()) return in_row(file, first, rows.status());
     while (true) {
         const auto got = rows.value()->next();

@@ -62,8 +62,6 @@ class TableReader {
         : session_(&session), table_(std::move(table)), split_(std::move(split)) {}
     [[nodiscard]] bool has_frames() const { return table_.table != Table::kIntrinsics; }
     Result<Columns> columns_of(const std::string& file) const;
-    Result<std::string> value_column(const std::string& file, std::vector<Rows::Column> columns,
-                                     Columns& out) const;
     Status scan(std::size_t file, const std::string& select, std::uint64_t most,
                 std::uint64_t first, std::uint64_t last, const Take& take,
                 std::uint64_t& count) const;

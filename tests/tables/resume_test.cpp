@@ -196,7 +196,7 @@ TEST(Resume, ParquetImportOntoAFullDiskGoesOnWithSpace) {
         const Status status = import_to_store(folder.path(), nullptr);
         if (fault::disarm() < hit) {
             EXPECT_OK(status);
-            EXPECT_GT(hit, 20U);
+            EXPECT_GE(hit, 20U) << "rows of earlier tries are not written again";
             break;
         }
         EXPECT_ERROR(status, Code::kIo, "No space left on device");

@@ -7,7 +7,7 @@
 #include "data/dataset_check.h"
 #include "support/expect_status.h"
 #include "synthetic/sample_folder.h"
-#include "tables/export_journal.h"
+#include "tables/journal.h"
 #include "tables/table_samples.h"
 
 namespace splat::tables {
@@ -206,7 +206,7 @@ TEST(RoundTrip, ListOfAnExportWithoutItsNumbersIsDamaged) {
         test::put_text(folder.path() / "export_train.json",
                        R"({"source": "s", "files": [{"path": "a", "bytes": )" + bytes +
                            ", \"crc32\": " + crc + "}]}");
-        return ExportJournal::verify(folder.path().string(), "train");
+        return Journal::verify(folder.path().string(), "train");
     };
     EXPECT_OK(verified("0", "0"));
     for (const char* number : {"-1", "0.5", "1e300", "null"}) {

@@ -143,6 +143,16 @@ TEST(Shards, ThatDoNotFitAreRefused) {
     EXPECT_TRUE(is_store(store.string()).value());
 }
 
+TEST(Shards, OfEarlierVersionsCount) {
+    const SampleFolder folder;
+    const fs::path store = folder.path() / "store";
+    ASSERT_OK(write_part(store, {0, 2}));
+    test::put_text(store / "import_0_of_2.json",
+                   R"({"source": "x", "done": {"all": 1, "rgbs 0": 3}})");
+    ASSERT_OK(write_part(store, {1, 2}));
+    EXPECT_TRUE(is_store(store.string()).value());
+}
+
 TEST(Shards, ParquetTablesAreImportedInParts) {
     SPLAT_NEED_DUCKDB();
     const SampleFolder folder;

@@ -1,6 +1,6 @@
 // export_<split>.json: the list of an export's files.
 
-#include "tables/export_journal.h"
+#include "tables/journal.h"
 
 #include "fuzz/by_path/folder.h"
 
@@ -11,7 +11,7 @@ using namespace splat;
 void check(io::Bytes file) {
     static const fuzz::Folder folder({"export_x.json"});
     folder.write(0, file);
-    static_cast<void>(fuzz::accepted(tables::ExportJournal::verify(folder.path(), "x")));
+    static_cast<void>(fuzz::accepted(tables::Journal::verify(folder.path(), "x")));
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // store.json: what is accepted is written and read back.
 
 #include "fuzz/by_path/folder.h"
-#include "tables/store_index.h"
+#include "tables/store.h"
 
 namespace {
 

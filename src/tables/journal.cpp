@@ -1,4 +1,4 @@
-#include "tables/export_journal.h"
+#include "tables/journal.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -15,13 +15,13 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kReadBytes = std::size_t{1} << 20;
 
-std::string file_name(const std::string& folder, const std::string& split) {
-    return folder + "/export_" + split + ".json";
+std::string export_name(const std::string& split) {
+    return "export_" + split + ".json";
 }
 
 /// CRC-32 of a file, read in pieces.
-Result<ExportJournal::File> file_of(const std::string& folder, const std::string& path) {
-    ExportJournal::File file{path};
+Result<Journal::File> file_of(const std::string& folder, const std::string& path) {
+    Journal::File file{path};
     SPLAT_ASSIGN(const auto source, io::open_source(folder + "/" + path));
     file.bytes = source->size();
     io::Buffer piece;
@@ -35,13 +35,16 @@ Result<ExportJournal::File> file_of(const std::string& folder, const std::string
 
 }  // namespace
 
-bool ExportJournal::load() {
-    const auto file = io::read_file(file_, kMaxJsonBytes);
-    if (!file.ok()) return false;
-    const auto tree = parse_json_tree(io::as_text(file.value()), "export");
+std::optional<Journal> Journal::read(const std::string& folder, const std::string& name) {
+    Journal journal(folder, name, "");
+    const auto file = io::read_file(journal.path_, kMaxJsonBytes);
+    if (!file.ok()) return std::nullopt;
+    const auto tree = parse_json_tree(io::as_text(file.value()), "journal");
     const JsonTree* const source = tree.ok() ? tree.value().find("source") : nullptr;
-    if (source == nullptr || source->text() == nullptr) return false;
-    source_ = *source->text();
+    if (source == nullptr || source->text() == nullptr) return std::nullopt;
+    journal.source_ = *source->text();
+    const JsonTree* const done = tree.value().find("done");
+    journal.done_ = done != nullptr && done->find("all") != nullptr;
     const JsonTree* const files = tree.value().find("files");
     for (const JsonTree& item :
          files != nullptr && files->list() != nullptr ? *files->list() : JsonTree::List()) {
@@ -50,57 +53,57 @@ bool ExportJournal::load() {
         const JsonTree* const crc = item.find("crc32");
         if (path == nullptr || path->text() == nullptr || bytes == nullptr || !bytes->count() ||
             crc == nullptr || !crc->count() || *crc->count() > UINT32_MAX)
-            return false;
-        files_.push_back(
+            return std::nullopt;
+        journal.files_.push_back(
             {*path->text(), *bytes->count(), static_cast<std::uint32_t>(*crc->count())});
     }
-    return true;
+    return journal;
 }
 
-Result<ExportJournal> ExportJournal::open(const std::string& folder, const std::string& split,
-                                          const std::string& source,
-                                          const std::vector<std::string>& targets) {
+Result<Journal> Journal::of_export(const std::string& folder, const std::string& split,
+                                   const std::string& source,
+                                   const std::vector<std::string>& targets) {
     std::error_code failed;
     fs::create_directories(folder, failed);
     if (failed) return io::system_error(failed.value(), "create the folder", folder);
-    ExportJournal journal(folder, file_name(folder, split), source);
-    if (!fs::exists(journal.file_, failed)) {
+    Journal journal(folder, export_name(split), source);
+    if (!fs::exists(journal.path_, failed)) {
         for (const std::string& target : targets)
             if (fs::exists(target, failed))
                 return error(Code::kInvalidArgument,
                              "'%s' is there and is no export: choose another folder",
                              target.c_str());
-        SPLAT_TRY(journal.save());
+        SPLAT_TRY(journal.write(false));
         return journal;
     }
-    const bool readable = journal.load();
-    if (readable && journal.source_ == source) return journal;
+    const auto found = read(folder, export_name(split));
+    if (found && found->source_ == source) return *found;
     return error(Code::kInvalidArgument,
                  "'%s' holds another export of the split %s (%s), expected %s: choose another "
                  "folder",
-                 folder.c_str(), split.c_str(), readable ? journal.source_.c_str() : "unreadable",
+                 folder.c_str(), split.c_str(), found ? found->source_.c_str() : "unreadable",
                  source.c_str());
 }
 
-Status ExportJournal::verify(const std::string& folder, const std::string& split) {
-    ExportJournal journal(folder, file_name(folder, split), "");
+Status Journal::verify(const std::string& folder, const std::string& split) {
+    const std::string path = folder + "/" + export_name(split);
     std::error_code none;
-    if (!fs::exists(journal.file_, none)) return {};
-    if (!journal.load())
+    if (!fs::exists(path, none)) return {};
+    const auto journal = read(folder, export_name(split));
+    if (!journal)
         return error(Code::kFormat, "'%s' is damaged: remove it to read the tables unchecked",
-                     journal.file_.c_str());
-    for (const File& file : journal.files_)
-        if (!journal.holds(file.path))
+                     path.c_str());
+    for (const File& file : journal->files_)
+        if (!journal->holds(file.path))
             return error(Code::kFormat,
                          "'%s/%s' is not the file of %llu bytes and CRC-32 %08x that '%s' lists: "
                          "it is damaged, or was written by something else",
                          folder.c_str(), file.path.c_str(),
-                         static_cast<unsigned long long>(file.bytes), file.crc,
-                         journal.file_.c_str());
+                         static_cast<unsigned long long>(file.bytes), file.crc, path.c_str());
     return {};
 }
 
-bool ExportJournal::holds(const std::string& path) const {
+bool Journal::holds(const std::string& path) const {
     for (const File& file : files_) {
         if (file.path != path) continue;
         const auto found = file_of(folder_, path);
@@ -109,14 +112,15 @@ bool ExportJournal::holds(const std::string& path) const {
     return false;
 }
 
-Status ExportJournal::add(const std::string& path) {
+Status Journal::add(const std::string& path) {
     SPLAT_ASSIGN(File file, file_of(folder_, path));
     std::erase_if(files_, [&path](const File& other) { return other.path == path; });
     files_.push_back(std::move(file));
-    return save();
+    return write(false);
 }
 
-Status ExportJournal::save() const {
+Status Journal::write(bool done) {
+    done_ = done;
     JsonWriter json;
     json.begin_object().member("source", source_).key("files").begin_array();
     for (const File& file : files_)
@@ -126,8 +130,10 @@ Status ExportJournal::save() const {
             .member("bytes", file.bytes)
             .member("crc32", file.crc)
             .end();
-    json.newline().end().end();
-    return io::write_file(file_, io::as_bytes(json.text() + "\n"));
+    json.newline().end();
+    if (done_) json.key("done").begin_object().member("all", 1).end();
+    json.end();
+    return io::write_file(path_, io::as_bytes(json.text() + "\n"));
 }
 
 }  // namespace splat::tables
