@@ -12,7 +12,7 @@
 # Needed to configure, build and run.
 packages_build="build-essential cmake ninja-build pkg-config
     libvulkan-dev libvulkan1 libvulkan-volk-dev glslang-tools
-    nlohmann-json3-dev libcli11-dev libgif-dev libpng-dev libjpeg62-turbo-dev libwebp-dev
+    nlohmann-json3-dev libcli11-dev libglm-dev libgif-dev libpng-dev libjpeg62-turbo-dev libwebp-dev
     zlib1g-dev libzstd-dev libyaml-dev mesa-vulkan-drivers"
 
 # The tests need them, too; clang is the second compiler that checks include/splat.h, and with Python it reads the

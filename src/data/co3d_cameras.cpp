@@ -17,30 +17,15 @@ using scene::Vec3;
 constexpr double kExtent = 1.2 * 0.95 / 2;  ///< most distance of the points from the origin
 constexpr int kSweeps = 30;                 ///< sweeps of Jacobi's method; some 6 are enough
 
-Vec3 plus(const Vec3& a, const Vec3& b) {
-    return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
-}
-
-/// v R: a row vector times a matrix.
-Vec3 row_product(const Vec3& v, const Mat3& r) {
-    return scene::product(scene::transposed(r), v);
-}
-
 /// Column i of R is axis i of the camera in the world.
-Vec3 axis_of(const Mat3& r, std::size_t i) {
-    return {r[0][i], r[1][i], r[2][i]};
-}
-
 Mat3 rotation_of(const RawFrame& frame) {
-    Mat3 r;
-    for (std::size_t i = 0; i < 9; ++i) r[i / 3][i % 3] = frame.rotation[i];
-    return r;
+    return glm::transpose(glm::make_mat3(frame.rotation.data()));
 }
 
-/// Eigenvectors of a symmetric matrix, as rows, that of the greatest eigenvalue first. Jacobi's method.
+/// Eigenvectors of a symmetric matrix, as columns, that of the greatest eigenvalue first. Jacobi's method.
 Mat3 eigenvectors(Mat3 a) {
     constexpr std::pair<std::size_t, std::size_t> kPairs[] = {{0, 1}, {0, 2}, {1, 2}};
-    Mat3 v{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    Mat3 v(1);
     for (int sweep = 0; sweep < kSweeps; ++sweep)
         for (const auto& [p, q] : kPairs) {
             if (a[p][q] == 0) continue;
@@ -61,34 +46,32 @@ Mat3 eigenvectors(Mat3 a) {
     return {v[order[0]], v[order[1]], v[order[2]]};
 }
 
-/// Rows: the new x, y and z axes in the old world.
+/// Columns: the new x, y and z axes in the old world.
 Mat3 upright_axes(std::span<const Mat3> rotations) {
     Vec3 mean{};
-    for (const Mat3& r : rotations)
-        mean =
-            plus(mean, scene::scaled(axis_of(r, 0), 1.0 / static_cast<double>(rotations.size())));
+    for (const Mat3& r : rotations) mean += r[0] * (1.0 / static_cast<double>(rotations.size()));
     Mat3 scatter{};
     for (const Mat3& r : rotations) {
-        const Vec3 d = scene::minus(axis_of(r, 0), mean);
-        for (std::size_t i = 0; i < 3; ++i)
-            for (std::size_t j = 0; j < 3; ++j) scatter[i][j] += d[i] * d[j];
+        const Vec3 d = r[0] - mean;
+        scatter += glm::outerProduct(d, d);
     }
     const Mat3 found = eigenvectors(scatter);
     Vec3 across = found[0], up = found[2];
-    if (scene::dot(up, axis_of(rotations[0], 1)) < 0) up = scene::scaled(up, -1);
-    const auto greatest = std::max_element(
-        across.begin(), across.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
-    if (*greatest < 0) across = scene::scaled(across, -1);
-    return {across, up, scene::cross(across, up)};
+    if (glm::dot(up, rotations[0][1]) < 0) up = -up;
+    const auto greatest = std::max({across.x, across.y, across.z},
+                                   [](double a, double b) { return std::abs(a) < std::abs(b); });
+    if (greatest < 0) across = -across;
+    return {across, up, glm::cross(across, up)};
 }
 
 Co3dCameras cameras_from(std::span<const Mat3> rotations, std::span<const Vec3> translations) {
     Co3dCameras cameras;
     for (const Mat3& r : rotations)
-        for (const auto& row : r)
-            for (const double value : row) cameras.rotations.push_back(static_cast<float>(value));
+        for (std::size_t i = 0; i < 9; ++i)
+            cameras.rotations.push_back(static_cast<float>(r[i % 3][i / 3]));
     for (const Vec3& t : translations)
-        for (const double value : t) cameras.translations.push_back(static_cast<float>(value));
+        for (std::size_t k = 0; k < 3; ++k)
+            cameras.translations.push_back(static_cast<float>(t[k]));
     return cameras;
 }
 
@@ -99,7 +82,7 @@ Co3dCameras stored_cameras(std::span<const RawFrame> frames) {
     std::vector<Vec3> translations;
     for (const RawFrame& frame : frames) {
         rotations.push_back(rotation_of(frame));
-        translations.push_back(frame.translation);
+        translations.emplace_back(glm::make_vec3(frame.translation.data()));
     }
     return cameras_from(rotations, translations);
 }
@@ -110,33 +93,31 @@ Result<Co3dCameras> normalised_cameras(std::span<const RawFrame> frames,
         return error(Code::kFormat, "%zu cameras and %zu points, expected 2 or more and some",
                      frames.size(), points.size());
     Vec3 center{};
-    for (const Vec3& point : points)
-        center = plus(center, scene::scaled(point, 1.0 / static_cast<double>(points.size())));
+    for (const Vec3& point : points) center += point * (1.0 / static_cast<double>(points.size()));
     std::vector<Mat3> rotations;
     for (const RawFrame& frame : frames) rotations.push_back(rotation_of(frame));
     const Mat3 axes = upright_axes(rotations);
     double low = 0, high = 0;
     std::vector<Vec3> turned;
     for (const Vec3& point : points) {
-        turned.push_back(scene::product(axes, scene::minus(point, center)));
+        turned.push_back((point - center) * axes);
         low = std::min(low, turned.back()[1]);
         high = std::max(high, turned.back()[1]);
     }
     const Vec3 middle = {0, high - (high - low) / 2, 0};
     double extent = 0;
-    for (const Vec3& point : turned)
-        for (const double value : scene::minus(point, middle))
-            extent = std::max(extent, std::abs(value));
+    for (const Vec3& point : turned) {
+        const Vec3 far = glm::abs(point - middle);
+        extent = std::max({extent, far.x, far.y, far.z});
+    }
     if (!(extent > 0) || !std::isfinite(extent))
         return error(Code::kFormat, "the points have no extent");
     std::vector<Vec3> translations;
     for (std::size_t i = 0; i < frames.size(); ++i) {
-        const Vec3 shifted = plus(row_product(center, rotations[i]), frames[i].translation);
-        Mat3 r;  // axes R
-        for (std::size_t k = 0; k < 3; ++k) r[k] = row_product(axes[k], rotations[i]);
-        translations.push_back(
-            scene::scaled(plus(row_product(middle, r), shifted), kExtent / extent));
-        rotations[i] = r;
+        const Vec3 given = glm::make_vec3(frames[i].translation.data());
+        const Vec3 shifted = center * rotations[i] + given;
+        rotations[i] = glm::transpose(axes) * rotations[i];
+        translations.push_back((middle * rotations[i] + shifted) * (kExtent / extent));
     }
     return cameras_from(rotations, translations);
 }

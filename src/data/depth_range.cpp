@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/camera_pose.h"
+
 namespace splat::data {
 namespace {
 
-using scene::dot;
 using scene::Mat3;
-using scene::minus;
 using scene::Vec3;
 
 constexpr std::size_t kMostPoints = 4000;  ///< greatest number used of an object, evenly spread
@@ -20,17 +20,15 @@ constexpr double kEnough = 0.95;
 constexpr double kLeastTurn = 1e-4;
 
 Vec3 center_of(const StoredView& view) {
-    const scene::Mat4& m = view.camera_to_world;
-    return {m[3], m[7], m[11]};
+    return scene::translation_of(view.camera_to_world);
 }
 
 Vec3 axis_of(const StoredView& view) {
-    const scene::Mat4& m = view.camera_to_world;
-    return {m[2], m[6], m[10]};
+    return scene::rotation_of(view.camera_to_world)[2];
 }
 
 double along_axis(const StoredView& view, const Vec3& point) {
-    return dot(minus(point, center_of(view)), axis_of(view));
+    return glm::dot(point - center_of(view), axis_of(view));
 }
 
 /// The point nearest to the axes of all views, by least squares; false if they are nearly parallel.
@@ -39,16 +37,13 @@ bool find_place(const std::vector<StoredView>& views, Vec3& place) {
     Vec3 right{};
     for (const StoredView& view : views) {
         const Vec3 axis = axis_of(view), center = center_of(view);
-        for (std::size_t i = 0; i < 3; ++i)
-            for (std::size_t j = 0; j < 3; ++j) {
-                const double across = (i == j ? 1 : 0) - axis[i] * axis[j];
-                sum[i][j] += across;
-                right[i] += across * center[j];
-            }
+        const Mat3 across = Mat3(1) - glm::outerProduct(axis, axis);
+        sum += across;
+        for (std::size_t k = 0; k < 3; ++k) right += across[k] * center[k];
     }
     const auto count = static_cast<double>(views.size());
-    if (!(scene::determinant(sum) > kLeastTurn * count * count * count)) return false;
-    place = scene::product(scene::inverse(sum), right);
+    if (!(glm::determinant(sum) > kLeastTurn * count * count * count)) return false;
+    place = glm::inverse(sum) * right;
     return std::all_of(views.begin(), views.end(),
                        [&place](const StoredView& view) { return along_axis(view, place) > 0; });
 }
@@ -58,7 +53,7 @@ DepthRange range_of_cameras(const std::vector<StoredView>& views, double source_
     Vec3 place{};
     if (views.size() < 2 || !find_place(views, place)) return range;
     for (const StoredView& view : views) {
-        const double from_origin = scene::length(center_of(view));
+        const double from_origin = glm::length(center_of(view));
         const double scale =
             source_distance > 0 && from_origin > 0 ? source_distance / from_origin : 1;
         const double middle = scale * along_axis(view, place);
@@ -91,14 +86,12 @@ DepthRange range_of_points(const std::vector<StoredView>& views, const std::vect
     DepthRange range;
     const std::size_t step = points.size() / kMostPoints + 1;
     for (const StoredView& view : views) {
-        const scene::Mat4& m = view.camera_to_world;
+        const Mat3 axes = scene::rotation_of(view.camera_to_world);
         for (std::size_t i = 0; i < points.size(); i += step) {
-            const Vec3 from = minus(points[i], center_of(view));
-            const double depth = dot(from, axis_of(view));
-            const double x = dot(from, {m[0], m[4], m[8]}), y = dot(from, {m[1], m[5], m[9]});
-            const bool seen = depth > 0 && std::abs(x) * view.focal_x <= 0.5 * depth &&
-                              std::abs(y) * view.focal_y <= 0.5 * depth;
-            if (seen) range.depths.push_back(static_cast<float>(depth));
+            const Vec3 at = (points[i] - center_of(view)) * axes;
+            const bool seen = at.z > 0 && std::abs(at.x) * view.focal_x <= 0.5 * at.z &&
+                              std::abs(at.y) * view.focal_y <= 0.5 * at.z;
+            if (seen) range.depths.push_back(static_cast<float>(at.z));
         }
     }
     range.known = range.by_points = !range.depths.empty();

@@ -86,16 +86,7 @@ Result<scene::Mat4> affine(std::span<const float> values) {
 
 Result<scene::Mat4> inverse_pose(const scene::Mat4& pose) {
     SPLAT_TRY(check_pose(pose, "pose"));
-    const scene::Mat3 back = scene::inverse(
-        {{{pose[0], pose[1], pose[2]}, {pose[4], pose[5], pose[6]}, {pose[8], pose[9], pose[10]}}});
-    scene::Mat4 out{};
-    for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t j = 0; j < 3; ++j) {
-            out[i * 4 + j] = back[i][j];
-            out[i * 4 + 3] -= back[i][j] * pose[j * 4 + 3];
-        }
-    out[15] = 1;
-    return out;
+    return scene::inverse_pose(pose);
 }
 
 Result<io::Image> load_square(const fs::path& path, bool header_only) {

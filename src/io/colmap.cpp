@@ -152,7 +152,7 @@ Result<std::vector<scene::Vec3>> read_binary_points(Bytes file) {
     for (scene::Vec3& point : points) {
         std::uint64_t sights = 0;
         SPLAT_TRY(reader.take(8, "point id").status());
-        SPLAT_TRY(read_numbers(reader, point, "position"));
+        SPLAT_TRY(read_numbers(reader, {glm::value_ptr(point), 3}, "position"));
         SPLAT_TRY(reader.take(3 + 8, "colour and error").status());
         SPLAT_TRY(reader.read(sights, "length of the track"));
         SPLAT_TRY(reader.need(sights, kSightBytes, "track"));
@@ -171,7 +171,7 @@ Result<std::vector<scene::Vec3>> read_text_points(Bytes file) {
         std::uint64_t id = 0;
         scene::Vec3 point{};
         SPLAT_TRY(words.read(id, "point id"));
-        SPLAT_TRY(read_numbers(words, point, "position"));
+        SPLAT_TRY(read_numbers(words, {glm::value_ptr(point), 3}, "position"));
         points.push_back(point);
     }
     return points;

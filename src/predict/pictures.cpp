@@ -60,19 +60,6 @@ Status check_picture(const config::ModelConfig& network, std::size_t i, const Pi
     return {};
 }
 
-/// The inverse of a rigid pose.
-scene::Mat4 inverse_pose_of(const scene::Mat4& world_to_camera) {
-    scene::Mat4 inverse{};
-    for (std::size_t row = 0; row < 3; ++row)
-        for (std::size_t column = 0; column < 3; ++column) {
-            inverse[4 * row + column] = world_to_camera[4 * column + row];
-            inverse[4 * row + 3] -=
-                world_to_camera[4 * column + row] * world_to_camera[4 * column + 3];
-        }
-    inverse[15] = 1;
-    return inverse;
-}
-
 void append(std::vector<float>& to, const std::vector<float>& from) {
     to.insert(to.end(), from.begin(), from.end());
 }
@@ -96,10 +83,9 @@ Status add_cameras(const config::ModelConfig& network, std::span<const PictureIn
             camera.fx = whole.fx;
             camera.fy = whole.fy;
         }
-        camera.world_to_camera = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-        if (given.world_to_camera) camera.world_to_camera = *given.world_to_camera;
+        camera.world_to_camera = given.world_to_camera.value_or(scene::kNoPose);
         SPLAT_TRY(scene::check_camera(camera));
-        poses.push_back(inverse_pose_of(camera.world_to_camera));
+        poses.push_back(scene::inverse_of_rigid(camera.world_to_camera));
         views.cameras.push_back(std::move(camera));
     }
     SPLAT_ASSIGN(const std::vector<data::RelativeView> relative, data::relative_views(poses));

@@ -75,17 +75,9 @@ Result<data::ViewVectors> vectors_of(const char* key, const std::string& file,
 }  // namespace
 
 scene::Mat4 inverse_pose(const float* view_to_world) {
-    scene::Mat4 pose{};
-    for (std::size_t row = 0; row < 3; ++row) {
-        for (std::size_t column = 0; column < 3; ++column) {
-            // For row vectors, the matrix holds the transpose of the rotation: its inverse.
-            const auto r = static_cast<double>(view_to_world[4 * row + column]);
-            pose[4 * row + column] = r;
-            pose[4 * row + 3] -= r * static_cast<double>(view_to_world[12 + column]);
-        }
-    }
-    pose[15] = 1;
-    return pose;
+    // GLM reads the matrix for row vectors as that for column vectors.
+    const glm::dmat4 columns = glm::make_mat4(view_to_world);
+    return scene::inverse_of_rigid(scene::make_pose(scene::Mat3(columns), scene::Vec3(columns[3])));
 }
 
 std::array<float, 3> background_of(const config::Settings& settings) {

@@ -10,14 +10,13 @@ constexpr std::size_t kLeaf = 8;  ///< points; fewer are searched by a loop
 
 std::uint8_t widest_axis(std::span<const scene::Vec3> points) {
     scene::Vec3 low = points[0], high = points[0];
-    for (const scene::Vec3& point : points)
-        for (std::size_t k = 0; k < 3; ++k) {
-            low[k] = std::min(low[k], point[k]);
-            high[k] = std::max(high[k], point[k]);
-        }
-    const scene::Vec3 extent = scene::minus(high, low);
-    return static_cast<std::uint8_t>(std::max_element(extent.begin(), extent.end()) -
-                                     extent.begin());
+    for (const scene::Vec3& point : points) {
+        low = glm::min(low, point);
+        high = glm::max(high, point);
+    }
+    const scene::Vec3 extent = high - low;
+    const double* const sides = glm::value_ptr(extent);
+    return static_cast<std::uint8_t>(std::max_element(sides, sides + 3) - sides);
 }
 
 }  // namespace

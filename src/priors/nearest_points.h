@@ -29,8 +29,8 @@ class NearestPoints {
 
 /// |a - b|^2
 inline double squared_distance(const scene::Vec3& a, const scene::Vec3& b) {
-    const scene::Vec3 d = scene::minus(a, b);
-    return scene::dot(d, d);
+    const scene::Vec3 d = a - b;
+    return glm::dot(d, d);
 }
 
 }  // namespace splat::priors

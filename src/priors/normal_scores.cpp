@@ -19,13 +19,9 @@ scene::Vec3 normal_at(std::span<const float> map, std::size_t pixel) {
             static_cast<double>(map[2 * pixels + pixel])};
 }
 
-bool is_finite(const scene::Vec3& v) {
-    return std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); });
-}
-
 /// Degrees; exact for small angles, unlike the arc cosine.
 double angle_between(const scene::Vec3& a, const scene::Vec3& b) {
-    return std::atan2(scene::length(scene::cross(a, b)), scene::dot(a, b)) * 180 / std::numbers::pi;
+    return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / std::numbers::pi;
 }
 
 double median_of(std::vector<double>& angles) {
@@ -45,18 +41,18 @@ Result<std::vector<double>> angles_of(std::span<const float> prediction,
         if (!mask.empty() && !(mask[i] > 0.5F)) continue;
         const scene::Vec3 p = normal_at(prediction, i);
         const scene::Vec3 g = normal_at(truth, i);
-        if (!is_finite(p) || !is_finite(g))
+        if (!scene::is_finite(p) || !scene::is_finite(g))
             return error(Code::kInvalidArgument,
                          "a normal of pixel %zu is not finite; leave such pixels out with a mask",
                          i);
-        if (scene::length(g) < kLeastLength) {
+        if (glm::length(g) < kLeastLength) {
             if (mask.empty()) continue;
             return error(Code::kInvalidArgument,
                          "the true normal of pixel %zu, inside of the mask, has the length %g, "
                          "expected about 1",
-                         i, scene::length(g));
+                         i, glm::length(g));
         }
-        const bool none = scene::length(p) < kLeastLength;
+        const bool none = glm::length(p) < kLeastLength;
         if (none) ++missing;
         angles.push_back(none ? 180 : angle_between(p, g));
     }

@@ -14,9 +14,8 @@ constexpr std::size_t kBlock = 4096;  ///< points of a thread's turn
 Status check_points(std::span<const scene::Vec3> points, const char* name) {
     if (points.empty()) return error(Code::kInvalidArgument, "there are no %s points", name);
     for (std::size_t i = 0; i < points.size(); ++i)
-        for (const double x : points[i])
-            if (!std::isfinite(x))
-                return error(Code::kInvalidArgument, "%s point %zu is not finite", name, i);
+        if (!scene::is_finite(points[i]))
+            return error(Code::kInvalidArgument, "%s point %zu is not finite", name, i);
     return {};
 }
 

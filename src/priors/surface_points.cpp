@@ -18,9 +18,7 @@ double unit(std::uint32_t word) {
 
 /// a + u (b - a) + v (c - a)
 Vec3 point_between(const Vec3& a, const Vec3& b, const Vec3& c, double u, double v) {
-    Vec3 point = a;
-    for (std::size_t k = 0; k < 3; ++k) point[k] += u * (b[k] - a[k]) + v * (c[k] - a[k]);
-    return point;
+    return a + (u * (b - a) + v * (c - a));
 }
 
 /// The areas of all triangles up to each one.
@@ -30,9 +28,7 @@ std::vector<double> summed_areas(const io::Mesh& mesh) {
     double sum = 0;
     for (const auto& [a, b, c] : mesh.triangles) {
         const Vec3& origin = mesh.vertices[a];
-        sum += scene::length(scene::cross(scene::minus(mesh.vertices[b], origin),
-                                          scene::minus(mesh.vertices[c], origin))) /
-               2;
+        sum += glm::length(glm::cross(mesh.vertices[b] - origin, mesh.vertices[c] - origin)) / 2;
         sums.push_back(sum);
     }
     return sums;
@@ -71,7 +67,7 @@ Result<std::vector<Vec3>> sample_surface(const io::Mesh& mesh, std::size_t count
 Result<std::vector<Vec3>> points_of_depth(std::span<const float> depth,
                                           const scene::Camera& camera) {
     SPLAT_TRY(check_map(depth, std::size_t{camera.height} * camera.width, "the depth"));
-    const auto& m = camera.world_to_camera;
+    const scene::Mat3 turn = scene::rotation_of(camera.world_to_camera);
     const Vec3 eye = scene::camera_center(camera);
     std::vector<Vec3> points;
     for (std::size_t i = 0; i < depth.size(); ++i) {
@@ -80,10 +76,7 @@ Result<std::vector<Vec3>> points_of_depth(std::span<const float> depth,
         const Vec3 seen = {
             (static_cast<double>(i % camera.width) + 0.5 - camera.cx) / camera.fx * z,
             (static_cast<double>(i / camera.width) + 0.5 - camera.cy) / camera.fy * z, z};
-        Vec3 point = eye;
-        for (std::size_t k = 0; k < 3; ++k)
-            point[k] += m[k] * seen[0] + m[4 + k] * seen[1] + m[8 + k] * seen[2];
-        points.push_back(point);
+        points.push_back(eye + seen * turn);
     }
     return points;
 }

@@ -1,12 +1,14 @@
 #include "priors_model/depth_normals.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
+
+#include "scene/vector.h"
 
 namespace splat::priors_model {
 namespace {
 
-using Vec3 = std::array<double, 3>;
+using scene::Vec3;
 
 /// A depth map with its points.
 class DepthPoints {
@@ -27,9 +29,7 @@ class DepthPoints {
         if (!ahead && !behind) return {};
         const bool forward = ahead && (!behind || std::abs(z(x + dx, y + dy) - z(x, y)) <=
                                                       std::abs(z(x - dx, y - dy) - z(x, y)));
-        const Vec3 to = forward ? point(x + dx, y + dy) : point(x, y);
-        const Vec3 from = forward ? point(x, y) : point(x - dx, y - dy);
-        return {to[0] - from[0], to[1] - from[1], to[2] - from[2]};
+        return forward ? point(x + dx, y + dy) - point(x, y) : point(x, y) - point(x - dx, y - dy);
     }
 
   private:
@@ -55,13 +55,12 @@ std::vector<float> normals_of(std::span<const float> depth, const DepthCamera& c
         for (std::int64_t x = 0; x < camera.width; ++x) {
             if (!points.has(x, y)) continue;
             const Vec3 a = points.difference(x, y, 1, 0), b = points.difference(x, y, 0, 1);
-            const Vec3 n = {b[1] * a[2] - b[2] * a[1], b[2] * a[0] - b[0] * a[2],
-                            b[0] * a[1] - b[1] * a[0]};
-            const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+            const Vec3 n = glm::cross(b, a);
+            const double length = glm::length(n);
             if (!(length > 0)) continue;
-            for (std::size_t c = 0; c < 3; ++c)
-                normals[static_cast<std::size_t>(3 * (y * camera.width + x)) + c] =
-                    static_cast<float>(n[c] / length);
+            const glm::vec3 unit = n / length;
+            std::copy_n(glm::value_ptr(unit), 3,
+                        normals.begin() + static_cast<std::ptrdiff_t>(3 * (y * camera.width + x)));
         }
     return normals;
 }

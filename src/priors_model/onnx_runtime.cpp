@@ -86,7 +86,10 @@ Result<std::shared_ptr<const OnnxRuntime>> OnnxRuntime::open(const std::string& 
         return error(Code::kUnsupported, "'%s' is ONNX Runtime %s, expected 1.%u or later",
                      path.c_str(), base->GetVersionString(), kOrtApiVersion);
     std::shared_ptr<OnnxRuntime> runtime(new OnnxRuntime);
-    runtime->api_ = ort_api(table);
+#define SPLAT_ORT_TAKE(place, result, name, parameters) \
+    runtime->api_.name = reinterpret_cast<decltype(OrtApi::name)>(table[place]);
+    SPLAT_ORT_SLOTS(SPLAT_ORT_TAKE)
+#undef SPLAT_ORT_TAKE
     runtime->version_ = base->GetVersionString();
     SPLAT_TRY(runtime->check(runtime->api_.CreateEnvWithCustomLogger(
                                  log_message, nullptr, kOrtLogError, "libsplat", &runtime->env_),

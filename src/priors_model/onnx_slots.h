@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 namespace splat::priors_model {
 
@@ -42,74 +41,63 @@ inline constexpr int kOrtFloat = 1, kOrtInt64 = 7, kOrtHalf = 10;
 /// Severity of messages: errors.
 inline constexpr int kOrtLogError = 3;
 
-/// SPLAT_ORT_SLOT(place, name, parameters): functions that return an OrtStatus*, null if they succeed.
-#define SPLAT_ORT_CALLS(SPLAT_ORT_SLOT)                                                            \
-    SPLAT_ORT_SLOT(4, CreateEnvWithCustomLogger,                                                   \
+/// SPLAT_ORT_SLOT(place, result, name, parameters): the functions that are used. An OrtStatus* is null for success.
+#define SPLAT_ORT_SLOTS(SPLAT_ORT_SLOT)                                                            \
+    SPLAT_ORT_SLOT(2, const char*, GetErrorMessage, (const OrtStatus*))                            \
+    SPLAT_ORT_SLOT(4, OrtStatus*, CreateEnvWithCustomLogger,                                       \
                    (OrtLogFunction, void* user, int severity, const char* id, OrtEnv**))           \
-    SPLAT_ORT_SLOT(7, CreateSession,                                                               \
+    SPLAT_ORT_SLOT(7, OrtStatus*, CreateSession,                                                   \
                    (const OrtEnv*, const char* path, const OrtSessionOptions*, OrtSession**))      \
     SPLAT_ORT_SLOT(                                                                                \
-        9, Run,                                                                                    \
+        9, OrtStatus*, Run,                                                                        \
         (OrtSession*, const OrtRunOptions*, const char* const* input_names,                        \
          const OrtValue* const* inputs, std::size_t input_count, const char* const* output_names,  \
          std::size_t output_count, OrtValue** outputs))                                            \
-    SPLAT_ORT_SLOT(10, CreateSessionOptions, (OrtSessionOptions**))                                \
-    SPLAT_ORT_SLOT(19, DisableCpuMemArena, (OrtSessionOptions*))                                   \
-    SPLAT_ORT_SLOT(24, SetIntraOpNumThreads, (OrtSessionOptions*, int))                            \
-    SPLAT_ORT_SLOT(30, SessionGetInputCount, (const OrtSession*, std::size_t*))                    \
-    SPLAT_ORT_SLOT(31, SessionGetOutputCount, (const OrtSession*, std::size_t*))                   \
-    SPLAT_ORT_SLOT(33, SessionGetInputTypeInfo, (const OrtSession*, std::size_t, OrtTypeInfo**))   \
-    SPLAT_ORT_SLOT(34, SessionGetOutputTypeInfo, (const OrtSession*, std::size_t, OrtTypeInfo**))  \
-    SPLAT_ORT_SLOT(36, SessionGetInputName,                                                        \
+    SPLAT_ORT_SLOT(10, OrtStatus*, CreateSessionOptions, (OrtSessionOptions**))                    \
+    SPLAT_ORT_SLOT(19, OrtStatus*, DisableCpuMemArena, (OrtSessionOptions*))                       \
+    SPLAT_ORT_SLOT(24, OrtStatus*, SetIntraOpNumThreads, (OrtSessionOptions*, int))                \
+    SPLAT_ORT_SLOT(30, OrtStatus*, SessionGetInputCount, (const OrtSession*, std::size_t*))        \
+    SPLAT_ORT_SLOT(31, OrtStatus*, SessionGetOutputCount, (const OrtSession*, std::size_t*))       \
+    SPLAT_ORT_SLOT(33, OrtStatus*, SessionGetInputTypeInfo,                                        \
+                   (const OrtSession*, std::size_t, OrtTypeInfo**))                                \
+    SPLAT_ORT_SLOT(34, OrtStatus*, SessionGetOutputTypeInfo,                                       \
+                   (const OrtSession*, std::size_t, OrtTypeInfo**))                                \
+    SPLAT_ORT_SLOT(36, OrtStatus*, SessionGetInputName,                                            \
                    (const OrtSession*, std::size_t, OrtAllocator*, char**))                        \
-    SPLAT_ORT_SLOT(37, SessionGetOutputName,                                                       \
+    SPLAT_ORT_SLOT(37, OrtStatus*, SessionGetOutputName,                                           \
                    (const OrtSession*, std::size_t, OrtAllocator*, char**))                        \
-    SPLAT_ORT_SLOT(49, CreateTensorWithDataAsOrtValue,                                             \
+    SPLAT_ORT_SLOT(49, OrtStatus*, CreateTensorWithDataAsOrtValue,                                 \
                    (const OrtMemoryInfo*, void* data, std::size_t bytes, const std::int64_t* dims, \
                     std::size_t rank, int type, OrtValue**))                                       \
-    SPLAT_ORT_SLOT(50, IsTensor, (const OrtValue*, int*))                                          \
-    SPLAT_ORT_SLOT(51, GetTensorMutableData, (OrtValue*, void**))                                  \
-    SPLAT_ORT_SLOT(55, CastTypeInfoToTensorInfo,                                                   \
+    SPLAT_ORT_SLOT(50, OrtStatus*, IsTensor, (const OrtValue*, int*))                              \
+    SPLAT_ORT_SLOT(51, OrtStatus*, GetTensorMutableData, (OrtValue*, void**))                      \
+    SPLAT_ORT_SLOT(55, OrtStatus*, CastTypeInfoToTensorInfo,                                       \
                    (const OrtTypeInfo*, const OrtTensorTypeAndShapeInfo**))                        \
-    SPLAT_ORT_SLOT(60, GetTensorElementType, (const OrtTensorTypeAndShapeInfo*, int*))             \
-    SPLAT_ORT_SLOT(61, GetDimensionsCount, (const OrtTensorTypeAndShapeInfo*, std::size_t*))       \
-    SPLAT_ORT_SLOT(62, GetDimensions,                                                              \
+    SPLAT_ORT_SLOT(60, OrtStatus*, GetTensorElementType, (const OrtTensorTypeAndShapeInfo*, int*)) \
+    SPLAT_ORT_SLOT(61, OrtStatus*, GetDimensionsCount,                                             \
+                   (const OrtTensorTypeAndShapeInfo*, std::size_t*))                               \
+    SPLAT_ORT_SLOT(62, OrtStatus*, GetDimensions,                                                  \
                    (const OrtTensorTypeAndShapeInfo*, std::int64_t*, std::size_t))                 \
-    SPLAT_ORT_SLOT(65, GetTensorTypeAndShape, (const OrtValue*, OrtTensorTypeAndShapeInfo**))      \
-    SPLAT_ORT_SLOT(69, CreateCpuMemoryInfo, (int allocator, int memory, OrtMemoryInfo**))          \
-    SPLAT_ORT_SLOT(76, AllocatorFree, (OrtAllocator*, void*))                                      \
-    SPLAT_ORT_SLOT(78, GetAllocatorWithDefaultOptions, (OrtAllocator**))
-
-/// The same of functions that return nothing.
-#define SPLAT_ORT_RELEASES(SPLAT_ORT_SLOT)                                          \
-    SPLAT_ORT_SLOT(92, ReleaseEnv, (OrtEnv*))                                       \
-    SPLAT_ORT_SLOT(93, ReleaseStatus, (OrtStatus*))                                 \
-    SPLAT_ORT_SLOT(94, ReleaseMemoryInfo, (OrtMemoryInfo*))                         \
-    SPLAT_ORT_SLOT(95, ReleaseSession, (OrtSession*))                               \
-    SPLAT_ORT_SLOT(96, ReleaseValue, (OrtValue*))                                   \
-    SPLAT_ORT_SLOT(98, ReleaseTypeInfo, (OrtTypeInfo*))                             \
-    SPLAT_ORT_SLOT(99, ReleaseTensorTypeAndShapeInfo, (OrtTensorTypeAndShapeInfo*)) \
-    SPLAT_ORT_SLOT(100, ReleaseSessionOptions, (OrtSessionOptions*))
+    SPLAT_ORT_SLOT(65, OrtStatus*, GetTensorTypeAndShape,                                          \
+                   (const OrtValue*, OrtTensorTypeAndShapeInfo**))                                 \
+    SPLAT_ORT_SLOT(69, OrtStatus*, CreateCpuMemoryInfo,                                            \
+                   (int allocator, int memory, OrtMemoryInfo**))                                   \
+    SPLAT_ORT_SLOT(76, OrtStatus*, AllocatorFree, (OrtAllocator*, void*))                          \
+    SPLAT_ORT_SLOT(78, OrtStatus*, GetAllocatorWithDefaultOptions, (OrtAllocator**))               \
+    SPLAT_ORT_SLOT(92, void, ReleaseEnv, (OrtEnv*))                                                \
+    SPLAT_ORT_SLOT(93, void, ReleaseStatus, (OrtStatus*))                                          \
+    SPLAT_ORT_SLOT(94, void, ReleaseMemoryInfo, (OrtMemoryInfo*))                                  \
+    SPLAT_ORT_SLOT(95, void, ReleaseSession, (OrtSession*))                                        \
+    SPLAT_ORT_SLOT(96, void, ReleaseValue, (OrtValue*))                                            \
+    SPLAT_ORT_SLOT(98, void, ReleaseTypeInfo, (OrtTypeInfo*))                                      \
+    SPLAT_ORT_SLOT(99, void, ReleaseTensorTypeAndShapeInfo, (OrtTensorTypeAndShapeInfo*))          \
+    SPLAT_ORT_SLOT(100, void, ReleaseSessionOptions, (OrtSessionOptions*))
 
 /// The functions that are used.
 struct OrtApi {
-#define SPLAT_ORT_CALL(place, name, parameters) OrtStatus*(*name)parameters = nullptr;
-#define SPLAT_ORT_RELEASE(place, name, parameters) void(*name) parameters = nullptr;
-    SPLAT_ORT_CALLS(SPLAT_ORT_CALL)
-    SPLAT_ORT_RELEASES(SPLAT_ORT_RELEASE)
-#undef SPLAT_ORT_CALL
-#undef SPLAT_ORT_RELEASE
-    const char* (*GetErrorMessage)(const OrtStatus*) = nullptr;
+#define SPLAT_ORT_MEMBER(place, result, name, parameters) result(*name) parameters = nullptr;
+    SPLAT_ORT_SLOTS(SPLAT_ORT_MEMBER)
+#undef SPLAT_ORT_MEMBER
 };
-
-/// Name and place of every function of OrtApi.
-struct OrtPlace {
-    const char* name;
-    std::size_t place;
-};
-std::span<const OrtPlace> ort_places();
-
-/// The functions of a table.
-OrtApi ort_api(const OrtSlot* table);
 
 }  // namespace splat::priors_model

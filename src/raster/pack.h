@@ -58,7 +58,7 @@ Result<PackedBuffers> allocate_packed(vk::Context& context, const RasterDesc& de
 /// bands that the scene lacks become zeros. Works in pieces to bound the host memory.
 ///
 /// Errors       those of Context::write; the scene has desc.gaussians Gaussians
-/// Precision    as scene::activate()
+/// Precision    activated in float64, rounded once
 Status upload_scene(vk::Context& context, const RasterDesc& desc, const scene::Gaussians& scene,
                     const PackedBuffers& to);
 

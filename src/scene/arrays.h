@@ -1,9 +1,25 @@
 #pragma once
 
+#include <array>
+
 #include "core/status.h"
 #include "scene/gaussians.h"
+#include "scene/vector.h"
 
 namespace splat::scene {
+
+/// One of the arrays of a set of Gaussians.
+struct Attribute {
+    const char* name;
+    std::vector<float> Gaussians::*array;
+    std::size_t each;  ///< numbers of one Gaussian
+};
+
+/// All of them, in the order of the struct.
+std::array<Attribute, 5> attributes(std::uint32_t sh_degree);
+
+/// The rotation of Gaussian i, as it is stored.
+Quaternion rotation_at(const Gaussians& gaussians, std::size_t i);
 
 /// Errors: kInvalidArgument if the degree is above kMaxShDegree or the length of an array does not
 /// fit the count and the degree; names the array.

@@ -10,23 +10,6 @@ namespace {
 
 constexpr double kRigidTolerance = 1e-3;
 
-Mat3 rotation_of(const Mat4& m) {
-    return {{{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}}};
-}
-
-Vec3 translation_of(const Mat4& m) {
-    return {m[3], m[7], m[11]};
-}
-
-Mat4 pose(const Mat3& r, const Vec3& t) {
-    return {r[0][0], r[0][1], r[0][2], t[0], r[1][0], r[1][1], r[1][2], t[1],
-            r[2][0], r[2][1], r[2][2], t[2], 0,       0,       0,       1};
-}
-
-bool is_finite(const Vec3& v) {
-    return std::isfinite(v[0] + v[1] + v[2]);
-}
-
 Status check_pose(const Mat4& m) {
     for (const double value : m)
         if (!std::isfinite(value)) return error(Code::kInvalidArgument, "the matrix is not finite");
@@ -34,32 +17,58 @@ Status check_pose(const Mat4& m) {
         return error(Code::kInvalidArgument, "the last row is %g %g %g %g, expected 0 0 0 1", m[12],
                      m[13], m[14], m[15]);
     const Mat3 r = rotation_of(m);
-    const double volume = determinant(r);
+    const double volume = glm::determinant(r);
     if (volume == 0 || !std::isfinite(volume))
         return error(Code::kInvalidArgument, "the matrix is singular");
     if (volume < 0)
         return error(Code::kInvalidArgument, "the matrix mirrors (determinant %g); check its axes",
                      volume);
+    const Mat3 products = r * glm::transpose(r);
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j) {
             const double expected = i == j ? 1 : 0;
-            if (std::abs(dot(r[i], r[j]) - expected) > kRigidTolerance)
+            if (std::abs(products[i][j] - expected) > kRigidTolerance)
                 return error(
                     Code::kInvalidArgument,
                     "rows %zu and %zu of the rotation have the product %g, expected %g; scale "
                     "the scene instead of its cameras",
-                    i, j, dot(r[i], r[j]), expected);
+                    i, j, products[i][j], expected);
         }
     return {};
 }
 
-/// The inverse of a pose that is rigid only within kRigidTolerance: there and back is where it was.
-Mat4 inverse_pose(const Mat4& m) {
-    const Mat3 back = inverse(rotation_of(m));
-    return pose(back, scaled(product(back, translation_of(m)), -1));
+/// Turns the axes y and z of the space that the pose comes from.
+Mat4 flipped(Mat4 pose) {
+    for (std::size_t row = 0; row < 3; ++row)
+        for (const std::size_t column : {1U, 2U}) pose[row * 4 + column] *= -1;
+    return pose;
 }
 
 }  // namespace
+
+Mat4 make_pose(const Mat3& r, const Vec3& t) {
+    return {r[0][0], r[1][0], r[2][0], t[0], r[0][1], r[1][1], r[2][1], t[1],
+            r[0][2], r[1][2], r[2][2], t[2], 0,       0,       0,       1};
+}
+
+Mat3 rotation_of(const Mat4& m) {
+    return glm::transpose(Mat3(glm::make_mat4(m.data())));
+}
+
+Vec3 translation_of(const Mat4& m) {
+    return {m[3], m[7], m[11]};
+}
+
+Mat4 inverse_pose(const Mat4& m) {
+    const Mat3 r = rotation_of(m);
+    const Mat3 back = adjugate(r) * (1 / glm::determinant(r));
+    return make_pose(back, Vec3() - back * translation_of(m));
+}
+
+Mat4 inverse_of_rigid(const Mat4& m) {
+    const Mat3 back = glm::transpose(rotation_of(m));
+    return make_pose(back, Vec3() - back * translation_of(m));
+}
 
 Status check_lens(double fx, double fy, double cx, double cy) {
     if (!std::isfinite(fx) || !std::isfinite(fy) || fx <= 0 || fy <= 0)
@@ -101,54 +110,48 @@ Result<Camera> camera_from_fov(std::uint32_t width, std::uint32_t height, double
     camera.fx = camera.fy = width / (2 * std::tan(fov_x / 2));
     camera.cx = width / 2.0;
     camera.cy = height / 2.0;
-    camera.world_to_camera = pose({{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {});
+    camera.world_to_camera = kNoPose;
     SPLAT_TRY(check_camera(camera));
     return camera;
 }
 
 Result<Mat4> look_at(const Vec3& eye, const Vec3& target, const Vec3& up) {
-    const Vec3 view = minus(target, eye);
-    const double distance = length(view);
+    const Vec3 view = target - eye;
+    const double distance = glm::length(view);
     if (!is_finite(eye) || !is_finite(view) || !is_finite(up) || !(distance > 0))
         return error(Code::kInvalidArgument,
                      "look_at: eye and target coincide, or something is not finite");
-    const Vec3 forward = scaled(view, 1 / distance);
-    const Vec3 side = cross(forward, up);
-    if (!(length(side) > 1e-9 * length(up)))
+    const Vec3 forward = view * (1 / distance);
+    const Vec3 side = glm::cross(forward, up);
+    if (!(glm::length(side) > 1e-9 * glm::length(up)))
         return error(Code::kInvalidArgument, "look_at: 'up' is zero or along the view");
-    const Vec3 right = scaled(side, 1 / length(side));
-    const Mat3 rows = {right, cross(forward, right), forward};
-    return pose(rows, scaled(product(rows, eye), -1));
+    const Vec3 right = side * (1 / glm::length(side));
+    const Mat3 axes = {right, glm::cross(forward, right), forward};
+    return make_pose(glm::transpose(axes), -(eye * axes));
 }
 
 Vec3 camera_center(const Camera& camera) {
     const Mat4& m = camera.world_to_camera;
-    return scaled(product(transposed(rotation_of(m)), translation_of(m)), -1);
+    return -(translation_of(m) * rotation_of(m));
 }
 
 Result<Mat4> opencv_from_opengl(const Mat4& camera_to_world) {
     SPLAT_TRY(check_pose(camera_to_world));
-    Mat4 flipped = camera_to_world;
-    for (std::size_t row = 0; row < 3; ++row)
-        for (const std::size_t column : {1U, 2U}) flipped[row * 4 + column] *= -1;
-    return inverse_pose(flipped);
+    return inverse_pose(flipped(camera_to_world));
 }
 
 Result<Mat4> opengl_from_opencv(const Mat4& world_to_camera) {
     SPLAT_TRY(check_pose(world_to_camera));
-    Mat4 result = inverse_pose(world_to_camera);
-    for (std::size_t row = 0; row < 3; ++row)
-        for (const std::size_t column : {1U, 2U}) result[row * 4 + column] *= -1;
-    return result;
+    return flipped(inverse_pose(world_to_camera));
 }
 
 Result<Mat4> pose_from_quaternion(const Quaternion& q, const Vec3& translation) {
-    const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    const double size = length_of(q);
     if (!std::isfinite(size) || size == 0 || !is_finite(translation))
         return error(Code::kInvalidArgument,
                      "a pose with a quaternion of length %g or a translation that is not finite",
                      size);
-    return pose(rotation_matrix({q[0] / size, q[1] / size, q[2] / size, q[3] / size}), translation);
+    return make_pose(glm::mat3_cast(q / size), translation);
 }
 
 }  // namespace splat::scene

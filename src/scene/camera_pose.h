@@ -6,6 +6,19 @@
 
 namespace splat::scene {
 
+/// The pose of a camera whose axes are those of the world.
+inline constexpr Mat4 kNoPose = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+
+/// A pose of its parts, and the parts of a pose.
+Mat4 make_pose(const Mat3& rotation, const Vec3& translation);
+Mat3 rotation_of(const Mat4& pose);
+Vec3 translation_of(const Mat4& pose);
+
+/// The inverse of a pose that need not be quite rigid, so that there and back is where it was; and that of one whose
+/// rotation is taken as exact.
+Mat4 inverse_pose(const Mat4& pose);
+Mat4 inverse_of_rigid(const Mat4& pose);
+
 /// Largest width and height of a camera.
 inline constexpr std::uint32_t kMaxImageSide = 16384;
 

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "scene/activate.h"
+#include "scene/select.h"
 
 namespace splat::scene {
 namespace {
@@ -23,21 +24,11 @@ double weighted_quantile(const std::vector<double>& values, const std::vector<do
     return values[order.back()];
 }
 
-Vec3 middle_of(const std::vector<Vec3>& means) {
-    Vec3 low = means.front(), high = means.front();
-    for (const Vec3& mean : means)
-        for (std::size_t k = 0; k < 3; ++k) {
-            low[k] = std::min(low[k], mean[k]);
-            high[k] = std::max(high[k], mean[k]);
-        }
-    return scaled(minus(low, scaled(high, -1)), 0.5);
-}
-
 /// A direction of length 1 at a right angle to `axis`: the part of +z, or of +x where that is short.
 Vec3 across(const Vec3& axis) {
     for (const Vec3& candidate : {Vec3{0, 0, 1}, Vec3{1, 0, 0}}) {
-        const Vec3 part = minus(candidate, scaled(axis, dot(candidate, axis)));
-        if (length(part) > 0.1) return scaled(part, 1 / length(part));
+        const Vec3 part = candidate - axis * glm::dot(candidate, axis);
+        if (glm::length(part) > 0.1) return part * (1 / glm::length(part));
     }
     return {0, 1, 0};
 }
@@ -47,8 +38,8 @@ Vec3 across(const Vec3& axis) {
 /// of a camera of elevation e, r sin t to its side and h cos e - r cos t sin e above its middle; x and y are the
 /// largest tangents of the view.
 double distance_for(const Vec3& point, const Vec3& up, double elevation, double x, double y) {
-    const double h = dot(point, up);
-    const double r = length(minus(point, scaled(up, h)));
+    const double h = glm::dot(point, up);
+    const double r = glm::length(point - up * h);
     const double cosine = std::cos(elevation), sine = std::sin(elevation);
     double most = r * std::hypot(1 / x, cosine) + h * sine;  // the largest of all t
     for (const double side : {r, -r})                        // linear in r cos t, so at its ends
@@ -64,7 +55,7 @@ Result<double> orbit_distance(const Body& body, const Vec3& up, const Camera& le
     }
     double most = 0;
     for (const Vec3& mean : body.means)
-        most = std::max(most, distance_for(minus(mean, body.middle), up, options.elevation,
+        most = std::max(most, distance_for(mean - body.middle, up, options.elevation,
                                            kOrbitFill * lens.width / (2 * lens.fx),
                                            kOrbitFill * lens.height / (2 * lens.fy)));
     if (most > 0) return most;
@@ -80,9 +71,8 @@ Body body_of(const Gaussians& g) {
     const auto take = [&](double least) {
         for (std::size_t i = 0; i < g.count(); ++i) {
             const double opacity = opacity_of(static_cast<double>(g.opacity_logits[i]));
-            Vec3 mean;
-            for (std::size_t k = 0; k < 3; ++k) mean[k] = static_cast<double>(g.means[3 * i + k]);
-            if (!(opacity >= least) || !std::isfinite(mean[0] + mean[1] + mean[2])) continue;
+            const Vec3 mean = glm::make_vec3(&g.means[3 * i]);
+            if (!(opacity >= least) || !is_finite(mean)) continue;
             body.means.push_back(mean);
             weights.push_back(opacity);
         }
@@ -96,33 +86,32 @@ Body body_of(const Gaussians& g) {
         for (std::size_t i = 0; i < values.size(); ++i) values[i] = body.means[i][k];
         median[k] = weighted_quantile(values, weights, 0.5);
     }
-    const auto far = [&median](const Vec3& mean) { return length(minus(mean, median)); };
+    const auto far = [&median](const Vec3& mean) { return glm::length(mean - median); };
     std::transform(body.means.begin(), body.means.end(), values.begin(), far);
     const double most = kBodyRadii * weighted_quantile(values, weights, 0.98);
     std::erase_if(body.means, [&](const Vec3& mean) { return far(mean) > most; });
-    body.middle = middle_of(body.means);
+    const Box bounds = bounds_of(body.means);
+    body.middle = (bounds.low + bounds.high) * 0.5;
     return body;
 }
 
 Result<std::vector<Camera>> orbit(const Gaussians& gaussians, const OrbitOptions& options) {
     SPLAT_ASSIGN(const Camera lens, camera_from_fov(options.width, options.height, options.fov_x));
-    const double size = length(options.up);
+    const double size = glm::length(options.up);
     if (!(size > 0) || !std::isfinite(size) || !std::isfinite(options.elevation) ||
         !std::isfinite(options.start))
         return error(Code::kInvalidArgument, "orbit: 'up' is zero, or an angle is not finite");
-    const Vec3 up = scaled(options.up, 1 / size);
+    const Vec3 up = options.up * (1 / size);
     const Body body = body_of(gaussians);
     SPLAT_ASSIGN(const double distance, orbit_distance(body, up, lens, options));
-    const Vec3 front = scaled(across(up), -1);
-    const Vec3 side = cross(up, front);
+    const Vec3 front = -across(up);
+    const Vec3 side = glm::cross(up, front);
     std::vector<Camera> cameras;
     for (std::uint32_t i = 0; i < options.count; ++i) {
         const double angle = options.start + 2 * std::numbers::pi * i / options.count;
         const double flat = distance * std::cos(options.elevation);
-        Vec3 eye = body.middle;
-        for (std::size_t k = 0; k < 3; ++k)
-            eye[k] += flat * (std::cos(angle) * front[k] + std::sin(angle) * side[k]) +
-                      distance * std::sin(options.elevation) * up[k];
+        const Vec3 eye = body.middle + (flat * (std::cos(angle) * front + std::sin(angle) * side) +
+                                        distance * std::sin(options.elevation) * up);
         Camera camera = lens;
         camera.name = format("%03u", i);
         SPLAT_ASSIGN(camera.world_to_camera, look_at(eye, body.middle, up));

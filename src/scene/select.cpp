@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <limits>
 #include <numeric>
 
 #include "scene/activate.h"
@@ -20,22 +19,6 @@ Gaussians select(const Gaussians& g, const Keep& keep) {
     return gather(g, indices);
 }
 
-bool finite(const std::vector<float>& values, std::size_t i, std::size_t each) {
-    const auto first = values.begin() + static_cast<std::ptrdiff_t>(i * each);
-    return std::all_of(first, first + static_cast<std::ptrdiff_t>(each),
-                       [](float value) { return std::isfinite(value); });
-}
-
-bool is_zero(const std::vector<float>& values, std::size_t i, std::size_t each) {
-    const auto first = values.begin() + static_cast<std::ptrdiff_t>(i * each);
-    return std::all_of(first, first + static_cast<std::ptrdiff_t>(each),
-                       [](float value) { return value == 0; });
-}
-
-void append(std::vector<float>& to, const std::vector<float>& from) {
-    to.insert(to.end(), from.begin(), from.end());
-}
-
 /// The lowest 21 bits, with two zeros between any two of them.
 std::uint64_t spread(std::uint64_t x) {
     std::uint64_t result = 0;
@@ -43,33 +26,36 @@ std::uint64_t spread(std::uint64_t x) {
     return result;
 }
 
-Box finite_bounds(const Gaussians& g) {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-    for (std::size_t i = 0; i < g.count(); ++i) {
-        if (!finite(g.means, i, 3)) continue;
-        for (std::size_t k = 0; k < 3; ++k) {
-            box.low[k] = std::min(box.low[k], static_cast<double>(g.means[i * 3 + k]));
-            box.high[k] = std::max(box.high[k], static_cast<double>(g.means[i * 3 + k]));
-        }
-    }
-    return box;
-}
-
 std::uint64_t morton_code(const Gaussians& g, std::size_t i, const Box& box) {
     constexpr double kCells = 2097151;  // 2^21 - 1
-    if (!finite(g.means, i, 3)) return ~std::uint64_t{0};
+    const Vec3 mean = glm::make_vec3(&g.means[i * 3]);
+    if (!is_finite(mean)) return ~std::uint64_t{0};
     std::uint64_t code = 0;
     for (std::size_t k = 0; k < 3; ++k) {
         const double size = box.high[k] - box.low[k];
-        const double place =
-            size > 0 ? (static_cast<double>(g.means[i * 3 + k]) - box.low[k]) / size : 0;
+        const double place = size > 0 ? (mean[k] - box.low[k]) / size : 0;
         code |= spread(static_cast<std::uint64_t>(place * kCells)) << k;
     }
     return code;
 }
 
 }  // namespace
+
+std::vector<Vec3> finite_means(const Gaussians& g) {
+    std::vector<Vec3> means;
+    for (std::size_t i = 0; i < g.count(); ++i) {
+        const Vec3 mean = glm::make_vec3(&g.means[i * 3]);
+        if (is_finite(mean)) means.push_back(mean);
+    }
+    return means;
+}
+
+Box bounds_of(const std::vector<Vec3>& points) {
+    if (points.empty()) return {};
+    Box box{points.front(), points.front()};
+    for (const Vec3& point : points) box = {glm::min(box.low, point), glm::max(box.high, point)};
+    return box;
+}
 
 Result<Gaussians> crop(const Gaussians& g, const Box& box) {
     SPLAT_TRY(check_arrays(g));
@@ -79,11 +65,8 @@ Result<Gaussians> crop(const Gaussians& g, const Box& box) {
                          "crop: axis %c from %g to %g, expected low <= high",
                          static_cast<char>('x' + k), box.low[k], box.high[k]);
     return select(g, [&](std::size_t i) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const auto place = static_cast<double>(g.means[i * 3 + k]);
-            if (!std::isfinite(place) || place < box.low[k] || place > box.high[k]) return false;
-        }
-        return true;
+        const Vec3 mean = glm::make_vec3(&g.means[i * 3]);
+        return is_finite(mean) && glm::clamp(mean, box.low, box.high) == mean;
     });
 }
 
@@ -98,11 +81,16 @@ Result<Gaussians> filter_by_opacity(const Gaussians& g, double least) {
 
 Result<Gaussians> remove_invalid(const Gaussians& g) {
     SPLAT_TRY(check_arrays(g));
-    const std::size_t each = std::size_t{sh_coefficients(g.sh_degree)} * 3;
+    const auto of_scene = attributes(g.sh_degree);
     return select(g, [&](std::size_t i) {
-        return finite(g.means, i, 3) && finite(g.log_scales, i, 3) && finite(g.rotations, i, 4) &&
-               !is_zero(g.rotations, i, 4) && !std::isnan(g.opacity_logits[i]) &&
-               finite(g.sh, i, each);
+        const auto is_valid = [&](const Attribute& attribute) {
+            const float* const first = &(g.*attribute.array)[i * attribute.each];
+            if (attribute.array == &Gaussians::opacity_logits) return !std::isnan(*first);
+            return std::all_of(first, first + attribute.each,
+                               [](float value) { return std::isfinite(value); });
+        };
+        return std::all_of(of_scene.begin(), of_scene.end(), is_valid) &&
+               length_of(rotation_at(g, i)) > 0;
     });
 }
 
@@ -113,18 +101,18 @@ Result<Gaussians> merge(const std::vector<Gaussians>& scenes) {
         all.sh_degree = std::max(all.sh_degree, scene.sh_degree);
     }
     for (const Gaussians& scene : scenes) {
-        append(all.means, scene.means);
-        append(all.log_scales, scene.log_scales);
-        append(all.rotations, scene.rotations);
-        append(all.opacity_logits, scene.opacity_logits);
-        append(all.sh, with_sh_degree(scene, all.sh_degree).sh);
+        const Gaussians part = with_sh_degree(scene, all.sh_degree);
+        for (const Attribute& attribute : attributes(all.sh_degree)) {
+            const std::vector<float>& from = part.*attribute.array;
+            (all.*attribute.array).insert((all.*attribute.array).end(), from.begin(), from.end());
+        }
     }
     return all;
 }
 
 Result<Gaussians> sort_morton(const Gaussians& g) {
     SPLAT_TRY(check_arrays(g));
-    const Box box = finite_bounds(g);
+    const Box box = bounds_of(finite_means(g));
     std::vector<std::uint64_t> codes(g.count());
     for (std::size_t i = 0; i < g.count(); ++i) codes[i] = morton_code(g, i, box);
     std::vector<std::size_t> order(g.count());

@@ -12,6 +12,12 @@ struct Box {
     Vec3 high{};
 };
 
+/// The means that are finite, in their order.
+std::vector<Vec3> finite_means(const Gaussians& gaussians);
+
+/// The least box that holds the points; zero without any.
+Box bounds_of(const std::vector<Vec3>& points);
+
 /// The Gaussians whose mean is in the box, in their order; means that are not finite are outside.
 /// Errors: kInvalidArgument for a box whose low corner is not below the high one, or as
 /// check_arrays().

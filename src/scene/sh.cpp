@@ -38,7 +38,7 @@ std::array<Node, 32> sphere_quadrature() {
 }  // namespace
 
 std::array<double, kMaxShCoefficients> sh_basis(const Vec3& direction) {
-    const auto [x, y, z] = direction;
+    const auto& [x, y, z] = direction;
     const double xx = x * x;
     const double yy = y * y;
     const double zz = z * z;
@@ -74,7 +74,7 @@ std::array<double, 3> sh_color(const Gaussians& g, std::size_t i, const Vec3& di
 ShTransform::ShTransform(const Mat3& m) {
     for (const Node& node : sphere_quadrature()) {
         const auto before = sh_basis(node.direction);
-        const auto after = sh_basis(product(m, node.direction));
+        const auto after = sh_basis(m * node.direction);
         for (std::size_t j = 0; j < kMaxShCoefficients; ++j)
             for (std::size_t k = 0; k < kMaxShCoefficients; ++k)
                 matrix_[j][k] += node.weight * after[j] * before[k];

@@ -50,23 +50,15 @@ double quantile(std::vector<double>& values, double part) {
 }
 
 void measure_places(const Gaussians& g, Statistics& s) {
-    std::vector<Vec3> places;
-    for (std::size_t i = 0; i < g.count(); ++i) {
-        const Vec3 place = {static_cast<double>(g.means[i * 3]),
-                            static_cast<double>(g.means[i * 3 + 1]),
-                            static_cast<double>(g.means[i * 3 + 2])};
-        if (std::isfinite(place[0] + place[1] + place[2])) places.push_back(place);
-    }
+    const std::vector<Vec3> places = finite_means(g);
     if (places.empty()) return;
     std::vector<double> values(places.size());
+    s.bounds = bounds_of(places);
     for (std::size_t k = 0; k < 3; ++k) {
         for (std::size_t i = 0; i < places.size(); ++i) values[i] = places[i][k];
-        const auto [low, high] = std::minmax_element(values.begin(), values.end());
-        s.bounds.low[k] = *low;
-        s.bounds.high[k] = *high;
         s.center[k] = quantile(values, 0.5);
     }
-    for (std::size_t i = 0; i < places.size(); ++i) values[i] = length(minus(places[i], s.center));
+    for (std::size_t i = 0; i < places.size(); ++i) values[i] = glm::length(places[i] - s.center);
     s.radius = quantile(values, 0.95);
 }
 
@@ -85,18 +77,17 @@ void measure_colors(const Gaussians& g, Statistics& s) {
 
 void count_defects(const Gaussians& g, Statistics& s) {
     for (std::size_t i = 0; i < g.count(); ++i) {
-        double squared = 0;
-        for (std::size_t k = i * 4; k < i * 4 + 4; ++k)
-            squared += static_cast<double>(g.rotations[k]) * static_cast<double>(g.rotations[k]);
-        if (!std::isfinite(squared) || squared == 0) ++s.bad_rotations;
-        bool flat = false;
-        for (std::size_t k = i * 3; k < i * 3 + 3; ++k)
-            flat = flat || std::exp(static_cast<double>(g.log_scales[k])) < kLeastScale;
-        if (flat) ++s.degenerate;
+        const double length = length_of(rotation_at(g, i));
+        if (!std::isfinite(length) || length == 0) ++s.bad_rotations;
+        const float* const sizes = &g.log_scales[i * 3];
+        if (std::any_of(sizes, sizes + 3, [](float size) {
+                return std::exp(static_cast<double>(size)) < kLeastScale;
+            }))
+            ++s.degenerate;
         if (opacity_of(static_cast<double>(g.opacity_logits[i])) < kLeastOpacity) ++s.invisible;
     }
-    for (const auto* values : {&g.means, &g.log_scales, &g.rotations, &g.opacity_logits, &g.sh})
-        for (const float value : *values) s.non_finite += std::isfinite(value) ? 0U : 1U;
+    for (const Attribute& attribute : attributes(g.sh_degree))
+        for (const float value : g.*attribute.array) s.non_finite += std::isfinite(value) ? 0U : 1U;
 }
 
 }  // namespace

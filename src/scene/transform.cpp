@@ -10,32 +10,32 @@ namespace {
 
 /// The largest component: of any length, that can be divided by without an overflow.
 double largest(const Quaternion& q) {
-    double most = 0;
-    for (const double value : q) most = std::max(most, std::abs(value));
-    return most;
+    return std::max({std::abs(q.w), std::abs(q.x), std::abs(q.y), std::abs(q.z)});
 }
 
 Quaternion normalised(const Quaternion& q) {
-    const double most = largest(q);
-    Quaternion unit{};
-    for (std::size_t i = 0; i < 4; ++i) unit[i] = q[i] / most;
-    const double size =
-        std::sqrt(unit[0] * unit[0] + unit[1] * unit[1] + unit[2] * unit[2] + unit[3] * unit[3]);
-    return {unit[0] / size, unit[1] / size, unit[2] / size, unit[3] / size};
+    const Quaternion unit = q / largest(q);
+    return unit / length_of(unit);
+}
+
+/// Hamilton product: the rotation b, then the rotation a. In this order of sums, which decides the last bits of scenes;
+/// GLM's is another.
+Quaternion product(const Quaternion& a, const Quaternion& b) {
+    return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
+            a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+            a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
+            a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
 
 Status check(const Similarity& s) {
-    bool finite = true;
-    for (const double value : s.rotation) finite = finite && std::isfinite(value);
-    if (!finite || largest(s.rotation) == 0)
+    if (!std::isfinite(length_of(s.rotation / largest(s.rotation))))
         return error(Code::kInvalidArgument,
                      "transform: rotation %g, %g, %g, %g, expected finite numbers, not all 0",
                      s.rotation[0], s.rotation[1], s.rotation[2], s.rotation[3]);
     if (!std::isfinite(s.scale) || s.scale <= 0)
         return error(Code::kInvalidArgument, "transform: scale %g, expected > 0", s.scale);
-    for (const double value : s.translation)
-        if (!std::isfinite(value))
-            return error(Code::kInvalidArgument, "transform: the translation is not finite");
+    if (!is_finite(s.translation))
+        return error(Code::kInvalidArgument, "transform: the translation is not finite");
     return {};
 }
 
@@ -44,17 +44,10 @@ Result<decltype(Gaussians::means)> moved_means(const Gaussians& g, const Mat3& m
                                                const Similarity& s) {
     decltype(Gaussians::means) means(g.means.size());
     for (std::size_t i = 0; i < g.count(); ++i) {
-        const float* const mean = g.means.data() + i * 3;
-        const Vec3 turned =
-            product(matrix, {static_cast<double>(mean[0]), static_cast<double>(mean[1]),
-                             static_cast<double>(mean[2])});
-        for (std::size_t k = 0; k < 3; ++k)
-            means[i * 3 + k] = static_cast<float>(s.scale * turned[k] + s.translation[k]);
-        bool overflows = false;
-        for (std::size_t k = 3 * i; k < 3 * i + 3; ++k)
-            overflows = overflows || (std::isfinite(mean[0]) && std::isfinite(mean[1]) &&
-                                      std::isfinite(mean[2]) && !std::isfinite(means[k]));
-        if (overflows)
+        const Vec3 mean = glm::make_vec3(&g.means[i * 3]);
+        const glm::vec3 moved = s.scale * (matrix * mean) + s.translation;
+        std::copy_n(glm::value_ptr(moved), 3, &means[i * 3]);
+        if (is_finite(mean) && !is_finite(moved))
             return error(Code::kInvalidArgument,
                          "transform: scale %g and translation %g, %g, %g move Gaussian %zu beyond "
                          "float32; use smaller ones",
@@ -69,17 +62,14 @@ Status transform(Gaussians& g, const Similarity& s) {
     SPLAT_TRY(check_arrays(g));
     SPLAT_TRY(check(s));
     const Quaternion turn = normalised(s.rotation);
-    const Mat3 matrix = rotation_matrix(turn);
+    const Mat3 matrix = glm::mat3_cast(turn);
     const ShTransform bands(matrix);
     const double log_scale = std::log(s.scale);
     const std::size_t each = std::size_t{sh_coefficients(g.sh_degree)} * 3;
     SPLAT_ASSIGN(g.means, moved_means(g, matrix, s));
     for (std::size_t i = 0; i < g.count(); ++i) {
-        float* const rotation = g.rotations.data() + i * 4;
-        const Quaternion q = product(
-            turn, Quaternion{static_cast<double>(rotation[0]), static_cast<double>(rotation[1]),
-                             static_cast<double>(rotation[2]), static_cast<double>(rotation[3])});
-        for (std::size_t k = 0; k < 4; ++k) rotation[k] = static_cast<float>(q[k]);
+        const glm::quat q = product(turn, rotation_at(g, i));
+        std::copy_n(&q.w, 4, &g.rotations[4 * i]);
         bands.apply(g.sh.data() + i * each, g.sh_degree);
     }
     for (float& value : g.log_scales)
@@ -88,11 +78,10 @@ Status transform(Gaussians& g, const Similarity& s) {
 }
 
 Similarity inverse(const Similarity& s) {
-    const Quaternion q = normalised(s.rotation);
     Similarity back;
-    back.rotation = {q[0], -q[1], -q[2], -q[3]};
+    back.rotation = glm::conjugate(normalised(s.rotation));
     back.scale = 1 / s.scale;
-    back.translation = scaled(product(rotation_matrix(back.rotation), s.translation), -back.scale);
+    back.translation = (glm::mat3_cast(back.rotation) * s.translation) * -back.scale;
     return back;
 }
 

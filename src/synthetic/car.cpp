@@ -12,6 +12,16 @@ constexpr double kProud = 0.004;  ///< how far trim stands out
 
 enum class Style { kSedan, kHatchback, kEstate, kVan, kPickup };
 
+/// Ranges of what a style decides: where the cabin ends, and how far the roof recedes there (0: as for any car).
+struct StyleRange {
+    double back_low, back_high, rake_low, rake_high;
+};
+constexpr StyleRange kStyles[] = {{-0.38, -0.28, 0, 0},
+                                  {-0.47, -0.42, 0, 0},
+                                  {-0.485, -0.47, 0.02, 0.05},
+                                  {-0.488, -0.488, 0.005, 0.02},
+                                  {-0.12, 0, 0.01, 0.04}};
+
 /// Dimensions in units of the length; x forward, y left, z up, the ground at z = 0.
 struct CarPlan {
     Style style = Style::kSedan;
@@ -33,7 +43,8 @@ Vec3 paint_color(Random& random) {
 
 CarPlan plan_car(Random& random) {
     CarPlan p;
-    p.style = static_cast<Style>(random.choice(5));
+    const std::uint32_t style = random.choice(5);
+    p.style = static_cast<Style>(style);
     const bool tall = p.style == Style::kVan || p.style == Style::kPickup;
     p.width = random.between(0.38, 0.46);
     p.height = tall ? random.between(0.36, 0.44) : random.between(0.27, 0.35);
@@ -44,31 +55,16 @@ CarPlan plan_car(Random& random) {
     p.rake_back = random.between(0.06, 0.14);
     p.cabin_front = random.between(0.16, 0.26);
     p.tumble = random.between(0.025, 0.05);
-    switch (p.style) {
-        case Style::kSedan:
-            p.cabin_back = random.between(-0.38, -0.28);
-            break;
-        case Style::kHatchback:
-            p.cabin_back = random.between(-0.47, -0.42);
-            break;
-        case Style::kEstate:
-            p.cabin_back = random.between(-0.485, -0.47);
-            p.rake_back = random.between(0.02, 0.05);
-            break;
-        case Style::kVan:
-            p.cabin_back = -0.488;
-            p.rake_back = random.between(0.005, 0.02);
-            p.cabin_front = random.between(0.28, 0.4);
-            break;
-        case Style::kPickup:
-            p.cabin_back = random.between(-0.12, 0.0);
-            p.rake_back = random.between(0.01, 0.04);
-            break;
-    }
+    const StyleRange& range = kStyles[style];
+    p.cabin_back = range.back_low == range.back_high
+                       ? range.back_low
+                       : random.between(range.back_low, range.back_high);
+    if (range.rake_high > 0) p.rake_back = random.between(range.rake_low, range.rake_high);
+    if (p.style == Style::kVan) p.cabin_front = random.between(0.28, 0.4);
     p.axle_front = 0.5 - random.between(0.16, 0.21);
     p.axle_back = -0.5 + random.between(0.17, 0.22);
     p.paint = paint_color(random);
-    p.trim = random.chance(0.5) ? kDark : scene::scaled(p.paint, 0.55);
+    p.trim = random.chance(0.5) ? kDark : p.paint * 0.55;
     const double rim = random.between(0.35, 0.8);
     p.rim = {rim, rim, rim};
     return p;
@@ -98,11 +94,10 @@ void add_body(const CarPlan& p, Random& random, Solids& car) {
     car.push_back(body);
     car.push_back(cabin(p, 0, 0, 0, 0, p.paint));
     if (p.style == Style::kPickup)
-        car.push_back(make_box({-0.47, -half + 0.03, p.belt - 0.02},
-                               {p.cabin_back - 0.02, half - 0.03, p.belt + kProud}, p.trim));
-    car.push_back(make_box({-0.49, -half - kProud, p.clearance - 0.006},
-                           {0.49, half + kProud, p.clearance + random.between(0.012, 0.03)},
-                           p.trim));
+        car.box({-0.47, -half + 0.03, p.belt - 0.02},
+                {p.cabin_back - 0.02, half - 0.03, p.belt + kProud}, p.trim);
+    car.box({-0.49, -half - kProud, p.clearance - 0.006},
+            {0.49, half + kProud, p.clearance + random.between(0.012, 0.03)}, p.trim);
 }
 
 void add_windows(const CarPlan& p, Random& random, Solids& car) {
@@ -147,30 +142,25 @@ void add_trim(const CarPlan& p, Random& random, Solids& car) {
     const double rear = random.between(0.02, 0.035);
     const double wide = random.between(0.045, 0.075);
     for (const double side : {-1.0, 1.0}) {
-        car.push_back(make_ellipsoid({0.485, side * (half - 0.065), z}, {0.025, wide * 0.75, lamp},
-                                     {0.95, 0.93, 0.8}));
-        const double inner = side * (half - 0.025 - wide);
-        const double outer = side * (half - 0.025);
-        car.push_back(make_box({-0.5 - kProud, std::min(inner, outer), z - rear},
-                               {-0.47, std::max(inner, outer), z + rear}, {0.75, 0.08, 0.07}));
-        car.push_back(make_ellipsoid({p.cabin_front - 0.045, side * (half + 0.018), p.belt + 0.018},
-                                     {0.014, 0.024, 0.016}, p.paint));
+        car.ellipsoid({0.485, side * (half - 0.065), z}, {0.025, wide * 0.75, lamp},
+                      {0.95, 0.93, 0.8});
+        car.box({-0.5 - kProud, side * (half - 0.025 - wide), z - rear},
+                {-0.47, side * (half - 0.025), z + rear}, {0.75, 0.08, 0.07});
+        car.ellipsoid({p.cabin_front - 0.045, side * (half + 0.018), p.belt + 0.018},
+                      {0.014, 0.024, 0.016}, p.paint);
     }
     const double grille = random.between(0.06, 0.12);
-    car.push_back(
-        make_box({0.45, -grille, z - lamp}, {0.5 + kProud, grille, z + lamp * 0.6}, kDark));
-    car.push_back(
-        make_box({-0.5 - kProud, -0.05, z - 0.045}, {-0.47, 0.05, z - 0.02}, {0.9, 0.9, 0.86}));
+    car.box({0.45, -grille, z - lamp}, {0.5 + kProud, grille, z + lamp * 0.6}, kDark);
+    car.box({-0.5 - kProud, -0.05, z - 0.045}, {-0.47, 0.05, z - 0.02}, {0.9, 0.9, 0.86});
     if (random.chance(0.25))
         for (const double side : {-1.0, 1.0}) {
             const double y = side * (half - 0.05 - p.tumble);
-            car.push_back(make_cylinder({p.cabin_back + p.rake_back + 0.03, y, p.height + 0.012},
-                                        {p.cabin_front - p.rake_front - 0.03, y, p.height + 0.012},
-                                        0.009, p.trim));
+            car.cylinder({p.cabin_back + p.rake_back + 0.03, y, p.height + 0.012},
+                         {p.cabin_front - p.rake_front - 0.03, y, p.height + 0.012}, 0.009, p.trim);
         }
     if (p.style == Style::kSedan && random.chance(0.35))
-        car.push_back(make_box({-0.49, -half + 0.05, p.belt + 0.02},
-                               {-0.44, half - 0.05, p.belt + 0.032}, p.paint));
+        car.box({-0.49, -half + 0.05, p.belt + 0.02}, {-0.44, half - 0.05, p.belt + 0.032},
+                p.paint);
 }
 
 }  // namespace

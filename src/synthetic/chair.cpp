@@ -54,22 +54,22 @@ void add_seat(const ChairPlan& p, Random& random, Solids& chair) {
         chair.push_back(seat);
         return;
     }
-    chair.push_back(make_box({-x, -y, p.seat - p.thick}, {x, y, p.seat}, p.frame,
-                             p.thick * random.between(0.15, 0.45)));
+    chair.box({-x, -y, p.seat - p.thick}, {x, y, p.seat}, p.frame,
+              p.thick * random.between(0.15, 0.45));
     if (random.chance(0.5))
-        chair.push_back(make_box({-x + 0.03, -y + 0.03, p.seat - 0.01},
-                                 {x - 0.02, y - 0.03, p.seat + random.between(0.015, 0.05)},
-                                 p.cushion, 0.012));
+        chair.box({-x + 0.03, -y + 0.03, p.seat - 0.01},
+                  {x - 0.02, y - 0.03, p.seat + random.between(0.015, 0.05)}, p.cushion, 0.012);
 }
 
 void add_back(const ChairPlan& p, Random& random, Solids& chair) {
     const double x = -p.depth / 2;
     const double y = p.width / 2;
     const double thick = random.between(0.022, 0.05);
-    const Mat3 lean = about_y(-p.lean);
+    const Mat3 lean = turn_about(1, -p.lean);
     const Vec3 hinge = {x, 0, p.seat - p.thick};
-    const auto add = [&](const Vec3& low, const Vec3& high, const Vec3& color, double bevel) {
-        chair.push_back(turned(make_box(low, high, color, bevel), lean, hinge));
+    const auto add = [&](const Vec3& a, const Vec3& b, const Vec3& color, double bevel) {
+        chair.box(a, b, color, bevel);
+        chair.back() = turned(chair.back(), lean, hinge);
     };
     const std::uint32_t kind = random.choice(3);
     const double bottom = p.seat - p.thick;
@@ -80,12 +80,8 @@ void add_back(const ChairPlan& p, Random& random, Solids& chair) {
                 p.cushion, 0.01);
         return;
     }
-    for (const double side : {-1.0, 1.0}) {
-        const double outer = side * y;
-        const double inner = side * (y - 2 * p.leg);
-        add({x, std::min(outer, inner), bottom}, {x + thick, std::max(outer, inner), p.top},
-            p.frame, 0);
-    }
+    for (const double side : {-1.0, 1.0})
+        add({x, side * (y - 2 * p.leg), bottom}, {x + thick, side * y, p.top}, p.frame, 0);
     const double rail = random.between(0.05, 0.12);
     add({x, -y, p.top - rail}, {x + thick, y, p.top}, p.frame, thick * 0.25);
     const std::uint32_t bars = 2 + random.choice(4);
@@ -107,20 +103,18 @@ void add_back(const ChairPlan& p, Random& random, Solids& chair) {
 
 void add_pedestal(const ChairPlan& p, Random& random, Solids& chair) {
     const double column = random.between(0.02, 0.045);
-    chair.push_back(make_cylinder({0, 0, 0.02}, {0, 0, p.seat - p.thick / 2}, column, p.frame));
+    chair.cylinder({0, 0, 0.02}, {0, 0, p.seat - p.thick / 2}, column, p.frame);
     const double radius = p.width * random.between(0.42, 0.52);
     if (random.chance(0.4)) {
-        chair.push_back(
-            make_cylinder({0, 0, 0}, {0, 0, random.between(0.015, 0.03)}, radius, p.frame));
+        chair.cylinder({0, 0, 0}, {0, 0, random.between(0.015, 0.03)}, radius, p.frame);
         return;
     }
     const std::uint32_t feet = 4 + random.choice(2);
     for (std::uint32_t i = 0; i < feet; ++i) {
         const double angle = 2 * std::numbers::pi * (i + 0.5) / feet;
         const Vec3 tip = {radius * std::cos(angle), radius * std::sin(angle), 0.035};
-        chair.push_back(make_cylinder({0, 0, 0.09}, tip, 0.02, p.frame));
-        chair.push_back(
-            make_ellipsoid({tip[0], tip[1], 0.028}, {0.028, 0.028, 0.028}, {0.08, 0.08, 0.08}));
+        chair.cylinder({0, 0, 0.09}, tip, 0.02, p.frame);
+        chair.ellipsoid({tip[0], tip[1], 0.028}, {0.028, 0.028, 0.028}, {0.08, 0.08, 0.08});
     }
 }
 
@@ -134,25 +128,22 @@ void add_legs(const ChairPlan& p, Random& random, Solids& chair) {
     const double taper = random.between(0.6, 1.0);
     const double x = p.depth / 2 - p.leg;
     const double y = p.width / 2 - p.leg;
-    const double top = p.seat - p.thick / 2;
+    const Vec3 up = {0, 0, p.seat - p.thick / 2}, thick = {p.leg, p.leg, 0}, thin = thick * taper;
     for (const double front : {-1.0, 1.0})
         for (const double side : {-1.0, 1.0}) {
             const Vec3 foot = {front * (x + splay), side * (y + splay), 0};
-            const Vec3 head = {front * x, side * y, top};
-            const double thin = p.leg * taper;
+            const Vec3 head = Vec3(front * x, side * y, 0) + up;
             if (round)
-                chair.push_back(make_cylinder(foot, head, p.leg * 0.85, p.frame));
+                chair.cylinder(foot, head, p.leg * 0.85, p.frame);
             else
-                chair.push_back(make_frustum({foot[0] - thin, foot[1] - thin, 0},
-                                             {foot[0] + thin, foot[1] + thin, top},
-                                             {head[0] - p.leg, head[1] - p.leg, 0},
-                                             {head[0] + p.leg, head[1] + p.leg, 0}, p.frame));
+                chair.push_back(make_frustum(foot - thin, foot + thin + up, head - thick,
+                                             head + thick, p.frame));
         }
     if (!random.chance(0.4)) return;
     const double z = p.seat * random.between(0.3, 0.55);
     for (const double side : {-1.0, 1.0})
-        chair.push_back(make_cylinder({-x, side * y, z}, {x, side * y, z}, p.leg * 0.6, p.frame));
-    chair.push_back(make_cylinder({0, -y, z}, {0, y, z}, p.leg * 0.6, p.frame));
+        chair.cylinder({-x, side * y, z}, {x, side * y, z}, p.leg * 0.6, p.frame);
+    chair.cylinder({0, -y, z}, {0, y, z}, p.leg * 0.6, p.frame);
 }
 
 void add_arms(const ChairPlan& p, Random& random, Solids& chair) {
@@ -166,12 +157,10 @@ void add_arms(const ChairPlan& p, Random& random, Solids& chair) {
     const double back = -p.depth / 2 - std::tan(p.lean) * (z - p.seat + p.thick);
     for (const double side : {-1.0, 1.0}) {
         const double y = side * (p.width / 2 - half);
-        chair.push_back(
-            make_box({back, y - half, z}, {front, y + half, z + thick}, p.frame, thick * 0.3));
+        chair.box({back, y - half, z}, {front, y + half, z + thick}, p.frame, thick * 0.3);
         const double start = closed ? -p.depth / 2 : front - 2 * p.leg;
-        chair.push_back(make_box({start, y - half * 0.6, p.seat - p.thick},
-                                 {front, y + half * 0.6, z + thick / 2},
-                                 closed ? p.cushion : p.frame));
+        chair.box({start, y - half * 0.6, p.seat - p.thick}, {front, y + half * 0.6, z + thick / 2},
+                  closed ? p.cushion : p.frame);
     }
 }
 

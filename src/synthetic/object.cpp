@@ -6,7 +6,7 @@
 namespace splat::synthetic {
 
 Vec3 hsv(const Vec3& color) {
-    const auto [hue, saturation, value] = color;
+    const auto& [hue, saturation, value] = color;
     Vec3 rgb{};
     for (std::size_t i = 0; i < 3; ++i) {
         const double offset[] = {5, 3, 1};
@@ -23,10 +23,10 @@ Solids fitted(const Solids& solids) {
         Vec3 direction{};
         direction[i] = 1;
         double high = support(solids.front(), direction);
-        double low = -support(solids.front(), scene::scaled(direction, -1));
+        double low = -support(solids.front(), -direction);
         for (const Solid& solid : solids) {
             high = std::max(high, support(solid, direction));
-            low = std::min(low, -support(solid, scene::scaled(direction, -1)));
+            low = std::min(low, -support(solid, -direction));
         }
         center[i] = (low + high) / 2;
     }

@@ -34,7 +34,21 @@ class Random {
     std::uint32_t count_ = 0;
 };
 
-using Solids = std::vector<Solid>;
+/// The parts of an object.
+struct Solids : std::vector<Solid> {
+    using std::vector<Solid>::vector;
+
+    /// Between two opposite corners, in any order.
+    void box(const Vec3& a, const Vec3& b, const Vec3& color, double bevel = 0) {
+        push_back(make_box(glm::min(a, b), glm::max(a, b), color, bevel));
+    }
+    void cylinder(const Vec3& from, const Vec3& to, double radius, const Vec3& color) {
+        push_back(make_cylinder(from, to, radius, color));
+    }
+    void ellipsoid(const Vec3& center, const Vec3& half, const Vec3& color) {
+        push_back(make_ellipsoid(center, half, color));
+    }
+};
 
 /// A car, and a chair, that face +x with z up, at any place and size.
 Solids make_car(Random& random);

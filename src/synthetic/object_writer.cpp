@@ -40,11 +40,8 @@ std::string text_of(const double* values, std::size_t count) {
 
 /// Row-major camera-to-world, as SRN stores it.
 std::string pose_text(const scene::Camera& camera) {
-    const auto& m = camera.world_to_camera;
-    const Vec3 eye = scene::camera_center(camera);
-    const double pose[] = {m[0], m[4], m[8],  eye[0], m[1], m[5], m[9], eye[1],
-                           m[2], m[6], m[10], eye[2], 0,    0,    0,    1};
-    return text_of(pose, 16);
+    const scene::Mat3 turn = glm::transpose(scene::rotation_of(camera.world_to_camera));
+    return text_of(scene::make_pose(turn, scene::camera_center(camera)).data(), 16);
 }
 
 std::string intrinsics_text(const WriterDesc& desc) {
@@ -220,7 +217,7 @@ scene::Camera view_camera(const WriterDesc& desc, Split split, std::uint32_t obj
     camera.width = camera.height = desc.resolution;
     camera.fx = camera.fy = kFocal * desc.resolution / kFocalSize;
     camera.cx = camera.cy = desc.resolution / 2.0;
-    const Vec3 eye = scene::scaled(view_direction(desc, split, object, view), kDistance);
+    const Vec3 eye = view_direction(desc, split, object, view) * kDistance;
     const auto pose = scene::look_at(eye, {0, 0, 0}, {0, 0, 1});
     SPLAT_ASSERT(pose.ok());
     camera.world_to_camera = pose.value();

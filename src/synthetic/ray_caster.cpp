@@ -8,10 +8,6 @@
 namespace splat::synthetic {
 namespace {
 
-using scene::dot;
-using scene::minus;
-using scene::product;
-
 constexpr double kAmbient = 0.45;
 constexpr double kDiffuse = 0.55;
 /// Towards the light: above, from the front left; of length 1.
@@ -31,10 +27,10 @@ struct Window {
 class Caster {
   public:
     Caster(const Solids& solids, const scene::Camera& camera)
-        : solids_(solids), camera_(camera), eye_(scene::camera_center(camera)) {
-        const auto& m = camera.world_to_camera;
-        rotation_ = {{{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}}};
-        back_ = scene::transposed(rotation_);
+        : solids_(solids),
+          camera_(camera),
+          eye_(scene::camera_center(camera)),
+          rotation_(scene::rotation_of(camera.world_to_camera)) {
         for (const Solid& solid : solids) windows_.push_back(window_of(solid));
         const std::size_t pixels = std::size_t{camera.width} * camera.height;
         nearest_.resize(pixels);
@@ -61,8 +57,8 @@ class Caster {
 
     /// Distances along it are depths.
     [[nodiscard]] Ray ray_at(double x, double y) const {
-        return {eye_,
-                product(back_, {(x - camera_.cx) / camera_.fx, (y - camera_.cy) / camera_.fy, 1})};
+        const Vec3 seen = {(x - camera_.cx) / camera_.fx, (y - camera_.cy) / camera_.fy, 1};
+        return {eye_, seen * rotation_};
     }
 
     /// The window of a solid; the whole image if it reaches behind the camera.
@@ -71,7 +67,7 @@ class Caster {
         double low[] = {1e9, 1e9};
         double high[] = {-1e9, -1e9};
         for (const Vec3& point : solid.hull) {
-            const Vec3 c = product(rotation_, minus(point, eye_));
+            const Vec3 c = rotation_ * (point - eye_);
             if (c[2] < 1e-3) return all;
             const double at[] = {camera_.cx + camera_.fx * c[0] / c[2],
                                  camera_.cy + camera_.fy * c[1] / c[2]};
@@ -119,8 +115,8 @@ class Caster {
     }
 
     static Vec3 shade(const Solid& solid, const Vec3& normal) {
-        const double light = kAmbient + kDiffuse * std::max(0.0, dot(normal, kLight));
-        return scene::scaled(solid.color, light);
+        const double light = kAmbient + kDiffuse * std::max(0.0, glm::dot(normal, kLight));
+        return solid.color * light;
     }
 
     /// The colour along a ray that passes through a pixel.
@@ -141,12 +137,9 @@ class Caster {
     [[nodiscard]] Vec3 mean_color(int x, int y) const {
         Vec3 sum{};
         for (int v = 0; v < kRaysPerSide; ++v)
-            for (int u = 0; u < kRaysPerSide; ++u) {
-                const Vec3 color =
-                    color_at(x + (u + 0.5) / kRaysPerSide, y + (v + 0.5) / kRaysPerSide, x, y);
-                for (std::size_t k = 0; k < 3; ++k) sum[k] += color[k];
-            }
-        return scene::scaled(sum, 1.0 / (kRaysPerSide * kRaysPerSide));
+            for (int u = 0; u < kRaysPerSide; ++u)
+                sum += color_at(x + (u + 0.5) / kRaysPerSide, y + (v + 0.5) / kRaysPerSide, x, y);
+        return sum * (1.0 / (kRaysPerSide * kRaysPerSide));
     }
 
     void fill(int x, int y, Picture& out) const {
@@ -157,7 +150,7 @@ class Caster {
         if (face != kNothing) {
             color = shade(solids_[face / 256U - 1], hit.normal);
             out.depth[i] = static_cast<float>(hit.distance);
-            const Vec3 normal = product(rotation_, hit.normal);
+            const Vec3 normal = rotation_ * hit.normal;
             for (std::size_t k = 0; k < 3; ++k)
                 out.normals[i * 3 + k] = static_cast<float>(normal[k]);
         }
@@ -168,8 +161,7 @@ class Caster {
     const Solids& solids_;
     const scene::Camera& camera_;
     Vec3 eye_;
-    Mat3 rotation_{};
-    Mat3 back_{};
+    Mat3 rotation_;
     std::vector<Window> windows_;
     std::vector<Hit> nearest_;          ///< through the pixels' centres
     std::vector<std::uint32_t> faces_;  ///< solid and face there, or kNothing

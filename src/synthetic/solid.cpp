@@ -9,22 +9,15 @@
 namespace splat::synthetic {
 namespace {
 
-using scene::cross;
-using scene::dot;
-using scene::minus;
-using scene::product;
-using scene::scaled;
+using glm::cross;
+using glm::dot;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kRoundFace = 100;
 constexpr int kCapFace = 101;
 
-Vec3 plus(const Vec3& a, const Vec3& b) {
-    return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
-}
-
 Vec3 unit(const Vec3& a) {
-    return scaled(a, 1 / scene::length(a));
+    return a * (1 / glm::length(a));
 }
 
 /// The part of a ray inside the bounds clipped so far.
@@ -53,8 +46,8 @@ struct Interval {
 
 /// Clip to y^2 + z^2 <= 1 or x^2 + y^2 + z^2 <= 1 in the solid's own coordinates.
 void clip_round(const Solid& solid, const Ray& ray, Interval& part) {
-    const Vec3 o = product(solid.axes, minus(ray.origin, solid.center));
-    const Vec3 d = product(solid.axes, ray.direction);
+    const Vec3 o = (ray.origin - solid.center) * solid.axes;
+    const Vec3 d = ray.direction * solid.axes;
     double a = 0;
     double b = 0;
     double c = -1;
@@ -81,22 +74,21 @@ void clip_round(const Solid& solid, const Ray& ray, Interval& part) {
             Vec3 gradient{};
             for (std::size_t i = first; i < 3; ++i)
                 gradient[i] = (o[i] + t * d[i]) / (solid.half[i] * solid.half[i]);
-            part.normal = unit(product(scene::transposed(solid.axes), gradient));
+            part.normal = unit(solid.axes * gradient);
         }
     }
     if (solid.round != Round::kCylinder) return;
     part.clip(o[0] - solid.half[0], d[0], solid.axes[0], kCapFace);
-    part.clip(-o[0] - solid.half[0], -d[0], scaled(solid.axes[0], -1), kCapFace + 1);
+    part.clip(-o[0] - solid.half[0], -d[0], -solid.axes[0], kCapFace + 1);
 }
 
 /// The point where three planes meet, if there is exactly one.
 std::optional<Vec3> meeting_point(const Plane& a, const Plane& b, const Plane& c) {
     const double volume = dot(a.normal, cross(b.normal, c.normal));
     if (std::abs(volume) < 1e-9) return std::nullopt;
-    const Vec3 sum = plus(plus(scaled(cross(b.normal, c.normal), a.offset),
-                               scaled(cross(c.normal, a.normal), b.offset)),
-                          scaled(cross(a.normal, b.normal), c.offset));
-    return scaled(sum, 1 / volume);
+    const Vec3 sum = cross(b.normal, c.normal) * a.offset + cross(c.normal, a.normal) * b.offset +
+                     cross(a.normal, b.normal) * c.offset;
+    return sum * (1 / volume);
 }
 
 std::vector<Vec3> corners(const Solid& solid) {
@@ -113,11 +105,6 @@ std::vector<Vec3> corners(const Solid& solid) {
                     points.push_back(*point);
             }
     return points;
-}
-
-void add_plane(Solid& solid, const Vec3& normal, const Vec3& point) {
-    const Vec3 n = unit(normal);
-    solid.planes.push_back({n, dot(n, point)});
 }
 
 }  // namespace
@@ -138,19 +125,19 @@ std::optional<Hit> enter(const Solid& solid, const Ray& ray) {
 Solid moved(Solid solid, const Vec3& center, double scale) {
     for (Plane& plane : solid.planes)
         plane.offset = scale * (plane.offset - dot(plane.normal, center));
-    solid.center = scaled(minus(solid.center, center), scale);
-    solid.half = scaled(solid.half, scale);
+    solid.center = (solid.center - center) * scale;
+    solid.half *= scale;
     return solid;
 }
 
 Solid turned(Solid solid, const Mat3& rotation, const Vec3& about) {
     for (Plane& plane : solid.planes) {
         const double from_about = plane.offset - dot(plane.normal, about);
-        plane.normal = product(rotation, plane.normal);
+        plane.normal = rotation * plane.normal;
         plane.offset = from_about + dot(plane.normal, about);
     }
-    solid.center = plus(about, product(rotation, minus(solid.center, about)));
-    for (Vec3& axis : solid.axes) axis = product(rotation, axis);
+    solid.center = about + rotation * (solid.center - about);
+    solid.axes = rotation * solid.axes;
     return solid;
 }
 
@@ -160,10 +147,9 @@ double support(const Solid& solid, const Vec3& direction) {
         for (const Vec3& corner : corners(solid)) most = std::max(most, dot(corner, direction));
         return most;
     }
-    const Vec3 d = product(solid.axes, direction);
-    const Vec3 e = {d[0] * solid.half[0], d[1] * solid.half[1], d[2] * solid.half[2]};
+    const Vec3 e = (direction * solid.axes) * solid.half;
     const double middle = dot(solid.center, direction);
-    if (solid.round == Round::kEllipsoid) return middle + scene::length(e);
+    if (solid.round == Round::kEllipsoid) return middle + glm::length(e);
     return middle + std::abs(e[0]) + std::hypot(e[1], e[2]);
 }
 
@@ -171,13 +157,13 @@ double reach(const Solid& solid, const Vec3& center) {
     if (solid.round == Round::kNone) {
         double most = 0;
         for (const Vec3& corner : corners(solid))
-            most = std::max(most, scene::length(minus(corner, center)));
+            most = std::max(most, glm::length(corner - center));
         return most;
     }
     const double radius = std::max(solid.half[1], solid.half[2]);
     const double own = solid.round == Round::kCylinder ? std::hypot(solid.half[0], radius)
                                                        : std::max(solid.half[0], radius);
-    return scene::length(minus(solid.center, center)) + own;
+    return glm::length(solid.center - center) + own;
 }
 
 void find_hull(Solid& solid) {
@@ -191,28 +177,19 @@ void find_hull(Solid& solid) {
         Vec3 point = solid.center;
         for (std::size_t i = 0; i < 3; ++i) {
             const double sign = ((signs >> i) & 1U) != 0 ? 1 : -1;
-            point = plus(point, scaled(solid.axes[i], sign * solid.half[i]));
+            point += solid.axes[i] * (sign * solid.half[i]);
         }
         solid.hull.push_back(point);
     }
 }
 
-Mat3 about_x(double angle) {
-    const double c = std::cos(angle);
-    const double s = std::sin(angle);
-    return {{{1, 0, 0}, {0, c, -s}, {0, s, c}}};
-}
-
-Mat3 about_y(double angle) {
-    const double c = std::cos(angle);
-    const double s = std::sin(angle);
-    return {{{c, 0, s}, {0, 1, 0}, {-s, 0, c}}};
-}
-
-Mat3 about_z(double angle) {
-    const double c = std::cos(angle);
-    const double s = std::sin(angle);
-    return {{{c, -s, 0}, {s, c, 0}, {0, 0, 1}}};
+Mat3 turn_about(std::size_t axis, double angle) {
+    const std::size_t first = (axis + 1) % 3, second = (axis + 2) % 3;
+    Mat3 turn(1);
+    turn[first][first] = turn[second][second] = std::cos(angle);
+    turn[first][second] = std::sin(angle);
+    turn[second][first] = -std::sin(angle);
+    return turn;
 }
 
 Solid make_box(const Vec3& low, const Vec3& high, const Vec3& color, double bevel) {
@@ -220,17 +197,15 @@ Solid make_box(const Vec3& low, const Vec3& high, const Vec3& color, double beve
     if (bevel <= 0) return solid;
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = i + 1; j < 3; ++j)
-            for (const int signs : {0, 1, 2, 3}) {
-                const bool first = (signs & 1) != 0;
-                const bool second = (signs & 2) != 0;
-                Vec3 normal{};
-                Vec3 point{};
-                normal[i] = first ? 1 : -1;
-                normal[j] = second ? 1 : -1;
-                point[i] = first ? high[i] - bevel : low[i] + bevel;
-                point[j] = second ? high[j] : low[j];
-                cut(solid, point, normal);
-            }
+            for (const double second : {-1.0, 1.0})
+                for (const double first : {-1.0, 1.0}) {
+                    Vec3 normal{}, point{};
+                    normal[i] = first;
+                    normal[j] = second;
+                    point[i] = first > 0 ? high[i] - bevel : low[i] + bevel;
+                    point[j] = second > 0 ? high[j] : low[j];
+                    cut(solid, point, normal);
+                }
     return solid;
 }
 
@@ -239,45 +214,39 @@ Solid make_frustum(const Vec3& low, const Vec3& high, const Vec3& low_top, const
     Solid solid;
     solid.color = color;
     const double height = high[2] - low[2];
-    add_plane(solid, {0, 0, -1}, low);
-    add_plane(solid, {0, 0, 1}, high);
+    cut(solid, low, {0, 0, -1});
+    cut(solid, high, {0, 0, 1});
     for (std::size_t i = 0; i < 2; ++i) {
         Vec3 normal{};
         normal[i] = height;
         normal[2] = high[i] - high_top[i];
-        add_plane(solid, normal, {high[0], high[1], low[2]});
+        cut(solid, {high[0], high[1], low[2]}, normal);
         normal[i] = -height;
         normal[2] = low_top[i] - low[i];
-        add_plane(solid, normal, low);
+        cut(solid, low, normal);
     }
     return solid;
 }
 
 Solid make_cylinder(const Vec3& from, const Vec3& to, double radius, const Vec3& color) {
-    Solid solid;
-    solid.round = Round::kCylinder;
-    solid.color = color;
-    solid.center = scaled(plus(from, to), 0.5);
-    const Vec3 axis = minus(to, from);
-    solid.half = {scene::length(axis) / 2, radius, radius};
+    const Vec3 axis = to - from;
     const Vec3 x = unit(axis);
     const Vec3 other = std::abs(x[2]) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0};
     const Vec3 y = unit(cross(other, x));
-    solid.axes = {x, y, cross(x, y)};
-    return solid;
+    return {.round = Round::kCylinder,
+            .center = (from + to) * 0.5,
+            .axes = {x, y, cross(x, y)},
+            .half = {glm::length(axis) / 2, radius, radius},
+            .color = color};
 }
 
 Solid make_ellipsoid(const Vec3& center, const Vec3& half, const Vec3& color) {
-    Solid solid;
-    solid.round = Round::kEllipsoid;
-    solid.color = color;
-    solid.center = center;
-    solid.half = half;
-    return solid;
+    return {.round = Round::kEllipsoid, .center = center, .half = half, .color = color};
 }
 
 void cut(Solid& solid, const Vec3& point, const Vec3& normal) {
-    add_plane(solid, normal, point);
+    const Vec3 n = unit(normal);
+    solid.planes.push_back({n, dot(n, point)});
 }
 
 }  // namespace splat::synthetic

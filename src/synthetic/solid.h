@@ -22,13 +22,13 @@ enum class Round { kNone, kCylinder, kEllipsoid };
 
 /// A convex solid of one colour: the points inside all of its planes and its round part.
 struct Solid {
-    std::vector<Plane> planes;
+    std::vector<Plane> planes{};
     Round round = Round::kNone;
-    Vec3 center{};  ///< centre of the round part
-    Mat3 axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    Vec3 center{};       ///< centre of the round part
+    Mat3 axes{1};        ///< columns
     Vec3 half{1, 1, 1};  ///< half length and radii along the axes
     Vec3 color{1, 1, 1};
-    std::vector<Vec3> hull;  ///< points whose convex hull contains the solid; set by find_hull()
+    std::vector<Vec3> hull{};  ///< points whose convex hull contains the solid; set by find_hull()
 };
 
 struct Ray {
@@ -61,10 +61,8 @@ double reach(const Solid& solid, const Vec3& center);
 /// Sets `hull`.
 void find_hull(Solid& solid);
 
-/// Rotations about an axis, counterclockwise seen from its tip, in radians.
-Mat3 about_x(double angle);
-Mat3 about_y(double angle);
-Mat3 about_z(double angle);
+/// The rotation about x, y or z (0, 1, 2), counterclockwise seen from its tip, in radians.
+Mat3 turn_about(std::size_t axis, double angle);
 
 /// A box with edges along the axes, whose 12 edges are cut off at 45 degrees `bevel` from the corner.
 Solid make_box(const Vec3& low, const Vec3& high, const Vec3& color, double bevel = 0);

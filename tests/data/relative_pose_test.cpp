@@ -4,6 +4,7 @@
 
 #include "data/folder.h"
 #include "data/resample.h"
+#include "scene/camera_pose.h"
 #include "support/expect_status.h"
 #include "support/golden_file.h"
 #include "synthetic/object.h"
@@ -11,30 +12,15 @@
 namespace splat::data {
 namespace {
 
+using scene::kNoPose;
+using scene::make_pose;
 using scene::Mat3;
 using scene::Mat4;
 using scene::Vec3;
-using synthetic::about_x;
-using synthetic::about_y;
-using synthetic::about_z;
-
-constexpr Mat4 kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-
-Mat4 pose(const Mat3& r, const Vec3& t) {
-    return {r[0][0], r[0][1], r[0][2], t[0], r[1][0], r[1][1], r[1][2], t[1],
-            r[2][0], r[2][1], r[2][2], t[2], 0,       0,       0,       1};
-}
-
-Mat3 times(const Mat3& a, const Mat3& b) {
-    const Mat3 columns = scene::transposed(b);
-    Mat3 out{};
-    for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t j = 0; j < 3; ++j) out[i][j] = scene::dot(a[i], columns[j]);
-    return out;
-}
+using synthetic::turn_about;
 
 TEST(Folder, InverseOfAPoseRoundedToFloatsGoesBack) {
-    Mat4 rounded = pose(times(about_x(0.3), about_z(1.1)), {100, 50, 7});
+    Mat4 rounded = make_pose(turn_about(0, 0.3) * turn_about(2, 1.1), {100, 50, 7});
     for (double& number : rounded) number = static_cast<double>(static_cast<float>(number));
     const auto there = inverse_pose(rounded);
     ASSERT_OK(there.status());
@@ -44,13 +30,13 @@ TEST(Folder, InverseOfAPoseRoundedToFloatsGoesBack) {
 }
 
 TEST(RelativePose, FirstIsExactlyTheIdentity) {
-    const Mat4 odd = pose(times(about_x(0.3), about_z(1.1)), {0.7, -5, 3});
-    const Mat4 poses[] = {odd, pose(about_y(2), {1, 2, 3}), odd};
+    const Mat4 odd = make_pose(turn_about(0, 0.3) * turn_about(2, 1.1), {0.7, -5, 3});
+    const Mat4 poses[] = {odd, make_pose(turn_about(1, 2), {1, 2, 3}), odd};
     const auto views = relative_views(poses);
     ASSERT_OK(views.status());
     for (const std::size_t i : {0U, 2U}) {
         for (std::size_t k = 0; k < 16; ++k)
-            EXPECT_EQ(views.value()[i].view_to_world[k], static_cast<float>(kIdentity[k]));
+            EXPECT_EQ(views.value()[i].view_to_world[k], static_cast<float>(kNoPose[k]));
         EXPECT_EQ(views.value()[i].quaternion, (std::array<float, 4>{1, 0, 0, 0}));
     }
     EXPECT_NE(views.value()[1].quaternion[0], 1);
@@ -59,8 +45,8 @@ TEST(RelativePose, FirstIsExactlyTheIdentity) {
 
 /// A point seen by camera i at p lies at p M in the frame of the first camera.
 TEST(RelativePose, MapsPointsBetweenTheCameras) {
-    const Mat4 poses[] = {pose(times(about_x(0.3), about_z(1.1)), {0.7, -5, 3}),
-                          pose(times(about_y(2), about_x(-1)), {1, 2, 3})};
+    const Mat4 poses[] = {make_pose(turn_about(0, 0.3) * turn_about(2, 1.1), {0.7, -5, 3}),
+                          make_pose(turn_about(1, 2) * turn_about(0, -1), {1, 2, 3})};
     const auto views = relative_views(poses);
     ASSERT_OK(views.status());
     const double p[] = {0.2, -0.4, 1.5, 1};
@@ -84,13 +70,13 @@ TEST(RelativePose, QuaternionsTurnAsTheirMatrix) {
     for (int i = 0; i < 300; ++i) {
         // Angles near 180 degrees too, where the trace carries no information.
         const double angle = i % 3 == 0 ? 3.14159265358979 - 1e-9 * i : random.between(-3.1, 3.1);
-        const Mat3 turn = times(
-            times(about_z(random.between(-3, 3)), about_y(random.between(-1.5, 1.5))), about_x(0));
-        const Mat3 r = times(times(turn, i % 2 == 0 ? about_x(angle) : about_z(angle)),
-                             scene::transposed(turn));
+        const double z = random.between(-3, 3), y = random.between(-1.5, 1.5);
+        const Mat3 turn = turn_about(2, z) * turn_about(1, y);
+        const Mat3 r = turn * (i % 2 == 0 ? turn_about(0, angle) : turn_about(2, angle)) *
+                       glm::transpose(turn);
         const scene::Quaternion q = quaternion_of(r);
         EXPECT_GE(q[0], 0);
-        const Mat3 back = scene::rotation_matrix(q);
+        const Mat3 back = glm::mat3_cast(q);
         for (std::size_t a = 0; a < 3; ++a)
             for (std::size_t b = 0; b < 3; ++b) EXPECT_NEAR(back[a][b], r[a][b], 1e-12) << angle;
     }
@@ -98,18 +84,18 @@ TEST(RelativePose, QuaternionsTurnAsTheirMatrix) {
 
 TEST(RelativePose, OriginDistanceIsAlongTheAxis) {
     // At (3, 7, -2), looking along +z, which is where the origin is 2 ahead.
-    EXPECT_EQ(origin_distance(pose(about_x(0), {3, 7, -2})), 2);
-    EXPECT_NEAR(origin_distance(pose(about_y(std::acos(-1.0)), {3, 7, -2})), -2, 1e-12);
+    EXPECT_EQ(origin_distance(make_pose(turn_about(0, 0), {3, 7, -2})), 2);
+    EXPECT_NEAR(origin_distance(make_pose(turn_about(1, std::acos(-1.0)), {3, 7, -2})), -2, 1e-12);
 }
 
 TEST(RelativePose, RefusesPosesWithoutInverse) {
-    Mat4 bad = kIdentity;
+    Mat4 bad = kNoPose;
     bad[5] = std::numeric_limits<double>::quiet_NaN();
-    Mat4 flat = kIdentity;
+    Mat4 flat = kNoPose;
     flat[10] = 0;
     for (const Mat4& pose : {bad, flat}) {
-        const Mat4 first[] = {pose, kIdentity};
-        const Mat4 second[] = {kIdentity, pose};
+        const Mat4 first[] = {pose, kNoPose};
+        const Mat4 second[] = {kNoPose, pose};
         EXPECT_ERROR(relative_views(first).status(), Code::kFormat, "singular");
         EXPECT_ERROR(relative_views(second).status(), Code::kFormat, "singular");
     }
@@ -159,9 +145,8 @@ TEST_F(GoldenNetCameras, QuaternionsOfMatricesAreTheReferences) {
         const std::vector<double> m = golden.doubles("q.M");
         const std::vector<double> expected = golden.doubles("q.q");
         for (std::size_t i = 0; i < m.size() / 9; ++i) {
-            Mat3 r{};
-            for (std::size_t k = 0; k < 9; ++k) r[k / 3][k % 3] = m[i * 9 + k];
-            const scene::Quaternion q = quaternion_of(r);
+            const scene::Quaternion q =
+                quaternion_of(glm::transpose(glm::make_mat3(m.data() + i * 9)));
             const double w = expected[i * 4];
             for (std::size_t k = 0; k < 4; ++k)
                 EXPECT_NEAR(q[k], expected[i * 4 + k], kPoseTolerance / std::max(w * w, 0.01)) << i;

@@ -19,7 +19,7 @@ using Table = std::map<std::string, std::set<std::string>>;
 const std::map<std::string, std::set<std::string>> kThirdParty = {
     {"volk.h", {"vk"}},    {"vulkan/", {"vk"}},  {"nlohmann/", {"core"}},  {"png.h", {"io"}},
     {"jpeglib.h", {"io"}}, {"jerror.h", {"io"}}, {"webp/", {"io"}},        {"gif_lib.h", {"io"}},
-    {"zstd.h", {"io"}},    {"yaml.h", {"core"}}, {"zlib.h", {"io", "vk"}},
+    {"zstd.h", {"io"}},    {"yaml.h", {"core"}}, {"zlib.h", {"io", "vk"}}, {"glm/", {"scene"}},
 };
 
 std::string trim(std::string text) {

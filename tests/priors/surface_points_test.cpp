@@ -83,12 +83,8 @@ TEST(DepthPoints, AreWhereTheCameraSeesThem) {
     const double columns[] = {0, 1, 0, 2}, rows[] = {0, 0, 1, 1};
     ASSERT_EQ(points.value().size(), 4U);
     for (std::size_t i = 0; i < 4; ++i) {
-        scene::Vec3 seen{};
-        for (std::size_t k = 0; k < 3; ++k)
-            seen[k] = camera.world_to_camera[4 * k] * points.value()[i][0] +
-                      camera.world_to_camera[4 * k + 1] * points.value()[i][1] +
-                      camera.world_to_camera[4 * k + 2] * points.value()[i][2] +
-                      camera.world_to_camera[4 * k + 3];
+        const scene::Vec3 seen = scene::rotation_of(camera.world_to_camera) * points.value()[i] +
+                                 scene::translation_of(camera.world_to_camera);
         EXPECT_NEAR(seen[2], depths[i], 1e-12);
         EXPECT_NEAR(camera.fx * seen[0] / seen[2] + camera.cx, columns[i] + 0.5, 1e-12);
         EXPECT_NEAR(camera.fy * seen[1] / seen[2] + camera.cy, rows[i] + 0.5, 1e-12);

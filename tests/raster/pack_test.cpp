@@ -37,18 +37,23 @@ TEST(Pack, DeviceAndHostAgree) {
     ASSERT_NE(context, nullptr);
     for (const std::uint32_t degree : {0U, 1U, 3U}) {
         const scene::Gaussians host = random_gaussians(kPacked, degree);
-        const scene::ActivatedGaussians a = scene::activate(host).value();
+        std::vector<float> activated_scales, activated_opacities;
+        for (const float value : host.log_scales)
+            activated_scales.push_back(static_cast<float>(std::exp(static_cast<double>(value))));
+        for (const float value : host.opacity_logits)
+            activated_opacities.push_back(
+                static_cast<float>(scene::opacity_of(static_cast<double>(value))));
         const raster::RasterDesc desc = desc_of(kPacked, degree);
         auto by_host = raster::allocate_packed(*context, desc);
         auto by_device = raster::allocate_packed(*context, desc);
         ASSERT_OK(by_host.status());
         ASSERT_OK(by_device.status());
         ASSERT_OK(raster::upload_scene(*context, desc, host, by_host.value()));
-        const vk::Buffer means = upload(*context, a.means);
-        const vk::Buffer scales = upload(*context, a.scales);
-        const vk::Buffer rotations = upload(*context, a.rotations);
-        const vk::Buffer opacities = upload(*context, a.opacities);
-        const vk::Buffer sh = upload(*context, a.sh);
+        const vk::Buffer means = upload(*context, host.means);
+        const vk::Buffer scales = upload(*context, activated_scales);
+        const vk::Buffer rotations = upload(*context, host.rotations);
+        const vk::Buffer opacities = upload(*context, activated_opacities);
+        const vk::Buffer sh = upload(*context, host.sh);
         const raster::GaussianAttributes views = {means.range(), scales.range(), rotations.range(),
                                                   opacities.range(), sh.range()};
         vk::Recorder recorder(*context);

@@ -12,10 +12,7 @@ namespace {
 
 /// Pixel of a point, and its depth.
 Vec3 project(const Camera& c, const Vec3& p) {
-    Vec3 q{};
-    for (std::size_t i = 0; i < 3; ++i)
-        q[i] = c.world_to_camera[i * 4] * p[0] + c.world_to_camera[i * 4 + 1] * p[1] +
-               c.world_to_camera[i * 4 + 2] * p[2] + c.world_to_camera[i * 4 + 3];
+    const Vec3 q = rotation_of(c.world_to_camera) * p + translation_of(c.world_to_camera);
     return {c.fx * q[0] / q[2] + c.cx, c.fy * q[1] / q[2] + c.cy, q[2]};
 }
 
@@ -68,10 +65,11 @@ TEST(CameraPose, OpenGlAndOpenCvAreInverse) {
     for (std::size_t i = 0; i < 16; ++i)
         EXPECT_NEAR(back.value()[i], camera.world_to_camera[i], 1e-12);
     // A camera of OpenGL at the origin looks along -z with y up.
-    const auto cv = opencv_from_opengl({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
+    const auto cv = opencv_from_opengl(kNoPose);
     ASSERT_OK(cv.status());
     EXPECT_EQ(cv.value()[5], -1);
     EXPECT_EQ(cv.value()[10], -1);
+    EXPECT_FALSE(std::signbit(cv.value()[3])) << "the origin, and no -0 in files";
 }
 
 TEST(CameraPose, PosesRoundedToFloatsKeepTheirPlaces) {

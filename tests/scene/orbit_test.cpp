@@ -14,7 +14,7 @@ namespace {
 constexpr float kOpaque = 4, kFaint = -6;  ///< logits: 0.98, and below 1/255
 
 void add(Gaussians& scene, const Vec3& mean, float opacity_logit = kOpaque) {
-    for (const double value : mean) scene.means.push_back(static_cast<float>(value));
+    for (std::size_t k = 0; k < 3; ++k) scene.means.push_back(static_cast<float>(mean[k]));
     scene.log_scales.insert(scene.log_scales.end(), 3, -5.0F);
     scene.rotations.insert(scene.rotations.end(), {1, 0, 0, 0});
     scene.opacity_logits.push_back(opacity_logit);
@@ -34,13 +34,8 @@ Gaussians guitar() {
 double fill_of(const Camera& c, const Gaussians& scene) {
     double most = 0;
     for (std::size_t i = 0; i < scene.count(); ++i) {
-        Vec3 q;
-        for (std::size_t row = 0; row < 3; ++row) {
-            q[row] = c.world_to_camera[row * 4 + 3];
-            for (std::size_t k = 0; k < 3; ++k)
-                q[row] +=
-                    c.world_to_camera[row * 4 + k] * static_cast<double>(scene.means[3 * i + k]);
-        }
+        const Vec3 mean = glm::make_vec3(&scene.means[3 * i]);
+        const Vec3 q = rotation_of(c.world_to_camera) * mean + translation_of(c.world_to_camera);
         if (!(q[2] > 0)) return INFINITY;
         most = std::max({most, std::abs(c.fx * q[0] / q[2]) / (0.5 * c.width),
                          std::abs(c.fy * q[1] / q[2]) / (0.5 * c.height)});
@@ -110,7 +105,7 @@ TEST(Orbit, BeginsBeforeTheSceneAndAboveIt) {
             EXPECT_OK(check_camera(camera));
             const Vec3 eye = camera_center(camera);
             EXPECT_LT(eye[1], 2) << "above: -y is up";
-            const double far = length(minus(eye, {1, 2, 3}));
+            const double far = glm::distance(eye, Vec3(1, 2, 3));
             EXPECT_NEAR(far, distance > 0 ? distance : far, 1e-9);
         }
         EXPECT_NEAR(camera_center(cameras.value()[0])[0], 1, 1e-9);

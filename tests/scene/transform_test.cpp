@@ -21,32 +21,17 @@ Similarity sample_similarity() {
 }
 
 Mat3 matrix_of(const Quaternion& q) {
-    const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    return rotation_matrix({q[0] / size, q[1] / size, q[2] / size, q[3] / size});
+    return glm::mat3_cast(glm::normalize(q));
 }
 
 /// R S S R^T of Gaussian i.
 Mat3 covariance(const Gaussians& g, std::size_t i) {
-    const Mat3 r = rotation_matrix(
-        {static_cast<double>(g.rotations[i * 4]), static_cast<double>(g.rotations[i * 4 + 1]),
-         static_cast<double>(g.rotations[i * 4 + 2]), static_cast<double>(g.rotations[i * 4 + 3])});
-    Mat3 sigma{};
-    for (std::size_t a = 0; a < 3; ++a)
-        for (std::size_t b = 0; b < 3; ++b)
-            for (std::size_t k = 0; k < 3; ++k)
-                sigma[a][b] +=
-                    r[a][k] * std::exp(2 * static_cast<double>(g.log_scales[i * 3 + k])) * r[b][k];
-    return sigma;
-}
-
-/// m sigma m^T.
-Mat3 turned(const Mat3& m, const Mat3& sigma) {
-    Mat3 result{};
-    for (std::size_t a = 0; a < 3; ++a)
-        for (std::size_t b = 0; b < 3; ++b)
-            for (std::size_t k = 0; k < 3; ++k)
-                for (std::size_t l = 0; l < 3; ++l) result[a][b] += m[a][k] * sigma[k][l] * m[b][l];
-    return result;
+    const float* const q = &g.rotations[i * 4];
+    const Mat3 r = glm::mat3_cast(Quaternion(glm::quat(q[0], q[1], q[2], q[3])));
+    Mat3 squares(1);
+    for (std::size_t k = 0; k < 3; ++k)
+        squares[k][k] = std::exp(2 * static_cast<double>(g.log_scales[i * 3 + k]));
+    return r * squares * glm::transpose(r);
 }
 
 void expect_near(const Mat3& a, const Mat3& b, double bound) {
@@ -55,10 +40,9 @@ void expect_near(const Mat3& a, const Mat3& b, double bound) {
 }
 
 TEST(Sh, BasisIsOrthonormalUnderItsOwnTransform) {
-    const Mat3 identity = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     auto scene = sample_scene(1, 3);
     const auto before = scene.sh;
-    ShTransform(identity).apply(scene.sh.data(), 3);
+    ShTransform(Mat3(1)).apply(scene.sh.data(), 3);
     EXPECT_LT(test::max_difference(scene.sh, before), 1e-6);
 }
 
@@ -71,7 +55,7 @@ TEST(Sh, ColoursTurnWithTheScene) {
         for (std::size_t i = 0; i < before.count(); ++i)
             for (const Vec3& d : kDirections) {
                 const auto expected = sh_color(before, i, d);
-                const auto got = sh_color(after, i, product(turn, d));
+                const auto got = sh_color(after, i, turn * d);
                 for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(got[c], expected[c], 2e-6);
             }
     }
@@ -84,13 +68,11 @@ TEST(Transform, MovesMeansAndCovariances) {
     auto after = before;
     ASSERT_OK(transform(after, s));
     for (std::size_t i = 0; i < before.count(); ++i) {
-        const Vec3 mean = product(turn, {static_cast<double>(before.means[i * 3]),
-                                         static_cast<double>(before.means[i * 3 + 1]),
-                                         static_cast<double>(before.means[i * 3 + 2])});
-        for (std::size_t k = 0; k < 3; ++k)
-            EXPECT_NEAR(after.means[i * 3 + k], s.scale * mean[k] + s.translation[k], 1e-5);
-        Mat3 expected = turned(turn, covariance(before, i));
-        for (Vec3& row : expected) row = scaled(row, s.scale * s.scale);
+        const Vec3 mean = glm::make_vec3(&before.means[i * 3]);
+        const Vec3 moved = s.scale * (turn * mean) + s.translation;
+        for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(after.means[i * 3 + k], moved[k], 1e-5);
+        const Mat3 expected =
+            s.scale * s.scale * (turn * covariance(before, i) * glm::transpose(turn));
         expect_near(covariance(after, i), expected, 1e-5 * (1 + expected[0][0] + expected[1][1]));
     }
 }
@@ -159,11 +141,10 @@ TEST(Frame, MirrorsMeansCovariancesAndColours) {
             for (std::size_t k = 0; k < 3; ++k)
                 EXPECT_EQ(after.means[i * 3 + k],
                           static_cast<float>(mirror[k][k]) * before.means[i * 3 + k]);
-            expect_near(covariance(after, i), turned(mirror, covariance(before, i)), 1e-6);
+            expect_near(covariance(after, i), mirror * covariance(before, i) * mirror, 1e-6);
             for (const Vec3& d : kDirections)
                 for (std::size_t c = 0; c < 3; ++c)
-                    EXPECT_NEAR(sh_color(after, i, product(mirror, d))[c],
-                                sh_color(before, i, d)[c], 1e-6)
+                    EXPECT_NEAR(sh_color(after, i, mirror * d)[c], sh_color(before, i, d)[c], 1e-6)
                         << frame_name(frame);
         }
         auto by_matrix = before.sh;

@@ -13,10 +13,7 @@ TEST(Object, FitsInTheBall) {
         double most = 0;
         for (const Solid& solid : solids) {
             most = std::max(most, reach(solid, {0, 0, 0}));
-            for (const double value : solid.color) {
-                EXPECT_GE(value, 0);
-                EXPECT_LE(value, 1);
-            }
+            EXPECT_EQ(glm::clamp(solid.color, 0.0, 1.0), solid.color);
         }
         EXPECT_NEAR(most, 0.5, 1e-9) << i;
     }

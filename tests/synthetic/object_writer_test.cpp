@@ -139,7 +139,7 @@ TEST(ObjectWriter, CamerasLookAtTheOriginFromEverywhere) {
         const scene::Camera camera = view_camera(desc, Split::kTrain, 0, view);
         ASSERT_OK(scene::check_camera(camera));
         const Vec3 eye = scene::camera_center(camera);
-        EXPECT_NEAR(scene::length(eye), 1.3, 1e-12);
+        EXPECT_NEAR(glm::length(eye), 1.3, 1e-12);
         const auto& m = camera.world_to_camera;
         EXPECT_NEAR(m[3], 0, 1e-12) << "the origin is in the middle of the image";
         EXPECT_NEAR(m[7], 0, 1e-12);

@@ -34,7 +34,7 @@ TEST(RayCaster, DepthAndNormalsOfABallAreExact) {
         for (std::uint32_t x = 0; x < 48; ++x) {
             const Vec3 d = {(x + 0.5 - camera.cx) / camera.fx, (y + 0.5 - camera.cy) / camera.fy,
                             1};
-            const double a = scene::dot(d, d);
+            const double a = glm::dot(d, d);
             const double b = -1.3;  // d . (eye - center) with the centre 1.3 ahead
             const double discriminant = b * b - a * (1.3 * 1.3 - 0.16);
             const std::size_t i = y * 48 + x;

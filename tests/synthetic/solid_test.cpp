@@ -7,14 +7,12 @@
 namespace splat::synthetic {
 namespace {
 
-using scene::dot;
-using scene::minus;
-using scene::scaled;
+using glm::dot;
 
 constexpr Vec3 kColor = {1, 0, 0};
 
 Ray towards(const Vec3& origin, const Vec3& target) {
-    return {origin, minus(target, origin)};
+    return {origin, target - origin};
 }
 
 TEST(Solid, BoxIsEnteredAtItsFaces) {
@@ -80,7 +78,7 @@ TEST(Solid, EllipsoidIsExact) {
     const auto hit = enter(ball, {{1 + 0.5, 10, 0}, {0, -1, 0}});
     ASSERT_TRUE(hit);
     EXPECT_NEAR(10 - hit->distance, 2 * std::sqrt(0.75), 1e-12);
-    EXPECT_NEAR(scene::length(hit->normal), 1, 1e-12);
+    EXPECT_NEAR(glm::length(hit->normal), 1, 1e-12);
     EXPECT_NEAR(hit->normal[0] / hit->normal[1], 0.5 / (2 * std::sqrt(0.75) / 4), 1e-12);
     EXPECT_NEAR(support(ball, {0, 0, 1}), 3, 1e-12);
 }
@@ -95,13 +93,10 @@ TEST(Solid, MovesAndTurnsWithItsHull) {
     for (const Solid& solid : solids) {
         const Vec3 about = {0.3, -0.2, 0.7};
         const Vec3 center = {1, 2, 3};
-        Solid other = moved(turned(solid, about_z(0.4), about), center, 2.5);
+        Solid other = moved(turned(solid, turn_about(2, 0.4), about), center, 2.5);
         find_hull(other);
         const auto there = [&](const Vec3& p) {
-            const Vec3 r = scene::product(about_z(0.4), minus(p, about));
-            return scaled({r[0] + about[0] - center[0], r[1] + about[1] - center[1],
-                           r[2] + about[2] - center[2]},
-                          2.5);
+            return (turn_about(2, 0.4) * (p - about) + about - center) * 2.5;
         };
         int hits = 0;
         for (int i = 0; i < 200; ++i) {
@@ -113,7 +108,7 @@ TEST(Solid, MovesAndTurnsWithItsHull) {
             if (!a) continue;
             ++hits;
             EXPECT_NEAR(a->distance, b->distance, 1e-9);
-            const Vec3 turned_normal = scene::product(about_z(0.4), a->normal);
+            const Vec3 turned_normal = turn_about(2, 0.4) * a->normal;
             EXPECT_NEAR(dot(turned_normal, b->normal), 1, 1e-9);
             const Ray ray = towards(there(from), there(to));
             for (const Vec3& axis : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}, Vec3{-1, 0, 0}}) {

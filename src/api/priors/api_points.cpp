@@ -30,7 +30,7 @@ Status check_count_of_points(std::uint64_t count) {
 
 void fill_points(const Points& from, float* to) {
     for (const scene::Vec3& point : from)
-        for (const double x : point) *to++ = static_cast<float>(x);
+        for (std::size_t k = 0; k < 3; ++k) *to++ = static_cast<float>(point[k]);
 }
 
 /// Takes `count` points of a file: random ones of a mesh's surface, or evenly spaced ones of a point cloud.

@@ -15,7 +15,7 @@ using namespace splat;
 namespace {
 
 scene::Vec3 vec3(const double* values) {
-    return {values[0], values[1], values[2]};
+    return glm::make_vec3(values);
 }
 
 Result<scene::OrbitOptions> orbit_options(const splat_orbit_desc* desc) {

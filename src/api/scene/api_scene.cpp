@@ -94,9 +94,9 @@ splat_scene_info info_of(const scene::Statistics& s) {
     splat_scene_info info{};
     info.sh_degree = s.sh_degree;
     info.count = s.count;
-    std::copy(s.bounds.low.begin(), s.bounds.low.end(), info.low);
-    std::copy(s.bounds.high.begin(), s.bounds.high.end(), info.high);
-    std::copy(s.center.begin(), s.center.end(), info.center);
+    std::copy_n(glm::value_ptr(s.bounds.low), 3, info.low);
+    std::copy_n(glm::value_ptr(s.bounds.high), 3, info.high);
+    std::copy_n(glm::value_ptr(s.center), 3, info.center);
     info.radius = s.radius;
     info.scale_min = s.scales.min;
     info.scale_max = s.scales.max;
@@ -199,8 +199,9 @@ splat_result splat_scene_transform(splat_scene scene, const splat_similarity* si
     return replace(scene, [&](const scene::Gaussians& from) -> Result<scene::Gaussians> {
         SPLAT_TRY(api::require(similarity, "similarity"));
         scene::Similarity s;
-        std::copy_n(similarity->rotation, 4, s.rotation.begin());
-        std::copy_n(similarity->translation, 3, s.translation.begin());
+        const double* const q = similarity->rotation;
+        s.rotation = {q[0], q[1], q[2], q[3]};
+        s.translation = glm::make_vec3(similarity->translation);
         s.scale = similarity->scale;
         scene::Gaussians moved = from;
         SPLAT_TRY(scene::transform(moved, s));

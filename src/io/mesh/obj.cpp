@@ -60,10 +60,8 @@ class ObjReader {
 
     Status read_vertex(Words& words) {
         scene::Vec3 vertex;
-        for (double& x : vertex) {
-            SPLAT_TRY(words.read(x, "coordinate"));
-            if (!std::isfinite(x)) return lines_.bad("a coordinate is not finite");
-        }
+        for (std::size_t k = 0; k < 3; ++k) SPLAT_TRY(words.read(vertex[k], "coordinate"));
+        if (!scene::is_finite(vertex)) return lines_.bad("a coordinate is not finite");
         // Indices of triangles have 32 bits.
         if (mesh_.vertices.size() == std::numeric_limits<std::uint32_t>::max())
             return error(Code::kUnsupported, "OBJ line %zu: more than 2^32 - 1 vertices",

@@ -4,7 +4,8 @@
 #include "priors_model/onnx_slots.h"
 
 int main() {
-    for (const splat::priors_model::OrtPlace& place : splat::priors_model::ort_places())
-        std::printf("%s %zu\n", place.name, place.place);
+#define SPLAT_PRINT(place, result, name, parameters) std::printf("%s %d\n", #name, place);
+    SPLAT_ORT_SLOTS(SPLAT_PRINT)
+#undef SPLAT_PRINT
     return 0;
 }

@@ -7,6 +7,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/matrix.hpp>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -142,39 +145,24 @@ std::vector<float> depth_points(const PointsOptions& options) {
     return points;
 }
 
-/// Throws a Failure of bad data unless `r`, row by row, turns without scaling or mirroring.
-void check_rotation(const std::string& path, const double (&r)[9]) {
+/// Throws a Failure of bad data unless `turn` turns without scaling or mirroring.
+void check_rotation(const std::string& path, const glm::dmat3& turn) {
     constexpr double kTolerance = 1e-3;
+    const glm::dmat3 products = turn * glm::transpose(turn);
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j <= i; ++j) {
             const int expected = i == j ? 1 : 0;
-            double product = 0;
-            for (int k = 0; k < 3; ++k) product += r[3 * i + k] * r[3 * j + k];
-            if (!(std::abs(product - expected) <= kTolerance))
-                throw Failure(kBadData,
-                              format("'%s' is no pose: the product of rows %d and %d of its "
-                                     "rotation is %g, expected %d within %g",
-                                     path.c_str(), j + 1, i + 1, product, expected, kTolerance));
+            if (!(std::abs(products[i][j] - expected) <= kTolerance))
+                throw Failure(
+                    kBadData,
+                    format("'%s' is no pose: the product of rows %d and %d of its "
+                           "rotation is %g, expected %d within %g",
+                           path.c_str(), j + 1, i + 1, products[i][j], expected, kTolerance));
         }
-    const double determinant = r[0] * (r[4] * r[8] - r[5] * r[7]) -
-                               r[1] * (r[3] * r[8] - r[5] * r[6]) +
-                               r[2] * (r[3] * r[7] - r[4] * r[6]);
-    if (determinant < 0)
+    if (glm::determinant(turn) < 0)
         throw Failure(kBadData, "'" + path +
                                     "' is no pose: the determinant of its rotation is -1, "
                                     "expected 1; an axis is mirrored");
-}
-
-/// w, x, y, z of a rotation, row by row.
-void set_rotation(const double (&r)[9], double (&quaternion)[4]) {
-    const double traces[4] = {r[0] + r[4] + r[8], r[0] - r[4] - r[8], r[4] - r[0] - r[8],
-                              r[8] - r[0] - r[4]};
-    const auto largest = static_cast<int>(std::max_element(traces, traces + 4) - traces);
-    const double wx = r[7] - r[5], wy = r[2] - r[6], wz = r[3] - r[1];
-    const double xy = r[3] + r[1], xz = r[2] + r[6], yz = r[7] + r[5];
-    const double d = 1 + traces[largest];
-    const double all[4][4] = {{d, wx, wy, wz}, {wx, d, xy, xz}, {wy, xy, d, yz}, {wz, xz, yz, d}};
-    std::copy_n(all[largest], 4, quaternion);  // any length
 }
 
 /// The numbers of a pose. Throws a Failure of bad data.
@@ -200,13 +188,10 @@ std::vector<double> load_pose(const std::string& path) {
 
 void move_to_world(const std::string& path, splat_scene scene) {
     const std::vector<double> pose = load_pose(path);
-    splat_similarity to_world{};
-    const double rotation[9] = {pose[0], pose[1], pose[2], pose[4], pose[5],
-                                pose[6], pose[8], pose[9], pose[10]};
-    check_rotation(path, rotation);
-    set_rotation(rotation, to_world.rotation);
-    for (int i = 0; i < 3; ++i) to_world.translation[i] = pose[4 * i + 3];
-    to_world.scale = 1;
+    const glm::dmat3 turn = glm::transpose(glm::dmat3(glm::make_mat4(pose.data())));
+    check_rotation(path, turn);
+    const glm::dquat q = glm::quat_cast(turn);
+    const splat_similarity to_world = {{q.w, q.x, q.y, q.z}, {pose[3], pose[7], pose[11]}, 1};
     check(splat_scene_transform(scene, &to_world), kBadData);
 }
 

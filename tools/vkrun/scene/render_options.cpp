@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "raster_constants.h"
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/failure.h"
 #include "vkrun/cli/files.h"
@@ -14,14 +15,18 @@
 namespace vkrun {
 namespace {
 
+using splat::raster::kFarGsplat;
+using splat::raster::kNear3dgs;
+using splat::raster::kNearGsplat;
+
 /// Checks --near and --far, each also against what the library takes for the other where it is not given.
 void check_planes(const RenderOptions& options) {
     for (const auto& [name, plane] :
          {std::pair{"--near", options.near_plane}, std::pair{"--far", options.far_plane}})
         if (plane) check_number(name, static_cast<double>(*plane), 1e-6, 1e30);
-    const float usual_near = options.convention == "gsplat" ? 0.01F : 0.2F;
+    const float usual_near = options.convention == "gsplat" ? kNearGsplat : kNear3dgs;
     const auto near = static_cast<double>(options.near_plane.value_or(usual_near));
-    const auto far = static_cast<double>(options.far_plane.value_or(1e10F));
+    const auto far = static_cast<double>(options.far_plane.value_or(kFarGsplat));
     if (far > near) return;
     if (!options.far_plane)
         throw Failure(kUsageError, format("--near is %g, expected less than --far, %g by default; "
@@ -128,7 +133,8 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
                      std::string(kLenientHelp) + ", and\nof cameras more than 1e6 radii away");
     command
         .add_option("--near", options.near_plane,
-                    "Near plane, in scene units; default: 0.2, with\n--convention gsplat 0.01")
+                    format("Near plane, in scene units; default: %g, with\n--convention gsplat %g",
+                           static_cast<double>(kNear3dgs), static_cast<double>(kNearGsplat)))
         ->type_name("X");
     command.add_option("--far", options.far_plane, "Far plane, in scene units; default: 1e10")
         ->type_name("X");

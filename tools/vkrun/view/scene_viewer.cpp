@@ -1,8 +1,10 @@
 #include "vkrun/view/scene_viewer.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/matrix.hpp>
 #include <optional>
 
 #include "vkrun/cli/svg.h"
@@ -19,49 +21,32 @@ Json pose_json(const splat_camera& camera) {
             {"world_to_camera", std::vector<double>(m, m + 12)}};
 }
 
-using Point = std::array<double, 3>;
-
-double inner(const Point& a, const Point& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Point cross(const Point& a, const Point& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
 /// The point that all cameras look at, if there is one. With eyes e and axes d it is the nearest to all axes:
 /// sum (I - d d') (x - e) = 0. The middle of a scene with stray Gaussians lies beside its object.
-std::optional<Point> common_target(const std::vector<splat_camera>& cameras) {
+std::optional<glm::dvec3> common_target(const std::vector<splat_camera>& cameras) {
     constexpr double kLeast = 1e-3;  ///< least determinant: two axes 4 degrees apart
     constexpr double kMiss = 0.05;   ///< how far an axis may pass by, as a part of the depth
-    std::vector<std::pair<Point, Point>> axes;
-    std::array<Point, 3> matrix{};
-    Point right{};
+    std::vector<std::pair<glm::dvec3, glm::dvec3>> axes;
+    glm::dmat3 matrix(0);
+    glm::dvec3 right(0);
     for (const splat_camera& camera : cameras) {
-        const double* const m = camera.world_to_camera;
-        const Point d = {m[8], m[9], m[10]};
-        Point e{};
-        for (std::size_t i = 0; i < 3; ++i)
-            e[i] = -m[i] * m[3] - m[4 + i] * m[7] - m[8 + i] * m[11];
-        for (std::size_t i = 0; i < 3; ++i)
-            for (std::size_t j = 0; j < 3; ++j) {
-                const double part = (i == j ? 1 : 0) - d[i] * d[j];
-                matrix[i][j] += part;
-                right[i] += part * e[j];
-            }
+        const glm::dmat4 rows = glm::make_mat4(camera.world_to_camera);
+        const glm::dvec3 d(rows[2]), shift(rows[0][3], rows[1][3], rows[2][3]);
+        const glm::dvec3 e = -(glm::dmat3(rows) * shift);
+        const glm::dmat3 part = glm::dmat3(1) - glm::outerProduct(d, d);
+        matrix += part;
+        for (int k = 0; k < 3; ++k) right += part[k] * e[k];
         axes.emplace_back(e, d);
     }
-    const double determinant = inner(matrix[0], cross(matrix[1], matrix[2]));
+    const double determinant = glm::determinant(matrix);
     if (!(determinant > kLeast * std::pow(static_cast<double>(cameras.size()), 3)))
         return std::nullopt;
-    const Point x = {inner(right, cross(matrix[1], matrix[2])) / determinant,
-                     inner(matrix[0], cross(right, matrix[2])) / determinant,
-                     inner(matrix[0], cross(matrix[1], right)) / determinant};
-    for (const auto& [e, d] : axes) {
-        const Point to = {x[0] - e[0], x[1] - e[1], x[2] - e[2]};
-        const Point beside = cross(to, d);
-        if (!(std::sqrt(inner(beside, beside)) < kMiss * inner(to, d))) return std::nullopt;
-    }
+    const glm::dvec3 x = glm::dvec3(glm::dot(right, glm::cross(matrix[1], matrix[2])),
+                                    glm::dot(matrix[0], glm::cross(right, matrix[2])),
+                                    glm::dot(matrix[0], glm::cross(matrix[1], right))) /
+                         determinant;
+    for (const auto& [e, d] : axes)
+        if (!(glm::length(glm::cross(x - e, d)) < kMiss * glm::dot(x - e, d))) return std::nullopt;
     return x;
 }
 
@@ -84,7 +69,8 @@ ViewerFacts add_viewer(HtmlPage& page, ScenePayload payload, const ViewerOptions
     facts["background"] = options.background;
     facts["up"] = options.up;
     facts["turning"] = options.turning;
-    if (const auto target = common_target(options.cameras)) facts["center"] = *target;
+    if (const auto target = common_target(options.cameras))
+        facts["center"] = {target->x, target->y, target->z};
     facts["poses"] = Json::array();
     for (const std::size_t i : view_numbers(options.cameras.size()))
         facts["poses"].push_back(pose_json(options.cameras[i]));
