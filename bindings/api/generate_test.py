@@ -142,18 +142,12 @@ class CheckedIn(unittest.TestCase):
             self.assertEqual(run_generate(folder=copied).returncode, 0)
             self.assertEqual((copied / "api.json").read_text(encoding="utf-8"), text)
 
-    def test_c_compiler_sees_the_same_layouts_values_and_signatures(self) -> None:
+    def test_c_compiler_sees_the_same_types_values_and_signatures(self) -> None:
         lines = ["#include <splat.h>", "#include <stddef.h>"]
         equal = "_Static_assert({} == {}, \"{}\");".format
         for struct in self.api["structs"]:
             name = struct["name"]
-            lines.append(equal(f"sizeof({name})", struct["size"], name))
-            lines.append(equal(f"_Alignof({name})", struct["align"], name))
             for field in struct["fields"]:
-                place = f"{name}, {field['name']}"
-                member = f"(({name}*)0)->{field['name']}"
-                lines.append(equal(f"offsetof({place})", field["offset"], place))
-                lines.append(equal(f"sizeof({member})", field["size"], place))
                 stars = "" if field["count"] is None else f"[{field['count']}]"
                 lines.append(f"void at_{name}_{field['name']}({name}* s) {{ "
                              f"{c_type(field)} (*p){stars} = &s->{field['name']}; "

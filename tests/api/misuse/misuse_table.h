@@ -1,6 +1,15 @@
 #pragma once
 
+#include <unistd.h>
+
+#include <any>
+#include <filesystem>
 #include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <tuple>
+#include <typeindex>
 
 #include "api/raster_calls.h"
 
@@ -21,76 +30,88 @@ struct Misuse {
     std::function<splat_result()> call;
 };
 
-/// Outputs of the calls. A failed call leaves them unchanged.
-struct Outputs {
-    Outputs();
-    [[nodiscard]] bool untouched() const;
+/// Outputs of the calls, one of each type. A failed call leaves them unchanged.
+class Outputs {
+  public:
+    template <class Value>
+    Value* of() {
+        std::unique_ptr<Any>& held = held_[typeid(Value)];
+        if (held == nullptr) held = std::make_unique<Held<Value>>();
+        return static_cast<Held<Value>&>(*held).output.out();
+    }
+    [[nodiscard]] bool untouched() const {
+        for (const auto& [type, held] : held_)
+            if (!held->untouched()) return false;
+        return true;
+    }
 
-    Output<splat_device> device;
-    Output<splat_tensor> tensor;
-    Output<splat_op> op;
-    Output<splat_scene> scene;
-    Output<splat_rasterizer> rasterizer;
-    Output<splat_raster_state> state;
-    Output<splat_weights> weights;
-    Output<splat_model> model;
-    Output<splat_model_info> model_info;
-    Output<splat_port> port;
-    Output<splat_module> module;
-    Output<splat_evaluator> evaluator;
-    Output<splat_evaluator_info> evaluator_info;
-    Output<splat_object_scores> object_scores;
-    Output<splat_evaluation_summary> summary;
-    Output<splat_comparison> comparison;
-    Output<splat_comparison_info> comparison_info;
-    Output<splat_metric_comparison> metric;
-    Output<splat_predictor> predictor;
-    Output<splat_predictor_info> predictor_info;
-    Output<splat_picture_info> picture_info;
-    Output<splat_trainer> trainer;
-    Output<splat_trainer_info> trainer_info;
-    Output<splat_optimizer> optimizer;
-    Output<splat_optimizer_info> optimizer_info;
-    Output<splat_lpips> lpips;
-    Output<splat_prior_model> prior_model;
-    Output<double> distance;
-    Output<splat_image_scores> image_scores;
-    Output<splat_depth_scores> depth_scores;
-    Output<splat_normal_scores> normal_scores;
-    Output<splat_mask_scores> mask_scores;
-    Output<splat_fidelity_scores> fidelity_scores;
-    Output<splat_point_scores> point_scores;
-    Output<splat_dataset> dataset;
-    Output<splat_batches> batches;
-    Output<splat_training> training;
-    Output<splat_weights_info> weights_info;
-    Output<splat_camera> camera;
-    Output<splat_scene_info> scene_info;
-    Output<splat_rasterizer_info> rasterizer_info;
-    Output<splat_device_info> device_info;
-    Output<splat_memory_info> memory;
-    Output<splat_tensor_info> tensor_info;
-    Output<splat_tensor_stats> stats;
-    Output<float[16]> values;
-    Output<char[16]> text;
-    Output<std::size_t> size;
-    Output<std::uint32_t> count;
-    Output<void*> pointer;
-    Output<DLManagedTensorVersioned*> dlpack;
+  private:
+    struct Any {
+        virtual ~Any() = default;
+        [[nodiscard]] virtual bool untouched() const = 0;
+    };
+    template <class Value>
+    struct Held : Any {
+        Held() {
+            if constexpr (requires(Value value) { value.struct_size; })
+                output.set_struct_size(sizeof(Value));
+        }
+        [[nodiscard]] bool untouched() const override { return output.untouched(); }
+        Output<Value> output;
+    };
+    std::map<std::type_index, std::unique_ptr<Any>> held_;
 };
 
-/// Live and destroyed objects for the calls.
+/// True for the types of handles.
+template <class Type>
+constexpr bool kIsHandle = false;
+#define SPLAT_HANDLE(type) \
+    template <>            \
+    constexpr bool kIsHandle<type> = true;
+#define SPLAT_CALL(...)
+#include "calls.inc"
+#undef SPLAT_HANDLE
+#undef SPLAT_CALL
+
+/// A struct as a later version of the library may have it.
+template <class Known>
+struct Later {
+    Known known;
+    std::uint64_t added[2];
+};
+
+/// A parameter as its annotation describes it.
+struct Parameter {
+    explicit Parameter(const std::string& text);  ///< as calls.inc has it
+
+    std::string name;
+    bool nullable;
+    std::optional<std::uint32_t> flags;    ///< known bits
+    std::optional<std::int32_t> greatest;  ///< of an enum
+};
+
+/// Live and destroyed objects, and the wrong calls: those that follow from the annotations, made from one right
+/// call of each function, and those that are written by hand.
 class MisuseTable {
   public:
     MisuseTable();
+    MisuseTable(const MisuseTable&) = delete;
+    MisuseTable& operator=(const MisuseTable&) = delete;
+    ~MisuseTable() { std::filesystem::remove(image_file_); }
     [[nodiscard]] const std::vector<Misuse>& rows() const { return rows_; }
-
-    Outputs outputs;
+    [[nodiscard]] bool untouched() const { return outputs_.untouched(); }
+    /// The parameters of each function of the headers.
+    [[nodiscard]] const std::map<std::string, std::vector<Parameter>>& functions() const {
+        return functions_;
+    }
 
   private:
+    void keep_objects();
+    void right_descs();
+    void right_calls();
+    void generated_rows();
     void library_rows();
     void device_rows();
-    void device_text_rows();
     void device_desc_rows();
     void tensor_create_rows();
     void tensor_copy_rows();
@@ -156,23 +177,80 @@ class MisuseTable {
     static std::uintptr_t number(Handle handle) {
         return reinterpret_cast<std::uintptr_t>(handle);
     }
+    template <class Value>
+    Value* out() {
+        return outputs_.of<Value>();
+    }
+    float* values_out() { return *out<float[16]>(); }
+    char* text_out() { return *out<char[16]>(); }
+
+    /// Name a live object, and one to destroy, to the rows of wrong handles.
+    template <class Owner>
+    void keep(const Owner& live, Owner destroyed) {
+        objects_[typeid(decltype(live.get()))] = {number(live.get()), number(destroyed.destroy())};
+    }
+    template <class Handle>
+    [[nodiscard]] Handle stale() const {
+        return reinterpret_cast<Handle>(objects_.at(typeid(Handle)).stale);
+    }
+    /// Give the value that pointers to such structs have in right calls.
+    template <class Struct>
+    void good(const Struct& value) {
+        goods_[typeid(Struct)] = std::make_shared<Struct>(value);
+    }
+    template <class Struct>
+    Struct& good();
+    /// Say what right arguments are, where usual() does not, and what a call with a text of no room returns.
+    template <class... Types>
+    void right(const char* function, splat_result (*call)(Types...), splat_result without_room,
+               std::type_identity_t<Types>... arguments) {
+        static_cast<void>(call);
+        rights_[function] = {std::tuple<Types...>(arguments...), without_room};
+    }
+    /// An argument that is right for most functions: objects and structs of this table.
+    template <class Type>
+    Type usual(const Parameter& parameter);
 
     [[nodiscard]] Optimizer make_optimizer(const splat_optimizer_item& item) const;
-    void add(const char* function, const char* parameter, const char* what, splat_result expected,
-             std::function<splat_result()> call);
+    void add(const std::string& function, const std::string& parameter, const char* what,
+             splat_result expected, std::function<splat_result()> call);
+    /// The rows that follow from a function's annotations.
+    template <class Result, class... Types>
+    void follow(const char* function, Result (*call)(Types...),
+                const std::vector<Parameter>& parameters);
+    template <class... Types, std::size_t... I>
+    void follow_each(const char* function, splat_result (*call)(Types...),
+                     const std::vector<Parameter>& parameters, std::index_sequence<I...> indices);
+    /// The rows of one parameter: `call` gives it another value.
+    template <class Type>
+    void wrong(const std::string& function, const Parameter& parameter, Type given,
+               std::function<splat_result(Type)> call);
     /// All invalid handles of the kind: NULL, destroyed, of other kinds, never created.
     template <class Handle>
-    void handles(const char* function, const char* parameter,
-                 std::function<splat_result(Handle)> call, splat_result for_null);
-    /// An info or stats struct: NULL, and sizes of no version.
+    void handles(const std::string& function, const std::string& parameter,
+                 std::function<splat_result(Handle)> call, std::optional<splat_result> for_null);
+    /// An info or stats struct: sizes of no version.
     template <class Info>
-    void infos(const char* function, const char* parameter,
+    void infos(const std::string& function, const std::string& parameter,
                std::function<splat_result(Info*)> call);
-    /// A desc: the same, unknown flags, and a next that is not NULL.
+    /// A struct that is read: the same, unknown flags, a next that is not NULL, a reserved member.
     template <class Desc>
-    void descs(const char* function, const Desc& good,
+    void descs(const std::string& function, const std::string& parameter, const Desc& good,
                std::function<splat_result(const Desc*)> call);
+    /// A buffer, capacity and needed: NULL and 0.
+    void texts(const char* function, const std::function<splat_result(bool, std::size_t)>& call,
+               splat_result without_room);
 
+    struct Object {
+        std::uintptr_t live, stale;
+    };
+    struct Right {
+        std::any arguments;
+        splat_result without_room;
+    };
+    Outputs outputs_;
+    const std::string image_file_ = std::filesystem::temp_directory_path() /
+                                    ("splat-misuse-" + std::to_string(::getpid()) + ".png");
     Device device_ = open_device(SPLAT_DEVICE_PROFILE);
     Tensor tensor_ = make_tensor(device_, {4}, "mine");
     Tensor matrix_ = make_tensor(device_, {2, 2});
@@ -199,142 +277,30 @@ class MisuseTable {
     Training training_ = make_training(device_);
     Evaluator evaluator_ = make_evaluator(dataset_);
     Comparison comparison_ = make_comparison();
-    std::uintptr_t stale_device_ = 0;
-    std::uintptr_t stale_tensor_ = 0;
-    std::uintptr_t stale_op_ = 0;
-    std::uintptr_t stale_scene_ = 0;
-    std::uintptr_t stale_rasterizer_ = 0;
-    std::uintptr_t stale_state_ = 0;
-    std::uintptr_t stale_weights_ = 0;
-    std::uintptr_t stale_model_ = 0;
-    std::uintptr_t stale_module_ = 0;
-    std::uintptr_t stale_predictor_ = 0;
-    std::uintptr_t stale_evaluator_ = 0;
-    std::uintptr_t stale_comparison_ = 0;
-    std::uintptr_t stale_trainer_ = 0;
-    std::uintptr_t stale_optimizer_ = 0;
-    std::uintptr_t stale_dataset_ = 0;
-    std::uintptr_t stale_batches_ = 0;
-    std::uintptr_t stale_training_ = 0;
+    std::map<std::type_index, Object> objects_;
+    std::map<std::type_index, std::shared_ptr<void>> goods_;
+    std::map<std::string, Right> rights_;
+    std::map<std::string, std::vector<Parameter>> functions_;
     std::vector<Misuse> rows_;
 };
 
-/// A struct as a later version of the library may have it.
-template <class Known>
-struct Later {
-    Known known;
-    std::uint64_t added[2];
-};
-
 template <class Handle>
-void MisuseTable::handles(const char* function, const char* parameter,
-                          std::function<splat_result(Handle)> call, splat_result for_null) {
-    add(function, parameter, "NULL", for_null, [call] { return call(nullptr); });
-    constexpr bool device = std::is_same_v<Handle, splat_device>;
-    constexpr bool tensor = std::is_same_v<Handle, splat_tensor>;
-    constexpr bool op = std::is_same_v<Handle, splat_op>;
-    constexpr bool scene = std::is_same_v<Handle, splat_scene>;
-    constexpr bool rasterizer = std::is_same_v<Handle, splat_rasterizer>;
-    constexpr bool state = std::is_same_v<Handle, splat_raster_state>;
-    constexpr bool weights = std::is_same_v<Handle, splat_weights>;
-    constexpr bool model = std::is_same_v<Handle, splat_model>;
-    constexpr bool module = std::is_same_v<Handle, splat_module>;
-    constexpr bool predictor = std::is_same_v<Handle, splat_predictor>;
-    constexpr bool evaluator = std::is_same_v<Handle, splat_evaluator>;
-    constexpr bool comparison = std::is_same_v<Handle, splat_comparison>;
-    constexpr bool trainer = std::is_same_v<Handle, splat_trainer>;
-    constexpr bool optimizer = std::is_same_v<Handle, splat_optimizer>;
-    constexpr bool dataset = std::is_same_v<Handle, splat_dataset>;
-    constexpr bool batches = std::is_same_v<Handle, splat_batches>;
-    constexpr bool training = std::is_same_v<Handle, splat_training>;
+void MisuseTable::handles(const std::string& function, const std::string& parameter,
+                          std::function<splat_result(Handle)> call,
+                          std::optional<splat_result> for_null) {
+    if (for_null) add(function, parameter, "NULL", *for_null, [call] { return call(nullptr); });
     const auto bad = [&](const char* what, std::uintptr_t key) {
-        add(function, parameter, what, SPLAT_ERROR_INVALID_HANDLE,
+        add(function, parameter, what, kHandle,
             [call, key] { return call(reinterpret_cast<Handle>(key)); });
     };
-    if (!device) bad("a device", number(device_.get()));
-    if (!tensor) bad("a tensor", number(tensor_.get()));
-    if (!op) bad("an operator", number(op_.get()));
-    if (!scene) bad("a scene", number(scene_.get()));
-    if (!rasterizer) bad("a rasterizer", number(rasterizer_.get()));
-    if (!state) bad("a state", number(state_.get()));
-    if (!weights) bad("weights", number(weights_.get()));
-    if (!model) bad("a model", number(model_.get()));
-    if (!module) bad("a module", number(module_.get()));
-    if (!predictor) bad("a predictor", number(predictor_.get()));
-    if (!evaluator) bad("an evaluator", number(evaluator_.get()));
-    if (!comparison) bad("a comparison", number(comparison_.get()));
-    if (!trainer) bad("a trainer", number(trainer_.get()));
-    if (!optimizer) bad("an optimizer", number(optimizer_.get()));
-    if (!dataset) bad("a data set", number(dataset_.get()));
-    if (!batches) bad("batches", number(batches_.get()));
-    if (!training) bad("a training", number(training_.get()));
-    bad("a destroyed device", stale_device_);
-    bad("a destroyed tensor", stale_tensor_);
-    bad("a destroyed operator", stale_op_);
-    bad("a destroyed scene", stale_scene_);
-    bad("a destroyed rasterizer", stale_rasterizer_);
-    bad("a destroyed state", stale_state_);
-    bad("destroyed weights", stale_weights_);
-    bad("a destroyed model", stale_model_);
-    bad("a destroyed module", stale_module_);
-    bad("a destroyed predictor", stale_predictor_);
-    bad("a destroyed evaluator", stale_evaluator_);
-    bad("a destroyed comparison", stale_comparison_);
-    bad("a destroyed trainer", stale_trainer_);
-    bad("a destroyed optimizer", stale_optimizer_);
-    bad("a destroyed data set", stale_dataset_);
-    bad("destroyed batches", stale_batches_);
-    bad("a destroyed training", stale_training_);
+    for (const auto& [type, object] : objects_) {
+        if (type != typeid(Handle)) bad("a handle of another kind", object.live);
+        bad("a destroyed handle", object.stale);
+    }
     bad("a small number", 1);
     bad("an address", number(&rows_));
     bad("all ones", ~std::uintptr_t{0});
     bad("a handle not yet given", number(op_.get()) + (1U << 20));
-}
-
-template <class Info>
-void MisuseTable::infos(const char* function, const char* parameter,
-                        std::function<splat_result(Info*)> call) {
-    add(function, parameter, "NULL", SPLAT_ERROR_INVALID_ARGUMENT,
-        [call] { return call(nullptr); });
-    for (const std::size_t size : {std::size_t{0}, std::size_t{4}, sizeof(Info) - 1})
-        add(function, parameter, "a struct_size of no version", SPLAT_ERROR_INVALID_ARGUMENT,
-            [call, size] {
-                Output<Info> info;
-                info.set_struct_size(static_cast<std::uint32_t>(size));
-                const splat_result result = call(info.out());
-                return info.untouched() ? result : SPLAT_ERROR_INTERNAL;
-            });
-    add(function, parameter, "a struct_size beyond all versions", SPLAT_ERROR_INVALID_ARGUMENT,
-        [call] {
-            Output<Info> info;
-            info.set_struct_size(0x7FFFFFFFU);
-            return call(info.out());
-        });
-}
-
-template <class Desc>
-void MisuseTable::descs(const char* function, const Desc& good,
-                        std::function<splat_result(const Desc*)> call) {
-    const auto invalid = [&](const char* what, void (*change)(Desc&)) {
-        Desc desc = good;
-        change(desc);
-        add(function, "desc", what, SPLAT_ERROR_INVALID_ARGUMENT,
-            [call, desc] { return call(&desc); });
-    };
-    invalid("struct_size 0", [](Desc& desc) { desc.struct_size = 0; });
-    invalid("struct_size beyond all versions", [](Desc& desc) { desc.struct_size = 0x7FFFFFFFU; });
-    const Later<Desc> later = {good, {0, 1}};
-    add(function, "desc", "a member of a later version", SPLAT_ERROR_UNSUPPORTED, [call, later] {
-        Later<Desc> given = later;
-        given.known.struct_size = sizeof given;
-        return call(&given.known);
-    });
-    invalid("struct_size cut", [](Desc& desc) { desc.struct_size -= 1; });
-    invalid("unknown flags", [](Desc& desc) { desc.flags |= 1U << 31; });
-    invalid("unknown flags", [](Desc& desc) { desc.flags |= 1U << 20; });
-    invalid("a next", [](Desc& desc) { desc.next = &desc; });
-    if constexpr (requires { good.reserved; })
-        invalid("a reserved member", [](Desc& desc) { desc.reserved = 1; });
 }
 
 }  // namespace splat::test

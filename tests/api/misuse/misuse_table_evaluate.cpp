@@ -14,9 +14,8 @@ void MisuseTable::evaluator_rows() {
     good.dataset = dataset_;
     good.method = "mine";
     const auto create = [this](const splat_evaluator_desc* desc) {
-        return splat_evaluator_create(desc, outputs.evaluator.out());
+        return splat_evaluator_create(desc, out<splat_evaluator>());
     };
-    descs<splat_evaluator_desc>("splat_evaluator_create", good, create);
     const auto invalid = [&](const char* what, splat_result expected,
                              const std::function<void(splat_evaluator_desc&)>& change) {
         splat_evaluator_desc desc = good;
@@ -24,7 +23,6 @@ void MisuseTable::evaluator_rows() {
         add("splat_evaluator_create", "desc", what, expected,
             [create, desc] { return create(&desc); });
     };
-    add("splat_evaluator_create", "desc", "NULL", kArgument, [create] { return create(nullptr); });
     invalid("neither predictor nor method", kArgument, [](auto& d) { d.method = nullptr; });
     invalid("a data set and a path", kArgument, [](auto& d) { d.data_path = "cars"; });
     invalid("a split with a data set", kArgument, [](auto& d) { d.split = "test"; });
@@ -38,91 +36,34 @@ void MisuseTable::evaluator_rows() {
     invalid("no data set without a predictor", kArgument, [](auto& d) { d.dataset = nullptr; });
     invalid("a count without conditioning views", kArgument,
             [](auto& d) { d.conditioning_count = 1; });
-    invalid("no predictor", kHandle,
-            [this](auto& d) { d.predictor = reinterpret_cast<splat_predictor>(stale_predictor_); });
+    invalid("no predictor", kHandle, [this](auto& d) { d.predictor = stale<splat_predictor>(); });
     invalid("no LPIPS", kHandle,
-            [this](auto& d) { d.lpips = reinterpret_cast<splat_lpips>(stale_predictor_); });
-    invalid("no data set", kHandle,
-            [this](auto& d) { d.dataset = reinterpret_cast<splat_dataset>(stale_dataset_); });
+            [this](auto& d) { d.lpips = reinterpret_cast<splat_lpips>(stale<splat_predictor>()); });
+    invalid("no data set", kHandle, [this](auto& d) { d.dataset = stale<splat_dataset>(); });
     invalid("a data set of another resolution", kArgument,
             [this](auto& d) { d.predictor = predictor_; });
-    add("splat_evaluator_create", "evaluator", "NULL", kArgument,
-        [good] { return splat_evaluator_create(&good, nullptr); });
-    handles<splat_evaluator>(
-        "splat_evaluator_get_info", "evaluator",
-        [this](splat_evaluator e) {
-            return splat_evaluator_get_info(e, outputs.evaluator_info.out());
-        },
-        kHandle);
-    infos<splat_evaluator_info>(
-        "splat_evaluator_get_info", "info",
-        [this](splat_evaluator_info* info) { return splat_evaluator_get_info(evaluator_, info); });
-    handles<splat_evaluator>(
-        "splat_evaluator_summary", "evaluator",
-        [this](splat_evaluator e) { return splat_evaluator_summary(e, outputs.summary.out()); },
-        kHandle);
-    infos<splat_evaluation_summary>("splat_evaluator_summary", "summary",
-                                    [this](splat_evaluation_summary* summary) {
-                                        return splat_evaluator_summary(evaluator_, summary);
-                                    });
-    handles<splat_evaluator>(
-        "splat_evaluator_report", "evaluator",
-        [this](splat_evaluator e) {
-            return splat_evaluator_report(e, *outputs.text.out(), 16, outputs.size.out());
-        },
-        kHandle);
-    for (const char* parameter : {"buffer", "capacity", "needed"})
-        add("splat_evaluator_report", parameter, "NULL or 0", SPLAT_INCOMPLETE,
-            [this] { return splat_evaluator_report(evaluator_, nullptr, 0, nullptr); });
-    handles<splat_evaluator>(
-        "splat_evaluator_save", "evaluator",
-        [](splat_evaluator e) { return splat_evaluator_save(e, "/nowhere"); }, kHandle);
-    add("splat_evaluator_save", "folder", "NULL", kArgument,
-        [this] { return splat_evaluator_save(evaluator_, nullptr); });
     add("splat_evaluator_save", "folder", "that cannot be made", SPLAT_ERROR_IO,
         [this] { return splat_evaluator_save(evaluator_, "/dev/null/eval"); });
-    handles<splat_evaluator>("splat_evaluator_destroy", "evaluator", splat_evaluator_destroy,
-                             SPLAT_OK);
 }
 
 void MisuseTable::evaluator_load_rows() {
-    handles<splat_evaluator>(
-        "splat_evaluator_load", "evaluator",
-        [](splat_evaluator e) { return splat_evaluator_load(e, "/nowhere"); }, kHandle);
-    add("splat_evaluator_load", "folder", "NULL", kArgument,
-        [this] { return splat_evaluator_load(evaluator_, nullptr); });
     add("splat_evaluator_load", "folder", "without scores", kNotFound,
         [this] { return splat_evaluator_load(evaluator_, "/nowhere"); });
 }
 
 void MisuseTable::evaluator_score_rows() {
-    handles<splat_evaluator>(
-        "splat_evaluator_score", "evaluator",
-        [this](splat_evaluator e) {
-            return splat_evaluator_score(e, 0, outputs.object_scores.out());
-        },
-        kHandle);
     add("splat_evaluator_score", "evaluator", "of the caller's images", kState,
-        [this] { return splat_evaluator_score(evaluator_, 0, outputs.object_scores.out()); });
+        [this] { return splat_evaluator_score(evaluator_, 0, out<splat_object_scores>()); });
     const auto images = [this](std::uint32_t object, const float* given, std::uint64_t count) {
         return splat_evaluator_score_images(evaluator_, object, given, count,
-                                            outputs.object_scores.out());
+                                            out<splat_object_scores>());
     };
-    handles<splat_evaluator>(
-        "splat_evaluator_score_images", "evaluator",
-        [this](splat_evaluator e) {
-            return splat_evaluator_score_images(e, 0, kImages, kNumbers,
-                                                outputs.object_scores.out());
-        },
-        kHandle);
-    add("splat_evaluator_score_images", "images", "NULL", kArgument,
-        [images] { return images(0, nullptr, kNumbers); });
     for (const std::uint64_t count : {std::uint64_t{0}, kNumbers - 1})
         add("splat_evaluator_score_images", "count", "too small", SPLAT_ERROR_SHAPE_MISMATCH,
             [images, count] { return images(0, kImages, count); });
     for (const std::uint32_t object : {2U, UINT32_MAX}) {
         add("splat_evaluator_score", "object", "beyond the last", kState, [this, object] {
-            return splat_evaluator_score(evaluator_, object, outputs.object_scores.out());
+            return splat_evaluator_score(evaluator_, object, out<splat_object_scores>());
         });
         add("splat_evaluator_score_images", "object", "beyond the last", kArgument,
             [images, object] { return images(object, kImages, kNumbers); });
@@ -147,15 +88,6 @@ void MisuseTable::evaluator_score_rows() {
                 return splat_evaluator_read(evaluator_, 0, &views);
             });
     }
-    handles<splat_evaluator>(
-        "splat_evaluator_read", "evaluator",
-        [](splat_evaluator e) {
-            auto views = sized<splat_evaluated_views>();
-            return splat_evaluator_read(e, 0, &views);
-        },
-        kHandle);
-    add("splat_evaluator_read", "views", "NULL", kArgument,
-        [this] { return splat_evaluator_read(evaluator_, 0, nullptr); });
     add("splat_evaluator_read", "views", "an array that is too short", kArgument, [this] {
         auto views = sized<splat_evaluated_views>();
         std::uint32_t numbers[2];
@@ -174,10 +106,8 @@ void MisuseTable::evaluator_score_rows() {
 
 void MisuseTable::comparison_rows() {
     const auto compare = [this](const splat_compare_desc* desc) {
-        return splat_compare_scores(desc, outputs.comparison.out());
+        return splat_compare_scores(desc, out<splat_comparison>());
     };
-    descs<splat_compare_desc>("splat_compare_scores", compare_desc(), compare);
-    add("splat_compare_scores", "desc", "NULL", kArgument, [compare] { return compare(nullptr); });
     const auto invalid = [&](const char* what, splat_result expected,
                              void (*change)(splat_compare_desc&)) {
         splat_compare_desc desc = compare_desc();
@@ -195,35 +125,9 @@ void MisuseTable::comparison_rows() {
     invalid("an object twice", kArgument, [](auto& d) { d.b = {nullptr, twice, 2}; });
     invalid("other objects", kNotFound, [](auto& d) { d.b = {nullptr, others, 1}; });
     invalid("no file", kNotFound, [](auto& d) { d.b = {"/nowhere/scores.txt", nullptr, 0}; });
-    add("splat_compare_scores", "comparison", "NULL", kArgument, [] {
-        const splat_compare_desc desc = compare_desc();
-        return splat_compare_scores(&desc, nullptr);
-    });
-    handles<splat_comparison>(
-        "splat_comparison_get_info", "comparison",
-        [this](splat_comparison c) {
-            return splat_comparison_get_info(c, outputs.comparison_info.out());
-        },
-        kHandle);
-    infos<splat_comparison_info>("splat_comparison_get_info", "info",
-                                 [this](splat_comparison_info* info) {
-                                     return splat_comparison_get_info(comparison_, info);
-                                 });
-    handles<splat_comparison>(
-        "splat_comparison_metric", "comparison",
-        [this](splat_comparison c) { return splat_comparison_metric(c, 0, outputs.metric.out()); },
-        kHandle);
-    infos<splat_metric_comparison>("splat_comparison_metric", "metric",
-                                   [this](splat_metric_comparison* metric) {
-                                       return splat_comparison_metric(comparison_, 0, metric);
-                                   });
-    handles<splat_comparison>(
-        "splat_comparison_samples", "comparison",
-        [](splat_comparison c) { return splat_comparison_samples(c, 0, nullptr, 0, nullptr, 0); },
-        kHandle);
     for (const std::uint32_t index : {3U, UINT32_MAX}) {
         add("splat_comparison_metric", "index", "beyond the last", kArgument, [this, index] {
-            return splat_comparison_metric(comparison_, index, outputs.metric.out());
+            return splat_comparison_metric(comparison_, index, out<splat_metric_comparison>());
         });
         add("splat_comparison_samples", "index", "beyond the last", kArgument, [this, index] {
             return splat_comparison_samples(comparison_, index, nullptr, 0, nullptr, 0);
@@ -240,17 +144,6 @@ void MisuseTable::comparison_rows() {
         double b[2];
         return splat_comparison_samples(comparison_, 0, nullptr, 0, b, 1);
     });
-    handles<splat_comparison>(
-        "splat_comparison_report", "comparison",
-        [this](splat_comparison c) {
-            return splat_comparison_report(c, *outputs.text.out(), 16, outputs.size.out());
-        },
-        kHandle);
-    for (const char* parameter : {"buffer", "capacity", "needed"})
-        add("splat_comparison_report", parameter, "NULL or 0", SPLAT_INCOMPLETE,
-            [this] { return splat_comparison_report(comparison_, nullptr, 0, nullptr); });
-    handles<splat_comparison>("splat_comparison_destroy", "comparison", splat_comparison_destroy,
-                              SPLAT_OK);
 }
 
 }  // namespace splat::test

@@ -15,53 +15,11 @@ Optimizer MisuseTable::make_optimizer(const splat_optimizer_item& item) const {
 }
 
 void MisuseTable::optimizer_rows() {
-    handles<splat_optimizer>(
-        "splat_optimizer_step", "optimizer",
-        [this](splat_optimizer o) { return splat_optimizer_step(o, outputs.optimizer_info.out()); },
-        kHandle);
-    handles<splat_optimizer>("splat_optimizer_zero_gradients", "optimizer",
-                             splat_optimizer_zero_gradients, kHandle);
-    handles<splat_optimizer>(
-        "splat_optimizer_set_rate", "optimizer",
-        [](splat_optimizer o) { return splat_optimizer_set_rate(o, 1); }, kHandle);
     for (const double rate : {-1.0, static_cast<double>(NAN), static_cast<double>(INFINITY)})
         add("splat_optimizer_set_rate", "rate", "out of range", kArgument,
             [this, rate] { return splat_optimizer_set_rate(optimizer_, rate); });
-    handles<splat_optimizer>(
-        "splat_optimizer_get_info", "optimizer",
-        [this](splat_optimizer o) {
-            return splat_optimizer_get_info(o, outputs.optimizer_info.out());
-        },
-        kHandle);
-    infos<splat_optimizer_info>(
-        "splat_optimizer_get_info", "info",
-        [this](splat_optimizer_info* info) { return splat_optimizer_get_info(optimizer_, info); });
-    add("splat_optimizer_step", "info", "a struct_size of no version", kArgument, [this] {
-        splat_optimizer_info info{};
-        return splat_optimizer_step(optimizer_, &info);
-    });
-    handles<splat_optimizer>(
-        "splat_optimizer_store", "optimizer",
-        [this](splat_optimizer o) { return splat_optimizer_store(o, outputs.weights.out()); },
-        kHandle);
-    add("splat_optimizer_store", "weights", "NULL", kArgument,
-        [this] { return splat_optimizer_store(optimizer_, nullptr); });
-    handles<splat_optimizer>(
-        "splat_optimizer_save", "optimizer",
-        [this](splat_optimizer o) { return splat_optimizer_save(o, outputs.weights.out()); },
-        kHandle);
-    add("splat_optimizer_save", "state", "NULL", kArgument,
-        [this] { return splat_optimizer_save(optimizer_, nullptr); });
-    handles<splat_optimizer>(
-        "splat_optimizer_load", "optimizer",
-        [this](splat_optimizer o) { return splat_optimizer_load(o, weights_); }, kHandle);
-    handles<splat_weights>(
-        "splat_optimizer_load", "state",
-        [this](splat_weights w) { return splat_optimizer_load(optimizer_, w); }, kHandle);
     add("splat_optimizer_load", "state", "weights without a state", kArgument,
         [this] { return splat_optimizer_load(optimizer_, weights_); });
-    handles<splat_optimizer>("splat_optimizer_destroy", "optimizer", splat_optimizer_destroy,
-                             SPLAT_OK);
 }
 
 void MisuseTable::optimizer_desc_rows() {
@@ -69,18 +27,8 @@ void MisuseTable::optimizer_desc_rows() {
     good.items = &item_;
     good.item_count = 1;
     const auto create = [this](const splat_optimizer_desc* desc) {
-        return splat_optimizer_create(device_, desc, outputs.optimizer.out());
+        return splat_optimizer_create(device_, desc, out<splat_optimizer>());
     };
-    add("splat_optimizer_create", "desc", "NULL", kArgument, [create] { return create(nullptr); });
-    descs<splat_optimizer_desc>("splat_optimizer_create", good, create);
-    handles<splat_device>(
-        "splat_optimizer_create", "device",
-        [this, good](splat_device d) {
-            return splat_optimizer_create(d, &good, outputs.optimizer.out());
-        },
-        kHandle);
-    add("splat_optimizer_create", "optimizer", "NULL", kArgument,
-        [this, good] { return splat_optimizer_create(device_, &good, nullptr); });
     using Desc = splat_optimizer_desc;
     const auto invalid = [&](const char* what, void (*change)(Desc&)) {
         Desc desc = good;
@@ -121,7 +69,7 @@ void MisuseTable::optimizer_desc_rows() {
          {"a", nullptr, nullptr, matrix_, tensor_});
     item("a model without gradients", kState, {nullptr, model_, nullptr, nullptr, nullptr});
     item("a destroyed module", kHandle,
-         {nullptr, nullptr, reinterpret_cast<splat_module>(stale_module_), nullptr, nullptr});
+         {nullptr, nullptr, stale<splat_module>(), nullptr, nullptr});
 }
 
 }  // namespace splat::test

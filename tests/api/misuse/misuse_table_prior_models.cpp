@@ -31,10 +31,7 @@ void MisuseTable::prior_rows() {
     add("splat_prior_preset", "name", "NULL: the names", SPLAT_INCOMPLETE,
         [] { return splat_prior_preset(nullptr, nullptr, 0, nullptr); });
     add("splat_prior_preset", "name", "no preset", kNotFound,
-        [this] { return splat_prior_preset("none", *outputs.text.out(), 16, outputs.size.out()); });
-    for (const char* parameter : {"buffer", "capacity", "needed"})
-        add("splat_prior_preset", parameter, "NULL or 0", SPLAT_INCOMPLETE,
-            [] { return splat_prior_preset("u2net", nullptr, 0, nullptr); });
+        [this] { return splat_prior_preset("none", text_out(), 16, out<std::size_t>()); });
     const auto mask = [](const splat_image* picture, const splat_image* to) {
         return splat_picture_mask(picture, to, nullptr);
     };
@@ -70,11 +67,6 @@ void MisuseTable::normals_rows() {
         to.pixels = pixels;
         return splat_normals_from_depth(depth, desc, &to);
     };
-    descs<splat_normals_desc>("splat_normals_from_depth", normals_desc(),
-                              [normals](const splat_normals_desc* desc) {
-                                  const splat_image depth = small_image(1);
-                                  return normals(&depth, desc, 3);
-                              });
     const auto invalid = [&](const char* what, void (*change)(splat_normals_desc&)) {
         splat_normals_desc desc = normals_desc();
         change(desc);
@@ -83,18 +75,12 @@ void MisuseTable::normals_rows() {
             return normals(&depth, &desc, 3);
         });
     };
-    add("splat_normals_from_depth", "desc", "NULL", kArgument, [normals] {
-        const splat_image depth = small_image(1);
-        return normals(&depth, nullptr, 3);
-    });
     invalid("no focal length", [](auto& d) { d.focal_x = 0; });
     invalid("a focal length that is no number", [](auto& d) { d.focal_y = NAN; });
     invalid("a centre that is no number", [](auto& d) { d.center_x = NAN; });
     invalid("farthest before nearest", [](auto& d) { d.nearest = 2, d.farthest = 1; });
     invalid("only farthest", [](auto& d) { d.farthest = 1; });
     const splat_normals_desc good = normals_desc();
-    add("splat_normals_from_depth", "depth", "NULL", kArgument,
-        [normals, good] { return normals(nullptr, &good, 3); });
     add("splat_normals_from_depth", "depth", "three channels", SPLAT_ERROR_SHAPE_MISMATCH,
         [normals, good] {
             const splat_image depth = small_image(3);
@@ -109,10 +95,6 @@ void MisuseTable::normals_rows() {
         desc.nearest = 1, desc.farthest = 2;
         return normals(&depth, &desc, 3);
     });
-    add("splat_normals_from_depth", "normal", "NULL", kArgument, [good] {
-        const splat_image depth = small_image(1);
-        return splat_normals_from_depth(&depth, &good, nullptr);
-    });
     add("splat_normals_from_depth", "normal", "one channel", SPLAT_ERROR_SHAPE_MISMATCH,
         [normals, good] {
             const splat_image depth = small_image(1);
@@ -126,9 +108,8 @@ void MisuseTable::prior_model_rows() {
     good.model_path = "/nowhere/u2net.onnx";
     good.runtime_path = "/nowhere/libonnxruntime.so";
     const auto create = [this](const splat_prior_model_desc* desc) {
-        return splat_prior_model_create(desc, outputs.prior_model.out());
+        return splat_prior_model_create(desc, out<splat_prior_model>());
     };
-    descs<splat_prior_model_desc>("splat_prior_model_create", good, create);
     const auto invalid = [&](const char* what, splat_result expected,
                              void (*change)(splat_prior_model_desc&)) {
         splat_prior_model_desc desc = good;
@@ -136,8 +117,6 @@ void MisuseTable::prior_model_rows() {
         add("splat_prior_model_create", "desc", what, expected,
             [create, desc] { return create(&desc); });
     };
-    add("splat_prior_model_create", "desc", "NULL", kArgument,
-        [create] { return create(nullptr); });
     invalid("no runtime", kNotFound, [](auto&) {});
     invalid("no preset of this name", kNotFound, [](auto& d) { d.preset = "none"; });
     invalid("no preset for this file", kNotFound, [](auto& d) {
@@ -149,32 +128,10 @@ void MisuseTable::prior_model_rows() {
     invalid("JSON without members", kArgument, [](auto& d) { d.preset = "{}"; });
     invalid("JSON that ends early", kArgument, [](auto& d) { d.preset = "{"; });
     invalid("too many threads", kArgument, [](auto& d) { d.threads = UINT32_MAX; });
-    add("splat_prior_model_create", "model", "NULL", kArgument,
-        [good] { return splat_prior_model_create(&good, nullptr); });
-    handles<splat_prior_model>(
-        "splat_prior_model_get_info", "model",
-        [](splat_prior_model model) {
-            auto info = sized<splat_prior_model_info>();
-            return splat_prior_model_get_info(model, &info);
-        },
-        kHandle);
-    infos<splat_prior_model_info>(
-        "splat_prior_model_get_info", "info",
-        [](splat_prior_model_info* info) { return splat_prior_model_get_info(nullptr, info); });
     static const splat_image picture = small_image(3);
     static const splat_prior_maps maps = {{}, {}, small_image(1)};
-    handles<splat_prior_model>(
-        "splat_prior_model_run", "model",
-        [](splat_prior_model model) { return splat_prior_model_run(model, &picture, &maps, 1); },
-        kHandle);
-    add("splat_prior_model_run", "pictures", "NULL", kArgument,
-        [] { return splat_prior_model_run(nullptr, nullptr, &maps, 1); });
-    add("splat_prior_model_run", "maps", "NULL", kArgument,
-        [] { return splat_prior_model_run(nullptr, &picture, nullptr, 1); });
     add("splat_prior_model_run", "count", "0", kArgument,
         [] { return splat_prior_model_run(nullptr, &picture, &maps, 0); });
-    handles<splat_prior_model>("splat_prior_model_destroy", "model", splat_prior_model_destroy,
-                               SPLAT_OK);
 }
 
 }  // namespace splat::test

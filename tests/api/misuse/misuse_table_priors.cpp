@@ -49,63 +49,50 @@ void MisuseTable::prior_score_rows() {
     };
     const splat_image map = map_image(1), vectors = map_image(3), small = map_image(1, 40);
     images("splat_prior_compare_depth", "truth", 1, [this](const auto* a, const auto* b) {
-        return splat_prior_compare_depth(a, b, nullptr, 0, outputs.depth_scores.out());
+        return splat_prior_compare_depth(a, b, nullptr, 0, out<splat_depth_scores>());
     });
     images("splat_prior_compare_normals", "truth", 3, [this](const auto* a, const auto* b) {
-        return splat_prior_compare_normals(a, b, nullptr, 0, outputs.normal_scores.out());
+        return splat_prior_compare_normals(a, b, nullptr, 0, out<splat_normal_scores>());
     });
     images("splat_prior_compare_masks", "alpha", 1, [this](const auto* a, const auto* b) {
-        return splat_prior_compare_masks(a, b, 0, outputs.mask_scores.out());
+        return splat_prior_compare_masks(a, b, 0, out<splat_mask_scores>());
     });
     images("splat_prior_compare_images", "truth", 3, [this](const auto* a, const auto* b) {
-        return splat_prior_compare_images(a, b, 0, outputs.fidelity_scores.out());
+        return splat_prior_compare_images(a, b, 0, out<splat_fidelity_scores>());
     });
     add("splat_prior_compare_images", "truth", "below 41 pixels", SPLAT_ERROR_SHAPE_MISMATCH,
         [=, this] {
-            return splat_prior_compare_images(&small, &small, 0, outputs.fidelity_scores.out());
+            return splat_prior_compare_images(&small, &small, 0, out<splat_fidelity_scores>());
         });
     add("splat_prior_compare_depth", "mask", "another size", SPLAT_ERROR_SHAPE_MISMATCH, [=, this] {
-        return splat_prior_compare_depth(&map, &map, &small, 0, outputs.depth_scores.out());
+        return splat_prior_compare_depth(&map, &map, &small, 0, out<splat_depth_scores>());
     });
     add("splat_prior_compare_depth", "mask", "where every pixel counts", kArgument, [=, this] {
         return splat_prior_compare_depth(&map, &map, &map, SPLAT_DEPTH_AS_PUBLISHED,
-                                         outputs.depth_scores.out());
+                                         out<splat_depth_scores>());
     });
     add("splat_prior_compare_normals", "mask", "another size", SPLAT_ERROR_SHAPE_MISMATCH,
         [=, this] {
             return splat_prior_compare_normals(&vectors, &vectors, &small, 0,
-                                               outputs.normal_scores.out());
+                                               out<splat_normal_scores>());
         });
-    infos<splat_depth_scores>("splat_prior_compare_depth", "scores", [map](auto* scores) {
-        return splat_prior_compare_depth(&map, &map, nullptr, 0, scores);
-    });
-    infos<splat_normal_scores>("splat_prior_compare_normals", "scores", [vectors](auto* scores) {
-        return splat_prior_compare_normals(&vectors, &vectors, nullptr, 0, scores);
-    });
-    infos<splat_mask_scores>("splat_prior_compare_masks", "scores", [map](auto* scores) {
-        return splat_prior_compare_masks(&map, &map, 0, scores);
-    });
-    infos<splat_fidelity_scores>("splat_prior_compare_images", "scores", [map](auto* scores) {
-        return splat_prior_compare_images(&map, &map, 0, scores);
-    });
 }
 
 void MisuseTable::prior_flag_rows() {
     const splat_image map = map_image(1), vectors = map_image(3);
     for (const std::uint32_t flags : {4U, UINT32_MAX}) {
         add("splat_prior_compare_depth", "flags", "unknown", kArgument, [=, this] {
-            return splat_prior_compare_depth(&map, &map, nullptr, flags,
-                                             outputs.depth_scores.out());
+            return splat_prior_compare_depth(&map, &map, nullptr, flags, out<splat_depth_scores>());
         });
         add("splat_prior_compare_normals", "flags", "unknown", kArgument, [=, this] {
             return splat_prior_compare_normals(&vectors, &vectors, nullptr, flags,
-                                               outputs.normal_scores.out());
+                                               out<splat_normal_scores>());
         });
         add("splat_prior_compare_masks", "flags", "unknown", kArgument, [=, this] {
-            return splat_prior_compare_masks(&map, &map, flags, outputs.mask_scores.out());
+            return splat_prior_compare_masks(&map, &map, flags, out<splat_mask_scores>());
         });
         add("splat_prior_compare_images", "flags", "unknown", kArgument, [=, this] {
-            return splat_prior_compare_images(&map, &map, flags, outputs.fidelity_scores.out());
+            return splat_prior_compare_images(&map, &map, flags, out<splat_fidelity_scores>());
         });
     }
 }
@@ -122,12 +109,8 @@ void MisuseTable::prior_filter_rows() {
     for (splat_map_filter kind = SPLAT_MAP_FILTER_CANNY; kind <= SPLAT_MAP_FILTER_OPENING; ++kind)
         add("splat_prior_filter", "map", "not finite", kArgument,
             [=] { return filter(&broken, kind, &good); });
-    add("splat_prior_filter", "map", "NULL", kArgument,
-        [=] { return filter(nullptr, SPLAT_MAP_FILTER_SOBEL, &good); });
     add("splat_prior_filter", "map", "of three channels", SPLAT_ERROR_SHAPE_MISMATCH,
         [=] { return filter(&vectors, SPLAT_MAP_FILTER_SOBEL, &good); });
-    add("splat_prior_filter", "filtered", "NULL", kArgument,
-        [=] { return filter(&good, SPLAT_MAP_FILTER_SOBEL, nullptr); });
     add("splat_prior_filter", "filtered", "another size", SPLAT_ERROR_SHAPE_MISMATCH,
         [=] { return filter(&good, SPLAT_MAP_FILTER_SOBEL, &other); });
     add("splat_prior_filter", "filtered", "two samples in one place", kArgument,
@@ -138,18 +121,13 @@ void MisuseTable::prior_filter_rows() {
 }
 
 void MisuseTable::point_rows() {
-    add("splat_points_from_mesh", "path", "NULL", kArgument,
-        [this] { return splat_points_from_mesh(nullptr, 0, *outputs.values.out(), 3); });
     add("splat_points_from_mesh", "path", "no file", kNotFound,
-        [this] { return splat_points_from_mesh(kNoMesh, 0, *outputs.values.out(), 3); });
+        [this] { return splat_points_from_mesh(kNoMesh, 0, values_out(), 3); });
     add("splat_points_from_mesh", "seed", "of no file", kNotFound,
-        [this] { return splat_points_from_mesh(kNoMesh, UINT64_MAX, *outputs.values.out(), 3); });
-    add("splat_points_from_mesh", "points", "NULL", kArgument,
-        [] { return splat_points_from_mesh(kNoMesh, 0, nullptr, 3); });
+        [this] { return splat_points_from_mesh(kNoMesh, UINT64_MAX, values_out(), 3); });
     for (const std::uint64_t count : {std::uint64_t{4}, UINT64_MAX - 1})
-        add("splat_points_from_mesh", "count", "no multiple of 3", kArgument, [this, count] {
-            return splat_points_from_mesh(kNoMesh, 0, *outputs.values.out(), count);
-        });
+        add("splat_points_from_mesh", "count", "no multiple of 3", kArgument,
+            [this, count] { return splat_points_from_mesh(kNoMesh, 0, values_out(), count); });
     const splat_image depth = map_image(1), other = map_image(1, 40);
     splat_image broken = depth;
     broken.pixels = g_broken_map;
@@ -157,23 +135,18 @@ void MisuseTable::point_rows() {
     splat_camera no_camera = camera;
     no_camera.fx = 0;
     const auto from_depth = [this](const splat_image* image, const splat_camera* of) {
-        return splat_points_from_depth(image, of, *outputs.values.out(), 16, nullptr);
+        return splat_points_from_depth(image, of, values_out(), 16, nullptr);
     };
-    add("splat_points_from_depth", "depth", "NULL", kArgument,
-        [=] { return from_depth(nullptr, &camera); });
     add("splat_points_from_depth", "depth", "not finite", kArgument,
         [=] { return from_depth(&broken, &camera); });
     add("splat_points_from_depth", "depth", "another size", SPLAT_ERROR_SHAPE_MISMATCH,
         [=] { return from_depth(&other, &camera); });
-    add("splat_points_from_depth", "camera", "NULL", kArgument,
-        [=] { return from_depth(&depth, nullptr); });
     add("splat_points_from_depth", "camera", "without a focal length", kArgument,
         [=] { return from_depth(&depth, &no_camera); });
     add("splat_points_from_depth", "points", "NULL with a capacity", SPLAT_INCOMPLETE,
         [=] { return splat_points_from_depth(&depth, &camera, nullptr, 16, nullptr); });
-    add("splat_points_from_depth", "capacity", "too small", SPLAT_INCOMPLETE, [=, this] {
-        return splat_points_from_depth(&depth, &camera, *outputs.values.out(), 2, nullptr);
-    });
+    add("splat_points_from_depth", "capacity", "too small", SPLAT_INCOMPLETE,
+        [=, this] { return splat_points_from_depth(&depth, &camera, values_out(), 2, nullptr); });
     add("splat_points_from_depth", "needed", "NULL", SPLAT_INCOMPLETE,
         [=] { return splat_points_from_depth(&depth, &camera, nullptr, 0, nullptr); });
 }
@@ -182,22 +155,13 @@ void MisuseTable::scene_point_rows() {
     const auto compare = [this](double opacity, const float* points, std::uint64_t count,
                                 double threshold) {
         return splat_scene_compare_points(scene_, opacity, points, count, threshold,
-                                          outputs.point_scores.out());
+                                          out<splat_point_scores>());
     };
-    handles<splat_scene>(
-        "splat_scene_compare_points", "scene",
-        [this](splat_scene scene) {
-            return splat_scene_compare_points(scene, 0, kMisusePoints, 6, 1,
-                                              outputs.point_scores.out());
-        },
-        kHandle);
     for (const double wrong : {-0.5, 1.5, __builtin_nan(""), __builtin_inf()})
         add("splat_scene_compare_points", "min_opacity", "out of range", kArgument,
             [=] { return compare(wrong, kMisusePoints, 6, 1); });
     add("splat_scene_compare_points", "min_opacity", "that no Gaussian has", kArgument,
         [=] { return compare(1, kMisusePoints, 6, 1); });
-    add("splat_scene_compare_points", "points", "NULL", kArgument,
-        [=] { return compare(0, nullptr, 6, 1); });
     add("splat_scene_compare_points", "points", "not finite", kArgument,
         [=] { return compare(0, g_broken_map, 3, 1); });
     for (const std::uint64_t count : {0U, 1U, 5U})
@@ -206,9 +170,6 @@ void MisuseTable::scene_point_rows() {
     for (const double wrong : {0.0, -1.0, __builtin_nan(""), __builtin_inf()})
         add("splat_scene_compare_points", "threshold", "out of range", kArgument,
             [=] { return compare(0, kMisusePoints, 6, wrong); });
-    infos<splat_point_scores>("splat_scene_compare_points", "scores", [this](auto* scores) {
-        return splat_scene_compare_points(scene_, 0, kMisusePoints, 6, 1, scores);
-    });
 }
 
 }  // namespace splat::test

@@ -16,7 +16,7 @@ constexpr const char* kNoRasterFile = "/nonexistent/transforms.json";
 
 void MisuseTable::camera_rows() {
     const auto from_fov = [this](std::uint32_t width, std::uint32_t height, double fov) {
-        return splat_camera_from_fov(width, height, fov, outputs.camera.out());
+        return splat_camera_from_fov(width, height, fov, out<splat_camera>());
     };
     for (const std::uint32_t side : {0U, 16385U, UINT32_MAX}) {
         add("splat_camera_from_fov", "width", "out of range", kArgument,
@@ -27,70 +27,39 @@ void MisuseTable::camera_rows() {
     for (const double fov : {-1.0, 0.0, 3.2, static_cast<double>(NAN)})
         add("splat_camera_from_fov", "fov_x", "out of range", kArgument,
             [from_fov, fov] { return from_fov(8, 8, fov); });
-    add("splat_camera_from_fov", "camera", "NULL", kArgument,
-        [] { return splat_camera_from_fov(8, 8, 0.7, nullptr); });
     using Look = std::array<const double*, 3>;
     const auto look = [this](const char* parameter, const char* what, const Look& at) {
         add("splat_camera_look_at", parameter, what, kArgument,
-            [this, at] { return splat_camera_look_at(outputs.camera.out(), at[0], at[1], at[2]); });
+            [this, at] { return splat_camera_look_at(out<splat_camera>(), at[0], at[1], at[2]); });
     };
-    add("splat_camera_look_at", "camera", "NULL", kArgument,
-        [] { return splat_camera_look_at(nullptr, kEye, kZero, kUp); });
     look("eye", "NULL", {nullptr, kZero, kUp});
     look("target", "NULL", {kEye, nullptr, kUp});
     look("up", "NULL", {kEye, kZero, nullptr});
     look("target", "the eye", {kEye, kEye, kUp});
     look("up", "along the view", {kEye, kZero, kEye});
     look("up", "zero", {kEye, kZero, kZero});
-    add("splat_camera_from_opengl", "camera", "NULL", kArgument,
-        [] { return splat_camera_from_opengl(nullptr, kZero); });
     for (const double* matrix : {static_cast<const double*>(nullptr), kZero + 0})
         add("splat_camera_from_opengl", "camera_to_world", matrix != nullptr ? "zeros" : "NULL",
             kArgument,
-            [this, matrix] { return splat_camera_from_opengl(outputs.camera.out(), matrix); });
-    const splat_camera camera = sample_camera(16, 16);
-    static double unused[16];
-    add("splat_camera_to_opengl", "camera", "NULL", kArgument,
-        [] { return splat_camera_to_opengl(nullptr, unused); });
-    add("splat_camera_to_opengl", "camera_to_world", "NULL", kArgument,
-        [camera] { return splat_camera_to_opengl(&camera, nullptr); });
-    handles<splat_scene>(
-        "splat_camera_orbit", "scene",
-        [this](splat_scene s) { return splat_camera_orbit(s, nullptr, 1, outputs.camera.out()); },
-        kHandle);
-    descs<splat_orbit_desc>("splat_camera_orbit", sized<splat_orbit_desc>(),
-                            [this](const splat_orbit_desc* desc) {
-                                return splat_camera_orbit(scene_, desc, 1, outputs.camera.out());
-                            });
+            [this, matrix] { return splat_camera_from_opengl(out<splat_camera>(), matrix); });
     add("splat_camera_orbit", "count", "0: no cameras", SPLAT_OK,
-        [this] { return splat_camera_orbit(scene_, nullptr, 0, outputs.camera.out()); });
+        [this] { return splat_camera_orbit(scene_, nullptr, 0, out<splat_camera>()); });
     add("splat_camera_orbit", "cameras", "NULL", kArgument,
         [this] { return splat_camera_orbit(scene_, nullptr, 1, nullptr); });
 }
 
 void MisuseTable::camera_file_rows() {
     const auto load = [this](const splat_camera_file_desc* desc) {
-        return splat_camera_load(kNoRasterFile, desc, outputs.camera.out(), 1, outputs.count.out());
+        return splat_camera_load(kNoRasterFile, desc, out<splat_camera>(), 1, out<std::uint32_t>());
     };
     const auto report = [this](const splat_camera_file_desc* desc) {
-        return splat_camera_load_report(kNoRasterFile, desc, *outputs.text.out(), 16,
-                                        outputs.size.out());
+        return splat_camera_load_report(kNoRasterFile, desc, text_out(), 16, out<std::size_t>());
     };
-    const auto good = sized<splat_camera_file_desc>();
-    descs<splat_camera_file_desc>("splat_camera_load", good, load);
-    descs<splat_camera_file_desc>("splat_camera_load_report", good, report);
-    add("splat_camera_load", "path", "NULL", kArgument, [this] {
-        return splat_camera_load(nullptr, nullptr, outputs.camera.out(), 1, outputs.count.out());
-    });
     for (const char* parameter : {"path", "capacity", "count"})
         add("splat_camera_load", parameter, "of a missing file", kNotFound,
             [load] { return load(nullptr); });
     add("splat_camera_load", "cameras", "NULL", kArgument, [this] {
-        return splat_camera_load(kNoRasterFile, nullptr, nullptr, 1, outputs.count.out());
-    });
-    add("splat_camera_load_report", "path", "NULL", kArgument, [this] {
-        return splat_camera_load_report(nullptr, nullptr, *outputs.text.out(), 16,
-                                        outputs.size.out());
+        return splat_camera_load(kNoRasterFile, nullptr, nullptr, 1, out<std::uint32_t>());
     });
     for (const char* parameter : {"path", "buffer", "capacity", "needed"})
         add("splat_camera_load_report", parameter, "of a missing file", kNotFound,
@@ -100,18 +69,8 @@ void MisuseTable::camera_file_rows() {
 void MisuseTable::rasterizer_rows() {
     const splat_rasterizer_desc good = rasterizer_desc(3, 16, 16);
     const auto create = [this](const splat_rasterizer_desc* desc) {
-        return splat_rasterizer_create(device_, desc, outputs.rasterizer.out());
+        return splat_rasterizer_create(device_, desc, out<splat_rasterizer>());
     };
-    add("splat_rasterizer_create", "desc", "NULL", kArgument, [create] { return create(nullptr); });
-    descs<splat_rasterizer_desc>("splat_rasterizer_create", good, create);
-    handles<splat_device>(
-        "splat_rasterizer_create", "device",
-        [this, good](splat_device d) {
-            return splat_rasterizer_create(d, &good, outputs.rasterizer.out());
-        },
-        kHandle);
-    add("splat_rasterizer_create", "rasterizer", "NULL", kArgument,
-        [this, good] { return splat_rasterizer_create(device_, &good, nullptr); });
     const auto invalid = [&](const char* what, splat_result expected,
                              void (*change)(splat_rasterizer_desc&)) {
         splat_rasterizer_desc desc = good;
@@ -139,31 +98,11 @@ void MisuseTable::rasterizer_rows() {
     });
     invalid("bands of direct colours", kArgument,
             [](Desc& d) { d.flags = SPLAT_RASTERIZER_DIRECT_COLORS; });
-    handles<splat_rasterizer>("splat_rasterizer_destroy", "rasterizer", splat_rasterizer_destroy,
-                              SPLAT_OK);
 }
 
 void MisuseTable::rasterizer_forward_rows() {
     const splat_camera good = sample_camera(16, 16);
     const auto gaussians = sized<splat_gaussians_desc>();
-    handles<splat_rasterizer>(
-        "splat_rasterizer_forward_scene", "rasterizer",
-        [this, good](splat_rasterizer r) {
-            return splat_rasterizer_forward_scene(r, nullptr, scene_, &good, 1, nullptr);
-        },
-        kHandle);
-    handles<splat_scene>(
-        "splat_rasterizer_forward_scene", "scene",
-        [this, good](splat_scene s) {
-            return splat_rasterizer_forward_scene(rasterizer_, nullptr, s, &good, 1, nullptr);
-        },
-        kHandle);
-    handles<splat_rasterizer>(
-        "splat_rasterizer_forward", "rasterizer",
-        [gaussians, good](splat_rasterizer r) {
-            return splat_rasterizer_forward(r, nullptr, &gaussians, &good, 1, nullptr);
-        },
-        kHandle);
     const auto both = [this, gaussians](const char* parameter, const char* what,
                                         const splat_camera* camera, std::uint32_t count,
                                         float background) {
@@ -207,9 +146,6 @@ void MisuseTable::rasterizer_forward_rows() {
     const auto forward = [this, good](const splat_gaussians_desc* desc) {
         return splat_rasterizer_forward(rasterizer_, nullptr, desc, &good, 1, nullptr);
     };
-    add("splat_rasterizer_forward", "gaussians", "NULL", kArgument,
-        [forward] { return forward(nullptr); });
-    descs<splat_gaussians_desc>("splat_rasterizer_forward", gaussians, forward);
     add("splat_rasterizer_forward", "gaussians", "without means", kArgument,
         [this, forward, gaussians] {
             splat_gaussians_desc desc = gaussians;
@@ -219,20 +155,8 @@ void MisuseTable::rasterizer_forward_rows() {
 }
 
 void MisuseTable::raster_state_rows() {
-    handles<splat_rasterizer>(
-        "splat_raster_state_create", "rasterizer",
-        [this](splat_rasterizer r) { return splat_raster_state_create(r, outputs.state.out()); },
-        kHandle);
-    add("splat_raster_state_create", "state", "NULL", kArgument,
-        [this] { return splat_raster_state_create(rasterizer_, nullptr); });
-    handles<splat_raster_state>("splat_raster_state_destroy", "state", splat_raster_state_destroy,
-                                SPLAT_OK);
-    // NULL is right, but would draw.
     const auto states = [this](const char* function,
                                const std::function<splat_result(splat_raster_state)>& call) {
-        handles<splat_raster_state>(
-            function, "state",
-            [call](splat_raster_state s) { return s == nullptr ? SPLAT_OK : call(s); }, SPLAT_OK);
         add(function, "state", "of another rasterizer", kArgument,
             [this, call] { return call(foreign_state_); });
     };
@@ -247,8 +171,7 @@ void MisuseTable::raster_state_rows() {
         return splat_rasterizer_output(rasterizer_, s, SPLAT_OUTPUT_RGB, tensor_);
     });
     states("splat_rasterizer_read", [this](splat_raster_state s) {
-        return splat_rasterizer_read(rasterizer_, s, SPLAT_OUTPUT_DEPTHS, *outputs.values.out(),
-                                     64);
+        return splat_rasterizer_read(rasterizer_, s, SPLAT_OUTPUT_DEPTHS, values_out(), 64);
     });
     states("splat_rasterizer_read_images", [this](splat_raster_state s) {
         return splat_rasterizer_read_images(rasterizer_, s, SPLAT_OUTPUT_RGB, 0, nullptr, 0);
@@ -264,12 +187,6 @@ void MisuseTable::raster_state_rows() {
 }
 
 void MisuseTable::rasterizer_image_rows() {
-    handles<splat_rasterizer>(
-        "splat_rasterizer_read_images", "rasterizer",
-        [](splat_rasterizer r) {
-            return splat_rasterizer_read_images(r, nullptr, SPLAT_OUTPUT_RGB, 0, nullptr, 0);
-        },
-        kHandle);
     const auto read = [this](splat_output output, std::uint32_t first, const splat_image& image) {
         return splat_rasterizer_read_images(drawn_, nullptr, output, first, &image, 1);
     };
@@ -279,9 +196,6 @@ void MisuseTable::rasterizer_image_rows() {
          {INT32_MIN, 0, 12, INT32_MAX, static_cast<splat_output>(SPLAT_OUTPUT_RADII)})
         add("splat_rasterizer_read_images", "output", "no image", kArgument,
             [read, good, output] { return read(output, 0, good); });
-    add("splat_rasterizer_read_images", "images", "NULL", kArgument, [this] {
-        return splat_rasterizer_read_images(rasterizer_, nullptr, SPLAT_OUTPUT_RGB, 0, nullptr, 1);
-    });
     for (const char* parameter : {"first", "count"}) {
         add("splat_rasterizer_read_images", parameter, "before a forward call", kState, [this] {
             const splat_image none{};
@@ -316,24 +230,10 @@ void MisuseTable::scene_render_rows() {
                                   const splat_image* to) {
         return splat_scene_render(scene_, device_, from, 1, desc, to);
     };
-    handles<splat_scene>(
-        kRender, "scene",
-        [=, this](splat_scene s) {
-            return splat_scene_render(s, device_, &camera, 1, nullptr, &good);
-        },
-        kHandle);
-    handles<splat_device>(
-        kRender, "device",
-        [=, this](splat_device d) {
-            return splat_scene_render(scene_, d, &camera, 1, nullptr, &good);
-        },
-        SPLAT_OK);
     add(kRender, "count", "0: no views", SPLAT_OK,
         [this] { return splat_scene_render(scene_, device_, nullptr, 0, nullptr, nullptr); });
     add(kRender, "cameras", "NULL", kArgument, [=] { return render(nullptr, nullptr, &good); });
     add(kRender, "images", "NULL", kArgument, [=] { return render(&camera, nullptr, nullptr); });
-    descs<Desc>(kRender, sized<Desc>(),
-                [=](const Desc* desc) { return render(&camera, desc, &good); });
     const auto invalid = [&](const char* what, void (*change)(Desc&)) {
         Desc desc = sized<Desc>();
         change(desc);
@@ -358,68 +258,28 @@ void MisuseTable::scene_render_rows() {
 }
 
 void MisuseTable::rasterizer_output_rows() {
-    handles<splat_rasterizer>(
-        "splat_rasterizer_output", "rasterizer",
-        [this](splat_rasterizer r) {
-            return splat_rasterizer_output(r, nullptr, SPLAT_OUTPUT_RGB, tensor_);
-        },
-        kHandle);
-    handles<splat_tensor>(
-        "splat_rasterizer_output", "tensor",
-        [this](splat_tensor t) {
-            return splat_rasterizer_output(rasterizer_, nullptr, SPLAT_OUTPUT_RGB, t);
-        },
-        kHandle);
-    handles<splat_rasterizer>(
-        "splat_rasterizer_read", "rasterizer",
-        [this](splat_rasterizer r) {
-            return splat_rasterizer_read(r, nullptr, SPLAT_OUTPUT_ALPHA, *outputs.values.out(), 64);
-        },
-        kHandle);
     for (const splat_output output : {INT32_MIN, -1, 0, 12, INT32_MAX}) {
         add("splat_rasterizer_output", "output", "none", kArgument, [this, output] {
             return splat_rasterizer_output(rasterizer_, nullptr, output, tensor_);
         });
         add("splat_rasterizer_read", "output", "none", kArgument, [this, output] {
-            return splat_rasterizer_read(rasterizer_, nullptr, output, *outputs.values.out(), 64);
+            return splat_rasterizer_read(rasterizer_, nullptr, output, values_out(), 64);
         });
     }
     add("splat_rasterizer_output", "tensor", "of another shape", SPLAT_ERROR_SHAPE_MISMATCH,
         [this] { return splat_rasterizer_output(drawn_, nullptr, SPLAT_OUTPUT_RGB, tensor_); });
-    add("splat_rasterizer_read", "values", "NULL", kArgument, [this] {
-        return splat_rasterizer_read(rasterizer_, nullptr, SPLAT_OUTPUT_DEPTHS, nullptr, 64);
-    });
     add("splat_rasterizer_read", "bytes", "too few", kArgument, [this] {
-        return splat_rasterizer_read(drawn_, nullptr, SPLAT_OUTPUT_DEPTHS, *outputs.values.out(),
-                                     11);
+        return splat_rasterizer_read(drawn_, nullptr, SPLAT_OUTPUT_DEPTHS, values_out(), 11);
     });
     add("splat_rasterizer_read", "rasterizer", "before a forward call", kState, [this] {
-        return splat_rasterizer_read(rasterizer_, nullptr, SPLAT_OUTPUT_DEPTHS,
-                                     *outputs.values.out(), 64);
+        return splat_rasterizer_read(rasterizer_, nullptr, SPLAT_OUTPUT_DEPTHS, values_out(), 64);
     });
     const auto backward = [this](const splat_gradients_desc* desc) {
         return splat_rasterizer_backward(rasterizer_, nullptr, desc);
     };
     const auto good = sized<splat_gradients_desc>();
-    handles<splat_rasterizer>(
-        "splat_rasterizer_backward", "rasterizer",
-        [good](splat_rasterizer r) { return splat_rasterizer_backward(r, nullptr, &good); },
-        kHandle);
-    add("splat_rasterizer_backward", "gradients", "NULL", kArgument,
-        [backward] { return backward(nullptr); });
-    descs<splat_gradients_desc>("splat_rasterizer_backward", good, backward);
     add("splat_rasterizer_backward", "gradients", "before a forward call", kState,
         [backward, good] { return backward(&good); });
-    handles<splat_rasterizer>(
-        "splat_rasterizer_get_info", "rasterizer",
-        [this](splat_rasterizer r) {
-            return splat_rasterizer_get_info(r, nullptr, outputs.rasterizer_info.out());
-        },
-        kHandle);
-    infos<splat_rasterizer_info>("splat_rasterizer_get_info", "info",
-                                 [this](splat_rasterizer_info* info) {
-                                     return splat_rasterizer_get_info(rasterizer_, nullptr, info);
-                                 });
 }
 
 }  // namespace splat::test

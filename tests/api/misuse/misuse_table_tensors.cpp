@@ -13,14 +13,14 @@ void MisuseTable::tensor_create_rows() {
     const auto from_host = [this](splat_device device, const splat_tensor_desc* desc,
                                   const void* data, std::size_t bytes,
                                   const std::int64_t* strides) {
-        return splat_tensor_from_host(device, desc, data, bytes, strides, outputs.tensor.out());
+        return splat_tensor_from_host(device, desc, data, bytes, strides, out<splat_tensor>());
     };
     const auto both = [&](const char* parameter, const char* what, splat_result expected,
                           const splat_tensor_desc* desc) {
         const bool null = desc == nullptr;
         const splat_tensor_desc copy = null ? good : *desc;
         add("splat_tensor_create", parameter, what, expected, [this, null, copy] {
-            return splat_tensor_create(device_, null ? nullptr : &copy, outputs.tensor.out());
+            return splat_tensor_create(device_, null ? nullptr : &copy, out<splat_tensor>());
         });
         add("splat_tensor_from_host", parameter, what, expected, [this, from_host, null, copy] {
             return from_host(device_, null ? nullptr : &copy, kFour, sizeof kFour, nullptr);
@@ -38,30 +38,6 @@ void MisuseTable::tensor_create_rows() {
     invalid("a negative dtype", [](splat_tensor_desc& desc) { desc.dtype = -1; });
     invalid("no elements", [](splat_tensor_desc& desc) { desc.dims[0] = 0; });
     invalid("too many elements", [](splat_tensor_desc& desc) { desc.dims[0] = INT64_MAX; });
-    descs<splat_tensor_desc>("splat_tensor_create", good, [this](const splat_tensor_desc* desc) {
-        return splat_tensor_create(device_, desc, outputs.tensor.out());
-    });
-    descs<splat_tensor_desc>("splat_tensor_from_host", good,
-                             [this, from_host](const splat_tensor_desc* desc) {
-                                 return from_host(device_, desc, kFour, sizeof kFour, nullptr);
-                             });
-    handles<splat_device>(
-        "splat_tensor_create", "device",
-        [this, good](splat_device d) {
-            return splat_tensor_create(d, &good, outputs.tensor.out());
-        },
-        kHandle);
-    handles<splat_device>(
-        "splat_tensor_from_host", "device",
-        [from_host, good](splat_device d) {
-            return from_host(d, &good, kFour, sizeof kFour, nullptr);
-        },
-        kHandle);
-    add("splat_tensor_create", "tensor", "NULL", kArgument,
-        [this, good] { return splat_tensor_create(device_, &good, nullptr); });
-    add("splat_tensor_from_host", "tensor", "NULL", kArgument, [this, good] {
-        return splat_tensor_from_host(device_, &good, kFour, sizeof kFour, nullptr, nullptr);
-    });
 }
 
 void MisuseTable::tensor_copy_rows() {
@@ -74,13 +50,13 @@ void MisuseTable::tensor_copy_rows() {
          }},
         {"splat_tensor_read",
          [this](bool null, std::size_t bytes, const std::int64_t* strides) {
-             void* const data = *outputs.values.out();
+             void* const data = values_out();
              return splat_tensor_read(tensor_, null ? nullptr : data, bytes, strides);
          }},
         {"splat_tensor_from_host",
          [this, good](bool null, std::size_t bytes, const std::int64_t* strides) {
              return splat_tensor_from_host(device_, &good, null ? nullptr : kFour, bytes, strides,
-                                           outputs.tensor.out());
+                                           out<splat_tensor>());
          }},
     };
     for (const auto& [name, function] : copies) {
@@ -93,88 +69,29 @@ void MisuseTable::tensor_copy_rows() {
             add(name, "strides", "outside the memory given", kArgument,
                 [copy, stride] { return copy(false, 16, &stride); });
     }
-    handles<splat_tensor>(
-        "splat_tensor_write", "tensor",
-        [](splat_tensor t) { return splat_tensor_write(t, kFour, sizeof kFour, nullptr); },
-        kHandle);
-    handles<splat_tensor>(
-        "splat_tensor_read", "tensor",
-        [this](splat_tensor t) { return splat_tensor_read(t, *outputs.values.out(), 64, nullptr); },
-        kHandle);
 }
 
 void MisuseTable::tensor_rows() {
-    handles<splat_tensor>(
-        "splat_tensor_map", "tensor",
-        [this](splat_tensor t) {
-            return splat_tensor_map(t, SPLAT_ACCESS_READ, outputs.pointer.out(),
-                                    outputs.size.out());
-        },
-        kHandle);
     for (const splat_access access : {INT32_MIN, -1, 0, 4, INT32_MAX})
         for (const char* parameter : {"access", "bytes"})
             add("splat_tensor_map", parameter, "with an unknown access", kArgument, [this, access] {
-                return splat_tensor_map(tensor_, access, outputs.pointer.out(), outputs.size.out());
+                return splat_tensor_map(tensor_, access, out<void*>(), out<std::size_t>());
             });
-    add("splat_tensor_map", "pointer", "NULL", kArgument, [this] {
-        return splat_tensor_map(tensor_, SPLAT_ACCESS_READ, nullptr, outputs.size.out());
-    });
-    handles<splat_tensor>("splat_tensor_unmap", "tensor", splat_tensor_unmap, kHandle);
     add("splat_tensor_unmap", "tensor", "not mapped", SPLAT_ERROR_INVALID_STATE,
         [this] { return splat_tensor_unmap(tensor_); });
-    handles<splat_tensor>(
-        "splat_tensor_host_pointer", "tensor",
-        [this](splat_tensor t) {
-            return splat_tensor_host_pointer(t, outputs.pointer.out(), outputs.size.out());
-        },
-        kHandle);
-    add("splat_tensor_host_pointer", "pointer", "NULL", kArgument,
-        [this] { return splat_tensor_host_pointer(tensor_, nullptr, outputs.size.out()); });
     add("splat_tensor_host_pointer", "bytes", "with a NULL pointer", kArgument,
         [this] { return splat_tensor_host_pointer(tensor_, nullptr, nullptr); });
-    handles<splat_tensor>(
-        "splat_tensor_to_dlpack", "tensor",
-        [this](splat_tensor t) { return splat_tensor_to_dlpack(t, outputs.dlpack.out()); },
-        kHandle);
-    add("splat_tensor_to_dlpack", "managed", "NULL", kArgument,
-        [this] { return splat_tensor_to_dlpack(tensor_, nullptr); });
-    handles<splat_tensor>(
-        "splat_tensor_get_info", "tensor",
-        [this](splat_tensor t) { return splat_tensor_get_info(t, outputs.tensor_info.out()); },
-        kHandle);
-    infos<splat_tensor_info>("splat_tensor_get_info", "info", [this](splat_tensor_info* info) {
-        return splat_tensor_get_info(tensor_, info);
-    });
-    handles<splat_tensor>(
-        "splat_tensor_check", "tensor",
-        [this](splat_tensor t) { return splat_tensor_check(t, outputs.stats.out()); }, kHandle);
-    infos<splat_tensor_stats>("splat_tensor_check", "stats", [this](splat_tensor_stats* stats) {
-        return splat_tensor_check(tensor_, stats);
-    });
-    handles<splat_tensor>("splat_tensor_destroy", "tensor", splat_tensor_destroy, SPLAT_OK);
 }
 
 void MisuseTable::op_rows() {
-    handles<splat_op>("splat_op_forward", "op", splat_op_forward, kHandle);
-    handles<splat_op>("splat_op_backward", "op", splat_op_backward, kHandle);
     add("splat_op_backward", "op", "before the first forward", SPLAT_ERROR_INVALID_STATE,
         [this] { return splat_op_backward(op_); });
-    handles<splat_op>("splat_op_destroy", "op", splat_op_destroy, SPLAT_OK);
 }
 
 void MisuseTable::op_desc_rows() {
     const auto create = [this](const splat_op_desc* desc) {
-        return splat_op_create(device_, desc, outputs.op.out());
+        return splat_op_create(device_, desc, out<splat_op>());
     };
-    const splat_op_desc good = request_.desc();
-    add("splat_op_create", "desc", "NULL", kArgument, [create] { return create(nullptr); });
-    descs<splat_op_desc>("splat_op_create", good, create);
-    handles<splat_device>(
-        "splat_op_create", "device",
-        [this, good](splat_device d) { return splat_op_create(d, &good, outputs.op.out()); },
-        kHandle);
-    add("splat_op_create", "op", "NULL", kArgument,
-        [this, good] { return splat_op_create(device_, &good, nullptr); });
     handles<splat_tensor>(
         "splat_op_create", "desc",
         [this, create](splat_tensor t) {
