@@ -21,6 +21,37 @@ void MisuseTable::optimizer_rows() {
         kHandle);
     handles<splat_optimizer>("splat_optimizer_zero_gradients", "optimizer",
                              splat_optimizer_zero_gradients, kHandle);
+    const auto gather = [](splat_optimizer o, const char* pattern,
+                           const std::vector<std::int64_t>& rows) {
+        return splat_optimizer_gather_rows(o, pattern, rows.data(), rows.size());
+    };
+    handles<splat_optimizer>(
+        "splat_optimizer_gather_rows", "optimizer",
+        [gather](splat_optimizer o) {
+            return gather(o, "*", {1, 0});
+        },
+        kHandle);
+    add("splat_optimizer_gather_rows", "pattern", "NULL", kArgument, [this, gather] {
+        return gather(optimizer_, nullptr, {1, 0});
+    });
+    add("splat_optimizer_gather_rows", "pattern", "without a match", kArgument, [this, gather] {
+        return gather(optimizer_, "yours", {1, 0});
+    });
+    add("splat_optimizer_gather_rows", "rows", "NULL", kArgument,
+        [this] { return splat_optimizer_gather_rows(optimizer_, "*", nullptr, 2); });
+    add("splat_optimizer_gather_rows", "rows", "not in use", kArgument,
+        [this, gather] { return gather(optimizer_, "*", {2}); });
+    add("splat_optimizer_gather_rows", "rows", "negative", kArgument, [this, gather] {
+        return gather(optimizer_, "*", {0, -2});
+    });
+    add("splat_optimizer_gather_rows", "count", "0", kArgument, [this] {
+        const std::int64_t row = 0;
+        return splat_optimizer_gather_rows(optimizer_, "*", &row, 0);
+    });
+    add("splat_optimizer_gather_rows", "count", "more than the tensor holds", kArgument,
+        [this, gather] {
+            return gather(optimizer_, "*", {0, 1, 0});
+        });
     handles<splat_optimizer>(
         "splat_optimizer_set_rate", "optimizer",
         [](splat_optimizer o) { return splat_optimizer_set_rate(o, 1); }, kHandle);
