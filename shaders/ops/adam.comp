@@ -7,7 +7,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
 #include "store.glsl"
-#include "params/adam_params.h"
+#include "params/optimiser_params.h"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 QUADS(0, value);

@@ -22,7 +22,7 @@
 #include "raster/pack.h"
 #include "splat.h"
 #include "train/batches.h"
-#include "train/scheduled_optimiser.h"
+#include "train/optimiser.h"
 #include "train/trainer.h"
 #include "train/training.h"
 
@@ -197,9 +197,9 @@ struct OptimizerObject : OfDevice {
     std::vector<std::shared_ptr<ModelObject>> models;
     std::vector<std::shared_ptr<ModuleObject>> modules;
     std::vector<std::shared_ptr<TensorObject>> tensors;  ///< parameters and gradients
-    train::ScheduledStep last;
+    train::OptimiserStep last;
     bool stepped = false;  ///< `last` is of a step
-    OnDevice<std::unique_ptr<train::ScheduledOptimiser>> optimiser{*this};
+    OnDevice<std::unique_ptr<train::Optimiser>> optimiser{*this};
     std::mutex info_mutex;  ///< locked for moments only
     splat_optimizer_info info{};
 };

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "params/adam_params.h"
+#include "params/optimiser_params.h"
 #include "vk/recorder.h"
 
 namespace splat::ops {

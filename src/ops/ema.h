@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "params/ema_params.h"
+#include "params/optimiser_params.h"
 #include "vk/recorder.h"
 
 namespace splat::ops {

@@ -61,14 +61,14 @@ Status Trainer::resume(const io::WeightsFile& file) {
     io::NamedTensors weights;
     for (const io::NamedTensor& tensor : file.tensors)
         if (tensor.name.find(':') == std::string::npos) SPLAT_TRY(weights.add(tensor));
-    SPLAT_TRY(optimiser_->check(file.tensors));
+    SPLAT_TRY(optimiser_->check(file));
     model::LoadOptions options;
     options.take_rays = true;  // keep the rays that the training began with
     model::LoadReport report;
     SPLAT_TRY(model::load_state(*model_, weights, options, report));
     if (!report.fresh.empty())
         return error(Code::kFormat, "checkpoint: '%s' is missing", report.fresh.front().c_str());
-    SPLAT_TRY(optimiser_->load(file.tensors, steps));
+    SPLAT_TRY(optimiser_->load(file, steps));
     steps_ = steps;
     attempts_ = attempts;
     return {};

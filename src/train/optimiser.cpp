@@ -1,6 +1,7 @@
 #include "train/optimiser.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "ops/adam.h"
 #include "ops/tensor_stats.h"
@@ -46,17 +47,19 @@ Status add_parameters(OptimiserDesc& desc, nn::Parameters& from, const std::stri
 
 Result<Optimiser> Optimiser::create(vk::Context& context, OptimiserDesc desc) {
     for (const OptimiserRule& rule : desc.rules) SPLAT_TRY(ops::adam_check(adam_desc(rule, 1, 1)));
-    for (const OptimiserParameter& parameter : desc.parameters)
+    for (OptimiserParameter& parameter : desc.parameters) {
+        parameter.capacity = parameter.rows();
         if (parameter.value.bytes != parameter.grad.bytes)
             return error(Code::kShape,
                          "parameter '%s' has %llu bytes and its gradient %llu, expected the same",
                          parameter.name.c_str(),
                          static_cast<unsigned long long>(parameter.value.bytes),
                          static_cast<unsigned long long>(parameter.grad.bytes));
+    }
     Optimiser optimiser(context, std::move(desc));
     optimiser.make_runs();
     SPLAT_TRY(optimiser.allocate());
-    SPLAT_TRY(optimiser.record());
+    SPLAT_ASSIGN(optimiser.lists_, optimiser.record());
     return optimiser;
 }
 
@@ -99,34 +102,33 @@ Status Optimiser::allocate() {
     return {};
 }
 
-Status Optimiser::record() {
-    if (runs_.empty()) return {};
+Result<Optimiser::Lists> Optimiser::record() {
+    Lists lists;
+    if (runs_.empty()) return lists;
     vk::Recorder adam(*context_);
     vk::Recorder ema(*context_);
     vk::Recorder stats(*context_);
-    for (Run& run : runs_) {
-        SPLAT_TRY(ops::adam(adam, {}, run.values, run.grads, run.m.range(), run.v.range()));
-        run.adam = adam.last_dispatch();
+    for (const Run& run : runs_) {
+        const auto used = [&](const vk::Buffer& buffer) {
+            return buffer.range().part(0, run.values.bytes);
+        };
+        SPLAT_TRY(ops::adam(adam, {}, run.values, run.grads, used(run.m), used(run.v)));
         SPLAT_TRY(ops::tensor_stats(stats, run.elements, run.grads, run.partial.range()));
-        if (!desc_.ema) continue;
-        SPLAT_TRY(ops::ema(ema, 0, run.values, run.average.range()));
-        run.ema = ema.last_dispatch();
+        if (desc_.ema) SPLAT_TRY(ops::ema(ema, 0, run.values, used(run.average)));
     }
-    SPLAT_ASSIGN(adam_, adam.finish());
-    SPLAT_ASSIGN(stats_, stats.finish());
-    if (desc_.ema) {
-        SPLAT_ASSIGN(ema_, ema.finish());
-    }
-    return {};
+    SPLAT_ASSIGN(lists.adam, adam.finish());
+    SPLAT_ASSIGN(lists.stats, stats.finish());
+    SPLAT_ASSIGN(lists.ema, ema.finish());
+    return lists;
 }
 
 Result<GradientStats> Optimiser::measure_gradients() {
     GradientStats all;
     if (runs_.empty()) return all;
-    SPLAT_TRY(context_->run(stats_));
+    SPLAT_TRY(context_->run(lists_.stats));
     std::vector<std::uint32_t> partial;
     for (const Run& run : runs_) {
-        partial.resize(run.partial.bytes() / 4);
+        partial.resize(ops::tensor_stats_partial_bytes(run.elements) / 4);
         SPLAT_TRY(context_->read(run.partial.range(), partial.data(), partial.size() * 4));
         const ops::TensorStats stats = ops::tensor_stats_merge(partial);
         const std::uint64_t broken = stats.nan_count + stats.inf_count;
@@ -139,29 +141,44 @@ Result<GradientStats> Optimiser::measure_gradients() {
 Status Optimiser::zero_gradients() {
     if (runs_.empty()) return {};
     vk::Recorder recorder(*context_);
-    for (const Run& run : runs_) SPLAT_TRY(recorder.fill(run.grads, 0));
+    for (const Run& run : runs_) SPLAT_TRY(recorder.fill(run.grads.part(0, run.m.bytes()), 0));
     SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
     return context_->run(list);
 }
 
-Status Optimiser::step(double rate) {
+Status Optimiser::step(OptimiserStep& result, double loss) {
+    OptimiserStep made;
+    made.rate = rate();
+    SPLAT_ASSIGN(made.gradients, measure_gradients());
+    made.was_skipped = made.gradients.non_finite > 0 || !std::isfinite(loss);
+    if (made.was_skipped)
+        ++skipped_;
+    else
+        SPLAT_TRY(update(made.rate));
+    made.step = steps_;
+    made.skipped = skipped_;
+    result = made;
+    return {};
+}
+
+Status Optimiser::update(double rate) {
+    const vk::Uncancelled whole(context_->mutex);
     const vk::DeviceInfo& device = context_->device().info();
+    const std::uint64_t step = steps_ + 1;
     for (const OptimiserRule& rule : desc_.rules)
-        SPLAT_TRY(ops::adam_check(adam_desc(rule, steps_ + 1, rate)));
-    for (const Run& run : runs_)
-        SPLAT_TRY(adam_.set_push(
-            run.adam, ops::adam_params(device, adam_desc(desc_.rules[run.rule], steps_ + 1, rate),
-                                       run.values.bytes)));
+        SPLAT_TRY(ops::adam_check(adam_desc(rule, step, rate)));
     const auto decay =
         desc_.ema && !runs_.empty() ? ops::ema_decay(steps_, *desc_.ema) : std::nullopt;
-    if (decay) {
-        for (const Run& run : runs_)
-            SPLAT_TRY(ema_.set_push(run.ema, ops::ema_params(device, *decay, run.values.bytes)));
-        SPLAT_TRY(context_->make_ready(ema_));
+    for (std::size_t i = 0; i < runs_.size(); ++i) {
+        const std::uint64_t bytes = runs_[i].values.bytes;
+        const ops::AdamDesc desc = adam_desc(desc_.rules[runs_[i].rule], step, rate);
+        SPLAT_TRY(lists_.adam.set_push(i, ops::adam_params(device, desc, bytes)));
+        if (decay) SPLAT_TRY(lists_.ema.set_push(i, ops::ema_params(device, *decay, bytes)));
     }
-    if (!runs_.empty()) SPLAT_TRY(context_->run(adam_));
+    if (decay) SPLAT_TRY(context_->make_ready(lists_.ema));
+    if (!runs_.empty()) SPLAT_TRY(context_->run(lists_.adam));
     for (nn::Parameters* container : desc_.containers) container->changed();
-    if (decay) SPLAT_TRY(context_->run(ema_));
+    if (decay) SPLAT_TRY(context_->run(lists_.ema));
     ++steps_;
     return {};
 }
@@ -175,66 +192,6 @@ vk::BufferView Optimiser::part(std::size_t index, vk::Buffer Run::*buffer) const
             .part(parameter.value.offset - run.values.offset, parameter.value.bytes);
     view.shape = parameter.shape;
     return view;
-}
-
-Status Optimiser::read(const vk::BufferView& view, LargeVector<float>& values) {
-    values.resize(view.shape.elements());
-    return context_->read(view, values.data(), values.size() * sizeof(float));
-}
-
-Status Optimiser::read_average(const OptimiserParameter& parameter, LargeVector<float>& values) {
-    const auto index = static_cast<std::size_t>(&parameter - desc_.parameters.data());
-    const bool averaged = desc_.ema && steps_ > 0;
-    return read(averaged ? part(index, &Run::average) : parameter.value, values);
-}
-
-Status Optimiser::save(io::NamedTensors& tensors) {
-    for (std::size_t i = 0; i < desc_.parameters.size(); ++i) {
-        for (const Kind& kind : kinds()) {
-            io::NamedTensor tensor;
-            tensor.name = kind.prefix + desc_.parameters[i].name;
-            SPLAT_TRY(read(part(i, kind.buffer), tensor.values.own()));
-            tensor.dims = {static_cast<std::int64_t>(tensor.values.size())};
-            SPLAT_TRY(tensors.add(std::move(tensor)));
-        }
-    }
-    return {};
-}
-
-std::vector<Optimiser::Kind> Optimiser::kinds() const {
-    std::vector<Kind> kinds = {{"m:", &Run::m}, {"v:", &Run::v}};
-    if (desc_.ema) kinds.push_back({"ema:", &Run::average});
-    return kinds;
-}
-
-Status Optimiser::check(const io::NamedTensors& tensors) const {
-    for (const OptimiserParameter& parameter : desc_.parameters) {
-        for (const Kind& kind : kinds()) {
-            const io::NamedTensor* tensor = tensors.find(kind.prefix + parameter.name);
-            if (tensor != nullptr && tensor->values.size() == parameter.shape.elements()) continue;
-            return error(Code::kInvalidArgument,
-                         "checkpoint: '%s%s' %s, expected %llu numbers: it is of another "
-                         "configuration",
-                         kind.prefix, parameter.name.c_str(),
-                         tensor == nullptr ? "is missing" : "has another size",
-                         static_cast<unsigned long long>(parameter.shape.elements()));
-        }
-    }
-    return {};
-}
-
-Status Optimiser::load(const io::NamedTensors& tensors, std::uint64_t steps) {
-    SPLAT_TRY(check(tensors));
-    for (std::size_t i = 0; i < desc_.parameters.size(); ++i) {
-        for (const Kind& kind : kinds()) {
-            const io::TensorValues& values =
-                tensors.find(kind.prefix + desc_.parameters[i].name)->values;
-            SPLAT_TRY(context_->write(part(i, kind.buffer), values.data(),
-                                      values.size() * sizeof(float)));
-        }
-    }
-    steps_ = steps;
-    return {};
 }
 
 }  // namespace splat::train

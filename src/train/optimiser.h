@@ -5,7 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "io/tensor_file.h"
+#include "config/train_config.h"
+#include "io/weights_file.h"
 #include "nn/parameters.h"
 #include "ops/ema.h"
 
@@ -24,7 +25,8 @@ struct OptimiserRule {
     double eps = 1e-15;
 };
 
-/// A float32 parameter, its gradient of the same size, and the rule that updates it.
+/// A float32 parameter, its gradient of the same size, and the rule that updates it. Its first dimension counts
+/// rows, of which gather_rows() may leave fewer than the memory holds: `shape` and the views are of those in use.
 struct OptimiserParameter {
     std::string name;
     Shape shape;
@@ -32,11 +34,19 @@ struct OptimiserParameter {
     std::size_t rule = 0;
     /// Neighbours of one block and rule are updated in one dispatch, with the padding between them; 0: alone.
     std::size_t block = 0;
+    std::uint32_t capacity = 0;  ///< rows that the memory holds; set by Optimiser::create
+
+    /// `shape` with another number of rows, and a view of as many.
+    [[nodiscard]] Shape shape_of(std::uint32_t rows) const;
+    [[nodiscard]] vk::BufferView rows_of(vk::BufferView view, std::uint32_t rows) const;
+    [[nodiscard]] std::uint32_t rows() const { return shape.rank() == 0 ? 1 : shape[0]; }
 };
 
 struct OptimiserDesc {
     std::vector<OptimiserParameter> parameters;
     std::vector<OptimiserRule> rules = {OptimiserRule()};
+    /// The rate of a step: learning_rate, schedule, warmup, iterations and step_lr_at.
+    config::TrainConfig schedule;
     std::optional<ops::EmaSchedule> ema;      ///< empty: no averages
     std::vector<nn::Parameters*> containers;  ///< told of changes; they must outlive the optimiser
 };
@@ -45,9 +55,21 @@ struct OptimiserDesc {
 /// kInvalidState if it was made without gradients.
 Status add_parameters(OptimiserDesc& desc, nn::Parameters& from, const std::string& prefix = "");
 
-/// Adam with an exponential moving average of the parameters.
+struct OptimiserStep {
+    std::uint64_t step = 0;     ///< updates done
+    std::uint64_t skipped = 0;  ///< calls that updated nothing
+    double rate = 0;            ///< rate of this update; of the next one if it was skipped
+    GradientStats gradients;
+    bool was_skipped = false;
+};
+
+/// Stands for a row that is not one of those in use.
+inline constexpr std::int64_t kNewRow = -1;
+
+/// Adam with an exponential moving average of the parameters, a schedule of the rate, and rows that can be
+/// reordered, dropped and added.
 ///
-/// Errors       kOutOfDeviceMemory; those of Context::run
+/// Errors       kOutOfDeviceMemory; those of Context::run, after which parameters are undefined
 /// Precision    see ops/adam.h, ops/ema.h
 /// Determinism  bit-exact for any thread count
 class Optimiser {
@@ -59,16 +81,31 @@ class Optimiser {
     /// its parameter.
     static Result<Optimiser> create(vk::Context& context, OptimiserDesc desc);
 
-    Result<GradientStats> measure_gradients();
-
-    /// Set all gradients to zero.
+    /// Set all gradients to zero, also those of rows that are not in use.
     Status zero_gradients();
 
-    /// One update from the gradients. Errors: kInvalidArgument for a rate that is negative or not finite.
-    Status step(double rate);
+    /// One update from the gradients, at the schedule's rate; nothing is updated if `loss` or a gradient is not
+    /// finite. An update that began is not cancelled. Errors: kInvalidArgument for a rate that is negative or not
+    /// finite.
+    Status step(OptimiserStep& result, double loss = 0);
 
-    /// Updates done.
+    /// Replace the rows of parameters that have equally many: row i becomes row rows[i] with its moments and
+    /// average. For kNewRow it is row i as it lies in the parameter's memory, where the caller wrote it, with
+    /// moments of zero and itself as the average. Gradients stay. All or nothing, except for errors of
+    /// Context::run.
+    ///
+    /// Errors: kInvalidArgument for no parameter, no rows, more than the memory holds, or a row that is not in use;
+    /// kShape for parameters that differ in rows or capacity; kUnsupported for parameters of a network.
+    Status gather_rows(std::span<const std::size_t> parameters, std::span<const std::int64_t> rows);
+
+    /// Updates done, and calls of step() that updated nothing.
     [[nodiscard]] std::uint64_t steps() const { return steps_; }
+    [[nodiscard]] std::uint64_t skipped() const { return skipped_; }
+
+    /// Rate of the next update.
+    [[nodiscard]] double rate() const { return desc_.schedule.rate(steps_ + 1); }
+    /// Replace the rate that the schedule scales.
+    void set_rate(double rate) { desc_.schedule.learning_rate = rate; }
 
     [[nodiscard]] const std::vector<OptimiserParameter>& parameters() const {
         return desc_.parameters;
@@ -76,17 +113,29 @@ class Optimiser {
 
     [[nodiscard]] bool averages() const { return desc_.ema.has_value(); }
 
+    // optimiser_state.cpp
     /// Copy a parameter's averaged values, or without averages its own.
     Status read_average(const OptimiserParameter& parameter, LargeVector<float>& values);
+
+    /// The same of all parameters, by name.
+    Result<io::NamedTensors> averaged();
 
     /// Moments and averages as "m:NAME", "v:NAME" and "ema:NAME".
     Status save(io::NamedTensors& tensors);
 
     /// Check the state to load. Errors: kInvalidArgument for a tensor that is missing or of another size.
-    Status check(const io::NamedTensors& tensors) const;
+    Status check(const io::WeightsFile& file) const;
 
     /// Load the state; errors as check().
-    Status load(const io::NamedTensors& tensors, std::uint64_t steps);
+    Status load(const io::WeightsFile& file, std::uint64_t steps);
+
+    /// Everything that the next step depends on except parameters and gradients: moments, averages, counts of
+    /// rows and counters, with the rate.
+    Result<io::WeightsFile> state();
+
+    /// Go on from such a state, bit-exactly. All or nothing. Errors: kInvalidArgument for another kind of file,
+    /// or the state of other parameters.
+    Status load_state(const io::WeightsFile& file);
 
   private:
     /// Parameters that one dispatch updates, and their state in the layout of the values.
@@ -95,7 +144,10 @@ class Optimiser {
         std::size_t rule = 0;
         std::uint64_t elements = 0;  ///< gradients to measure
         vk::Buffer m, v, average, partial;
-        std::size_t adam = 0, ema = 0;  ///< dispatches of the lists
+    };
+    /// Run i is dispatch i of each.
+    struct Lists {
+        vk::CommandList adam, ema, stats;
     };
     struct Kind {
         const char* prefix;
@@ -106,17 +158,29 @@ class Optimiser {
         : context_(&context), desc_(std::move(desc)) {}
     void make_runs();
     Status allocate();
-    Status record();
+    Result<Lists> record();
+    Result<GradientStats> measure_gradients();
+    Status update(double rate);
     Status read(const vk::BufferView& view, LargeVector<float>& values);
     /// The part of its run's buffer that belongs to parameter `index`.
     [[nodiscard]] vk::BufferView part(std::size_t index, vk::Buffer Run::*buffer) const;
+
+    // optimiser_rows.cpp
+    Status check_rows(std::span<const std::size_t> parameters,
+                      std::span<const std::int64_t> rows) const;
+    Result<vk::CommandList> record_gather(std::span<const std::size_t> parameters,
+                                          const vk::BufferView& rows, const vk::BufferView& before);
+    /// Set how many rows of a parameter are in use.
+    void set_rows(std::size_t index, std::uint32_t rows);
+    /// Do it for several, and record lists for them; all or nothing.
+    Status use_rows(std::span<const std::size_t> parameters, std::span<const std::uint32_t> rows);
 
     vk::Context* context_;
     OptimiserDesc desc_;
     std::vector<Run> runs_;
     std::vector<std::size_t> run_of_;  ///< by parameter
-    vk::CommandList adam_, ema_, stats_;
-    std::uint64_t steps_ = 0;
+    Lists lists_;
+    std::uint64_t steps_ = 0, skipped_ = 0;
 };
 
 }  // namespace splat::train

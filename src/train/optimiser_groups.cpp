@@ -87,6 +87,18 @@ Status apply_groups(OptimiserDesc& desc, const OptimiserRule& base,
     return {};
 }
 
+Result<std::vector<std::size_t>> find_parameters(std::span<const OptimiserParameter> parameters,
+                                                 std::string_view pattern) {
+    std::vector<std::size_t> found;
+    for (std::size_t i = 0; i < parameters.size(); ++i)
+        if (matches_pattern(pattern, parameters[i].name)) found.push_back(i);
+    if (!found.empty()) return found;
+    return error(Code::kInvalidArgument,
+                 "optimizer: the pattern '%s' matches none of the %zu parameters, such as '%s'",
+                 std::string(pattern).c_str(), parameters.size(),
+                 parameters.empty() ? "" : parameters.front().name.c_str());
+}
+
 Status check_distinct(const OptimiserDesc& desc) {
     if (desc.parameters.empty())
         return error(Code::kInvalidArgument, "optimizer: no parameters, expected at least one");

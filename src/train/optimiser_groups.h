@@ -26,6 +26,10 @@ bool matches_pattern(std::string_view pattern, std::string_view name);
 Status apply_groups(OptimiserDesc& desc, const OptimiserRule& base,
                     std::span<const OptimiserGroup> groups);
 
+/// The parameters whose names have the pattern. Errors: kInvalidArgument if there are none.
+Result<std::vector<std::size_t>> find_parameters(std::span<const OptimiserParameter> parameters,
+                                                 std::string_view pattern);
+
 /// Errors: kInvalidArgument for no parameters, two of one name, or two with common memory.
 Status check_distinct(const OptimiserDesc& desc);
 

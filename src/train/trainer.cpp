@@ -1,7 +1,6 @@
 #include "train/trainer.h"
 
 #include <chrono>
-#include <cmath>
 
 #include "core/finite.h"
 
@@ -75,6 +74,7 @@ Status Trainer::build(const model::ModelConfig& network) {
     SPLAT_ASSIGN(model_, model::Model::create(context_, network, options));
     OptimiserDesc adam;
     adam.rules = {{1, config_.betas, config_.eps}};
+    adam.schedule = config_;
     if (config_.ema)
         adam.ema = ops::EmaSchedule{config_.ema_every, config_.ema_after, config_.ema_most};
     SPLAT_TRY(add_parameters(adam, model_->parameters()));
@@ -181,17 +181,13 @@ Status Trainer::step(const TrainBatch& batch, TrainStep& result) {
         SPLAT_TRY(repeat_for_scales(batch, first, terms.outliers));
     result.loss.total += terms.outliers.loss();
     watch.add_to(result.network_seconds);
-    SPLAT_ASSIGN(const GradientStats gradients, optimiser_->measure_gradients());
-    result.gradients_zero = gradients.zero;
-    result.skipped = gradients.non_finite > 0 || !std::isfinite(result.loss.total);
-    result.rate = config_.rate(steps() + 1);
-    if (!result.skipped) {
-        const vk::Uncancelled whole(context_.mutex);
-        SPLAT_TRY(optimiser_->step(result.rate));
-    }
+    OptimiserStep update;
+    SPLAT_TRY(optimiser_->step(update, result.loss.total));
+    result.gradients_zero = update.gradients.zero;
+    result.skipped = update.was_skipped;
+    result.rate = update.rate;
     watch.add_to(result.update_seconds);
-    steps_ = optimiser_->steps();
-    result.step = steps_;
+    result.step = steps_ = update.step;
     ++attempts_;
     const std::lock_guard lock(last_mutex_);
     last_ = result;

@@ -358,7 +358,7 @@ namespace Splat
         public bool Averaged { get; }
         /// <summary>tensors</summary>
         public long Parameters { get; }
-        /// <summary>numbers in these tensors</summary>
+        /// <summary>numbers in these tensors, in the rows in use</summary>
         public long Elements { get; }
 
         internal unsafe OptimizerInfo(splat_optimizer_info* from)

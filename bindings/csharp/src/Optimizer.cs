@@ -176,6 +176,22 @@ namespace Splat
             Check.Ok(Native.splat_optimizer_zero_gradients(Handle));
         }
 
+        /// <summary>
+        /// Reorder, drop and add rows of the tensors whose names have a pattern, with their moments
+        /// and averages: row i becomes row rows[i]; -1: a new row, as it lies in the tensor.
+        /// </summary>
+        public void GatherRows(string pattern, long[] rows)
+        {
+            Check.NotNull(rows, nameof(rows));
+            using (var arena = new Arena())
+            {
+                byte* text = arena.Text(Check.NotNull(pattern, nameof(pattern)));
+                fixed (long* from = rows)
+                    Check.Ok(Native.splat_optimizer_gather_rows(Handle, text, from,
+                                                                (ulong)rows.Length));
+            }
+        }
+
         /// <summary>Replace the rate, which schedule and groups scale.</summary>
         public void SetRate(double rate)
         {

@@ -185,6 +185,24 @@ namespace Splat.Tests
         }
 
         [Test]
+        private static void RowsMoveWithTheirMoments()
+        {
+            using (Tensor means = Tensor.From(Shared.Device, new[] { 0f, 1, 2, 3, 4, 5 }, 3, 2))
+            using (Tensor grads = Tensor.From(Shared.Device, new float[6], 3, 2))
+            using (var optimizer = new Optimizer(
+                       Shared.Device, new[] { new OptimizerItem("set.means", means, grads) }))
+            {
+                optimizer.GatherRows("set.*", new long[] { 2, 0 });
+                Expect.Same(new[] { 4f, 5, 0, 1 }, means.ToArray().Take(4).ToArray());
+                Expect.Equal(4L, optimizer.Info.Elements);
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "rows[0] is 2", () =>
+                    optimizer.GatherRows("*", new long[] { 2 }));
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "", () =>
+                    optimizer.GatherRows("*", new long[0]));
+            }
+        }
+
+        [Test]
         private static void GradientsTrainIt()
         {
             using (Model model = New(ModelFlags.Gradients))

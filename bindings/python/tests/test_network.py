@@ -209,6 +209,21 @@ class Optimizers(Case):
         self.assertEqual(gradient.numpy().max(), 0)
         self.assertEqual(after.shape, (8,))
 
+    def test_rows(self) -> None:
+        means = splat.Tensor(self.device, values(6, 3))
+        gradient = splat.Tensor(self.device, np.ones((6, 3), np.float32))
+        optimizer = splat.Optimizer(self.device, [("set.means", means, gradient)], rate=0.05)
+        optimizer.step()
+        before = means.numpy().copy()
+        optimizer.gather_rows("set.*", np.flatnonzero(np.arange(6) % 2 == 0))
+        np.testing.assert_array_equal(means.numpy()[:3], before[::2])
+        self.assertEqual(optimizer.info.elements, 9)
+        optimizer.gather_rows("set.*", [0, 1, 2, -1])
+        np.testing.assert_array_equal(means.numpy()[3], before[3])
+        self.assertEqual(optimizer.store()["set.means"].shape, (4, 3))
+        self.refused(splat.InvalidArgument, "rows[0] is 4", optimizer.gather_rows, "*", [4])
+        self.refused(splat.InvalidArgument, "expected integers", optimizer.gather_rows, "*", [0.5])
+
     def test_models_and_groups(self) -> None:
         model = splat.Model(self.device, CONFIG, gradients=True)
         model.init(1)

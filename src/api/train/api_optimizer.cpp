@@ -137,17 +137,17 @@ config::TrainConfig schedule_of(const splat_optimizer_desc& desc) {
 
 /// Set what splat_optimizer_get_info gives. The context's mutex is held.
 void describe(api::OptimizerObject& object) {
-    train::ScheduledOptimiser& scheduled = *object.optimiser;
-    const train::ScheduledStep& last = object.last;
+    const train::Optimiser& optimiser = *object.optimiser;
+    const train::OptimiserStep& last = object.last;
     splat_optimizer_info info{};
     info.was_skipped = last.was_skipped ? 1 : 0;
-    info.step = scheduled.optimiser().steps();
-    info.skipped = scheduled.skipped();
-    info.rate = object.stepped ? last.rate : scheduled.rate();
+    info.step = optimiser.steps();
+    info.skipped = optimiser.skipped();
+    info.rate = object.stepped ? last.rate : optimiser.rate();
     info.non_finite = last.gradients.non_finite;
     info.gradients_zero = object.stepped && last.gradients.zero ? 1 : 0;
-    info.averaged = scheduled.optimiser().averages() ? 1 : 0;
-    for (const train::OptimiserParameter& parameter : scheduled.optimiser().parameters()) {
+    info.averaged = optimiser.averages() ? 1 : 0;
+    for (const train::OptimiserParameter& parameter : optimiser.parameters()) {
         info.parameters += 1;
         info.elements += parameter.shape.elements();
     }
@@ -200,6 +200,7 @@ splat_result splat_optimizer_create(splat_device device, const splat_optimizer_d
                                *owner->context, items));
         SPLAT_TRY(train::check_distinct(items.adam));
         SPLAT_TRY(add_groups(*desc, items));
+        items.adam.schedule = schedule_of(*desc);
         if (desc->ema_decay > 0)
             items.adam.ema = ops::EmaSchedule{std::max<std::uint64_t>(desc->ema_every, 1),
                                               desc->ema_after, desc->ema_decay};
@@ -212,8 +213,7 @@ splat_result splat_optimizer_create(splat_device device, const splat_optimizer_d
             SPLAT_TRY(object->context->device().alive());
             SPLAT_ASSIGN(train::Optimiser made,
                          train::Optimiser::create(*object->context, std::move(items.adam)));
-            object->optimiser =
-                std::make_unique<train::ScheduledOptimiser>(std::move(made), schedule_of(*desc));
+            object->optimiser = std::make_unique<train::Optimiser>(std::move(made));
             describe(*object);
         }  // unlocked: if add() throws, the object is destroyed, which locks
         *optimizer = api::Optimizers::add(std::move(object));
@@ -227,10 +227,7 @@ splat_result splat_optimizer_step(splat_optimizer optimizer, splat_optimizer_inf
             SPLAT_TRY(api::check_info(info, "splat_optimizer_info", sizeof(splat_optimizer_info)));
         SPLAT_TRY(check_tensors(object));
         for (const auto& tensor : object.tensors) tensor->written();
-        {
-            const vk::Uncancelled whole(object.context->mutex);
-            SPLAT_TRY(object.optimiser->step(object.last));
-        }
+        SPLAT_TRY(object.optimiser->step(object.last));
         object.stepped = true;
         describe(object);
         if (info != nullptr) api::give(object.info, info);
@@ -238,10 +235,25 @@ splat_result splat_optimizer_step(splat_optimizer optimizer, splat_optimizer_inf
     });
 }
 
+splat_result splat_optimizer_gather_rows(splat_optimizer optimizer, const char* pattern,
+                                         const int64_t* rows, uint64_t count) {
+    return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
+        SPLAT_TRY(api::require(pattern, "pattern"));
+        SPLAT_TRY(api::require(rows, "rows"));
+        SPLAT_ASSIGN(const std::vector<std::size_t> found,
+                     train::find_parameters(object.optimiser->parameters(), pattern));
+        SPLAT_TRY(check_tensors(object));
+        for (const auto& tensor : object.tensors) tensor->written();
+        SPLAT_TRY(object.optimiser->gather_rows(found, {rows, count}));
+        describe(object);
+        return {};
+    });
+}
+
 splat_result splat_optimizer_zero_gradients(splat_optimizer optimizer) {
     return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
         SPLAT_TRY(check_tensors(object));
-        return object.optimiser->optimiser().zero_gradients();
+        return object.optimiser->zero_gradients();
     });
 }
 
@@ -269,7 +281,7 @@ splat_result splat_optimizer_get_info(splat_optimizer optimizer, splat_optimizer
 splat_result splat_optimizer_store(splat_optimizer optimizer, splat_weights* weights) {
     return give_weights(optimizer, "weights", weights,
                         [](api::OptimizerObject& object, io::WeightsFile& file) -> Status {
-                            SPLAT_ASSIGN(file.tensors, object.optimiser->averages());
+                            SPLAT_ASSIGN(file.tensors, object.optimiser->averaged());
                             return {};
                         });
 }
@@ -285,7 +297,7 @@ splat_result splat_optimizer_save(splat_optimizer optimizer, splat_weights* stat
 splat_result splat_optimizer_load(splat_optimizer optimizer, splat_weights state) {
     return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
         SPLAT_ASSIGN(const auto weights, api::weights_to_use(state, "state"));
-        SPLAT_TRY(object.optimiser->load(weights->file));
+        SPLAT_TRY(object.optimiser->load_state(weights->file));
         object.stepped = false;
         object.last = {};
         describe(object);

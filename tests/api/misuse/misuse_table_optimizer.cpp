@@ -15,6 +15,23 @@ Optimizer MisuseTable::make_optimizer(const splat_optimizer_item& item) const {
 }
 
 void MisuseTable::optimizer_rows() {
+    const auto gather = [](splat_optimizer o, const char* pattern,
+                           const std::vector<std::int64_t>& rows) {
+        return splat_optimizer_gather_rows(o, pattern, rows.data(), rows.size());
+    };
+    const auto refused = [this, gather](const char* what, const char* how, const char* pattern,
+                                        std::vector<std::int64_t> rows) {
+        add("splat_optimizer_gather_rows", what, how, kArgument,
+            [this, gather, pattern, rows] { return gather(optimizer_, pattern, rows); });
+    };
+    refused("pattern", "without a match", "yours", {1, 0});
+    refused("rows", "not in use", "*", {2});
+    refused("rows", "negative", "*", {0, -2});
+    refused("count", "more than the tensor holds", "*", {0, 1, 0});
+    add("splat_optimizer_gather_rows", "count", "0", kArgument, [this] {
+        const std::int64_t row = 0;
+        return splat_optimizer_gather_rows(optimizer_, "*", &row, 0);
+    });
     for (const double rate : {-1.0, static_cast<double>(NAN), static_cast<double>(INFINITY)})
         add("splat_optimizer_set_rate", "rate", "out of range", kArgument,
             [this, rate] { return splat_optimizer_set_rate(optimizer_, rate); });

@@ -4,6 +4,9 @@ from ctypes import byref, sizeof
 from dataclasses import dataclass
 from typing import Any, Optional, Sequence, Tuple, Union
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from . import _native
 from ._errors import InvalidArgument, check, direct
 from ._handle import Handle, made
@@ -98,6 +101,20 @@ class Optimizer(Handle):
     def zero_gradients(self) -> None:
         """Set all gradients to zero."""
         self._run(lib.splat_optimizer_zero_gradients, self.handle)
+
+    def gather_rows(self, pattern: str, rows: ArrayLike) -> None:
+        """Reorder, drop and add rows of tensors, with their moments and averages.
+
+        pattern  of names of tensors with equally many rows; * is any text, ? one character
+        rows     integers: row i becomes row rows[i]; -1: a new row, as it lies in the tensor
+        """
+        array = np.asarray(rows)
+        if array.ndim != 1 or array.dtype.kind not in "iu":
+            raise InvalidArgument(f"rows has the type {array.dtype} and {array.ndim} dimensions, "
+                                  "expected integers in one")
+        numbers = np.ascontiguousarray(array, np.int64)
+        self._run(lib.splat_optimizer_gather_rows, self.handle, encoded(pattern, "pattern"),
+                  numbers.ctypes.data, numbers.size)
 
     def set_rate(self, rate: float) -> None:
         """Replace the rate, which the schedule and the groups scale."""

@@ -2280,7 +2280,7 @@ pub struct splat_optimizer_info {
     pub averaged: u32,
     /// tensors
     pub parameters: u64,
-    /// numbers in these tensors
+    /// numbers in these tensors, in the rows in use
     pub elements: u64,
 }
 
@@ -4990,6 +4990,42 @@ extern "C" {
     pub fn splat_optimizer_zero_gradients(optimizer: splat_optimizer) -> splat_result;
 
     /// ```text
+    /// Reorder, drop and add rows of tensors, with their moments and averages: the Gaussians of a scene that
+    /// is fitted. A tensor's first dimension counts its rows; all are in use at first, and afterwards the
+    /// first `count`, which is all that steps update and splat_optimizer_store copies. Later rows of its
+    /// memory are for new ones. Gradients stay as they are.
+    ///
+    /// Keep the rows 0 and 2 of the tensors gaussians.means, gaussians.scales..., then add one:
+    ///
+    ///   const int64_t kept[] = {0, 2};
+    ///   splat_optimizer_gather_rows(optimizer, "gaussians.*", kept, 2);
+    ///   ...                                              // write row 2 of each tensor
+    ///   const int64_t grown[] = {0, 1, -1};
+    ///   splat_optimizer_gather_rows(optimizer, "gaussians.*", grown, 3);
+    ///
+    /// pattern   of the names of tensors with equally many rows, in use and in memory; '*' is any text, '?'
+    ///           one character
+    /// rows      in, `count` numbers: row i becomes row rows[i]. With -1 it is a new row: row i as it lies in
+    ///           the tensor, its moments are 0 and its average is its value. A step may change up to 3
+    ///           numbers after the last row in use: write new rows right before this call
+    /// count     1 to the tensors' first dimension
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a pattern that matches nothing, no rows or more than the
+    ///                                     tensors hold, a row that is not in use
+    ///   SPLAT_ERROR_SHAPE_MISMATCH        tensors with other numbers of rows
+    ///   SPLAT_ERROR_UNSUPPORTED           parameters of a model or module
+    ///   SPLAT_ERROR_INVALID_STATE         a mapped tensor
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY
+    ///   SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST  the parameters are undefined; else nothing changed
+    /// ```
+    pub fn splat_optimizer_gather_rows(
+        optimizer: splat_optimizer,
+        pattern: *const c_char,
+        rows: *const i64,
+        count: u64,
+    ) -> splat_result;
+
+    /// ```text
     /// Replace desc.rate, which the schedule and the groups scale.
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (rate < 0, not
     /// finite)
@@ -5015,7 +5051,7 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
-    /// Copy moments, averages, counters and rate to new weights, to be saved as .safetensors with
+    /// Copy moments, averages, counters, numbers of rows and rate to new weights, to be saved as .safetensors with
     /// splat_weights_save. Parameters are not in it: store them beside it.
     /// Returns as splat_model_store.
     /// ```

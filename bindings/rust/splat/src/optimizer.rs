@@ -196,6 +196,19 @@ impl Optimizer {
         call!(splat_optimizer_zero_gradients(self.handle))
     }
 
+    /// Reorder, drop and add rows of the tensors whose names have a pattern, with their moments and
+    /// averages: row i becomes row `rows[i]`; -1: a new row, as it lies in the tensor.
+    pub fn gather_rows(&self, pattern: &str, rows: &[i64]) -> Result<()> {
+        let _lock = self.serial.lock();
+        let pattern = c_text("pattern", pattern)?;
+        call!(splat_optimizer_gather_rows(
+            self.handle,
+            pattern.as_ptr(),
+            rows.as_ptr(),
+            rows.len() as u64
+        ))
+    }
+
     /// Replace the rate, which the schedule and the groups scale.
     pub fn set_rate(&self, rate: f64) -> Result<()> {
         call!(splat_optimizer_set_rate(self.handle, rate))

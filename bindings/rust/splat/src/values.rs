@@ -2010,7 +2010,7 @@ pub struct OptimizerInfo {
     pub averaged: bool,
     /// tensors
     pub parameters: u64,
-    /// numbers in these tensors
+    /// numbers in these tensors, in the rows in use
     pub elements: u64,
 }
 

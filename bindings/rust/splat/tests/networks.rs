@@ -154,6 +154,27 @@ fn linear(flags: ModuleFlags) -> Module {
 }
 
 #[test]
+fn rows_move_with_their_moments() {
+    let means = Tensor::from_slice(device(), &[3, 2], &[0.0f32, 1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
+    let grads = Tensor::from_slice(device(), &[3, 2], &[0.0f32; 6]).unwrap();
+    let items = [OptimizerItem::Tensor {
+        name: "set.means",
+        parameter: &means,
+        gradient: &grads,
+    }];
+    let desc = OptimizerDesc {
+        items: &items,
+        ..Default::default()
+    };
+    let optimizer = Optimizer::create(device(), &desc).unwrap();
+    optimizer.gather_rows("set.*", &[2, 0]).unwrap();
+    assert_eq!(means.to_vec::<f32>().unwrap()[..4], [4.0, 5.0, 0.0, 1.0]);
+    assert_eq!(optimizer.get_info().unwrap().elements, 4);
+    assert!(optimizer.gather_rows("set.*", &[2]).is_err());
+    assert!(optimizer.gather_rows("set.*", &[]).is_err());
+}
+
+#[test]
 fn modules_learn_with_an_optimizer() {
     let module = linear(ModuleFlags::GRADIENTS);
     module.init(3).unwrap();

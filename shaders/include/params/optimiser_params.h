@@ -1,5 +1,5 @@
-#ifndef SPLAT_ADAM_PARAMS_H
-#define SPLAT_ADAM_PARAMS_H
+#ifndef SPLAT_OPTIMISER_PARAMS_H
+#define SPLAT_OPTIMISER_PARAMS_H
 
 #include "params/spec_ids.h"
 
@@ -20,6 +20,21 @@ struct AdamParams {
     float step_size;   // learning rate / (1 - beta1^step)
     float root_scale;  // 1 / sqrt(1 - beta2^step)
     float eps;
+};
+
+struct EmaParams {
+    uint quads;
+    uint groups_x;
+    float rest;  // 1 - decay
+};
+
+// Specialisation constants.
+SPLAT_SPEC_ID kGatherRowsLengthId = 10u;  // elements of a row
+SPLAT_SPEC_ID kGatherRowsFreshId = 11u;   // new rows are those of `fresh`, else zero
+
+struct GatherRowsParams {
+    uint words;  // elements of y
+    uint groups_x;
 };
 
 #ifdef __cplusplus
