@@ -2,7 +2,7 @@
 // Gradient of gaussian_head with respect to the network's output; derived in tests/ref/gaussian_head_ref.h.
 // One invocation computes all channels of one pixel; those that pad the last quad become zero.
 // Bindings: net_out, rays, view_to_world, quaternion, focal, origin, grad_means, grad_opacities,
-// grad_scales, grad_rotations, grad_sh, grad_net_out. Specialisation: kOffset, kDegree.
+// grad_scales, grad_rotations, grad_sh, grad_net_out. Specialisation: as gaussian_head_forward.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "params/gaussian_head_params.h"
@@ -26,60 +26,69 @@ vec4 rotation_gradient(vec4 camera, vec4 q, vec4 grad) {
     return (by_unit - unit * dot(unit, by_unit)) / norm;
 }
 
+float raw[4 * kQuads], grad[4 * kQuads];
+
+// The gradients of Gaussian `each` of a pixel.
+void backward(Pixel at, uint each) {
+    const uint c = each * kChannels, g = at.p * kPerPixel + each;
+    const float s = sigmoid(raw[c + kDepthAt]);
+    const vec3 given = RAW3(c + kPointAt);
+    const vec4 world = to_world(at.camera, point_of(at.image, at.pixel, at.ray, s, given));
+    const float divisor = world.w + kDivisorGuard;
+    const vec3 by_mean = vec3(AT(grad_means, 3 * g), AT(grad_means, 3 * g + 1), AT(grad_means, 3 * g + 2));
+    const vec4 by_world = vec4(by_mean, -dot(by_mean, world.xyz / divisor)) / divisor;
+    vec3 by_point;
+    for (uint i = 0; i < 3; ++i) by_point[i] = dot(at.camera.row[i], by_world);
+    if (kPositions == kHeadRayDepth)
+        grad[c + kDepthAt] = dot(at.ray, by_point) * (dims.most - dims.least) * s * (1 - s);
+    if (kPositions == kHeadBox) by_point = mix(vec3(0), by_point, is_inside(given));
+    if (kOffset != 0 || kPositions == kHeadBox) {
+        [[unroll]] for (uint i = 0; i < 3; ++i) grad[c + kPointAt + i] = by_point[i];
+    }
+
+    grad[c + kOpacityAt] = AT(grad_opacities, g) * slope(kOpacityActivation, raw[c + kOpacityAt]);
+    const vec3 scale = RAW3(c + kScaleAt);
+    vec3 by_scale = vec3(AT(grad_scales, 3 * g), AT(grad_scales, 3 * g + 1), AT(grad_scales, 3 * g + 2));
+    if (dims.isotropic != 0) by_scale = vec3(by_scale.x + by_scale.y + by_scale.z, 0, 0);
+    const uint r = c + kRotationAt;
+    const vec4 q = vec4(raw[r], raw[r + 1], raw[r + 2], raw[r + 3]);
+    const vec4 by_rotation = rotation_gradient(at.camera.rotation, q, LD4(grad_rotations, g));
+    [[unroll]] for (uint i = 0; i < 3; ++i)
+        grad[c + kScaleAt + i] =
+            by_scale[i] * slope(kScaleActivation, dims.isotropic != 0 ? scale.x : scale[i]);
+    [[unroll]] for (uint i = 0; i < 4; ++i) grad[r + i] = by_rotation[i];
+
+    const uint first = 3 * g * (1 + 3 * kDegree);
+    [[unroll]] for (uint i = 0; i < 3; ++i) {
+        float by_colour = AT(grad_sh, first + i);
+        if (kDirect != 0) by_colour *= slope(kColourActivation, raw[c + kColourAt + i]) / kSh0;
+        grad[c + kColourAt + i] = by_colour;
+        if (kDegree > 0) {
+            const float x = AT(grad_sh, first + 3 + i), y = AT(grad_sh, first + 6 + i),
+                        z = AT(grad_sh, first + 9 + i);
+            [[unroll]] for (uint t = 0; t < 3; ++t)
+                grad[c + kRestAt + 3 * t + i] = at.turn[t][0] * x + at.turn[t][1] * y + at.turn[t][2] * z;
+        }
+    }
+}
+
 void main() {
-    const uint g = invocation_index(dims.groups_x);
+    const uint p = invocation_index(dims.groups_x);
     const uint count = dims.images * dims.pixels;
-    if (g >= count) return;
-    const uint image = g / dims.pixels;
-    float raw[4 * kMostQuads], grad[4 * kMostQuads];
-    [[unroll]] for (uint q = 0; q < kMostQuads; ++q) {
-        const vec4 value = q < (kDc + 3) / 4 ? LD4(net_out, q * count + g) : vec4(0);
+    if (p >= count) return;
+    [[unroll]] for (uint q = 0; q < kQuads; ++q) {
+        const vec4 value = LD4(net_out, q * count + p);
         [[unroll]] for (uint k = 0; k < 4; ++k) {
             raw[4 * q + k] = value[k];
             grad[4 * q + k] = 0;
         }
     }
-    const Camera camera = camera_of(image);
-
-    const vec3 ray = ray_of(image, g - image * dims.pixels);
-    const float s = sigmoid(raw[0]);
-    vec3 point = ray * depth_of(image, s);
-    if (kOffset != 0) point += vec3(raw[1], raw[2], raw[3]);
-    const vec4 world = to_world(camera, point);
-    const float divisor = world.w + kDivisorGuard;
-    const vec3 by_mean = vec3(AT(grad_means, 3 * g), AT(grad_means, 3 * g + 1), AT(grad_means, 3 * g + 2));
-    const vec4 by_world = vec4(by_mean, -dot(by_mean, world.xyz / divisor)) / divisor;
-    vec3 by_point;
-    for (uint i = 0; i < 3; ++i) by_point[i] = dot(camera.row[i], by_world);
-    grad[0] = dot(ray, by_point) * dims.depth_range * s * (1 - s);
-    if (kOffset != 0) {
-        [[unroll]] for (uint i = 0; i < 3; ++i) grad[1 + i] = by_point[i];
+    const Pixel at = pixel_of(p);
+    if (kPerPixel == 1) {  // at constant places; of several the unrolled code would take long to compile
+        backward(at, 0);
+    } else {
+        for (uint each = 0; each < kPerPixel; ++each) backward(at, each);
     }
-
-    const float opacity = sigmoid(raw[kOpacity]);
-    grad[kOpacity] = AT(grad_opacities, g) * (dims.activate != 0 ? opacity * (1 - opacity) : 1.0);
-    const vec3 scale = vec3(raw[kScale], raw[kScale + 1], raw[kScale + 2]);
-    vec3 by_scale = vec3(AT(grad_scales, 3 * g), AT(grad_scales, 3 * g + 1), AT(grad_scales, 3 * g + 2));
-    if (dims.isotropic != 0) by_scale = vec3(by_scale.x + by_scale.y + by_scale.z, 0, 0);
-    if (dims.activate != 0) by_scale *= exp(dims.isotropic != 0 ? scale.xxx : scale);
-    const vec4 q = vec4(raw[kRotation], raw[kRotation + 1], raw[kRotation + 2], raw[kRotation + 3]);
-    const vec4 by_rotation = rotation_gradient(camera.rotation, q, LD4(grad_rotations, g));
-    [[unroll]] for (uint i = 0; i < 3; ++i) grad[kScale + i] = by_scale[i];
-    [[unroll]] for (uint i = 0; i < 4; ++i) grad[kRotation + i] = by_rotation[i];
-
-    float turn[3][3];
-    sh_turn(camera, turn);
-    const uint first = 3 * g * (1 + 3 * kDegree);
-    [[unroll]] for (uint i = 0; i < 3; ++i) {
-        grad[kDc + i] = AT(grad_sh, first + i);
-        if (kDegree > 0) {
-            const float x = AT(grad_sh, first + 3 + i), y = AT(grad_sh, first + 6 + i),
-                        z = AT(grad_sh, first + 9 + i);
-            [[unroll]] for (uint t = 0; t < 3; ++t)
-                grad[kRest + 3 * t + i] = turn[t][0] * x + turn[t][1] * y + turn[t][2] * z;
-        }
-    }
-    [[unroll]] for (uint q = 0; q < kMostQuads; ++q)
-        if (q < kQuads)
-            ST4(grad_net_out, q * count + g, vec4(grad[4 * q], grad[4 * q + 1], grad[4 * q + 2], grad[4 * q + 3]));
+    [[unroll]] for (uint q = 0; q < kQuads; ++q)
+        ST4(grad_net_out, q * count + p, vec4(grad[4 * q], grad[4 * q + 1], grad[4 * q + 2], grad[4 * q + 3]));
 }

@@ -1,5 +1,7 @@
 #include "config/model_config.h"
 
+#include <cmath>
+
 #include "config/key_field.h"
 
 namespace splat::config {
@@ -39,8 +41,21 @@ std::uint32_t ModelConfig::input_channels() const {
     return image_channels() + (origin_distance ? 1U : 0U);
 }
 
-std::uint32_t ModelConfig::output_channels() const {
-    return 1U + (offset ? 3U : 0U) + 1U + 3U + 4U + (sh_degree == 0 ? 3U : 12U);
+HeadLayout ModelConfig::head() const {
+    HeadLayout made({.offset = offset,
+                     .least = znear,
+                     .most = zfar,
+                     .isotropic = isotropic,
+                     .sh_degree = sh_degree});
+    const auto start = [&](HeadBlockId block, float gain, float bias) {
+        made.blocks[block].gain = gain;
+        made.blocks[block].bias = bias;
+    };
+    start(kHeadDepth, init_depth.scale, init_depth.bias);
+    start(kHeadPoint, init_offset.scale, init_offset.bias);
+    start(kHeadOpacity, init_opacity.scale, init_opacity.bias);
+    start(kHeadScale, init_scale.scale, std::log(init_scale.bias));
+    return made;
 }
 
 std::uint32_t ModelConfig::embedding_length() const {

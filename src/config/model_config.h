@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/status.h"
+#include "params/gaussian_head_params.h"
 
 namespace splat::config {
 
@@ -92,8 +93,14 @@ struct ModelConfig {
     /// Channels of an input image: those and the origin distance.
     [[nodiscard]] std::uint32_t input_channels() const;
 
-    /// Channels of the network's output: depth, offset, opacity, scale, rotation, SH.
-    [[nodiscard]] std::uint32_t output_channels() const;
+    /// How channels of the network's output become Gaussians, and how their weights start.
+    [[nodiscard]] HeadLayout head() const;
+
+    /// Channels of the network's output.
+    [[nodiscard]] std::uint32_t output_channels() const { return head().channels(); }
+
+    /// Gaussians of an object.
+    [[nodiscard]] std::uint32_t gaussians() const { return head().gaussians(views, resolution); }
 
     /// Length of the vector that modulates blocks; 0 = none.
     [[nodiscard]] std::uint32_t embedding_length() const;

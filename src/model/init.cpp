@@ -28,24 +28,6 @@ class Uniform {
     std::mt19937_64 engine_;
 };
 
-struct Group {
-    std::uint32_t channels;
-    config::HeadInit init;
-};
-
-/// Output channels of the last convolution in their order. The gains of rotations and spherical
-/// harmonics are the same in every published configuration.
-std::vector<Group> head_groups(const config::ModelConfig& c) {
-    std::vector<Group> groups = {{1, c.init_depth}};
-    if (c.offset) groups.push_back({3, c.init_offset});
-    groups.push_back({1, c.init_opacity});
-    groups.push_back({3, {c.init_scale.scale, std::log(c.init_scale.bias)}});
-    groups.push_back({4, {1, 0}});
-    groups.push_back({3, {5, 0}});
-    if (c.sh_degree > 0) groups.push_back({9, {0, 0}});
-    return groups;
-}
-
 double xavier_bound(double gain, double fan_in, double fan_out) {
     return gain * std::sqrt(6 / (fan_in + fan_out));
 }
@@ -75,20 +57,20 @@ std::vector<float> initial_values(const config::ModelConfig& config, const Init&
         case Init::Kind::kFilmBias:
             for (std::size_t i = 0; i < values.size() / 2; ++i) values[i] = 1;
             break;
-        case Init::Kind::kHeadWeight: {
-            std::size_t at = 0;
-            for (const Group& group : head_groups(config)) {
-                const double bound =
-                    xavier_bound(static_cast<double>(group.init.scale), columns, group.channels);
-                const auto count = static_cast<std::size_t>(columns) * group.channels;
-                for (std::size_t i = 0; i < count; ++i) values[at++] = uniform.next(bound);
-            }
-            break;
-        }
+        case Init::Kind::kHeadWeight:
         case Init::Kind::kHeadBias: {
+            const HeadLayout head = config.head();
+            const bool weight = init.kind == Init::Kind::kHeadWeight;
             std::size_t at = 0;
-            for (const Group& group : head_groups(config))
-                for (std::uint32_t i = 0; i < group.channels; ++i) values[at++] = group.init.bias;
+            for (std::uint32_t each = 0; each < head.per_pixel; ++each)
+                for (const HeadBlock& block : head.blocks) {
+                    const double bound =
+                        xavier_bound(static_cast<double>(block.gain), columns, block.channels);
+                    const auto count =
+                        static_cast<std::size_t>(weight ? columns : 1) * block.channels;
+                    for (std::size_t i = 0; i < count; ++i)
+                        values[at++] = weight ? uniform.next(bound) : block.bias;
+                }
             break;
         }
     }

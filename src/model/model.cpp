@@ -4,6 +4,7 @@
 
 #include "core/checked_math.h"
 #include "core/finite.h"
+#include "ops/gaussian_head.h"
 
 namespace splat::model {
 namespace {
@@ -169,12 +170,7 @@ Status Model::build() {
     raw_ = unet.build(image_, embedding, tokens_, counter_);
     outputs_ = graph_.node("gaussian_head",
                            {raw_, rays_value_, view_to_world_, quaternion_, focal_, origin_},
-                           {{"views", std::int64_t{config_.views}},
-                            {"znear", static_cast<double>(config_.znear)},
-                            {"zfar", static_cast<double>(config_.zfar)},
-                            {"sh_degree", std::int64_t{config_.sh_degree}},
-                            {"offset", config_.offset},
-                            {"isotropic", config_.isotropic}});
+                           ops::gaussian_head_attributes(config_.head(), config_.views));
     inits_ = unet.inits();
     SPLAT_TRY(graph_.status());
     const auto& values = graph_.values();

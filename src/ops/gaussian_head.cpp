@@ -2,11 +2,27 @@
 
 #include <cmath>
 
-#include "params/gaussian_head_params.h"
 #include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
+
+std::vector<vk::SpecConstant> constants_of(const HeadLayout& layout, std::uint32_t size) {
+    std::vector<vk::SpecConstant> constants = {
+        {params::kWorkgroupSizeId, size},
+        {params::kGaussianHeadPositionsId, layout.positions},
+        {params::kGaussianHeadOffsetId, layout.offset ? 1U : 0U},
+        {params::kGaussianHeadDegreeId, layout.sh_degree},
+        {params::kGaussianHeadDirectId, layout.direct ? 1U : 0U},
+        {params::kGaussianHeadPerPixelId, layout.per_pixel},
+        {params::kGaussianHeadChannelsId, layout.channels_of_one()},
+        {params::kGaussianHeadOpacityActivationId, layout.blocks[kHeadOpacity].activation},
+        {params::kGaussianHeadScaleActivationId, layout.blocks[kHeadScale].activation},
+        {params::kGaussianHeadColourActivationId, layout.blocks[kHeadColour].activation}};
+    for (std::uint32_t block = 0; block < kHeadBlocks; ++block)
+        constants.push_back({params::kGaussianHeadDepthAtId + block, layout.at(block)});
+    return constants;
+}
 
 Status record(vk::Recorder& recorder, const char* kernel, const GaussianHeadDesc& desc,
               const GaussianHeadCameras& cameras, const vk::BufferView& net_out,
@@ -24,51 +40,68 @@ Status record(vk::Recorder& recorder, const char* kernel, const GaussianHeadDesc
     };
     accesses.insert(accesses.end(), rest.begin(), rest.end());
     const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
-    const std::uint64_t gaussians = std::uint64_t{desc.images} * desc.pixels;
-    const vk::Groups groups = vk::groups_for(recorder.device(), gaussians, size);
-    const double count = static_cast<double>(gaussians);
+    const std::uint64_t pixels = std::uint64_t{desc.images} * desc.pixels;
+    const vk::Groups groups = vk::groups_for(recorder.device(), pixels, size);
+    const HeadLayout& layout = desc.layout;
     return recorder.dispatch({
         .op = kernel,
         .shader = kernel,
-        .constants = {{params::kWorkgroupSizeId, size},
-                      {params::kGaussianHeadOffsetId, desc.offset ? 1U : 0U},
-                      {params::kGaussianHeadDegreeId, desc.sh_degree}},
-        .push =
-            params::GaussianHeadParams{desc.images, desc.pixels, desc.znear, desc.zfar - desc.znear,
-                                       desc.isotropic ? 1U : 0U, desc.activate ? 1U : 0U,
-                                       focal ? 1U : 0U, origin ? 1U : 0U, groups[0]},
+        .constants = constants_of(layout, size),
+        .push = params::GaussianHeadParams{desc.images, desc.pixels, layout.least, layout.most,
+                                           layout.isotropic ? 1U : 0U, focal ? 1U : 0U,
+                                           origin ? 1U : 0U, groups[0]},
         .accesses = std::move(accesses),
         .groups = groups,
-        .work = {.flops = 150 * count, .bytes = 8.0 * desc.channels * count},
+        .work = {.flops = 150.0 * layout.per_pixel * static_cast<double>(pixels),
+                 .bytes = 8.0 * desc.channels * static_cast<double>(pixels)},
     });
 }
 
 }  // namespace
 
-std::uint32_t gaussian_head_channels(const GaussianHeadDesc& desc) {
-    return 12 + (desc.offset ? 3U : 0U) + 9 * desc.sh_degree;
-}
-
 Status gaussian_head_check(const GaussianHeadDesc& desc) {
-    if (desc.sh_degree > 1)
+    const HeadLayout& layout = desc.layout;
+    if (layout.sh_degree > 1)
         return error(Code::kInvalidArgument, "gaussian_head: sh_degree is %u, expected 0 or 1",
-                     desc.sh_degree);
-    if (!std::isfinite(desc.znear) || !std::isfinite(desc.zfar) || desc.znear >= desc.zfar)
+                     layout.sh_degree);
+    if (layout.direct && layout.sh_degree > 0)
+        return error(Code::kInvalidArgument,
+                     "gaussian_head: sh_degree is %u, expected 0 with direct colours",
+                     layout.sh_degree);
+    if (!std::isfinite(layout.least) || !std::isfinite(layout.most) || layout.least >= layout.most)
         return error(
             Code::kInvalidArgument,
             "gaussian_head: znear is %g and zfar %g, expected finite numbers, znear < zfar",
-            static_cast<double>(desc.znear), static_cast<double>(desc.zfar));
+            static_cast<double>(layout.least), static_cast<double>(layout.most));
     if (desc.views < 1 || desc.images % desc.views != 0)
         return error(Code::kShape,
                      "gaussian_head: %u images do not divide into objects of %u views", desc.images,
                      desc.views);
-    if (desc.channels != gaussian_head_channels(desc))
+    if (desc.channels != layout.channels()) {
+        std::string blocks;
+        for (const HeadBlock& block : layout.blocks)
+            if (block.channels > 0) blocks += format(" %s %u", block.name, block.channels);
         return error(
             Code::kShape,
-            "gaussian_head: net_out has %u channels, expected %u for sh_degree %u %s offset",
-            desc.channels, gaussian_head_channels(desc), desc.sh_degree,
-            desc.offset ? "with" : "without");
+            "gaussian_head: net_out has %u channels, expected %u, for each of %u Gaussians "
+            "of a pixel:%s",
+            desc.channels, layout.channels(), layout.per_pixel, blocks.c_str());
+    }
     return {};
+}
+
+std::vector<JsonScalar> gaussian_head_attributes(const HeadForm& form, std::uint32_t views) {
+    return {{"views", std::int64_t{views}},
+            {"znear", static_cast<double>(form.least)},
+            {"zfar", static_cast<double>(form.most)},
+            {"sh_degree", std::int64_t{form.sh_degree}},
+            {"offset", form.offset},
+            {"isotropic", form.isotropic},
+            {"activate", form.activate},
+            {"positions", std::int64_t{form.positions}},
+            {"scales", std::int64_t{form.scales}},
+            {"direct", form.direct},
+            {"per_pixel", std::int64_t{form.per_pixel}}};
 }
 
 Status gaussian_head_forward(vk::Recorder& recorder, const GaussianHeadDesc& desc,
@@ -104,12 +137,20 @@ constexpr Port kGaussianHeadOutputs[] = {{"means", Layout::kRowMajor},
                                          {"sh", Layout::kRowMajor}};
 constexpr Attribute kGaussianHeadAttributes[] = {
     {"views", "integer", "1", "images of one object; divides the images"},
-    {"znear", "number", "0.8", "depth at the network's least value"},
-    {"zfar", "number", "1.8", "depth at the network's greatest value"},
+    {"znear", "number", "0.8", "depth at the network's least value; the box's least coordinate"},
+    {"zfar", "number", "1.8",
+     "depth at the network's greatest value; the box's greatest coordinate"},
     {"sh_degree", "integer", "1", "degree of the colours' spherical harmonics, 0 or 1"},
-    {"offset", "boolean", "true", "channels 1 to 3 move each point off its ray"},
+    {"offset", "boolean", "true", "three channels move each point off its ray"},
     {"isotropic", "boolean", "false", "the first scale is used for all three"},
-    {"activate", "boolean", "true", "sigmoid of the opacities and exp of the scales"},
+    {"activate", "boolean", "true",
+     "sigmoid of the opacities, exp or softplus of the scales, tanh of direct colours"},
+    {"positions", "integer", "0",
+     "0: depth along the ray; 1: that of origin [N, H, W]; 2: in a box of the world, no camera"},
+    {"scales", "integer", "2", "2: exp; 3: softplus / 10"},
+    {"direct", "boolean", "false",
+     "colours are tanh / 2 + 1/2 of channels; sh (colour - 1/2) / C0"},
+    {"per_pixel", "integer", "1", "Gaussians of a pixel, 1 to 4, each with channels of its own"},
 };
 
 Result<std::uint32_t> bounded(const Attributes& attributes, const char* name, std::int64_t least,
@@ -132,12 +173,18 @@ Result<GaussianHeadDesc> head_desc(const Attributes& attributes, const Shape& ne
     desc.channels = net_out[1];
     desc.pixels = net_out[2] * net_out[3];
     SPLAT_ASSIGN(desc.views, bounded(attributes, "views", 1, desc.images));
-    SPLAT_ASSIGN(desc.sh_degree, bounded(attributes, "sh_degree", 0, 1));
-    desc.znear = static_cast<float>(attributes.number("znear"));
-    desc.zfar = static_cast<float>(attributes.number("zfar"));
-    desc.offset = attributes.boolean("offset");
-    desc.isotropic = attributes.boolean("isotropic");
-    desc.activate = attributes.boolean("activate");
+    HeadForm form;
+    SPLAT_ASSIGN(form.sh_degree, bounded(attributes, "sh_degree", 0, 1));
+    SPLAT_ASSIGN(form.positions, bounded(attributes, "positions", kHeadRayDepth, kHeadBox));
+    SPLAT_ASSIGN(form.scales, bounded(attributes, "scales", kHeadExp, kHeadSoftplus));
+    SPLAT_ASSIGN(form.per_pixel, bounded(attributes, "per_pixel", 1, kMostGaussiansPerPixel));
+    form.least = static_cast<float>(attributes.number("znear"));
+    form.most = static_cast<float>(attributes.number("zfar"));
+    form.offset = attributes.boolean("offset");
+    form.isotropic = attributes.boolean("isotropic");
+    form.activate = attributes.boolean("activate");
+    form.direct = attributes.boolean("direct");
+    desc.layout = HeadLayout(form);
     return desc;
 }
 
@@ -146,21 +193,25 @@ Result<OpPlan> gaussian_head_plan(const vk::Recorder&, const Attributes& attribu
     const Shape& net_out = inputs[0];
     SPLAT_ASSIGN(const GaussianHeadDesc desc, head_desc(attributes, net_out));
     SPLAT_TRY(gaussian_head_check(desc));
-    const Shape expected[] = {net_out,
-                              {3, net_out[2], net_out[3]},
-                              {desc.images, 4, 4},
-                              {desc.images, 4},
-                              {desc.images, 2},
-                              {desc.images}};
-    for (std::size_t i = 1; i < inputs.size(); ++i)
-        if (!kGaussianHeadInputs[i].optional || inputs[i].rank() > 0)
+    const bool depths = desc.layout.positions == kHeadInputDepth;
+    const Shape expected[] = {
+        net_out,
+        {3, net_out[2], net_out[3]},
+        {desc.images, 4, 4},
+        {desc.images, 4},
+        {desc.images, 2},
+        depths ? Shape{desc.images, net_out[2], net_out[3]} : Shape{desc.images}};
+    for (std::size_t i = 1; i < inputs.size(); ++i) {
+        const bool optional = kGaussianHeadInputs[i].optional && !(depths && i == 5);
+        if (!optional || inputs[i].rank() > 0)
             SPLAT_TRY(
                 expect_shape("gaussian_head", kGaussianHeadInputs[i].name, inputs[i], expected[i]));
+    }
     const std::uint32_t batch = desc.images / desc.views;
-    const std::uint32_t each = desc.views * desc.pixels;
+    const std::uint32_t each = desc.views * desc.pixels * desc.layout.per_pixel;
     return OpPlan{.outputs = {Shape{batch, each, 3}, Shape{batch, each, 1}, Shape{batch, each, 3},
                               Shape{batch, each, 4},
-                              Shape{batch, each, 1 + 3 * desc.sh_degree, 3}}};
+                              Shape{batch, each, desc.layout.coefficients(), 3}}};
 }
 
 GaussianHeadCameras cameras_of(const OpViews& v) {
@@ -190,7 +241,7 @@ Status gaussian_head_row_backward(vk::Recorder& recorder, const Attributes& attr
 const OpRow kGaussianHeadRow = {
     .name = "gaussian_head",
     .equation =
-        "one Gaussian per pixel: means = ([ray * (sigmoid(d) * (zfar - znear) + znear + origin) + "
+        "Gaussians of each pixel: means = ([ray * (sigmoid(d) * (zfar - znear) + znear + origin) + "
         "offset, 1] view_to_world).xyz / w, sigmoid, exp, quaternion * q / |q|, sh turned",
     .inputs = kGaussianHeadInputs,
     .outputs = kGaussianHeadOutputs,

@@ -82,7 +82,7 @@ Status Trainer::build(const model::ModelConfig& network) {
     optimiser_ = std::make_unique<Optimiser>(std::move(optimiser));
 
     raster::RasterDesc desc;
-    desc.gaussians = network.views * network.resolution * network.resolution;
+    desc.gaussians = network.gaussians();
     desc.views = config_.targets;
     desc.width = desc.height = network.resolution;
     desc.sh_degree = network.sh_degree;

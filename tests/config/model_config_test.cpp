@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "support/expect_status.h"
 
 namespace splat::test {
@@ -25,6 +27,28 @@ TEST(ModelConfigRules, CountsChannels) {
     EXPECT_EQ(c.embedding_length(), 60U);
     c.embedding = config::Embedding::kIndex;
     EXPECT_EQ(c.embedding_length(), 10U);
+}
+
+/// The heads of Splatter Image, F3D-Gaus and LGM, and one of several Gaussians a pixel.
+TEST(ModelConfigRules, HeadsSayWhereTheirChannelsAre) {
+    const HeadLayout splatter = ModelConfig().head();
+    EXPECT_EQ(splatter.at(kHeadOpacity), 4U);
+    EXPECT_EQ(splatter.at(kHeadRest), 15U);
+    EXPECT_EQ(splatter.gaussians(2, 128), 2U * 128 * 128);
+    EXPECT_FLOAT_EQ(splatter.blocks[kHeadScale].bias, std::log(0.02F));
+    EXPECT_FLOAT_EQ(splatter.blocks[kHeadColour].gain, 5);
+    const HeadLayout f3d({.positions = kHeadInputDepth});
+    EXPECT_EQ(f3d.channels(), 23U);
+    EXPECT_EQ(f3d.at(kHeadOpacity), 3U);
+    HeadForm form{.positions = kHeadBox, .scales = kHeadSoftplus, .sh_degree = 0, .direct = true};
+    const HeadLayout lgm(form);
+    EXPECT_EQ(lgm.channels(), 14U);
+    EXPECT_EQ(lgm.at(kHeadColour), 11U);
+    EXPECT_EQ(lgm.blocks[kHeadPoint].activation, kHeadClamp);
+    EXPECT_EQ(lgm.blocks[kHeadColour].activation, kHeadTanh);
+    form.per_pixel = 3;
+    EXPECT_EQ(HeadLayout(form).channels(), 42U);
+    EXPECT_EQ(HeadLayout(form).gaussians(4, 2), 48U);
 }
 
 TEST(ModelConfigRules, AcceptsTheDefaults) {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "ops/every/op_samples.h"
-#include "ref/gaussian_head_ref.h"
+#include "ref/every/op_arguments_ref.h"
 #include "support/golden_file.h"
 
 namespace splat::test {
@@ -14,16 +14,12 @@ SPLAT_INSTANTIATE_KERNELS(GaussianHead);
 
 ref::GaussianHeadInput head_reference(const OpCall& call) {
     const Shape& net_out = call.inputs[0].shape;
+    ref::OpArguments given;
+    for (const auto& [name, value] : call.attributes.items())
+        given.attributes[name] =
+            value.is_boolean() ? (value.get<bool>() ? 1 : 0) : value.get<double>();
     ref::GaussianHeadInput in;
-    in.shape.images = net_out[0];
-    in.shape.pixels = std::size_t{net_out[2]} * net_out[3];
-    in.shape.offset = call.attributes.at("offset").get<bool>();
-    in.shape.degree = call.attributes.at("sh_degree").get<std::size_t>();
-    in.shape.isotropic = call.attributes.at("isotropic").get<bool>();
-    in.shape.activate = call.attributes.at("activate").get<bool>();
-    // The library holds the depths as floats.
-    in.shape.znear = static_cast<double>(call.attributes.at("znear").get<float>());
-    in.shape.zfar = static_cast<double>(call.attributes.at("zfar").get<float>());
+    in.shape = {net_out[0], std::size_t{net_out[2]} * net_out[3], ref::every::head_layout(given)};
     std::vector<double>* const tensors[] = {&in.net_out,    &in.rays,  &in.view_to_world,
                                             &in.quaternion, &in.focal, &in.origin};
     for (std::size_t i = 0; i < 6; ++i) *tensors[i] = to_double(call.inputs[i].values);
@@ -55,25 +51,40 @@ void expect_head(vk::Context& context, const OpCall& call, const std::string& wh
 struct HeadCase {
     Shape images;  ///< [images, height, width]
     std::uint32_t views;
-    std::uint32_t degree;
-    bool offset;
-    bool isotropic;
-    bool activate;
+    HeadForm form;
     HeadCameras cameras;
 };
 
 constexpr HeadCameras kAll{true, true, true};
 constexpr HeadCameras kNone{false, false, false};
 
-/// Every attribute both ways, one pixel and odd numbers of them, focal and origin together and alone.
+/// Every attribute both ways, one pixel and odd numbers of them, focal and origin together and alone; the last are
+/// heads of other networks, F3D-Gaus and LGM, and several Gaussians of a pixel.
 std::vector<HeadCase> head_cases() {
-    return {{{1, 1, 1}, 1, 1, true, false, true, kNone},
-            {{4, 5, 7}, 2, 1, true, false, true, kAll},
-            {{3, 3, 5}, 3, 0, true, true, true, {true, false, false}},
-            {{3, 9, 2}, 1, 1, false, true, true, {false, true, false}},
-            {{2, 1, 65}, 1, 0, false, false, false, {false, false, true}},
-            {{5, 16, 16}, 5, 1, true, true, false, kNone},
-            {{2, 33, 31}, 1, 1, true, false, true, kAll}};
+    const HeadForm lgm{.positions = kHeadBox,
+                       .least = -1,
+                       .most = 1,
+                       .scales = kHeadSoftplus,
+                       .sh_degree = 0,
+                       .direct = true};
+    HeadForm raw = lgm;
+    raw.activate = false;
+    raw.per_pixel = 2;
+    return {
+        {{1, 1, 1}, 1, {}, kNone},
+        {{4, 5, 7}, 2, {}, kAll},
+        {{3, 3, 5}, 3, {.isotropic = true, .sh_degree = 0}, {true, false, false}},
+        {{3, 9, 2}, 1, {.offset = false, .isotropic = true}, {false, true, false}},
+        {{2, 1, 65}, 1, {.offset = false, .sh_degree = 0, .activate = false}, {false, false, true}},
+        {{5, 16, 16}, 5, {.isotropic = true, .activate = false}, kNone},
+        {{2, 33, 31}, 1, {}, kAll},
+        {{2, 5, 3}, 2, {.positions = kHeadInputDepth}, kAll},
+        {{2, 3, 5}, 1, {.positions = kHeadInputDepth, .offset = false, .per_pixel = 2}, kNone},
+        {{4, 5, 7}, 4, lgm, kAll},
+        {{2, 7, 3}, 1, raw, kNone},
+        {{2, 5, 3}, 1, {.positions = kHeadBox, .scales = kHeadSoftplus, .per_pixel = 3}, kAll},
+        {{2, 3, 7}, 2, {.scales = kHeadSoftplus, .isotropic = true, .per_pixel = 4}, kAll},
+        {{1, 4, 5}, 1, {.sh_degree = 0, .direct = true, .per_pixel = 3}, kAll}};
 }
 
 /// The same and more sizes, with alternating attributes.
@@ -87,10 +98,10 @@ std::vector<HeadCase> sized_head_cases() {
         const std::uint32_t views = 1 + i % 2;
         cases.push_back({{views * (1 + i % 3), height, width},
                          views,
-                         i % 3 == 0 ? 0U : 1U,
-                         i % 4 != 0,
-                         i % 5 == 0,
-                         i % 7 != 0,
+                         {.offset = i % 4 != 0,
+                          .isotropic = i % 5 == 0,
+                          .sh_degree = i % 3 == 0 ? 0U : 1U,
+                          .activate = i % 7 != 0},
                          {i % 2 == 0, i % 3 == 1, i % 5 == 2}});
     }
     EXPECT_GE(cases.size(), 24U);
@@ -98,10 +109,7 @@ std::vector<HeadCase> sized_head_cases() {
 }
 
 OpCall call_of(const HeadCase& c, std::uint64_t seed) {
-    OpCall call = head_sample(c.images, c.views, c.degree, c.offset, c.cameras, seed);
-    call.attributes["isotropic"] = c.isotropic;
-    call.attributes["activate"] = c.activate;
-    return call;
+    return head_sample(c.images, c.views, c.form, c.cameras, seed);
 }
 
 TEST_P(GaussianHead, MatchesFloat64) {
@@ -154,6 +162,22 @@ TEST_P(GaussianHead, NoNumberComesOfNaN) {
     EXPECT_TRUE(std::isfinite(gpu.outputs[0][3]));
 }
 
+/// Activations far from 0 and at the bounds of a box: both directions, and what is small keeps its digits.
+TEST_P(GaussianHead, LimitsOfActivations) {
+    const HeadForm form{.positions = kHeadBox,
+                        .least = -1,
+                        .most = 1,
+                        .scales = kHeadSoftplus,
+                        .sh_degree = 0,
+                        .direct = true};
+    const float values[] = {0, 1e-6F, -1e-6F, 1,   -1, 1.0000001F, -1.0000001F,
+                            8, -8,    20,     -20, 40, -40};
+    OpCall call = head_sample({1, 1, std::size(values)}, 1, form, kNone, 345);
+    for (std::size_t i = 0; i < call.inputs[0].values.size(); ++i)
+        call.inputs[0].values[i] = values[(i + i / std::size(values)) % std::size(values)];
+    expect_head(context(), call, "limits");
+}
+
 TEST_P(GaussianHead, RejectsWhatDoesNotFit) {
     const OpCall good = call_of(head_cases()[1], 340);
     const auto status = [&](const auto& change) {
@@ -171,6 +195,14 @@ TEST_P(GaussianHead, RejectsWhatDoesNotFit) {
     EXPECT_ERROR(with("views", 3), Code::kShape, "objects of 3 views");
     EXPECT_ERROR(with("views", 0), Code::kInvalidArgument, "views is 0");
     EXPECT_ERROR(with("znear", 5), Code::kInvalidArgument, "znear is 5");
+    EXPECT_ERROR(with("positions", 3), Code::kInvalidArgument, "positions is 3");
+    EXPECT_ERROR(with("positions", 1), Code::kShape, "expected 23, for each of 1 Gaussians");
+    EXPECT_ERROR(with("scales", 1), Code::kInvalidArgument, "scales is 1");
+    EXPECT_ERROR(with("per_pixel", 5), Code::kInvalidArgument, "per_pixel is 5");
+    EXPECT_ERROR(with("direct", true), Code::kInvalidArgument, "expected 0 with direct colours");
+    OpCall without_depth = call_of(head_cases()[8], 350);
+    without_depth.inputs[5] = {};
+    EXPECT_ERROR(run_op(context(), without_depth).status, Code::kShape, "origin");
     for (std::size_t i = 1; i < 6; ++i)
         EXPECT_ERROR(status([&](OpCall& c) { c.inputs[i] = normal_tensor({9}, 1); }), Code::kShape,
                      ops::find_op("gaussian_head").value()->inputs[i].name);
@@ -221,9 +253,11 @@ OpCall golden_call(const Golden& golden) {
     const std::uint32_t each = views * height * width;
     OpCall call;
     call.op = "gaussian_head";
-    call.attributes = {{"views", views},    {"sh_degree", cfg[4]}, {"znear", depths[0]},
-                       {"zfar", depths[1]}, {"offset", true},      {"isotropic", cfg[7] != 0},
-                       {"activate", true}};
+    call.attributes = {{"views", views},
+                       {"sh_degree", cfg[4]},
+                       {"znear", depths[0]},
+                       {"zfar", depths[1]},
+                       {"isotropic", cfg[7] != 0}};
     call.inputs = {net_out,
                    reshaped(tensor("ray_dirs"), {3, height, width}),
                    reshaped(tensor("v2w"), {images, 4, 4}),

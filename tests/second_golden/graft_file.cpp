@@ -110,7 +110,11 @@ Pass run(Session& session, const std::vector<std::size_t>& planes, Numbers& numb
          {"isotropic", 0},
          {"activate", 1},
          {"znear", 0.8},
-         {"zfar", 1.8}},
+         {"zfar", 1.8},
+         {"positions", 0},
+         {"scales", 2},
+         {"direct", 0},
+         {"per_pixel", 1}},
         {{1, all, 3}, {1, all, 1}, {1, all, 3}, {1, all, 4}, {1, all, 1, 3}});
     return pass;
 }

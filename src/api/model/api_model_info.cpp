@@ -20,7 +20,7 @@ splat_model_info info_of(const api::ModelObject& object) {
     info.channels = c.input_channels();
     info.image_channels = c.image_channels();
     info.output_channels = network.raw_output().shape[1];
-    info.gaussians = c.views * c.resolution * c.resolution;
+    info.gaussians = c.gaussians();
     info.sh_degree = c.sh_degree;
     info.embedding_length = c.embedding == config::Embedding::kCustom ? c.embedding_length() : 0;
     info.token_dim = c.token_dim;

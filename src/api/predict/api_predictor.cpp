@@ -293,7 +293,7 @@ splat_result splat_predictor_get_info(splat_predictor predictor, splat_predictor
         filled.mask = network.mask ? 1 : 0;
         filled.origin_distance = network.origin_distance ? 1 : 0;
         filled.sh_degree = network.sh_degree;
-        filled.gaussians = std::uint64_t{network.views} * network.resolution * network.resolution;
+        filled.gaussians = network.gaussians();
         filled.fov_degrees = static_cast<double>(network.fov_degrees);
         const std::array<float, 3> background = predict::background_of(object->settings);
         std::copy(background.begin(), background.end(), filled.background);

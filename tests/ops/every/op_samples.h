@@ -6,6 +6,7 @@
 #include <array>
 
 #include "ops/activations/activation.h"
+#include "ops/gaussian_head.h"
 #include "ops/op_harness.h"
 #include "support/rng_fill.h"
 
@@ -83,11 +84,12 @@ struct HeadCameras {
 };
 
 /// A call of gaussian_head with cameras at random: `images` is [images, height, width].
-inline OpCall head_sample(const Shape& images, std::uint32_t views, std::uint32_t degree,
-                          bool offset, const HeadCameras& with, std::uint64_t seed) {
+inline OpCall head_sample(const Shape& images, std::uint32_t views, const HeadForm& form,
+                          const HeadCameras& with, std::uint64_t seed) {
+    const HeadLayout layout(form);
     const std::uint32_t n = images[0];
     const std::uint32_t batch = n / views;
-    const std::uint32_t each = views * images[1] * images[2];
+    const std::uint32_t each = views * images[1] * images[2] * form.per_pixel;
     HostTensor rays = normal_tensor({3, images[1], images[2]}, seed + 1, 0, with.focal ? 40 : 0.5);
     std::fill(rays.values.end() - images[1] * images[2], rays.values.end(), 1.0F);
     HostTensor matrices = normal_tensor({n, 4, 4}, seed + 2);
@@ -95,25 +97,26 @@ inline OpCall head_sample(const Shape& images, std::uint32_t views, std::uint32_
         const float w = i % 16 == 15 ? 1.0F : 0.0F;
         matrices.values[i] = with.projective ? 4 * w + 0.2F * matrices.values[i] : w;
     }
-    OpCall call =
-        sample("gaussian_head",
-               {{"views", views},
-                {"sh_degree", degree},
-                {"offset", offset},
-                {"isotropic", false},
-                {"activate", true},
-                {"znear", 0.8},
-                {"zfar", 1.8}},
-               {normal_tensor({n, 12 + 9 * degree + (offset ? 3 : 0), images[1], images[2]}, seed),
-                rays, matrices, normal_tensor({n, 4}, seed + 3),
-                normal_tensor({n, 2}, seed + 4, 40, 2), normal_tensor({n}, seed + 5, 2, 0.1)},
-               {Shape{batch, each, 3},
-                {batch, each, 1},
-                {batch, each, 3},
-                {batch, each, 4},
-                {batch, each, 1 + 3 * degree, 3}});
+    Json attributes;
+    for (const JsonScalar& attribute : ops::gaussian_head_attributes(form, views))
+        std::visit([&](const auto& value) { attributes[attribute.name] = value; }, attribute.value);
+    OpCall call = sample("gaussian_head", attributes,
+                         {normal_tensor({n, layout.channels(), images[1], images[2]}, seed),
+                          rays,
+                          matrices,
+                          normal_tensor({n, 4}, seed + 3),
+                          normal_tensor({n, 2}, seed + 4, 40, 2),
+                          {}},
+                         {Shape{batch, each, 3},
+                          {batch, each, 1},
+                          {batch, each, 3},
+                          {batch, each, 4},
+                          {batch, each, layout.coefficients(), 3}});
     if (!with.focal) call.inputs[4] = {};
-    if (!with.origin) call.inputs[5] = {};
+    if (form.positions == kHeadInputDepth)
+        call.inputs[5] = normal_tensor(images, seed + 5, 2, 0.1);
+    else if (with.origin)
+        call.inputs[5] = normal_tensor({n}, seed + 5, 2, 0.1);
     return call;
 }
 
@@ -164,7 +167,7 @@ inline std::vector<OpCall> op_samples() {
     add_attention_samples(calls);
     add_feature_samples(calls);
     add_random_samples(calls);
-    calls.push_back(head_sample({4, 5, 7}, 2, 1, true, {true, true, false}, 20));
+    calls.push_back(head_sample({4, 5, 7}, 2, {}, {true, true, false}, 20));
     calls.push_back(sample("edge_loss", {{"scharr", true}},
                            {normal_tensor({2, 3, 9, 13}, 32), normal_tensor({2, 3, 9, 13}, 33),
                             normal_tensor({2, 1, 9, 13}, 34, 1)},

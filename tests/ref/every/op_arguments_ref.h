@@ -93,10 +93,24 @@ inline FourierShape fourier(const OpArguments& in) {
     return {in.inputs[0].dim(0), in.inputs[0].dim(1), in.inputs[1].dim(0)};
 }
 
+inline HeadLayout head_layout(const OpArguments& in) {
+    HeadForm form;
+    form.positions = static_cast<std::uint32_t>(in.count("positions"));
+    form.offset = in.flag("offset");
+    form.least = static_cast<float>(in.attribute("znear"));
+    form.most = static_cast<float>(in.attribute("zfar"));
+    form.scales = static_cast<std::uint32_t>(in.count("scales"));
+    form.isotropic = in.flag("isotropic");
+    form.sh_degree = static_cast<std::uint32_t>(in.count("sh_degree"));
+    form.direct = in.flag("direct");
+    form.activate = in.flag("activate");
+    form.per_pixel = static_cast<std::uint32_t>(in.count("per_pixel"));
+    return HeadLayout(form);
+}
+
 inline GaussianHeadInput gaussian_head(const OpArguments& in) {
     const OpTensor& x = in.inputs[0];
-    return {{x.dim(0), x.pixels(), in.flag("offset"), in.count("sh_degree"), in.flag("isotropic"),
-             in.flag("activate"), in.single("znear"), in.single("zfar")},
+    return {{x.dim(0), x.pixels(), head_layout(in)},
             x.values,
             in.values(1),
             in.values(2),
