@@ -5,7 +5,6 @@
 
 #include "data/folder.h"
 #include "io/file.h"
-#include "io/ply_header.h"
 #include "io/ply_rows.h"
 
 namespace splat::data {

@@ -18,7 +18,7 @@
 #include "io/file.h"
 #include "io/folder.h"
 #include "io/npy.h"
-#include "io/npz.h"
+#include "io/weights_formats.h"
 
 namespace splat::data {
 namespace {

@@ -115,7 +115,8 @@ Result<io::Image> load_numbers(const fs::path& path, MapKind kind, const io::Ima
     io::Buffer file(options.header_only ? std::min(kHeaderBytes, source->size()) : source->size());
     SPLAT_TRY(source->read(0, file));
     SPLAT_ASSIGN(io::NumberImage found,
-                 options.header_only ? io::read_number_header(file) : io::read_number_image(file));
+                 io::read_number_image(file, options.header_only ? io::NumberPart::kHeader
+                                                                 : io::NumberPart::kValues));
     if (found.channels != channels_of(kind) || (options.square && found.width != found.height))
         return error(Code::kFormat, "%u x %u numbers of %u channels, expected %u channels%s",
                      found.width, found.height, found.channels, channels_of(kind),

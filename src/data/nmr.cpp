@@ -10,7 +10,7 @@
 #include "data/object_lists.h"
 #include "io/file.h"
 #include "io/folder.h"
-#include "io/npz.h"
+#include "io/weights_formats.h"
 
 namespace splat::data {
 namespace {

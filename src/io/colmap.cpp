@@ -1,20 +1,119 @@
 #include "io/colmap.h"
 
 #include <filesystem>
+#include <map>
 #include <span>
 #include <unordered_set>
 
-#include "io/colmap_lens.h"
 #include "io/file.h"
 #include "io/folder.h"
 #include "io/reader.h"
+#include "scene/camera_pose.h"
 
 namespace splat::io {
 namespace {
 
-using colmap::Lens;
-using colmap::Lenses;
-using colmap::Pose;
+/// A lens model of COLMAP: how many parameters it has, in this order.
+struct LensModel {
+    std::int32_t id;
+    std::string_view name;
+    std::size_t parameters;
+    bool one_focal;                           ///< f cx cy instead of fx fy cx cy
+    bool other_lens;                          ///< no pinhole, whatever its parameters
+    std::span<const char* const> distortion;  ///< names of the parameters that follow
+};
+
+constexpr const char* kRadial1[] = {"k"};
+constexpr const char* kRadial2[] = {"k1", "k2"};
+constexpr const char* kOpenCv[] = {"k1", "k2", "p1", "p2"};
+constexpr const char* kFullOpenCv[] = {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"};
+
+constexpr LensModel kLensModels[] = {
+    {0, "SIMPLE_PINHOLE", 3, true, false, {}},         {1, "PINHOLE", 4, false, false, {}},
+    {2, "SIMPLE_RADIAL", 4, true, false, kRadial1},    {3, "RADIAL", 5, true, false, kRadial2},
+    {4, "OPENCV", 8, false, false, kOpenCv},           {5, "OPENCV_FISHEYE", 8, false, true, {}},
+    {6, "FULL_OPENCV", 12, false, false, kFullOpenCv}, {7, "FOV", 5, false, true, {}},
+    {8, "SIMPLE_RADIAL_FISHEYE", 4, true, true, {}},   {9, "RADIAL_FISHEYE", 5, true, true, {}},
+    {10, "THIN_PRISM_FISHEYE", 12, false, true, {}}};
+
+struct ColmapLens {
+    const LensModel* model = nullptr;
+    std::uint64_t width = 0;
+    std::uint64_t height = 0;
+    std::vector<double> parameters;
+};
+
+using Lenses = std::map<std::uint64_t, ColmapLens>;
+
+/// The line or record of an image.
+struct ColmapPose {
+    std::uint64_t camera = 0;
+    std::string name;
+    double rotation[4] = {};  ///< w x y z
+    double translation[3] = {};
+};
+
+const LensModel* find_lens_model(std::int32_t id) {
+    for (const LensModel& model : kLensModels)
+        if (model.id == id) return &model;
+    return nullptr;
+}
+
+const LensModel* find_lens_model(std::string_view name) {
+    for (const LensModel& model : kLensModels)
+        if (model.name == name) return &model;
+    return nullptr;
+}
+
+std::string supported_models() {
+    std::string list;
+    for (const LensModel& model : kLensModels)
+        list += (list.empty() ? "" : ", ") + std::string(model.name);
+    return list;
+}
+
+Status add_camera(const Lenses& lenses, const ColmapPose& pose, const CameraOptions& options,
+                  CameraSet& set) {
+    const auto found = lenses.find(pose.camera);
+    if (found == lenses.end())
+        return error(Code::kFormat, "COLMAP: image '%s' names camera %llu, which does not exist",
+                     shown(pose.name).c_str(), static_cast<unsigned long long>(pose.camera));
+    if (set.cameras.size() >= options.max_cameras)
+        return error(Code::kUnsupported, "COLMAP: more than %llu images",
+                     static_cast<unsigned long long>(options.max_cameras));
+    const ColmapLens& lens = found->second;
+    const std::vector<double>& p = lens.parameters;
+    if (lens.width > scene::kMaxImageSide || lens.height > scene::kMaxImageSide)
+        return error(Code::kFormat, "COLMAP: camera %llu of %llu x %llu pixels",
+                     static_cast<unsigned long long>(pose.camera),
+                     static_cast<unsigned long long>(lens.width),
+                     static_cast<unsigned long long>(lens.height));
+    const std::size_t center = lens.model->one_focal ? 1 : 2;
+    scene::Camera camera;
+    camera.name = pose.name;
+    camera.width = static_cast<std::uint32_t>(lens.width);
+    camera.height = static_cast<std::uint32_t>(lens.height);
+    camera.fx = p[0];
+    camera.fy = lens.model->one_focal ? p[0] : p[1];
+    camera.cx = p[center];
+    camera.cy = p[center + 1];
+    if (lens.model->other_lens)
+        SPLAT_TRY(note_lens(pose.name, "model", "camera model " + std::string(lens.model->name),
+                            options, set));
+    for (std::size_t i = 0; i < lens.model->distortion.size(); ++i)
+        SPLAT_TRY(
+            note_distortion(pose.name, lens.model->distortion[i], p[center + 2 + i], options, set));
+    const auto matrix = scene::pose_from_quaternion(
+        {pose.rotation[0], pose.rotation[1], pose.rotation[2], pose.rotation[3]},
+        {pose.translation[0], pose.translation[1], pose.translation[2]});
+    if (!matrix.ok())
+        return error(Code::kFormat, "COLMAP: image '%s': %s", shown(pose.name).c_str(),
+                     matrix.status().message().c_str());
+    camera.world_to_camera = matrix.value();
+    SPLAT_TRY(from_file(scene::check_camera(camera)));
+    set.cameras.push_back(std::move(camera));
+    return {};
+}
 
 /// `count` numbers of one kind, from either form of the files.
 template <class Source>
@@ -25,7 +124,7 @@ Status read_numbers(Source& source, std::span<double> numbers, const char* field
 
 /// The end of a camera's record: size and parameters of `lens`, whose model is known.
 template <class Source>
-Status read_lens_numbers(Source& source, Lens& lens) {
+Status read_lens_numbers(Source& source, ColmapLens& lens) {
     SPLAT_TRY(source.read(lens.width, "width"));
     SPLAT_TRY(source.read(lens.height, "height"));
     lens.parameters.resize(lens.model->parameters);
@@ -33,7 +132,7 @@ Status read_lens_numbers(Source& source, Lens& lens) {
 }
 
 template <class Source>
-Status read_pose_numbers(Source& source, Pose& pose) {
+Status read_pose_numbers(Source& source, ColmapPose& pose) {
     SPLAT_TRY(read_numbers(source, pose.rotation, "quaternion"));
     return read_numbers(source, pose.translation, "translation");
 }
@@ -41,7 +140,7 @@ Status read_pose_numbers(Source& source, Pose& pose) {
 Status unsupported_model(const std::string& name) {
     return error(Code::kUnsupported,
                  "COLMAP: camera model %s, expected one of %s; undistort the images", name.c_str(),
-                 colmap::supported_models().c_str());
+                 supported_models().c_str());
 }
 
 Result<Lenses> read_text_lenses(Bytes file) {
@@ -51,10 +150,10 @@ Result<Lenses> read_text_lenses(Bytes file) {
     while (lines.next_record(line)) {
         Words words(line, lines);
         std::uint64_t id = 0;
-        Lens lens;
+        ColmapLens lens;
         SPLAT_TRY(words.read(id, "camera id"));
         SPLAT_ASSIGN(const std::string_view name, words.word("model"));
-        lens.model = colmap::find_model(name);
+        lens.model = find_lens_model(name);
         if (lens.model == nullptr)
             return unsupported_model("'" + std::string(name.substr(0, 40)) + "'");
         SPLAT_TRY(read_lens_numbers(words, lens));
@@ -95,11 +194,11 @@ Result<Lenses> read_binary_lenses(Bytes file) {
     for (std::uint64_t i = 0; i < count; ++i) {
         std::uint32_t id = 0;
         std::int32_t model = 0;
-        Lens lens;
+        ColmapLens lens;
         const std::size_t start = reader.position();
         SPLAT_TRY(reader.read(id, "camera id"));
         SPLAT_TRY(reader.read(model, "model"));
-        lens.model = colmap::find_model(model);
+        lens.model = find_lens_model(model);
         if (lens.model == nullptr) return unsupported_model("number " + std::to_string(model));
         SPLAT_TRY(read_lens_numbers(reader, lens));
         if (!lenses.emplace(id, std::move(lens)).second)
@@ -135,10 +234,6 @@ Result<std::string> find_model(const std::string& folder, const std::string& nam
             if (is_there) return path;
         }
     return std::string();
-}
-
-Status in_place(const Status& status, const std::string& place) {
-    return Status(status.code(), "'" + place + "': " + status.message());
 }
 
 Result<std::vector<scene::Vec3>> read_binary_points(Bytes file) {
@@ -179,6 +274,42 @@ Result<std::vector<scene::Vec3>> read_text_points(Bytes file) {
 
 }  // namespace
 
+Status note_lens(const std::string& camera, const std::string& kind, const std::string& what,
+                 const CameraOptions& options, CameraSet& set) {
+    if (!options.ignore_distortion)
+        return error(Code::kUnsupported,
+                     "camera '%s': %s, only pinhole cameras are supported: undistort the images "
+                     "('colmap image_undistorter' makes images and cameras of a COLMAP model)%s",
+                     shown(camera).c_str(), what.c_str(),
+                     options.may_ignore ? ", or ignore it (SPLAT_CAMERA_IGNORE_DISTORTION)" : "");
+    IgnoredLens& ignored =
+        set.ignored.try_emplace(kind, IgnoredLens{what, camera, {}}).first->second;
+    ignored.cameras.insert(set.cameras.size());
+    return {};
+}
+
+Status note_distortion(const std::string& camera, const char* parameter, double value,
+                       const CameraOptions& options, CameraSet& set) {
+    if (value == 0) return {};
+    return note_lens(camera, parameter, format("distortion %s = %g", parameter, value), options,
+                     set);
+}
+
+void warn_of_ignored(CameraSet& set) {
+    if (set.ignored.empty()) return;
+    std::set<std::size_t> cameras;
+    std::string what;
+    for (const auto& [kind, ignored] : set.ignored) {
+        cameras.insert(ignored.cameras.begin(), ignored.cameras.end());
+        what += (what.empty() ? "" : ", ") + ignored.what;
+    }
+    const std::string first = shown(set.ignored.begin()->second.camera);
+    set.warnings.push_back(cameras.size() == 1
+                               ? format("camera '%s': %s is ignored", first.c_str(), what.c_str())
+                               : format("%zu cameras, such as '%s': %s is ignored", cameras.size(),
+                                        first.c_str(), what.c_str()));
+}
+
 Result<CameraSet> read_colmap_text(Bytes cameras, Bytes images, const CameraOptions& options) {
     SPLAT_ASSIGN(const Lenses lenses, read_text_lenses(cameras));
     CameraSet set;
@@ -188,7 +319,7 @@ Result<CameraSet> read_colmap_text(Bytes cameras, Bytes images, const CameraOpti
     while (lines.next_record(line)) {
         Words words(line, lines);
         std::uint64_t id = 0;
-        Pose pose;
+        ColmapPose pose;
         SPLAT_TRY(words.read(id, "image id"));
         SPLAT_TRY(read_pose_numbers(words, pose));
         SPLAT_TRY(words.read(pose.camera, "camera id"));
@@ -197,7 +328,7 @@ Result<CameraSet> read_colmap_text(Bytes cameras, Bytes images, const CameraOpti
         if (pose.name.find('\0') != std::string::npos) return lines.bad("a NUL in the name");
         if (!ids.insert(id).second)
             return lines.bad("image id " + std::to_string(id) + " appears twice");
-        SPLAT_TRY(colmap::add_camera(lenses, pose, options, set));
+        SPLAT_TRY(add_camera(lenses, pose, options, set));
         if (lines.next(line)) SPLAT_TRY(check_points(line, lines, pose.name));
     }
     SPLAT_TRY(need_images(set, "COLMAP images.txt"));
@@ -219,7 +350,7 @@ Result<CameraSet> read_colmap_binary(Bytes cameras, Bytes images, const CameraOp
         std::uint32_t id = 0;
         std::uint32_t camera = 0;
         std::uint64_t points = 0;
-        Pose pose;
+        ColmapPose pose;
         const std::size_t start = reader.position();
         SPLAT_TRY(reader.read(id, "image id"));
         SPLAT_TRY(read_pose_numbers(reader, pose));
@@ -230,7 +361,7 @@ Result<CameraSet> read_colmap_binary(Bytes cameras, Bytes images, const CameraOp
         SPLAT_TRY(reader.need(points, kPointBytes, "points"));
         SPLAT_TRY(reader.take(points * kPointBytes, "points").status());
         if (!ids.insert(id).second) return appears_twice(reader, "image", id, start);
-        SPLAT_TRY(colmap::add_camera(lenses, pose, options, set));
+        SPLAT_TRY(add_camera(lenses, pose, options, set));
     }
     SPLAT_TRY(need_end(reader, count));
     SPLAT_TRY(need_images(set, "COLMAP images.bin"));
@@ -255,9 +386,9 @@ Result<CameraSet> load_colmap(const std::string& folder, const CameraOptions& op
     const std::string place = stem.substr(0, stem.rfind('/'));
     SPLAT_ASSIGN(const Buffer cameras, read_file(stem));
     SPLAT_ASSIGN(const Buffer images, read_file(place + (binary ? "/images.bin" : "/images.txt")));
-    auto set = binary ? read_colmap_binary(cameras, images, options)
-                      : read_colmap_text(cameras, images, options);
-    return set.ok() ? std::move(set) : in_place(set.status(), place);
+    return in_file(binary ? read_colmap_binary(cameras, images, options)
+                          : read_colmap_text(cameras, images, options),
+                   place);
 }
 
 Result<std::vector<scene::Vec3>> load_colmap_points(const std::string& folder) {
@@ -267,8 +398,8 @@ Result<std::vector<scene::Vec3>> load_colmap_points(const std::string& folder) {
     SPLAT_ASSIGN(const bool is_there, has_file(path));
     if (cameras.empty() || !is_there) return std::vector<scene::Vec3>();
     SPLAT_ASSIGN(const Buffer file, read_file(path));
-    auto points = path.ends_with(".bin") ? read_binary_points(file) : read_text_points(file);
-    return points.ok() ? std::move(points) : in_place(points.status(), path);
+    return in_file(path.ends_with(".bin") ? read_binary_points(file) : read_text_points(file),
+                   path);
 }
 
 }  // namespace splat::io

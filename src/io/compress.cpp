@@ -181,10 +181,6 @@ Result<Buffer> gzip(Bytes bytes) {
     return deflate_all(bytes, kGzipWindow);
 }
 
-Result<Buffer> deflate_zlib(Bytes bytes) {
-    return deflate_all(bytes, MAX_WBITS);
-}
-
 Result<Buffer> zstd(Bytes bytes) {
     constexpr int kLevel = 6;
     Buffer out(ZSTD_compressBound(bytes.size()));

@@ -42,7 +42,4 @@ std::uint32_t crc32_of(Bytes bytes, std::uint32_t before = 0);
 Result<Buffer> gzip(Bytes bytes);
 Result<Buffer> zstd(Bytes bytes);
 
-/// A zlib stream, as PNG requires. Errors: kOutOfHostMemory.
-Result<Buffer> deflate_zlib(Bytes bytes);
-
 }  // namespace splat::io

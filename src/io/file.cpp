@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cctype>
 #include <cerrno>
 #include <climits>
 #include <cstdio>
@@ -142,20 +143,21 @@ Status check_range(std::uint64_t size, std::uint64_t offset, std::uint64_t count
                  static_cast<unsigned long long>(size));
 }
 
-/// An open file.
-class OpenFile {
+class OpenFile : public Source, public std::enable_shared_from_this<OpenFile> {
   public:
-    OpenFile(std::string path, int fd) : path_(std::move(path)), file_(fd) {}
+    OpenFile(std::string path, bool mappable)
+        : path_(std::move(path)), file_(open_to_read(path_)), mappable_(mappable) {}
 
     Status examine(std::uint64_t max_bytes) {
         SPLAT_ASSIGN(size_, checked_size(file_, path_, max_bytes, opened_));
         return {};
     }
-    [[nodiscard]] std::uint64_t size() const { return size_; }
-    Status read(std::uint64_t offset, std::span<std::byte> to) const {
+    [[nodiscard]] std::uint64_t size() const override { return size_; }
+    Status read(std::uint64_t offset, std::span<std::byte> to) const override {
         SPLAT_TRY(check_range(size_, offset, to.size()));
         return read_all(file_.get(), offset, to, path_);
     }
+    [[nodiscard]] std::shared_ptr<const MappedFile> map() const override;
     [[nodiscard]] Status unchanged() const {
         struct stat now {};
         if (::fstat(file_.get(), &now) != 0) return failed("examine", path_);
@@ -172,6 +174,7 @@ class OpenFile {
   private:
     std::string path_;
     Descriptor file_;
+    bool mappable_;
     std::uint64_t size_ = 0;
     struct stat opened_ {};
 };
@@ -208,24 +211,20 @@ class Mapping : public MappedFile {
     void* at_ = nullptr;
 };
 
-class FileSource : public Source {
-  public:
-    FileSource(std::shared_ptr<const OpenFile> file, bool mappable)
-        : file_(std::move(file)), mappable_(mappable) {}
-    [[nodiscard]] std::uint64_t size() const override { return file_->size(); }
-    Status read(std::uint64_t offset, std::span<std::byte> to) const override {
-        return file_->read(offset, to);
-    }
-    [[nodiscard]] std::shared_ptr<const MappedFile> map() const override {
-        if (!mappable_) return nullptr;
-        auto mapping = std::make_shared<Mapping>(file_);
-        return mapping->map() ? mapping : nullptr;
-    }
+std::shared_ptr<const MappedFile> OpenFile::map() const {
+    if (!mappable_) return nullptr;
+    auto mapping = std::make_shared<Mapping>(shared_from_this());
+    return mapping->map() ? mapping : nullptr;
+}
 
-  private:
-    std::shared_ptr<const OpenFile> file_;
-    bool mappable_;
-};
+ssize_t write_some(int file, Bytes bytes, std::optional<std::uint64_t> offset) {
+    if (SPLAT_FAULT("io.write")) {
+        errno = ENOSPC;
+        return -1;
+    }
+    return offset ? ::pwrite(file, bytes.data(), bytes.size(), static_cast<off_t>(*offset))
+                  : ::write(file, bytes.data(), bytes.size());
+}
 
 }  // namespace
 
@@ -235,20 +234,40 @@ Status system_error(int number, const char* doing, const std::string& path) {
                  shown(path, PATH_MAX).c_str(), std::strerror(number));
 }
 
+Status write_all(int file, Bytes bytes, const std::string& path,
+                 std::optional<std::uint64_t> offset) {
+    while (!bytes.empty()) {
+        const ssize_t written = write_some(file, bytes, offset);
+        if (written < 0 && errno == EINTR) continue;
+        if (written == 0) errno = ENOSPC;
+        if (written <= 0) return system_error(errno, "write", path);
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+        if (offset) *offset += static_cast<std::uint64_t>(written);
+    }
+    return {};
+}
+
+std::string extension_of(const std::string& path) {
+    const std::size_t dot = path.find_last_of("./");
+    if (dot == std::string::npos || path[dot] == '/') return "";
+    std::string extension = path.substr(dot);
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension;
+}
+
 Result<Buffer> read_file(const std::string& path, std::uint64_t max_bytes) {
-    const Descriptor file(open_to_read(path));
-    struct stat info {};
-    SPLAT_ASSIGN(const std::uint64_t size, checked_size(file, path, max_bytes, info));
-    Buffer bytes(size);
-    SPLAT_TRY(read_all(file.get(), 0, bytes, path));
+    OpenFile file(path, false);
+    SPLAT_TRY(file.examine(max_bytes));
+    Buffer bytes(file.size());
+    SPLAT_TRY(file.read(0, bytes));
     return bytes;
 }
 
-Result<std::unique_ptr<Source>> open_source(const std::string& path, std::uint64_t max_bytes,
-                                            bool mappable) {
-    const auto file = std::make_shared<OpenFile>(path, open_to_read(path));
+Result<std::shared_ptr<const Source>> open_source(const std::string& path, std::uint64_t max_bytes,
+                                                  bool mappable) {
+    const auto file = std::make_shared<OpenFile>(path, mappable);
     SPLAT_TRY(file->examine(max_bytes));
-    return std::unique_ptr<Source>(std::make_unique<FileSource>(file, mappable));
+    return std::shared_ptr<const Source>(file);
 }
 
 Status MemorySource::read(std::uint64_t offset, std::span<std::byte> to) const {

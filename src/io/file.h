@@ -16,6 +16,9 @@ inline constexpr std::uint64_t kMaxFileBytes = std::uint64_t{16} << 30;
 /// sentence is "cannot <doing> '<path>': <the system's reason>".
 Status system_error(int number, const char* doing, const std::string& path);
 
+/// The extension of a path, in lower case and with the point; empty for none.
+std::string extension_of(const std::string& path);
+
 /// The whole file. Errors: kNotFound; kIo if the system refuses, the path is not a regular file, or the
 /// file becomes shorter while it is read; kUnsupported if it is larger than `max_bytes`.
 Result<Buffer> read_file(const std::string& path, std::uint64_t max_bytes = kMaxFileBytes);
@@ -85,9 +88,9 @@ class MemorySource : public Source {
 
 /// A file that stays open; its size is the one at opening. `mappable`: map() may map it. Errors: as
 /// read_file().
-Result<std::unique_ptr<Source>> open_source(const std::string& path,
-                                            std::uint64_t max_bytes = kMaxFileBytes,
-                                            bool mappable = false);
+Result<std::shared_ptr<const Source>> open_source(const std::string& path,
+                                                  std::uint64_t max_bytes = kMaxFileBytes,
+                                                  bool mappable = false);
 
 /// A file to write: pieces that it owns, and views of others' bytes, which must outlive it.
 class FilePieces {

@@ -1,9 +1,9 @@
-#include "io/gif.h"
-
 #include <gif_lib.h>
 
 #include <algorithm>
 #include <array>
+
+#include "io/animation.h"
 
 namespace splat::io {
 namespace {

@@ -75,98 +75,83 @@ void on_write(png_structp png, png_bytep from, std::size_t count) {
 
 void on_flush(png_structp) {}
 
-/// libpng's objects for either direction, and the state of its callbacks.
-struct Png {
-    PngState state;
-    png_structp png = nullptr;
-    png_infop info = nullptr;
-
-    explicit Png(PngState from) : state(from) {}
+/// libpng's objects for one direction: reading `in`, or writing to `out` if there is one.
+class Png {
+  public:
+    Png(Bytes in, Buffer* out) : state{in, out} {
+        png_ = (out != nullptr ? png_create_write_struct : png_create_read_struct)(
+            PNG_LIBPNG_VER_STRING, &state, on_error, on_warning);
+        if (png_ != nullptr) info_ = png_create_info_struct(png_);
+    }
     Png(const Png&) = delete;
     Png& operator=(const Png&) = delete;
-
-  protected:
-    ~Png() = default;
-};
-
-/// libpng's objects for reading.
-class PngReader : public Png {
-  public:
-    explicit PngReader(Bytes file) : Png({file, nullptr, "", 0, SIZE_MAX}) {
-        png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &state, on_error, on_warning);
-        if (png != nullptr) info = png_create_info_struct(png);
+    ~Png() {
+        if (state.out != nullptr)
+            png_destroy_write_struct(&png_, &info_);
+        else
+            png_destroy_read_struct(&png_, &info_, nullptr);
     }
-    PngReader(const PngReader&) = delete;
-    PngReader& operator=(const PngReader&) = delete;
-    ~PngReader() { png_destroy_read_struct(&png, &info, nullptr); }
 
     /// Fills all but the samples.
     bool read_header(Image& image, const ImageOptions& options) {
         // NOLINTNEXTLINE(cert-err52-cpp)
-        if (info == nullptr || setjmp(png_jmpbuf(png)) != 0) return false;
-        png_set_read_fn(png, &state, on_read);
-        png_set_user_limits(png, options.max_side, options.max_side);
+        if (info_ == nullptr || setjmp(png_jmpbuf(png_)) != 0) return false;
+        png_set_read_fn(png_, &state, on_read);
+        png_set_user_limits(png_, options.max_side, options.max_side);
         // No text, profile or palette of suggestions, which may be compressed, is needed.
-        png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
-        png_read_info(png, info);
-        png_set_expand(png);
-        passes_ = png_set_interlace_handling(png);
-        png_set_read_user_transform_fn(png, on_row);
-        png_read_update_info(png, info);
-        state.rows = count_rows(png, info);
-        image.width = png_get_image_width(png, info);
-        image.height = png_get_image_height(png, info);
-        image.channels = png_get_channels(png, info);
-        image.bits = png_get_bit_depth(png, info);
+        png_set_keep_unknown_chunks(png_, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
+        png_read_info(png_, info_);
+        png_set_expand(png_);
+        png_set_swap(png_);  // samples of 16 bits to the order of this machine
+        passes_ = png_set_interlace_handling(png_);
+        png_set_read_user_transform_fn(png_, on_row);
+        png_read_update_info(png_, info_);
+        state.rows = count_rows(png_, info_);
+        image.width = png_get_image_width(png_, info_);
+        image.height = png_get_image_height(png_, info_);
+        image.channels = png_get_channels(png_, info_);
+        image.bits = png_get_bit_depth(png_, info_);
         return true;
     }
 
     /// `rows` is [height, bytes of a row].
-    bool read_rows(std::byte* rows, std::size_t row_bytes, std::uint32_t height) {
+    bool read_rows(png_bytep rows, std::size_t row_bytes, std::uint32_t height) {
         // NOLINTNEXTLINE(cert-err52-cpp)
-        if (setjmp(png_jmpbuf(png)) != 0) return false;
+        if (setjmp(png_jmpbuf(png_)) != 0) return false;
         for (int pass = 0; pass < passes_; ++pass)
             for (std::uint32_t y = 0; y < height; ++y)
-                png_read_row(png, reinterpret_cast<png_bytep>(rows + y * row_bytes), nullptr);
+                png_read_row(png_, rows + y * row_bytes, nullptr);
         state.most = SIZE_MAX;
-        png_read_end(png, nullptr);
+        png_read_end(png_, nullptr);
         return true;
     }
 
-  private:
-    int passes_ = 1;
-};
-
-/// libpng's objects for writing.
-class PngWriter : public Png {
-  public:
-    explicit PngWriter(Buffer& out) : Png({{}, &out, "", 0, SIZE_MAX}) {
-        png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &state, on_error, on_warning);
-        if (png != nullptr) info = png_create_info_struct(png);
-    }
-    PngWriter(const PngWriter&) = delete;
-    PngWriter& operator=(const PngWriter&) = delete;
-    ~PngWriter() { png_destroy_write_struct(&png, &info); }
-
-    bool write(const Image& image, const std::byte* rows, std::size_t row_bytes, PngEffort effort) {
+    bool write(const Image& image, png_const_bytep rows, std::size_t row_bytes, PngEffort effort) {
         constexpr int kTypes[] = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA,
                                   PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA};
         // NOLINTNEXTLINE(cert-err52-cpp)
-        if (info == nullptr || setjmp(png_jmpbuf(png)) != 0) return false;
-        png_set_write_fn(png, &state, on_write, on_flush);
+        if (info_ == nullptr || setjmp(png_jmpbuf(png_)) != 0) return false;
+        png_set_write_fn(png_, &state, on_write, on_flush);
         if (effort == PngEffort::kFast) {
-            png_set_compression_level(png, 1);
-            png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
+            png_set_compression_level(png_, 1);
+            png_set_filter(png_, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
         }
-        png_set_IHDR(png, info, image.width, image.height, static_cast<int>(image.bits),
+        png_set_IHDR(png_, info_, image.width, image.height, static_cast<int>(image.bits),
                      kTypes[image.channels - 1], PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                      PNG_FILTER_TYPE_DEFAULT);
-        png_write_info(png, info);
-        for (std::uint32_t y = 0; y < image.height; ++y)
-            png_write_row(png, reinterpret_cast<png_const_bytep>(rows + y * row_bytes));
-        png_write_end(png, nullptr);
+        png_write_info(png_, info_);
+        if (image.bits == 16) png_set_swap(png_);
+        for (std::uint32_t y = 0; y < image.height; ++y) png_write_row(png_, rows + y * row_bytes);
+        png_write_end(png_, nullptr);
         return true;
     }
+
+    PngState state;
+
+  private:
+    png_structp png_ = nullptr;
+    png_infop info_ = nullptr;
+    int passes_ = 1;
 };
 
 std::size_t row_bytes_of(const Image& image) {
@@ -237,7 +222,7 @@ Result<Image> read_png(Bytes file, const ImageOptions& options) {
             return error(Code::kUnsupported, "png: %u x %u pixels, the limit is %u on a side",
                          width, height, options.max_side);
     }
-    PngReader reader(file);
+    Png reader(file, nullptr);
     Image image;
     if (!reader.read_header(image, options))
         return error(Code::kFormat, "png: %s", reader.state.message);
@@ -249,53 +234,38 @@ Result<Image> read_png(Bytes file, const ImageOptions& options) {
     if (options.header_only) return image;
     std::uint8_t* const bytes = make_byte_samples(image);
     const bool deep = image.bits == 16;
-    std::byte* const rows = deep ? reinterpret_cast<std::byte*>(image.samples.data())
-                                 : reinterpret_cast<std::byte*>(bytes);
-    if (!reader.read_rows(rows, row_bytes_of(image), image.height))
+    if (!reader.read_rows(deep ? reinterpret_cast<png_bytep>(image.samples.data()) : bytes,
+                          row_bytes_of(image), image.height))
         return error(Code::kFormat, "png: %s", reader.state.message);
     if (!deep) spread_byte_samples(image);
-    for (std::size_t i = 0; deep && i < image.samples.size(); ++i)
-        image.samples[i] = number<std::uint16_t>(rows + i * 2, std::endian::big);
     return image;
 }
 
 Result<Buffer> write_png(const Image& image, PngEffort effort) {
     SPLAT_TRY(check_image(image));
-    Buffer rows;
-    rows.reserve(image.samples.size() * image.bits / 8);
-    for (const std::uint16_t sample : image.samples)
-        if (image.bits == 16)
-            put(rows, sample, std::endian::big);
-        else
-            rows.push_back(static_cast<std::byte>(sample));
+    std::vector<std::uint8_t> bytes;
+    if (image.bits == 8) bytes.assign(image.samples.begin(), image.samples.end());
     Buffer file;
-    PngWriter writer(file);
-    if (!writer.write(image, rows.data(), row_bytes_of(image), effort))
+    Png writer({}, &file);
+    if (!writer.write(image,
+                      image.bits == 8 ? bytes.data()
+                                      : reinterpret_cast<png_const_bytep>(image.samples.data()),
+                      row_bytes_of(image), effort))
         return error(Code::kInvalidArgument, "png: %s", writer.state.message);
     return file;
 }
 
-Image deep_image_from_floats(std::span<const float> values, std::uint32_t width,
-                             std::uint32_t height, std::uint32_t channels) {
+Image image_from_floats(std::span<const float> values, std::uint32_t width, std::uint32_t height,
+                        std::uint32_t channels, std::uint32_t bits) {
     SPLAT_ASSERT(values.size() == std::size_t{width} * height * channels);
-    constexpr double kMost = 65535;
-    Image image{width, height, channels, 16, {}};
+    const double most = bits == 8 ? 255 : 65535;
+    Image image{width, height, channels, bits, {}};
     image.samples.reserve(values.size());
     for (const float value : values) {
-        const double scaled = std::round(kMost * static_cast<double>(value));
+        const double scaled = std::round(most * static_cast<double>(value));
         image.samples.push_back(  // NaN gives 0
-            static_cast<std::uint16_t>(scaled > 0 ? std::min(scaled, kMost) : 0));
+            static_cast<std::uint16_t>(scaled > 0 ? std::min(scaled, most) : 0));
     }
-    return image;
-}
-
-Image image_from_floats(std::span<const float> values, std::uint32_t width, std::uint32_t height,
-                        std::uint32_t channels) {
-    SPLAT_ASSERT(values.size() == std::size_t{width} * height * channels);
-    Image image{width, height, channels, 8, {}};
-    image.samples.reserve(values.size());
-    for (const float value : values)
-        image.samples.push_back(to_byte(255 * static_cast<double>(value)));
     return image;
 }
 

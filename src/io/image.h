@@ -55,14 +55,10 @@ enum class PngEffort { kSmall, kFast };
 /// the bits.
 Result<Buffer> write_png(const Image& image, PngEffort effort = PngEffort::kSmall);
 
-/// 8-bit image of linear values: 255 v rounded to nearest, clamped; NaN gives 0. `values` is
+/// Image of linear values: 255 v (65535 v for 16 bits) rounded to nearest, clamped; NaN gives 0. `values` is
 /// [height,width,channels].
 Image image_from_floats(std::span<const float> values, std::uint32_t width, std::uint32_t height,
-                        std::uint32_t channels);
-
-/// The same with 16 bits: 65535 v.
-Image deep_image_from_floats(std::span<const float> values, std::uint32_t width,
-                             std::uint32_t height, std::uint32_t channels);
+                        std::uint32_t channels, std::uint32_t bits = 8);
 
 /// Errors: kInvalidArgument if the number of samples, channels or bits breaks the rules above.
 Status check_image(const Image& image);

@@ -5,7 +5,6 @@
 
 #include "core/checked_math.h"
 #include "io/reader.h"
-#include "io/tensor_file.h"
 
 namespace splat::io {
 namespace {
@@ -54,29 +53,6 @@ std::optional<std::uint64_t> elements(const std::vector<std::uint64_t>& shape) {
         count = *product;
     }
     return count;
-}
-
-/// Whole numbers without a sign that no tensor has.
-constexpr std::pair<std::string_view, std::size_t> kUnsigned[] = {{"u2", 2}, {"u4", 4}, {"u8", 8}};
-
-/// Returns the size of one number in bytes; 0: the type is not read.
-std::size_t bytes_of_type(std::string_view dtype) {
-    for (const auto& [name, bytes] : kUnsigned)
-        if (name == dtype) return bytes;
-    const auto type = npy_type(dtype);
-    return type ? type_bytes(*type) : 0;
-}
-
-template <class From>
-void convert_numbers(Bytes data, std::endian order, std::vector<float>& values) {
-    for (std::size_t i = 0; i < values.size(); ++i)
-        values[i] = static_cast<float>(number<From>(&data[i * sizeof(From)], order));
-}
-
-void unsigned_to_floats(const NpyHeader& header, Bytes data, std::vector<float>& values) {
-    if (header.dtype == "u2") convert_numbers<std::uint16_t>(data, header.order, values);
-    if (header.dtype == "u4") convert_numbers<std::uint32_t>(data, header.order, values);
-    if (header.dtype == "u8") convert_numbers<std::uint64_t>(data, header.order, values);
 }
 
 /// The values, whose first index varies fastest, in the order in which the last one does.
@@ -164,25 +140,15 @@ Buffer write_npy_header(const std::string& dtype, const std::vector<std::uint64_
     return file;
 }
 
-std::optional<NumberType> npy_type(std::string_view dtype) {
-    constexpr std::pair<std::string_view, NumberType> kTypes[] = {
-        {"f4", NumberType::kF32}, {"f8", NumberType::kF64}, {"f2", NumberType::kF16},
-        {"i8", NumberType::kI64}, {"i4", NumberType::kI32}, {"i2", NumberType::kI16},
-        {"i1", NumberType::kI8},  {"u1", NumberType::kU8},  {"b1", NumberType::kBool}};
-    for (const auto& [name, type] : kTypes)
-        if (name == dtype) return type;
-    return std::nullopt;
-}
-
 Result<Bytes> npy_data(Bytes file, const NpyHeader& header) {
-    const std::size_t each = bytes_of_type(header.dtype);
-    if (each == 0)
+    const auto type = npy_type(header.dtype);
+    if (!type)
         return error(Code::kUnsupported,
                      "npy: dtype '%c%s', expected floats, integers or booleans, such as '<f4'",
                      header.order == std::endian::big ? '>' : '<', header.dtype.c_str());
     Reader reader(file.subspan(header.start), "npy");
-    SPLAT_TRY(reader.need(header.elements, each, "data"));
-    SPLAT_ASSIGN(const Bytes data, reader.take(header.elements * each, "data"));
+    SPLAT_TRY(reader.need(header.elements, type_bytes(*type), "data"));
+    SPLAT_ASSIGN(const Bytes data, reader.take(header.elements * type_bytes(*type), "data"));
     if (reader.left() != 0) return bad_npy(std::to_string(reader.left()) + " bytes after the data");
     return data;
 }
@@ -193,10 +159,7 @@ Result<FloatArray> read_npy(Bytes file) {
     FloatArray array;
     array.shape = header.shape;
     array.values.resize(header.elements);
-    if (const auto type = npy_type(header.dtype))
-        to_floats(*type, data, array.values.data(), header.order);
-    else
-        unsigned_to_floats(header, data, array.values);
+    to_floats(*npy_type(header.dtype), data, array.values.data(), header.order);
     if (header.column_major && header.shape.size() > 1 && header.elements > 0)
         array.values = row_major(array);
     return array;

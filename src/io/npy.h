@@ -27,7 +27,9 @@ struct NpyHeader {
 };
 
 /// The type that a dtype's letter and size name; empty for one that tensors do not have.
-std::optional<NumberType> npy_type(std::string_view dtype);
+inline std::optional<NumberType> npy_type(std::string_view dtype) {
+    return find_number_type(&NumberTypeRow::npy, dtype);
+}
 
 /// Reads version 1 to 3. Errors: kFormat if it is damaged or truncated; kUnsupported for
 /// structured types.

@@ -1,4 +1,4 @@
-#include "io/npz.h"
+#include "io/weights_formats.h"
 
 #include <optional>
 
@@ -47,10 +47,11 @@ Status npz_error(const Status& status, const std::string& name) {
 
 }  // namespace
 
-Result<NpzFile> read_npz(const Source& source, const DecodeLimits& limits) {
+Result<WeightsFile> read_npz(const Source& source, const DecodeLimits& limits) {
     SPLAT_ASSIGN(const Zip zip, Zip::open(source, "npz", limits));
     DecodeBudget budget(source.size(), limits);
-    NpzFile result;
+    WeightsFile result;
+    result.format = WeightsFormat::kNpz;
     Buffer bytes;
     for (const ZipEntry& entry : zip.entries()) {
         if (!entry.name.ends_with(kExtension))
@@ -61,7 +62,7 @@ Result<NpzFile> read_npz(const Source& source, const DecodeLimits& limits) {
         const auto header = read_npy_header(bytes);
         if (!header.ok()) return npz_error(header.status(), name);
         if (is_text(header.value())) {
-            result.ignored.push_back(name);
+            result.warnings.push_back("'" + name + "' holds text and is ignored");
             continue;
         }
         auto tensor = read_member(bytes, header.value(), name, budget);

@@ -1,9 +1,8 @@
-#include "io/ply_compressed.h"
+#include "io/scene_formats.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 
 #include "io/bytes.h"
 #include "io/ply_rows.h"
@@ -25,56 +24,55 @@ constexpr std::size_t kColorRanges = 12;  ///< index of min_r; the last six may 
 constexpr const char* kWords[] = {"packed_position", "packed_rotation", "packed_scale",
                                   "packed_color"};
 
-struct Chunk {
-    std::array<double, std::size(kRanges)> range;
-};
+constexpr std::size_t kRestOfDegree[] = {0, 9, 24, 45};  ///< properties of element "sh"
+
+using Chunk = std::array<double, std::size(kRanges)>;  ///< kRanges
 
 struct Packed {
     std::vector<Chunk> chunks;
     std::vector<std::array<std::uint32_t, 4>> words;
     std::vector<std::uint8_t> rest;  ///< [n, rest_each] channel-major
     std::size_t rest_each = 0;
+    std::uint32_t degree = 0;
     bool colored_chunks = false;
 };
 
-Result<std::size_t> column_of(const PlyElement& element, const std::string& name) {
-    const auto column = element.find(name);
-    if (column && !element.properties[*column].list_count) return *column;
-    return error(Code::kFormat, "compressed ply: element '%s' has no number '%s'",
-                 element.name.c_str(), name.c_str());
-}
-
-/// Notes the properties whose columns are not read.
-void note_unused(const PlyElement& element, std::span<const std::size_t> columns,
-                 LoadReport& report) {
-    for (std::size_t i = 0; i < element.properties.size(); ++i)
-        if (std::find(columns.begin(), columns.end(), i) == columns.end())
-            report.ignored.push_back(element.name + "." + element.properties[i].name);
+/// Where properties of these names are; notes the others.
+Result<std::vector<std::size_t>> columns_of(const PlyElement& element,
+                                            const std::vector<std::string>& names,
+                                            LoadReport& report) {
+    std::vector<std::size_t> columns;
+    for (const std::string& name : names) {
+        const auto column = element.find(name);
+        if (!column || element.properties[*column].list_count)
+            return error(Code::kFormat, "compressed ply: element '%s' has no number '%s'",
+                         element.name.c_str(), name.c_str());
+        columns.push_back(*column);
+    }
+    for (const PlyProperty& property : element.properties)
+        if (std::find(names.begin(), names.end(), property.name) == names.end())
+            report.ignored.push_back(element.name + "." + property.name);
+    return columns;
 }
 
 Status read_chunks(const PlyElement& element, PlyRows& rows, Packed& packed, LoadReport& report) {
     packed.colored_chunks = element.find(kRanges[kColorRanges]).has_value();
-    std::array<std::size_t, std::size(kRanges)> columns{};
-    const std::size_t used = packed.colored_chunks ? columns.size() : kColorRanges;
-    for (std::size_t i = 0; i < used; ++i) {
-        SPLAT_ASSIGN(columns[i], column_of(element, kRanges[i]));
-    }
-    note_unused(element, std::span(columns).first(used), report);
+    const std::size_t used = packed.colored_chunks ? std::size(kRanges) : kColorRanges;
+    SPLAT_ASSIGN(const auto columns, columns_of(element, {kRanges, kRanges + used}, report));
     SPLAT_TRY(rows.need(element));
     packed.chunks.resize(element.count);
     return rows.read(element, [&](std::size_t row, const std::vector<double>& values) {
-        for (std::size_t i = 0; i < used; ++i) packed.chunks[row].range[i] = values[columns[i]];
+        for (std::size_t i = 0; i < used; ++i) packed.chunks[row][i] = values[columns[i]];
     });
 }
 
 Status read_words(const PlyElement& element, PlyRows& rows, Packed& packed, LoadReport& report) {
-    std::array<std::size_t, 4> columns{};
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-        SPLAT_ASSIGN(columns[i], column_of(element, kWords[i]));
-        if (element.properties[columns[i]].type != PlyType::kU32)
-            return error(Code::kFormat, "compressed ply: '%s' is not of type uint", kWords[i]);
-    }
-    note_unused(element, columns, report);
+    SPLAT_ASSIGN(const auto columns,
+                 columns_of(element, {std::begin(kWords), std::end(kWords)}, report));
+    for (const std::size_t column : columns)
+        if (element.properties[column].type != NumberType::kU32)
+            return error(Code::kFormat, "compressed ply: '%s' is not of type uint",
+                         element.properties[column].name.c_str());
     SPLAT_TRY(rows.need(element));
     packed.words.resize(element.count);
     return rows.read(element, [&](std::size_t row, const std::vector<double>& values) {
@@ -84,17 +82,18 @@ Status read_words(const PlyElement& element, PlyRows& rows, Packed& packed, Load
     });
 }
 
-Status read_rest(const PlyElement& element, PlyRows& rows, Packed& packed) {
+Status read_rest(const PlyElement& element, PlyRows& rows, Packed& packed, LoadReport& report) {
     const std::size_t each = element.properties.size();
-    if (each != 9 && each != 24 && each != 45)
+    const auto degree = std::find(std::begin(kRestOfDegree), std::end(kRestOfDegree), each);
+    if (degree == std::end(kRestOfDegree) || each == 0)
         return error(Code::kFormat,
                      "compressed ply: element 'sh' has %zu properties, expected 9, 24 or 45", each);
-    std::vector<std::size_t> columns(each);
-    for (std::size_t i = 0; i < each; ++i) {
-        SPLAT_ASSIGN(columns[i], column_of(element, "f_rest_" + std::to_string(i)));
-    }
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < each; ++i) names.push_back("f_rest_" + std::to_string(i));
+    SPLAT_ASSIGN(const auto columns, columns_of(element, names, report));
     SPLAT_TRY(rows.need(element));
     packed.rest_each = each;
+    packed.degree = static_cast<std::uint32_t>(degree - std::begin(kRestOfDegree));
     packed.rest.resize(element.count * each);
     return rows.read(element, [&](std::size_t row, const std::vector<double>& values) {
         for (std::size_t i = 0; i < each; ++i)
@@ -147,7 +146,7 @@ void decode_rotation(std::uint32_t word, float* wxyz) {
 }
 
 void decode_gaussian(const Packed& packed, std::size_t i, Gaussians& g) {
-    const auto& range = packed.chunks[i / kChunkSize].range;
+    const auto& range = packed.chunks[i / kChunkSize];
     const auto [position, rotation, scale, color] = packed.words[i];
     const auto p = fractions_11_10_11(position);
     const auto s = fractions_11_10_11(scale);
@@ -170,11 +169,7 @@ float decode_band(std::uint8_t byte) {
 }
 
 Gaussians decode(const Packed& packed) {
-    const auto degree = packed.rest_each == 0 ? 0U
-                                              : (packed.rest_each == 9    ? 1U
-                                                 : packed.rest_each == 24 ? 2U
-                                                                          : 3U);
-    Gaussians g = scene::make_gaussians(packed.words.size(), degree);
+    Gaussians g = scene::make_gaussians(packed.words.size(), packed.degree);
     const std::size_t rest = packed.rest_each / 3;
     for (std::size_t i = 0; i < g.count(); ++i) {
         decode_gaussian(packed, i, g);
@@ -186,12 +181,12 @@ Gaussians decode(const Packed& packed) {
     return g;
 }
 
-}  // namespace
-
 bool has_packed_chunks(const PlyHeader& header) {
     const PlyElement* const vertex = header.find("vertex");
     return header.find("chunk") != nullptr && vertex != nullptr && vertex->find("packed_position");
 }
+
+}  // namespace
 
 Result<bool> is_compressed_ply(Bytes file) {
     if (!is_ply(file)) return false;
@@ -213,7 +208,7 @@ Result<LoadedScene> read_compressed_ply(Bytes file, const LoadOptions& options) 
         } else if (element.name == "vertex") {
             SPLAT_TRY(read_words(element, rows, packed, report));
         } else if (element.name == "sh") {
-            SPLAT_TRY(read_rest(element, rows, packed));
+            SPLAT_TRY(read_rest(element, rows, packed, report));
         } else {
             SPLAT_TRY(rows.skip(element));
             report.ignored.push_back("element " + element.name);

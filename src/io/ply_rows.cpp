@@ -3,9 +3,148 @@
 #include <algorithm>
 #include <charconv>
 #include <limits>
+#include <utility>
 
 namespace splat::io {
 namespace {
+
+constexpr std::size_t kMaxHeaderBytes = 1U << 20;
+constexpr std::size_t kMaxPlyElements = 64;
+constexpr std::size_t kMaxProperties = 1024;
+
+constexpr std::pair<std::string_view, NumberType> kTypeNames[] = {
+    {"char", NumberType::kI8},    {"int8", NumberType::kI8},     {"uchar", NumberType::kU8},
+    {"uint8", NumberType::kU8},   {"short", NumberType::kI16},   {"int16", NumberType::kI16},
+    {"ushort", NumberType::kU16}, {"uint16", NumberType::kU16},  {"int", NumberType::kI32},
+    {"int32", NumberType::kI32},  {"uint", NumberType::kU32},    {"uint32", NumberType::kU32},
+    {"float", NumberType::kF32},  {"float32", NumberType::kF32}, {"double", NumberType::kF64},
+    {"float64", NumberType::kF64}};
+
+/// The first whole lines of a file, as many as a header may have.
+Bytes first_lines(Bytes file) {
+    const std::string_view head = as_text(file).substr(0, kMaxHeaderBytes);
+    return file.first(head.rfind('\n') + 1);  // 0 without a line
+}
+
+class HeaderParser {
+  public:
+    explicit HeaderParser(Bytes file) : file_(file), lines_(first_lines(file), "ply: header") {}
+
+    Result<PlyHeader> parse() {
+        SPLAT_TRY(next_line());  // "ply"
+        while (true) {
+            SPLAT_TRY(next_line());
+            if (words_.empty() || words_[0] == "comment" || words_[0] == "obj_info") continue;
+            if (words_[0] == "end_header") break;
+            if (words_[0] == "format") {
+                SPLAT_TRY(format_line());
+            } else if (words_[0] == "element") {
+                SPLAT_TRY(element_line());
+            } else if (words_[0] == "property") {
+                SPLAT_TRY(property_line());
+            } else {
+                return bad(quoted(words_[0]) +
+                           ", expected format, element, property, comment or end_header");
+            }
+        }
+        if (!has_format_) return bad("there is no 'format' line");
+        header_.bytes = lines_.position();
+        header_.lines = lines_.number();
+        return std::move(header_);
+    }
+
+  private:
+    [[nodiscard]] Status bad(const std::string& problem) const { return lines_.bad(problem); }
+
+    static std::string quoted(std::string_view word) {
+        return "'" + std::string(word.substr(0, 40)) + "'";
+    }
+
+    Status next_line() {
+        std::string_view line;
+        if (!lines_.next(line)) {
+            if (file_.size() > kMaxHeaderBytes)
+                return error(Code::kUnsupported, "ply: more than %zu bytes of header",
+                             kMaxHeaderBytes);
+            return error(Code::kFormat,
+                         "ply: header line %zu: the header ends without 'end_header'",
+                         lines_.number() + 1);
+        }
+        words_.clear();
+        for (Words rest(line, lines_); !rest.done();) {
+            SPLAT_ASSIGN(const std::string_view word, rest.word("word"));
+            words_.push_back(word);
+        }
+        return {};
+    }
+
+    Status format_line() {
+        constexpr std::pair<std::string_view, PlyEncoding> kEncodings[] = {
+            {"ascii", PlyEncoding::kAscii},
+            {"binary_little_endian", PlyEncoding::kLittleEndian},
+            {"binary_big_endian", PlyEncoding::kBigEndian}};
+        if (words_.size() != 3 || words_[2] != "1.0")
+            return bad("expected 'format <encoding> 1.0'");
+        for (const auto& [name, encoding] : kEncodings)
+            if (words_[1] == name) {
+                header_.encoding = encoding;
+                has_format_ = true;
+                return {};
+            }
+        return bad("encoding " + quoted(words_[1]) +
+                   ", expected ascii, binary_little_endian or binary_big_endian");
+    }
+
+    Status element_line() {
+        PlyElement element;
+        if (words_.size() != 3) return bad("expected 'element <name> <count>'");
+        const auto count = number_in<std::uint64_t>(words_[2]);
+        if (!count) return bad("count " + quoted(words_[2]) + " is not a whole number >= 0");
+        element.count = *count;
+        element.name = words_[1];
+        if (header_.find(element.name) != nullptr)
+            return bad("a second element '" + element.name + "'");
+        if (header_.elements.size() == kMaxPlyElements) return bad("too many elements");
+        header_.elements.push_back(std::move(element));
+        return {};
+    }
+
+    Status property_line() {
+        if (header_.elements.empty()) return bad("a property before the first element");
+        PlyElement& element = header_.elements.back();
+        PlyProperty property;
+        const bool list = words_.size() == 5 && words_[1] == "list";
+        if (!list && words_.size() != 3)
+            return bad(
+                "expected 'property <type> <name>' or 'property list <count type> <type> "
+                "<name>'");
+        if (list) {
+            SPLAT_ASSIGN(property.list_count, type_of(words_[2]));
+            if (*property.list_count == NumberType::kF32 ||
+                *property.list_count == NumberType::kF64)
+                return bad("a list count that is not an integer");
+        }
+        SPLAT_ASSIGN(property.type, type_of(words_[list ? 3 : 1]));
+        property.name = words_.back();
+        if (element.find(property.name))
+            return bad("a second property '" + property.name + "' of " + element.name);
+        if (element.properties.size() == kMaxProperties) return bad("too many properties");
+        element.properties.push_back(std::move(property));
+        return {};
+    }
+
+    Result<NumberType> type_of(std::string_view word) const {
+        for (const auto& [name, type] : kTypeNames)
+            if (name == word) return type;
+        return bad("type " + quoted(word) + ", expected one such as float or uchar");
+    }
+
+    Bytes file_;
+    Lines lines_;
+    std::vector<std::string_view> words_;
+    PlyHeader header_;
+    bool has_format_ = false;
+};
 
 constexpr std::string_view kBlanks = " \t\r\n";
 
@@ -19,19 +158,33 @@ std::uint64_t least_row_bytes(const PlyElement& element, PlyEncoding encoding) {
     for (const PlyProperty& property : element.properties)
         bytes += encoding == PlyEncoding::kAscii
                      ? 2
-                     : ply_type_bytes(property.list_count.value_or(property.type));
+                     : type_bytes(property.list_count.value_or(property.type));
     return bytes;
 }
 
-template <class T>
-Status read_as(Reader& reader, const std::string& name, double& value) {
-    T raw{};
-    SPLAT_TRY(reader.read(raw, name.c_str()));
-    value = static_cast<double>(raw);
-    return {};
+}  // namespace
+
+std::optional<std::size_t> PlyElement::find(const std::string& property) const {
+    for (std::size_t i = 0; i < properties.size(); ++i)
+        if (properties[i].name == property) return i;
+    return std::nullopt;
 }
 
-}  // namespace
+const PlyElement* PlyHeader::find(const std::string& element) const {
+    for (const PlyElement& candidate : elements)
+        if (candidate.name == element) return &candidate;
+    return nullptr;
+}
+
+bool is_ply(Bytes file) {
+    const std::string_view text = as_text(file);
+    return text.starts_with("ply\n") || text.starts_with("ply\r\n");
+}
+
+Result<PlyHeader> parse_ply_header(Bytes file) {
+    if (!is_ply(file)) return error(Code::kFormat, "ply: the first line is not 'ply'");
+    return HeaderParser(file).parse();
+}
 
 PlyRows::PlyRows(const PlyHeader& header, Bytes file)
     : encoding_(header.encoding),
@@ -93,31 +246,15 @@ Status PlyRows::read_binary(const PlyProperty& property, double& value) {
     if (value < 0)
         return error(Code::kFormat, "ply data: list '%s' before byte %zu has length %.0f",
                      property.name.c_str(), reader_.position(), value);
-    const auto bytes = static_cast<std::uint64_t>(value) * ply_type_bytes(property.type);
+    const auto bytes = static_cast<std::uint64_t>(value) * type_bytes(property.type);
     SPLAT_ASSIGN([[maybe_unused]] const Bytes items, reader_.take(bytes, property.name.c_str()));
     return {};
 }
 
-Status PlyRows::read_number(PlyType type, const std::string& name, double& value) {
-    switch (type) {
-        case PlyType::kI8:
-            return read_as<std::int8_t>(reader_, name, value);
-        case PlyType::kU8:
-            return read_as<std::uint8_t>(reader_, name, value);
-        case PlyType::kI16:
-            return read_as<std::int16_t>(reader_, name, value);
-        case PlyType::kU16:
-            return read_as<std::uint16_t>(reader_, name, value);
-        case PlyType::kI32:
-            return read_as<std::int32_t>(reader_, name, value);
-        case PlyType::kU32:
-            return read_as<std::uint32_t>(reader_, name, value);
-        case PlyType::kF32:
-            return read_as<float>(reader_, name, value);
-        case PlyType::kF64:
-            return read_as<double>(reader_, name, value);
-    }
-    return error(Code::kInternal, "ply: type %d", static_cast<int>(type));
+Status PlyRows::read_number(NumberType type, const std::string& name, double& value) {
+    SPLAT_ASSIGN(const Bytes at, reader_.take(type_bytes(type), name.c_str()));
+    value = number_type_row(type).to_double(at.data(), order_of(encoding_));
+    return {};
 }
 
 std::string_view PlyRows::next_word() {

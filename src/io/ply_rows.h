@@ -1,11 +1,46 @@
 #pragma once
 
 #include <functional>
+#include <optional>
+#include <string>
+#include <vector>
 
-#include "io/ply_header.h"
+#include "io/number_type.h"
 #include "io/reader.h"
 
 namespace splat::io {
+
+enum class PlyEncoding : std::uint8_t { kAscii, kLittleEndian, kBigEndian };
+
+struct PlyProperty {
+    std::string name;
+    NumberType type = NumberType::kF32;
+    std::optional<NumberType> list_count;  ///< the type of the count, if the property is a list
+};
+
+struct PlyElement {
+    std::string name;
+    std::uint64_t count = 0;
+    std::vector<PlyProperty> properties;
+
+    [[nodiscard]] std::optional<std::size_t> find(const std::string& property) const;
+};
+
+struct PlyHeader {
+    PlyEncoding encoding = PlyEncoding::kAscii;
+    std::vector<PlyElement> elements;
+    std::size_t bytes = 0;  ///< bytes of the header: the data starts here
+    std::size_t lines = 0;  ///< lines of the header
+
+    [[nodiscard]] const PlyElement* find(const std::string& element) const;
+};
+
+/// The file starts with the line "ply".
+bool is_ply(Bytes file);
+
+/// Lines end in LF or CR LF. Errors: kFormat with the line and what was expected;
+/// kUnsupported above 1 MiB of header.
+Result<PlyHeader> parse_ply_header(Bytes file);
 
 /// Reads the data of a .ply file, one element after the other in the order of the header.
 class PlyRows {
@@ -34,7 +69,7 @@ class PlyRows {
     Status read_binary(const PlyProperty& property, double& value);
     Status read_ascii(const PlyProperty& property, double& value);
     Status read_word(const std::string& name, double& value);
-    Status read_number(PlyType type, const std::string& name, double& value);
+    Status read_number(NumberType type, const std::string& name, double& value);
     std::string_view next_word();
 
     PlyEncoding encoding_;

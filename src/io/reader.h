@@ -1,6 +1,7 @@
 #pragma once
 
 #include <charconv>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -22,6 +23,26 @@ template <class T>
 Result<T> from_file(Result<T> checked) {
     if (checked.ok()) return checked;
     return from_file(checked.status());
+}
+
+/// An error with the name of what it is about before its sentence: "'NAME': ...".
+inline Status in_file(const Status& status, const std::string& name) {
+    return status.ok() ? status : Status(status.code(), "'" + name + "': " + status.message());
+}
+
+template <class T>
+Result<T> in_file(Result<T> read, const std::string& name) {
+    if (read.ok()) return read;
+    return in_file(read.status(), name);
+}
+
+/// The number that all of the text is; nothing if it is none.
+template <class T>
+std::optional<T> number_in(std::string_view text) {
+    T value{};
+    const char* const end = text.data() + text.size();
+    const auto [stop, failed] = std::from_chars(text.data(), end, value);
+    return failed == std::errc() && stop == end ? std::optional(value) : std::nullopt;
 }
 
 /// A cursor over untrusted bytes. All parsers read through it, so that every offset and count of a file
@@ -85,7 +106,7 @@ class Reader {
 class Lines {
   public:
     /// `what` names the text in messages, e.g. "OBJ".
-    Lines(Bytes file, const char* what) : text_(as_text(file)), what_(what) {}
+    Lines(Bytes file, const char* what) : text_(as_text(file)), bytes_(file.size()), what_(what) {}
 
     /// The next line, or false at the end.
     bool next(std::string_view& line) {
@@ -107,6 +128,8 @@ class Lines {
     }
 
     [[nodiscard]] std::size_t number() const { return number_; }
+    /// Bytes of the lines so far.
+    [[nodiscard]] std::size_t position() const { return bytes_ - text_.size(); }
 
     /// kFormat, naming this line.
     [[nodiscard]] Status bad(const std::string& problem) const {
@@ -115,6 +138,7 @@ class Lines {
 
   private:
     std::string_view text_;
+    std::size_t bytes_;
     const char* what_;
     std::size_t number_ = 0;
 };
@@ -141,10 +165,12 @@ class Words {
     template <class T>
     Status read(T& value, const char* field) {
         SPLAT_ASSIGN(const std::string_view text, word(field));
-        const char* const end = text.data() + text.size();
-        const auto [stop, failed] = std::from_chars(text.data(), end, value);
-        if (failed == std::errc() && stop == end) return {};
-        return lines_.bad(std::string(field) + " is '" + shown(text, 40) + "', expected a number");
+        const std::optional<T> found = number_in<T>(text);
+        if (!found)
+            return lines_.bad(std::string(field) + " is '" + shown(text, 40) +
+                              "', expected a number");
+        value = *found;
+        return {};
     }
 
     /// The rest of the line: names of images may hold blanks.

@@ -1,4 +1,4 @@
-#include "io/safetensors.h"
+#include "io/weights_formats.h"
 
 #include <algorithm>
 #include <array>
@@ -21,12 +21,6 @@ constexpr std::size_t kSizeBytes = 8;
 /// Smaller files are read into memory by one thread: starting threads would take longer than they save,
 /// and a mapped file stays open.
 constexpr std::uint64_t kManyBytes = std::uint64_t{1} << 20;
-
-constexpr std::pair<std::string_view, NumberType> kTypes[] = {
-    {"F32", NumberType::kF32},   {"F64", NumberType::kF64}, {"F16", NumberType::kF16},
-    {"BF16", NumberType::kBf16}, {"I64", NumberType::kI64}, {"I32", NumberType::kI32},
-    {"I16", NumberType::kI16},   {"I8", NumberType::kI8},   {"U8", NumberType::kU8},
-    {"BOOL", NumberType::kBool}};
 
 Status bad_safetensors(const std::string& problem) {
     return error(Code::kFormat, "safetensors: %s", problem.c_str());
@@ -105,8 +99,7 @@ class HeaderReader {
 
     static Status set_type(Row& row, std::string_view text) {
         if (row.type) return twice("dtype", row.name);
-        for (const auto& [name, type] : kTypes)
-            if (name == text) row.type = type;
+        row.type = find_number_type(&NumberTypeRow::safetensors, text);
         if (row.type) return {};
         return error(Code::kUnsupported, "safetensors: '%s' has the dtype '%s', which is not read",
                      shown(row.name).c_str(), shown(text).c_str());
@@ -183,7 +176,7 @@ Status read_row(const Source& source, std::uint64_t at, const Row& row, NamedTen
 
 }  // namespace
 
-Result<SafetensorsFile> read_safetensors(const Source& source, const DecodeLimits& limits) {
+Result<WeightsFile> read_safetensors(const Source& source, const DecodeLimits& limits) {
     SPLAT_ASSIGN(const std::uint64_t size, header_size(source));
     Buffer text(size);
     SPLAT_TRY(source.read(kSizeBytes, text));
@@ -192,7 +185,7 @@ Result<SafetensorsFile> read_safetensors(const Source& source, const DecodeLimit
     const std::uint64_t start = kSizeBytes + size;
     SPLAT_TRY(check_rows(header.rows, source.size() - start));
     DecodeBudget budget(source.size(), limits);
-    SafetensorsFile file;
+    WeightsFile file;
     file.metadata = std::move(header.metadata);
     for (const Row& row : header.rows)
         SPLAT_TRY(budget.take(row.count, sizeof(float), "safetensors: " + shown(row.name)));

@@ -1,13 +1,11 @@
 #include "io/scene_file.h"
 
 #include <algorithm>
-#include <cctype>
 
 #include "io/compress.h"
-#include "io/ply.h"
-#include "io/ply_compressed.h"
-#include "io/splat_file.h"
-#include "io/spz.h"
+#include "io/file.h"
+#include "io/reader.h"
+#include "io/scene_formats.h"
 
 namespace splat::io {
 namespace {
@@ -32,15 +30,6 @@ struct UnreadFormat {
 constexpr UnreadFormat kUnread[] = {
     {"glTF binary", "glTF", ""}, {"zip (SOG)", "PK\x03\x04", ""}, {".ksplat", "", ".ksplat"}};
 
-/// In lower case, with the point.
-std::string extension_of(const std::string& name) {
-    const std::size_t dot = name.find_last_of("./");
-    if (dot == std::string::npos || name[dot] == '/') return "";
-    std::string extension = name.substr(dot);
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return extension;
-}
-
 /// ".ply, .splat or .spz": extensions of all formats that are read, or of those that are written.
 std::string extension_list(bool written) {
     std::vector<std::string> extensions;
@@ -57,10 +46,6 @@ std::string extension_list(bool written) {
 Status unread(const std::string& name, const UnreadFormat& format) {
     return error(Code::kUnsupported, "'%s' is a %s file, which is not read; convert it to %s",
                  name.c_str(), format.name, extension_list(true).c_str());
-}
-
-Status with_name(const Status& status, const std::string& name) {
-    return {status.code(), "'" + name + "': " + status.message()};
 }
 
 /// The format whose mark the file starts with; null for none. Errors: see SceneFormat::detect.
@@ -81,7 +66,7 @@ std::span<const SceneFormat> scene_formats() {
 
 Result<const SceneFormat*> detect_scene_format(Bytes file, const std::string& name) {
     const auto marked = marked_format(file);
-    if (!marked.ok()) return with_name(marked.status(), name);
+    if (!marked.ok()) return in_file(marked.status(), name);
     if (marked.value() != nullptr) return marked.value();
     const std::string extension = extension_of(name);
     for (const UnreadFormat& format : kUnread)
@@ -117,9 +102,8 @@ Result<LoadedScene> read_scene(Bytes file, const std::string& name, const LoadOp
             return error(Code::kFormat, "'%s' is of the format %s, expected %s", name.c_str(),
                          marked.value()->name, format->name);
     }
-    auto loaded = format->read(file, options);
-    if (!loaded.ok()) return with_name(loaded.status(), name);
-    loaded.value().report.format = format->name;
+    SPLAT_ASSIGN(LoadedScene loaded, in_file(format->read(file, options), name));
+    loaded.report.format = format->name;
     return loaded;
 }
 

@@ -14,25 +14,9 @@
 #include "core/status.h"
 #include "io/bytes.h"
 #include "io/file.h"
+#include "io/number_type.h"
 
 namespace splat::io {
-
-/// Type of a tensor's numbers in its file. In memory all are float32: float64 and integers
-/// beyond 2^24 are rounded to the nearest, bool is 0 or 1.
-enum class NumberType : std::uint8_t { kF32, kF64, kF16, kBf16, kI64, kI32, kI16, kI8, kU8, kBool };
-
-const char* type_name(NumberType type);  ///< PyTorch's name: "float32", "bfloat16", "bool"
-std::size_t type_bytes(NumberType type);
-
-/// Numbers of a file as float32, exact where float32 can be. `bytes` holds type_bytes() for each.
-void to_floats(NumberType type, Bytes bytes, float* values,
-               std::endian order = std::endian::little);
-
-/// The nearest number of type float16, ties to even; beyond 65519 infinity.
-std::uint16_t to_half(float value);
-
-/// The number of a float16, exactly.
-float from_half(std::uint16_t half);
 
 /// The numbers of a tensor, in its own memory or in a mapped file, which copies share.
 class TensorValues {
@@ -81,6 +65,7 @@ struct NamedTensor {
     std::string name;
     std::vector<std::int64_t> dims;      ///< outermost first; empty: one number; 0: no numbers
     NumberType type = NumberType::kF32;  ///< in the file
+    /// In memory float32: float64 and integers beyond 2^24 are rounded to the nearest, bool is 0 or 1.
     TensorValues values;
 };
 
@@ -115,6 +100,21 @@ class NamedTensors {
     std::vector<NamedTensor> tensors_;
     std::unordered_map<std::string, std::size_t> places_;
     std::vector<std::shared_ptr<const MappedFile>> files_;  ///< files that hold values, mostly one
+};
+
+enum class WeightsFormat { kSafetensors, kPth, kNpz };
+
+/// Texts that a file carries besides its tensors, in their order.
+using Metadata = std::vector<std::pair<std::string, std::string>>;
+
+/// Weights of any format, with the file's metadata.
+struct WeightsFile {
+    WeightsFormat format = WeightsFormat::kSafetensors;
+    NamedTensors tensors;
+    /// All of it from safetensors. From a .pth: iteration, loss and best_PSNR where given, as texts that
+    /// parse to the same number.
+    Metadata metadata;
+    std::vector<std::string> warnings;  ///< parts that are ignored
 };
 
 /// Errors: kInvalidArgument, naming the first tensor that holds NaN or infinity, and where.

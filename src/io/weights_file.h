@@ -2,23 +2,11 @@
 
 #include <string>
 
-#include "io/safetensors.h"
+#include "io/tensor_file.h"
 
 namespace splat::io {
 
-enum class WeightsFormat { kSafetensors, kPth, kNpz };
-
 const char* weights_format_name(WeightsFormat format);  ///< "safetensors", "pth", "npz"
-
-/// Weights of any format, with the file's metadata.
-struct WeightsFile {
-    WeightsFormat format = WeightsFormat::kSafetensors;
-    NamedTensors tensors;
-    /// All of it from safetensors. From a .pth: iteration, loss and best_PSNR where given, as texts that
-    /// parse to the same number.
-    Metadata metadata;
-    std::vector<std::string> warnings;  ///< parts that are ignored
-};
 
 /// Weights of a .safetensors, .pth or .npz file; detected by its contents, not its name.
 /// Values that are not finite are kept, see check_finite().

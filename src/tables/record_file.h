@@ -52,7 +52,7 @@ class RecordFile {
     io::Buffer header_, crc_header_;
     std::uint64_t bytes_;
     std::vector<std::uint32_t> crcs_;  ///< checksums at opening
-    std::unique_ptr<io::Source> source_;
+    std::shared_ptr<const io::Source> source_;
     int file_ = -1, crc_file_ = -1;  ///< to write
 };
 

@@ -4,7 +4,7 @@
 
 #include "io/file.h"
 #include "io/npy.h"
-#include "io/npz.h"
+#include "io/weights_formats.h"
 #include "support/expect_status.h"
 
 namespace splat::test {

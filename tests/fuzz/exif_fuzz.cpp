@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "fuzz/target.h"
-#include "io/photo/exif.h"
+#include "io/photo/photo.h"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // JPEG: any bytes give an error or a valid image, whose header alone says the same.
 
 #include "fuzz/target.h"
-#include "io/photo/jpeg.h"
+#include "io/photo/photo.h"
 
 namespace {
 

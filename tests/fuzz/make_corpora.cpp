@@ -7,19 +7,16 @@
 #include <limits>
 #include <string>
 
-#include "io/apng.h"
+#include "io/animation.h"
 #include "io/file.h"
 #include "io/npy.h"
-#include "io/npz.h"
-#include "io/ply.h"
-#include "io/safetensors.h"
 #include "io/sample_files.h"
 #include "io/sample_scene.h"
 #include "io/sample_webp.h"
 #include "io/sample_weights.h"
-#include "io/splat_file.h"
-#include "io/spz.h"
+#include "io/scene_formats.h"
 #include "io/transforms_json.h"
+#include "io/weights_formats.h"
 #include "scene/orbit.h"
 
 namespace {

@@ -1,6 +1,6 @@
 #include "fuzz/checksums.h"
 #include "fuzz/target.h"
-#include "io/npz.h"
+#include "io/weights_formats.h"
 #include "io/zip.h"
 
 namespace {

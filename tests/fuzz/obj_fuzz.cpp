@@ -1,7 +1,7 @@
 // OBJ: every index of an accepted mesh names a vertex, and every vertex is finite.
 
 #include "fuzz/target.h"
-#include "io/mesh/obj.h"
+#include "io/mesh/mesh.h"
 
 namespace {
 

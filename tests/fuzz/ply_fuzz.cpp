@@ -3,8 +3,7 @@
 #include <cstring>
 
 #include "fuzz/target.h"
-#include "io/ply.h"
-#include "io/ply_compressed.h"
+#include "io/scene_formats.h"
 
 namespace {
 

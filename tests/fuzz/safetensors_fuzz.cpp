@@ -1,5 +1,5 @@
 #include "fuzz/target.h"
-#include "io/safetensors.h"
+#include "io/weights_formats.h"
 
 namespace {
 

@@ -1,5 +1,5 @@
 #include "fuzz/target.h"
-#include "io/splat_file.h"
+#include "io/scene_formats.h"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // .spz: what is accepted can be written in both versions and read again.
 
 #include "fuzz/target.h"
-#include "io/spz.h"
+#include "io/scene_formats.h"
 
 namespace {
 

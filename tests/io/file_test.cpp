@@ -9,6 +9,7 @@
 
 #include "core/fault.h"
 #include "io/reader.h"
+#include "io/sample_files.h"
 #include "io/sample_scene.h"
 #include "support/expect_status.h"
 
@@ -18,24 +19,12 @@ namespace {
 namespace fs = std::filesystem;
 using test::bytes_of;
 
-/// A folder of its own for each test, removed at the end.
-class FileTest : public testing::Test {
+class FileTest : public test::FolderTest {
   protected:
-    void SetUp() override {
-        folder_ = fs::temp_directory_path() /
-                  ("splat-file-" + std::to_string(getpid()) + "-" +
-                   testing::UnitTest::GetInstance()->current_test_info()->name());
-        fs::create_directories(folder_);
-    }
-    void TearDown() override { fs::remove_all(folder_); }
-
-    [[nodiscard]] std::string path(const std::string& name) const { return folder_ / name; }
     [[nodiscard]] std::size_t files() const {
         return static_cast<std::size_t>(
             std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
     }
-
-    fs::path folder_;
 };
 
 using File = FileTest;
@@ -163,7 +152,7 @@ TEST_F(File, IsMappedAsItWas) {
 
     ASSERT_OK(write_file(path("a"), bytes_of("first")));
     EXPECT_EQ(open_source(path("a")).value()->map(), nullptr);
-    std::unique_ptr<Source> source = std::move(open_source(path("a"), 9, true).value());
+    std::shared_ptr<const Source> source = std::move(open_source(path("a"), 9, true).value());
 #if SPLAT_FAULT_POINTS
     fault::arm("io.map", 1);
     EXPECT_EQ(source->map(), nullptr);

@@ -1,4 +1,4 @@
-#include "io/gif.h"
+#include "io/animation.h"
 
 #include <gif_lib.h>
 #include <gtest/gtest.h>

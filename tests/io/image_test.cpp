@@ -5,10 +5,11 @@
 #include <filesystem>
 #include <limits>
 
-#include "io/apng.h"
+#include "io/animation.h"
 #include "io/compress.h"
 #include "io/file.h"
 #include "io/npy.h"
+#include "io/sample_files.h"
 #include "io/sample_scene.h"
 #include "support/expect_status.h"
 #include "support/npz.h"
@@ -54,19 +55,13 @@ TEST(Png, RoundTripIsExact) {
 /// 5 x 3 pixels, numbered, in the seven passes of Adam7: the first pixel of 8 x 8, then the gaps.
 TEST(Png, ReadsInterlacedFiles) {
     Buffer png = bytes_of("\x89PNG\r\n\x1a\n");
-    const auto add_chunk = [&png](std::string_view type, Bytes data) {
-        put(png, static_cast<std::uint32_t>(data.size()), std::endian::big);
-        put_text(png, type);
-        put_bytes(png, data);
-        put(png, crc32_of(data, crc32_of(as_bytes(type))), std::endian::big);
-    };
-    add_chunk("IHDR", bytes_of(std::string("\0\0\0\x05\0\0\0\x03\x08\0\0\0\x01", 13)));
+    test::put_png_chunk(png, "IHDR",
+                        bytes_of(std::string("\0\0\0\x05\0\0\0\x03\x08\0\0\0\x01", 13)));
     // Each row of a pass begins with its filter, 0.
-    const auto pixels = deflate_zlib(bytes_of(std::string(
+    const Buffer pixels = test::zlib_stream(bytes_of(std::string(
         "\0\0\0\x04\0\x02\0\x0A\x0C\x0E\0\x01\x03\0\x0B\x0D\0\x05\x06\x07\x08\x09", 22)));
-    ASSERT_OK(pixels.status());
-    add_chunk("IDAT", pixels.value());
-    add_chunk("IEND", {});
+    test::put_png_chunk(png, "IDAT", pixels);
+    test::put_png_chunk(png, "IEND", {});
     const auto read = read_png(png);
     ASSERT_OK(read.status());
     EXPECT_EQ(read.value().width, 5U);
@@ -77,7 +72,7 @@ TEST(Png, ReadsInterlacedFiles) {
 TEST(Png, DeepImagesOfFloatsAreRoundedAndClamped) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const std::vector<float> values = {0, 1, 0.5F, -1, 2, nan, 1.4F / 65535};
-    EXPECT_EQ(deep_image_from_floats(values, 7, 1, 1).samples,
+    EXPECT_EQ(image_from_floats(values, 7, 1, 1, 16).samples,
               (std::vector<std::uint16_t>{0, 65535, 32768, 0, 65535, 0, 1}));
 }
 

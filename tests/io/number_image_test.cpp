@@ -94,7 +94,8 @@ TEST(NumberImage, ChannelsMayComeFirst) {
     EXPECT_ERROR(read_number_image(npy_of("<f4", "(5, 1, 6)", {})).status(), Code::kUnsupported,
                  "an array [5,1,6], expected [height,width], [height,width,channels] or "
                  "[channels,height,width]");
-    EXPECT_ERROR(read_number_size(npy_of("<f4", "(2, 2)", {})).status(), Code::kFormat, "'data'");
+    EXPECT_ERROR(read_number_image(npy_of("<f4", "(2, 2)", {}), NumberPart::kSize).status(),
+                 Code::kFormat, "'data'");
 }
 
 TEST(Pfm, HasItsLowestRowFirst) {

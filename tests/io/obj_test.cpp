@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "io/mesh/obj.h"
+#include "io/mesh/mesh.h"
 #include "support/expect_status.h"
 
 namespace splat::test {

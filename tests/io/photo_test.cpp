@@ -10,10 +10,8 @@
 #include <webp/encode.h>
 
 #include "io/file.h"
-#include "io/photo/exif.h"
 #include "io/photo/image_file.h"
-#include "io/photo/jpeg.h"
-#include "io/photo/webp.h"
+#include "io/photo/photo.h"
 #include "support/expect_status.h"
 #include "support/real_data.h"
 #include "support/sample_jpeg.h"

@@ -1,10 +1,9 @@
-#include "io/ply_compressed.h"
+#include "io/scene_formats.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "io/ply.h"
 #include "io/sample_files.h"
 #include "io/sample_scene.h"
 #include "scene/sh.h"

@@ -1,4 +1,4 @@
-#include "io/safetensors.h"
+#include "io/weights_formats.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 namespace splat::io {
 namespace {
 
-Result<SafetensorsFile> read(Bytes file, const DecodeLimits& limits = decode_limits()) {
+Result<WeightsFile> read(Bytes file, const DecodeLimits& limits = decode_limits()) {
     return read_safetensors(MemorySource(file), limits);
 }
 

@@ -1,6 +1,11 @@
 #include "io/sample_files.h"
 
+#include <unistd.h>
+#include <zlib.h>
+
 #include <vector>
+
+#include "io/compress.h"
 
 namespace splat::test {
 namespace {
@@ -18,6 +23,31 @@ std::size_t range_count(const CompressedPlyLayout& layout) {
 }
 
 }  // namespace
+
+void FolderTest::SetUp() {
+    folder_ = std::filesystem::temp_directory_path() /
+              ("splat-io-" + std::to_string(::getpid()) + "-" +
+               testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::create_directories(folder_);
+}
+
+Buffer zlib_stream(io::Bytes bytes) {
+    uLongf size = compressBound(static_cast<uLong>(bytes.size()));
+    Buffer packed(size);
+    EXPECT_EQ(
+        compress(reinterpret_cast<Bytef*>(packed.data()), &size,
+                 reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uLong>(bytes.size())),
+        Z_OK);
+    packed.resize(size);
+    return packed;
+}
+
+void put_png_chunk(Buffer& png, std::string_view type, io::Bytes data) {
+    put(png, static_cast<std::uint32_t>(data.size()), std::endian::big);
+    io::put_text(png, type);
+    io::put_bytes(png, data);
+    put(png, io::crc32_of(data, io::crc32_of(io::as_bytes(type))), std::endian::big);
+}
 
 std::string compressed_ply_header(const CompressedPlyLayout& layout) {
     std::string text =

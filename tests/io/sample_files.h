@@ -1,10 +1,29 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <filesystem>
 #include <string>
 
 #include "io/bytes.h"
 
 namespace splat::test {
+
+/// A folder of its own for each test, removed at the end.
+class FolderTest : public testing::Test {
+  protected:
+    void SetUp() override;
+    void TearDown() override { std::filesystem::remove_all(folder_); }
+    [[nodiscard]] std::string path(const std::string& name) const { return folder_ / name; }
+
+    std::filesystem::path folder_;
+};
+
+/// A zlib stream, as PNG has it.
+io::Buffer zlib_stream(io::Bytes bytes);
+
+/// Length, type, data, CRC of type and data.
+void put_png_chunk(io::Buffer& png, std::string_view type, io::Bytes data);
 
 /// Layout of a compressed .ply file. The counts are texts, so that they can be wrong.
 struct CompressedPlyLayout {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "io/compress.h"
+#include "io/sample_files.h"
 #include "io/sample_scene.h"
 
 namespace splat::test {
@@ -16,8 +17,8 @@ std::string little(std::uint64_t value, std::size_t bytes) {
 
 /// Without the two bytes before and the four after it that make it a zlib stream.
 std::string deflate_raw(const std::string& data) {
-    const auto packed = io::deflate_zlib(io::as_bytes(data));
-    return std::string(io::as_text(packed.value())).substr(2, packed.value().size() - 6);
+    const io::Buffer packed = zlib_stream(io::as_bytes(data));
+    return std::string(io::as_text(packed)).substr(2, packed.size() - 6);
 }
 
 std::uint64_t moved(std::uint64_t place, std::int64_t shift) {

@@ -1,4 +1,4 @@
-#include "io/splat_file.h"
+#include "io/scene_formats.h"
 
 #include <gtest/gtest.h>
 

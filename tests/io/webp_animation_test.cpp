@@ -1,4 +1,4 @@
-#include "io/photo/webp_animation.h"
+#include "io/animation.h"
 
 #include <gtest/gtest.h>
 #include <webp/demux.h>

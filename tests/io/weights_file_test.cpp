@@ -6,9 +6,10 @@
 #include <filesystem>
 
 #include "io/npy.h"
-#include "io/npz.h"
+#include "io/sample_files.h"
 #include "io/sample_scene.h"
 #include "io/sample_weights.h"
+#include "io/weights_formats.h"
 #include "support/expect_status.h"
 #include "support/npz.h"
 
@@ -17,7 +18,7 @@ namespace {
 
 using test::sample_zip;
 
-Result<NpzFile> read_archive(Bytes file, const DecodeLimits& limits = decode_limits()) {
+Result<WeightsFile> read_archive(Bytes file, const DecodeLimits& limits = decode_limits()) {
     return read_npz(MemorySource(file), limits);
 }
 
@@ -58,7 +59,8 @@ TEST(WeightsNpz, ReadsEveryTypeAndIgnoresText) {
     EXPECT_EQ(tensors[0].values, (std::vector<float>{1, -1}));
     EXPECT_EQ(tensors[1].values, (std::vector<float>{256}));
     EXPECT_EQ(tensors[2].type, NumberType::kBool);
-    EXPECT_EQ(file.value().ignored, (std::vector<std::string>{"text"}));
+    EXPECT_EQ(file.value().warnings,
+              (std::vector<std::string>{"'text' holds text and is ignored"}));
 }
 
 TEST(WeightsNpz, RefusesPrefixesAndSurvivesDamage) {
@@ -91,20 +93,7 @@ TEST(WeightsNpz, RefusesForeignMembers) {
         Code::kFormat, "too many for a file of");
 }
 
-/// A folder of its own for each test, removed at the end.
-class WeightsFileTest : public testing::Test {
-  protected:
-    void SetUp() override {
-        folder_ = std::filesystem::temp_directory_path() /
-                  ("splat-weights-" + std::to_string(getpid()) + "-" +
-                   testing::UnitTest::GetInstance()->current_test_info()->name());
-        std::filesystem::create_directories(folder_);
-    }
-    void TearDown() override { std::filesystem::remove_all(folder_); }
-    [[nodiscard]] std::string path(const std::string& name) const { return folder_ / name; }
-
-    std::filesystem::path folder_;
-};
+class WeightsFileTest : public test::FolderTest {};
 
 TEST_F(WeightsFileTest, ContentsDecideAndExtensionsSave) {
     WeightsFile weights;

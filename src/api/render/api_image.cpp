@@ -3,13 +3,11 @@
 #include "api/api_guard.h"
 #include "api/core/image_view.h"
 #include "eval/image_scores.h"
-#include "io/apng.h"
+#include "io/animation.h"
 #include "io/file.h"
-#include "io/gif.h"
 #include "io/maps/number_image.h"
 #include "io/npy.h"
 #include "io/photo/image_file.h"
-#include "io/photo/webp_animation.h"
 #include "scene/camera_pose.h"
 
 using namespace splat;
@@ -27,8 +25,9 @@ struct ImageFile {
 
 Result<ImageFile> read_float_image(io::Bytes file, bool header_only) {
     // The caller makes room for what a header says.
-    SPLAT_ASSIGN(io::NumberImage numbers,
-                 header_only ? io::read_number_size(file) : io::read_number_image(file));
+    SPLAT_ASSIGN(
+        io::NumberImage numbers,
+        io::read_number_image(file, header_only ? io::NumberPart::kSize : io::NumberPart::kValues));
     ImageFile read;
     read.floats = true;
     read.image.width = numbers.width;
@@ -108,8 +107,8 @@ Result<io::Buffer> image_file_of(const splat_image* image, splat_image_format fo
     if (format == SPLAT_IMAGE_NPY)
         return io::write_npy({{view.height, view.width, view.channels}, api::interleaved_of(view)});
     if (format == SPLAT_IMAGE_PNG16)
-        return io::write_png(io::deep_image_from_floats(api::interleaved_of(view), view.width,
-                                                        view.height, view.channels));
+        return io::write_png(io::image_from_floats(api::interleaved_of(view), view.width,
+                                                   view.height, view.channels, 16));
     return io::write_png(api::image_of(view));
 }
 

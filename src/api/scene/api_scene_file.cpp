@@ -6,7 +6,7 @@
 #include "core/log.h"
 #include "io/file.h"
 #include "io/scene_file.h"
-#include "io/spz.h"
+#include "io/scene_formats.h"
 #include "scene/arrays.h"
 
 using namespace splat;

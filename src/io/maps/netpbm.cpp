@@ -1,7 +1,5 @@
 #include "io/maps/netpbm.h"
 
-#include <charconv>
-
 #include "core/c_locale.h"
 #include "io/reader.h"
 #include "scene/camera_pose.h"
@@ -33,11 +31,9 @@ class NetpbmWords {
 
     Result<std::uint32_t> whole(const char* what, std::uint32_t most) {
         SPLAT_ASSIGN(const std::string_view text, word(what));
-        std::uint32_t value = 0;
-        const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (failed != std::errc() || end != text.data() + text.size() || value < 1 || value > most)
-            return bad(format("%s is '%s', expected 1 to %u", what, shown(text).c_str(), most));
-        return value;
+        const std::uint32_t value = number_in<std::uint32_t>(text).value_or(0);
+        if (value >= 1 && value <= most) return value;
+        return bad(format("%s is '%s', expected 1 to %u", what, shown(text).c_str(), most));
     }
 
     /// Where the samples begin.
@@ -94,39 +90,31 @@ Result<Image> read_netpbm(Bytes file, const ImageOptions& options) {
     return image;
 }
 
-Result<PfmHeader> read_pfm_header(Bytes file) {
+Result<NumberImage> read_pfm(Bytes file, NumberPart part) {
     const std::string_view text = as_text(file);
     if (!text.starts_with("PF") && !text.starts_with("Pf"))
         return error(Code::kFormat, "not a PFM file");
     NetpbmWords words(file, "PFM");
-    PfmHeader header;
-    header.channels = text[1] == 'F' ? 3 : 1;
-    SPLAT_ASSIGN(header.width, words.whole("width", scene::kMaxImageSide));
-    SPLAT_ASSIGN(header.height, words.whole("height", scene::kMaxImageSide));
+    NumberImage image;
+    image.channels = text[1] == 'F' ? 3 : 1;
+    SPLAT_ASSIGN(image.width, words.whole("width", scene::kMaxImageSide));
+    SPLAT_ASSIGN(image.height, words.whole("height", scene::kMaxImageSide));
     SPLAT_ASSIGN(const std::string_view scale, words.word("scale"));
     const auto value = decimal_number(std::string(scale));
     if (!value || !(std::abs(*value) > 0))
         return words.bad("the scale is '" + shown(scale) +
                          "', expected a number whose sign gives the order of bytes");
-    header.order = *value < 0 ? std::endian::little : std::endian::big;
-    header.start = words.end();
-    return header;
-}
-
-Result<Bytes> pfm_data(Bytes file, const PfmHeader& header) {
-    const std::uint64_t count = std::uint64_t{header.width} * header.height * header.channels;
-    return samples_of(file, header.start, count * sizeof(float), "PFM");
-}
-
-Result<std::vector<float>> read_pfm_numbers(Bytes file, const PfmHeader& header) {
-    SPLAT_ASSIGN(const Bytes samples, pfm_data(file, header));
-    const std::size_t row = std::size_t{header.width} * header.channels;
-    std::vector<float> values;
-    values.reserve(row * header.height);
-    for (std::size_t y = header.height; y-- > 0;)
+    if (part == NumberPart::kHeader) return image;
+    const std::size_t row = std::size_t{image.width} * image.channels;
+    SPLAT_ASSIGN(const Bytes samples,
+                 samples_of(file, words.end(), row * image.height * sizeof(float), "PFM"));
+    if (part == NumberPart::kSize) return image;
+    const std::endian order = *value < 0 ? std::endian::little : std::endian::big;
+    image.values.reserve(row * image.height);
+    for (std::size_t y = image.height; y-- > 0;)
         for (std::size_t i = y * row; i < (y + 1) * row; ++i)
-            values.push_back(number<float>(&samples[i * sizeof(float)], header.order));
-    return values;
+            image.values.push_back(number<float>(&samples[i * sizeof(float)], order));
+    return image;
 }
 
 }  // namespace splat::io

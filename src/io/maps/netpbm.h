@@ -1,6 +1,7 @@
 #pragma once
 
 #include "io/image.h"
+#include "io/maps/number_image.h"
 
 namespace splat::io {
 
@@ -12,21 +13,8 @@ namespace splat::io {
 /// Source       Netpbm's documentation, "pgm" and "ppm"
 Result<Image> read_netpbm(Bytes file, const ImageOptions& options = {});
 
-/// The header of a PFM file.
-struct PfmHeader {
-    std::uint32_t width = 0, height = 0, channels = 0;  ///< gray (Pf): 1 channel, colours (PF): 3
-    std::endian order = std::endian::little;
-    std::size_t start = 0;  ///< byte offset of the numbers in the file
-};
-
-/// Errors: kFormat.
-Result<PfmHeader> read_pfm_header(Bytes file);
-
-/// Where its numbers lie. Errors: as read_pfm_numbers().
-Result<Bytes> pfm_data(Bytes file, const PfmHeader& header);
-
-/// Reads the numbers [height,width,channels] from the top row on, which the file holds last. Errors: kFormat if they
-/// are truncated or more follows. Source: Debevec, "PFM Portable FloatMap Image Format"
-Result<std::vector<float>> read_pfm_numbers(Bytes file, const PfmHeader& header);
+/// A PFM file, whose rows lie from the lowest up. Errors: kFormat if it is damaged, or its numbers are truncated or
+/// more follows. Source: Debevec, "PFM Portable FloatMap Image Format"
+Result<NumberImage> read_pfm(Bytes file, NumberPart part);
 
 }  // namespace splat::io

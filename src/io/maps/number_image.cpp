@@ -62,11 +62,14 @@ std::vector<float> interleaved(const std::vector<float>& planes, std::size_t cha
     return values;
 }
 
-NumberImage pfm_size(const PfmHeader& header) {
-    NumberImage image;
-    image.width = header.width;
-    image.height = header.height;
-    image.channels = header.channels;
+Result<NumberImage> read_npy_image(Bytes file, NumberPart part) {
+    SPLAT_ASSIGN(const NpyHeader header, read_npy_header(file));
+    if (part == NumberPart::kSize) SPLAT_TRY(npy_data(file, header).status());
+    SPLAT_ASSIGN(NumberImage image, npy_size(header));
+    if (part != NumberPart::kValues) return image;
+    SPLAT_ASSIGN(FloatArray array, read_npy(file));
+    image.values = is_planar(header.shape) ? interleaved(array.values, image.channels)
+                                           : std::move(array.values);
     return image;
 }
 
@@ -80,39 +83,8 @@ bool is_number_image(Bytes file) {
     return is_npy(file) || as_text(file).starts_with("PF") || as_text(file).starts_with("Pf");
 }
 
-Result<NumberImage> read_number_header(Bytes head) {
-    if (is_npy(head)) {
-        SPLAT_ASSIGN(const NpyHeader header, read_npy_header(head));
-        return npy_size(header);
-    }
-    SPLAT_ASSIGN(const PfmHeader header, read_pfm_header(head));
-    return pfm_size(header);
-}
-
-Result<NumberImage> read_number_size(Bytes file) {
-    if (is_npy(file)) {
-        SPLAT_ASSIGN(const NpyHeader header, read_npy_header(file));
-        SPLAT_TRY(npy_data(file, header).status());
-        return npy_size(header);
-    }
-    SPLAT_ASSIGN(const PfmHeader header, read_pfm_header(file));
-    SPLAT_TRY(pfm_data(file, header).status());
-    return pfm_size(header);
-}
-
-Result<NumberImage> read_number_image(Bytes file) {
-    if (is_npy(file)) {
-        SPLAT_ASSIGN(const NpyHeader header, read_npy_header(file));
-        SPLAT_ASSIGN(NumberImage image, npy_size(header));
-        SPLAT_ASSIGN(FloatArray array, read_npy(file));
-        image.values = is_planar(header.shape) ? interleaved(array.values, image.channels)
-                                               : std::move(array.values);
-        return image;
-    }
-    SPLAT_ASSIGN(const PfmHeader header, read_pfm_header(file));
-    NumberImage image = pfm_size(header);
-    SPLAT_ASSIGN(image.values, read_pfm_numbers(file, header));
-    return image;
+Result<NumberImage> read_number_image(Bytes file, NumberPart part) {
+    return is_npy(file) ? read_npy_image(file, part) : read_pfm(file, part);
 }
 
 }  // namespace splat::io

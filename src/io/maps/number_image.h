@@ -21,16 +21,17 @@ bool is_number_name(const std::string& path);
 /// The first bytes are those of .npy or of PFM.
 bool is_number_image(Bytes file);
 
+/// What is read of a file.
+enum class NumberPart {
+    kHeader,  ///< all but the values, of the first 4096 bytes; errors are those that the header shows
+    kSize,    ///< all but the values, of the whole file
+    kValues
+};
+
 /// Reads a PFM file or a .npy array [height,width], [height,width,channels] or [channels,height,width] of 1 to 4
 /// channels and any type that read_npy() reads. Where the last axis may be that of channels, it is.
 ///
-/// Errors       as read_npy() and read_pfm_numbers(); kUnsupported for other shapes
-Result<NumberImage> read_number_image(Bytes file);
-
-/// Reads all but the values. Errors: as read_number_image().
-Result<NumberImage> read_number_size(Bytes file);
-
-/// Reads the same from the first 4096 bytes of a file. Errors: those of read_number_image() that the header shows.
-Result<NumberImage> read_number_header(Bytes head);
+/// Errors       as read_npy() and read_pfm(); kUnsupported for other shapes
+Result<NumberImage> read_number_image(Bytes file, NumberPart part = NumberPart::kValues);
 
 }  // namespace splat::io

@@ -1,4 +1,4 @@
-#include "io/mesh/obj.h"
+#include "io/mesh/mesh.h"
 
 #include <algorithm>
 #include <limits>
@@ -88,10 +88,8 @@ class ObjReader {
     /// The vertex of a corner v, v/t, v//n or v/t/n, counted from 0.
     Result<std::uint32_t> index_of(std::string_view corner) {
         const std::string_view text = corner.substr(0, corner.find('/'));
-        const char* const end = text.data() + text.size();
-        std::int64_t given = 0;
-        const auto [stop, failed] = std::from_chars(text.data(), end, given);
-        if (failed != std::errc() || stop != end || given == 0)
+        const std::int64_t given = number_in<std::int64_t>(text).value_or(0);
+        if (given == 0)
             return lines_.bad("a corner is '" + std::string(corner.substr(0, 40)) +
                               "', expected the number of a vertex, not 0");
         const auto count = static_cast<std::int64_t>(mesh_.vertices.size());

@@ -1,4 +1,4 @@
-#include "io/mesh/ply_points.h"
+#include "io/mesh/mesh.h"
 
 #include <cmath>
 

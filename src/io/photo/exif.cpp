@@ -1,4 +1,4 @@
-#include "io/photo/exif.h"
+#include "io/photo/photo.h"
 
 #include <cmath>
 #include <optional>

@@ -1,12 +1,11 @@
 #include "io/photo/image_file.h"
 
 #include <algorithm>
-#include <cctype>
 
 #include "io/file.h"
 #include "io/maps/netpbm.h"
-#include "io/photo/jpeg.h"
-#include "io/photo/webp.h"
+#include "io/photo/photo.h"
+#include "io/reader.h"
 
 namespace splat::io {
 namespace {
@@ -73,12 +72,7 @@ bool has_signature(Bytes file, std::size_t offset, std::string_view signature) {
 }  // namespace
 
 bool has_extension(const std::string& path, std::initializer_list<std::string_view> extensions) {
-    const std::size_t dot = path.rfind('.');
-    if (dot == std::string::npos) return false;
-    std::string extension = path.substr(dot);
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
+    return std::find(extensions.begin(), extensions.end(), extension_of(path)) != extensions.end();
 }
 
 bool is_image_name(const std::string& path) {
@@ -103,9 +97,7 @@ std::string unread_image_file(const std::string& path) {
 
 Result<Image> load_image(const std::string& path, const ImageOptions& options) {
     SPLAT_ASSIGN(const Buffer file, read_file(path, kMaxImageBytes));
-    auto image = read_image(file, options);
-    if (image.ok()) return image;
-    return Status(image.status().code(), "'" + path + "': " + image.status().message());
+    return in_file(read_image(file, options), path);
 }
 
 Result<Image> read_image(Bytes file, const ImageOptions& options) {

@@ -1,4 +1,4 @@
-#include "io/photo/jpeg.h"
+#include "io/photo/photo.h"
 
 #include <csetjmp>
 #include <cstdio>  // jpeglib.h needs FILE
@@ -7,8 +7,6 @@
 #include <jpeglib.h>
 // After jpeglib.h, whose types it needs.
 #include <jerror.h>
-
-#include "io/photo/exif.h"
 
 namespace splat::io {
 namespace {

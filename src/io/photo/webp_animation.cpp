@@ -1,9 +1,9 @@
-#include "io/photo/webp_animation.h"
-
 #include <webp/encode.h>
 #include <webp/mux.h>
 
 #include <memory>
+
+#include "io/animation.h"
 
 namespace splat::io {
 namespace {

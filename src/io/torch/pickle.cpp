@@ -21,12 +21,8 @@ class Unpickler {
   public:
     Unpickler(Pickle& pickle, DecodeBudget& budget)
         : pickle_(pickle), budget_(budget), reader_(pickle.bytes_, "pickle") {
-        none_ = node({});
-        PickleNode value;
-        value.kind = Kind::kBool;
-        false_ = node(value);
-        value.integer = 1;
-        true_ = node(value);
+        node({});
+        for (const std::int64_t value : {0, 1}) node({.kind = Kind::kBool, .integer = value});
     }
 
     /// Run pickles that follow each other.
@@ -37,6 +33,13 @@ class Unpickler {
     }
 
   private:
+    using Run = Status (Unpickler::*)();
+    static const std::array<Run, 256>& handlers();
+
+    /// Nodes that every pickle has.
+    enum Constant : std::uint32_t { kNone, kFalse, kTrue };
+    static constexpr std::size_t kToMark = SIZE_MAX;  ///< all values above the last mark
+
     Status run_one() {
         memo_.clear();
         std::uint8_t op = 0;
@@ -44,7 +47,13 @@ class Unpickler {
             at_ = reader_.position();
             SPLAT_TRY(reader_.read(op, "opcode"));
             if (op == '.') break;
-            SPLAT_TRY(step(op));
+            const Run handler = handlers()[op];
+            if (handler == nullptr)
+                return error(Code::kUnsupported,
+                             "pickle: byte %zu: opcode 0x%02x is not one that weights need; the "
+                             "file is damaged, or holds more than a state dict",
+                             at_, op);
+            SPLAT_TRY((this->*handler)());
             SPLAT_TRY(budget_.take(std::exchange(cost_, 0), 1, "pickle: values"));
             if (pickle_.nodes_.size() > Pickle::kMaxNodes)
                 return bad(format("more than %zu values", Pickle::kMaxNodes));
@@ -65,10 +74,9 @@ class Unpickler {
         return static_cast<std::uint32_t>(pickle_.nodes_.size() - 1);
     }
 
-    /// Items of the newest value.
-    void give_items(std::vector<std::uint32_t> items) {
+    Status push_items(Kind kind, std::vector<std::uint32_t> items) {
         cost_ += items.size() * sizeof items[0];
-        at(stack_.back()).items = std::move(items);
+        return push(node({.kind = kind, .items = std::move(items)}));
     }
 
     [[nodiscard]] PickleNode& at(std::uint32_t i) { return pickle_.nodes_[i]; }
@@ -111,6 +119,7 @@ class Unpickler {
     }
 
     Result<std::vector<std::uint32_t>> pop_many(std::size_t count) {
+        if (count == kToMark) return pop_to_mark();
         SPLAT_TRY(need(count));
         std::vector<std::uint32_t> values(stack_.end() - static_cast<std::ptrdiff_t>(count),
                                           stack_.end());
@@ -118,79 +127,44 @@ class Unpickler {
         return values;
     }
 
-    Status push_tuple(Result<std::vector<std::uint32_t>> items) {
-        SPLAT_ASSIGN(std::vector<std::uint32_t> values, std::move(items));
-        SPLAT_TRY(push_new(Kind::kTuple));
-        give_items(std::move(values));
+    template <Constant kNode>
+    Status push_constant() {
+        return push(kNode);
+    }
+
+    template <Kind kKind>
+    Status push_empty() {
+        return push_new(kKind);
+    }
+
+    Status push_mark() {
+        if (marks_.size() == Pickle::kMaxMarks)
+            return bad(format("it nests deeper than %zu levels", Pickle::kMaxMarks));
+        marks_.push_back(stack_.size());
         return {};
     }
 
+    template <std::size_t kCount>
+    Status push_tuple() {
+        SPLAT_ASSIGN(std::vector<std::uint32_t> values, pop_many(kCount));
+        return push_items(Kind::kTuple, std::move(values));
+    }
+
     /// Append to the list or dict on top.
-    Status extend(Kind kind, Result<std::vector<std::uint32_t>> items) {
-        SPLAT_ASSIGN(const std::vector<std::uint32_t> values, std::move(items));
+    template <Kind kKind, std::size_t kCount>
+    Status extend() {
+        SPLAT_ASSIGN(const std::vector<std::uint32_t> values, pop_many(kCount));
         SPLAT_TRY(need(1));
         PickleNode& to = at(stack_.back());
-        if (to.kind != kind || (kind == Kind::kDict && values.size() % 2 != 0))
+        if (to.kind != kKind || (kKind == Kind::kDict && values.size() % 2 != 0))
             return bad(std::string("items for ") + kind_name(to.kind) + ", expected " +
-                       kind_name(kind));
+                       kind_name(kKind));
         cost_ += 2 * values.size() * sizeof values[0];
         to.items.insert(to.items.end(), values.begin(), values.end());
         return {};
     }
 
-    Status step(std::uint8_t op) {
-        switch (op) {
-            case 0x80:  // PROTO
-                return check_protocol();
-            case 0x95:  // FRAME
-                return reader_.take(8, "frame").status();
-            case '(':
-                if (marks_.size() == Pickle::kMaxMarks)
-                    return bad(format("it nests deeper than %zu levels", Pickle::kMaxMarks));
-                marks_.push_back(stack_.size());
-                return {};
-            case '}':
-                return push_new(Kind::kDict);
-            case ']':
-                return push_new(Kind::kList);
-            case ')':
-                return push_new(Kind::kTuple);
-            case 't':
-                return push_tuple(pop_to_mark());
-            case 0x85:  // TUPLE1
-            case 0x86:  // TUPLE2
-            case 0x87:  // TUPLE3
-                return push_tuple(pop_many(op - 0x84U));
-            case 'a':
-                return extend(Kind::kList, pop_many(1));
-            case 'e':
-                return extend(Kind::kList, pop_to_mark());
-            case 's':
-                return extend(Kind::kDict, pop_many(2));
-            case 'u':
-                return extend(Kind::kDict, pop_to_mark());
-            case 'N':
-                return push(none_);
-            case 0x88:
-                return push(true_);
-            case 0x89:
-                return push(false_);
-            case 'c':
-                return push_global_lines();
-            case 0x93:  // STACK_GLOBAL
-                return push_global_stack();
-            case 'R':
-                return reduce();
-            case 0x81:  // NEWOBJ
-                return push_object();
-            case 'b':
-                return build();
-            case 'Q':
-                return push_storage();
-            default:
-                return step_data(op);
-        }
-    }
+    Status skip_frame() { return reader_.take(8, "frame").status(); }
 
     Status check_protocol() {
         std::uint8_t version = 0;
@@ -199,57 +173,17 @@ class Unpickler {
         return error(Code::kUnsupported, "pickle: protocol %u, expected 2 to 4", version);
     }
 
-    /// Numbers, texts and the memo.
-    Status step_data(std::uint8_t op) {
-        switch (op) {
-            case 'J':
-                return push_number<std::int32_t>();
-            case 'K':
-                return push_number<std::uint8_t>();
-            case 'M':
-                return push_number<std::uint16_t>();
-            case 0x8A:  // LONG1
-                return push_long();
-            case 'G': {
-                SPLAT_ASSIGN(const Bytes data, reader_.take(8, "number"));
-                return push(node(
-                    {.kind = Kind::kFloat, .real = number<double>(data.data(), std::endian::big)}));
-            }
-            case 'X':
-                return push_sized<std::uint32_t>(Kind::kText);
-            case 0x8C:  // SHORT_BINUNICODE
-                return push_sized<std::uint8_t>(Kind::kText);
-            case 'T':  // BINSTRING, a text of Python 2
-                return push_sized<std::uint32_t>(Kind::kText);
-            case 'U':  // SHORT_BINSTRING
-                return push_sized<std::uint8_t>(Kind::kText);
-            case 'B':
-                return push_sized<std::uint32_t>(Kind::kBytes);
-            case 'C':
-                return push_sized<std::uint8_t>(Kind::kBytes);
-            case 'q':
-                return memo_put<std::uint8_t>();
-            case 'r':
-                return memo_put<std::uint32_t>();
-            case 0x94:  // MEMOIZE
-                return remember(memo_.size());
-            case 'h':
-                return memo_get<std::uint8_t>();
-            case 'j':
-                return memo_get<std::uint32_t>();
-            default:
-                return error(Code::kUnsupported,
-                             "pickle: byte %zu: opcode 0x%02x is not one that weights need; the "
-                             "file is damaged, or holds more than a state dict",
-                             at_, op);
-        }
-    }
-
     template <class T>
     Status push_number() {
         T value = 0;
         SPLAT_TRY(reader_.read(value, "number"));
         return push_new(Kind::kInt, value);
+    }
+
+    Status push_real() {
+        SPLAT_ASSIGN(const Bytes data, reader_.take(8, "number"));
+        return push(
+            node({.kind = Kind::kFloat, .real = number<double>(data.data(), std::endian::big)}));
     }
 
     /// Little-endian, two's complement, of any length.
@@ -266,12 +200,12 @@ class Unpickler {
         return push_new(Kind::kInt, static_cast<std::int64_t>(value));
     }
 
-    template <class Size>
-    Status push_sized(Kind kind) {
+    template <Kind kKind, class Size>
+    Status push_sized() {
         Size size = 0;
         SPLAT_TRY(reader_.read(size, "size of a text"));
         SPLAT_ASSIGN(const Bytes data, reader_.take(size, "text"));
-        return push_new(kind, 0, as_text(data));
+        return push_new(kKind, 0, as_text(data));
     }
 
     template <class Index>
@@ -280,6 +214,8 @@ class Unpickler {
         SPLAT_TRY(reader_.read(index, "place in the memo"));
         return remember(index);
     }
+
+    Status memoize() { return remember(memo_.size()); }
 
     Status remember(std::size_t index) {
         SPLAT_TRY(need(1));
@@ -346,41 +282,43 @@ class Unpickler {
         if (at(call[1]).items.size() > kMostArguments)
             return bad("more arguments than any function of a state dict has");
         const std::vector<std::uint32_t> arguments = at(call[1]).items;
-        const auto misfit = [this, name = global.name] {
-            return bad("arguments that do not fit " + std::string(name));
+        const bool fits = call_global(global.role, arguments);
+        return fits ? Status() : bad("arguments that do not fit " + std::string(global.name));
+    }
+
+    /// False if the arguments do not fit.
+    bool call_global(Role role, const std::vector<std::uint32_t>& arguments) {
+        const auto is = [&](std::size_t i, Kind kind) {
+            return i < arguments.size() && at(arguments[i]).kind == kind;
         };
-        switch (global.role) {
+        const auto pushed = [](const Status& status) { return status.ok(); };
+        switch (role) {
             case Role::kTensor:
-                if (arguments.size() < 4 || at(arguments[0]).kind != Kind::kStorage)
-                    return misfit();
-                SPLAT_TRY(push_new(Kind::kTensor));
-                give_items(arguments);
-                return {};
+                return arguments.size() >= 4 && is(0, Kind::kStorage) &&
+                       pushed(push_items(Kind::kTensor, arguments));
             case Role::kParameter:
-                if (arguments.empty() || at(arguments[0]).kind != Kind::kTensor) return misfit();
-                return push(arguments[0]);
+                return is(0, Kind::kTensor) && pushed(push(arguments[0]));
             case Role::kDict:
-                return push_dict(arguments) ? Status() : misfit();
+                return push_dict(arguments);
             case Role::kSize:
-                if (arguments.size() != 1 || at(arguments[0]).kind != Kind::kTuple) return misfit();
-                return push(arguments[0]);
+                return arguments.size() == 1 && is(0, Kind::kTuple) && pushed(push(arguments[0]));
             case Role::kEncode:
-                return encode(arguments) ? Status() : misfit();
+                return arguments.size() == 2 && is(0, Kind::kText) && encode(arguments);
             case Role::kDtype:
-                if (arguments.empty() || at(arguments[0]).kind != Kind::kText) return misfit();
-                return push_new(Kind::kDtype, 0, at(arguments[0]).text);
+                return is(0, Kind::kText) &&
+                       pushed(push_new(Kind::kDtype, 0, at(arguments[0]).text));
             case Role::kScalar:
-                return scalar(arguments) ? Status() : misfit();
-            case Role::kDefaultDict: {
-                const bool by_type = arguments.size() == 1 && is_type(arguments[0]);
-                return arguments.empty() || by_type ? push_new(Kind::kDict) : misfit();
-            }
+                return arguments.size() == 2 && is(0, Kind::kDtype) &&
+                       (is(1, Kind::kBytes) || is(1, Kind::kText)) && scalar(arguments);
+            case Role::kDefaultDict:
+                return (arguments.empty() || (arguments.size() == 1 && is_type(arguments[0]))) &&
+                       pushed(push_new(Kind::kDict));
             case Role::kObject:
             case Role::kType:
             case Role::kStorageType:
                 break;
         }
-        return misfit();
+        return false;
     }
 
     [[nodiscard]] bool is_type(std::uint32_t i) {
@@ -412,18 +350,13 @@ class Unpickler {
             if (pair.kind != Kind::kList || pair.items.size() != 2) return false;
             items.insert(items.end(), pair.items.begin(), pair.items.end());
         }
-        if (!push_new(Kind::kDict).ok()) return false;
-        give_items(std::move(items));
-        return true;
+        return push_items(Kind::kDict, std::move(items)).ok();
     }
 
     /// _codecs.encode(text, 'latin1'): bytes, in protocol 2.
     bool encode(const std::vector<std::uint32_t>& arguments) {
-        if (arguments.size() != 2 || at(arguments[0]).kind != Kind::kText ||
-            at(arguments[1]).text != "latin1")
-            return false;
         const auto bytes = latin1(at(arguments[0]).text);
-        if (!bytes) return false;
+        if (!bytes || at(arguments[1]).text != "latin1") return false;
         cost_ += bytes->size();
         pickle_.texts_.push_back(*bytes);
         return push_new(Kind::kBytes, 0, pickle_.texts_.back()).ok();
@@ -431,27 +364,21 @@ class Unpickler {
 
     /// numpy.core.multiarray.scalar(dtype, bytes).
     bool scalar(const std::vector<std::uint32_t>& arguments) {
-        if (arguments.size() != 2 || at(arguments[0]).kind != Kind::kDtype ||
-            (at(arguments[1]).kind != Kind::kBytes && at(arguments[1]).kind != Kind::kText))
-            return false;
         const auto value = numpy_scalar(at(arguments[0]).text, as_bytes(at(arguments[1]).text));
         return value && push(node(*value)).ok();
     }
 
-    /// The state of an object: attributes of a dict or of a parameter, which are ignored; those of a stand-in; a
-    /// dtype's byte order.
+    /// The state of an object: attributes of a dict, a parameter or a stand-in, which are ignored; a dtype's byte
+    /// order.
     Status build() {
         SPLAT_ASSIGN(const std::uint32_t state, pop());
         SPLAT_TRY(need(1));
         const PickleNode& object = at(stack_.back());
-        if (object.kind == Kind::kDict && at(state).kind == Kind::kDict) return {};
-        if (object.kind == Kind::kObject && at(state).kind == Kind::kDict) {
-            give_items(at(state).items);
+        const Kind kind = at(state).kind;
+        if ((object.kind == Kind::kDict || object.kind == Kind::kObject) && kind == Kind::kDict)
             return {};
-        }
-        if (object.kind == Kind::kTensor && at(state).kind == Kind::kTuple) return {};
-        if (object.kind == Kind::kDtype && at(state).kind == Kind::kTuple &&
-            at(state).items.size() >= 2) {
+        if (object.kind == Kind::kTensor && kind == Kind::kTuple) return {};
+        if (object.kind == Kind::kDtype && kind == Kind::kTuple && at(state).items.size() >= 2) {
             const std::string_view order = at(at(state).items[1]).text;
             if (order == "<" || order == "|") return {};
         }
@@ -470,9 +397,7 @@ class Unpickler {
         if (!good || at(items[0]).text != "storage")
             return bad("a persistent id that is not the storage of a tensor");
         SPLAT_TRY(Pickle::storage_type(at(items[1])).status());
-        SPLAT_TRY(push_new(Kind::kStorage));
-        give_items(items);
-        return {};
+        return push_items(Kind::kStorage, items);
     }
 
     Pickle& pickle_;
@@ -483,10 +408,61 @@ class Unpickler {
     std::vector<std::uint32_t> stack_;
     std::vector<std::size_t> marks_;
     std::unordered_map<std::size_t, std::uint32_t> memo_;
-    std::uint32_t none_ = 0;
-    std::uint32_t false_ = 0;
-    std::uint32_t true_ = 0;
 };
+
+const std::array<Unpickler::Run, 256>& Unpickler::handlers() {
+    using U = Unpickler;
+    struct Opcode {
+        std::uint8_t code;
+        Run run;
+    };
+    static constexpr Opcode kOpcodes[] = {
+        {0x80, &U::check_protocol},  // PROTO
+        {0x95, &U::skip_frame},
+        {'(', &U::push_mark},
+        {'}', &U::push_empty<Kind::kDict>},
+        {']', &U::push_empty<Kind::kList>},
+        {')', &U::push_empty<Kind::kTuple>},
+        {'t', &U::push_tuple<kToMark>},
+        {0x85, &U::push_tuple<1>},
+        {0x86, &U::push_tuple<2>},
+        {0x87, &U::push_tuple<3>},
+        {'a', &U::extend<Kind::kList, 1>},
+        {'e', &U::extend<Kind::kList, kToMark>},
+        {'s', &U::extend<Kind::kDict, 2>},
+        {'u', &U::extend<Kind::kDict, kToMark>},
+        {'N', &U::push_constant<kNone>},
+        {0x88, &U::push_constant<kTrue>},
+        {0x89, &U::push_constant<kFalse>},
+        {'c', &U::push_global_lines},
+        {0x93, &U::push_global_stack},  // STACK_GLOBAL
+        {'R', &U::reduce},
+        {0x81, &U::push_object},  // NEWOBJ
+        {'b', &U::build},
+        {'Q', &U::push_storage},
+        {'J', &U::push_number<std::int32_t>},
+        {'K', &U::push_number<std::uint8_t>},
+        {'M', &U::push_number<std::uint16_t>},
+        {0x8A, &U::push_long},  // LONG1
+        {'G', &U::push_real},
+        {'X', &U::push_sized<Kind::kText, std::uint32_t>},
+        {0x8C, &U::push_sized<Kind::kText, std::uint8_t>},  // SHORT_BINUNICODE
+        {'T', &U::push_sized<Kind::kText, std::uint32_t>},  // BINSTRING, a text of Python 2
+        {'U', &U::push_sized<Kind::kText, std::uint8_t>},   // SHORT_BINSTRING
+        {'B', &U::push_sized<Kind::kBytes, std::uint32_t>},
+        {'C', &U::push_sized<Kind::kBytes, std::uint8_t>},
+        {'q', &U::memo_put<std::uint8_t>},
+        {'r', &U::memo_put<std::uint32_t>},
+        {0x94, &U::memoize},
+        {'h', &U::memo_get<std::uint8_t>},
+        {'j', &U::memo_get<std::uint32_t>}};
+    static constexpr auto kHandlers = [] {
+        std::array<Run, 256> handlers{};
+        for (const Opcode& opcode : kOpcodes) handlers[opcode.code] = opcode.run;
+        return handlers;
+    }();
+    return kHandlers;
+}
 
 Result<Pickle> Pickle::read(Buffer bytes, DecodeBudget& budget, std::size_t count) {
     if (bytes.size() > kMaxBytes)

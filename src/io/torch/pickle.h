@@ -26,7 +26,7 @@ struct PickleNode {
         kStorage,  ///< items of the persistent id: 'storage', type, key, location, elements
         kTensor,   ///< items: storage, offset, size, stride, ...
         kDtype,    ///< text: NumPy's letter and size, e.g. "f8"
-        kObject,   ///< items: its attributes, as of a dict; an object of a class that is not run
+        kObject,   ///< an object of a class that is not run; its attributes are left out
     };
 
     Kind kind = Kind::kNone;
@@ -62,9 +62,9 @@ class Pickle {
         return size_;
     }  ///< bytes up to the end of the last one
 
-    /// The last value of this key, or attribute of an object; nullptr if there is none, or `dict` is neither.
+    /// The last value of this key, nullptr if there is none, or `dict` is none.
     [[nodiscard]] const PickleNode* find(const PickleNode& dict, std::string_view key) const {
-        if (dict.kind != Kind::kDict && dict.kind != Kind::kObject) return nullptr;
+        if (dict.kind != Kind::kDict) return nullptr;
         for (std::size_t i = dict.items.size(); i >= 2; i -= 2) {
             const PickleNode& name = nodes_[dict.items[i - 2]];
             if (name.kind == Kind::kText && name.text == key) return &nodes_[dict.items[i - 1]];

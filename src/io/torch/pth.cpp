@@ -1,7 +1,7 @@
-#include "io/torch/pth.h"
+#include "io/weights_formats.h"
 
-#include <algorithm>
-#include <array>
+#include <charconv>
+#include <optional>
 
 #include "core/checked_math.h"
 #include "io/reader.h"
@@ -64,7 +64,6 @@ class PthReader {
         return {};
     }
 
-    [[nodiscard]] DecodeBudget& budget() { return budget_; }
     [[nodiscard]] const Pickle& pickle() const { return archive_->pickle(); }
     [[nodiscard]] const PickleNode& root() const { return archive_->root(); }
 
@@ -194,19 +193,22 @@ Result<std::optional<double>> scalar(PthReader& reader, const PickleNode& dict, 
                    ", expected a number");
 }
 
-Result<double> required(PthReader& reader, const PickleNode& dict, const char* key) {
-    SPLAT_ASSIGN(const std::optional<double> value, scalar(reader, dict, key));
-    if (value) return *value;
-    return bad_pth(std::string("the optimiser's state has no '") + key + "'");
+/// The shortest text that parses to the same number.
+std::string number_text(double number) {
+    char text[32];
+    return {text, std::to_chars(std::begin(text), std::end(text), number).ptr};
 }
 
-Status read_scalars(PthReader& reader, PthScalars& scalars) {
+Status read_scalars(PthReader& reader, Metadata& metadata) {
     const PickleNode& root = reader.root();
     const PickleNode* iteration = reader.pickle().find(root, "iteration");
     if (iteration != nullptr && iteration->kind == Kind::kInt)
-        scalars.iteration = iteration->integer;
-    SPLAT_ASSIGN(scalars.loss, scalar(reader, root, "loss"));
-    SPLAT_ASSIGN(scalars.best_psnr, scalar(reader, root, "best_PSNR"));
+        metadata.emplace_back("iteration", std::to_string(iteration->integer));
+    for (const char* name : {"loss",  // numbers, or tensors of one
+                             "best_PSNR"}) {
+        SPLAT_ASSIGN(const std::optional<double> value, scalar(reader, root, name));
+        if (value) metadata.emplace_back(name, number_text(*value));
+    }
     return {};
 }
 
@@ -231,117 +233,26 @@ Result<NamedTensors> read_tensors(PthReader& reader, const PickleNode& dict,
     return tensors;
 }
 
-/// Limits a dict: each of its names is searched for in all of it, and many parameters may share one dict.
-Status check_few(const PickleNode& dict) {
-    constexpr std::size_t kMost = 64;
-    if (dict.items.size() / 2 <= kMost) return {};
-    return bad_pth(format("a state or group of the optimiser has %zu entries, the limit is %zu",
-                          dict.items.size() / 2, kMost));
-}
-
-Result<AdamMoments> read_moments(PthReader& reader, const PickleNode& key,
-                                 const PickleNode& state) {
-    AdamMoments moments;
-    SPLAT_TRY(check_few(state));
-    if (key.kind != Kind::kInt) return bad_pth("a parameter of the optimiser has no number");
-    moments.parameter = key.integer;
-    SPLAT_ASSIGN(moments.step, required(reader, state, "step"));
-    const std::string prefix = std::to_string(key.integer) + ".";
-    for (const auto& [name, to] :
-         {std::pair("exp_avg", &moments.exp_avg), std::pair("exp_avg_sq", &moments.exp_avg_sq)}) {
-        const PickleNode* node = reader.pickle().find(state, name);
-        if (node == nullptr || node->kind != Kind::kTensor)
-            return bad_pth("the optimiser's state has no tensor '" + prefix + name + "'");
-        SPLAT_ASSIGN(*to, reader.tensor(*node, prefix + name));
-    }
-    if (moments.exp_avg.dims == moments.exp_avg_sq.dims) return moments;
-    return bad_pth("'" + prefix + "exp_avg' and '" + prefix + "exp_avg_sq' differ in shape");
-}
-
-/// Adam's betas: two numbers, or a list of an OmegaConf configuration, whose numbers are objects too.
-std::optional<std::array<double, 2>> betas_of(const Pickle& pickle, const PickleNode& group) {
-    const PickleNode* list = pickle.find(group, "betas");
-    if (list != nullptr && list->kind == Kind::kObject) list = pickle.find(*list, "_content");
-    if (list == nullptr || list->items.size() != 2 ||
-        (list->kind != Kind::kTuple && list->kind != Kind::kList))
-        return std::nullopt;
-    std::array<double, 2> betas{};
-    for (std::size_t i = 0; i < 2; ++i) {
-        const PickleNode* beta = &pickle[list->items[i]];
-        if (beta->kind == Kind::kObject) beta = pickle.find(*beta, "_val");
-        if (beta == nullptr || beta->kind != Kind::kFloat) return std::nullopt;
-        betas[i] = beta->real;
-    }
-    return betas;
-}
-
-Result<AdamGroup> read_group(PthReader& reader, const PickleNode& dict) {
-    const Pickle& pickle = reader.pickle();
-    SPLAT_TRY(check_few(dict));
-    AdamGroup group;
-    SPLAT_ASSIGN(group.lr, required(reader, dict, "lr"));
-    SPLAT_ASSIGN(group.eps, required(reader, dict, "eps"));
-    SPLAT_ASSIGN(group.weight_decay, required(reader, dict, "weight_decay"));
-    const auto betas = betas_of(pickle, dict);
-    if (!betas) return bad_pth("the optimiser does not have two 'betas', so it is not Adam");
-    group.beta1 = (*betas)[0];
-    group.beta2 = (*betas)[1];
-    const PickleNode* parameters = pickle.find(dict, "params");
-    if (parameters == nullptr || parameters->kind != Kind::kList)
-        return bad_pth("a group of the optimiser has no list 'params'");
-    SPLAT_TRY(reader.budget().take(parameters->items.size(), sizeof group.parameters[0],
-                                   "pth: the optimiser's 'params'"));
-    for (const std::uint32_t item : parameters->items) {
-        if (pickle[item].kind != Kind::kInt)
-            return bad_pth("'params' holds something other than numbers");
-        group.parameters.push_back(pickle[item].integer);
-    }
-    return group;
-}
-
 }  // namespace
 
-Result<PthFile> read_pth(const Source& source, const DecodeLimits& limits) {
+Result<WeightsFile> read_pth(const Source& source, const DecodeLimits& limits) {
     PthReader reader(source, limits);
     SPLAT_TRY(reader.open());
     const PickleNode* dict = &reader.root();
     if (dict->kind != Kind::kDict)
         return bad_pth(std::string("it holds ") + kind_name(dict->kind) +
                        ", expected a state dict");
-    PthFile file;
+    WeightsFile file;
+    file.format = WeightsFormat::kPth;
     for (const char* section : {"model_state_dict", "state_dict"}) {
         const PickleNode* inner = reader.pickle().find(*dict, section);
         if (inner == nullptr || inner->kind != Kind::kDict) continue;
-        SPLAT_TRY(read_scalars(reader, file.scalars));
-        file.section = section;
+        SPLAT_TRY(read_scalars(reader, file.metadata));
         dict = inner;
         break;
     }
     SPLAT_ASSIGN(file.tensors, read_tensors(reader, *dict, limits));
     return file;
-}
-
-Result<AdamState> read_pth_adam(const Source& source, const DecodeLimits& limits) {
-    PthReader reader(source, limits);
-    SPLAT_TRY(reader.open());
-    const Pickle& pickle = reader.pickle();
-    const PickleNode* root = pickle.find(reader.root(), "optimizer_state_dict");
-    const PickleNode* state = root != nullptr ? pickle.find(*root, "state") : nullptr;
-    const PickleNode* groups = root != nullptr ? pickle.find(*root, "param_groups") : nullptr;
-    if (state == nullptr || state->kind != Kind::kDict || groups == nullptr ||
-        groups->kind != Kind::kList)
-        return bad_pth("it has no 'optimizer_state_dict' with 'state' and 'param_groups'");
-    AdamState adam;
-    for (std::size_t i = 0; i < state->items.size(); i += 2) {
-        SPLAT_ASSIGN(AdamMoments moments,
-                     read_moments(reader, pickle[state->items[i]], pickle[state->items[i + 1]]));
-        adam.moments.push_back(std::move(moments));
-    }
-    for (const std::uint32_t item : groups->items) {
-        SPLAT_ASSIGN(AdamGroup group, read_group(reader, pickle[item]));
-        adam.groups.push_back(std::move(group));
-    }
-    return adam;
 }
 
 }  // namespace splat::io

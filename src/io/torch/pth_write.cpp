@@ -1,6 +1,7 @@
 // Files that torch.load() reads, of the format since PyTorch 1.6.
 
-#include "io/torch/pth.h"
+#include "io/reader.h"
+#include "io/weights_formats.h"
 #include "io/zip.h"
 
 namespace splat::io {
@@ -65,14 +66,32 @@ class PickleWriter {
     Buffer bytes_;
 };
 
+/// A number of the metadata; 0 where it is not given.
+template <class T>
+Result<T> scalar_of(const Metadata& metadata, std::string_view name) {
+    T value{};
+    for (const auto& [key, text] : metadata) {
+        if (key != name) continue;
+        const auto number = number_in<T>(text);
+        if (!number)
+            return error(Code::kInvalidArgument, "metadata '%s' is '%s', expected a number",
+                         key.c_str(), text.c_str());
+        value = *number;
+    }
+    return value;
+}
+
 }  // namespace
 
-Result<FilePieces> write_pth(const NamedTensors& tensors, const PthScalars& scalars, bool half) {
+Result<FilePieces> write_pth(const NamedTensors& tensors, const Metadata& metadata, bool half) {
+    SPLAT_ASSIGN(const auto iteration, scalar_of<std::int64_t>(metadata, "iteration"));
+    SPLAT_ASSIGN(const auto loss, scalar_of<double>(metadata, "loss"));
+    SPLAT_ASSIGN(const auto best_psnr, scalar_of<double>(metadata, "best_PSNR"));
     const std::string folder = "model/";
     PickleWriter pickle;
-    pickle.raw("}(").text("iteration").integer(scalars.iteration.value_or(0));
-    pickle.text("loss").real(scalars.loss.value_or(0));
-    pickle.text("best_PSNR").real(scalars.best_psnr.value_or(0));
+    pickle.raw("}(").text("iteration").integer(iteration);
+    pickle.text("loss").real(loss);
+    pickle.text("best_PSNR").real(best_psnr);
     pickle.text("model_state_dict").global("collections", "OrderedDict").raw(")R(");
     std::vector<ZipMember> members;
     members.push_back({folder + "data.pkl", {}, {}});
