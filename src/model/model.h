@@ -40,6 +40,19 @@ struct ModelInput {
     std::uint32_t step = 0;            ///< step of dropout
 };
 
+/// Poses of cameras that all are their object's frame, as a ModelInput takes them.
+struct IdentityPoses {
+    std::vector<float> view_to_world, quaternions;
+
+    explicit IdentityPoses(std::size_t images)
+        : view_to_world(16 * images), quaternions(4 * images) {
+        for (std::size_t i = 0; i < images; ++i) {
+            for (std::size_t axis = 0; axis < 4; ++axis) view_to_world[16 * i + 5 * axis] = 1;
+            quaternions[4 * i] = 1;
+        }
+    }
+};
+
 /// Splatter Image: images to one Gaussian per pixel, M = views * R * R of them per object.
 ///
 /// Source  Szymanowicz et al. 2024, arXiv:2312.13150, with the depth, normal and mask channels,

@@ -53,17 +53,13 @@ Status Model::start_inputs() {
     const std::size_t n = images();
     const std::size_t pixels = std::size_t{config_.resolution} * config_.resolution;
     const std::vector<float> planes(n * config_.input_channels() * pixels);
-    std::vector<float> poses(16 * n), quaternions(4 * n);
-    for (std::size_t i = 0; i < n; ++i) {
-        for (std::size_t axis = 0; axis < 4; ++axis) poses[16 * i + 5 * axis] = 1;
-        quaternions[4 * i] = 1;
-    }
+    const IdentityPoses poses(n);
     const std::vector<float> focals(2 * n, static_cast<float>(config_.resolution));
     const std::vector<float> embedding(n * config_.embedding_length());
     const std::vector<float> tokens(n * config_.token_dim * config_.tokens);
     return set_input({.images = planes,
-                      .view_to_world = poses,
-                      .quaternions = quaternions,
+                      .view_to_world = poses.view_to_world,
+                      .quaternions = poses.quaternions,
                       .focals = focals,
                       .embedding = embedding,
                       .tokens = tokens});

@@ -60,7 +60,7 @@ Status check_picture(const config::ModelConfig& network, std::size_t i, const Pi
     return {};
 }
 
-void append(std::vector<float>& to, const std::vector<float>& from) {
+void append(std::vector<float>& to, std::span<const float> from) {
     to.insert(to.end(), from.begin(), from.end());
 }
 
@@ -90,10 +90,8 @@ Status add_cameras(const config::ModelConfig& network, std::span<const PictureIn
     }
     SPLAT_ASSIGN(const std::vector<data::RelativeView> relative, data::relative_views(poses));
     for (std::size_t i = 0; i < relative.size(); ++i) {
-        views.view_to_world.insert(views.view_to_world.end(), relative[i].view_to_world.begin(),
-                                   relative[i].view_to_world.end());
-        views.quaternions.insert(views.quaternions.end(), relative[i].quaternion.begin(),
-                                 relative[i].quaternion.end());
+        append(views.view_to_world, relative[i].view_to_world);
+        append(views.quaternions, relative[i].quaternion);
         views.cameras[i].world_to_camera = inverse_pose(relative[i].view_to_world.data());
     }
     return {};
@@ -102,16 +100,15 @@ Status add_cameras(const config::ModelConfig& network, std::span<const PictureIn
 }  // namespace
 
 PictureFacts facts_of(const data::Photograph& photo, const PictureInput& given) {
-    PictureFacts facts;
-    facts.width = photo.width;
-    facts.height = photo.height;
-    facts.whole = !given.crop;
-    facts.found = photo.mask_from;
-    facts.at_border = photo.at_border;
-    facts.x = photo.x;
-    facts.y = photo.y;
-    facts.side = photo.side;
-    facts.focal = given.focal;
+    PictureFacts facts{.width = photo.width,
+                       .height = photo.height,
+                       .whole = !given.crop,
+                       .at_border = photo.at_border,
+                       .found = photo.mask_from,
+                       .x = photo.x,
+                       .y = photo.y,
+                       .side = photo.side,
+                       .focal = given.focal};
     if (given.focal > 0)
         facts.fov_degrees = 2 * std::atan(photo.side / (2 * given.focal)) * 180 / std::numbers::pi;
     return facts;

@@ -48,18 +48,6 @@ std::vector<float> planes_of(const std::vector<float>& quads, std::size_t count,
     return images;
 }
 
-/// Identity poses, for a picture.
-struct Poses {
-    std::vector<float> matrices, quaternions;
-
-    explicit Poses(std::size_t images) : matrices(16 * images), quaternions(4 * images) {
-        for (std::size_t i = 0; i < images; ++i) {
-            for (std::size_t axis = 0; axis < 4; ++axis) matrices[16 * i + 5 * axis] = 1;
-            quaternions[4 * i] = 1;
-        }
-    }
-};
-
 }  // namespace
 
 Result<scene::Gaussians> gaussians_of(vk::Context& context, const model::Model& model,
@@ -124,15 +112,16 @@ Result<std::string> Predictor::checksum() {
 }
 
 Result<scene::Gaussians> Predictor::predict(const Views& views) {
-    const Poses identity(this->views());
+    const model::IdentityPoses identity(this->views());
     const std::size_t n = this->views();
     const auto first = [&](const std::vector<float>& values, std::size_t each) {
         return std::span(values).first(std::min(values.size(), n * each));
     };
     model::ModelInput input;
     input.images = views.inputs;
-    input.view_to_world = views.view_to_world.empty() ? std::span<const float>(identity.matrices)
-                                                      : first(views.view_to_world, 16);
+    input.view_to_world = views.view_to_world.empty()
+                              ? std::span<const float>(identity.view_to_world)
+                              : first(views.view_to_world, 16);
     input.quaternions = views.quaternions.empty() ? std::span<const float>(identity.quaternions)
                                                   : first(views.quaternions, 4);
     if (config().fov_degrees == 0) input.focals = first(views.focals, 2);

@@ -21,4 +21,14 @@ inline Status check_map(std::span<const float> map, std::size_t count, const cha
                  static_cast<double>(map[bad]), bad, remedy);
 }
 
+/// The same for a map of numbers from 0 to 1.
+inline Status check_unit_map(std::span<const float> map, std::size_t count, const char* name) {
+    SPLAT_TRY(check_map(map, count, name));
+    for (std::size_t i = 0; i < count; ++i)
+        if (map[i] < 0 || map[i] > 1)
+            return error(Code::kInvalidArgument, "%s is %g at number %zu, expected 0 to 1", name,
+                         static_cast<double>(map[i]), i);
+    return {};
+}
+
 }  // namespace splat::priors

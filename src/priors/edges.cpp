@@ -101,18 +101,6 @@ std::vector<std::uint8_t> joined(const std::vector<std::uint8_t>& candidates,
     return edges;
 }
 
-Result<Derivatives<int>> derivatives_of_bytes(std::span<const float> map, std::uint32_t height,
-                                              std::uint32_t width) {
-    Derivatives<int> bytes{{}, height, width, {1, 2, 1}, Border::kRepeat};
-    for (std::size_t i = 0; i < map.size(); ++i) {
-        if (map[i] < 0 || map[i] > 1)
-            return error(Code::kInvalidArgument, "the map is %g at number %zu, expected 0 to 1",
-                         static_cast<double>(map[i]), i);
-        bytes.map.push_back(static_cast<int>(255 * map[i]));
-    }
-    return bytes;
-}
-
 }  // namespace
 
 Result<std::vector<double>> gradient_length(std::span<const float> map, std::uint32_t height,
@@ -135,8 +123,9 @@ Result<std::vector<double>> gradient_length(std::span<const float> map, std::uin
 
 Result<std::vector<std::uint8_t>> canny_edges(std::span<const float> map, std::uint32_t height,
                                               std::uint32_t width) {
-    SPLAT_TRY(check_map(map, std::size_t{height} * width, "the map"));
-    SPLAT_ASSIGN(const Derivatives<int> bytes, derivatives_of_bytes(map, height, width));
+    SPLAT_TRY(check_unit_map(map, std::size_t{height} * width, "the map"));
+    Derivatives<int> bytes{{}, height, width, {1, 2, 1}, Border::kRepeat};
+    for (const float value : map) bytes.map.push_back(static_cast<int>(255 * value));
     Lengths lengths{width, std::vector<int>((std::size_t{height} + 2) * (std::size_t{width} + 2))};
     for (std::size_t y = 0; y < height; ++y)
         for (std::size_t x = 0; x < width; ++x)

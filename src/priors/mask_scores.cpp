@@ -5,23 +5,11 @@
 #include "priors/check_map.h"
 
 namespace splat::priors {
-namespace {
-
-Status check_mask(std::span<const float> mask, std::size_t count, const char* name) {
-    SPLAT_TRY(check_map(mask, count, name));
-    for (std::size_t i = 0; i < count; ++i)
-        if (mask[i] < 0 || mask[i] > 1)
-            return error(Code::kInvalidArgument, "%s is %g at number %zu, expected 0 to 1", name,
-                         static_cast<double>(mask[i]), i);
-    return {};
-}
-
-}  // namespace
 
 Result<MaskScores> compare_masks(std::span<const float> prediction, std::span<const float> alpha,
                                  double threshold) {
-    SPLAT_TRY(check_mask(prediction, alpha.size(), "the predicted mask"));
-    SPLAT_TRY(check_mask(alpha, alpha.size(), "the true mask"));
+    SPLAT_TRY(check_unit_map(prediction, alpha.size(), "the predicted mask"));
+    SPLAT_TRY(check_unit_map(alpha, alpha.size(), "the true mask"));
     constexpr double kTiny = 1e-6;
     MaskScores scores;
     std::uint64_t both = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 
 namespace splat::priors {
 namespace {
@@ -49,17 +50,11 @@ void NearestPoints::search(std::size_t begin, std::size_t end, const scene::Vec3
     const std::size_t middle = begin + (end - begin) / 2;
     least = std::min(least, priors::squared_distance(points_[middle], from));
     const double beyond = points_[middle][axes_[middle]] - from[axes_[middle]];
-    const bool low_first = beyond > 0;
-    if (low_first)
-        search(begin, middle, from, least);
-    else
-        search(middle + 1, end, from, least);
+    const std::pair low(begin, middle), high(middle + 1, end);
+    const auto& [near, far] = beyond > 0 ? std::tie(low, high) : std::tie(high, low);
+    search(near.first, near.second, from, least);
     // Rounding keeps order, so no point on the other side is nearer than the plane.
-    if (beyond * beyond >= least) return;
-    if (low_first)
-        search(middle + 1, end, from, least);
-    else
-        search(begin, middle, from, least);
+    if (beyond * beyond < least) search(far.first, far.second, from, least);
 }
 
 double NearestPoints::squared_distance(const scene::Vec3& from) const {

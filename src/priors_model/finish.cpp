@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "data/resample.h"
 #include "priors_model/planes.h"
 #include "priors_model/point_depth.h"
 
@@ -56,26 +55,13 @@ Result<PriorMap> finish_normal(const PresetOutput& output, const Planes& planes,
     return map;
 }
 
-/// Bytes of a mask in another size, by Pillow's filters on bytes, or rounded.
+/// Bytes of a mask in another size, rounded.
 Result<std::vector<float>> resized_bytes(const Planes& planes, Extent size,
                                          data::ValueFilter filter) {
-    using data::ValueFilter;
     io::Image bytes{planes.size.width, planes.size.height, 1, 8, {}};
     for (const float value : planes.values)
         bytes.samples.push_back(static_cast<std::uint16_t>(byte_of(value, 255)));
-    const bool lanczos = filter == ValueFilter::kPillowLanczos;
-    if (lanczos || filter == ValueFilter::kPillowBicubic ||
-        filter == ValueFilter::kPillowBilinear) {
-        const data::Filter pillow = lanczos ? data::Filter::kLanczos
-                                    : filter == ValueFilter::kPillowBicubic
-                                        ? data::Filter::kBicubic
-                                        : data::Filter::kBilinear;
-        SPLAT_ASSIGN(const io::Image made, data::resample(bytes, size.width, size.height, pillow));
-        return std::vector<float>(made.samples.begin(), made.samples.end());
-    }
-    SPLAT_ASSIGN(const std::vector<double> values,
-                 data::resample_values(std::span<const std::uint16_t>(bytes.samples), bytes.width,
-                                       bytes.height, 1, size.width, size.height, filter));
+    SPLAT_ASSIGN(const std::vector<double> values, resample_bytes(bytes, size, filter));
     std::vector<float> rounded;
     for (const double value : values)
         rounded.push_back(static_cast<float>(std::clamp(std::floor(value + 0.5), 0.0, 255.0)));

@@ -41,7 +41,6 @@ double multiple_of(const PresetInput& input, double side, double bound) {
 /// [height,width,3], 0 to 255, in the size of the input.
 Result<std::vector<double>> resized(const PresetInput& input, const io::Image& picture,
                                     Extent size) {
-    using data::ValueFilter;
     io::Image rgb{picture.width, picture.height, 3, 8, {}};
     const std::size_t pixels = std::size_t{picture.width} * picture.height;
     rgb.samples.resize(3 * pixels);
@@ -49,29 +48,30 @@ Result<std::vector<double>> resized(const PresetInput& input, const io::Image& p
     for (std::size_t i = 0; i < pixels; ++i)
         for (std::size_t c = 0; c < 3; ++c)
             rgb.samples[3 * i + c] = picture.samples[i * picture.channels + (gray ? 0 : c)];
-    const auto pillow = [&](data::Filter filter) -> Result<std::vector<double>> {
-        SPLAT_ASSIGN(const io::Image made, data::resample(rgb, size.width, size.height, filter));
-        return std::vector<double>(made.samples.begin(), made.samples.end());
-    };
-    switch (input.filter) {
-        case ValueFilter::kPillowBilinear:
-            return pillow(data::Filter::kBilinear);
-        case ValueFilter::kPillowBicubic:
-            return pillow(data::Filter::kBicubic);
-        case ValueFilter::kPillowLanczos:
-            return pillow(data::Filter::kLanczos);
-        default:
-            break;
-    }
-    SPLAT_ASSIGN(std::vector<double> values,
-                 data::resample_values(std::span<const std::uint16_t>(rgb.samples), rgb.width,
-                                       rgb.height, 3, size.width, size.height, input.filter));
-    if (input.filter == ValueFilter::kLinearOrigin)
+    SPLAT_ASSIGN(std::vector<double> values, resample_bytes(rgb, size, input.filter));
+    if (input.filter == data::ValueFilter::kLinearOrigin)
         for (double& value : values) value = std::floor(value + 0.5);
     return values;
 }
 
 }  // namespace
+
+Result<std::vector<double>> resample_bytes(const io::Image& bytes, Extent size,
+                                           data::ValueFilter filter) {
+    using data::ValueFilter;
+    constexpr std::pair<ValueFilter, data::Filter> kPillow[] = {
+        {ValueFilter::kPillowBilinear, data::Filter::kBilinear},
+        {ValueFilter::kPillowBicubic, data::Filter::kBicubic},
+        {ValueFilter::kPillowLanczos, data::Filter::kLanczos}};
+    for (const auto& [name, pillow] : kPillow)
+        if (filter == name) {
+            SPLAT_ASSIGN(const io::Image made,
+                         data::resample(bytes, size.width, size.height, pillow));
+            return std::vector<double>(made.samples.begin(), made.samples.end());
+        }
+    return data::resample_values(std::span<const std::uint16_t>(bytes.samples), bytes.width,
+                                 bytes.height, bytes.channels, size.width, size.height, filter);
+}
 
 Result<Extent> input_extent(const PresetInput& input, Extent picture) {
     if (input.fit == Fit::kOwn) return picture;

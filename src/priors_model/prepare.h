@@ -20,6 +20,10 @@ struct Extent {
 /// Source  MiDaS, transforms.Resize: one factor for both sides, each rounded to the nearest multiple
 Result<Extent> input_extent(const PresetInput& input, Extent picture);
 
+/// An image of bytes in another size: bytes by Pillow's filters, numbers that are not rounded by others.
+Result<std::vector<double>> resample_bytes(const io::Image& bytes, Extent size,
+                                           data::ValueFilter filter);
+
 /// A picture as input [1,3,height,width] or [1,height,width,3]: resampled, scaled and normalised in float64, then
 /// float32. Gray becomes RGB; alpha is left out, as the reference does. Pillow's filters give 8-bit
 /// values, others are not rounded, except "linear_origin", whose program rounds them.

@@ -152,7 +152,7 @@ PresetInput read_input(Members& of) {
     return input;
 }
 
-PresetOutput read_output(const JsonTree& tree, const std::string& place, Status& status) {
+PresetOutput read_output(const JsonTree& tree, const std::string& place, Members& of) {
     constexpr const char* kMapNames[] = {"depth", "normal", "mask"};
     constexpr const char* kDepths[] = {"inverse", "distance", "points"};
     Members in(&tree, place,
@@ -186,7 +186,7 @@ PresetOutput read_output(const JsonTree& tree, const std::string& place, Status&
     only(depth, "depth", {"depth"});
     only(output.map == data::MapKind::kNormal, "normals", {"signs"});
     only(depth && output.depth == DepthOf::kPoints, "a depth of points", {"scale", "mask"});
-    if (status.ok()) status = in.status();
+    of.take(in.status());
     return output;
 }
 
@@ -204,13 +204,12 @@ Result<Preset> read_preset(const JsonTree& tree) {
     const JsonTree* const found = of.find("outputs");
     const JsonTree::List* const outputs = found == nullptr ? nullptr : found->list();
     if (outputs == nullptr || outputs->empty()) of.refuse("needs a list 'outputs' of one or more");
-    Status status = of.status();
-    for (std::size_t i = 0; outputs != nullptr && i < outputs->size() && status.ok(); ++i) {
+    for (std::size_t i = 0; outputs != nullptr && i < outputs->size() && of.status().ok(); ++i) {
         const std::string place = format("the preset.outputs[%zu]", i);
-        PresetOutput output = read_output((*outputs)[i], place, status);
-        if (preset.find(output.map) != nullptr && status.ok())
-            status = error(Code::kInvalidArgument, "%s is a second %s map", place.c_str(),
-                           data::map_name(output.map));
+        PresetOutput output = read_output((*outputs)[i], place, of);
+        if (preset.find(output.map) != nullptr)
+            of.take(error(Code::kInvalidArgument, "%s is a second %s map", place.c_str(),
+                          data::map_name(output.map)));
         preset.outputs.push_back(std::move(output));
     }
     if (of.has("file")) {
@@ -219,21 +218,20 @@ Result<Preset> read_preset(const JsonTree& tree) {
         file.text("url", preset.file.url);
         file.number("bytes", 1, 1e15, preset.file.bytes);
         file.text("sha256", preset.file.sha256);
-        if (status.ok()) status = file.status();
+        of.take(file.status());
         std::string& hash = preset.file.sha256;
         for (char& digit : hash)
             digit = static_cast<char>(std::tolower(static_cast<unsigned char>(digit)));
         const bool digits = hash.find_first_not_of("0123456789abcdef") == std::string::npos;
-        if (status.ok() && !hash.empty() && (hash.size() != 64 || !digits))
-            status =
-                error(Code::kInvalidArgument, "%s.sha256 is '%s', expected 64 hexadecimal digits",
-                      of.place("file").c_str(), shown(hash).c_str());
+        if (!hash.empty() && (hash.size() != 64 || !digits))
+            of.take(error(Code::kInvalidArgument,
+                          "%s.sha256 is '%s', expected 64 hexadecimal digits",
+                          of.place("file").c_str(), shown(hash).c_str()));
     }
-    if (!status.ok())
-        return Status(status.code(), preset.name.empty()
-                                         ? status.message()
-                                         : "preset '" + preset.name + "': " + status.message());
-    return preset;
+    const Status& status = of.status();
+    if (status.ok()) return preset;
+    const std::string whose = preset.name.empty() ? "" : "preset '" + preset.name + "': ";
+    return Status(status.code(), whose + status.message());
 }
 
 }  // namespace splat::priors_model

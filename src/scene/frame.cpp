@@ -1,8 +1,6 @@
 #include "scene/frame.h"
 
 #include <array>
-#include <cctype>
-#include <string>
 
 #include "scene/sh.h"
 
@@ -32,15 +30,6 @@ std::array<float, kMaxShCoefficients> sh_signs(const Signs& signs) {
 
 const char* frame_name(Frame frame) {
     return kNames[static_cast<std::size_t>(frame)];
-}
-
-std::optional<Frame> frame_from_name(std::string_view name) {
-    std::string upper;
-    for (const char c : name)
-        upper += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    for (std::size_t i = 0; i < kNames.size(); ++i)
-        if (upper == kNames[i]) return static_cast<Frame>(i);
-    return std::nullopt;
 }
 
 void convert_frame(Gaussians& g, Frame from, Frame to) {

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <optional>
-#include <string_view>
-
 #include "scene/gaussians.h"
 
 namespace splat::scene {
@@ -22,9 +19,6 @@ enum class Frame : std::uint8_t {
 
 /// "RDF" and so on.
 const char* frame_name(Frame frame);
-
-/// By the name, in any case; nothing for an unknown one.
-std::optional<Frame> frame_from_name(std::string_view name);
 
 /// Express means, rotations and SH bands in the frame `to` instead of `from`. The frames differ in
 /// signs of axes only, so two conversions there and back give the same bits.

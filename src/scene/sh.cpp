@@ -60,17 +60,6 @@ std::array<double, kMaxShCoefficients> sh_basis(const Vec3& direction) {
             kC3[6] * x * (xx - 3 * yy)};
 }
 
-std::array<double, 3> sh_color(const Gaussians& g, std::size_t i, const Vec3& direction) {
-    const auto basis = sh_basis(direction);
-    const std::size_t count = sh_coefficients(g.sh_degree);
-    std::array<double, 3> color = {0.5, 0.5, 0.5};
-    for (std::size_t k = 0; k < count; ++k)
-        for (std::size_t c = 0; c < 3; ++c)
-            color[c] += basis[k] * static_cast<double>(g.sh[(i * count + k) * 3 + c]);
-    for (double& channel : color) channel = std::max(channel, 0.0);
-    return color;
-}
-
 ShTransform::ShTransform(const Mat3& m) {
     for (const Node& node : sphere_quadrature()) {
         const auto before = sh_basis(node.direction);

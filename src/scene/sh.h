@@ -16,10 +16,6 @@ inline constexpr double kSh0 = 0.28209479177387814;
 /// of 3DGS: 1; -y, z, -x; xy, yz, 2z2-x2-y2, xz, x2-y2; y(3x2-y2), xyz, ...
 std::array<double, kMaxShCoefficients> sh_basis(const Vec3& direction);
 
-/// max(0, 0.5 + sum_k sh[k] Y_k(direction)) of Gaussian i; the direction, of length 1, points from
-/// the camera to the Gaussian.
-std::array<double, 3> sh_color(const Gaussians& gaussians, std::size_t i, const Vec3& direction);
-
 /// Transforms coefficients with a scene to which an orthogonal matrix m (rotation or mirror) is applied: the
 /// colour seen along m d afterwards is the one seen along d before. Bands do not mix.
 ///

@@ -77,12 +77,4 @@ Status transform(Gaussians& g, const Similarity& s) {
     return {};
 }
 
-Similarity inverse(const Similarity& s) {
-    Similarity back;
-    back.rotation = glm::conjugate(normalised(s.rotation));
-    back.scale = 1 / s.scale;
-    back.translation = (glm::mat3_cast(back.rotation) * s.translation) * -back.scale;
-    return back;
-}
-
 }  // namespace splat::scene

@@ -21,7 +21,4 @@ struct Similarity {
 /// Precision    computed in float64, rounded once
 Status transform(Gaussians& gaussians, const Similarity& similarity);
 
-/// The inverse of a similarity.
-Similarity inverse(const Similarity& similarity);
-
 }  // namespace splat::scene

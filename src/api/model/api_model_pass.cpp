@@ -18,19 +18,6 @@ splat_result with_model(splat_model model, Body&& body) {
     return api::guarded([&] { return api::use<api::Models>(model, "model", body); });
 }
 
-/// Identity poses where the caller gives none.
-struct Poses {
-    std::vector<float> matrices;
-    std::vector<float> quaternions;
-
-    explicit Poses(std::size_t images) : matrices(16 * images), quaternions(4 * images) {
-        for (std::size_t i = 0; i < images; ++i) {
-            for (std::size_t axis = 0; axis < 4; ++axis) matrices[16 * i + 5 * axis] = 1;
-            quaternions[4 * i] = 1;
-        }
-    }
-};
-
 Status check_pass_flags(const char* type, std::uint32_t flags) {
     if ((flags & ~std::uint32_t{SPLAT_PASS_TENSORS}) == 0) return {};
     return error(Code::kInvalidArgument, "%s.flags has unknown bits %#x", type,
@@ -105,7 +92,7 @@ Status take_images(const splat_model_input& from, const config::ModelConfig& c, 
 }
 
 Status take(const splat_model_input& from, const config::ModelConfig& c, std::uint32_t objects,
-            const Poses& identity, HostInput& to) {
+            const model::IdentityPoses& identity, HostInput& to) {
     const std::size_t n = std::size_t{objects} * c.views;
     SPLAT_TRY(take_images(from, c, n, to));
     if ((from.view_to_world == nullptr) != (from.quaternions == nullptr))
@@ -125,7 +112,7 @@ Status take(const splat_model_input& from, const config::ModelConfig& c, std::ui
     SPLAT_ASSIGN(input.quaternions,
                  array("quaternions", from.quaternions, from.quaternions_count, {n, 4}));
     if (from.view_to_world == nullptr) {
-        input.view_to_world = identity.matrices;
+        input.view_to_world = identity.view_to_world;
         input.quaternions = identity.quaternions;
     }
     SPLAT_ASSIGN(input.focals, array("focals", from.focals, from.focals_count, {n, 2}));
@@ -147,7 +134,7 @@ Status run(api::ModelObject& object, const splat_model_input& from) {
                                   from.focals, from.embedding, from.tokens}));
         SPLAT_TRY(network.use_tensors(from.seed, from.step));
     } else {
-        const Poses identity(std::size_t{object.objects} * c.views);
+        const model::IdentityPoses identity(std::size_t{object.objects} * c.views);
         HostInput host;
         SPLAT_TRY(take(from, c, object.objects, identity, host));
         host.input.seed = from.seed;
