@@ -1,4 +1,4 @@
-#include "data/co3d.h"
+#include "data/formats.h"
 
 #include <algorithm>
 #include <array>
@@ -47,9 +47,8 @@ Status examine(FrameArray& array) {
     SPLAT_ASSIGN(const auto source, io::open_source(array.path));
     io::Buffer head(std::min<std::uint64_t>(kPngHeaderBytes, source->size()));
     SPLAT_TRY(source->read(0, head));
-    const auto found = io::read_npy_header(head);
-    if (!found.ok()) return in_file(found.status(), array.path);
-    const io::NpyHeader& header = found.value();
+    SPLAT_ASSIGN(const auto found, in_file(io::read_npy_header(head), array.path));
+    const io::NpyHeader& header = found;
     const std::vector<std::uint64_t>& shape = header.shape;
     if (header.column_major || header.dtype != "f4" || header.order != std::endian::little ||
         shape.size() != 4 || shape[1] != array.channels || shape[2] != shape[3] || shape[2] == 0 ||
@@ -100,90 +99,80 @@ Result<fs::path> category_folder(const ReaderDesc& desc) {
 Result<io::NpzFile> load_npz(const fs::path& path) {
     const auto source = io::open_source(path.string());
     SPLAT_TRY(as_damage(source.status()));
-    auto file = io::read_npz(*source.value());
-    if (!file.ok()) return in_file(file.status(), path.string());
-    return file;
+    return in_file(io::read_npz(*source.value()), path.string());
 }
 
-class Co3dReader : public DatasetReader {
+class Co3dReader : public ObjectsReader<Sequence> {
   public:
-    Status open(const ReaderDesc& desc) {
-        index_.format = "co3d";
-        index_.split = desc.split;
-        index_.filter = Filter::kLanczos;
-        index_.maps = kAllMaps;
+    explicit Co3dReader(const ReaderDesc& desc) : ObjectsReader("co3d", desc, Filter::kLanczos) {}
+
+    Status open() {
         std::set<std::string> excluded;
-        if (!desc.excluded_file.empty()) {
-            SPLAT_ASSIGN(excluded, load_excluded_sequences(desc.excluded_file));
+        if (!desc_.excluded_file.empty()) {
+            SPLAT_ASSIGN(excluded, load_excluded_sequences(desc_.excluded_file));
         }
-        SPLAT_ASSIGN(const fs::path category, category_folder(desc));
-        const fs::path root = category / desc.split;
+        SPLAT_ASSIGN(const fs::path category, category_folder(desc_));
+        const fs::path root = category / desc_.split;
         index_.files = {root / "camera_Rs.npz", root / "camera_Ts.npz"};
         SPLAT_ASSIGN(rotations_, load_npz(root / "camera_Rs.npz"));
         SPLAT_ASSIGN(translations_, load_npz(root / "camera_Ts.npz"));
-        SPLAT_ASSIGN(const std::vector<std::string> names, sequences_of(root));
+        SPLAT_ASSIGN(const std::vector<std::string> names, objects_of(root));
         for (const std::string& name : names) {
-            if (desc.limit != 0 && sequences_.size() == desc.limit) break;
+            if (is_full()) break;
             if (excluded.contains(name)) {
                 ++index_.excluded;
                 continue;
             }
-            SPLAT_TRY(index_.take(desc, name, (root / name).string(),
-                                  [&] { return add(root / name, name, desc.lenient); }));
-            sequences_.resize(index_.names.size());
+            SPLAT_TRY(take(name, root / name, [&] { return add(root / name, name); }));
         }
         SPLAT_TRY(index_.check_any());
-        if (sequences_.empty()) {
+        if (objects_.empty()) {
             const Status status =
                 error(Code::kNotFound,
                       "'%s' holds no folder with focal_lengths.npy besides %u excluded ones",
                       root.c_str(), index_.excluded);
-            return index_.excluded > 0 ? status : no_split(desc, status);
+            return index_.excluded > 0 ? status : no_split(desc_, status);
         }
-        return index_.find_resolution(*this, desc.lenient);
+        return index_.find_resolution(*this, desc_.lenient);
     }
 
-    [[nodiscard]] const DatasetIndex& index() const override { return index_; }
-
     [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
-        const Sequence& sequence = sequences_[object];
+        const Sequence& sequence = objects_[object];
         SPLAT_ASSIGN(const io::Buffer file, io::read_file(sequence.focals.string(), 1U << 24));
-        const auto focals = io::read_npy(file);
-        if (!focals.ok()) return in_file(focals.status(), sequence.focals.string());
+        SPLAT_ASSIGN(const auto focals, in_file(io::read_npy(file), sequence.focals.string()));
         const io::NamedTensor* r = rotations_.tensors.find(sequence.name);
         const io::NamedTensor* t = translations_.tensors.find(sequence.name);
         if (r == nullptr || t == nullptr || r->values.size() != sequence.frames() * 9 ||
             t->values.size() != sequence.frames() * 3 ||
-            focals.value().values.size() != sequence.frames() * 2)
+            focals.values.size() != sequence.frames() * 2)
             return error(
                 Code::kFormat,
                 "sequence '%s': %zu frames, but %zu rotations, %zu translations and %zu focal "
                 "lengths",
                 sequence.name.c_str(), sequence.frames(), r == nullptr ? 0 : r->values.size() / 9,
-                t == nullptr ? 0 : t->values.size() / 3, focals.value().values.size() / 2);
+                t == nullptr ? 0 : t->values.size() / 3, focals.values.size() / 2);
         std::vector<StoredView> views;
         for (std::size_t i = 0; i < sequence.frames(); ++i) {
-            const auto pose = pose_of_co3d(std::span(r->values).subspan(i * 9, 9),
-                                           std::span(t->values).subspan(i * 3, 3));
-            if (!pose.ok()) return in_file(pose.status(), sequence.name + format(", frame %zu", i));
-            const std::array<double, 2> focal = {
-                static_cast<double>(focals.value().values[i * 2]),
-                static_cast<double>(focals.value().values[i * 2 + 1])};
+            SPLAT_ASSIGN(const auto pose,
+                         in_file(pose_of_co3d(std::span(r->values).subspan(i * 9, 9),
+                                              std::span(t->values).subspan(i * 3, 3)),
+                                 sequence.name + format(", frame %zu", i)));
+            const std::array<double, 2> focal = {static_cast<double>(focals.values[i * 2]),
+                                                 static_cast<double>(focals.values[i * 2 + 1])};
             for (const double value : focal)
                 if (!(value >= kLeastFocal && value <= kMostFocal))
                     return error(Code::kFormat,
                                  "'%s': frame %zu has the focal length %g, expected %g to %g half "
                                  "widths of the image",
                                  sequence.focals.c_str(), i, value, kLeastFocal, kMostFocal);
-            views.push_back(
-                {pose.value(), focal[0] / 2, focal[1] / 2, origin_distance(pose.value())});
+            views.push_back({pose, focal[0] / 2, focal[1] / 2, origin_distance(pose)});
         }
         return views;
     }
 
     [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view, MapKind kind,
                                           bool header_only) const override {
-        const FrameArray& array = sequences_[object].of(kind);
+        const FrameArray& array = objects_[object].of(kind);
         const auto side = static_cast<std::uint32_t>(array.side);
         io::Image out{side, side, static_cast<std::uint32_t>(array.channels), 8, {}};
         if (header_only) return out;
@@ -200,7 +189,7 @@ class Co3dReader : public DatasetReader {
 
   private:
     /// The folders of a split, and the sequences that have cameras.
-    [[nodiscard]] Result<std::vector<std::string>> sequences_of(const fs::path& root) const {
+    [[nodiscard]] Result<std::vector<std::string>> objects_of(const fs::path& root) const {
         SPLAT_ASSIGN(const std::vector<std::string> folders, candidates_in(root));
         std::set<std::string> names(folders.begin(), folders.end());
         for (const io::NamedTensor& tensor : rotations_.tensors) {
@@ -212,7 +201,7 @@ class Co3dReader : public DatasetReader {
         return std::vector<std::string>(names.begin(), names.end());
     }
 
-    Result<bool> add(const fs::path& folder, const std::string& name, bool lenient) {
+    Result<bool> add(const fs::path& folder, const std::string& name) {
         SPLAT_ASSIGN(const std::vector<std::string> parts, stems_in(folder, ".npy"));
         const auto has = [&parts](const char* part) {
             return std::find(parts.begin(), parts.end(), part) != parts.end();
@@ -239,25 +228,22 @@ class Co3dReader : public DatasetReader {
             if (status.ok() && array.frames != sequence.frames())
                 status = error(Code::kFormat, "'%s': %zu frames, expected %zu as the images",
                                array.path.c_str(), array.frames, sequence.frames());
-            if (!status.ok() && !lenient) return status;
+            if (!status.ok() && !desc_.lenient) return status;
             if (!status.ok()) problems.push_back(status.message());
         }
         std::vector<std::string> frames;
         for (std::size_t i = 0; i < sequence.frames(); ++i) frames.push_back(std::to_string(i));
         std::sort(frames.begin(), frames.end());
-        SPLAT_TRY(
-            index_.add(name, folder.string(), {frames, frames}, lenient,
-                       [&](const std::vector<std::string>&) { sequences_.push_back(sequence); }));
+        SPLAT_TRY(index_.add(name, folder.string(), {frames, frames}, desc_.lenient).status());
+        objects_.push_back(sequence);
         index_.problems.back().insert(index_.problems.back().end(), problems.begin(),
                                       problems.end());
         for (const MapKind kind : lacking) index_.add_lacking(kind, sequence.of(kind).path);
         return true;
     }
 
-    DatasetIndex index_;
     io::NpzFile rotations_;
     io::NpzFile translations_;
-    std::vector<Sequence> sequences_;
 };
 
 }  // namespace
@@ -273,9 +259,7 @@ Result<bool> is_co3d(const std::string& path) {
 }
 
 Result<std::unique_ptr<DatasetReader>> open_co3d(const ReaderDesc& desc) {
-    auto reader = std::make_unique<Co3dReader>();
-    SPLAT_TRY(reader->open(desc));
-    return std::unique_ptr<DatasetReader>(std::move(reader));
+    return opened<Co3dReader>(desc);
 }
 
 Result<scene::Mat4> pose_of_co3d(std::span<const float> rotation,

@@ -54,13 +54,15 @@ Result<PreparedFrame> read_frame(const Co3dPreparation& preparation, const RawFr
     if (image.channels < 3)
         return error(Code::kFormat, "'%s': an image without colours", image_path.c_str());
     const Planes probability = planes_of(mask);
-    const auto box =
-        crop_box(frame.box ? *frame.box : foreground_box(probability), frame.width, frame.height);
-    if (!box.ok()) return in_file(box.status(), mask_path.string());
-    const auto square = principal_square(frame.principal_point, frame.width, frame.height);
-    if (!square.ok()) return in_file(square.status(), image_path.string());
-    half_side = square.value().half_side;
-    return prepare_frame(image, probability, box.value(), square.value(), preparation.size);
+    SPLAT_ASSIGN(const auto box,
+                 in_file(crop_box(frame.box ? *frame.box : foreground_box(probability), frame.width,
+                                  frame.height),
+                         mask_path.string()));
+    SPLAT_ASSIGN(const auto square,
+                 in_file(principal_square(frame.principal_point, frame.width, frame.height),
+                         image_path.string()));
+    half_side = square.half_side;
+    return prepare_frame(image, probability, box, square, preparation.size);
 }
 
 Result<PreparedSequence> prepare_sequence(const Co3dPreparation& preparation,
@@ -94,9 +96,7 @@ Result<PreparedSequence> prepare_sequence(const Co3dPreparation& preparation,
     SPLAT_TRY(check_below(file.string()));
     SPLAT_ASSIGN(const std::vector<scene::Vec3> points,
                  read_points((fs::path(preparation.raw) / file).string()));
-    auto cameras = normalised_cameras(sequence.frames, points);
-    if (!cameras.ok()) return in_file(cameras.status(), sequence.name);
-    made.cameras = std::move(cameras.value());
+    SPLAT_ASSIGN(made.cameras, in_file(normalised_cameras(sequence.frames, points), sequence.name));
     return made;
 }
 
@@ -108,31 +108,19 @@ Status write_array(const fs::path& path, const io::FloatArray& array) {
 /// Writes the folder of a sequence, whole or not at all.
 Status write_sequence(const fs::path& root, const PathName& name, const PreparedSequence& made) {
     static std::atomic<unsigned> counter{0};
-    const fs::path folder = root / name;
     const fs::path temporary = root / format(".%s.%d-%u.tmp", name.text().c_str(),
                                              static_cast<int>(::getpid()), counter++);
-    const std::uint64_t frames = made.full.shape[0];
-    const auto write = [&]() -> Status {
-        SPLAT_TRY(make_folders(temporary));
-        SPLAT_TRY(write_array(temporary / "images_full.npy", made.full));
-        SPLAT_TRY(write_array(temporary / "images_fg.npy", made.foreground));
-        SPLAT_TRY(write_array(temporary / "masks.npy", made.masks));
-        SPLAT_TRY(write_array(temporary / "focal_lengths.npy", made.focals));
-        SPLAT_TRY(
-            write_array(temporary / "camera_R.npy", {{frames, 3, 3}, made.cameras.rotations}));
-        SPLAT_TRY(
-            write_array(temporary / "camera_T.npy", {{frames, 3}, made.cameras.translations}));
-        SPLAT_TRY(
-            io::write_new_file((temporary / "frame_order.txt").string(), io::as_bytes(made.order)));
-        std::error_code code;
-        fs::rename(temporary, folder, code);
-        return code ? io::system_error(code.value(), "create the folder", folder.string())
-                    : Status();
-    };
-    Status written = write();
-    std::error_code none;
-    if (!written.ok()) fs::remove_all(temporary, none);
-    return written;
+    return write_folder(root / name, temporary, [&](const fs::path& folder) -> Status {
+        const std::uint64_t frames = made.full.shape[0];
+        SPLAT_TRY(make_folders(folder));
+        SPLAT_TRY(write_array(folder / "images_full.npy", made.full));
+        SPLAT_TRY(write_array(folder / "images_fg.npy", made.foreground));
+        SPLAT_TRY(write_array(folder / "masks.npy", made.masks));
+        SPLAT_TRY(write_array(folder / "focal_lengths.npy", made.focals));
+        SPLAT_TRY(write_array(folder / "camera_R.npy", {{frames, 3, 3}, made.cameras.rotations}));
+        SPLAT_TRY(write_array(folder / "camera_T.npy", {{frames, 3}, made.cameras.translations}));
+        return io::write_new_file((folder / "frame_order.txt").string(), io::as_bytes(made.order));
+    });
 }
 
 /// The arrays {sequence}/{name}.npy of all sequences in the folder, also of earlier calls, in one file.
@@ -144,21 +132,18 @@ Status collect_cameras(const fs::path& root, const char* name, const char* targe
         SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
         if (!is_there) continue;
         SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string()));
-        const auto array = io::read_npy(file);
-        if (!array.ok()) return in_file(array.status(), path.string());
+        SPLAT_ASSIGN(const auto array, in_file(io::read_npy(file), path.string()));
         SPLAT_TRY(tensors.add({sequence,
-                               {array.value().shape.begin(), array.value().shape.end()},
+                               {array.shape.begin(), array.shape.end()},
                                io::NumberType::kF32,
-                               array.value().values}));
+                               array.values}));
     }
     SPLAT_ASSIGN(const io::FilePieces file, io::write_npz(tensors));
     return io::write_file((root / target).string(), file.pieces());
 }
 
 Status check_preparation(const Co3dPreparation& preparation) {
-    if (preparation.split != "train" && preparation.split != "val" && preparation.split != "test")
-        return error(Code::kInvalidArgument, "split is '%s', expected train, val or test",
-                     preparation.split.c_str());
+    SPLAT_TRY(check_split(preparation.split));
     if (preparation.size == 0 || preparation.size > 4096)
         return error(Code::kInvalidArgument, "size is %u, expected 1 to 4096", preparation.size);
     if (preparation.category.empty() || preparation.category.find('/') != std::string::npos)

@@ -208,8 +208,7 @@ Result<std::map<FrameKey, std::size_t>> read_split(const std::string& path,
                        places.size());
         return {};
     };
-    const Status read = each_element(text.substr(start), file.budget, add);
-    if (!read.ok()) return in_file(read, path);
+    SPLAT_TRY(in_file(each_element(text.substr(start), file.budget, add), path));
     return places;
 }
 
@@ -231,16 +230,15 @@ Result<std::vector<RawSequence>> read_raw_co3d(const std::string& root, const st
         SPLAT_ASSIGN(const std::int64_t number, frame_number_of(tree));
         const auto place = places.find({name, number});
         if (place == places.end()) return {};
-        auto frame = frame_of(tree);
-        if (!frame.ok())
-            return in_file(frame.status(), shown(name) + ", frame " + std::to_string(number));
-        frame.value().place = place->second;
-        sequences[name].frames.push_back(std::move(frame.value()));
+        SPLAT_ASSIGN(auto frame,
+                     in_file(frame_of(tree), shown(name) + ", frame " + std::to_string(number)));
+        frame.place = place->second;
+        sequences[name].frames.push_back(std::move(frame));
         ++found;
         return {};
     };
-    const Status read = each_element(io::as_text(frames.text), frames.budget, add_frame);
-    if (!read.ok()) return in_file(read, frames_path);
+    SPLAT_TRY(
+        in_file(each_element(io::as_text(frames.text), frames.budget, add_frame), frames_path));
     if (found != places.size())
         return error(Code::kFormat, "'%s' has %zu of the %zu frames of the split '%s'",
                      frames_path.c_str(), found, places.size(), split.c_str());
@@ -256,8 +254,8 @@ Result<std::vector<RawSequence>> read_raw_co3d(const std::string& root, const st
             sequence->second.points = *points->text();
         return {};
     };
-    const Status named = each_element(io::as_text(file.text), file.budget, name_sequence);
-    if (!named.ok()) return in_file(named, sequences_path);
+    SPLAT_TRY(
+        in_file(each_element(io::as_text(file.text), file.budget, name_sequence), sequences_path));
     std::vector<RawSequence> all;
     for (auto& [name, sequence] : sequences) {
         if (sequence.name.empty())

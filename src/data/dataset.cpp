@@ -8,13 +8,9 @@
 
 #include "core/log.h"
 #include "core/shown.h"
-#include "data/co3d.h"
-#include "data/image_folder.h"
-#include "data/nmr.h"
-#include "data/objaverse.h"
+#include "data/folder.h"
+#include "data/formats.h"
 #include "data/relative_pose.h"
-#include "data/srn.h"
-#include "data/stored_tables.h"
 #include "io/folder.h"
 #include "tables/store.h"
 #include "tables/table_files.h"
@@ -128,24 +124,21 @@ std::string list_path(const std::string& file, const std::string& folder) {
 
 /// Each list belongs to one format.
 Result<ReaderDesc> reader_desc(const DatasetDesc& desc, const char* format) {
-    ReaderDesc reader{desc.path,    desc.split,         desc.limit, desc.category,
-                      desc.lenient, desc.allow_missing, {},         {},
-                      {},           desc.lacks_split};
+    ReaderDesc reader = desc;
     const struct {
         const char* name;
         const char* format;
-        const std::string& file;
         std::string& path;
-    } lists[] = {{"objects_file", "objaverse", desc.objects_file, reader.objects_file},
-                 {"excluded_file", "co3d", desc.excluded_file, reader.excluded_file},
-                 {"views_file", "nmr", desc.views_file, reader.views_file}};
+    } lists[] = {{"objects_file", "objaverse", reader.objects_file},
+                 {"excluded_file", "co3d", reader.excluded_file},
+                 {"views_file", "nmr", reader.views_file}};
     for (const auto& list : lists) {
-        if (!list.file.empty() && std::string(format) != list.format)
+        if (!list.path.empty() && std::string(format) != list.format)
             return error(
                 Code::kInvalidArgument,
                 "%s is '%s', expected none: it is for data of the format %s, and '%s' is %s",
-                list.name, list.file.c_str(), list.format, desc.path.c_str(), format);
-        list.path = list_path(list.file, desc.path);
+                list.name, list.path.c_str(), list.format, desc.path.c_str(), format);
+        list.path = list_path(list.path, desc.path);
     }
     return reader;
 }
@@ -185,9 +178,7 @@ Dataset::Dataset(const DatasetDesc& desc, std::unique_ptr<DatasetReader> reader)
       cameras_(reader_->index().names.size()) {}
 
 Result<std::unique_ptr<Dataset>> Dataset::open(const DatasetDesc& desc) {
-    if (desc.split != "train" && desc.split != "val" && desc.split != "test")
-        return error(Code::kInvalidArgument, "split is '%s', expected train, val or test",
-                     desc.split.c_str());
+    SPLAT_TRY(check_split(desc.split));
     if (desc.resolution > kMaxResolution)
         return error(Code::kInvalidArgument, "resolution is %u, expected at most %u",
                      desc.resolution, kMaxResolution);

@@ -8,25 +8,12 @@
 
 namespace splat::data {
 
-struct DatasetDesc {
-    std::string path;
-    std::string format;    ///< a name of kFormats; empty: detected from the folder
-    std::string category;  ///< "cars", "hydrants", where the folder has several; may be empty
-    std::string split = "train";
+struct DatasetDesc : ReaderDesc {
+    std::string format;                 ///< a name of kFormats; empty: detected from the folder
     std::uint32_t maps = 0;             ///< flags of the maps that every object must have
     std::uint32_t resolution = 0;       ///< side of the images returned; 0: the stored one
-    std::uint32_t limit = 0;            ///< objects, the first in order; 0: all
-    bool lenient = false;               ///< keep objects with missing files, for check_object()
-    bool allow_missing = false;         ///< leave incomplete objects out, and name them
     std::uint64_t cache_bytes = 0;      ///< decoded images kept; 0: 1 GiB
     std::array<float, 3> background{};  ///< behind transparent pixels, 0 to 1
-    /// Lists that the published code reads, see object_lists.h; a path, or one in the folder of the data.
-    std::string objects_file;   ///< the objects of Objaverse in their order
-    std::string excluded_file;  ///< sequences of CO3D to leave out
-    std::string views_file;     ///< test objects of NMR and their source views
-    /// Not null: a folder without splits, which else serves any, lacks this one too; true if the error is that the
-    /// split is not there.
-    bool* lacks_split = nullptr;
 };
 
 /// Destination of views; null pointers are skipped. n is the number of views, R the resolution.

@@ -10,6 +10,8 @@
 
 #include "core/log.h"
 #include "data/export_rows.h"
+#include "data/folder.h"
+#include "data/formats.h"
 #include "io/compress.h"
 #include "io/file.h"
 #include "tables/store.h"
@@ -32,9 +34,7 @@ Status check_export(const Dataset& dataset, const ExportDesc& desc) {
     if (desc.part.count > 1 && desc.layout != Layout::kStore)
         return error(Code::kInvalidArgument,
                      "%u shards, expected 1: only stores are written in more", desc.part.count);
-    if (desc.split != "train" && desc.split != "val" && desc.split != "test")
-        return error(Code::kInvalidArgument, "split is '%s', expected train, val or test",
-                     desc.split.c_str());
+    SPLAT_TRY(check_split(desc.split));
     std::set<std::uint32_t> seen;
     for (const std::uint32_t object : desc.objects)
         if (object >= dataset.index().names.size() || !seen.insert(object).second)
@@ -85,12 +85,6 @@ std::optional<std::int64_t> number_of(const std::string& stem) {
 }
 
 }  // namespace
-
-MapKind map_of(Table table) {
-    if (table == Table::kDepth) return MapKind::kDepth;
-    if (table == Table::kNormal) return MapKind::kNormal;
-    return table == Table::kMask ? MapKind::kMask : MapKind::kRgb;
-}
 
 ExportRows::ExportRows(Dataset& dataset, const ExportDesc& desc, const tables::Progress& progress)
     : dataset_(dataset), progress_(progress), category_(desc.category), objects_(desc.objects) {

@@ -37,9 +37,17 @@ Status check_same(const std::string& folder, const char* kind,
         only_in(images, cameras).c_str());
 }
 
-Status DatasetIndex::add(const std::string& name, const std::string& folder, const ViewNames& views,
-                         bool lenient,
-                         const std::function<void(std::vector<std::string>)>& accept) {
+DatasetReader::DatasetReader(const char* format, const ReaderDesc& desc, Filter filter)
+    : desc_(desc) {
+    index_.format = format;
+    index_.split = desc.split;
+    index_.filter = filter;
+    index_.maps = kAllMaps;
+}
+
+Result<std::vector<std::string>> DatasetIndex::add(const std::string& name,
+                                                   const std::string& folder,
+                                                   const ViewNames& views, bool lenient) {
     std::vector<std::string> both;
     std::set_intersection(views.cameras.begin(), views.cameras.end(), views.images.begin(),
                           views.images.end(), std::back_inserter(both));
@@ -57,8 +65,7 @@ Status DatasetIndex::add(const std::string& name, const std::string& folder, con
     folders.push_back(folder);
     views_of.push_back(static_cast<std::uint32_t>(both.size()));
     problems.push_back(std::move(found));
-    accept(std::move(both));
-    return {};
+    return both;
 }
 
 Status DatasetIndex::take(const ReaderDesc& desc, const std::string& name,
@@ -231,12 +238,13 @@ Result<ObjectText> DatasetReader::text(std::uint32_t object) const {
         const StoredView& first = views.front();
         if (std::abs(view.focal_x - first.focal_x) > kSameFocal * first.focal_x ||
             std::abs(view.focal_y - first.focal_x) > kSameFocal * first.focal_x)
-            return error(Code::kUnsupported,
-                         "object '%s': focal lengths %g and %g, view %zu has %g; tables, stores and "
-                         "SRN's files hold one for each object: train on the folder itself, or "
-                         "export it as images",
-                         index().names[object].c_str(), first.focal_x * side, first.focal_y * side,
-                         text.views.size(), view.focal_x * side);
+            return error(
+                Code::kUnsupported,
+                "object '%s': focal lengths %g and %g, view %zu has %g; tables, stores and "
+                "SRN's files hold one for each object: train on the folder itself, or "
+                "export it as images",
+                index().names[object].c_str(), first.focal_x * side, first.focal_y * side,
+                text.views.size(), view.focal_x * side);
         std::string pose;
         for (const double value : view.camera_to_world)
             pose += format("%s%.17g", pose.empty() ? "" : " ", value);

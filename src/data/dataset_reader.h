@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -104,11 +105,10 @@ struct DatasetIndex {
     /// Note that the last object has no maps of a kind in this place.
     void add_lacking(MapKind kind, const std::string& place);
 
-    /// Add an object with the views that have a camera and an image, and pass them to `accept`. Errors:
-    /// kFormat for views that lack one of the two, and for fewer than two views; if lenient, these
-    /// become problems.
-    Status add(const std::string& name, const std::string& folder, const ViewNames& views,
-               bool lenient, const std::function<void(std::vector<std::string>)>& accept);
+    /// Add an object with the views that have a camera and an image, and give them. Errors: kFormat for views that
+    /// lack one of the two, and for fewer than two views; if lenient, these become problems.
+    Result<std::vector<std::string>> add(const std::string& name, const std::string& folder,
+                                         const ViewNames& views, bool lenient);
 
     /// Take in what may be an object, by `add`: it calls add() above, or gives false for what has no part of an object.
     /// An object that `add` cannot read or that is incomplete is an error; with desc.lenient its problem; with
@@ -145,15 +145,30 @@ struct ObjectText {
     std::vector<View> views;
 };
 
+struct ReaderDesc {
+    std::string path;
+    std::string split = "train";  ///< or "val", "test"
+    std::string category;        ///< "cars", "hydrants", where the folder has several; may be empty
+    std::uint32_t limit = 0;     ///< objects, the first in order; 0: all
+    bool lenient = false;        ///< keep objects with missing files, and note their problems
+    bool allow_missing = false;  ///< leave incomplete objects out, and name them
+    /// Lists that the published code reads, see object_lists.h; a path, or one in the folder of the data.
+    std::string objects_file;   ///< the objects of Objaverse in their order
+    std::string excluded_file;  ///< sequences of CO3D to leave out
+    std::string views_file;     ///< test objects of NMR and their source views
+    /// Not null: a folder without splits, which else serves any, lacks this one too; true if the error is that the
+    /// split is not there.
+    bool* lacks_split = nullptr;
+};
+
 /// One format of data sets. Thread-safe once opened.
 class DatasetReader {
   public:
-    DatasetReader() = default;
     DatasetReader(const DatasetReader&) = delete;
     DatasetReader& operator=(const DatasetReader&) = delete;
     virtual ~DatasetReader() = default;
 
-    [[nodiscard]] virtual const DatasetIndex& index() const = 0;
+    [[nodiscard]] const DatasetIndex& index() const { return index_; }
 
     /// Views of an object. Errors: kNotFound, kIo, kFormat with the file and its problem.
     [[nodiscard]] virtual Result<std::vector<StoredView>> cameras(std::uint32_t object) const = 0;
@@ -179,19 +194,42 @@ class DatasetReader {
     /// Cameras of an object; made from cameras() unless the format holds such texts. Errors: as cameras(); kUnsupported
     /// for views of different focal lengths, which SRN's files cannot hold.
     [[nodiscard]] virtual Result<ObjectText> text(std::uint32_t object) const;
+
+  protected:
+    /// An index that is empty, of objects that have all maps.
+    DatasetReader(const char* format, const ReaderDesc& desc, Filter filter);
+
+    [[nodiscard]] bool is_full() const {
+        return desc_.limit != 0 && index_.names.size() == desc_.limit;
+    }
+
+    ReaderDesc desc_;
+    DatasetIndex index_;
 };
 
-struct ReaderDesc {
-    std::string path;
-    std::string split;           ///< "train", "val", "test"
-    std::uint32_t limit = 0;     ///< objects; 0: all
-    std::string category;        ///< see DatasetDesc
-    bool lenient = false;        ///< keep objects with missing files, and note their problems
-    bool allow_missing = false;  ///< leave incomplete objects out, and name them
-    std::string objects_file;    ///< see DatasetDesc; each is empty or a file that exists
-    std::string excluded_file;
-    std::string views_file;
-    bool* lacks_split = nullptr;  ///< see DatasetDesc
+/// Reader(desc, arguments...), opened. Errors: those of Reader::open().
+template <class Reader, class... Arguments>
+Result<std::unique_ptr<DatasetReader>> opened(const ReaderDesc& desc, Arguments... arguments) {
+    auto reader = std::make_unique<Reader>(desc, arguments...);
+    SPLAT_TRY(reader->open());
+    return std::unique_ptr<DatasetReader>(std::move(reader));
+}
+
+/// A format that knows an Object of each object of the index.
+template <class Object>
+class ObjectsReader : public DatasetReader {
+  protected:
+    using DatasetReader::DatasetReader;
+
+    /// DatasetIndex::take(); `add` also adds to objects_.
+    Status take(const std::string& name, const std::filesystem::path& folder,
+                const std::function<Result<bool>()>& add) {
+        SPLAT_TRY(index_.take(desc_, name, folder.string(), add));
+        objects_.resize(index_.names.size());
+        return {};
+    }
+
+    std::vector<Object> objects_;
 };
 
 /// This error, which means that the folder lacks the split.

@@ -45,9 +45,6 @@ class ExportRows {
     bool warned_ = false;
 };
 
-/// MapKind of a table of images.
-MapKind map_of(tables::Table table);
-
 Status export_tables(ExportRows& rows, const ExportDesc& desc);
 Status export_srn(ExportRows& rows, const ExportDesc& desc);
 Status export_images(ExportRows& rows, const ExportDesc& desc);

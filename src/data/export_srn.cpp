@@ -1,11 +1,13 @@
 #include <filesystem>
 #include <map>
+#include <numeric>
 
 #include "core/log.h"
 #include "core/path_name.h"
 #include "core/shown.h"
 #include "data/export_rows.h"
 #include "data/folder.h"
+#include "data/formats.h"
 #include "io/file.h"
 #include "io/folder.h"
 #include "io/transforms_json.h"
@@ -26,20 +28,33 @@ Status write_image(ExportRows& rows, std::uint32_t object, std::uint32_t view, T
     return io::write_new_file(path.string(), file);
 }
 
+std::string view_name(std::int64_t frame) {
+    return format("%06lld", static_cast<long long>(frame));
+}
+
+/// Write images and maps of an object's views.
+Status write_images(ExportRows& rows, std::uint32_t object, const std::vector<std::int64_t>& frames,
+                    const fs::path& folder) {
+    for (const Table map : rows.maps()) SPLAT_TRY(make_folders(folder / tables::kind_of(map).map));
+    for (std::uint32_t view = 0; view < frames.size(); ++view) {
+        for (const Table map : rows.maps())
+            SPLAT_TRY(write_image(
+                rows, object, view, map,
+                folder / tables::kind_of(map).map / (view_name(frames[view]) + ".png")));
+        SPLAT_TRY(rows.advance(rows.maps().size() + 1));
+    }
+    return {};
+}
+
 /// Write an object in SRN's layout to a folder that does not exist.
 Status write_srn_files(ExportRows& rows, std::uint32_t object, const fs::path& folder) {
     SPLAT_ASSIGN(const ExportRows::Cameras cameras, rows.cameras(object));
+    SPLAT_TRY(write_images(rows, object, cameras.frames, folder));
     SPLAT_TRY(make_folders(folder / "pose"));
-    for (const Table map : rows.maps()) SPLAT_TRY(make_folders(folder / tables::kind_of(map).map));
-    for (std::uint32_t view = 0; view < cameras.frames.size(); ++view) {
-        const std::string name = format("%06lld", static_cast<long long>(cameras.frames[view]));
-        SPLAT_TRY(io::write_new_file((folder / "pose" / (name + ".txt")).string(),
-                                     io::as_bytes(cameras.text.views[view].pose)));
-        for (const Table map : rows.maps())
-            SPLAT_TRY(write_image(rows, object, view, map,
-                                  folder / tables::kind_of(map).map / (name + ".png")));
-        SPLAT_TRY(rows.advance(rows.maps().size() + 1));
-    }
+    for (std::size_t view = 0; view < cameras.frames.size(); ++view)
+        SPLAT_TRY(io::write_new_file(
+            (folder / "pose" / (view_name(cameras.frames[view]) + ".txt")).string(),
+            io::as_bytes(cameras.text.views[view].pose)));
     return io::write_new_file((folder / "intrinsics.txt").string(),
                               io::as_bytes(cameras.text.intrinsics));
 }
@@ -49,20 +64,17 @@ Status write_image_files(ExportRows& rows, std::uint32_t object, const fs::path&
     SPLAT_ASSIGN(const std::vector<StoredView> views, rows.dataset().reader().cameras(object));
     const auto numbered =
         rows.cameras(object);  // an error: several focal lengths, which do no harm here
+    std::vector<std::int64_t> frames(views.size());
+    std::iota(frames.begin(), frames.end(), 0);
+    if (numbered.ok()) frames = numbered.value().frames;
+    SPLAT_TRY(write_images(rows, object, frames, folder));
     const std::uint32_t side = rows.dataset().resolution();
-    for (const Table map : rows.maps()) SPLAT_TRY(make_folders(folder / tables::kind_of(map).map));
     std::vector<scene::Camera> cameras;
-    for (std::uint32_t view = 0; view < views.size(); ++view) {
-        const std::string name =
-            format("%06lld", numbered.ok() ? static_cast<long long>(numbered.value().frames[view])
-                                           : static_cast<long long>(view));
-        for (const Table map : rows.maps())
-            SPLAT_TRY(write_image(rows, object, view, map,
-                                  folder / tables::kind_of(map).map / (name + ".png")));
+    for (std::size_t view = 0; view < views.size(); ++view) {
         SPLAT_ASSIGN(const scene::Mat4 pose, inverse_pose(views[view].camera_to_world));
-        cameras.push_back({"rgb/" + name + ".png", side, side, views[view].focal_x * side,
-                           views[view].focal_y * side, side / 2.0, side / 2.0, pose});
-        SPLAT_TRY(rows.advance(rows.maps().size() + 1));
+        cameras.push_back({"rgb/" + view_name(frames[view]) + ".png", side, side,
+                           views[view].focal_x * side, views[view].focal_y * side, side / 2.0,
+                           side / 2.0, pose});
     }
     SPLAT_ASSIGN(const io::Buffer file, io::write_transforms_json(cameras));
     return io::write_new_file((folder / "transforms.json").string(), file);
@@ -73,19 +85,11 @@ using WriteFiles = Status (*)(ExportRows& rows, std::uint32_t object, const fs::
 /// The folder of an object appears whole or not at all.
 Status export_object(ExportRows& rows, std::uint32_t object, const fs::path& folder,
                      const PathName& name, WriteFiles write_files) {
-    std::error_code failed;
     SPLAT_ASSIGN(const io::PathKind there, io::kind_of((folder / name).string()));
     if (there != io::PathKind::kNothing)
         return rows.advance(rows.dataset().index().views_of[object] * (rows.maps().size() + 1));
-    const fs::path temporary = folder / ("." + name.text() + ".tmp");
-    fs::remove_all(temporary, failed);
-    Status status = write_files(rows, object, temporary);
-    if (status.ok()) {
-        fs::rename(temporary, folder / name, failed);
-        if (failed) status = io::system_error(failed.value(), "create the folder", folder / name);
-    }
-    if (!status.ok()) fs::remove_all(temporary, failed);
-    return status;
+    return write_folder(folder / name, folder / ("." + name.text() + ".tmp"),
+                        [&](const fs::path& to) { return write_files(rows, object, to); });
 }
 
 /// The folders of the objects. Errors: kFormat if two would have one.

@@ -48,6 +48,25 @@ Status check_link(io::PathKind kind, const fs::path& path) {
     return error(Code::kFormat, "'%s' is a link to what does not exist", path.c_str());
 }
 
+Status check_split(const std::string& split) {
+    if (split == "train" || split == "val" || split == "test") return {};
+    return error(Code::kInvalidArgument, "split is '%s', expected train, val or test",
+                 split.c_str());
+}
+
+Status write_folder(const fs::path& folder, const fs::path& temporary,
+                    const std::function<Status(const fs::path&)>& write) {
+    std::error_code failed;
+    fs::remove_all(temporary, failed);
+    Status status = write(temporary);
+    if (status.ok()) {
+        fs::rename(temporary, folder, failed);
+        if (failed) status = io::system_error(failed.value(), "create the folder", folder);
+    }
+    if (!status.ok()) fs::remove_all(temporary, failed);
+    return status;
+}
+
 Status make_folders(const fs::path& path) {
     std::error_code code;
     fs::create_directories(path, code);
@@ -71,7 +90,7 @@ Result<std::vector<std::string>> candidates_in(const fs::path& folder) {
 }
 
 Status in_file(const Status& status, const std::string& place) {
-    return Status(status.code(), "'" + place + "': " + status.message());
+    return status.ok() ? status : Status(status.code(), "'" + place + "': " + status.message());
 }
 
 Result<scene::Mat4> affine(std::span<const float> values) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,6 +24,14 @@ Status as_damage(const Status& status);
 /// Errors: kFormat for a link that leads nowhere: what it stands for is not just absent.
 Status check_link(io::PathKind kind, const std::filesystem::path& path);
 
+/// Errors: kInvalidArgument for another split than train, val and test.
+Status check_split(const std::string& split);
+
+/// Write a folder by `write`, which gets `temporary`: `folder` appears whole or not at all. Errors: those of `write`;
+/// as io::system_error().
+Status write_folder(const std::filesystem::path& folder, const std::filesystem::path& temporary,
+                    const std::function<Status(const std::filesystem::path&)>& write);
+
 /// Create a folder, and those above it. Errors: as io::system_error().
 Status make_folders(const std::filesystem::path& path);
 
@@ -33,8 +42,13 @@ Result<std::vector<std::string>> images_in(const std::filesystem::path& folder);
 /// Errors: as io::entries_in().
 Result<std::vector<std::string>> candidates_in(const std::filesystem::path& folder);
 
-/// The error with the place before its message.
+/// An error with the place before its message.
 Status in_file(const Status& status, const std::string& place);
+template <class T>
+Result<T> in_file(Result<T> result, const std::string& place) {
+    if (result.ok()) return result;
+    return in_file(result.status(), place);
+}
 
 /// A row-major [3,4] or [4,4] as [4,4]. Errors: kFormat for another number of values.
 Result<scene::Mat4> affine(std::span<const float> values);

@@ -1,4 +1,4 @@
-#include "data/image_folder.h"
+#include "data/formats.h"
 
 #include <algorithm>
 #include <array>
@@ -101,8 +101,7 @@ Result<double> exif_focal(const fs::path& folder, const std::string& name) {
 
 Result<io::CameraSet> load_transforms(const fs::path& folder, const fs::path& file) {
     SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(file.string(), kMaxCameraBytes));
-    const auto first = first_image(folder, io::as_text(bytes));
-    if (!first.ok()) return in_file(first.status(), file.string());
+    SPLAT_ASSIGN(const auto first, in_file(first_image(folder, io::as_text(bytes)), file.string()));
     io::CameraOptions options;
     Status unreadable;
     options.focal = [&](const std::string& name) {
@@ -110,8 +109,7 @@ Result<io::CameraSet> load_transforms(const fs::path& folder, const fs::path& fi
         if (!focal.ok() && focal.status().code() == Code::kIo) unreadable = focal.status();
         return focal.ok() ? focal.value() : 0;
     };
-    auto cameras =
-        io::read_transforms_json(bytes, first.value().width, first.value().height, options);
+    auto cameras = io::read_transforms_json(bytes, first.width, first.height, options);
     SPLAT_TRY(unreadable);
     if (!cameras.ok()) return in_file(cameras.status(), file.string());
     for (const std::string& warning : cameras.value().warnings)
@@ -259,15 +257,14 @@ std::string name_of(const fs::path& folder) {
     return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
 }
 
-class ImageFolderReader : public DatasetReader {
+class ImageFolderReader : public ObjectsReader<FolderPhotos> {
   public:
-    Status open(const ReaderDesc& desc) {
-        index_.format = "images";
-        index_.split = desc.split;
-        index_.filter = Filter::kLanczos;
-        index_.maps = kAllMaps;
-        SPLAT_ASSIGN(const fs::path root, root_of_split(desc.path, desc.split));
-        index_.has_splits = root != desc.path;
+    explicit ImageFolderReader(const ReaderDesc& desc)
+        : ObjectsReader("images", desc, Filter::kLanczos) {}
+
+    Status open() {
+        SPLAT_ASSIGN(const fs::path root, root_of_split(desc_.path, desc_.split));
+        index_.has_splits = root != desc_.path;
         SPLAT_ASSIGN(const std::vector<fs::path> folders, objects_in(root));
         // What cannot be read, take() refuses, and in a split's own folder what has no cameras.
         const auto may = [](const Result<bool>& found) { return !found.ok() || found.value(); };
@@ -276,31 +273,28 @@ class ImageFolderReader : public DatasetReader {
         for (const fs::path& folder : folders) {
             const auto posed = has_cameras(folder);
             if (posed.ok() && posed.value()) with_cameras.push_back(folder);
-            is_there = is_there || may(has_cameras_of(folder, desc.split)) ||
+            is_there = is_there || may(has_cameras_of(folder, desc_.split)) ||
                        !io::entries_in(folder.string()).ok() ||
                        (index_.has_splits && may(has_pictures(folder)));
         }
         if (!is_there)
-            return no_split(desc, error(Code::kNotFound,
-                                        "'%s' holds neither transforms.json nor transforms_%s.json "
-                                        "nor a COLMAP model",
-                                        root.c_str(), desc.split.c_str()));
-        if (!index_.has_splits) find_splits(with_cameras, desc.split);
+            return no_split(desc_,
+                            error(Code::kNotFound,
+                                  "'%s' holds neither transforms.json nor transforms_%s.json "
+                                  "nor a COLMAP model",
+                                  root.c_str(), desc_.split.c_str()));
+        if (!index_.has_splits) find_splits(with_cameras);
         for (const fs::path& folder : folders) {
-            if (desc.limit != 0 && objects_.size() == desc.limit) break;
+            if (is_full()) break;
             const std::string name = name_of(folder);
-            SPLAT_TRY(
-                index_.take(desc, name, folder.string(), [&] { return add(folder, name, desc); }));
-            objects_.resize(index_.names.size());
+            SPLAT_TRY(take(name, folder, [&] { return add(folder, name); }));
         }
         for (const std::string& name : of_other_splits_) std::erase(index_.others, name);
         if (objects_.empty() && !of_other_splits_.empty())
-            return no_split(desc, error(Code::kNotFound, "'%s' lists no frames as %s_filenames",
-                                        root.c_str(), desc.split.c_str()));
-        return index_.find_resolution(*this, desc.lenient);
+            return no_split(desc_, error(Code::kNotFound, "'%s' lists no frames as %s_filenames",
+                                         root.c_str(), desc_.split.c_str()));
+        return index_.find_resolution(*this, desc_.lenient);
     }
-
-    [[nodiscard]] const DatasetIndex& index() const override { return index_; }
 
     [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
         std::vector<StoredView> views;
@@ -351,8 +345,8 @@ class ImageFolderReader : public DatasetReader {
 
   private:
     /// Objects have splits if each has cameras of its own for this one.
-    void find_splits(const std::vector<fs::path>& folders, const std::string& split) {
-        const std::string name = "transforms_" + split + ".json";
+    void find_splits(const std::vector<fs::path>& folders) {
+        const std::string name = "transforms_" + desc_.split + ".json";
         const auto has = [&name](const fs::path& folder) {
             const auto own = io::has_file((folder / name).string());
             return own.ok() && own.value();
@@ -366,7 +360,7 @@ class ImageFolderReader : public DatasetReader {
                        without->c_str(), name.c_str()));
     }
 
-    Result<bool> add(const fs::path& folder, const std::string& name, const ReaderDesc& desc) {
+    Result<bool> add(const fs::path& folder, const std::string& name) {
         SPLAT_TRY(io::entries_in(folder.string()).status());
         SPLAT_ASSIGN(const bool is_posed, has_cameras(folder));
         SPLAT_ASSIGN(const bool is_pictured, has_pictures(folder));
@@ -375,22 +369,21 @@ class ImageFolderReader : public DatasetReader {
             return error(Code::kFormat,
                          "'%s' has pictures, but neither transforms.json nor a COLMAP model",
                          folder.c_str());
-        SPLAT_ASSIGN(const io::CameraSet set, load_cameras(folder, desc.split));
+        SPLAT_ASSIGN(const io::CameraSet set, load_cameras(folder, desc_.split));
         if (!set.splits.empty()) index_.has_splits = true;
-        const auto own = set.splits.find(desc.split);
+        const auto own = set.splits.find(desc_.split);
         if (!set.splits.empty() && (own == set.splits.end() || own->second.empty())) {
             of_other_splits_.push_back(name);
             return false;
         }
-        const auto listed = listed_cameras(set, desc.split);
-        if (!listed.ok()) return in_file(listed.status(), folder.string());
+        SPLAT_ASSIGN(const auto listed, in_file(listed_cameras(set, desc_.split), folder.string()));
         FolderPhotos photos;
         ViewNames names;
         std::vector<std::string> problems;
         Crop crop = index_.crop;
-        for (const ListedCamera& camera : listed.value()) {
+        for (const ListedCamera& camera : listed) {
             auto photo = photograph_of(folder, camera);
-            if (!photo.ok() && !desc.lenient) return photo.status();
+            if (!photo.ok() && !desc_.lenient) return photo.status();
             if (!photo.ok()) {
                 problems.push_back(photo.status().message());
                 continue;
@@ -402,22 +395,20 @@ class ImageFolderReader : public DatasetReader {
                 index_.files.push_back(photos.back().path);
         }
         names.images = names.cameras;
-        SPLAT_TRY(index_.add(name, folder.string(), names, desc.lenient,
-                             [&](const std::vector<std::string>&) { objects_.push_back(photos); }));
+        SPLAT_TRY(index_.add(name, folder.string(), names, desc_.lenient).status());
+        objects_.push_back(photos);
         index_.problems.back().insert(index_.problems.back().end(), problems.begin(),
                                       problems.end());
         std::vector<std::string> stems;
         for (const FolderPhoto& photo : objects_.back())
             stems.push_back(fs::path(photo.path).stem().string());
         SPLAT_ASSIGN(const std::uint32_t given, maps_named_by_all(objects_.back()));
-        SPLAT_TRY(find_map_files(folder, stems, desc.lenient, index_, given));
+        SPLAT_TRY(find_map_files(folder, stems, desc_.lenient, index_, given));
         index_.crop = crop;
         return true;
     }
 
-    DatasetIndex index_;
     std::vector<std::string> of_other_splits_;  ///< objects whose file lists frames of others only
-    std::vector<FolderPhotos> objects_;
 };
 
 }  // namespace
@@ -462,9 +453,7 @@ std::string lack_of_cameras(const std::string& path) {
 }
 
 Result<std::unique_ptr<DatasetReader>> open_image_folder(const ReaderDesc& desc) {
-    auto reader = std::make_unique<ImageFolderReader>();
-    SPLAT_TRY(reader->open(desc));
-    return std::unique_ptr<DatasetReader>(std::move(reader));
+    return opened<ImageFolderReader>(desc);
 }
 
 }  // namespace splat::data

@@ -193,4 +193,26 @@ Result<io::Image> load_map(const fs::path& path, MapKind kind, const io::ImageOp
     return in_bytes(std::move(image), kind, numbers);
 }
 
+Result<bool> FilesReader::add(const fs::path& folder, const std::string& name,
+                              const ViewNames& names, const std::string& before,
+                              const std::string& after) {
+    SPLAT_ASSIGN(const std::vector<std::string> views,
+                 index_.add(name, folder.string(), names, desc_.lenient));
+    FilesObject& object = objects_.emplace_back(FilesObject{folder, {}, {}});
+    for (const std::string& view : views) {
+        object.images.push_back(before + view + after);
+        object.stems.push_back(fs::path(object.images.back()).stem().string());
+    }
+    SPLAT_TRY(find_map_files(folder, object.stems, desc_.lenient, index_));
+    return true;
+}
+
+Result<io::Image> FilesReader::image(std::uint32_t object, std::uint32_t view, MapKind kind,
+                                     bool header_only) const {
+    const FilesObject& found = objects_[object];
+    if (kind == MapKind::kRgb) return load_square(found.folder / found.images[view], header_only);
+    SPLAT_ASSIGN(const fs::path path, map_file(found.folder, kind, found.stems[view]));
+    return load_map(path, kind, {.square = true, .header_only = header_only});
+}
+
 }  // namespace splat::data

@@ -28,4 +28,26 @@ Result<io::Image> load_map(const std::filesystem::path& path, MapKind kind,
                            const io::ImageOptions& options,
                            DepthNumbers numbers = DepthNumbers::kNearness);
 
+/// An object whose images and maps are files in its folder.
+struct FilesObject {
+    std::filesystem::path folder;
+    std::vector<std::string> stems;   ///< names of the views, and of their maps
+    std::vector<std::string> images;  ///< paths below the folder
+};
+
+/// A format of such objects.
+class FilesReader : public ObjectsReader<FilesObject> {
+  public:
+    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view, MapKind kind,
+                                          bool header_only) const override;
+
+  protected:
+    using ObjectsReader::ObjectsReader;
+
+    /// Add an object whose images are `before` + a name of a view + `after`. Errors: as DatasetIndex::add() and
+    /// find_map_files().
+    Result<bool> add(const std::filesystem::path& folder, const std::string& name,
+                     const ViewNames& names, const std::string& before, const std::string& after);
+};
+
 }  // namespace splat::data

@@ -1,4 +1,4 @@
-#include "data/nmr.h"
+#include "data/formats.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,11 +20,6 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kMaxListBytes = 1U << 26;
 /// camera_mat[0][0] of all of NMR's images, in half widths.
 constexpr double kNmrFocal = 3.7320509;
-
-struct NmrObject {
-    fs::path folder;
-    std::vector<std::string> views;  ///< names of the files
-};
 
 fs::path list_path(const fs::path& category, const std::string& split) {
     return category / ("softras_" + split + ".lst");
@@ -55,59 +50,44 @@ Status check_focal(const io::NpzFile& file, std::size_t view) {
                  kNmrFocal);
 }
 
-class NmrReader : public DatasetReader {
+class NmrReader : public FilesReader {
   public:
-    Status open(const ReaderDesc& desc) {
-        index_.format = "nmr";
-        index_.split = desc.split;
-        index_.maps = kAllMaps;
-        if (desc.split == "test" && !desc.views_file.empty()) {
-            SPLAT_TRY(add_source_views(desc));
-            return index_.find_resolution(*this, desc.lenient);
+    explicit NmrReader(const ReaderDesc& desc) : FilesReader("nmr", desc, Filter::kBicubic) {}
+
+    Status open() {
+        if (desc_.split == "test" && !desc_.views_file.empty()) {
+            SPLAT_TRY(add_source_views());
+            return index_.find_resolution(*this, desc_.lenient);
         }
-        SPLAT_TRY(add_categories(desc));
+        SPLAT_TRY(add_categories());
         SPLAT_TRY(index_.check_any());
         if (objects_.empty())
             return no_split(
-                desc, error(Code::kNotFound, "'%s' has no objects in <category>/softras_%s.lst",
-                            desc.path.c_str(), desc.split.c_str()));
-        return index_.find_resolution(*this, desc.lenient);
+                desc_, error(Code::kNotFound, "'%s' has no objects in <category>/softras_%s.lst",
+                             desc_.path.c_str(), desc_.split.c_str()));
+        return index_.find_resolution(*this, desc_.lenient);
     }
-
-    [[nodiscard]] const DatasetIndex& index() const override { return index_; }
 
     [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
         const std::string path = (objects_[object].folder / "cameras.npz").string();
         SPLAT_ASSIGN(const auto source, io::open_source(path));
-        const auto file = io::read_npz(*source);
-        if (!file.ok()) return in_file(file.status(), path);
+        SPLAT_ASSIGN(const auto file, in_file(io::read_npz(*source), path));
         std::vector<StoredView> views;
-        for (std::size_t i = 0; i < objects_[object].views.size(); ++i) {
-            const auto pose = pose_at(file.value(), i);
-            if (!pose.ok()) return in_file(pose.status(), path);
-            const Status lens = check_focal(file.value(), i);
-            if (!lens.ok()) return in_file(lens, path);
-            views.push_back({pose.value(), kNmrFocal / 2, kNmrFocal / 2, 0});
+        for (std::size_t i = 0; i < objects_[object].stems.size(); ++i) {
+            SPLAT_ASSIGN(const auto pose, in_file(pose_at(file, i), path));
+            SPLAT_TRY(in_file(check_focal(file, i), path));
+            views.push_back({pose, kNmrFocal / 2, kNmrFocal / 2, 0});
         }
         return views;
     }
 
-    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view, MapKind kind,
-                                          bool header_only) const override {
-        const NmrObject& found = objects_[object];
-        const fs::path name = found.views[view];
-        if (kind == MapKind::kRgb) return load_square(found.folder / "image" / name, header_only);
-        SPLAT_ASSIGN(const fs::path path, map_file(found.folder, kind, name.stem().string()));
-        return load_map(path, kind, {.square = true, .header_only = header_only});
-    }
-
   private:
     /// The lists of a split, of all categories.
-    Status add_categories(const ReaderDesc& desc) {
-        SPLAT_ASSIGN(const std::vector<std::string> names, candidates_in(desc.path));
+    Status add_categories() {
+        SPLAT_ASSIGN(const std::vector<std::string> names, candidates_in(desc_.path));
         std::vector<std::string> without;  // a list of this split, but not of others
         for (const std::string& category : names) {
-            const fs::path folder = fs::path(desc.path) / category;
+            const fs::path folder = fs::path(desc_.path) / category;
             std::vector<std::string> lists;
             const auto has = [&lists](const std::string& split) {
                 return std::find(lists.begin(), lists.end(), "softras_" + split) != lists.end();
@@ -117,16 +97,16 @@ class NmrReader : public DatasetReader {
                 SPLAT_ASSIGN(lists, stems_in(folder, ".lst"));
                 return has("train") || has("val") || has("test");
             };
-            SPLAT_TRY(take(desc, category, folder, find_lists));
-            if (has(desc.split))
-                SPLAT_TRY(add_list(desc, category, list_path(folder, desc.split)));
+            SPLAT_TRY(take(category, folder, find_lists));
+            if (has(desc_.split))
+                SPLAT_TRY(add_list(category, list_path(folder, desc_.split)));
             else if (!lists.empty())
                 without.push_back(category);
         }
         for (const std::string& category :
              objects_.empty() ? std::vector<std::string>() : without) {
-            const fs::path list = list_path(fs::path(desc.path) / category, desc.split);
-            SPLAT_TRY(take(desc, category, list.parent_path(), [&list] {
+            const fs::path list = list_path(fs::path(desc_.path) / category, desc_.split);
+            SPLAT_TRY(take(category, list.parent_path(), [&list] {
                 return error(Code::kFormat, "there is no '%s', which other categories have",
                              list.c_str());
             }));
@@ -134,14 +114,7 @@ class NmrReader : public DatasetReader {
         return {};
     }
 
-    Status take(const ReaderDesc& desc, const std::string& name, const fs::path& folder,
-                const std::function<Result<bool>()>& add) {
-        SPLAT_TRY(index_.take(desc, name, folder.string(), add));
-        objects_.resize(index_.names.size());
-        return {};
-    }
-
-    Status add_list(const ReaderDesc& desc, const std::string& category, const fs::path& list) {
+    Status add_list(const std::string& category, const fs::path& list) {
         const auto file = io::read_file(list.string(), kMaxListBytes);
         SPLAT_TRY(as_damage(file.status()));
         const std::string_view text = io::as_text(file.value());
@@ -151,55 +124,44 @@ class NmrReader : public DatasetReader {
             const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
             const std::string name(text.substr(at, end - at));
             at = end + 1;
-            if (name.empty() || (desc.limit != 0 && objects_.size() == desc.limit)) continue;
+            if (name.empty() || is_full()) continue;
             if (!is_folder_name(name))
                 return error(Code::kFormat, "'%s': '%s' is not the name of a folder", list.c_str(),
                              shown(name).c_str());
-            SPLAT_TRY(take_object(desc, category, name));
+            SPLAT_TRY(take_object(category, name));
         }
         return {};
     }
 
     /// The test objects of PixelNeRF's list, in its order.
-    Status add_source_views(const ReaderDesc& desc) {
-        SPLAT_ASSIGN(const std::vector<SourceView> sources, load_source_views(desc.views_file));
+    Status add_source_views() {
+        SPLAT_ASSIGN(const std::vector<SourceView> sources, load_source_views(desc_.views_file));
         for (const SourceView& source : sources) {
-            if (desc.limit != 0 && objects_.size() == desc.limit) break;
-            SPLAT_TRY(take_object(desc, source.category, source.object));
+            if (is_full()) break;
+            SPLAT_TRY(take_object(source.category, source.object));
             if (objects_.size() == index_.source_views.size()) continue;  // is left out
-            const std::size_t views = objects_.back().views.size();
-            if (source.view >= views && !desc.lenient)
+            const std::size_t views = objects_.back().stems.size();
+            if (source.view >= views && !desc_.lenient)
                 return error(Code::kFormat, "'%s': view %u of %s, which has %zu views",
-                             desc.views_file.c_str(), source.view, index_.names.back().c_str(),
+                             desc_.views_file.c_str(), source.view, index_.names.back().c_str(),
                              views);
             index_.source_views.push_back(source.view);
         }
         return {};
     }
 
-    Status take_object(const ReaderDesc& desc, const std::string& category,
-                       const std::string& object) {
-        const fs::path folder = fs::path(desc.path) / category / object;
+    Status take_object(const std::string& category, const std::string& object) {
+        const fs::path folder = fs::path(desc_.path) / category / object;
         const std::string name = category + "_" + object;
-        return take(desc, name, folder, [&] { return add(desc, folder, name); });
+        return take(name, folder, [&] { return add_object(folder, name); });
     }
 
-    Result<bool> add(const ReaderDesc& desc, const fs::path& folder, const std::string& name) {
+    Result<bool> add_object(const fs::path& folder, const std::string& name) {
         SPLAT_ASSIGN(const bool has_cameras, io::has_file((folder / "cameras.npz").string()));
         if (!has_cameras) return error(Code::kFormat, "'%s' has no cameras.npz", folder.c_str());
         SPLAT_ASSIGN(const std::vector<std::string> images, images_in(folder / "image"));
-        SPLAT_TRY(index_.add(name, folder.string(), {images, images}, desc.lenient,
-                             [&](std::vector<std::string> views) {
-                                 objects_.push_back({folder, std::move(views)});
-                             }));
-        std::vector<std::string> stems;
-        for (const fs::path image : objects_.back().views) stems.push_back(image.stem().string());
-        SPLAT_TRY(find_map_files(folder, stems, desc.lenient, index_));
-        return true;
+        return add(folder, name, {images, images}, "image/", "");
     }
-
-    DatasetIndex index_;
-    std::vector<NmrObject> objects_;
 };
 
 }  // namespace
@@ -214,9 +176,7 @@ Result<bool> is_nmr(const std::string& path) {
 }
 
 Result<std::unique_ptr<DatasetReader>> open_nmr(const ReaderDesc& desc) {
-    auto reader = std::make_unique<NmrReader>();
-    SPLAT_TRY(reader->open(desc));
-    return std::unique_ptr<DatasetReader>(std::move(reader));
+    return opened<NmrReader>(desc);
 }
 
 Result<scene::Mat4> pose_of_nmr(std::span<const float> world_mat_inv) {

@@ -1,4 +1,4 @@
-#include "data/objaverse.h"
+#include "data/formats.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -20,11 +20,6 @@ constexpr double kSourceDistance = 2;  ///< distance of each read's first camera
 constexpr std::uint64_t kMaxPoseBytes = 1U << 16;
 constexpr const char* kGsoFolder = "render_mvs_25/model";
 
-struct RenderedObject {
-    fs::path folder;
-    std::vector<std::string> views;
-};
-
 Result<bool> has_renders(const fs::path& folder) {
     SPLAT_ASSIGN(const std::vector<std::string> names, stems_in(folder, ".npy"));
     if (names.empty()) return false;
@@ -37,98 +32,74 @@ Result<bool> any_has_renders(const fs::path& path, const char* below) {
         names, [&](const std::string& name) { return has_renders(path / name / below); });
 }
 
-class RenderReader : public DatasetReader {
+/// The objects of Objaverse, or of GSO, whose renders lie `below` the folder of each.
+class RenderReader : public FilesReader {
   public:
-    Status open(const ReaderDesc& desc, const char* format, const char* below, bool split) {
-        index_.format = format;
-        index_.split = desc.split;
-        index_.filter = Filter::kLanczos;
+    RenderReader(const ReaderDesc& desc, const char* format, const char* below, bool split)
+        : FilesReader(format, desc, Filter::kLanczos), below_(below), split_(split) {
         index_.source_distance = kSourceDistance;
-        index_.maps = kAllMaps;
+    }
+
+    Status open() {
         std::vector<std::string> names;
-        if (desc.objects_file.empty()) {
-            SPLAT_ASSIGN(names, candidates_in(desc.path));
+        if (desc_.objects_file.empty()) {
+            SPLAT_ASSIGN(names, candidates_in(desc_.path));
         } else {
-            SPLAT_ASSIGN(names, load_object_list(desc.objects_file));
+            SPLAT_ASSIGN(names, load_object_list(desc_.objects_file));
         }
-        if (split) {
+        if (split_) {
             const auto train = static_cast<std::ptrdiff_t>(names.size() * 99 / 100);
-            if (desc.split == "train")
+            if (desc_.split == "train")
                 names.erase(names.begin() + train, names.end());
             else
                 names.erase(names.begin(), names.begin() + train);
         }
         for (const std::string& name : names) {
-            if (desc.limit != 0 && objects_.size() == desc.limit) break;
-            const fs::path object = fs::path(desc.path) / name;
-            const fs::path folder = *below == '\0' ? object : object / below;
-            SPLAT_TRY(index_.take(desc, name, folder.string(), [&]() -> Result<bool> {
+            if (is_full()) break;
+            const fs::path object = fs::path(desc_.path) / name;
+            const fs::path folder = below_.empty() ? object : object / below_;
+            SPLAT_TRY(take(name, folder, [&]() -> Result<bool> {
                 SPLAT_ASSIGN(const auto parts, io::entries_in(object.string()));
                 const bool is_begun =
                     std::any_of(parts.begin(), parts.end(), [&](const auto& part) {
-                        return *below != '\0' && part.name == fs::path(below).begin()->string();
+                        return !below_.empty() && part.name == below_.begin()->string();
                     });
-                return add(folder, name, !desc.objects_file.empty() || is_begun, desc.lenient);
+                return add_object(folder, name, !desc_.objects_file.empty() || is_begun);
             }));
-            objects_.resize(index_.names.size());
         }
         SPLAT_TRY(index_.check_any());
         if (objects_.empty())
-            return no_split(desc, error(Code::kNotFound, "'%s' holds no objects for the split '%s'",
-                                        desc.path.c_str(), desc.split.c_str()));
-        return index_.find_resolution(*this, desc.lenient);
+            return no_split(desc_,
+                            error(Code::kNotFound, "'%s' holds no objects for the split '%s'",
+                                  desc_.path.c_str(), desc_.split.c_str()));
+        return index_.find_resolution(*this, desc_.lenient);
     }
-
-    [[nodiscard]] const DatasetIndex& index() const override { return index_; }
 
     [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
         std::vector<StoredView> views;
-        for (const std::string& name : objects_[object].views) {
+        for (const std::string& name : objects_[object].stems) {
             const std::string path = (objects_[object].folder / (name + ".npy")).string();
             SPLAT_ASSIGN(const io::Buffer file, io::read_file(path, kMaxPoseBytes));
-            const auto matrix = io::read_npy(file);
-            if (!matrix.ok()) return in_file(matrix.status(), path);
-            const auto pose = pose_of_objaverse(matrix.value().values);
-            if (!pose.ok()) return in_file(pose.status(), path);
-            views.push_back({pose.value(), kObjaverseFocal, kObjaverseFocal, 0});
+            SPLAT_ASSIGN(const auto matrix, in_file(io::read_npy(file), path));
+            SPLAT_ASSIGN(const auto pose, in_file(pose_of_objaverse(matrix.values), path));
+            views.push_back({pose, kObjaverseFocal, kObjaverseFocal, 0});
         }
         return views;
     }
 
-    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view, MapKind kind,
-                                          bool header_only) const override {
-        const RenderedObject& found = objects_[object];
-        const std::string& stem = found.views[view];
-        if (kind == MapKind::kRgb) return load_square(found.folder / (stem + ".png"), header_only);
-        SPLAT_ASSIGN(const fs::path path, map_file(found.folder, kind, stem));
-        return load_map(path, kind, {.square = true, .header_only = header_only});
-    }
-
   private:
     /// False for a folder without renders, unless it must have some.
-    Result<bool> add(const fs::path& folder, const std::string& name, bool must, bool lenient) {
+    Result<bool> add_object(const fs::path& folder, const std::string& name, bool must) {
         ViewNames names;
         SPLAT_ASSIGN(names.cameras, stems_in(folder, ".npy"));
         SPLAT_ASSIGN(names.images, stems_in(folder, ".png"));
         if (names.cameras.empty() && names.images.empty() && !must) return false;
-        SPLAT_TRY(
-            index_.add(name, folder.string(), names, lenient, [&](std::vector<std::string> views) {
-                objects_.push_back({folder, std::move(views)});
-            }));
-        SPLAT_TRY(find_map_files(folder, objects_.back().views, lenient, index_));
-        return true;
+        return add(folder, name, names, "", ".png");
     }
 
-    DatasetIndex index_;
-    std::vector<RenderedObject> objects_;
+    fs::path below_;
+    bool split_;
 };
-
-Result<std::unique_ptr<DatasetReader>> opened(const ReaderDesc& desc, const char* format,
-                                              const char* below, bool split) {
-    auto reader = std::make_unique<RenderReader>();
-    SPLAT_TRY(reader->open(desc, format, below, split));
-    return std::unique_ptr<DatasetReader>(std::move(reader));
-}
 
 }  // namespace
 
@@ -146,7 +117,7 @@ Result<std::unique_ptr<DatasetReader>> open_objaverse(const ReaderDesc& desc) {
                                     "'%s': Objaverse has no split 'test'; evaluate on its 'val', "
                                     "or on the scenes of GSO as the published code does",
                                     desc.path.c_str()));
-    return opened(desc, "objaverse", "", true);
+    return opened<RenderReader>(desc, "objaverse", "", true);
 }
 
 Result<std::unique_ptr<DatasetReader>> open_gso(const ReaderDesc& desc) {
@@ -155,7 +126,7 @@ Result<std::unique_ptr<DatasetReader>> open_gso(const ReaderDesc& desc) {
                                     "'%s': GSO has no split 'train', because it is for evaluation "
                                     "only; train on Objaverse",
                                     desc.path.c_str()));
-    return opened(desc, "gso", kGsoFolder, false);
+    return opened<RenderReader>(desc, "gso", kGsoFolder, false);
 }
 
 Result<scene::Mat4> pose_of_objaverse(std::span<const float> world_to_camera) {

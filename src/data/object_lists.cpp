@@ -63,9 +63,9 @@ bool is_folder_name(const std::string& name) {
 
 Result<std::vector<std::string>> load_object_list(const std::string& path) {
     SPLAT_ASSIGN(const io::Buffer file, io::read_file(path, kMaxListFileBytes));
-    const auto tree = io::from_file(parse_json_tree(io::as_text(file), "objects"));
-    if (!tree.ok()) return in_file(tree.status(), path);
-    const JsonTree::List* list = tree.value().list();
+    SPLAT_ASSIGN(const auto tree,
+                 in_file(io::from_file(parse_json_tree(io::as_text(file), "objects")), path));
+    const JsonTree::List* list = tree.list();
     if (list == nullptr || list->empty())
         return error(Code::kFormat, "'%s': expected a JSON array of the names of objects",
                      path.c_str());

@@ -1,4 +1,4 @@
-#include "data/srn.h"
+#include "data/formats.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -16,11 +16,6 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMaxTextBytes = 1U << 16;
 
-struct SrnObject {
-    fs::path folder;
-    std::vector<std::string> views;  ///< stems of the files
-};
-
 Result<bool> has_srn_objects(const fs::path& folder) {
     SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(folder.string()));
     return io::holds_for_any(names, [&folder](const std::string& name) {
@@ -29,23 +24,20 @@ Result<bool> has_srn_objects(const fs::path& folder) {
 }
 
 /// Folders "srn_<category>" of these.
-std::vector<std::string> categories_in(const std::vector<std::string>& names) {
-    std::vector<std::string> found;
-    for (const std::string& name : names)
-        if (name.rfind("srn_", 0) == 0) found.push_back(name);
-    return found;
+std::vector<std::string> categories_in(std::vector<std::string> names) {
+    std::erase_if(names, [](const std::string& name) { return !name.starts_with("srn_"); });
+    return names;
 }
 
 /// Folders "<category>_<split>" of these, of any split.
-std::vector<std::string> splits_in(const std::vector<std::string>& names) {
-    std::vector<std::string> found;
-    for (const std::string& name : names)
-        for (const char* split : {"_train", "_val", "_test"})
-            if (name.size() > std::string(split).size() &&
-                name.compare(name.size() - std::string(split).size(), std::string::npos, split) ==
-                    0)
-                found.push_back(name);
-    return found;
+std::vector<std::string> splits_in(std::vector<std::string> names) {
+    std::erase_if(names, [](const std::string& name) {
+        const auto of = [&name](const std::string& end) {
+            return name.size() > end.size() && name.ends_with(end);
+        };
+        return !of("_train") && !of("_val") && !of("_test");
+    });
+    return names;
 }
 
 std::string joined(const std::vector<std::string>& words) {
@@ -101,45 +93,36 @@ Result<std::string> text_of_file(const fs::path& path) {
 
 Result<tables::Focal> focal_of_file(const fs::path& path) {
     SPLAT_ASSIGN(const std::string text, text_of_file(path));
-    auto focal = tables::focal_of(text);
-    if (!focal.ok()) return in_file(focal.status(), path.string());
-    return focal;
+    return in_file(tables::focal_of(text), path.string());
 }
 
 Result<scene::Mat4> pose_of_file(const fs::path& path) {
     SPLAT_ASSIGN(const std::string text, text_of_file(path));
-    const auto pose = tables::pose_of(text);
-    if (!pose.ok()) return in_file(pose.status(), path.string());
-    SPLAT_TRY(check_pose(pose.value(), path.string()));
-    return pose;
+    return pose_of_text(text, path.string());
 }
 
-class SrnReader : public DatasetReader {
+class SrnReader : public FilesReader {
   public:
-    Status open(const ReaderDesc& desc) {
-        index_.format = "srn";
-        index_.split = desc.split;
+    explicit SrnReader(const ReaderDesc& desc) : FilesReader("srn", desc, Filter::kBicubic) {
         index_.ignores_alpha = true;
-        index_.maps = kAllMaps;
-        SPLAT_ASSIGN(const fs::path root, split_folder(desc));
-        index_.has_splits = root != desc.path;
-        SPLAT_ASSIGN(const std::vector<std::string> names, candidates_in(root));
-        for (const std::string& name : names) {
-            if (desc.limit != 0 && objects_.size() == desc.limit) break;
-            SPLAT_TRY(index_.take(desc, name, (root / name).string(),
-                                  [&] { return add(root / name, name, desc.lenient); }));
-            objects_.resize(index_.names.size());
-        }
-        return index_.find_resolution(*this, desc.lenient);
     }
 
-    [[nodiscard]] const DatasetIndex& index() const override { return index_; }
+    Status open() {
+        SPLAT_ASSIGN(const fs::path root, split_folder(desc_));
+        index_.has_splits = root != desc_.path;
+        SPLAT_ASSIGN(const std::vector<std::string> names, candidates_in(root));
+        for (const std::string& name : names) {
+            if (is_full()) break;
+            SPLAT_TRY(take(name, root / name, [&] { return add_object(root / name, name); }));
+        }
+        return index_.find_resolution(*this, desc_.lenient);
+    }
 
     [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
-        const SrnObject& found = objects_[object];
+        const FilesObject& found = objects_[object];
         SPLAT_ASSIGN(const tables::Focal focal, focal_of_file(found.folder / "intrinsics.txt"));
         std::vector<StoredView> views;
-        for (const std::string& name : found.views) {
+        for (const std::string& name : found.stems) {
             SPLAT_ASSIGN(const scene::Mat4 pose,
                          pose_of_file(found.folder / "pose" / (name + ".txt")));
             views.push_back({pose, focal.x, focal.y, 0});
@@ -147,21 +130,11 @@ class SrnReader : public DatasetReader {
         return views;
     }
 
-    [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view, MapKind kind,
-                                          bool header_only) const override {
-        const SrnObject& found = objects_[object];
-        const std::string& stem = found.views[view];
-        if (kind == MapKind::kRgb)
-            return load_square(found.folder / "rgb" / (stem + ".png"), header_only);
-        SPLAT_ASSIGN(const fs::path path, map_file(found.folder, kind, stem));
-        return load_map(path, kind, {.square = true, .header_only = header_only});
-    }
-
     [[nodiscard]] Result<ObjectText> text(std::uint32_t object) const override {
-        const SrnObject& found = objects_[object];
+        const FilesObject& found = objects_[object];
         ObjectText text;
         SPLAT_ASSIGN(text.intrinsics, text_of_file(found.folder / "intrinsics.txt"));
-        for (const std::string& name : found.views) {
+        for (const std::string& name : found.stems) {
             SPLAT_ASSIGN(std::string pose, text_of_file(found.folder / "pose" / (name + ".txt")));
             text.views.push_back({name, std::move(pose)});
         }
@@ -169,7 +142,7 @@ class SrnReader : public DatasetReader {
     }
 
   private:
-    Result<bool> add(const fs::path& folder, const std::string& name, bool lenient) {
+    Result<bool> add_object(const fs::path& folder, const std::string& name) {
         SPLAT_ASSIGN(const std::vector<io::FolderEntry> parts, io::entries_in(folder.string()));
         const auto has = [&parts](const char* part) {
             return std::any_of(parts.begin(), parts.end(),
@@ -181,19 +154,17 @@ class SrnReader : public DatasetReader {
         ViewNames names;
         SPLAT_ASSIGN(names.cameras, stems_in(folder / "pose", ".txt"));
         SPLAT_ASSIGN(names.images, stems_in(folder / "rgb", ".png"));
-        SPLAT_TRY(
-            index_.add(name, folder.string(), names, lenient, [&](std::vector<std::string> views) {
-                objects_.push_back({folder, std::move(views)});
-            }));
-        SPLAT_TRY(find_map_files(folder, objects_.back().views, lenient, index_));
-        return true;
+        return add(folder, name, names, "rgb/", ".png");
     }
-
-    DatasetIndex index_;
-    std::vector<SrnObject> objects_;
 };
 
 }  // namespace
+
+Result<scene::Mat4> pose_of_text(std::string_view text, const std::string& place) {
+    SPLAT_ASSIGN(const scene::Mat4 pose, in_file(tables::pose_of(text), place));
+    SPLAT_TRY(check_pose(pose, place));
+    return pose;
+}
 
 Result<bool> is_srn(const std::string& path) {
     SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(path));
@@ -202,9 +173,7 @@ Result<bool> is_srn(const std::string& path) {
 }
 
 Result<std::unique_ptr<DatasetReader>> open_srn(const ReaderDesc& desc) {
-    auto reader = std::make_unique<SrnReader>();
-    SPLAT_TRY(reader->open(desc));
-    return std::unique_ptr<DatasetReader>(std::move(reader));
+    return opened<SrnReader>(desc);
 }
 
 }  // namespace splat::data

@@ -1,4 +1,4 @@
-#include "data/stored_tables.h"
+#include "data/formats.h"
 
 #include <filesystem>
 
@@ -16,59 +16,50 @@ using tables::Table;
 
 constexpr const char* kCacheFolder = ".splat";
 
-Table table_of(MapKind kind) {
-    constexpr Table kMapTables[] = {Table::kRgb, Table::kDepth, Table::kNormal, Table::kMask};
-    return kMapTables[static_cast<std::size_t>(kind)];
-}
-
 class StoreReader : public DatasetReader {
   public:
-    Status open(const ReaderDesc& desc, const std::string& folder, const char* name) {
-        SPLAT_ASSIGN(store_, tables::Store::open(folder));
+    StoreReader(const ReaderDesc& desc, const char* format, std::string folder)
+        : DatasetReader(format, desc, Filter::kBicubic), folder_(std::move(folder)) {}
+
+    Status open() {
+        SPLAT_ASSIGN(store_, tables::Store::open(folder_));
         const std::string& split = store_->index().split;
-        if (split != desc.split && folder == desc.path)
+        if (split != desc_.split && folder_ == desc_.path)
             return no_split(
-                desc, error(Code::kNotFound,
-                            "'%s' is a store of the split %s, not of %s: ask for the "
-                            "split %s, or name the folder above it",
-                            folder.c_str(), split.c_str(), desc.split.c_str(), split.c_str()));
-        folder_ = folder;
-        index_.format = name;
-        index_.split = desc.split;
+                desc_, error(Code::kNotFound,
+                             "'%s' is a store of the split %s, not of %s: ask for the "
+                             "split %s, or name the folder above it",
+                             folder_.c_str(), split.c_str(), desc_.split.c_str(), split.c_str()));
         index_.resolution = store_->index().resolution;
+        index_.maps = 0;
         for (const MapKind kind : kMaps)
             for (const Table map : store_->index().maps)
                 if (map == table_of(kind)) index_.maps |= flag_of(kind);
         std::uint64_t row = 0;
         for (const tables::StoreObject& object : store_->index().objects) {
-            if (desc.limit != 0 && rows_.size() == desc.limit) break;
+            if (is_full()) break;
             ViewNames names;
             for (std::uint32_t view = 0; view < object.views; ++view)
                 names.images.push_back(view_name(row + view));
             names.cameras = names.images;
-            SPLAT_TRY(index_.add(object.name, folder + " " + object.name, names, desc.lenient,
-                                 [](const std::vector<std::string>&) {}));
+            SPLAT_TRY(index_.add(object.name, folder_ + " " + object.name, names, desc_.lenient)
+                          .status());
             rows_.push_back(row);
             row += object.views;
         }
-        index_.folders.assign(rows_.size(), folder);
+        index_.folders.assign(rows_.size(), folder_);
         return {};
     }
-
-    [[nodiscard]] const DatasetIndex& index() const override { return index_; }
 
     [[nodiscard]] Result<std::vector<StoredView>> cameras(std::uint32_t object) const override {
         SPLAT_ASSIGN(const ObjectText texts, text(object));
         const std::string place = folder_ + " " + index_.names[object];
-        const auto focal = tables::focal_of(texts.intrinsics);
-        if (!focal.ok()) return in_file(focal.status(), place);
+        SPLAT_ASSIGN(const auto focal, in_file(tables::focal_of(texts.intrinsics), place));
         std::vector<StoredView> views;
         for (const ObjectText::View& view : texts.views) {
             const std::string name = place + " " + view.name;
-            const auto pose = tables::pose_of(view.pose);
-            if (!pose.ok()) return in_file(pose.status(), name);
-            SPLAT_TRY(check_pose(pose.value(), name));
-            views.push_back({pose.value(), focal.value().x, focal.value().y, 0});
+            SPLAT_ASSIGN(const scene::Mat4 pose, pose_of_text(view.pose, name));
+            views.push_back({pose, focal.x, focal.y, 0});
         }
         return views;
     }
@@ -108,16 +99,8 @@ class StoreReader : public DatasetReader {
 
     std::string folder_;
     std::unique_ptr<tables::Store> store_;
-    DatasetIndex index_;
     std::vector<std::uint64_t> rows_;  ///< the first of each object
 };
-
-Result<std::unique_ptr<DatasetReader>> open_reader(const ReaderDesc& desc,
-                                                   const std::string& folder, const char* name) {
-    auto reader = std::make_unique<StoreReader>();
-    SPLAT_TRY(reader->open(desc, folder, name));
-    return std::unique_ptr<DatasetReader>(std::move(reader));
-}
 
 }  // namespace
 
@@ -127,11 +110,11 @@ Result<std::unique_ptr<DatasetReader>> open_store(const ReaderDesc& desc) {
         return io::has_file((folder / name / "store.json").string());
     };
     SPLAT_ASSIGN(const bool is_split, has_store(""));
-    if (is_split) return open_reader(desc, desc.path, "store");
+    if (is_split) return opened<StoreReader>(desc, "store", desc.path);
     SPLAT_ASSIGN(const io::PathKind below, io::kind_of((folder / desc.split).string()));
     SPLAT_TRY(check_link(below, folder / desc.split));
     SPLAT_ASSIGN(const bool is_above, has_store(desc.split));
-    if (is_above) return open_reader(desc, (folder / desc.split).string(), "store");
+    if (is_above) return opened<StoreReader>(desc, "store", (folder / desc.split).string());
     std::string splits;
     SPLAT_ASSIGN(const std::vector<std::string> names, io::folders_in(folder.string()));
     for (const std::string& name : names) {
@@ -156,7 +139,7 @@ Result<std::unique_ptr<DatasetReader>> open_tables(const ReaderDesc& desc) {
                                      "; where the folder of the tables cannot be written or lacks "
                                      "space, import them into another one and open that");
     SPLAT_TRY(imported);
-    return open_reader(desc, folder, "tables");
+    return opened<StoreReader>(desc, "tables", folder);
 }
 
 }  // namespace splat::data

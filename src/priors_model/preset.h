@@ -8,7 +8,7 @@
 
 #include "core/status.h"
 #include "data/dataset_reader.h"
-#include "data/resample_values.h"
+#include "data/resample.h"
 
 namespace splat::priors_model {
 

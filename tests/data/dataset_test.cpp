@@ -15,6 +15,8 @@ namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
+using test::data_desc;
+using test::open_data;
 using test::put_image;
 using test::put_object;
 using test::put_text;
@@ -48,15 +50,8 @@ Read read(Dataset& dataset, std::uint32_t object, const std::vector<std::uint32_
     return r;
 }
 
-std::unique_ptr<Dataset> opened(const DatasetDesc& desc) {
-    auto dataset = Dataset::open(desc);
-    EXPECT_OK(dataset.status());
-    return dataset.ok() ? std::move(dataset.value()) : nullptr;
-}
-
 Status open_status(const fs::path& path, std::uint32_t maps = 0) {
-    DatasetDesc desc;
-    desc.path = path.string();
+    DatasetDesc desc = data_desc(path);
     desc.maps = maps;
     return Dataset::open(desc).status();
 }
@@ -66,9 +61,7 @@ TEST(Srn, GivesImagesAndCameras) {
     put_object(folder.path() / "srn_cars/cars_train/b");
     put_object(folder.path() / "srn_cars/cars_train/a");
     put_text(folder.path() / "srn_cars/cars_train/.c.1-0.tmp/intrinsics.txt", "");
-    DatasetDesc desc;
-    desc.path = folder.path().string();
-    const auto dataset = opened(desc);
+    const auto dataset = open_data(folder.path());
     ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"a", "b"}));
     EXPECT_EQ(dataset->index().maps, 0U);
@@ -97,13 +90,13 @@ TEST(Srn, FindsTheFolderOfTheSplit) {
     DatasetDesc desc;
     for (const fs::path& path : {root, root / "srn_chairs", root / "srn_chairs/chairs_2.0_train"}) {
         desc.path = path.string();
-        ASSERT_NE(opened(desc), nullptr);
-        EXPECT_EQ(opened(desc)->index().names.front(), "a");
+        ASSERT_NE(open_data(desc), nullptr);
+        EXPECT_EQ(open_data(desc)->index().names.front(), "a");
     }
     desc.path = root.string();
     desc.split = "test";
-    ASSERT_NE(opened(desc), nullptr);
-    EXPECT_EQ(opened(desc)->index().names.front(), "b");
+    ASSERT_NE(open_data(desc), nullptr);
+    EXPECT_EQ(open_data(desc)->index().names.front(), "b");
     desc.split = "val";
     EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound,
                  "folders of splits: chairs_2.0_train, chairs_test");
@@ -113,7 +106,7 @@ TEST(Srn, FindsTheFolderOfTheSplit) {
     desc.split = "train";
     for (const char* category : {"cars", "cars_priors", "chairs"}) {
         desc.category = category;
-        ASSERT_NE(opened(desc), nullptr);
+        ASSERT_NE(open_data(desc), nullptr);
     }
     desc.category = "nmr";
     EXPECT_ERROR(Dataset::open(desc).status(), Code::kInvalidArgument, "give the path of one");
@@ -123,12 +116,11 @@ TEST(Srn, AFolderWithoutSplitsServesAny) {
     const SampleFolder folder;
     put_object(folder.path() / "a");
     bool lacks = false;
-    DatasetDesc desc;
-    desc.path = folder.path().string();
+    DatasetDesc desc = data_desc(folder.path());
     for (const char* split : {"train", "test"}) {
         desc.split = split;
-        ASSERT_NE(opened(desc), nullptr);
-        EXPECT_FALSE(opened(desc)->index().has_splits);
+        ASSERT_NE(open_data(desc), nullptr);
+        EXPECT_FALSE(open_data(desc)->index().has_splits);
     }
     desc.lacks_split = &lacks;
     EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound, "has no splits: its objects");
@@ -136,16 +128,14 @@ TEST(Srn, AFolderWithoutSplitsServesAny) {
     fs::create_directory(folder.path() / "cars_train");
     fs::rename(folder.path() / "a", folder.path() / "cars_train/a");
     desc.split = "train";
-    ASSERT_NE(opened(desc), nullptr);
-    EXPECT_TRUE(opened(desc)->index().has_splits);
+    ASSERT_NE(open_data(desc), nullptr);
+    EXPECT_TRUE(open_data(desc)->index().has_splits);
 }
 
 TEST(Srn, TellsAMissingSplitFromADamagedOne) {
     const SampleFolder folder;
     put_object(folder.path() / "cars_train/a");
-    DatasetDesc desc;
-    desc.path = folder.path().string();
-    desc.split = "val";
+    DatasetDesc desc = data_desc(folder.path(), "val");
     const auto lacks = [&](Code code = Code::kNotFound) {
         bool told = false;
         desc.lacks_split = &told;
@@ -221,10 +211,9 @@ TEST(Srn, NamesWhatIsWrong) {
 TEST(Dataset, ReadsMapsThatAllObjectsHave) {
     const SampleFolder folder;
     test::write_all(sample_cars(folder.path()));
-    DatasetDesc desc;
-    desc.path = folder.path().string();
+    DatasetDesc desc = data_desc(folder.path());
     desc.maps = 7;
-    const auto dataset = opened(desc);
+    const auto dataset = open_data(desc);
     ASSERT_NE(dataset, nullptr);
     const Read r = read(*dataset, 0, {2, 0}, true);
     ASSERT_OK(r.status);
@@ -244,7 +233,7 @@ TEST(Dataset, ReadsMapsThatAllObjectsHave) {
                  "maps requested: depth, normal; every object has: depth, mask");
     EXPECT_OK(open_status(folder.path(), 5));
     desc.maps = 0;
-    EXPECT_ERROR(read(*opened(desc), 0, {0}, true).status, Code::kNotFound,
+    EXPECT_ERROR(read(*open_data(desc), 0, {0}, true).status, Code::kNotFound,
                  "maps requested: normal");
 }
 
@@ -255,10 +244,9 @@ TEST(Dataset, ShowsTheBackgroundBehindTransparentPixels) {
                                                  1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, -2});
     put_image(folder.path() / "a/000.png", 8, 4, 0, 51);
     put_image(folder.path() / "a/001.png", 8, 4, 0, 0);
-    DatasetDesc desc;
-    desc.path = folder.path().string();
+    DatasetDesc desc = data_desc(folder.path());
     desc.background = {1, 0.5F, 0};
-    const Read r = read(*opened(desc), 0, {0, 1});
+    const Read r = read(*open_data(desc), 0, {0, 1});
     ASSERT_OK(r.status);
     EXPECT_EQ(r.images[0], 204.0F / 255) << "0.2 of 0 and 0.8 of 255";
     EXPECT_EQ(r.images[3 * 64], 1);
@@ -269,10 +257,9 @@ TEST(Dataset, ShowsTheBackgroundBehindTransparentPixels) {
 TEST(Dataset, GivesOtherResolutions) {
     const SampleFolder folder;
     put_object(folder.path() / "cars_train/a");
-    DatasetDesc desc;
-    desc.path = folder.path().string();
+    DatasetDesc desc = data_desc(folder.path());
     desc.resolution = 4;
-    const auto dataset = opened(desc);
+    const auto dataset = open_data(desc);
     const Read r = read(*dataset, 0, {0});
     ASSERT_OK(r.status);
     EXPECT_EQ(r.images.size(), 48U);
@@ -288,11 +275,10 @@ TEST(Dataset, GivesOtherResolutions) {
 TEST(Dataset, SameBitsFromSmallAndLargeCachesInManyThreads) {
     const SampleFolder folder;
     test::write_all(sample_cars(folder.path()));
-    DatasetDesc desc;
-    desc.path = folder.path().string();
-    const auto large = opened(desc);
+    DatasetDesc desc = data_desc(folder.path());
+    const auto large = open_data(desc);
     desc.cache_bytes = 2000;  // two images
-    const auto small = opened(desc);
+    const auto small = open_data(desc);
     std::vector<Read> expected;
     for (std::uint32_t object = 0; object < 2; ++object)
         expected.push_back(read(*large, object, {0, 1, 2}, true));
@@ -333,7 +319,7 @@ TEST(Dataset, RefusesInvalidDescsAndNumbers) {
     refused([](DatasetDesc& d) { d.resolution = 4097; }, "4097");
     refused([](DatasetDesc& d) { d.background[1] = std::numeric_limits<float>::quiet_NaN(); },
             "background");
-    const auto dataset = opened(good);
+    const auto dataset = open_data(good);
     EXPECT_ERROR(read(*dataset, 1, {0}).status, Code::kInvalidArgument,
                  "object is 1, expected less than 1");
     EXPECT_ERROR(read(*dataset, 0, {0, 2}).status, Code::kInvalidArgument,
@@ -345,12 +331,11 @@ TEST(Dataset, ReportsWhatItHolds) {
     const SampleFolder folder;
     put_object(folder.path() / "cars_train/a");
     put_object(folder.path() / "cars_train/b");
-    DatasetDesc desc;
-    desc.path = folder.path().string();
+    DatasetDesc desc = data_desc(folder.path());
     desc.limit = 1;
     desc.resolution = 4;
     EXPECT_EQ(
-        report_text(*opened(desc)),
+        report_text(*open_data(desc)),
         R"({"format": "srn", "split": "train", "has_splits": true, "objects": 1, "views": 2, )"
         R"("excluded": 0, "missing": [], "not_objects": [], "not_read": [], "not_read_count": 0, )"
         R"("notes": [], "resolution": 4, "stored_resolution": 8, "maps": [], "names": ["a"], "views_of": [2]})");

@@ -1,5 +1,6 @@
 // Photographs whose transforms.json gives no focal length: that of their Exif data.
 #include "data/dataset.h"
+#include "data/sample_formats.h"
 #include "io/file.h"
 #include "support/expect_status.h"
 #include "support/sample_jpeg.h"
@@ -18,10 +19,7 @@ void put_jpeg(const fs::path& path, std::uint8_t millimetres) {
 }
 
 Result<std::vector<float>> focals_of(const fs::path& folder) {
-    DatasetDesc desc;
-    desc.path = folder.string();
-    desc.split = "train";
-    SPLAT_ASSIGN(const auto dataset, Dataset::open(desc));
+    SPLAT_ASSIGN(const auto dataset, Dataset::open(test::data_desc(folder, "train")));
     std::vector<float> focals(4);
     ViewArrays out;
     out.focals = focals.data();

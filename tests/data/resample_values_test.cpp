@@ -1,10 +1,9 @@
-#include "data/resample_values.h"
+#include "data/resample.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "data/resample.h"
 #include "ref/priors_ref.h"
 #include "support/golden_file.h"
 

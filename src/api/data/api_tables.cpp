@@ -3,7 +3,7 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
 #include "data/dataset_export.h"
-#include "data/stored_tables.h"
+#include "data/formats.h"
 #include "tables/import.h"
 
 using namespace splat;
