@@ -5,6 +5,7 @@
 #include <span>
 #include <string_view>
 
+#include "api/structs.h"
 #include "core/status.h"
 #include "splat.h"
 
@@ -43,6 +44,13 @@ splat_result guarded(Body&& body) noexcept {
 /// Errors: kInvalidArgument, naming `argument`.
 Status require(const void* pointer, const char* argument);
 
+/// The same of several pointers, each followed by its name.
+template <class... More>
+Status require(const void* pointer, const char* argument, const More&... more) {
+    SPLAT_TRY(require(pointer, argument));
+    return require(more...);
+}
+
 /// Errors: kInvalidArgument if a caller's struct ends before the members of its first version, or has a
 /// size that no version will have.
 Status check_struct_size(std::size_t given, const char* type, std::size_t first_version_size,
@@ -79,6 +87,15 @@ Status check_desc(const Desc* desc, const char* type, std::size_t first_version_
     return {};
 }
 
+/// The same of a struct of the headers, by its name there.
+template <class Desc>
+Status check_desc(const Desc* desc, std::uint32_t known_flags) {
+    return check_desc(desc, kStructName<Desc>, kFirstVersionBytes<Desc>, known_flags);
+}
+
+/// Errors: kInvalidArgument for flags outside `known`, naming `argument`.
+Status check_flags(std::uint32_t flags, std::uint32_t known, const char* argument = "flags");
+
 /// Copy as much of a caller's input struct as its version has; the rest becomes zeros.
 template <class Input>
 Status take_input(const Input* given, const char* argument, const char* type,
@@ -88,6 +105,12 @@ Status take_input(const Input* given, const char* argument, const char* type,
     const std::size_t size = given->struct_size;
     __builtin_memcpy(&taken, given, size < sizeof(Input) ? size : sizeof(Input));
     return {};
+}
+
+/// The same of a struct of the headers, by its name there.
+template <class Input>
+Status take_input(const Input* given, const char* argument, Input& taken) {
+    return take_input(given, argument, kStructName<Input>, kFirstVersionBytes<Input>, taken);
 }
 
 /// Check the struct_size of a struct to fill. A later version's is accepted, see give().
@@ -101,6 +124,15 @@ template <class Info>
 Status check_info(const Info* info, const char* type, std::size_t first_version_size) {
     if (info == nullptr) return error(Code::kInvalidArgument, "info is NULL, expected a %s", type);
     return check_filled(*info, type, first_version_size);
+}
+
+/// The same of a struct of the headers; names `argument` if it is NULL.
+template <class Info>
+Status check_fill(const Info* to_fill, const char* argument) {
+    if (to_fill == nullptr)
+        return error(Code::kInvalidArgument, "%s is NULL, expected a %s", argument,
+                     kStructName<Info>);
+    return check_filled(*to_fill, kStructName<Info>, kFirstVersionBytes<Info>);
 }
 
 /// Copy as much of `filled` as the caller's version of the struct has; its struct_size stays, and so do

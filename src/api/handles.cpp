@@ -12,44 +12,10 @@ namespace {
 
 template <class Object>
 constexpr const char* kKind = nullptr;
-template <>
-constexpr const char* kKind<DeviceObject> = "splat_device";
-template <>
-constexpr const char* kKind<TensorObject> = "splat_tensor";
-template <>
-constexpr const char* kKind<OpObject> = "splat_op";
-template <>
-constexpr const char* kKind<SceneObject> = "splat_scene";
-template <>
-constexpr const char* kKind<RasterizerObject> = "splat_rasterizer";
-template <>
-constexpr const char* kKind<RasterStateObject> = "splat_raster_state";
-template <>
-constexpr const char* kKind<WeightsObject> = "splat_weights";
-template <>
-constexpr const char* kKind<DatasetObject> = "splat_dataset";
-template <>
-constexpr const char* kKind<ModelObject> = "splat_model";
-template <>
-constexpr const char* kKind<ModuleObject> = "splat_module";
-template <>
-constexpr const char* kKind<PredictorObject> = "splat_predictor";
-template <>
-constexpr const char* kKind<TrainerObject> = "splat_trainer";
-template <>
-constexpr const char* kKind<OptimizerObject> = "splat_optimizer";
-template <>
-constexpr const char* kKind<BatchesObject> = "splat_batches";
-template <>
-constexpr const char* kKind<TrainingObject> = "splat_training";
-template <>
-constexpr const char* kKind<LpipsObject> = "splat_lpips";
-template <>
-constexpr const char* kKind<EvaluatorObject> = "splat_evaluator";
-template <>
-constexpr const char* kKind<ComparisonObject> = "splat_comparison";
-template <>
-constexpr const char* kKind<PriorModelObject> = "splat_prior_model";
+#define SPLAT_HANDLE_NAME(kind, object, handle) \
+    template <>                                 \
+    constexpr const char* kKind<object> = #handle;
+SPLAT_HANDLE_KINDS(SPLAT_HANDLE_NAME)
 
 struct Entry {
     const char* kind;
@@ -160,24 +126,7 @@ bool Handles<Object, Handle>::interrupt(Handle handle) noexcept {
     return Interrupt::raise(reinterpret_cast<std::uintptr_t>(handle), kKind<Object>);
 }
 
-template struct Handles<DeviceObject, splat_device>;
-template struct Handles<TensorObject, splat_tensor>;
-template struct Handles<OpObject, splat_op>;
-template struct Handles<SceneObject, splat_scene>;
-template struct Handles<RasterizerObject, splat_rasterizer>;
-template struct Handles<RasterStateObject, splat_raster_state>;
-template struct Handles<WeightsObject, splat_weights>;
-template struct Handles<DatasetObject, splat_dataset>;
-template struct Handles<ModelObject, splat_model>;
-template struct Handles<ModuleObject, splat_module>;
-template struct Handles<PredictorObject, splat_predictor>;
-template struct Handles<TrainerObject, splat_trainer>;
-template struct Handles<OptimizerObject, splat_optimizer>;
-template struct Handles<BatchesObject, splat_batches>;
-template struct Handles<TrainingObject, splat_training>;
-template struct Handles<LpipsObject, splat_lpips>;
-template struct Handles<EvaluatorObject, splat_evaluator>;
-template struct Handles<ComparisonObject, splat_comparison>;
-template struct Handles<PriorModelObject, splat_prior_model>;
+#define SPLAT_HANDLE_CODE(kind, object, handle) template struct Handles<object, handle>;
+SPLAT_HANDLE_KINDS(SPLAT_HANDLE_CODE)
 
 }  // namespace splat::api

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <mutex>
+#include <string>
 
 #include "api/objects.h"
 
@@ -14,6 +15,7 @@ namespace splat::api {
 /// was forked from the one that opened it; kOutOfHostMemory by exception.
 template <class Object, class Handle>
 struct Handles {
+    using Made = Result<std::shared_ptr<Object>>;
     static Handle add(std::shared_ptr<Object> object);
     static Result<std::shared_ptr<Object>> find(Handle handle, const char* argument);
     /// Accepts NULL, for which the pointer is empty, and objects that find() refuses after a fork.
@@ -23,45 +25,33 @@ struct Handles {
     static bool interrupt(Handle handle) noexcept;
 };
 
-using Devices = Handles<DeviceObject, splat_device>;
-using Tensors = Handles<TensorObject, splat_tensor>;
-using Ops = Handles<OpObject, splat_op>;
-using Scenes = Handles<SceneObject, splat_scene>;
-using Rasterizers = Handles<RasterizerObject, splat_rasterizer>;
-using RasterStates = Handles<RasterStateObject, splat_raster_state>;
-using Weights = Handles<WeightsObject, splat_weights>;
-using Datasets = Handles<DatasetObject, splat_dataset>;
-using Models = Handles<ModelObject, splat_model>;
-using Modules = Handles<ModuleObject, splat_module>;
-using Predictors = Handles<PredictorObject, splat_predictor>;
-using Trainers = Handles<TrainerObject, splat_trainer>;
-using Optimizers = Handles<OptimizerObject, splat_optimizer>;
-using AllBatches = Handles<BatchesObject, splat_batches>;
-using Trainings = Handles<TrainingObject, splat_training>;
-using Lpipses = Handles<LpipsObject, splat_lpips>;
-using Evaluators = Handles<EvaluatorObject, splat_evaluator>;
-using Comparisons = Handles<ComparisonObject, splat_comparison>;
-using PriorModels = Handles<PriorModelObject, splat_prior_model>;
+// The kinds of handles: the name of the kind, the object behind a handle, the handle.
+#define SPLAT_HANDLE_KINDS(X)                              \
+    X(Devices, DeviceObject, splat_device)                 \
+    X(Tensors, TensorObject, splat_tensor)                 \
+    X(Ops, OpObject, splat_op)                             \
+    X(Scenes, SceneObject, splat_scene)                    \
+    X(Rasterizers, RasterizerObject, splat_rasterizer)     \
+    X(RasterStates, RasterStateObject, splat_raster_state) \
+    X(Weights, WeightsObject, splat_weights)               \
+    X(Datasets, DatasetObject, splat_dataset)              \
+    X(Models, ModelObject, splat_model)                    \
+    X(Modules, ModuleObject, splat_module)                 \
+    X(Predictors, PredictorObject, splat_predictor)        \
+    X(Trainers, TrainerObject, splat_trainer)              \
+    X(Optimizers, OptimizerObject, splat_optimizer)        \
+    X(AllBatches, BatchesObject, splat_batches)            \
+    X(Trainings, TrainingObject, splat_training)           \
+    X(Lpipses, LpipsObject, splat_lpips)                   \
+    X(Evaluators, EvaluatorObject, splat_evaluator)        \
+    X(Comparisons, ComparisonObject, splat_comparison)     \
+    X(PriorModels, PriorModelObject, splat_prior_model)
 
-extern template struct Handles<DeviceObject, splat_device>;
-extern template struct Handles<TensorObject, splat_tensor>;
-extern template struct Handles<OpObject, splat_op>;
-extern template struct Handles<SceneObject, splat_scene>;
-extern template struct Handles<RasterizerObject, splat_rasterizer>;
-extern template struct Handles<RasterStateObject, splat_raster_state>;
-extern template struct Handles<WeightsObject, splat_weights>;
-extern template struct Handles<DatasetObject, splat_dataset>;
-extern template struct Handles<ModelObject, splat_model>;
-extern template struct Handles<ModuleObject, splat_module>;
-extern template struct Handles<PredictorObject, splat_predictor>;
-extern template struct Handles<TrainerObject, splat_trainer>;
-extern template struct Handles<OptimizerObject, splat_optimizer>;
-extern template struct Handles<BatchesObject, splat_batches>;
-extern template struct Handles<TrainingObject, splat_training>;
-extern template struct Handles<LpipsObject, splat_lpips>;
-extern template struct Handles<EvaluatorObject, splat_evaluator>;
-extern template struct Handles<ComparisonObject, splat_comparison>;
-extern template struct Handles<PriorModelObject, splat_prior_model>;
+#define SPLAT_HANDLE_KIND(kind, object, handle) \
+    using kind = Handles<object, handle>;       \
+    extern template struct Handles<object, handle>;
+SPLAT_HANDLE_KINDS(SPLAT_HANDLE_KIND)
+#undef SPLAT_HANDLE_KIND
 
 /// Lock the device of a live handle's object and call `body(object)`. Errors: also kCancelled.
 template <class Kind, class Handle, class Body>
@@ -70,6 +60,50 @@ Status use(Handle handle, const char* argument, Body&& body) {
     const std::lock_guard lock(object->context->mutex);
     SPLAT_TRY(object->context->mutex.check());
     return body(*object);
+}
+
+/// An entry point that needs a live object: calls `body(object)` with the shared pointer to it.
+template <class Kind, class Handle, class Body>
+splat_result with(Handle handle, const char* argument, Body&& body) {
+    return guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, Kind::find(handle, argument));
+        return body(object);
+    });
+}
+
+/// An entry point that makes an object: stores its handle, if `make()` returns one.
+template <class Kind, class Handle, class Make>
+splat_result create(Handle* handle, const char* argument, Make&& make) {
+    return guarded([&]() -> Status {
+        SPLAT_TRY(require(handle, argument));
+        SPLAT_ASSIGN(auto object, make());
+        *handle = Kind::add(std::move(object));
+        return {};
+    });
+}
+
+/// An entry point that fills a struct of a live object: `body(object)` returns it, or a Result of it.
+template <class Kind, class Handle, class Info, class Body>
+splat_result describe(Handle handle, const char* argument, Info* info, const char* info_argument,
+                      Body&& body) {
+    return guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, Kind::find(handle, argument));
+        SPLAT_TRY(check_fill(info, info_argument));
+        SPLAT_ASSIGN(const Info filled, Result<Info>(body(*object)));
+        give(filled, info);
+        return {};
+    });
+}
+
+/// An entry point that gives a text of a live object: `text(object)` returns it, or a Result of it.
+template <class Kind, class Handle, class Text>
+splat_result report(Handle handle, const char* argument, char* buffer, std::size_t capacity,
+                    std::size_t* needed, Text&& text) {
+    return guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+        SPLAT_ASSIGN(const auto object, Kind::find(handle, argument));
+        SPLAT_ASSIGN(const std::string made, Result<std::string>(text(*object)));
+        return give(made);
+    });
 }
 
 /// Remove a handle: the body of splat_*_destroy. The object lives on while others need it.

@@ -19,57 +19,24 @@ std::size_t find_escaped_nul(std::string_view text) {
     return at;
 }
 
-/// Receives the events of nlohmann's parser; returning false stops it.
-class FlatReader : public nlohmann::json_sax<Json> {
-  public:
-    bool null() override { return refuse("null"); }
-    bool boolean(bool value) override { return add(value); }
-    bool number_integer(number_integer_t value) override { return add(value); }
-    bool number_unsigned(number_unsigned_t value) override {
-        if (value > static_cast<number_unsigned_t>(INT64_MAX))
-            return add(static_cast<double>(value));
-        return add(static_cast<std::int64_t>(value));
+/// What messages call a value that a flat object does not hold.
+const char* kind_of(const JsonEvent& event) {
+    using Kind = JsonEvent::Kind;
+    switch (event.kind) {
+        case Kind::kNull:
+            return "null";
+        case Kind::kText:
+            return "a string";
+        case Kind::kObject:
+            return "an object";
+        case Kind::kArray:
+            return "an array";
+        default:
+            return "a bare value";
     }
-    bool number_float(number_float_t value, const string_t&) override { return add(value); }
-    bool string(string_t&) override { return refuse("a string"); }
-    bool binary(binary_t&) override { return refuse("binary data"); }
-    bool start_object(std::size_t) override { return open_++ == 0 || refuse("an object"); }
-    bool key(string_t& name) override {
-        name_ = name;
-        if (names_.insert(name).second) return true;
-        problem = "'" + shown(name) + "' appears twice";
-        return false;
-    }
-    bool end_object() override { return true; }
-    bool start_array(std::size_t) override { return refuse("an array"); }
-    bool end_array() override { return true; }
-    bool parse_error(std::size_t, const std::string&, const Json::exception& e) override {
-        problem = invalid_json(e);
-        return false;
-    }
+}
 
-    std::vector<JsonScalar> members;
-    std::string problem;
-
-  private:
-    template <class T>
-    bool add(T value) {
-        if (open_ == 0) return refuse("a bare value");
-        members.push_back({name_, value});
-        return true;
-    }
-    bool refuse(const char* kind) {
-        problem = (open_ == 0 ? std::string() : "'" + shown(name_) + "' is ") + kind +
-                  ", expected " + (open_ == 0 ? "a JSON object" : "a number, true or false");
-        return false;
-    }
-
-    int open_ = 0;
-    std::string name_;
-    std::set<std::string> names_;
-};
-
-/// Keeps the path to the value that comes next.
+/// Receives the events of nlohmann's parser; returning false stops it. Keeps the path to the value that comes next.
 class PathReader : public nlohmann::json_sax<Json> {
   public:
     using Kind = JsonEvent::Kind;
@@ -181,11 +148,31 @@ Status check_no_nul(std::string_view text, const char* what) {
 }
 
 Result<std::vector<JsonScalar>> parse_flat_json(std::string_view text, const char* what) {
-    SPLAT_TRY(check_json_text(text, what));
-    FlatReader reader;
-    if (!Json::sax_parse(text, &reader))
-        return error(Code::kInvalidArgument, "%s: %s", what, reader.problem.c_str());
-    return std::move(reader.members);
+    std::vector<JsonScalar> members;
+    std::set<std::string> names;
+    SPLAT_TRY(visit_json(text, what, [&](const JsonEvent& event) -> Status {
+        using Kind = JsonEvent::Kind;
+        if (event.path.empty()) {
+            if (event.kind == Kind::kObject) return {};
+            return error(Code::kInvalidArgument, "%s: %s, expected a JSON object", what,
+                         kind_of(event));
+        }
+        const std::string& name = event.path[0].key;
+        if (!names.insert(name).second)
+            return error(Code::kInvalidArgument, "%s: '%s' appears twice", what,
+                         shown(name).c_str());
+        if (event.kind == Kind::kBool)
+            members.push_back({name, event.integer != 0});
+        else if (event.kind == Kind::kInteger)
+            members.push_back({name, event.integer});
+        else if (event.kind == Kind::kReal)
+            members.push_back({name, event.real});
+        else
+            return error(Code::kInvalidArgument, "%s: '%s' is %s, expected a number, true or false",
+                         what, shown(name).c_str(), kind_of(event));
+        return {};
+    }));
+    return members;
 }
 
 Status visit_json(std::string_view text, const char* what,

@@ -7,8 +7,7 @@ using namespace splat;
 namespace {
 
 Result<data::Co3dPreparation> preparation_of(const splat_co3d_desc* desc) {
-    SPLAT_TRY(
-        api::check_desc(desc, "splat_co3d_desc", sizeof(splat_co3d_desc), SPLAT_CO3D_STORED_POSES));
+    SPLAT_TRY(api::check_desc(desc, SPLAT_CO3D_STORED_POSES));
     SPLAT_TRY(api::require(desc->raw, "desc.raw"));
     SPLAT_TRY(api::require(desc->out, "desc.out"));
     SPLAT_TRY(api::require(desc->category, "desc.category"));
@@ -29,8 +28,7 @@ Result<data::Co3dPreparation> preparation_of(const splat_co3d_desc* desc) {
 splat_result splat_co3d_prepare(const splat_co3d_desc* desc, splat_co3d_info* info) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const data::Co3dPreparation preparation, preparation_of(desc));
-        if (info != nullptr)
-            SPLAT_TRY(api::check_info(info, "splat_co3d_info", sizeof(splat_co3d_info)));
+        if (info != nullptr) SPLAT_TRY(api::check_fill(info, "info"));
         SPLAT_ASSIGN(const data::Co3dPrepared made,
                      data::prepare_co3d(preparation, [](std::size_t done, std::size_t all) {
                          log(LogLevel::kInfo, format("co3d: sequence %zu of %zu", done, all));

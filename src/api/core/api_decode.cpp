@@ -7,7 +7,7 @@ splat_result splat_decode_set_limits(const splat_decode_limits* limits) {
     return api::guarded([&]() -> splat::Status {
         splat::DecodeLimits made;
         if (limits != nullptr) {
-            SPLAT_TRY(api::check_desc(limits, "splat_decode_limits", sizeof *limits, 0));
+            SPLAT_TRY(api::check_desc(limits, 0));
             if (limits->bytes_times_file != 0) made.times_file = limits->bytes_times_file;
             if (limits->bytes_besides != 0) made.besides = limits->bytes_besides;
             if (limits->items != 0) made.max_items = limits->items;

@@ -2,7 +2,6 @@
 #include <cstring>
 
 #include "api/api_guard.h"
-#include "api/core/self_test.h"
 #include "api/handles.h"
 #include "core/environment.h"
 
@@ -106,8 +105,8 @@ splat_result give_profile(splat_device device, char* buffer, size_t capacity, si
 
 Result<std::shared_ptr<api::DeviceObject>> api::open_device(const splat_device_desc& desc) {
     SPLAT_ASSIGN(const vk::ContextDesc wanted, context_desc(desc));
-    KernelTests tests;
-    SPLAT_ASSIGN(std::shared_ptr<vk::Context> context, create_context(wanted, tests));
+    self_test::KernelTests tests;
+    SPLAT_ASSIGN(std::shared_ptr<vk::Context> context, self_test::create_context(wanted, tests));
     auto object = std::make_shared<DeviceObject>(std::move(context));
     object->saving = std::make_unique<PipelineSaving>(*object->context);
     object->tests = std::move(tests);
@@ -125,7 +124,7 @@ splat_result splat_device_count(uint32_t* count) {
 
 splat_result splat_device_describe(uint32_t index, splat_device_info* info) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::check_info(info, "splat_device_info", sizeof(splat_device_info)));
+        SPLAT_TRY(api::check_fill(info, "info"));
         SPLAT_ASSIGN(const auto instance, vk::Instance::get(false));
         SPLAT_ASSIGN(const auto devices, vk::describe_devices(*instance));
         if (index >= devices.size())
@@ -138,18 +137,15 @@ splat_result splat_device_describe(uint32_t index, splat_device_info* info) {
 }
 
 splat_result splat_device_create(const splat_device_desc* desc, splat_device* device) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(device, "device"));
+    return api::create<api::Devices>(device, "device", [&]() -> api::Devices::Made {
         splat_device_desc complete{};
         complete.struct_size = sizeof complete;
         if (desc != nullptr) {
-            SPLAT_TRY(api::check_desc(desc, "splat_device_desc", sizeof(splat_device_desc),
-                                      SPLAT_DEVICE_VALIDATION | SPLAT_DEVICE_PROFILE));
+            SPLAT_TRY(api::check_desc(desc, SPLAT_DEVICE_VALIDATION | SPLAT_DEVICE_PROFILE));
             complete = *desc;
         }
         SPLAT_ASSIGN(auto object, api::open_device(complete));
-        *device = api::Devices::add(std::move(object));
-        return {};
+        return object;
     });
 }
 
@@ -170,20 +166,16 @@ splat_result splat_device_cancel(splat_device device) {
 }
 
 splat_result splat_device_get_info(splat_device device, splat_device_info* info) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Devices::find(device, "device"));
-        SPLAT_TRY(api::check_info(info, "splat_device_info", sizeof(splat_device_info)));
-        splat_device_info filled = info_of(object->context->device().info());
-        filled.kernels = static_cast<splat_kernels>(object->context->device().kernels());
-        api::give(filled, info);
-        return {};
+    return api::describe<api::Devices>(device, "device", info, "info", [&](auto& object) {
+        splat_device_info filled = info_of(object.context->device().info());
+        filled.kernels = static_cast<splat_kernels>(object.context->device().kernels());
+        return filled;
     });
 }
 
 splat_result splat_device_get_memory(splat_device device, splat_memory_info* info) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Devices::find(device, "device"));
-        SPLAT_TRY(api::check_info(info, "splat_memory_info", sizeof(splat_memory_info)));
+    return api::with<api::Devices>(device, "device", [&](const auto& object) -> Status {
+        SPLAT_TRY(api::check_fill(info, "info"));
         const vk::MemoryUse use = object->context->memory().use();
         api::give({.struct_size = 0,
                    .allocations = use.allocations,
@@ -207,8 +199,7 @@ splat_result splat_device_profile_table(splat_device device, char* buffer, size_
 }
 
 splat_result splat_device_profile_reset(splat_device device) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Devices::find(device, "device"));
+    return api::with<api::Devices>(device, "device", [&](const auto& object) -> Status {
         if (object->context->profile() == nullptr)
             return error(
                 Code::kInvalidState,

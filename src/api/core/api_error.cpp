@@ -71,6 +71,11 @@ Status check_reserved(std::uint32_t reserved, const char* type) {
     return error(Code::kInvalidArgument, "%s.reserved is %u, expected 0", type, reserved);
 }
 
+Status check_flags(std::uint32_t flags, std::uint32_t known, const char* argument) {
+    if ((flags & ~known) == 0) return {};
+    return error(Code::kInvalidArgument, "%s has unknown bits %#x", argument, flags & ~known);
+}
+
 Status check_tail(const void* given, std::size_t size, const char* type, std::size_t known_size) {
     const auto* const bytes = static_cast<const unsigned char*>(given);
     for (std::size_t i = known_size; i < size; ++i)

@@ -16,7 +16,7 @@ using TensorPointer = std::shared_ptr<api::TensorObject>;
 
 Result<TensorPointer> create(splat_device device, const splat_tensor_desc* desc) {
     SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
-    SPLAT_TRY(api::check_desc(desc, "splat_tensor_desc", sizeof(splat_tensor_desc), 0));
+    SPLAT_TRY(api::check_desc(desc, 0));
     if (desc->dtype < 0 || desc->dtype > SPLAT_DTYPE_U32)
         return error(Code::kInvalidArgument, "splat_tensor_desc.dtype is %d, expected 0 to %d",
                      desc->dtype, SPLAT_DTYPE_U32);
@@ -150,61 +150,51 @@ Result<ops::TensorStats> measure(api::TensorObject& tensor) {
 
 splat_result splat_tensor_create(splat_device device, const splat_tensor_desc* desc,
                                  splat_tensor* tensor) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(tensor, "tensor"));
+    return api::create<api::Tensors>(tensor, "tensor", [&]() -> api::Tensors::Made {
         SPLAT_ASSIGN(TensorPointer object, create(device, desc));
-        *tensor = api::Tensors::add(std::move(object));
-        return {};
+        return object;
     });
 }
 
 splat_result splat_tensor_from_host(splat_device device, const splat_tensor_desc* desc,
                                     const void* data, size_t bytes, const int64_t* strides,
                                     splat_tensor* tensor) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(tensor, "tensor"));
+    return api::create<api::Tensors>(tensor, "tensor", [&]() -> api::Tensors::Made {
         SPLAT_TRY(api::require(data, "data"));
         SPLAT_ASSIGN(TensorPointer object, create(device, desc));
         SPLAT_TRY(write(*object, data, bytes, strides));
-        *tensor = api::Tensors::add(std::move(object));
-        return {};
+        return object;
     });
 }
 
 splat_result splat_tensor_write(splat_tensor tensor, const void* data, size_t bytes,
                                 const int64_t* strides) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
+    return api::with<api::Tensors>(tensor, "tensor", [&](const auto& object) -> Status {
         return write(*object, data, bytes, strides);
     });
 }
 
 splat_result splat_tensor_read(splat_tensor tensor, void* data, size_t bytes,
                                const int64_t* strides) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
+    return api::with<api::Tensors>(tensor, "tensor", [&](const auto& object) -> Status {
         return read(*object, data, bytes, strides);
     });
 }
 
 splat_result splat_tensor_map(splat_tensor tensor, splat_access access, void** pointer,
                               size_t* bytes) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
+    return api::with<api::Tensors>(tensor, "tensor", [&](const auto& object) -> Status {
         return map(*object, access, pointer, bytes);
     });
 }
 
 splat_result splat_tensor_unmap(splat_tensor tensor) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
-        return unmap(*object);
-    });
+    return api::with<api::Tensors>(tensor, "tensor",
+                                   [&](const auto& object) -> Status { return unmap(*object); });
 }
 
 splat_result splat_tensor_host_pointer(splat_tensor tensor, void** pointer, size_t* bytes) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
+    return api::with<api::Tensors>(tensor, "tensor", [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(pointer, "pointer"));
         SPLAT_TRY(api::check_unmapped(*object));
         SPLAT_ASSIGN(void* const host, api::host_pointer(*object));
@@ -216,8 +206,7 @@ splat_result splat_tensor_host_pointer(splat_tensor tensor, void** pointer, size
 }
 
 splat_result splat_tensor_to_dlpack(splat_tensor tensor, DLManagedTensorVersioned** managed) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
+    return api::with<api::Tensors>(tensor, "tensor", [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(managed, "managed"));
         SPLAT_TRY(api::check_unmapped(*object));
         SPLAT_ASSIGN(*managed, api::dlpack_of(object));
@@ -227,38 +216,33 @@ splat_result splat_tensor_to_dlpack(splat_tensor tensor, DLManagedTensorVersione
 }
 
 splat_result splat_tensor_get_info(splat_tensor tensor, splat_tensor_info* info) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
-        SPLAT_TRY(api::check_info(info, "splat_tensor_info", sizeof(splat_tensor_info)));
+    return api::describe<api::Tensors>(tensor, "tensor", info, "info", [&](auto& object) {
         splat_tensor_info filled{};
-        const Shape& shape = object->view.shape;
-        filled.dtype = object->dtype;
+        const Shape& shape = object.view.shape;
+        filled.dtype = object.dtype;
         filled.rank = shape.rank();
-        filled.mapped = object->mapped != 0 ? 1 : 0;
+        filled.mapped = object.mapped != 0 ? 1 : 0;
         for (std::uint32_t axis = 0; axis < shape.rank(); ++axis) filled.dims[axis] = shape[axis];
         filled.elements = shape.elements();
-        filled.bytes = object->bytes();
-        std::memcpy(filled.name, object->name.data(),
-                    std::min(object->name.size(), sizeof filled.name - 1));
-        api::give(filled, info);
-        return {};
+        filled.bytes = object.bytes();
+        std::memcpy(filled.name, object.name.data(),
+                    std::min(object.name.size(), sizeof filled.name - 1));
+        return filled;
     });
 }
 
 splat_result splat_tensor_check(splat_tensor tensor, splat_tensor_stats* stats) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const TensorPointer object, api::Tensors::find(tensor, "tensor"));
-        SPLAT_TRY(api::check_info(stats, "splat_tensor_stats", sizeof(splat_tensor_stats)));
-        SPLAT_ASSIGN(const ops::TensorStats measured, measure(*object));
-        splat_tensor_stats filled{};
-        filled.nan_count = measured.nan_count;
-        filled.inf_count = measured.inf_count;
-        filled.min = measured.min;
-        filled.max = measured.max;
-        filled.mean = measured.mean;
-        api::give(filled, stats);
-        return {};
-    });
+    return api::describe<api::Tensors>(
+        tensor, "tensor", stats, "stats", [&](auto& object) -> Result<splat_tensor_stats> {
+            SPLAT_ASSIGN(const ops::TensorStats measured, measure(object));
+            splat_tensor_stats filled{};
+            filled.nan_count = measured.nan_count;
+            filled.inf_count = measured.inf_count;
+            filled.min = measured.min;
+            filled.max = measured.max;
+            filled.mean = measured.mean;
+            return filled;
+        });
 }
 
 splat_result splat_tensor_destroy(splat_tensor tensor) {

@@ -2,20 +2,22 @@
 
 #include <memory>
 
-#include "api/core/self_test.h"
 #include "api/on_device.h"
+#include "self_test/self_test.h"
 #include "splat.h"
 
 namespace splat::api {
+
+using enum self_test::KernelFamily;
 
 /// The object behind splat_device.
 struct DeviceObject : OfDevice {
     using OfDevice::OfDevice;
     std::unique_ptr<vk::DeferredWork> saving;  ///< saves pipelines for splat_device_destroy
-    KernelTests tests;
+    self_test::KernelTests tests;
 
     /// Call it before an object of these KernelFamily bits is made.
-    Status test(unsigned families) { return test_kernels(*context, tests, families); }
+    Status test(unsigned families) { return self_test::test_kernels(*context, tests, families); }
 };
 
 /// Open the device that a checked desc selects; zeros: the best one.

@@ -19,7 +19,7 @@ std::uint32_t value_or(std::uint32_t value, std::uint32_t fallback) {
 }
 
 Result<synthetic::WriterDesc> synthetic_desc(const splat_synthetic_desc* desc) {
-    SPLAT_TRY(api::check_desc(desc, "splat_synthetic_desc", sizeof(splat_synthetic_desc), 0));
+    SPLAT_TRY(api::check_desc(desc, 0));
     SPLAT_TRY(api::require(desc->path, "desc.path"));
     synthetic::WriterDesc value;
     value.path = desc->path;
@@ -62,10 +62,8 @@ Status check_views(const splat_dataset_views& views, std::uint64_t n, std::uint6
 }  // namespace
 
 splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* dataset) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(dataset, "dataset"));
-        SPLAT_TRY(api::check_desc(desc, "splat_dataset_desc", sizeof(splat_dataset_desc),
-                                  kMapFlags | SPLAT_DATA_LENIENT | SPLAT_DATA_ALLOW_MISSING));
+    return api::create<api::Datasets>(dataset, "dataset", [&]() -> api::Datasets::Made {
+        SPLAT_TRY(api::check_desc(desc, kMapFlags | SPLAT_DATA_LENIENT | SPLAT_DATA_ALLOW_MISSING));
         SPLAT_TRY(api::require(desc->path, "desc.path"));
         data::DatasetDesc value;
         value.path = desc->path;
@@ -85,25 +83,20 @@ splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* d
         auto object = std::make_shared<api::DatasetObject>();
         SPLAT_ASSIGN(object->dataset, data::Dataset::open(value));
         object->report = data::report_text(*object->dataset);
-        *dataset = api::Datasets::add(std::move(object));
-        return {};
+        return object;
     });
 }
 
 splat_result splat_dataset_report(splat_dataset dataset, char* buffer, size_t capacity,
                                   size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto object, api::Datasets::find(dataset, "dataset"));
-        return give(object->report);
-    });
+    return api::report<api::Datasets>(dataset, "dataset", buffer, capacity, needed,
+                                      [](auto& object) { return object.report; });
 }
 
 splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const uint32_t* views,
                                 uint32_t count, splat_dataset_views* out) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto found, api::Datasets::find(dataset, "dataset"));
-        if (count > 0) SPLAT_TRY(api::require(views, "views"));
-        SPLAT_TRY(api::require(out, "out"));
+    return api::with<api::Datasets>(dataset, "dataset", [&](const auto& found) -> Status {
+        if (count > 0) SPLAT_TRY(api::require(views, "views", out, "out"));
         SPLAT_TRY(api::check_size(*out, "splat_dataset_views", sizeof(splat_dataset_views)));
         SPLAT_TRY(check_views(*out, count, found->dataset->resolution()));
         return found->dataset->read(

@@ -47,8 +47,7 @@ Result<data::Layout> layout_of(const std::string& name) {
 splat_result splat_dataset_import(const splat_dataset_import_desc* desc,
                                   splat_progress_callback callback, void* user) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::check_desc(desc, "splat_dataset_import_desc",
-                                  sizeof(splat_dataset_import_desc), SPLAT_IMPORT_REPLACE));
+        SPLAT_TRY(api::check_desc(desc, SPLAT_IMPORT_REPLACE));
         SPLAT_TRY(api::require(desc->path, "desc.path"));
         tables::ImportDesc value;
         value.path = desc->path;
@@ -67,10 +66,8 @@ splat_result splat_dataset_import(const splat_dataset_import_desc* desc,
 
 splat_result splat_dataset_export(splat_dataset dataset, const splat_dataset_export_desc* desc,
                                   splat_progress_callback callback, void* user) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto found, api::Datasets::find(dataset, "dataset"));
-        SPLAT_TRY(api::check_desc(desc, "splat_dataset_export_desc",
-                                  sizeof(splat_dataset_export_desc), 0));
+    return api::with<api::Datasets>(dataset, "dataset", [&](const auto& found) -> Status {
+        SPLAT_TRY(api::check_desc(desc, 0));
         SPLAT_TRY(api::require(desc->path, "desc.path"));
         if (desc->object_count > 0) SPLAT_TRY(api::require(desc->objects, "desc.objects"));
         if (desc->objects != nullptr && desc->object_count == 0)

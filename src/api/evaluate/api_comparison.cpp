@@ -52,8 +52,7 @@ splat_metric metric_of(const std::string& name) {
 /// Call `body(finding)` with the comparison in one metric.
 template <class Body>
 splat_result with_metric(splat_comparison comparison, std::uint32_t index, Body&& body) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto found, api::Comparisons::find(comparison, "comparison"));
+    return api::with<api::Comparisons>(comparison, "comparison", [&](const auto& found) -> Status {
         const std::vector<eval::MetricFinding>& metrics = found->comparison.metrics;
         if (index >= metrics.size())
             return error(Code::kInvalidArgument, "index is %u, expected less than %zu metrics",
@@ -72,10 +71,8 @@ Status check_samples(const double* samples, std::uint64_t room, std::size_t need
 }  // namespace
 
 splat_result splat_compare_scores(const splat_compare_desc* desc, splat_comparison* comparison) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(comparison, "comparison"));
-        SPLAT_TRY(api::check_desc(desc, "splat_compare_desc", sizeof(splat_compare_desc),
-                                  SPLAT_COMPARE_UNPAIRED));
+    return api::create<api::Comparisons>(comparison, "comparison", [&]() -> api::Comparisons::Made {
+        SPLAT_TRY(api::check_desc(desc, SPLAT_COMPARE_UNPAIRED));
         SPLAT_ASSIGN(const eval::ScoreTable a, score_table(desc->a, "a"));
         SPLAT_ASSIGN(const eval::ScoreTable b, score_table(desc->b, "b"));
         eval::CompareOptions options;
@@ -85,33 +82,29 @@ splat_result splat_compare_scores(const splat_compare_desc* desc, splat_comparis
         if (desc->bootstraps != 0) options.resample.bootstraps = desc->bootstraps;
         auto object = std::make_shared<api::ComparisonObject>();
         SPLAT_ASSIGN(object->comparison, eval::compare_scores(a, b, options));
-        *comparison = api::Comparisons::add(std::move(object));
-        return {};
+        return object;
     });
 }
 
 splat_result splat_comparison_get_info(splat_comparison comparison, splat_comparison_info* info) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Comparisons::find(comparison, "comparison"));
-        SPLAT_TRY(api::check_info(info, "splat_comparison_info", sizeof(splat_comparison_info)));
-        const eval::ScoreComparison& found = object->comparison;
-        splat_comparison_info filled{};
-        filled.metrics = static_cast<std::uint32_t>(found.metrics.size());
-        filled.objects_a = found.objects_a;
-        filled.objects_b = found.objects_b;
-        filled.shared_objects = found.shared;
-        filled.unpaired = found.unpaired ? 1 : 0;
-        filled.comparable = found.comparable ? 1 : 0;
-        api::give(filled, info);
-        return {};
-    });
+    return api::describe<api::Comparisons>(
+        comparison, "comparison", info, "info", [&](auto& object) {
+            const eval::ScoreComparison& found = object.comparison;
+            splat_comparison_info filled{};
+            filled.metrics = static_cast<std::uint32_t>(found.metrics.size());
+            filled.objects_a = found.objects_a;
+            filled.objects_b = found.objects_b;
+            filled.shared_objects = found.shared;
+            filled.unpaired = found.unpaired ? 1 : 0;
+            filled.comparable = found.comparable ? 1 : 0;
+            return filled;
+        });
 }
 
 splat_result splat_comparison_metric(splat_comparison comparison, uint32_t index,
                                      splat_metric_comparison* metric) {
     return with_metric(comparison, index, [&](const eval::MetricFinding& finding) -> Status {
-        SPLAT_TRY(api::require(metric, "metric"));
-        SPLAT_TRY(api::check_filled(*metric, "splat_metric_comparison", sizeof *metric));
+        SPLAT_TRY(api::check_fill(metric, "metric"));
         const eval::Comparison& c = finding.comparison;
         splat_metric_comparison filled{};
         filled.metric = metric_of(finding.samples.metric);
@@ -149,10 +142,9 @@ splat_result splat_comparison_samples(splat_comparison comparison, uint32_t inde
 
 splat_result splat_comparison_report(splat_comparison comparison, char* buffer, size_t capacity,
                                      size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto object, api::Comparisons::find(comparison, "comparison"));
-        return give(eval::comparison_text(object->comparison));
-    });
+    return api::report<api::Comparisons>(
+        comparison, "comparison", buffer, capacity, needed,
+        [](auto& object) { return eval::comparison_text(object.comparison); });
 }
 
 splat_result splat_comparison_destroy(splat_comparison comparison) {

@@ -105,13 +105,11 @@ Result<config::Precision> api::precision_of(splat_precision precision, const cha
 
 splat_result splat_model_create(splat_device device, const splat_model_desc* desc,
                                 splat_model* model) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+    return api::with<api::Devices>(device, "device", [&](const auto& owner) -> Status {
         SPLAT_TRY(api::require(model, "model"));
-        SPLAT_TRY(api::check_desc(desc, "splat_model_desc", sizeof(splat_model_desc),
-                                  SPLAT_MODEL_GRADIENTS | SPLAT_MODEL_TRAINING |
-                                      SPLAT_MODEL_LOW_MEMORY | SPLAT_MODEL_RECOMPUTE |
-                                      SPLAT_MODEL_INPUT_GRADIENTS));
+        SPLAT_TRY(api::check_desc(desc, SPLAT_MODEL_GRADIENTS | SPLAT_MODEL_TRAINING |
+                                            SPLAT_MODEL_LOW_MEMORY | SPLAT_MODEL_RECOMPUTE |
+                                            SPLAT_MODEL_INPUT_GRADIENTS));
         constexpr std::uint32_t kBackward = SPLAT_MODEL_RECOMPUTE | SPLAT_MODEL_INPUT_GRADIENTS;
         if ((desc->flags & kBackward) != 0 && (desc->flags & SPLAT_MODEL_GRADIENTS) == 0)
             return error(Code::kInvalidArgument,
@@ -152,9 +150,7 @@ splat_result splat_model_init(splat_model model, uint64_t seed) {
 splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t flags) {
     return locked(model, [&](api::ModelObject& object) -> Status {
         SPLAT_ASSIGN(const auto file, api::weights_to_use(weights, "weights"));
-        constexpr std::uint32_t kKnown = 2 * SPLAT_LOAD_ADAPTERS - 1;
-        if ((flags & ~kKnown) != 0)
-            return error(Code::kInvalidArgument, "flags has unknown bits %#x", flags & ~kKnown);
+        SPLAT_TRY(api::check_flags(flags, 2 * SPLAT_LOAD_ADAPTERS - 1));
         model::LoadReport report = object.load.get();
         const auto loaded = [&](Status status) {
             object.load.set(std::move(report));
@@ -208,10 +204,8 @@ splat_result splat_model_export(splat_model model, splat_export what, splat_weig
 }
 
 splat_result splat_model_report(splat_model model, char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto object, api::Models::find(model, "model"));
-        return give(report_of(*object));
-    });
+    return api::report<api::Models>(model, "model", buffer, capacity, needed,
+                                    [](auto& object) { return report_of(object); });
 }
 
 splat_result splat_model_scene(splat_model model, uint32_t object, splat_scene* scene) {

@@ -65,9 +65,8 @@ Result<std::vector<splat_port>> ports_of(const api::ModelObject& object, splat_p
 }  // namespace
 
 splat_result splat_model_get_info(splat_model model, splat_model_info* info) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Models::find(model, "model"));
-        SPLAT_TRY(api::check_info(info, "splat_model_info", sizeof(splat_model_info)));
+    return api::with<api::Models>(model, "model", [&](const auto& object) -> Status {
+        SPLAT_TRY(api::check_fill(info, "info"));
         api::give(info_of(*object), info);
         return {};
     });
@@ -82,10 +81,8 @@ splat_result splat_model_ports(splat_model model, splat_port_kind kind, splat_po
 }
 
 splat_result splat_model_tensor(splat_model model, const char* name, splat_tensor* tensor) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Models::find(model, "model"));
-        SPLAT_TRY(api::require(name, "name"));
-        SPLAT_TRY(api::require(tensor, "tensor"));
+    return api::with<api::Models>(model, "model", [&](const auto& object) -> Status {
+        SPLAT_TRY(api::require(name, "name", tensor, "tensor"));
         auto made = std::make_shared<api::TensorObject>(object->context);
         {
             const std::lock_guard lock(object->context->mutex);

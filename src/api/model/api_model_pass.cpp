@@ -18,12 +18,6 @@ splat_result with_model(splat_model model, Body&& body) {
     return api::guarded([&] { return api::use<api::Models>(model, "model", body); });
 }
 
-Status check_pass_flags(const char* type, std::uint32_t flags) {
-    if ((flags & ~std::uint32_t{SPLAT_PASS_TENSORS}) == 0) return {};
-    return error(Code::kInvalidArgument, "%s.flags has unknown bits %#x", type,
-                 flags & ~std::uint32_t{SPLAT_PASS_TENSORS});
-}
-
 Status expect_no_arrays(const char* type, std::initializer_list<const void*> arrays) {
     const bool given = std::any_of(arrays.begin(), arrays.end(),
                                    [](const void* array) { return array != nullptr; });
@@ -126,7 +120,7 @@ Status take(const splat_model_input& from, const config::ModelConfig& c, std::ui
 Status run(api::ModelObject& object, const splat_model_input& from) {
     model::Model& network = *object.model;
     const config::ModelConfig& c = network.config();
-    SPLAT_TRY(check_pass_flags("splat_model_input", from.flags));
+    SPLAT_TRY(api::check_flags(from.flags, SPLAT_PASS_TENSORS, "splat_model_input.flags"));
     SPLAT_TRY(network.check_unmapped());
     if ((from.flags & SPLAT_PASS_TENSORS) != 0) {
         SPLAT_TRY(expect_no_arrays(
@@ -179,8 +173,7 @@ Status write_gradients(api::ModelObject& object, const splat_model_gradients& fr
 splat_result splat_model_forward(splat_model model, const splat_model_input* input) {
     return with_model(model, [&](api::ModelObject& object) -> Status {
         splat_model_input taken{};
-        SPLAT_TRY(
-            api::take_input(input, "input", "splat_model_input", sizeof(splat_model_input), taken));
+        SPLAT_TRY(api::take_input(input, "input", taken));
         return run(object, taken);
     });
 }
@@ -188,9 +181,8 @@ splat_result splat_model_forward(splat_model model, const splat_model_input* inp
 splat_result splat_model_backward(splat_model model, const splat_model_gradients* gradients) {
     return with_model(model, [&](api::ModelObject& object) -> Status {
         splat_model_gradients taken{};
-        SPLAT_TRY(api::take_input(gradients, "gradients", "splat_model_gradients",
-                                  sizeof(splat_model_gradients), taken));
-        SPLAT_TRY(check_pass_flags("splat_model_gradients", taken.flags));
+        SPLAT_TRY(api::take_input(gradients, "gradients", taken));
+        SPLAT_TRY(api::check_flags(taken.flags, SPLAT_PASS_TENSORS, "splat_model_gradients.flags"));
         SPLAT_TRY(api::expect_ran(object));
         model::Model& network = *object.model;
         if (!network.has_gradients())
@@ -218,8 +210,7 @@ splat_result splat_model_zero_gradients(splat_model model) {
 
 splat_result splat_model_read(splat_model model, const char* name, float* values, size_t bytes) {
     return with_model(model, [&](api::ModelObject& object) -> Status {
-        SPLAT_TRY(api::require(name, "name"));
-        SPLAT_TRY(api::require(values, "values"));
+        SPLAT_TRY(api::require(name, "name", values, "values"));
         SPLAT_ASSIGN(const api::ModelTensor found,
                      api::find_model_tensor(*object.model, object.objects, name));
         if (found.of_pass) SPLAT_TRY(api::expect_ran(object));
@@ -237,8 +228,7 @@ splat_result splat_model_read(splat_model model, const char* name, float* values
 splat_result splat_model_write(splat_model model, const char* name, const float* values,
                                size_t bytes) {
     return with_model(model, [&](api::ModelObject& object) -> Status {
-        SPLAT_TRY(api::require(name, "name"));
-        SPLAT_TRY(api::require(values, "values"));
+        SPLAT_TRY(api::require(name, "name", values, "values"));
         nn::Parameters& parameters = object.model->parameters();
         const nn::Parameter* parameter = parameters.find(name);
         if (parameter == nullptr)

@@ -30,11 +30,6 @@ Result<const io::NamedTensor*> tensor_of(splat_weights weights, std::uint32_t in
                  tensors.size());
 }
 
-Status check_weights_flags(std::uint32_t flags, std::uint32_t known) {
-    if ((flags & ~known) == 0) return {};
-    return error(Code::kInvalidArgument, "flags has unknown bits %#x", flags & ~known);
-}
-
 Result<io::WeightsFormat> format_to_write(splat_weights_format format) {
     switch (format) {
         case SPLAT_WEIGHTS_SAFETENSORS:
@@ -94,9 +89,8 @@ Result<io::NamedTensor> named_tensor(const splat_named_array& array, const std::
 
 splat_result splat_weights_load(const char* path, uint32_t flags, splat_weights* weights) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(weights, "weights"));
-        SPLAT_TRY(api::require(path, "path"));
-        SPLAT_TRY(check_weights_flags(flags, SPLAT_WEIGHTS_COPY));
+        SPLAT_TRY(api::require(weights, "weights", path, "path"));
+        SPLAT_TRY(api::check_flags(flags, SPLAT_WEIGHTS_COPY));
         SPLAT_ASSIGN(const std::string file_path, predict::weights_named(path));
         const bool mapped = (flags & SPLAT_WEIGHTS_COPY) == 0;
         SPLAT_ASSIGN(io::WeightsFile file, io::load_weights(file_path, decode_limits(), mapped));
@@ -107,8 +101,7 @@ splat_result splat_weights_load(const char* path, uint32_t flags, splat_weights*
 
 splat_result splat_weights_load_memory(const void* data, size_t bytes, splat_weights* weights) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(weights, "weights"));
-        SPLAT_TRY(api::require(data, "data"));
+        SPLAT_TRY(api::require(weights, "weights", data, "data"));
         SPLAT_ASSIGN(io::WeightsFile file,
                      io::read_weights(
                          io::MemorySource({static_cast<const std::byte*>(data), bytes}), "memory"));
@@ -119,8 +112,7 @@ splat_result splat_weights_load_memory(const void* data, size_t bytes, splat_wei
 
 splat_result splat_weights_from_arrays(const splat_named_array* arrays, uint64_t count,
                                        splat_weights* weights) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(weights, "weights"));
+    return api::create<api::Weights>(weights, "weights", [&]() -> api::Weights::Made {
         if (count > 0) SPLAT_TRY(api::require(arrays, "arrays"));
         auto object = std::make_shared<api::WeightsObject>();
         for (std::uint64_t i = 0; i < count; ++i) {
@@ -130,8 +122,7 @@ splat_result splat_weights_from_arrays(const splat_named_array* arrays, uint64_t
             SPLAT_TRY(object->file.tensors.add(std::move(tensor)));
         }
         object->from = "arrays";
-        *weights = api::Weights::add(std::move(object));
-        return {};
+        return object;
     });
 }
 
@@ -139,7 +130,7 @@ splat_result splat_weights_save(splat_weights weights, const char* path, uint32_
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::weights_to_use(weights, "weights"));
         SPLAT_TRY(api::require(path, "path"));
-        SPLAT_TRY(check_weights_flags(flags, SPLAT_WEIGHTS_HALF));
+        SPLAT_TRY(api::check_flags(flags, SPLAT_WEIGHTS_HALF));
         return io::save_weights(object->file, path, (flags & SPLAT_WEIGHTS_HALF) != 0);
     });
 }
@@ -149,7 +140,7 @@ splat_result splat_weights_save_memory(splat_weights weights, splat_weights_form
                                        size_t* needed) {
     return api::guarded_bytes(buffer, capacity, needed, [&](auto give) -> Status {
         SPLAT_ASSIGN(const auto object, api::weights_to_use(weights, "weights"));
-        SPLAT_TRY(check_weights_flags(flags, SPLAT_WEIGHTS_HALF));
+        SPLAT_TRY(api::check_flags(flags, SPLAT_WEIGHTS_HALF));
         SPLAT_ASSIGN(const io::WeightsFormat wanted, format_to_write(format));
         SPLAT_ASSIGN(const io::FilePieces file,
                      io::write_weights(object->file, wanted, (flags & SPLAT_WEIGHTS_HALF) != 0));
@@ -158,8 +149,7 @@ splat_result splat_weights_save_memory(splat_weights weights, splat_weights_form
 }
 
 splat_result splat_weights_count(splat_weights weights, uint32_t* count) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Weights::find(weights, "weights"));
+    return api::with<api::Weights>(weights, "weights", [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(count, "count"));
         *count = static_cast<std::uint32_t>(object->file.tensors.size());
         return {};
@@ -171,7 +161,7 @@ splat_result splat_weights_get_info(splat_weights weights, uint32_t index,
     return api::guarded([&]() -> Status {
         std::shared_ptr<api::WeightsObject> object;
         SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(weights, index, object));
-        SPLAT_TRY(api::check_info(info, "splat_weights_info", sizeof(splat_weights_info)));
+        SPLAT_TRY(api::check_fill(info, "info"));
         splat_weights_info filled{};
         filled.rank = static_cast<std::uint32_t>(tensor->dims.size());
         for (std::size_t i = 0; i < tensor->dims.size(); ++i) filled.dims[i] = tensor->dims[i];
@@ -184,10 +174,8 @@ splat_result splat_weights_get_info(splat_weights weights, uint32_t index,
 }
 
 splat_result splat_weights_find(splat_weights weights, const char* name, uint32_t* index) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Weights::find(weights, "weights"));
-        SPLAT_TRY(api::require(name, "name"));
-        SPLAT_TRY(api::require(index, "index"));
+    return api::with<api::Weights>(weights, "weights", [&](const auto& object) -> Status {
+        SPLAT_TRY(api::require(name, "name", index, "index"));
         const io::NamedTensors& tensors = object->file.tensors;
         const io::NamedTensor* found = tensors.find(name);
         if (found == nullptr)
@@ -228,16 +216,13 @@ splat_result splat_weights_data(splat_weights weights, uint32_t index, const flo
 
 splat_result splat_weights_report(splat_weights weights, char* buffer, size_t capacity,
                                   size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto object, api::Weights::find(weights, "weights"));
-        return give(weights_report(*object));
-    });
+    return api::report<api::Weights>(weights, "weights", buffer, capacity, needed,
+                                     [](auto& object) { return weights_report(object); });
 }
 
 splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, double alpha,
                                 uint32_t flags, splat_weights* folded) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(folded, "folded"));
+    return api::create<api::Weights>(folded, "folded", [&]() -> api::Weights::Made {
         SPLAT_ASSIGN(const auto from, api::weights_to_use(weights, "weights"));
         auto given = from;
         if (adapters != nullptr) {
@@ -245,9 +230,7 @@ splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, d
         }
         if (!std::isfinite(alpha))
             return error(Code::kInvalidArgument, "alpha is %g, expected a finite number", alpha);
-        if ((flags & ~SPLAT_FOLD_OUT) != 0)
-            return error(Code::kInvalidArgument, "flags has unknown bits %#x",
-                         flags & ~SPLAT_FOLD_OUT);
+        SPLAT_TRY(api::check_flags(flags, SPLAT_FOLD_OUT));
         if (!model::has_adapters(given->file.tensors))
             return error(
                 Code::kInvalidArgument, "%s no tensors '<layer>.lora_A'",
@@ -262,8 +245,7 @@ splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, d
             if (entry.first != "lora_alpha" && entry.first != "lora_rank")
                 made->file.metadata.push_back(entry);
         made->from = "model";
-        *folded = api::Weights::add(std::move(made));
-        return {};
+        return made;
     });
 }
 

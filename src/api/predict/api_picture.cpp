@@ -40,8 +40,7 @@ splat_result splat_picture_cut(const splat_picture* picture, const splat_picture
                                splat_picture_info* info) {
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::require(picture, "picture"));
-        SPLAT_TRY(
-            api::check_desc(desc, "splat_picture_cut_desc", sizeof(splat_picture_cut_desc), 0));
+        SPLAT_TRY(api::check_desc(desc, 0));
         if (desc->resolution < 8 || desc->resolution > 2048)
             return error(Code::kInvalidArgument,
                          "splat_picture_cut_desc.resolution is %u, expected 8 to 2048",

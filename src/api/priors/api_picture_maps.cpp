@@ -68,7 +68,7 @@ splat_result splat_normals_from_depth(const splat_image* depth, const splat_norm
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const api::ImageView from, api::image_to_read(depth, "depth"));
         SPLAT_TRY(api::check_image_size(from, "depth", from.width, from.height, 1));
-        SPLAT_TRY(api::check_desc(desc, "splat_normals_desc", sizeof(splat_normals_desc), 0));
+        SPLAT_TRY(api::check_desc(desc, 0));
         SPLAT_TRY(check_normals_desc(*desc));
         SPLAT_ASSIGN(const api::ImageView to, api::image_to_fill(normal, "normal"));
         SPLAT_TRY(api::check_image_size(to, "normal", from.width, from.height, 3));

@@ -74,8 +74,7 @@ Result<Points> opaque_means(const scene::Gaussians& gaussians, double min_opacit
 splat_result splat_points_from_mesh(const char* path, uint64_t seed, float* points,
                                     uint64_t count) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(path, "path"));
-        SPLAT_TRY(api::require(points, "points"));
+        SPLAT_TRY(api::require(path, "path", points, "points"));
         SPLAT_TRY(check_count_of_points(count));
         SPLAT_ASSIGN(const io::Buffer file, io::read_file(path, kMaxMeshBytes));
         const auto made = points_of_file(file, count / 3, seed);
@@ -109,14 +108,12 @@ splat_result splat_points_from_depth(const splat_image* depth, const splat_camer
 splat_result splat_scene_compare_points(splat_scene scene, double min_opacity, const float* points,
                                         uint64_t count, double threshold,
                                         splat_point_scores* scores) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
         if (!(min_opacity >= 0 && min_opacity <= 1))
             return error(Code::kInvalidArgument, "min_opacity is %g, expected 0 to 1", min_opacity);
         SPLAT_TRY(api::require(points, "points"));
         SPLAT_TRY(check_count_of_points(count));
-        SPLAT_TRY(api::require(scores, "scores"));
-        SPLAT_TRY(api::check_info(scores, "splat_point_scores", sizeof(splat_point_scores)));
+        SPLAT_TRY(api::check_fill(scores, "scores"));
         Points means;
         {
             const std::shared_lock lock(object->mutex);

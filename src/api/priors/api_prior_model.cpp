@@ -104,10 +104,8 @@ splat_result splat_prior_preset(const char* name, char* buffer, size_t capacity,
 
 splat_result splat_prior_model_create(const splat_prior_model_desc* desc,
                                       splat_prior_model* model) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::check_desc(desc, "splat_prior_model_desc", sizeof(splat_prior_model_desc),
-                                  SPLAT_PRIOR_MODEL_NUMBERS));
-        SPLAT_TRY(api::require(model, "model"));
+    return api::create<api::PriorModels>(model, "model", [&]() -> api::PriorModels::Made {
+        SPLAT_TRY(api::check_desc(desc, SPLAT_PRIOR_MODEL_NUMBERS));
         constexpr std::uint32_t kMostThreads = 1024;
         if (desc->threads > kMostThreads)
             return error(Code::kInvalidArgument,
@@ -123,14 +121,13 @@ splat_result splat_prior_model_create(const splat_prior_model_desc* desc,
                      priors_model::PriorModel::create(
                          {text_or_empty(desc->preset), text_or_empty(desc->model_path),
                           text_or_empty(desc->runtime_path), desc->threads}));
-        *model = api::PriorModels::add(std::move(object));
-        return {};
+        return object;
     });
 }
 
 splat_result splat_prior_model_get_info(splat_prior_model model, splat_prior_model_info* info) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::check_info(info, "splat_prior_model_info", sizeof(splat_prior_model_info)));
+        SPLAT_TRY(api::check_fill(info, "info"));
         SPLAT_ASSIGN(const auto object, api::PriorModels::find(model, "model"));
         const priors_model::Preset& preset = object->model->preset();
         splat_prior_model_info filled{};
@@ -150,8 +147,7 @@ splat_result splat_prior_model_get_info(splat_prior_model model, splat_prior_mod
 splat_result splat_prior_model_run(splat_prior_model model, const splat_image* pictures,
                                    const splat_prior_maps* maps, uint32_t count) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(pictures, "pictures"));
-        SPLAT_TRY(api::require(maps, "maps"));
+        SPLAT_TRY(api::require(pictures, "pictures", maps, "maps"));
         if (count == 0) return error(Code::kInvalidArgument, "count is 0, expected at least 1");
         SPLAT_ASSIGN(const auto object, api::PriorModels::find(model, "model"));
         return run_model(*object, {pictures, count}, {maps, count});

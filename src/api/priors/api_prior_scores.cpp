@@ -43,11 +43,6 @@ Result<std::vector<float>> mask_of(const splat_image* mask, const api::ImageView
     return api::planes_of(view);
 }
 
-Status check_flags(std::uint32_t flags, std::uint32_t known) {
-    if ((flags & ~known) == 0) return {};
-    return error(Code::kInvalidArgument, "flags has unknown bits %#x", flags & ~known);
-}
-
 /// [3, height, width] of vectors.
 std::vector<float> normals_of(const api::ImageView& view, std::uint32_t flags) {
     std::vector<float> normals = api::planes_of(view);
@@ -102,11 +97,20 @@ Result<std::vector<float>> filtered_map(const api::ImageView& view, splat_map_fi
     return floats_of(lengths);
 }
 
-/// Check the struct to fill, named `scores`.
-template <class Scores>
-Status check_scores(const Scores* scores, const char* type) {
-    SPLAT_TRY(api::require(scores, "scores"));
-    return api::check_info(scores, type, sizeof(Scores));
+/// Compare two maps: `make(pair)` returns the scores. `channels`: of each map; 0: as many as the first has.
+template <class Scores, class Make>
+splat_result compare(const splat_image* prediction, const splat_image* truth,
+                     const char* truth_name, std::uint32_t channels, std::uint32_t flags,
+                     std::uint32_t known_flags, Scores* scores, Make&& make) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const ImagePair pair,
+                     pair_of(prediction, "prediction", truth, truth_name, channels));
+        SPLAT_TRY(api::check_flags(flags, known_flags));
+        SPLAT_TRY(api::check_fill(scores, "scores"));
+        SPLAT_ASSIGN(const Scores filled, make(pair));
+        api::give(filled, scores);
+        return {};
+    });
 }
 
 }  // namespace
@@ -114,94 +118,86 @@ Status check_scores(const Scores* scores, const char* type) {
 splat_result splat_prior_compare_depth(const splat_image* prediction, const splat_image* truth,
                                        const splat_image* mask, uint32_t flags,
                                        splat_depth_scores* scores) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const ImagePair pair, pair_of(prediction, "prediction", truth, "truth", 1));
-        SPLAT_ASSIGN(const std::vector<float> counted, mask_of(mask, pair.first));
-        SPLAT_TRY(check_flags(flags, SPLAT_DEPTH_AS_PUBLISHED));
-        SPLAT_TRY(check_scores(scores, "splat_depth_scores"));
-        SPLAT_ASSIGN(const priors::DepthScores made,
-                     priors::compare_depth(
-                         api::planes_of(pair.first), api::planes_of(pair.second), counted,
-                         flags != 0 ? priors::DepthRule::kPublished : priors::DepthRule::kValid));
-        splat_depth_scores filled{};
-        filled.pixels = made.pixels;
-        filled.abs_rel = made.abs_rel;
-        filled.rmse = made.rmse;
-        filled.si_rmse = made.si_rmse;
-        std::copy(made.within.begin(), made.within.end(), filled.within);
-        filled.scale = made.scale;
-        filled.shift = made.shift;
-        api::give(filled, scores);
-        return {};
-    });
+    return compare(prediction, truth, "truth", 1, flags, SPLAT_DEPTH_AS_PUBLISHED, scores,
+                   [&](const ImagePair& pair) -> Result<splat_depth_scores> {
+                       SPLAT_ASSIGN(const std::vector<float> counted, mask_of(mask, pair.first));
+                       SPLAT_ASSIGN(const priors::DepthScores made,
+                                    priors::compare_depth(api::planes_of(pair.first),
+                                                          api::planes_of(pair.second), counted,
+                                                          flags != 0 ? priors::DepthRule::kPublished
+                                                                     : priors::DepthRule::kValid));
+                       splat_depth_scores filled{};
+                       filled.pixels = made.pixels;
+                       filled.abs_rel = made.abs_rel;
+                       filled.rmse = made.rmse;
+                       filled.si_rmse = made.si_rmse;
+                       std::copy(made.within.begin(), made.within.end(), filled.within);
+                       filled.scale = made.scale;
+                       filled.shift = made.shift;
+                       return filled;
+                   });
 }
 
 splat_result splat_prior_compare_normals(const splat_image* prediction, const splat_image* truth,
                                          const splat_image* mask, uint32_t flags,
                                          splat_normal_scores* scores) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const ImagePair pair, pair_of(prediction, "prediction", truth, "truth", 3));
-        SPLAT_ASSIGN(const std::vector<float> counted, mask_of(mask, pair.first));
-        SPLAT_TRY(check_flags(flags, SPLAT_NORMAL_VECTORS));
-        SPLAT_TRY(check_scores(scores, "splat_normal_scores"));
-        SPLAT_ASSIGN(const priors::NormalScores made,
-                     priors::compare_normals(normals_of(pair.first, flags),
-                                             normals_of(pair.second, flags), counted));
-        splat_normal_scores filled{};
-        filled.pixels = made.pixels;
-        filled.missing = made.missing;
-        filled.mean = made.mean;
-        filled.median = made.median;
-        filled.rmse = made.rmse;
-        std::copy(made.within.begin(), made.within.end(), filled.within);
-        api::give(filled, scores);
-        return {};
-    });
+    return compare(prediction, truth, "truth", 3, flags, SPLAT_NORMAL_VECTORS, scores,
+                   [&](const ImagePair& pair) -> Result<splat_normal_scores> {
+                       SPLAT_ASSIGN(const std::vector<float> counted, mask_of(mask, pair.first));
+                       SPLAT_ASSIGN(
+                           const priors::NormalScores made,
+                           priors::compare_normals(normals_of(pair.first, flags),
+                                                   normals_of(pair.second, flags), counted));
+                       splat_normal_scores filled{};
+                       filled.pixels = made.pixels;
+                       filled.missing = made.missing;
+                       filled.mean = made.mean;
+                       filled.median = made.median;
+                       filled.rmse = made.rmse;
+                       std::copy(made.within.begin(), made.within.end(), filled.within);
+                       return filled;
+                   });
 }
 
 splat_result splat_prior_compare_masks(const splat_image* prediction, const splat_image* alpha,
                                        uint32_t flags, splat_mask_scores* scores) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const ImagePair pair, pair_of(prediction, "prediction", alpha, "alpha", 1));
-        SPLAT_TRY(check_flags(flags, SPLAT_MASK_ALPHA_HALF));
-        SPLAT_TRY(check_scores(scores, "splat_mask_scores"));
-        SPLAT_ASSIGN(const priors::MaskScores made,
-                     priors::compare_masks(api::planes_of(pair.first), api::planes_of(pair.second),
-                                           flags != 0 ? 0.5 : 0));
-        splat_mask_scores filled{};
-        filled.predicted_pixels = made.predicted_pixels;
-        filled.true_pixels = made.true_pixels;
-        filled.mae = made.mae;
-        filled.iou = made.iou;
-        filled.precision = made.precision;
-        filled.recall = made.recall;
-        filled.f_beta = made.f_beta;
-        api::give(filled, scores);
-        return {};
-    });
+    return compare(
+        prediction, alpha, "alpha", 1, flags, SPLAT_MASK_ALPHA_HALF, scores,
+        [&](const ImagePair& pair) -> Result<splat_mask_scores> {
+            SPLAT_ASSIGN(const priors::MaskScores made,
+                         priors::compare_masks(api::planes_of(pair.first),
+                                               api::planes_of(pair.second), flags != 0 ? 0.5 : 0));
+            splat_mask_scores filled{};
+            filled.predicted_pixels = made.predicted_pixels;
+            filled.true_pixels = made.true_pixels;
+            filled.mae = made.mae;
+            filled.iou = made.iou;
+            filled.precision = made.precision;
+            filled.recall = made.recall;
+            filled.f_beta = made.f_beta;
+            return filled;
+        });
 }
 
 splat_result splat_prior_compare_images(const splat_image* prediction, const splat_image* truth,
                                         uint32_t flags, splat_fidelity_scores* scores) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const ImagePair pair, pair_of(prediction, "prediction", truth, "truth", 0));
-        SPLAT_TRY(check_flags(flags, SPLAT_FIDELITY_RANGE_1 | SPLAT_FIDELITY_WITH_ALPHA));
-        SPLAT_TRY(check_scores(scores, "splat_fidelity_scores"));
-        const priors::FidelityOptions options = {
-            (flags & SPLAT_FIDELITY_RANGE_1) != 0 ? 1.0 : 255.0,
-            (flags & SPLAT_FIDELITY_WITH_ALPHA) != 0};
-        SPLAT_ASSIGN(const priors::FidelityScores made,
-                     priors::information_fidelity(api::planes_of(pair.first),
-                                                  api::planes_of(pair.second), pair.first.channels,
-                                                  pair.first.height, pair.first.width, options));
-        splat_fidelity_scores filled{};
-        filled.constant_channels = made.constant;
-        filled.vif = made.vif;
-        std::fill_n(filled.channels, 4, std::numeric_limits<double>::quiet_NaN());
-        std::copy(made.channels.begin(), made.channels.end(), filled.channels);
-        api::give(filled, scores);
-        return {};
-    });
+    return compare(
+        prediction, truth, "truth", 0, flags, SPLAT_FIDELITY_RANGE_1 | SPLAT_FIDELITY_WITH_ALPHA,
+        scores, [&](const ImagePair& pair) -> Result<splat_fidelity_scores> {
+            const priors::FidelityOptions options = {
+                (flags & SPLAT_FIDELITY_RANGE_1) != 0 ? 1.0 : 255.0,
+                (flags & SPLAT_FIDELITY_WITH_ALPHA) != 0};
+            SPLAT_ASSIGN(const priors::FidelityScores made,
+                         priors::information_fidelity(
+                             api::planes_of(pair.first), api::planes_of(pair.second),
+                             pair.first.channels, pair.first.height, pair.first.width, options));
+            splat_fidelity_scores filled{};
+            filled.constant_channels = made.constant;
+            filled.vif = made.vif;
+            std::fill_n(filled.channels, 4, std::numeric_limits<double>::quiet_NaN());
+            std::copy(made.channels.begin(), made.channels.end(), filled.channels);
+            return filled;
+        });
 }
 
 splat_result splat_prior_filter(const splat_image* map, splat_map_filter filter,

@@ -18,10 +18,9 @@ Status check_finite(const char* name, std::span<const float> values) {
 
 splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* desc,
                                 splat_lpips* lpips) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+    return api::with<api::Devices>(device, "device", [&](const auto& owner) -> Status {
         SPLAT_TRY(api::require(lpips, "lpips"));
-        SPLAT_TRY(api::check_desc(desc, "splat_lpips_desc", sizeof(splat_lpips_desc), 0));
+        SPLAT_TRY(api::check_desc(desc, 0));
         if (desc->weight_count == 0)
             return error(Code::kInvalidArgument,
                          "splat_lpips_desc.weight_count is 0, expected at least 1");

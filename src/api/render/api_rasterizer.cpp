@@ -15,7 +15,7 @@ using RasterizerPointer = std::shared_ptr<api::RasterizerObject>;
 using StatePointer = std::shared_ptr<api::RasterStateObject>;
 using CopyPointer = std::shared_ptr<api::SceneCopy>;
 
-Status check_flags(const splat_rasterizer_desc& desc) {
+Status check_raster_flags(const splat_rasterizer_desc& desc) {
     const auto is_set = [&](std::uint32_t bit) { return (desc.flags & bit) != 0; };
     if (desc.convention < 0 || desc.convention > SPLAT_CONVENTION_GSPLAT)
         return error(Code::kInvalidArgument,
@@ -213,7 +213,7 @@ Status forward(api::RasterStateObject& object, const raster::PackedGaussians& sc
 }  // namespace
 
 Result<raster::RasterDesc> api::raster_desc_of(const splat_rasterizer_desc& from) {
-    SPLAT_TRY(check_flags(from));
+    SPLAT_TRY(check_raster_flags(from));
     const auto is_set = [&](std::uint32_t bit) { return (from.flags & bit) != 0; };
     const auto skips = [&](std::uint32_t bit) { return (from.disabled_skips & bit) == 0; };
     raster::RasterDesc desc;

@@ -78,18 +78,15 @@ Status draw(api::DeviceObject& device, api::SceneObject& scene, splat_output out
 splat_result splat_scene_render(splat_scene scene, splat_device device, const splat_camera* cameras,
                                 uint32_t count, const splat_scene_render_desc* desc,
                                 const splat_image* images) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto from, api::Scenes::find(scene, "scene"));
+    return api::with<api::Scenes>(scene, "scene", [&](const auto& from) -> Status {
         splat_scene_render_desc wanted{};
         if (desc != nullptr) {
-            SPLAT_TRY(api::check_desc(desc, "splat_scene_render_desc", sizeof wanted,
-                                      SPLAT_RASTERIZER_ANTIALIASED));
+            SPLAT_TRY(api::check_desc(desc, SPLAT_RASTERIZER_ANTIALIASED));
             wanted = *desc;
         }
         if (wanted.output == 0) wanted.output = SPLAT_OUTPUT_RGB;
         if (count > 0) {
-            SPLAT_TRY(api::require(cameras, "cameras"));
-            SPLAT_TRY(api::require(images, "images"));
+            SPLAT_TRY(api::require(cameras, "cameras", images, "images"));
         }
         std::shared_ptr<api::DeviceObject> owner;
         if (device != nullptr) {

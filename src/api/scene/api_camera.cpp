@@ -22,7 +22,7 @@ Result<scene::OrbitOptions> orbit_options(const splat_orbit_desc* desc) {
     scene::OrbitOptions options;
     options.elevation = 0;
     if (desc == nullptr) return options;
-    SPLAT_TRY(api::check_desc(desc, "splat_orbit_desc", sizeof(splat_orbit_desc), 0));
+    SPLAT_TRY(api::check_desc(desc, 0));
     if (desc->width != 0) options.width = desc->width;
     if (desc->height != 0) options.height = desc->height;
     if (desc->fov_x != 0) options.fov_x = desc->fov_x;
@@ -44,8 +44,7 @@ Result<CameraReading> camera_reading(const splat_camera_file_desc* desc) {
     CameraReading reading;
     reading.options.may_ignore = true;
     if (desc == nullptr) return reading;
-    SPLAT_TRY(api::check_desc(desc, "splat_camera_file_desc", sizeof *desc,
-                              SPLAT_CAMERA_IGNORE_DISTORTION));
+    SPLAT_TRY(api::check_desc(desc, SPLAT_CAMERA_IGNORE_DISTORTION));
     reading.options.ignore_distortion = (desc->flags & SPLAT_CAMERA_IGNORE_DISTORTION) != 0;
     reading.width = desc->width;
     reading.height = desc->height;
@@ -67,7 +66,7 @@ Result<io::CameraSet> load(const char* path, const splat_camera_file_desc* desc)
 
 Result<io::CameraSet> load(const splat_camera_bytes* files, const splat_camera_file_desc* desc) {
     splat_camera_bytes given{};
-    SPLAT_TRY(api::take_input(files, "files", "splat_camera_bytes", sizeof given, given));
+    SPLAT_TRY(api::take_input(files, "files", given));
     SPLAT_TRY(api::require(given.cameras, "splat_camera_bytes.cameras"));
     SPLAT_ASSIGN(const CameraReading reading, camera_reading(desc));
     const auto bytes = [](const void* data, std::size_t size) {
@@ -136,10 +135,7 @@ splat_result splat_camera_from_fov(uint32_t width, uint32_t height, double fov_x
 splat_result splat_camera_look_at(splat_camera* camera, const double* eye, const double* target,
                                   const double* up) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(camera, "camera"));
-        SPLAT_TRY(api::require(eye, "eye"));
-        SPLAT_TRY(api::require(target, "target"));
-        SPLAT_TRY(api::require(up, "up"));
+        SPLAT_TRY(api::require(camera, "camera", eye, "eye", target, "target", up, "up"));
         SPLAT_ASSIGN(const scene::Mat4 pose, scene::look_at(vec3(eye), vec3(target), vec3(up)));
         std::copy(pose.begin(), pose.end(), camera->world_to_camera);
         return {};
@@ -148,8 +144,7 @@ splat_result splat_camera_look_at(splat_camera* camera, const double* eye, const
 
 splat_result splat_camera_from_opengl(splat_camera* camera, const double* camera_to_world) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(camera, "camera"));
-        SPLAT_TRY(api::require(camera_to_world, "camera_to_world"));
+        SPLAT_TRY(api::require(camera, "camera", camera_to_world, "camera_to_world"));
         scene::Mat4 from;
         std::copy_n(camera_to_world, 16, from.begin());
         SPLAT_ASSIGN(const scene::Mat4 pose, scene::opencv_from_opengl(from));
@@ -160,8 +155,7 @@ splat_result splat_camera_from_opengl(splat_camera* camera, const double* camera
 
 splat_result splat_camera_to_opengl(const splat_camera* camera, double* camera_to_world) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(camera, "camera"));
-        SPLAT_TRY(api::require(camera_to_world, "camera_to_world"));
+        SPLAT_TRY(api::require(camera, "camera", camera_to_world, "camera_to_world"));
         scene::Mat4 from;
         std::copy_n(camera->world_to_camera, 16, from.begin());
         SPLAT_ASSIGN(const scene::Mat4 pose, scene::opengl_from_opencv(from));
@@ -172,8 +166,7 @@ splat_result splat_camera_to_opengl(const splat_camera* camera, double* camera_t
 
 splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc, uint32_t count,
                                 splat_camera* cameras) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
         if (count > 0) SPLAT_TRY(api::require(cameras, "cameras"));
         SPLAT_ASSIGN(scene::OrbitOptions options, orbit_options(desc));
         if (count == 0) return {};

@@ -64,8 +64,7 @@ splat_scene add_scene(scene::Gaussians gaussians) {
 /// Replace the Gaussians of a scene by the result of `make`. On failure the scene stays as it was.
 template <class Make>
 splat_result replace(splat_scene scene, Make&& make) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
         const std::lock_guard lock(object->mutex);
         SPLAT_ASSIGN(object->gaussians, make(std::as_const(object->gaussians)));
         object->copies.clear();
@@ -131,7 +130,7 @@ Result<std::vector<scene::Gaussians>> copies_of(const splat_scene* scenes, std::
 splat_result splat_scene_create(const splat_scene_desc* desc, splat_scene* scene) {
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::require(scene, "scene"));
-        SPLAT_TRY(api::check_desc(desc, "splat_scene_desc", sizeof(splat_scene_desc), 0));
+        SPLAT_TRY(api::check_desc(desc, 0));
         SPLAT_ASSIGN(scene::Gaussians gaussians, gaussians_of(*desc));
         *scene = add_scene(std::move(gaussians));
         return {};
@@ -148,8 +147,7 @@ splat_result splat_scene_load_report(splat_scene scene, char* buffer, size_t cap
 }
 
 splat_result splat_scene_read(splat_scene scene, const char* name, float* values, size_t bytes) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
         const std::shared_lock lock(object->mutex);
         SPLAT_ASSIGN(const api::SceneAttribute* attribute,
                      attribute_of(*object, name, values, bytes));
@@ -161,8 +159,7 @@ splat_result splat_scene_read(splat_scene scene, const char* name, float* values
 
 splat_result splat_scene_write(splat_scene scene, const char* name, const float* values,
                                size_t bytes) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
         const std::lock_guard lock(object->mutex);
         SPLAT_ASSIGN(const api::SceneAttribute* attribute,
                      attribute_of(*object, name, values, bytes));
@@ -211,17 +208,14 @@ splat_result splat_scene_transform(splat_scene scene, const splat_similarity* si
 
 splat_result splat_scene_crop(splat_scene scene, const double* low, const double* high) {
     return replace(scene, [&](const scene::Gaussians& from) -> Result<scene::Gaussians> {
-        SPLAT_TRY(api::require(low, "low"));
-        SPLAT_TRY(api::require(high, "high"));
+        SPLAT_TRY(api::require(low, "low", high, "high"));
         return scene::crop(from, {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}});
     });
 }
 
 splat_result splat_scene_filter(splat_scene scene, uint32_t flags, double min_opacity) {
     return replace(scene, [&](const scene::Gaussians& from) -> Result<scene::Gaussians> {
-        constexpr std::uint32_t kKnown = SPLAT_FILTER_FINITE | SPLAT_FILTER_SORT;
-        if ((flags & ~kKnown) != 0)
-            return error(Code::kInvalidArgument, "flags has unknown bits %#x", flags & ~kKnown);
+        SPLAT_TRY(api::check_flags(flags, SPLAT_FILTER_FINITE | SPLAT_FILTER_SORT));
         if (!(min_opacity >= 0 && min_opacity <= 1))
             return error(Code::kInvalidArgument, "min_opacity is %g, expected 0 to 1", min_opacity);
         scene::Gaussians kept = from;
@@ -250,14 +244,12 @@ splat_result splat_scene_merge(const splat_scene* scenes, uint32_t count, splat_
 }
 
 splat_result splat_scene_get_info(splat_scene scene, splat_scene_info* info) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
-        SPLAT_TRY(api::check_info(info, "splat_scene_info", sizeof(splat_scene_info)));
-        const std::shared_lock lock(object->mutex);
-        SPLAT_ASSIGN(const scene::Statistics measured, scene::statistics(object->gaussians));
-        api::give(info_of(measured), info);
-        return {};
-    });
+    return api::describe<api::Scenes>(
+        scene, "scene", info, "info", [&](auto& object) -> Result<splat_scene_info> {
+            const std::shared_lock lock(object.mutex);
+            SPLAT_ASSIGN(const scene::Statistics measured, scene::statistics(object.gaussians));
+            return info_of(measured);
+        });
 }
 
 splat_result splat_scene_destroy(splat_scene scene) {

@@ -28,8 +28,7 @@ Status check_range(const char* field, std::int64_t value, std::int64_t least, st
 Result<splat_scene_file_desc> complete(const splat_scene_file_desc* desc) {
     splat_scene_file_desc full{};
     if (desc == nullptr) return full;
-    SPLAT_TRY(api::check_desc(desc, "splat_scene_file_desc", sizeof full,
-                              SPLAT_SCENE_LENIENT | SPLAT_SCENE_CLAMP));
+    SPLAT_TRY(api::check_desc(desc, SPLAT_SCENE_LENIENT | SPLAT_SCENE_CLAMP));
     SPLAT_TRY(check_range("format", desc->format, 0, std::ssize(io::scene_formats())));
     SPLAT_TRY(check_range("frame", desc->frame, 0, SPLAT_FRAME_LDF));
     SPLAT_TRY(check_range("sh_degree", desc->sh_degree, SPLAT_SH_CONSTANT, scene::kMaxShDegree));
@@ -122,8 +121,7 @@ splat_result splat_scene_formats(char* buffer, size_t capacity, size_t* needed) 
 splat_result splat_scene_load(const char* path, const splat_scene_file_desc* desc,
                               splat_scene* scene) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(scene, "scene"));
-        SPLAT_TRY(api::require(path, "path"));
+        SPLAT_TRY(api::require(scene, "scene", path, "path"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         SPLAT_ASSIGN(const io::Buffer file, io::read_file(path));
         SPLAT_ASSIGN(*scene, load(file, path, full));
@@ -134,8 +132,7 @@ splat_result splat_scene_load(const char* path, const splat_scene_file_desc* des
 splat_result splat_scene_load_memory(const void* data, size_t bytes,
                                      const splat_scene_file_desc* desc, splat_scene* scene) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(scene, "scene"));
-        SPLAT_TRY(api::require(data, "data"));
+        SPLAT_TRY(api::require(scene, "scene", data, "data"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         const io::Bytes file{static_cast<const std::byte*>(data), bytes};
         SPLAT_ASSIGN(*scene, load(file, "memory", full));
@@ -145,8 +142,7 @@ splat_result splat_scene_load_memory(const void* data, size_t bytes,
 
 splat_result splat_scene_save(splat_scene scene, const char* path,
                               const splat_scene_file_desc* desc) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         const io::SceneFormat* format = format_of(full);

@@ -34,8 +34,7 @@ splat_trainer_batch batch_of(const api::BatchesObject& object) {
 
 splat_result splat_batches_create(splat_dataset dataset, const char* config, uint64_t seed,
                                   splat_batches* batches) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto found, api::Datasets::find(dataset, "dataset"));
+    return api::with<api::Datasets>(dataset, "dataset", [&](const auto& found) -> Status {
         SPLAT_TRY(api::require(batches, "batches"));
         SPLAT_ASSIGN(const config::Settings settings,
                      api::training_settings_of(config, config::VectorsFrom::kFiles));
@@ -52,8 +51,7 @@ splat_result splat_batches_create(splat_dataset dataset, const char* config, uin
 }
 
 splat_result splat_batches_next(splat_batches batches, uint64_t step, splat_trainer_batch* batch) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::AllBatches::find(batches, "batches"));
+    return api::with<api::AllBatches>(batches, "batches", [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(batch, "batch"));
         SPLAT_TRY(api::check_filled(*batch, "splat_trainer_batch", sizeof(splat_trainer_batch)));
         SPLAT_ASSIGN(object->batch, object->source->get(step));

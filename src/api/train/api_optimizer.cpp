@@ -186,10 +186,9 @@ splat_result give_weights(splat_optimizer optimizer, const char* argument, splat
 
 splat_result splat_optimizer_create(splat_device device, const splat_optimizer_desc* desc,
                                     splat_optimizer* optimizer) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+    return api::with<api::Devices>(device, "device", [&](const auto& owner) -> Status {
         SPLAT_TRY(api::require(optimizer, "optimizer"));
-        SPLAT_TRY(api::check_desc(desc, "splat_optimizer_desc", sizeof(splat_optimizer_desc), 0));
+        SPLAT_TRY(api::check_desc(desc, 0));
         SPLAT_TRY(check_schedule(*desc));
         if (desc->item_count > 0)
             SPLAT_TRY(api::require(desc->items, "splat_optimizer_desc.items"));
@@ -223,8 +222,7 @@ splat_result splat_optimizer_create(splat_device device, const splat_optimizer_d
 
 splat_result splat_optimizer_step(splat_optimizer optimizer, splat_optimizer_info* info) {
     return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
-        if (info != nullptr)
-            SPLAT_TRY(api::check_info(info, "splat_optimizer_info", sizeof(splat_optimizer_info)));
+        if (info != nullptr) SPLAT_TRY(api::check_fill(info, "info"));
         SPLAT_TRY(check_tensors(object));
         for (const auto& tensor : object.tensors) tensor->written();
         SPLAT_TRY(object.optimiser->step(object.last));
@@ -238,8 +236,7 @@ splat_result splat_optimizer_step(splat_optimizer optimizer, splat_optimizer_inf
 splat_result splat_optimizer_gather_rows(splat_optimizer optimizer, const char* pattern,
                                          const int64_t* rows, uint64_t count) {
     return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
-        SPLAT_TRY(api::require(pattern, "pattern"));
-        SPLAT_TRY(api::require(rows, "rows"));
+        SPLAT_TRY(api::require(pattern, "pattern", rows, "rows"));
         SPLAT_ASSIGN(const std::vector<std::size_t> found,
                      train::find_parameters(object.optimiser->parameters(), pattern));
         SPLAT_TRY(check_tensors(object));
@@ -269,12 +266,9 @@ splat_result splat_optimizer_set_rate(splat_optimizer optimizer, double rate) {
 }
 
 splat_result splat_optimizer_get_info(splat_optimizer optimizer, splat_optimizer_info* info) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Optimizers::find(optimizer, "optimizer"));
-        SPLAT_TRY(api::check_info(info, "splat_optimizer_info", sizeof(splat_optimizer_info)));
-        const std::lock_guard lock(object->info_mutex);
-        api::give(object->info, info);
-        return {};
+    return api::describe<api::Optimizers>(optimizer, "optimizer", info, "info", [](auto& object) {
+        const std::lock_guard lock(object.info_mutex);
+        return object.info;
     });
 }
 

@@ -82,12 +82,12 @@ struct Later {
 
 /// A parameter as its annotation describes it.
 struct Parameter {
-    explicit Parameter(const std::string& text);  ///< as calls.inc has it
+    explicit Parameter(const std::string& text);  ///< text: one parameter in calls.inc
 
     std::string name;
     bool nullable;
     std::optional<std::uint32_t> flags;    ///< known bits
-    std::optional<std::int32_t> greatest;  ///< of an enum
+    std::optional<std::int32_t> greatest;  ///< the last value of its enum
 };
 
 /// Live and destroyed objects, and the wrong calls: those that follow from the annotations, made from one right

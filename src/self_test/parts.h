@@ -6,7 +6,7 @@
 
 /// The computations of the self-test. Each returns its greatest error, relative to values of about 1, or infinity if a
 /// result is not a number. Errors: those of the calls.
-namespace splat::api::self_test {
+namespace splat::self_test {
 
 using Floats = std::vector<float>;
 using Doubles = std::vector<double>;
@@ -27,6 +27,8 @@ Result<double> raster_gradient_error(vk::Context& context);
 
 /// Small integers in an order without pattern, so that sums of their products are exact.
 Floats integers(std::size_t count, std::uint32_t seed);
+
+Doubles wide(const Floats& values);
 
 /// Greatest |a - b|; infinite if it is not a number.
 double distance(const Floats& a, const Doubles& b);
@@ -54,4 +56,4 @@ class Trial {
     vk::Recorder recorder_;
 };
 
-}  // namespace splat::api::self_test
+}  // namespace splat::self_test

@@ -1,19 +1,19 @@
-#include "api/core/self_test.h"
+#include "self_test/self_test.h"
 
 #include <filesystem>
 #include <fstream>
 #include <mutex>
 #include <set>
 
-#include "api/core/self_test_parts.h"
 #include "core/environment.h"
 #include "core/fault.h"
 #include "core/fork.h"
 #include "core/log.h"
+#include "self_test/parts.h"
 #include "splat.h"
 #include "vk/pipeline_cache_file.h"
 
-namespace splat::api {
+namespace splat::self_test {
 namespace {
 
 struct Part {
@@ -25,19 +25,19 @@ struct Part {
 };
 
 constexpr Part kParts[] = {
-    {kNetworkKernels, "network", "a product of matrices", self_test::linear_error, 0},
-    {kNetworkKernels, "network", "a convolution", self_test::convolution_error, 0},
-    {kNetworkKernels, "network", "a group normalisation", self_test::group_norm_error, 1e-6},
-    {kNetworkKernels, "network", "an attention", self_test::attention_error, 1e-5},
+    {kNetworkKernels, "network", "a product of matrices", linear_error, 0},
+    {kNetworkKernels, "network", "a convolution", convolution_error, 0},
+    {kNetworkKernels, "network", "a group normalisation", group_norm_error, 1e-6},
+    {kNetworkKernels, "network", "an attention", attention_error, 1e-5},
     {kNetworkGradientKernels, "network_gradient", "the gradient of a convolution",
-     self_test::convolution_gradient_error, 0},
+     convolution_gradient_error, 0},
     {kNetworkGradientKernels, "network_gradient", "the gradient of a group normalisation",
-     self_test::group_norm_gradient_error, 1e-5},
+     group_norm_gradient_error, 1e-5},
     {kNetworkGradientKernels, "network_gradient", "the gradient of an attention",
-     self_test::attention_gradient_error, 1e-5},
-    {kRasterKernels, "raster", "a scene of three Gaussians", self_test::raster_error, 5e-3},
+     attention_gradient_error, 1e-5},
+    {kRasterKernels, "raster", "a scene of three Gaussians", raster_error, 5e-3},
     {kRasterGradientKernels, "raster_gradient", "the gradient of a scene of three Gaussians",
-     self_test::raster_gradient_error, 5e-3}};
+     raster_gradient_error, 5e-3}};
 
 /// Results of this process: a driver, kernels and a family, or a driver and kernels. Locked for no longer than a
 /// look, as a fork waits for it.
@@ -69,8 +69,8 @@ Results& failed() {
 
 std::string key_of(vk::Context& context) {
     const vk::DeviceInfo& info = context.device().info();
-    return std::string(splat_version_string()) + " " + info.driver + " " +
-           std::to_string(info.driver_version) + " " + info.name + " " +
+    return format("%d.%d.%d ", SPLAT_VERSION_MAJOR, SPLAT_VERSION_MINOR, SPLAT_VERSION_PATCH) +
+           info.driver + " " + std::to_string(info.driver_version) + " " + info.name + " " +
            vk::kernels_name(context.device().kernels());
 }
 
@@ -184,4 +184,4 @@ Status test_kernels(vk::Context& context, KernelTests& tests, unsigned families)
     return {};
 }
 
-}  // namespace splat::api
+}  // namespace splat::self_test

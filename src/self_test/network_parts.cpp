@@ -1,12 +1,14 @@
 #include <algorithm>
-#include <cmath>
 
-#include "api/core/self_test_parts.h"
 #include "ops/conv2d.h"
 #include "ops/group_norm.h"
 #include "ops/linear.h"
+#include "ref/conv2d_ref.h"
+#include "ref/group_norm_ref.h"
+#include "ref/linear_ref.h"
+#include "self_test/parts.h"
 
-namespace splat::api::self_test {
+namespace splat::self_test {
 namespace {
 
 /// A 3 x 3 convolution of 12 x 10 pixels, 12 channels to 20, and its gradients, by the definition.
@@ -16,19 +18,8 @@ struct Convolution {
     Floats x = integers(kC * kP, 7), weight = integers(kK * kC * 9, 8), bias = integers(kK, 9);
     Floats grad_y = integers(kK * kP, 10);
 
-    /// Calls use(index of x, of weight, of y) for each product.
-    template <class Use>
-    static void for_products(const Use& use) {
-        for (std::size_t k = 0; k < kK; ++k)
-            for (std::size_t c = 0; c < kC; ++c)
-                for (std::size_t tap = 0; tap < 9; ++tap)
-                    for (std::size_t p = 0; p < kP; ++p) {
-                        const std::size_t row = p / kW + tap / 3, column = p % kW + tap % 3;
-                        if (row < 1 || row > kH || column < 1 || column > kW) continue;
-                        use(c * kP + (row - 1) * kW + column - 1, (k * kC + c) * 9 + tap,
-                            k * kP + p);
-                    }
-    }
+    ref::Conv2dInput<double> reference{{1, kC, kH, kW, kK, 3}, 1,          wide(x),
+                                       wide(weight),           wide(bias), {}};
 };
 
 Result<vk::BufferView> prepared_weight(Trial& trial, const Convolution& of, bool transposed) {
@@ -46,19 +37,8 @@ struct Norm {
     ops::GroupNormDesc desc{{1, kC, kP}, 4, 1e-6F, false};
     Floats x = integers(kC * kP, 4), gamma = integers(kC, 5), beta = integers(kC, 6);
     Floats grad_y = integers(kC * kP, 11);
-    Doubles rstd = Doubles(4), xhat = Doubles(kC * kP);
-
-    Norm() {
-        for (std::size_t g = 0; g < 4; ++g) {
-            double mean = 0, square = 0;
-            for (std::size_t i = g * kGroup; i < (g + 1) * kGroup; ++i) mean += wide(x[i]) / kGroup;
-            for (std::size_t i = g * kGroup; i < (g + 1) * kGroup; ++i)
-                square += std::pow(wide(x[i]) - mean, 2) / kGroup;
-            rstd[g] = 1 / std::sqrt(square + 1e-6);
-            for (std::size_t i = g * kGroup; i < (g + 1) * kGroup; ++i)
-                xhat[i] = (wide(x[i]) - mean) * rstd[g];
-        }
-    }
+    ref::GroupNormInput<double> reference{{1, kC, kP, 4}, 1e-6,        false,
+                                          wide(x),        wide(gamma), wide(beta)};
 };
 
 struct NormViews {
@@ -84,13 +64,6 @@ Result<NormViews> record_norm(Trial& trial, const Norm& norm) {
 Result<double> linear_error(vk::Context& context) {
     const ops::LinearDesc desc{37, 28, 19, true, 1};
     const Floats x = integers(28 * 37, 1), weight = integers(19 * 28, 2), bias = integers(20, 3);
-    Doubles expected(19 * 37);
-    for (std::size_t o = 0; o < 19; ++o)
-        for (std::size_t r = 0; r < 37; ++r) {
-            double& sum = expected[o * 37 + r] = wide(bias[o]);
-            for (std::size_t k = 0; k < 28; ++k)
-                sum += wide(weight[o * 28 + k]) * wide(x[k * 37 + r]);
-        }
     Trial trial(context);
     SPLAT_ASSIGN(const vk::BufferView at_x, trial.put(to_quads(x, 28, 37)));
     SPLAT_ASSIGN(vk::BufferView at_weight, trial.put(weight));
@@ -104,17 +77,21 @@ Result<double> linear_error(vk::Context& context) {
     }
     SPLAT_TRY(ops::linear_forward(trial.recorder(), desc, at_x, at_weight, at_bias, y));
     SPLAT_TRY(trial.run());
+    Floats rows(x.size());  // [rows,in] of the columns
+    for (std::size_t i = 0; i < x.size(); ++i) rows[i % 37 * 28 + i / 37] = x[i];
+    const Doubles y_rows =
+        ref::linear_forward<double>(
+            {{37, 28, 19}, wide(rows), wide(weight), wide(Floats(bias.begin(), bias.end() - 1))})
+            .value;
+    Doubles expected(y_rows.size());
+    for (std::size_t i = 0; i < expected.size(); ++i) expected[i] = y_rows[i % 37 * 19 + i / 37];
     return trial.error(y, 19, 37, expected);
 }
 
 Result<double> convolution_error(vk::Context& context) {
     using C = Convolution;
     const C of;
-    Doubles expected(C::kK * C::kP);
-    for (std::size_t i = 0; i < expected.size(); ++i) expected[i] = wide(of.bias[i / C::kP]);
-    C::for_products([&](std::size_t x, std::size_t weight, std::size_t y) {
-        expected[y] += wide(of.x[x]) * wide(of.weight[weight]);
-    });
+    const Doubles expected = ref::conv2d_forward(of.reference).value;
     Trial trial(context);
     SPLAT_ASSIGN(const vk::BufferView x, trial.put(to_quads(of.x, C::kC, C::kP)));
     SPLAT_ASSIGN(const vk::BufferView weight, prepared_weight(trial, of, false));
@@ -130,11 +107,9 @@ Result<double> convolution_error(vk::Context& context) {
 Result<double> convolution_gradient_error(vk::Context& context) {
     using C = Convolution;
     const C of;
-    Doubles by_x(of.x.size()), by_weight(of.weight.size());
-    C::for_products([&](std::size_t x, std::size_t weight, std::size_t y) {
-        by_x[x] += wide(of.grad_y[y]) * wide(of.weight[weight]);
-        by_weight[weight] += wide(of.grad_y[y]) * wide(of.x[x]);
-    });
+    const auto expected = ref::conv2d_backward(of.reference, wide(of.grad_y));
+    const Doubles& by_x = expected.grad_x.value;
+    const Doubles& by_weight = expected.grad_weight.value;
     Trial trial(context);
     SPLAT_ASSIGN(const vk::BufferView x, trial.put(to_quads(of.x, C::kC, C::kP)));
     SPLAT_ASSIGN(const vk::BufferView grad_y, trial.put(to_quads(of.grad_y, C::kK, C::kP)));
@@ -157,9 +132,7 @@ Result<double> convolution_gradient_error(vk::Context& context) {
 
 Result<double> group_norm_error(vk::Context& context) {
     const Norm norm;
-    Doubles expected(norm.xhat.size());
-    for (std::size_t i = 0; i < expected.size(); ++i)
-        expected[i] = norm.xhat[i] * wide(norm.gamma[i / Norm::kP]) + wide(norm.beta[i / Norm::kP]);
+    const Doubles expected = ref::group_norm_forward(norm.reference).y.value;
     Trial trial(context);
     SPLAT_ASSIGN(const NormViews at, record_norm(trial, norm));
     SPLAT_TRY(trial.run());
@@ -169,19 +142,9 @@ Result<double> group_norm_error(vk::Context& context) {
 
 Result<double> group_norm_gradient_error(vk::Context& context) {
     const Norm norm;
-    Doubles by_x(norm.x.size()), by_gamma(Norm::kC);
-    for (std::size_t g = 0; g < 4; ++g) {
-        double a = 0, b = 0;  // means of gamma grad_y, and of its product with xhat
-        for (std::size_t i = g * Norm::kGroup; i < (g + 1) * Norm::kGroup; ++i) {
-            const double by_hat = wide(norm.gamma[i / Norm::kP]) * wide(norm.grad_y[i]);
-            a += by_hat / Norm::kGroup;
-            b += by_hat * norm.xhat[i] / Norm::kGroup;
-            by_gamma[i / Norm::kP] += wide(norm.grad_y[i]) * norm.xhat[i];
-        }
-        for (std::size_t i = g * Norm::kGroup; i < (g + 1) * Norm::kGroup; ++i)
-            by_x[i] = norm.rstd[g] * (wide(norm.gamma[i / Norm::kP]) * wide(norm.grad_y[i]) - a -
-                                      norm.xhat[i] * b);
-    }
+    const auto expected = ref::group_norm_backward(norm.reference, wide(norm.grad_y));
+    const Doubles& by_x = expected.grad_x.value;
+    const Doubles& by_gamma = expected.grad_gamma.value;
     Trial trial(context);
     SPLAT_ASSIGN(const NormViews at, record_norm(trial, norm));
     SPLAT_ASSIGN(const vk::BufferView grad_y, trial.put(to_quads(norm.grad_y, Norm::kC, Norm::kP)));
@@ -198,4 +161,4 @@ Result<double> group_norm_gradient_error(vk::Context& context) {
     return std::max(error / 20, distance(got, by_gamma) / 200);  // the values reach 20 and 200
 }
 
-}  // namespace splat::api::self_test
+}  // namespace splat::self_test

@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "api/core/self_test_parts.h"
 #include "raster/pack.h"
 #include "raster/rasterizer.h"
+#include "self_test/parts.h"
 
-namespace splat::api::self_test {
+namespace splat::self_test {
 namespace {
 
 /// Three round Gaussians on the optical axis, the farthest first, in an image of 24 x 16 pixels. Each covers a pixel at
@@ -140,4 +140,4 @@ Result<double> raster_gradient_error(vk::Context& context) {
                     distance(colors, axis.color_gradients) / largest(axis.color_gradients));
 }
 
-}  // namespace splat::api::self_test
+}  // namespace splat::self_test

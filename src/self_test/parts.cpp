@@ -1,10 +1,10 @@
-#include "api/core/self_test_parts.h"
+#include "self_test/parts.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace splat::api::self_test {
+namespace splat::self_test {
 
 Floats integers(std::size_t count, std::uint32_t seed) {
     Floats values(count);
@@ -14,6 +14,10 @@ Floats integers(std::size_t count, std::uint32_t seed) {
         value = static_cast<float>(static_cast<int>(state >> 28) - 8);
     }
     return values;
+}
+
+Doubles wide(const Floats& values) {
+    return Doubles(values.begin(), values.end());
 }
 
 double distance(const Floats& a, const Doubles& b) {
@@ -67,4 +71,4 @@ Result<double> Trial::error(const vk::BufferView& view, std::size_t c, std::size
     return distance(rows, expected);
 }
 
-}  // namespace splat::api::self_test
+}  // namespace splat::self_test

@@ -5,7 +5,7 @@
 
 #include "vk/context.h"
 
-namespace splat::api {
+namespace splat::self_test {
 
 /// Kernels that are tested together, as bits: those of networks and operators, of the rasterizer, and of their
 /// gradients.
@@ -41,4 +41,4 @@ Result<std::shared_ptr<vk::Context>> create_context(const vk::ContextDesc& desc,
 /// families, whose data has the layout of the kernels that failed.
 Status test_kernels(vk::Context& context, KernelTests& tests, unsigned families);
 
-}  // namespace splat::api
+}  // namespace splat::self_test
