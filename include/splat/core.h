@@ -159,7 +159,8 @@ SPLAT_API splat_result splat_log_set_callback(splat_log_callback callback, void*
 /* ---- Limits of decoding ---------------------------------------------------------------------- */
 
 /* What a file may cost when it is read, by this process and whatever reads it: a small file can ask
- * for all memory or for hours. A size is compared before it is allocated. */
+ * for all memory or for hours. A size is compared before it is allocated, but for the tables of a
+ * WebP file's codes, which take up to 400 MB. */
 typedef struct splat_decode_limits {
     uint32_t struct_size;
     uint32_t flags;            /* 0 */

@@ -96,7 +96,7 @@ Result<fs::path> category_folder(const ReaderDesc& desc) {
     return there ? status : no_split(desc, status);
 }
 
-Result<io::NpzFile> load_npz(const fs::path& path) {
+Result<io::WeightsFile> load_npz(const fs::path& path) {
     const auto source = io::open_source(path.string());
     SPLAT_TRY(as_damage(source.status()));
     return in_file(io::read_npz(*source.value()), path.string());
@@ -242,8 +242,8 @@ class Co3dReader : public ObjectsReader<Sequence> {
         return true;
     }
 
-    io::NpzFile rotations_;
-    io::NpzFile translations_;
+    io::WeightsFile rotations_;
+    io::WeightsFile translations_;
 };
 
 }  // namespace

@@ -25,7 +25,7 @@ fs::path list_path(const fs::path& category, const std::string& split) {
     return category / ("softras_" + split + ".lst");
 }
 
-Result<scene::Mat4> pose_at(const io::NpzFile& file, std::size_t view) {
+Result<scene::Mat4> pose_at(const io::WeightsFile& file, std::size_t view) {
     const io::NamedTensor* matrix = file.tensors.find("world_mat_inv_" + std::to_string(view));
     if (matrix != nullptr) return pose_of_nmr(matrix->values);
     matrix = file.tensors.find("world_mat_" + std::to_string(view));
@@ -38,7 +38,7 @@ Result<scene::Mat4> pose_at(const io::NpzFile& file, std::size_t view) {
     return pose_of_nmr(values);
 }
 
-Status check_focal(const io::NpzFile& file, std::size_t view) {
+Status check_focal(const io::WeightsFile& file, std::size_t view) {
     const io::NamedTensor* lens = file.tensors.find("camera_mat_" + std::to_string(view));
     if (lens == nullptr || lens->values.empty()) return {};
     const std::size_t columns = lens->values.size() == 16 ? 4 : 3;  // the matrix is [4,4] or [3,3]

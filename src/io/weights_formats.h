@@ -25,8 +25,6 @@ Result<FilePieces> write_safetensors(NamedTensors&& tensors, const Metadata& met
 /// The first bytes of such a file.
 bool is_safetensors(Bytes head);
 
-using NpzFile = WeightsFile;
-
 /// A .npz file, stored or deflated: an archive of .npy arrays, named after its members. Texts are
 /// ignored, with a warning.
 ///

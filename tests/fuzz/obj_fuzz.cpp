@@ -11,8 +11,7 @@ void check(io::Bytes file) {
     const auto read = io::read_obj(file);
     if (!fuzz::accepted(read.status())) return;
     const io::Mesh& mesh = read.value();
-    for (const auto& vertex : mesh.vertices)
-        for (const double x : vertex) fuzz::require(std::isfinite(x));
+    for (const scene::Vec3& vertex : mesh.vertices) fuzz::require(scene::is_finite(vertex));
     for (const auto& triangle : mesh.triangles)
         for (const std::uint32_t index : triangle) fuzz::require(index < mesh.vertices.size());
 }

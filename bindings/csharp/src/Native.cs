@@ -2723,7 +2723,8 @@ namespace Splat.Interop
 
     /// <summary>
     /// What a file may cost when it is read, by this process and whatever reads it: a small file can ask
-    /// for all memory or for hours. A size is compared before it is allocated.
+    /// for all memory or for hours. A size is compared before it is allocated, but for the tables of a
+    /// WebP file's codes, which take up to 400 MB.
     /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_decode_limits

@@ -725,7 +725,8 @@ pub type splat_progress_callback =
 
 /// ```text
 /// What a file may cost when it is read, by this process and whatever reads it: a small file can ask
-/// for all memory or for hours. A size is compared before it is allocated.
+/// for all memory or for hours. A size is compared before it is allocated, but for the tables of a
+/// WebP file's codes, which take up to 400 MB.
 /// ```
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
