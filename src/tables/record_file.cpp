@@ -49,8 +49,9 @@ Result<int> open_sized(const std::string& path, const io::Buffer& header, std::u
 }
 
 /// The file begins with this header and has `bytes` bytes after it.
-Result<std::shared_ptr<const io::Source>> open_checked(const std::string& path, const io::Buffer& header,
-                                                 std::uint64_t bytes) {
+Result<std::shared_ptr<const io::Source>> open_checked(const std::string& path,
+                                                       const io::Buffer& header,
+                                                       std::uint64_t bytes) {
     SPLAT_ASSIGN(auto file, io::open_source(path, kNoLimit));
     io::Buffer found(std::min<std::uint64_t>(header.size(), file->size()));
     SPLAT_TRY(file->read(0, found));
