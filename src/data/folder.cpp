@@ -6,7 +6,6 @@
 #include "io/file.h"
 #include "io/folder.h"
 #include "io/photo/image_file.h"
-#include "io/reader.h"
 #include "scene/camera_pose.h"
 
 namespace splat::data {
@@ -87,10 +86,6 @@ Result<std::vector<std::string>> candidates_in(const fs::path& folder) {
         if (entry.kind == io::PathKind::kFolder || entry.kind == io::PathKind::kBrokenLink)
             names.push_back(entry.name);
     return names;
-}
-
-Status in_file(const Status& status, const std::string& place) {
-    return status.ok() ? status : Status(status.code(), "'" + place + "': " + status.message());
 }
 
 Result<scene::Mat4> affine(std::span<const float> values) {

@@ -93,9 +93,7 @@ Result<io::Image> first_image(const fs::path& folder, std::string_view text) {
 /// Pixels; 0: not known.
 Result<double> exif_focal(const fs::path& folder, const std::string& name) {
     SPLAT_ASSIGN(const std::string path, image_path(folder, name));
-    io::ImageOptions header;
-    header.header_only = true;
-    SPLAT_ASSIGN(const io::Image image, io::load_image(path, header));
+    SPLAT_ASSIGN(const io::Image image, io::load_image(path, {.header_only = true}));
     return image.focal;
 }
 

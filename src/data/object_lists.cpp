@@ -1,6 +1,7 @@
 #include "data/object_lists.h"
 
 #include <charconv>
+#include <sstream>
 
 #include "core/json_tree.h"
 #include "core/shown.h"
@@ -12,22 +13,6 @@ namespace splat::data {
 namespace {
 
 constexpr std::uint64_t kMaxListFileBytes = 1U << 26;
-
-/// The words of a line.
-std::vector<std::string> words_in(std::string_view line) {
-    std::vector<std::string> words;
-    std::string word;
-    for (const char c : line) {
-        if (c != ' ' && c != '\t') {
-            word += c;
-        } else if (!word.empty()) {
-            words.push_back(std::move(word));
-            word.clear();
-        }
-    }
-    if (!word.empty()) words.push_back(std::move(word));
-    return words;
-}
 
 bool read_whole(std::string_view text, std::uint32_t& number) {
     const char* const end = text.data() + text.size();
@@ -110,19 +95,16 @@ Result<std::vector<SourceView>> load_source_views(const std::string& path) {
     std::size_t line = 1;
     for (std::size_t at = 0; at < text.size(); ++line) {
         const std::size_t end = std::min(text.find('\n', at), text.size());
-        std::string_view content = text.substr(at, end - at);
-        if (content.ends_with('\r')) content.remove_suffix(1);
+        std::istringstream words(std::string(text.substr(at, end - at)));
         at = end + 1;
-        std::vector<std::string> words = words_in(content);
-        if (words.empty()) continue;
         SourceView view;
-        const bool three = words.size() == 3;
-        if (!three || !read_whole(words[2], view.view) || !is_folder_name(words[0]) ||
-            !is_folder_name(words[1]))
+        std::string number, more;
+        if (!(words >> view.category)) continue;
+        const bool three = words >> view.object >> number && !(words >> more);
+        if (!three || !read_whole(number, view.view) || !is_folder_name(view.category) ||
+            !is_folder_name(view.object))
             return error(Code::kFormat, "'%s': line %zu is not 'category object view'",
                          path.c_str(), line);
-        view.category = std::move(words[0]);
-        view.object = std::move(words[1]);
         if (!seen.insert(view.category + "/" + view.object).second)
             return error(Code::kFormat, "'%s': line %zu names an object for the second time",
                          path.c_str(), line);

@@ -30,9 +30,7 @@ std::uint32_t side_of(std::uint64_t bytes, std::uint32_t channels) {
 
 /// Errors: kFormat for an image of another size, whose pixels are then not decoded.
 Status check_side(std::string_view file, std::uint32_t side) {
-    io::ImageOptions header;
-    header.header_only = true;
-    SPLAT_ASSIGN(const io::Image image, io::read_image(io::as_bytes(file), header));
+    SPLAT_ASSIGN(const io::Image image, io::read_image(io::as_bytes(file), {.header_only = true}));
     if (image.width == side && image.height == side) return {};
     return error(Code::kFormat, "%u x %u pixels, expected %u x %u", image.width, image.height, side,
                  side);
@@ -146,9 +144,7 @@ class Import {
     static Result<std::uint32_t> side_of_row(const TableReader& table, std::size_t file,
                                              const TableRow& row) {
         if (table.encoded(file)) {
-            io::ImageOptions header;
-            header.header_only = true;
-            const auto image = io::read_image(io::as_bytes(row.value), header);
+            const auto image = io::read_image(io::as_bytes(row.value), {.header_only = true});
             if (!image.ok()) return table.in_row(file, row.number, image.status());
             return image.value().width;
         }
