@@ -61,6 +61,38 @@ constexpr Key resumable(Key key) {
     return key;
 }
 
+constexpr Key harmless(Key key) {
+    key.harmless = true;
+    return key;
+}
+
+constexpr Key where(const Condition& condition, Key key) {
+    key.where = &condition;
+    return key;
+}
+
+constexpr Condition kModulated{
+    [](const Settings& s) { return s.network.embedding != Embedding::kNone; },
+    "where cam_embd.embedding is none"};
+constexpr Condition kCustom{
+    [](const Settings& s) { return s.network.embedding == Embedding::kCustom; },
+    "without data.custom_embedding"};
+constexpr Condition kTokens{[](const Settings& s) { return s.network.token_dim > 0; },
+                            "where model.token_dim is 0"};
+constexpr Condition kStepped{[](const Settings& s) {
+                                 return s.training.schedule == Schedule::kStep ||
+                                        s.training.step_lr_at == 0;
+                             },
+                             "unless opt.lr_schedule is step"};
+constexpr Condition kLpips{[](const Settings& s) { return s.training.lpips_weight > 0; },
+                           "while opt.lambda_lpips is 0"};
+constexpr Condition kEdges{[](const Settings& s) { return s.training.edge_weight > 0; },
+                           "while opt.lambda_edge is 0"};
+constexpr Condition kAverage{[](const Settings& s) { return s.training.ema; },
+                             "while opt.ema.use is false"};
+constexpr Condition kAdapted{[](const Settings& s) { return s.network.lora.rank > 0; },
+                             "while opt.lora_finetune is false: all parameters are trained"};
+
 /// A word that is checked but not stored.
 constexpr Field kOnlyChecked{KeyType::kChoice, Part::kNetwork,
                              [](const Config& config, const Key& key, Settings&) {
@@ -144,13 +176,13 @@ constexpr Key kDataKeys[] = {
     {"data.custom_embedding",
      by_rule(Part::kNetwork, [](const P& c) { return c.embedding == Embedding::kCustom; }), kAll,
      kPublished, "Vectors of data.embedding_file take the place of the embedding of poses."},
-    {"data.embedding_file", kTraining<&T::embedding_file>, kAll, kOurs,
-     "Vectors of a custom embedding: .safetensors or .npz with an array [views, 6 "
-     "cam_embd.dimension] for each object, named 'split/object' or by the object; a path, or one "
-     "in "
-     "the folder of the data."},
-    {"data.tokens_file", kTraining<&T::tokens_file>, kAll, kOurs,
-     "Tokens of the views, in the same way: arrays [views, model.token_dim, model.tokens]."},
+    where(kCustom, {"data.embedding_file", kTraining<&T::embedding_file>, kAll, kOurs,
+                    "Vectors of a custom embedding: .safetensors or .npz with an array [views, 6 "
+                    "cam_embd.dimension] for each object, named 'split/object' or by the object; a "
+                    "path, or one in the folder of the data."}),
+    where(kTokens,
+          {"data.tokens_file", kTraining<&T::tokens_file>, kAll, kOurs,
+           "Tokens of the views, in the same way: arrays [views, model.token_dim, model.tokens]."}),
     resumable({"data.root", kTraining<&T::root>, kAll, kOurs, "Folder of the data set."}),
     {"data.format", kTraining<&T::format>, kAll, kOurs,
      "Format of the data set; empty: detected from its files."},
@@ -159,23 +191,20 @@ constexpr Key kDataKeys[] = {
 constexpr Key kListKeys[] = {
     {"data.objects_file", kTraining<&T::objects_file>, kAll, kOurs,
      "Objects of Objaverse in their order, before they are split: a JSON array of names, such as "
-     "the published list of "
-     "LVIS; a path, or one in the folder of the data."},
+     "the published list of LVIS; a path, or one in the folder of the data."},
     {"data.excluded_file", kTraining<&T::excluded_file>, kAll, kOurs,
      "Sequences of CO3D to leave out: any text with their names, such as bad_sequences.py of "
      "Splatter Image."},
     {"data.views_file", kTraining<&T::views_file>, kAll, kOurs,
      "Test objects of NMR in their order, and the view that predictions start from: lines "
-     "'category object view', such "
-     "as src_dvr.txt of PixelNeRF."},
+     "'category object view', such as src_dvr.txt of PixelNeRF."},
 };
 
 constexpr Key kSourceKeys[] = {
     {"data.category", kTraining<&T::category>, kAll, kPublished,
      "Name of the data set; cars, cars_priors, chairs, nmr, objaverse, gso, hydrants and "
-     "teddybears "
-     "imply their depths, field of view, background and image size, the last two also the geometry "
-     "and losses of CO3D."},
+     "teddybears imply their depths, field of view, background and image size, the last two also "
+     "the geometry and losses of CO3D."},
     {"data.subset", kSubset, kAll, kPublished, "Objects used, the first in order; 0 or less: all."},
     {"data.allow_missing", kTraining<&T::allow_missing>, kAll, kOurs,
      "Leave objects out that lack a file, and name them, instead of refusing the data set."},
@@ -183,22 +212,25 @@ constexpr Key kSourceKeys[] = {
      "Images and renders have a white background instead of a black one."},
     resumable({"data.cache_mib", kTraining<&T::cache_mib>, kSteps, kOurs,
                "Host memory for decoded images, in MiB."}),
-    unused<std::string>("data.name", "Name of the data set for the loader."),
-    unused<std::string>("data.split", "Part of the data set."),
+    harmless(unused<std::string>("data.name", "Name of the data set for the loader.")),
+    harmless(unused<std::string>("data.split", "Part of the data set.")),
 };
 
 constexpr Key kEmbeddingKeys[] = {
     {"cam_embd.embedding", kEmbedding, words("none, pose, index"), kPublished,
      "What modulates the blocks of the network: nothing (or null), camera poses, indices of "
      "views."},
-    {"cam_embd.dimension", kNetwork<&P::embedding_dim>, kCount, kPublished,
-     "Sines and cosines per number; with an embedding an even number from 2 to 64."},
-    {"cam_embd.film", kNetwork<&P::film>, words("reference, affine"), kOurs,
-     "How an embedding enters a block: as published weights need it, or gamma * norm(x) + beta."},
-    {"cam_embd.method", kOnlyChecked, words("film, concat"), kPublished,
-     "With an embedding it must be film.", "\"film\"", false},
-    {"cam_embd.encode_embedding", kOnlyChecked, words("positional, fourier"), kPublished,
-     "With an embedding that is not the caller's it must be positional.", "\"positional\"", false},
+    where(kModulated,
+          {"cam_embd.dimension", kNetwork<&P::embedding_dim>, kCount, kPublished,
+           "Sines and cosines per number; with an embedding an even number from 2 to 64."}),
+    where(kModulated, {"cam_embd.film", kNetwork<&P::film>, words("reference, affine"), kOurs,
+                       "How an embedding enters a block: as published weights need it, or gamma * "
+                       "norm(x) + beta."}),
+    harmless({"cam_embd.method", kOnlyChecked, words("film, concat"), kPublished,
+              "With an embedding it must be film.", "\"film\"", false}),
+    harmless({"cam_embd.encode_embedding", kOnlyChecked, words("positional, fourier"), kPublished,
+              "With an embedding that is not the caller's it must be positional.", "\"positional\"",
+              false}),
 };
 
 constexpr Key kModelKeys[] = {
@@ -261,9 +293,9 @@ constexpr Key kModelKeys[] = {
      kPublished,
      "The opposite of model.network_without_offset; one of the two is enough.",
      "true"},
-    unused<std::string>("model.name", "Class of the network."),
-    unused<std::uint32_t>("model.out_channels",
-                          "Channels of the network's output, which follow from other keys."),
+    harmless(unused<std::string>("model.name", "Class of the network.")),
+    harmless(unused<std::uint32_t>(
+        "model.out_channels", "Channels of the network's output, which follow from other keys.")),
 };
 
 constexpr Key kAdapterKeys[] = {
@@ -271,17 +303,17 @@ constexpr Key kAdapterKeys[] = {
      "Parts of names of parameters that are never trained."},
     {"opt.lora_finetune", by_rule(Part::kAdapters, [](const P& c) { return c.lora.rank > 0; }),
      kAll, kPublished, "Train low-rank adapters instead of the parameters.", "false"},
-    {"opt.lora_rank", kAdapters<&LoraConfig::rank>, kCount, kPublished,
-     "Rank of the adapters, 1 or more; the published code always takes 4."},
-    {"opt.lora_alpha", kAdapters<&LoraConfig::alpha>, kAll, kPublished,
-     "The branch of an adapter is scaled by alpha / rank."},
-    {"opt.lora_dropout", kAdapters<&LoraConfig::dropout>, below(0, 1), kPublished,
-     "Fraction of an adapter's input that is dropped in training; without effect in the published "
-     "code."},
-    {"opt.lora_targets", kAdapters<&LoraConfig::targets>, kAll, kOurs,
-     "Parts of names of the layers that get an adapter."},
-    {"opt.train_with_adapters", kAdapters<&LoraConfig::trained>, kAll, kOurs,
-     "Parts of names of parameters that are trained besides the adapters."},
+    where(kAdapted, {"opt.lora_rank", kAdapters<&LoraConfig::rank>, kCount, kPublished,
+                     "Rank of the adapters, 1 or more; the published code always takes 4."}),
+    where(kAdapted, {"opt.lora_alpha", kAdapters<&LoraConfig::alpha>, kAll, kPublished,
+                     "The branch of an adapter is scaled by alpha / rank."}),
+    where(kAdapted, {"opt.lora_dropout", kAdapters<&LoraConfig::dropout>, below(0, 1), kPublished,
+                     "Fraction of an adapter's input that is dropped in training; without effect "
+                     "in the published code."}),
+    where(kAdapted, {"opt.lora_targets", kAdapters<&LoraConfig::targets>, kAll, kOurs,
+                     "Parts of names of the layers that get an adapter."}),
+    where(kAdapted, {"opt.train_with_adapters", kAdapters<&LoraConfig::trained>, kAll, kOurs,
+                     "Parts of names of parameters that are trained besides the adapters."}),
 };
 
 constexpr Key kOptimiserKeys[] = {
@@ -313,9 +345,9 @@ constexpr Key kOptimiserKeys[] = {
      "opt.step_lr_at on."},
     {"opt.warmup", kTraining<&T::warmup>, kSteps, kOurs,
      "Updates in which the learning rate rises from 0."},
-    {"opt.step_lr_at", kStepAt, Values{-1, 1e15}, kPublished,
-     "First update with a tenth of the learning rate, where opt.lr_schedule is step or not given. "
-     "Never: -1."},
+    where(kStepped, {"opt.step_lr_at", kStepAt, Values{-1, 1e15}, kPublished,
+                     "First update with a tenth of the learning rate, where opt.lr_schedule is "
+                     "step or not given. Never: -1."}),
     {"opt.loss", kTraining<&T::pixel_loss>, words("l2, l1"), kPublished,
      "Difference of pixels: its square, or its magnitude."},
     {"opt.lambda_ssim", kTraining<&T::ssim_weight>, kFraction, kOurs,
@@ -323,24 +355,25 @@ constexpr Key kOptimiserKeys[] = {
     {"opt.lambda_edge", kTraining<&T::edge_weight>, Values{0, 1e6}, kOurs,
      "Weight of the difference of edges, added to the other terms: mean |Dx (a - b)| + |Dy (a - "
      "b)|."},
-    {"opt.edge_filter", kTraining<&T::edge_filter>, words("sobel, scharr"), kOurs,
-     "Derivative of the difference of edges."},
-    {"opt.edge_by_size", kTraining<&T::edge_by_size>, kAll, kOurs,
-     "Weigh the difference of edges by the size of the Gaussians that a pixel shows."},
+    where(kEdges, {"opt.edge_filter", kTraining<&T::edge_filter>, words("sobel, scharr"), kOurs,
+                   "Derivative of the difference of edges."}),
+    where(kEdges,
+          {"opt.edge_by_size", kTraining<&T::edge_by_size>, kAll, kOurs,
+           "Weigh the difference of edges by the size of the Gaussians that a pixel shows."}),
     {"opt.lambda_lpips", kTraining<&T::lpips_weight>, kFraction, kPublished, "Weight of LPIPS."},
-    {"opt.start_lpips_after", kTraining<&T::lpips_after>, kSteps, kPublished,
-     "Updates before LPIPS is part of the loss."},
-    {"opt.lpips_weights", kTraining<&T::lpips_weights>, kAll, kOurs,
-     "Files of weights of VGG16 and of LPIPS."},
+    where(kLpips, {"opt.start_lpips_after", kTraining<&T::lpips_after>, kSteps, kPublished,
+                   "Updates before LPIPS is part of the loss."}),
+    where(kLpips, {"opt.lpips_weights", kTraining<&T::lpips_weights>, kAll, kOurs,
+                   "Files of weights of VGG16 and of LPIPS."}),
     {"opt.scale_terms", kTraining<&T::scale_terms>, kAll, kOurs,
      "Hold scales between 1e-5 and 20; true for CO3D unless given."},
     {"opt.ema.use", kTraining<&T::ema>, kAll, kPublished, "Keep averaged weights, and store them."},
-    {"opt.ema.beta", kTraining<&T::ema_most>, below(0, 1), kPublished,
-     "Upper limit of the average's decay."},
-    {"opt.ema.update_every", kTraining<&T::ema_every>, kSteps, kPublished,
-     "Updates of the parameters per update of the average, at least 1."},
-    {"opt.ema.update_after_step", kTraining<&T::ema_after>, kSteps, kPublished,
-     "First updates, in which the average is a copy."},
+    where(kAverage, {"opt.ema.beta", kTraining<&T::ema_most>, below(0, 1), kPublished,
+                     "Upper limit of the average's decay."}),
+    where(kAverage, {"opt.ema.update_every", kTraining<&T::ema_every>, kSteps, kPublished,
+                     "Updates of the parameters per update of the average, at least 1."}),
+    where(kAverage, {"opt.ema.update_after_step", kTraining<&T::ema_after>, kSteps, kPublished,
+                     "First updates, in which the average is a copy."}),
     {"opt.pretrained_ckpt", kTraining<&T::pretrained>, kAll, kPublished,
      "Weights to start from: a file, or the folder of a run (model_latest.pth, "
      "weights_last.safetensors)."},
@@ -349,7 +382,7 @@ constexpr Key kOptimiserKeys[] = {
      nullptr, false},
     unused<std::uint32_t>("opt.epochs", "Passes over the data set; see opt.iterations."),
     {"opt.ambient_light", {}, kAll, kPublished, "Light of the renders.", nullptr, false},
-    unused<std::uint32_t>("opt.num_workers", "Processes that read data."),
+    harmless(unused<std::uint32_t>("opt.num_workers", "Processes that read data.")),
 };
 
 constexpr Key kRunKeys[] = {
@@ -359,10 +392,9 @@ constexpr Key kRunKeys[] = {
                "Updates between validations, the first before update 1; 0: only at the end."}),
     resumable({"logging.loss_log", kTraining<&T::log_every>, kSteps, kPublished,
                "Updates between lines of metrics."}),
-    unused<std::uint64_t>(
-        "logging.render_log",
-        "Updates between pictures of renders, which are drawn at each validation; see "
-        "logging.val_log."),
+    unused<std::uint64_t>("logging.render_log",
+                          "Updates between pictures of renders, which are drawn at each "
+                          "validation; see logging.val_log."),
     resumable({"logging.val_objects", kTraining<&T::validation_objects>, kCount, kOurs,
                "Objects of a validation; 0: all."}),
     resumable({"logging.val_views", kTraining<&T::validation_views>, kCount, kOurs,
@@ -373,8 +405,8 @@ constexpr Key kRunKeys[] = {
      "Seed of the initial weights, of dropout, and of the choice of objects and views."},
     {"general.precision", kTraining<&T::precision>, words("strict, balanced, fast"), kOurs,
      "Which kernels convolutions may use: the most exact ones, or faster ones."},
-    unused<std::uint32_t>("general.device", "Number of a GPU; see vkrun train --device."),
-    unused<std::uint32_t>("general.num_workers", "Processes that read data."),
+    harmless(unused<std::uint32_t>("general.device", "Number of a GPU; see vkrun train --device.")),
+    harmless(unused<std::uint32_t>("general.num_workers", "Processes that read data.")),
     unused<bool>("general.mixed_precision",
                  "Half precision, which there is not; see general.precision."),
     unused<bool>("general.multiple_gpu", "Train on several GPUs; one device is used."),

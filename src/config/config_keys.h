@@ -63,6 +63,12 @@ struct Field {
     ConfigEntry (*write)(const Key& key, const Settings& settings) = nullptr;
 };
 
+/// Where a key has an effect; a file that asks for it elsewhere is warned of.
+struct Condition {
+    bool (*holds)(const Settings& settings);
+    const char* otherwise;  ///< why it has no effect, behind "has no effect "
+};
+
 /// One key of a configuration.
 struct Key {
     const char* name;  ///< "opt.base_lr"
@@ -73,6 +79,8 @@ struct Key {
     const char* otherwise = nullptr;  ///< the default as JSON, where it is not that of the field
     bool acts = true;                 ///< false: accepted, but without effect
     bool resumable = false;           ///< a run may go on with another value
+    bool harmless = false;  ///< says the same on any machine: without effect, and nobody is warned
+    const Condition* where = nullptr;  ///< nullptr: everywhere
 };
 
 /// Every key, in the order in which a configuration is written.

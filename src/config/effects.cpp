@@ -21,91 +21,17 @@ bool asks(const ConfigEntry* entry) {
     return false;
 }
 
-/// Keys that say the same on any machine, whatever their value: which GPU, which class of the published
-/// code. The two of the embedding are checked where there is one.
-constexpr std::string_view kHarmless[] = {
-    "data.name",          "data.split",      "model.name",
-    "model.out_channels", "opt.num_workers", "general.num_workers",
-    "general.device",     "cam_embd.method", "cam_embd.encode_embedding"};
-
-/// A key that has an effect only together with another one.
-struct Dependent {
-    std::string_view key;
-    bool (*acts)(const Settings& settings);
-    const char* otherwise;  ///< behind "has no effect "
-};
-
-bool is_modulated(const Settings& s) {
-    return s.network.embedding != Embedding::kNone;
-}
-
-bool has_tokens(const Settings& s) {
-    return s.network.token_dim > 0;
-}
-
-bool has_lpips(const Settings& s) {
-    return s.training.lpips_weight > 0;
-}
-
-bool has_edges(const Settings& s) {
-    return s.training.edge_weight > 0;
-}
-
-bool has_average(const Settings& s) {
-    return s.training.ema;
-}
-
-bool has_adapters(const Settings& s) {
-    return s.network.lora.rank > 0;
-}
-
-constexpr const char* kNoEmbedding = "where cam_embd.embedding is none";
-constexpr const char* kNoLpips = "while opt.lambda_lpips is 0";
-constexpr const char* kNoEdges = "while opt.lambda_edge is 0";
-constexpr const char* kNoAverage = "while opt.ema.use is false";
-constexpr const char* kNoAdapters = "while opt.lora_finetune is false: all parameters are trained";
-
-constexpr Dependent kDependent[] = {
-    {"data.embedding_file",
-     [](const Settings& s) { return s.network.embedding == Embedding::kCustom; },
-     "without data.custom_embedding"},
-    {"data.tokens_file", has_tokens, "where model.token_dim is 0"},
-    {"cam_embd.dimension", is_modulated, kNoEmbedding},
-    {"cam_embd.film", is_modulated, kNoEmbedding},
-    {"opt.step_lr_at",
-     [](const Settings& s) {
-         return s.training.schedule == Schedule::kStep || s.training.step_lr_at == 0;
-     },
-     "unless opt.lr_schedule is step"},
-    {"opt.start_lpips_after", has_lpips, kNoLpips},
-    {"opt.lpips_weights", has_lpips, kNoLpips},
-    {"opt.edge_filter", has_edges, kNoEdges},
-    {"opt.edge_by_size", has_edges, kNoEdges},
-    {"opt.ema.beta", has_average, kNoAverage},
-    {"opt.ema.update_every", has_average, kNoAverage},
-    {"opt.ema.update_after_step", has_average, kNoAverage},
-    {"opt.lora_rank", has_adapters, kNoAdapters},
-    {"opt.lora_alpha", has_adapters, kNoAdapters},
-    {"opt.lora_dropout", has_adapters, kNoAdapters},
-    {"opt.lora_targets", has_adapters, kNoAdapters},
-    {"opt.train_with_adapters", has_adapters, kNoAdapters}};
-
 /// Why a key with this value has no effect; empty if it has one, or asks for nothing.
 std::string effect_lacks(const Key& key, const ConfigEntry* entry, const Settings& settings) {
-    const std::string_view name = key.name;
-    if (!asks(entry) ||
-        std::find(std::begin(kHarmless), std::end(kHarmless), name) != std::end(kHarmless))
-        return "";
-    const bool one_device = name == "general.num_devices" && config_value_text(*entry) == "1";
+    if (!asks(entry) || key.harmless) return "";
+    const bool one_device =
+        key.name == std::string_view("general.num_devices") && config_value_text(*entry) == "1";
     if (!key.acts) return one_device ? "" : std::string("here: ") + key.about;
-    for (const Dependent& rule : kDependent) {
-        if (rule.key != name || rule.acts(settings)) continue;
-        // Written configurations have every value, except those of adapters.
-        const bool default_value = key.field.part != Part::kAdapters &&
-                                   same_value(*entry, key.field.write(key, Settings()));
-        return default_value ? "" : rule.otherwise;
-    }
-    return "";
+    if (key.where == nullptr || key.where->holds(settings)) return "";
+    // Written configurations have every value, except those of adapters.
+    const bool default_value =
+        key.field.part != Part::kAdapters && same_value(*entry, key.field.write(key, Settings()));
+    return default_value ? "" : key.where->otherwise;
 }
 
 Status refuse_hub(const Config& config) {
@@ -146,7 +72,7 @@ Status refuse_missing_vectors(const Config& config, const Settings& settings) {
     if (settings.network.embedding == Embedding::kCustom &&
         settings.training.embedding_file.empty())
         return refuse("data.embedding_file", "data.custom_embedding");
-    if (has_tokens(settings) && settings.training.tokens_file.empty())
+    if (settings.network.token_dim > 0 && settings.training.tokens_file.empty())
         return refuse("data.tokens_file", "model.tokens");
     return {};
 }

@@ -42,7 +42,8 @@ def parse():
     add("--attention", default="16", help="resolutions with attention")
     add("--views", type=int, default=1, help="per object, attending to each other")
     add("--batch", type=int, default=1, help="images of a pass: objects times views")
-    add("--sh-degree", type=int, default=1)
+    add("--head", default="depth:1,point:3,opacity:1,scale:3,rotation:4,colour:3,rest:9",
+        help="blocks of output channels in their order, as libsplat's layout of the head has them")
     add("--lora", type=int, default=0, help="rank of adapters, then the only trained parameters")
     add("--device", choices=["cpu", "cuda"], default="cpu")
     add("--tf32", action="store_true", help="cuda: allow TF32 in products of matrices and in cuDNN")
@@ -222,9 +223,10 @@ class Encoder(nn.Module):
 class Network(nn.Module):
     def __init__(self, o):
         super().__init__()
-        self.parts = [1, 3, 1, 3, 4, 3] + ([9] if o.sh_degree else [])
-        self.encoder = Encoder(o, sum(self.parts))
-        self.out = Conv(sum(self.parts), sum(self.parts), 1)
+        self.head = o.head
+        channels = sum(o.head.values())
+        self.encoder = Encoder(o, channels)
+        self.out = Conv(channels, channels, 1)
 
     def forward(self, x):
         return self.out(self.encoder(x))
@@ -251,22 +253,23 @@ class Predictor(nn.Module):
     def forward(self, x, v2w, quaternion):
         """v2w [N,4,4] of row vectors, quaternion [N,4] w x y z."""
         raw = self.network_with_offset(x)
-        flat = [part.flatten(2).transpose(1, 2)
-                for part in raw.split(self.network_with_offset.parts, dim=1)]
-        depth, offset, opacity, scale, rotation, dc = flat[:6]
+        head = self.network_with_offset.head
+        block = {name: part.flatten(2).transpose(1, 2)
+                 for name, part in zip(head, raw.split(list(head.values()), dim=1))}
+        depth = block["depth"]
         rays = self.ray_dirs.flatten(2).transpose(1, 2)
-        points = rays * (torch.sigmoid(depth) * (self.far - self.near) + self.near) + offset
+        points = rays * (torch.sigmoid(depth) * (self.far - self.near) + self.near) + block["point"]
         points = torch.cat([points, torch.ones_like(depth)], dim=2) @ v2w
-        q, r = quaternion[:, None], F.normalize(rotation, dim=2)
+        q, r = quaternion[:, None], F.normalize(block["rotation"], dim=2)
         w = q[..., :1] * r[..., :1] - (q[..., 1:] * r[..., 1:]).sum(2, True)
         xyz = q[..., :1] * r[..., 1:] + r[..., :1] * q[..., 1:] + torch.cross(
             q[..., 1:].expand_as(r[..., 1:]), r[..., 1:], dim=2)
         made = {"xyz": points[..., :3] / (points[..., 3:] + 1e-10),
-                "opacity": torch.sigmoid(opacity), "scaling": torch.exp(scale),
-                "rotation": torch.cat([w, xyz], dim=2), "features_dc": dc[:, :, None]}
-        if len(flat) > 6:
+                "opacity": torch.sigmoid(block["opacity"]), "scaling": torch.exp(block["scale"]),
+                "rotation": torch.cat([w, xyz], dim=2), "features_dc": block["colour"][:, :, None]}
+        if "rest" in block:
             turn = self.sh_basis.T @ v2w[:, :3, :3] @ self.sh_basis
-            rest = flat[6].unflatten(2, (3, 3))
+            rest = block["rest"].unflatten(2, (3, 3))
             made["features_rest"] = torch.einsum("nmsc,nst->nmtc", rest, turn)
         n = x.shape[0] // self.views
         return {k: v.reshape(n, -1, *v.shape[2:]) for k, v in made.items()}
@@ -279,11 +282,14 @@ class Settings:
         numbers = lambda text: [int(n) for n in text.split(",") if n]
         self.__dict__.update(vars(options))
         self.channel_mult, self.attention = numbers(options.channel_mult), numbers(options.attention)
+        self.head = {name: int(count) for name, count in (part.split(":") for part in options.head.split(","))}
         self.alpha = 1.0
         if golden is None:
             return
         cfg = [int(n) for n in golden["cfg"]]
-        self.resolution, self.channels, self.base_dim, self.num_blocks, self.sh_degree = cfg[:5]
+        self.resolution, self.channels, self.base_dim, self.num_blocks, sh_degree = cfg[:5]
+        if sh_degree == 0:
+            self.head.pop("rest", None)
         self.views = cfg[5] if cfg[6] else 1
         self.attention = [cfg[9]]
         self.znear, self.zfar, self.fov = (float(n) for n in golden["cfgf"][:3])

@@ -10,12 +10,23 @@
 #include <cstring>
 #include <filesystem>
 
+#include "ref/gaussian_head_ref.h"
 #include "vkrun/config/image_channels.h"
 
 extern char** environ;  // NOLINT(readability-redundant-declaration): some C libraries lack it
 
 namespace vkrun::bench {
 namespace {
+
+/// "depth:1,point:3,...": the blocks of the head's layout.
+std::string head_text(std::uint32_t sh_degree) {
+    std::string text;
+    for (const splat::HeadBlock& block : splat::HeadLayout({.sh_degree = sh_degree}).blocks)
+        if (block.channels > 0)
+            text += (text.empty() ? "" : ",") + std::string(block.name) + ":" +
+                    std::to_string(block.channels);
+    return text;
+}
 
 /// Arguments for a configuration as reports hold it.
 std::vector<std::string> network_arguments(const Json& config, std::uint32_t objects) {
@@ -61,8 +72,8 @@ std::vector<std::string> network_arguments(const Json& config, std::uint32_t obj
         std::to_string(flag(model, "cross_view_attention") ? views : 1),
         "--batch",
         std::to_string(objects * views),
-        "--sh-degree",
-        text(model, "max_sh_degree")};
+        "--head",
+        head_text(model.at("max_sh_degree").get<std::uint32_t>())};
     if (config.contains("opt")) {
         const Json& opt = config.at("opt");
         refuse(
