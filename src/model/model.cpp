@@ -5,6 +5,7 @@
 #include "core/checked_math.h"
 #include "core/finite.h"
 #include "ops/gaussian_head.h"
+#include "ops/gaussian_rows.h"
 
 namespace splat::model {
 namespace {
@@ -61,11 +62,17 @@ Result<std::unique_ptr<Model>> Model::create(vk::Context& context, const ModelCo
     }
     SPLAT_TRY(made->set_rays(pixel_rays(config)));
     const Outputs o = made->outputs();
-    SPLAT_ASSIGN(
-        OutputLedger counts,
-        OutputLedger::create(
-            context, {made->raw_output(), o.means, o.opacities, o.scales, o.rotations, o.sh},
-            o.opacities));
+    made->set_desc_ = {config.views * config.resolution * config.resolution, config.sh_degree};
+    gaussians::SetDesc all = made->set_desc_;
+    all.gaussians *= options.objects;
+    SPLAT_ASSIGN(made->set_, gaussians::allocate_set(context, all));
+    made->set_.sh_degree = config.sh_degree;
+    vk::Recorder recorder(context);
+    SPLAT_TRY(ops::pack_rows(recorder, all, {o.means, o.scales, o.rotations, o.opacities, o.sh},
+                             made->set_.views()));
+    SPLAT_ASSIGN(made->pack_, recorder.finish());
+    SPLAT_ASSIGN(OutputLedger counts,
+                 OutputLedger::create(context, made->raw_output(), all, made->set_.views()));
     made->counts_ = std::make_unique<OutputLedger>(std::move(counts));
     if (options.gradients) {
         const Outputs g = made->output_gradients();
@@ -293,6 +300,8 @@ Status Model::forward() {
     outside_writes_ = outside_->writes;
     if (!exchange_.empty()) SPLAT_TRY(context_.run(exchange_));
     SPLAT_TRY(sliced_ == nullptr ? executor_->forward() : sliced_->forward());
+    SPLAT_TRY(context_.run(pack_));
+    set_.version = gaussians::next_version();
     Ledger ledger;
     SPLAT_TRY(counts_->measure(ledger));
     const std::lock_guard lock(ledger_mutex_);
@@ -312,6 +321,11 @@ Status Model::backward() {
 Model::Outputs Model::outputs() const {
     const auto of = [&](std::size_t i) { return tensor(outputs_[i]); };
     return {of(0), of(1), of(2), of(3), of(4)};
+}
+
+gaussians::SetViews Model::set(std::uint32_t object) const {
+    return gaussians::part(set_desc_, set_.views(), object * set_desc_.gaussians,
+                           set_desc_.gaussians);
 }
 
 Model::Outputs Model::output_gradients() const {

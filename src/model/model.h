@@ -117,6 +117,12 @@ class Model {
         vk::BufferView means, opacities, scales, rotations, sh;
     };
     [[nodiscard]] Outputs outputs() const;
+
+    /// The Gaussians of an object of the latest pass, as a rasterizer takes them.
+    [[nodiscard]] gaussians::SetViews set(std::uint32_t object) const;
+    /// What such a set holds.
+    [[nodiscard]] const gaussians::SetDesc& set_desc() const { return set_desc_; }
+
     /// Counts of the latest forward pass that succeeded. May be called during a pass.
     [[nodiscard]] Ledger ledger() const {
         const std::lock_guard lock(ledger_mutex_);
@@ -196,6 +202,9 @@ class Model {
     std::unique_ptr<nn::Parameters> parameters_;
     std::unique_ptr<nn::Executor> executor_;
     std::unique_ptr<ObjectSlices> sliced_;  ///< nullptr for one slice
+    gaussians::SetDesc set_desc_;           ///< describes the set of one object
+    gaussians::GaussianSet set_;            ///< holds the sets of all objects
+    vk::CommandList pack_;
     std::unique_ptr<OutputLedger> counts_;
     mutable std::mutex ledger_mutex_;
     Ledger ledger_;

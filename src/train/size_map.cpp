@@ -15,7 +15,7 @@ Result<SizeMap> SizeMap::create(vk::Context& context, raster::RasterDesc desc) {
     return map;
 }
 
-Status SizeMap::draw(const raster::PackedGaussians& scene, const vk::BufferView& scales,
+Status SizeMap::draw(const gaussians::SetViews& scene, const vk::BufferView& scales,
                      std::span<const scene::Camera> cameras, const vk::BufferView& weights) {
     std::vector<float> axes(std::size_t{3} * scene.count);
     SPLAT_TRY(context_->read(scales, axes.data(), axes.size() * sizeof(float)));

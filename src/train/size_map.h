@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gaussians/gaussian_set.h"
 #include "raster/rasterizer.h"
 
 namespace splat::train {
@@ -21,7 +22,7 @@ class SizeMap {
 
     /// scales   [N,3], of the Gaussians of `scene`
     /// weights  [V,1,H,W] as quads, overwritten
-    Status draw(const raster::PackedGaussians& scene, const vk::BufferView& scales,
+    Status draw(const gaussians::SetViews& scene, const vk::BufferView& scales,
                 std::span<const scene::Camera> cameras, const vk::BufferView& weights);
 
   private:

@@ -3,6 +3,7 @@
 #include <chrono>
 
 #include "core/finite.h"
+#include "ops/gaussian_rows.h"
 
 namespace splat::train {
 namespace {
@@ -30,8 +31,8 @@ vk::BufferView object_of(const vk::BufferView& view, std::uint32_t objects, std:
     return part;
 }
 
-raster::GaussianAttributes attributes_of(const model::Model::Outputs& outputs,
-                                         std::uint32_t objects, std::uint32_t i) {
+ops::GaussianRows attributes_of(const model::Model::Outputs& outputs, std::uint32_t objects,
+                                std::uint32_t i) {
     const std::uint32_t n = outputs.means.shape[1];
     const auto part = [&](const vk::BufferView& view, const Shape& shape) {
         return object_of(view, objects, i, shape);
@@ -88,8 +89,8 @@ Status Trainer::build(const model::ModelConfig& network) {
     desc.sh_degree = network.sh_degree;
     desc.backward = true;
     SPLAT_ASSIGN(rasterizer_, raster::Rasterizer::create(context_, desc));
-    SPLAT_ASSIGN(scene_, raster::allocate_packed(context_, desc));
-    SPLAT_ASSIGN(grad_scene_, raster::allocate_packed(context_, desc));
+    SPLAT_ASSIGN(scene_, gaussians::allocate_set(context_, desc));
+    SPLAT_ASSIGN(grad_scene_, gaussians::allocate_set(context_, desc));
     SPLAT_ASSIGN(grad_image_,
                  context_.memory().allocate(desc.pixels() * 16, vk::MemoryKind::kDevice,
                                             "gradient of rendered images"));
@@ -130,13 +131,13 @@ Status Trainer::build(const model::ModelConfig& network) {
 
     for (std::uint32_t i = 0; i < config_.micro_batch; ++i) {
         vk::Recorder pack(context_);
-        SPLAT_TRY(raster::pack_attributes(
-            pack, desc, attributes_of(model_->outputs(), config_.micro_batch, i), scene_.scene()));
+        SPLAT_TRY(ops::pack_rows(
+            pack, desc, attributes_of(model_->outputs(), config_.micro_batch, i), scene_.views()));
         SPLAT_ASSIGN(vk::CommandList packed, pack.finish());
         pack_.push_back(std::move(packed));
         vk::Recorder unpack(context_);
-        SPLAT_TRY(raster::unpack_gradients(
-            unpack, desc, grad_scene_.gradients(),
+        SPLAT_TRY(ops::unpack_rows(
+            unpack, desc, grad_scene_.views(),
             attributes_of(model_->output_gradients(), config_.micro_batch, i), false));
         SPLAT_ASSIGN(vk::CommandList unpacked, unpack.finish());
         unpack_.push_back(std::move(unpacked));
@@ -215,7 +216,7 @@ Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, ScaleTerms& t
                      TrainStep& result) {
     Stopwatch watch;
     SPLAT_TRY(forward(batch, first));
-    result.non_finite += model_->ledger().non_finite;
+    result.non_finite += model_->ledger().non_finite();
     watch.add_to(result.network_seconds);
     for (std::uint32_t i = 0; i < config_.micro_batch; ++i)
         SPLAT_TRY(render(batch, first + i, i, result));
@@ -235,10 +236,10 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
         raster::pack_views(rasterizer_->desc(),
                            part_of(batch.cameras, config_.batch_size, object, 1), background));
     SPLAT_TRY(context_.run(pack_[slot]));
-    SPLAT_TRY(rasterizer_->forward(scene_.scene(), views));
+    SPLAT_TRY(rasterizer_->forward(scene_.views(), views));
     if (sizes_)
         SPLAT_TRY(sizes_->draw(
-            scene_.scene(), attributes_of(model_->outputs(), config_.micro_batch, slot).scales,
+            scene_.views(), attributes_of(model_->outputs(), config_.micro_batch, slot).scales,
             part_of(batch.cameras, config_.batch_size, object, 1), loss_->edge_weights()));
     SPLAT_TRY(loss_->set_targets(part_of(batch.targets, config_.batch_size, object, 1)));
     LossTerms terms;
@@ -246,8 +247,7 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
     const double lpips = steps() >= config_.lpips_after ? config_.lpips_weight : 0;
     SPLAT_TRY(loss_->run(rasterizer_->workspace().image.range(), grad_image_.range(), weight, lpips,
                          terms));
-    SPLAT_TRY(
-        rasterizer_->backward(grad_image_.range(), grad_depth_.range(), grad_scene_.gradients()));
+    SPLAT_TRY(rasterizer_->backward(grad_image_.range(), grad_depth_.range(), grad_scene_.views()));
     SPLAT_TRY(context_.run(unpack_[slot]));
     const auto share = static_cast<double>(weight);
     result.loss.total += share * terms.total;

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <optional>
 
+#include "gaussians/gaussian_set.h"
 #include "io/weights_file.h"
 #include "model/model.h"
 #include "model/weights.h"
@@ -120,7 +121,7 @@ class Trainer {
     std::unique_ptr<raster::Rasterizer> rasterizer_;
     std::unique_ptr<RenderLoss> loss_;
     std::optional<SizeMap> sizes_;  ///< where edges are weighed by size
-    raster::PackedBuffers scene_, grad_scene_;
+    gaussians::GaussianSet scene_, grad_scene_;
     vk::Buffer grad_image_, grad_depth_;
     std::vector<vk::CommandList> pack_, unpack_;  ///< one per object of a pass
     std::atomic<std::uint64_t> steps_ = 0;        ///< steps of optimiser_

@@ -32,8 +32,8 @@ splat_model_info info_of(const api::ModelObject& object) {
         if (parameter.trainable) info.trainable += parameter.shape.elements();
     const model::Ledger ledger = network.ledger();
     info.predicted = ledger.gaussians;
-    info.non_finite = ledger.non_finite;
-    info.faint = ledger.faint;
+    info.non_finite = ledger.non_finite();
+    info.faint = ledger.set.faint;
     return info;
 }
 
