@@ -20,6 +20,8 @@ struct SetDesc {
 
 /// Floats of a Gaussian besides its colours.
 inline constexpr std::uint32_t kGaussianFloats = 12;
+/// Place of the first scale among them.
+inline constexpr std::uint32_t kScaleAt = 4;
 
 /// The arrays of an activated set, or of its gradients, as kernels read them.
 struct SetViews {

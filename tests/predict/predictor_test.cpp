@@ -69,7 +69,7 @@ TEST_F(PredictorTest, PredictsTheOutputsOfItsModel) {
     const scene::Gaussians& scene = read.value().gaussians;
     ASSERT_EQ(scene.count(), 256U);
     std::vector<float> means(3 * 256), scales(3 * 256), opacities(256);
-    const auto outputs = made->model().outputs();
+    const auto outputs = made->model().outputs().value();
     EXPECT_OK(context_->read(outputs.means, means.data(), means.size() * 4));
     EXPECT_OK(context_->read(outputs.scales, scales.data(), scales.size() * 4));
     EXPECT_OK(context_->read(outputs.opacities, opacities.data(), opacities.size() * 4));

@@ -40,8 +40,7 @@ class SizeMapTest : public testing::Test {
             "", kSide, kSide, 64, 64, 32.5, 32.5, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}};
         auto map = SizeMap::create(*context_, desc_);
         EXPECT_OK(map.status());
-        EXPECT_OK(map.value().draw(packed_.views(), scales_.range(), std::span(&camera, 1),
-                                   weights_.range()));
+        EXPECT_OK(map.value().draw(packed_.views(), std::span(&camera, 1), weights_.range()));
         std::vector<float> quads(std::size_t{4} * kSide * kSide), weights;
         EXPECT_OK(context_->read(weights_.range(), quads.data(), 4 * quads.size()));
         for (std::size_t i = 0; i < quads.size(); i += 4) weights.push_back(quads[i]);

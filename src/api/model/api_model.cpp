@@ -35,7 +35,7 @@ void add_tensors(JsonWriter& json, model::Model& network) {
         begin_tensor(json, port.name, port.shape).member("optional", port.optional).end();
     json.end().newline(1).key("outputs").begin_array();
     for (const api::ModelOutput& output : api::model_outputs(network))
-        begin_tensor(json, output.name, output.view.shape).end();
+        begin_tensor(json, output.name, output.shape).end();
     json.end().newline(1).key("tensors").begin_array();
     for (const nn::Parameter& parameter : network.parameters().all())
         begin_tensor(json, parameter.name.c_str(), parameter.shape)

@@ -48,8 +48,9 @@ Result<std::vector<splat_port>> ports_of(const api::ModelObject& object, splat_p
             return ports;
         case SPLAT_PORT_KIND_OUTPUT:
             for (const api::ModelOutput& output : api::model_outputs(network))
-                ports.push_back(api::port_of(output.name, output.view.shape,
-                                             {.graded = output.gradient.block != nullptr}));
+                ports.push_back(
+                    api::port_of(output.name, output.shape,
+                                 {.graded = output.rows != nullptr && network.has_gradients()}));
             return ports;
         case SPLAT_PORT_KIND_PARAMETER:
             for (const nn::Parameter& p : network.parameters().all())
