@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/checked_math.h"
+#include "ops/gaussian_rows.h"
 #include "vk/launch.h"
 
 namespace splat::ops {
