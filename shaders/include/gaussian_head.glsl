@@ -40,6 +40,7 @@ layout(push_constant) uniform Push { GaussianHeadParams dims; };
 #include "norms/quaternion.glsl"
 
 const uint kQuads = (kPerPixel * kChannels + 3) / 4;  // a pixel has so many
+const uint kColorQuads = 1 + 2 * kDegree;  // quads of a Gaussian in a set
 const float kLeastNorm = 1e-12;   // least length of a rotation
 const float kDivisorGuard = 1e-10;  // added to the homogeneous coordinate
 

@@ -1,8 +1,8 @@
 #version 460
 // Gradient of gaussian_head with respect to the network's output; derived in tests/ref/gaussian_head_ref.h.
 // One invocation computes all channels of one pixel; those that pad the last quad become zero.
-// Bindings: net_out, rays, view_to_world, quaternion, focal, origin, grad_means, grad_opacities,
-// grad_scales, grad_rotations, grad_sh, grad_net_out. Specialisation: as gaussian_head_forward.
+// Bindings: net_out, rays, view_to_world, quaternion, focal, origin, grad_gaussians, grad_colors,
+// grad_net_out. Specialisation: as gaussian_head_forward.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "params/gaussian_head_params.h"
@@ -10,12 +10,9 @@
 layout(local_size_x_id = kWorkgroupSizeId) in;
 #include "gaussian_head.glsl"
 #include "store.glsl"
-QUADS(6, grad_means);
-QUADS(7, grad_opacities);
-QUADS(8, grad_scales);
-QUADS(9, grad_rotations);
-QUADS(10, grad_sh);
-QUADS_OUT(11, grad_net_out);
+QUADS(6, grad_gaussians);
+QUADS(7, grad_colors);
+QUADS_OUT(8, grad_net_out);
 
 // Gradient with respect to the rotation's four channels q.
 vec4 rotation_gradient(vec4 camera, vec4 q, vec4 grad) {
@@ -35,7 +32,8 @@ void backward(Pixel at, uint each) {
     const vec3 given = RAW3(c + kPointAt);
     const vec4 world = to_world(at.camera, point_of(at.image, at.pixel, at.ray, s, given));
     const float divisor = world.w + kDivisorGuard;
-    const vec3 by_mean = vec3(AT(grad_means, 3 * g), AT(grad_means, 3 * g + 1), AT(grad_means, 3 * g + 2));
+    const vec4 by_first = LD4(grad_gaussians, 3 * g);
+    const vec3 by_mean = by_first.xyz;
     const vec4 by_world = vec4(by_mean, -dot(by_mean, world.xyz / divisor)) / divisor;
     vec3 by_point;
     for (uint i = 0; i < 3; ++i) by_point[i] = dot(at.camera.row[i], by_world);
@@ -46,26 +44,26 @@ void backward(Pixel at, uint each) {
         [[unroll]] for (uint i = 0; i < 3; ++i) grad[c + kPointAt + i] = by_point[i];
     }
 
-    grad[c + kOpacityAt] = AT(grad_opacities, g) * slope(kOpacityActivation, raw[c + kOpacityAt]);
+    grad[c + kOpacityAt] = by_first.w * slope(kOpacityActivation, raw[c + kOpacityAt]);
     const vec3 scale = RAW3(c + kScaleAt);
-    vec3 by_scale = vec3(AT(grad_scales, 3 * g), AT(grad_scales, 3 * g + 1), AT(grad_scales, 3 * g + 2));
+    vec3 by_scale = LD4(grad_gaussians, 3 * g + 1).xyz;
     if (dims.isotropic != 0) by_scale = vec3(by_scale.x + by_scale.y + by_scale.z, 0, 0);
     const uint r = c + kRotationAt;
     const vec4 q = vec4(raw[r], raw[r + 1], raw[r + 2], raw[r + 3]);
-    const vec4 by_rotation = rotation_gradient(at.camera.rotation, q, LD4(grad_rotations, g));
+    const vec4 by_rotation = rotation_gradient(at.camera.rotation, q, LD4(grad_gaussians, 3 * g + 2));
     [[unroll]] for (uint i = 0; i < 3; ++i)
         grad[c + kScaleAt + i] =
             by_scale[i] * slope(kScaleActivation, dims.isotropic != 0 ? scale.x : scale[i]);
     [[unroll]] for (uint i = 0; i < 4; ++i) grad[r + i] = by_rotation[i];
 
-    const uint first = 3 * g * (1 + 3 * kDegree);
+    const uint first = 4 * kColorQuads * g;
     [[unroll]] for (uint i = 0; i < 3; ++i) {
-        float by_colour = AT(grad_sh, first + i);
+        float by_colour = AT(grad_colors, first + i);
         if (kDirect != 0) by_colour *= slope(kColourActivation, raw[c + kColourAt + i]) / kSh0;
         grad[c + kColourAt + i] = by_colour;
         if (kDegree > 0) {
-            const float x = AT(grad_sh, first + 3 + i), y = AT(grad_sh, first + 6 + i),
-                        z = AT(grad_sh, first + 9 + i);
+            const float x = AT(grad_colors, first + 3 + i), y = AT(grad_colors, first + 6 + i),
+                        z = AT(grad_colors, first + 9 + i);
             [[unroll]] for (uint t = 0; t < 3; ++t)
                 grad[c + kRestAt + 3 * t + i] = at.turn[t][0] * x + at.turn[t][1] * y + at.turn[t][2] * z;
         }

@@ -5,8 +5,9 @@
 //   rotations = quaternion * q / max(|q|, 1e-12)   sh = colour, then the rest turned with the camera
 // kHeadInputDepth: origin is the depth of each pixel. kHeadBox: p = clamp(point, least, most), no camera.
 // kDirect: sh = (activated colour - 0.5) / kSh0. One invocation computes the Gaussians of one pixel.
-// Bindings: net_out, rays, view_to_world, quaternion, focal, origin, means, opacities, scales,
-// rotations, sh. Specialisation: kPositions, kOffset, kDegree, kDirect, kPerPixel, kChannels, k*Activation, k*At.
+// Bindings: net_out, rays, view_to_world, quaternion, focal, origin, gaussians [N,3] quads, colors
+// [N,kColorQuads] quads, as src/gaussians/gaussian_set.h lays a set out. Specialisation: kPositions, kOffset, kDegree,
+// kDirect, kPerPixel, kChannels, k*Activation, k*At.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "params/gaussian_head_params.h"
@@ -14,11 +15,8 @@
 layout(local_size_x_id = kWorkgroupSizeId) in;
 #include "gaussian_head.glsl"
 #include "store.glsl"
-layout(set = 0, binding = 6, std430) writeonly buffer Means { float means[]; };
-layout(set = 0, binding = 7, std430) writeonly buffer Opacities { float opacities[]; };
-layout(set = 0, binding = 8, std430) writeonly buffer Scales { float scales[]; };
-QUADS_OUT(9, rotations);
-layout(set = 0, binding = 10, std430) writeonly buffer Sh { float sh[]; };
+QUADS_OUT(6, gaussians);
+QUADS_OUT(7, colors);
 
 float raw[4 * kQuads];
 
@@ -33,21 +31,23 @@ void forward(Pixel at, uint each) {
     const uint r = c + kRotationAt;
     const vec4 q = vec4(raw[r], raw[r + 1], raw[r + 2], raw[r + 3]);
 
-    opacities[g] = activated(kOpacityActivation, raw[c + kOpacityAt]);
-    ST4(rotations, g, hamilton(at.camera.rotation, q / max(norm_of(q), kLeastNorm)));
-    const uint first = 3 * g * (1 + 3 * kDegree);
+    [[unroll]] for (uint i = 0; i < 3; ++i) scale[i] = activated(kScaleActivation, scale[i]);
+    ST4(gaussians, 3 * g, vec4(mean, activated(kOpacityActivation, raw[c + kOpacityAt])));
+    ST4(gaussians, 3 * g + 1, vec4(scale, 0));
+    ST4(gaussians, 3 * g + 2, hamilton(at.camera.rotation, q / max(norm_of(q), kLeastNorm)));
+    float sh[4 * kColorQuads];
+    sh[3] = 0;
     [[unroll]] for (uint i = 0; i < 3; ++i) {
-        means[3 * g + i] = mean[i];
-        scales[3 * g + i] = activated(kScaleActivation, scale[i]);
         const float colour = activated(kColourActivation, raw[c + kColourAt + i]);
-        sh[first + i] = kDirect != 0 ? (colour - 0.5) / kSh0 : colour;
+        sh[i] = kDirect != 0 ? (colour - 0.5) / kSh0 : colour;
         if (kDegree > 0) {
             [[unroll]] for (uint t = 0; t < 3; ++t)
-                sh[first + 3 + 3 * t + i] = raw[c + kRestAt + i] * at.turn[0][t] +
-                                            raw[c + kRestAt + 3 + i] * at.turn[1][t] +
-                                            raw[c + kRestAt + 6 + i] * at.turn[2][t];
+                sh[3 + 3 * t + i] = raw[c + kRestAt + i] * at.turn[0][t] + raw[c + kRestAt + 3 + i] * at.turn[1][t] +
+                                    raw[c + kRestAt + 6 + i] * at.turn[2][t];
         }
     }
+    [[unroll]] for (uint q = 0; q < kColorQuads; ++q)
+        ST4(colors, kColorQuads * g + q, vec4(sh[4 * q], sh[4 * q + 1], sh[4 * q + 2], sh[4 * q + 3]));
 }
 
 void main() {

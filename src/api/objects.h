@@ -13,13 +13,13 @@
 #include "data/dataset.h"
 #include "eval/compare_scores.h"
 #include "eval/evaluator.h"
+#include "gaussians/gaussian_set.h"
 #include "io/weights_file.h"
 #include "model/lpips_net.h"
 #include "model/module.h"
 #include "model/weights.h"
 #include "nn/op_instance.h"
 #include "predict/predictor.h"
-#include "raster/pack.h"
 #include "splat.h"
 #include "train/batches.h"
 #include "train/optimiser.h"
@@ -77,13 +77,10 @@ struct OpObject : OfDevice {
     OnDevice<std::unique_ptr<nn::OpInstance>> op{*this};
 };
 
-/// A copy of a scene on a device, activated and packed with the bands up to a degree. Never
-/// changes.
+/// A copy of a scene on a device, with the bands up to a degree. Never changes.
 struct SceneCopy : OfDevice {
     using OfDevice::OfDevice;
-    std::uint32_t sh_degree = 0;
-    OnDevice<raster::PackedBuffers> buffers{*this};
-    raster::PackedGaussians packed;  ///< the buffers; no other copy in the process has its version
+    OnDevice<gaussians::GaussianSet> set{*this};
 };
 
 /// The object behind splat_scene. A context's mutex is locked before that of a scene, never after. Calls
@@ -100,7 +97,7 @@ struct SceneObject {
 /// Gradients of one backward call, in the kernels' layout. The states of a rasterizer share them.
 struct RasterGradients : OfDevice {
     using OfDevice::OfDevice;
-    OnDevice<raster::PackedBuffers> gaussians{*this};
+    OnDevice<gaussians::GaussianSet> gaussians{*this};
     OnDevice<vk::Buffer> image{*this};  ///< [V,H,W] quads
     OnDevice<vk::Buffer> depth{*this};  ///< [V,H,W]
 
@@ -115,7 +112,7 @@ struct RasterStateObject : OfDevice {
     std::shared_ptr<RasterGradients> gradients;  ///< shared with its rasterizer
     std::shared_ptr<SceneCopy> scene;            ///< named by recorded command lists
     /// The Gaussians of a forward call from tensors; empty before the first such call.
-    OnDevice<raster::PackedBuffers> inputs{*this};
+    OnDevice<gaussians::GaussianSet> inputs{*this};
     OnDevice<std::unique_ptr<raster::Rasterizer>> rasterizer{*this};
     bool any_views = false;                 ///< a call with more makes `rasterizer` anew
     Published<splat_rasterizer_info> info;  ///< describes the latest call

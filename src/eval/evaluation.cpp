@@ -17,21 +17,15 @@ double rate_of(double count, double seconds) {
 
 void write_scores(const Scores& scores, JsonWriter& json) {
     json.begin_object();
-    write_number(json.newline(4).key("psnr"), scores.psnr);
-    write_number(json.newline(4).key("ssim"), scores.ssim);
-    write_number(json.newline(4).key("lpips"), scores.lpips);
+    for (const auto& [name, mean] : kScoreMeans)
+        write_number(json.newline(4).key(name), scores.*mean);
     json.newline(4).member("views", scores.views);
     json.newline(4).member("perfect_views", scores.perfect).newline(2).end();
 }
 
 void write_ledger(const Ledger& ledger, int indent, JsonWriter& json) {
-    json.newline(indent).member("outputs_not_finite", ledger.outputs_not_finite);
-    json.newline(indent).member("gaussians", ledger.gaussians);
-    json.newline(indent).member("gaussians_not_finite", ledger.gaussians_not_finite);
-    json.newline(indent).member("gaussians_invisible", ledger.invisible);
-    json.newline(indent).member("gaussians_visible", ledger.visible);
-    json.newline(indent).member("images_not_finite", ledger.images_not_finite);
-    json.newline(indent).member("images_blank", ledger.images_blank);
+    for (const auto& [name, count] : kLedgerCounts)
+        json.newline(indent).member(name, ledger.*count);
 }
 
 /// The ledger of all objects, then those of each object that is not as it should be.

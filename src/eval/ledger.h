@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "scene/gaussians.h"
+#include "model/output_ledger.h"
 
 namespace splat::eval {
 
@@ -15,20 +15,29 @@ struct Ledger {
     std::uint64_t gaussians_not_finite = 0;  ///< with a NaN or an infinity; no image shows them
     std::uint64_t invisible = 0;             ///< opacity below 1/255
     std::uint64_t visible = 0;               ///< all others
-    std::uint32_t images_not_finite = 0;     ///< scored images with a NaN or an infinity
-    std::uint32_t images_blank = 0;          ///< images that show the background only
+    std::uint64_t images_not_finite = 0;     ///< scored images with a NaN or an infinity
+    std::uint64_t images_blank = 0;          ///< images that show the background only
 
     /// Without numbers that are not finite. Otherwise scores mean nothing.
     [[nodiscard]] bool finite() const {
         return outputs_not_finite == 0 && gaussians_not_finite == 0 && images_not_finite == 0;
     }
     void add(const Ledger& other);
+    /// Take over the counts of a prediction.
+    void take(const model::Ledger& prediction);
 };
 
-std::uint64_t count_not_finite(std::span<const float> values);
-
-/// Count the Gaussians of a prediction.
-void count_gaussians(const scene::Gaussians& predicted, Ledger& ledger);
+/// The counts of a ledger by the names that files give them.
+inline constexpr struct {
+    const char* name;
+    std::uint64_t Ledger::*count;
+} kLedgerCounts[] = {{"outputs_not_finite", &Ledger::outputs_not_finite},
+                     {"gaussians", &Ledger::gaussians},
+                     {"gaussians_not_finite", &Ledger::gaussians_not_finite},
+                     {"gaussians_invisible", &Ledger::invisible},
+                     {"gaussians_visible", &Ledger::visible},
+                     {"images_not_finite", &Ledger::images_not_finite},
+                     {"images_blank", &Ledger::images_blank}};
 
 /// True if an image [3,pixels] has one colour everywhere.
 bool is_plain(std::span<const float> image, const std::array<float, 3>& colour);

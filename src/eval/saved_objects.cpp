@@ -13,59 +13,37 @@
 namespace splat::eval {
 namespace {
 
-/// A number of an object's scores: its key and where it is. Counts are exact up to 2^53.
-struct Field {
-    const char* key;
-    std::uint64_t most;  ///< most that a count may be; 0: a number, which may be null
-    std::function<double(const ObjectScores&)> get;
-    std::function<void(ObjectScores&, double)> set;
-};
+/// Call visit(key, number) for each number of an object's scores, in the order of files.
+template <class Object, class Visit>
+void each_number(Object& object, const Visit& visit) {
+    for (const auto& [scores, which] :
+         {std::pair{&object.novel, "novel"}, {&object.conditioning, "cond"}}) {
+        for (const auto& [name, mean] : kScoreMeans)
+            visit(std::string(name) + "_" + which, scores->*mean);
+        visit(std::string("views_") + which, scores->views);
+        visit(std::string("perfect_") + which, scores->perfect);
+    }
+    visit("empty_views", object.empty);
+    visit("predict_seconds", object.predict_seconds);
+    visit("draw_seconds", object.draw_seconds);
+    visit("drawn", object.drawn);
+    for (const auto& [name, count] : kLedgerCounts) visit(name, object.ledger.*count);
+}
 
+/// Take a number, which may be null, or a count, exact up to 2^53. Returns whether there is one that fits.
 template <class Value>
-constexpr std::uint64_t most_of() {
-    return std::is_integral_v<Value> ? static_cast<std::uint64_t>(std::numeric_limits<Value>::max())
-                                     : 0;
-}
-
-template <class Part, class Value>
-Field field_of(const char* key, Part ObjectScores::*part, Value Part::*value) {
-    return {key, most_of<Value>(),
-            [=](const ObjectScores& o) { return static_cast<double>(o.*part.*value); },
-            [=](ObjectScores& o, double number) { o.*part.*value = static_cast<Value>(number); }};
-}
-
-template <class Value>
-Field field_of(const char* key, Value ObjectScores::*value) {
-    return {key, most_of<Value>(),
-            [=](const ObjectScores& o) { return static_cast<double>(o.*value); },
-            [=](ObjectScores& o, double number) { o.*value = static_cast<Value>(number); }};
-}
-
-const std::vector<Field>& fields() {
-    using O = ObjectScores;
-    static const std::vector<Field> all = {
-        field_of("psnr_novel", &O::novel, &Scores::psnr),
-        field_of("ssim_novel", &O::novel, &Scores::ssim),
-        field_of("lpips_novel", &O::novel, &Scores::lpips),
-        field_of("views_novel", &O::novel, &Scores::views),
-        field_of("perfect_novel", &O::novel, &Scores::perfect),
-        field_of("psnr_cond", &O::conditioning, &Scores::psnr),
-        field_of("ssim_cond", &O::conditioning, &Scores::ssim),
-        field_of("lpips_cond", &O::conditioning, &Scores::lpips),
-        field_of("views_cond", &O::conditioning, &Scores::views),
-        field_of("perfect_cond", &O::conditioning, &Scores::perfect),
-        field_of("empty_views", &O::empty),
-        field_of("predict_seconds", &O::predict_seconds),
-        field_of("draw_seconds", &O::draw_seconds),
-        field_of("drawn", &O::drawn),
-        field_of("outputs_not_finite", &O::ledger, &Ledger::outputs_not_finite),
-        field_of("gaussians", &O::ledger, &Ledger::gaussians),
-        field_of("gaussians_not_finite", &O::ledger, &Ledger::gaussians_not_finite),
-        field_of("gaussians_invisible", &O::ledger, &Ledger::invisible),
-        field_of("gaussians_visible", &O::ledger, &Ledger::visible),
-        field_of("images_not_finite", &O::ledger, &Ledger::images_not_finite),
-        field_of("images_blank", &O::ledger, &Ledger::images_blank)};
-    return all;
+bool take_number(const JsonTree* found, Value& value) {
+    if (found == nullptr) return false;
+    if constexpr (std::is_integral_v<Value>) {
+        const auto count = found->count();
+        if (!count || *count > std::numeric_limits<Value>::max()) return false;
+        value = static_cast<Value>(*count);
+    } else {
+        const auto number = found->is_null() ? std::nan("") : found->number();
+        if (!number) return false;
+        value = *number;
+    }
+    return true;
 }
 
 /// What objects of two evaluations must share.
@@ -82,16 +60,13 @@ Result<ObjectScores> object_of(const JsonTree& json, std::size_t place) {
         return error(Code::kFormat, "object %zu has no name", place);
     ObjectScores object;
     object.name = *name->text();
-    for (const Field& field : fields()) {
-        const JsonTree* const found = json.find(field.key);
-        const bool null = found != nullptr && found->is_null() && field.most == 0;
-        const auto number = found == nullptr ? std::nullopt : found->number();
-        const auto count = found == nullptr ? std::nullopt : found->count();
-        if (!null && (!number || (field.most != 0 && (!count || *count > field.most))))
-            return error(Code::kFormat, "object '%s' has no number '%s'",
-                         shown(object.name).c_str(), field.key);
-        field.set(object, null ? std::nan("") : *number);
-    }
+    std::string lacking;
+    each_number(object, [&](const std::string& key, auto& value) {
+        if (!take_number(json.find(key), value) && lacking.empty()) lacking = key;
+    });
+    if (!lacking.empty())
+        return error(Code::kFormat, "object '%s' has no number '%s'", shown(object.name).c_str(),
+                     lacking.c_str());
     return object;
 }
 
@@ -105,7 +80,9 @@ std::string objects_text(const Evaluation& evaluation) {
     json.newline(2).key("objects").begin_array();
     for (const auto& [index, object] : evaluation.objects) {
         json.newline(4).begin_object().member("object", object.name);
-        for (const Field& field : fields()) json.member(field.key, field.get(object));
+        each_number(object, [&](const std::string& key, const auto& value) {
+            json.member(key, static_cast<double>(value));
+        });
         json.end();
     }
     json.newline(2).end().newline(0).end();

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/finite.h"
+
 namespace splat::eval {
 namespace {
 
@@ -36,22 +38,6 @@ Result<double> distance(const Lpips& lpips, std::span<const float> image,
     return static_cast<double>(value);
 }
 
-Result<scene::Gaussians> predict_object(vk::Context& context, predict::Predictor& predictor,
-                                        const predict::Views& views, Ledger& ledger) {
-    std::vector<float> raw;
-    scene::Gaussians made;
-    {
-        const std::lock_guard lock(context.mutex);
-        SPLAT_ASSIGN(made, predictor.predict(views));
-        const vk::BufferView& output = predictor.model().raw_output();
-        raw.resize(output.shape.elements());
-        SPLAT_TRY(context.read(output, raw.data(), raw.size() * sizeof(float)));
-    }
-    ledger.outputs_not_finite += count_not_finite(raw);
-    count_gaussians(made, ledger);
-    return made;
-}
-
 /// The novel views of an object: all but the conditioning ones, or `most` of them.
 void choose_novel(std::uint32_t count, std::uint32_t most, EvaluatedViews& views) {
     std::vector<std::uint32_t> others;
@@ -65,11 +51,6 @@ void choose_novel(std::uint32_t count, std::uint32_t most, EvaluatedViews& views
     }
     for (std::size_t i = 0; i < most; ++i)
         views.novel.push_back(others[i * others.size() / most + others.size() / most / 2]);
-}
-
-Status check_counts(std::uint32_t count, std::size_t inputs) {
-    if (count > inputs) return {};
-    return error(Code::kFormat, "an object has %u views, expected more than %zu", count, inputs);
 }
 
 }  // namespace
@@ -100,21 +81,21 @@ std::vector<std::uint32_t> EvaluatedViews::all() const {
 Result<EvaluatedViews> evaluated_views(std::uint32_t count, std::uint32_t inputs,
                                        std::uint32_t most, std::string_view format) {
     constexpr std::uint32_t kSrnViews = 251, kSrnStep = 64, kCo3dStep = 30;
-    SPLAT_TRY(check_counts(count, inputs));
     const bool is_co3d = format == "co3d";
     const bool srn = !is_co3d && count == kSrnViews && inputs <= 3;
     const bool co3d = is_co3d && inputs == 2 && count > kCo3dStep;
-    EvaluatedViews views;
+    std::vector<std::uint32_t> conditioning(inputs);
     for (std::uint32_t i = 0; i < inputs; ++i)
-        views.conditioning.push_back(srn ? kSrnStep * (i + 1) : co3d ? kCo3dStep * i : i);
-    choose_novel(count, most, views);
-    return views;
+        conditioning[i] = srn ? kSrnStep * (i + 1) : co3d ? kCo3dStep * i : i;
+    return evaluated_views(count, conditioning, most);
 }
 
 Result<EvaluatedViews> evaluated_views(std::uint32_t count,
                                        std::span<const std::uint32_t> conditioning,
                                        std::uint32_t most) {
-    SPLAT_TRY(check_counts(count, conditioning.size()));
+    if (count <= conditioning.size())
+        return error(Code::kFormat, "an object has %u views, expected more than %zu", count,
+                     conditioning.size());
     EvaluatedViews views;
     for (const std::uint32_t view : conditioning) {
         if (view >= count)
@@ -141,14 +122,13 @@ Result<EvaluatedViews> evaluated_views_from(std::uint32_t source, std::uint32_t 
 Result<std::vector<float>> draw_object(vk::Context& context, predict::Predictor& predictor,
                                        const predict::Views& views, ObjectScores& scores) {
     const Seconds predicting;
-    SPLAT_ASSIGN(const scene::Gaussians made,
-                 predict_object(context, predictor, views, scores.ledger));
-    scores.predict_seconds = predicting.passed();
-    const Seconds drawing;
     {
         const std::lock_guard lock(context.mutex);
-        SPLAT_TRY(predictor.show(made));
+        SPLAT_TRY(predictor.predict(views));
+        scores.ledger.take(predictor.ledger());
     }
+    scores.predict_seconds = predicting.passed();
+    const Seconds drawing;
     const std::span<const scene::Camera> cameras = views.cameras;
     std::vector<float> images;
     for (std::size_t first = 0; first < cameras.size(); first += predictor.kDrawnAtOnce) {
@@ -176,7 +156,7 @@ Status score_images(const Lpips& lpips, std::span<const float> images, const pre
                      images.size(), views.images.size(), views.images.size() / plane, side, side);
     const std::size_t count = images.size() / plane;
     for (std::size_t i = 0; i < count; ++i)
-        if (count_not_finite(images.subspan(i * plane, plane)) > 0)
+        if (find_not_finite(images.subspan(i * plane, plane)) < plane)
             ++scores.ledger.images_not_finite;
     for (std::size_t i = 0; i < count; ++i) {
         const std::span<const float> image = images.subspan(i * plane, plane);

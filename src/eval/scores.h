@@ -33,6 +33,12 @@ struct Scores {
     void finish();  ///< sums to means
 };
 
+/// The means by the names that files give them.
+inline constexpr struct {
+    const char* name;
+    double Scores::*mean;
+} kScoreMeans[] = {{"psnr", &Scores::psnr}, {"ssim", &Scores::ssim}, {"lpips", &Scores::lpips}};
+
 /// Scores of one object in its conditioning and its novel views.
 struct ObjectScores {
     std::string name;

@@ -5,6 +5,7 @@
 #include "core/checked_math.h"
 #include "core/finite.h"
 #include "ops/gaussian_head.h"
+#include "ops/gaussian_rows.h"
 
 namespace splat::model {
 namespace {
@@ -60,17 +61,14 @@ Result<std::unique_ptr<Model>> Model::create(vk::Context& context, const ModelCo
         if (planned.code() != Code::kUnsupported || slice == 1) return planned;
     }
     SPLAT_TRY(made->set_rays(pixel_rays(config)));
-    const Outputs o = made->outputs();
-    SPLAT_ASSIGN(
-        OutputLedger counts,
-        OutputLedger::create(
-            context, {made->raw_output(), o.means, o.opacities, o.scales, o.rotations, o.sh},
-            o.opacities));
+    const gaussians::SetViews all = made->sets(false);
+    SPLAT_ASSIGN(OutputLedger counts,
+                 OutputLedger::create(context, made->raw_output(), made->set_desc_, all));
     made->counts_ = std::make_unique<OutputLedger>(std::move(counts));
     if (options.gradients) {
-        const Outputs g = made->output_gradients();
-        for (const vk::BufferView& view : {g.means, g.opacities, g.scales, g.rotations, g.sh})
-            SPLAT_TRY(context.fill(view, 0));
+        const gaussians::SetViews g = made->sets(true);
+        SPLAT_TRY(context.fill(g.gaussians, 0));
+        SPLAT_TRY(context.fill(g.colors, 0));
     }
     return made;
 }
@@ -151,6 +149,7 @@ Status Model::record_exchange() {
 }
 
 Status Model::build() {
+    set_desc_ = {config_.gaussians(), config_.sh_degree};
     const std::uint32_t r = config_.resolution;
     const std::uint32_t n = slice_ * config_.views;
     image_ = graph_.input("images", {n, config_.image_channels(), r, r});
@@ -168,7 +167,7 @@ Status Model::build() {
 
     SongUnet unet(graph_, config_, options_.build);
     raw_ = unet.build(image_, embedding, tokens_, counter_);
-    outputs_ = graph_.node("gaussian_head",
+    outputs_ = graph_.node(ops::gaussian_set_row(),
                            {raw_, rays_value_, view_to_world_, quaternion_, focal_, origin_},
                            ops::gaussian_head_attributes(config_.head(), config_.views));
     inits_ = unet.inits();
@@ -293,6 +292,8 @@ Status Model::forward() {
     outside_writes_ = outside_->writes;
     if (!exchange_.empty()) SPLAT_TRY(context_.run(exchange_));
     SPLAT_TRY(sliced_ == nullptr ? executor_->forward() : sliced_->forward());
+    version_ = gaussians::next_version();
+    if (rows_ != nullptr) SPLAT_TRY(context_.run(rows_->unpack));
     Ledger ledger;
     SPLAT_TRY(counts_->measure(ledger));
     const std::lock_guard lock(ledger_mutex_);
@@ -300,23 +301,68 @@ Status Model::forward() {
     return {};
 }
 
-Status Model::backward() {
+Status Model::backward(bool of_sets) {
     SPLAT_TRY(check_unmapped());
     if (input_changed_ || outside_writes_ != outside_->writes)
         return error(Code::kInvalidState,
                      "backward was called after new inputs without their forward pass");
+    if (gradient_rows_ != nullptr)
+        SPLAT_TRY(context_.run(of_sets ? gradient_rows_->unpack : gradient_rows_->pack));
     SPLAT_TRY(sliced_ == nullptr ? executor_->backward() : sliced_->backward());
     return exchange_gradient_.empty() ? Status() : context_.run(exchange_gradient_);
 }
 
-Model::Outputs Model::outputs() const {
-    const auto of = [&](std::size_t i) { return tensor(outputs_[i]); };
-    return {of(0), of(1), of(2), of(3), of(4)};
+gaussians::SetViews Model::sets(bool gradients) const {
+    const auto of = [&](std::size_t i) {
+        return gradients ? gradient(outputs_[i]) : tensor(outputs_[i]);
+    };
+    return {of(0), of(1), options_.objects * set_desc_.gaussians, gradients ? 0 : version_,
+            set_desc_.sh_degree};
 }
 
-Model::Outputs Model::output_gradients() const {
-    const auto of = [&](std::size_t i) { return gradient(outputs_[i]); };
-    return {of(0), of(1), of(2), of(3), of(4)};
+gaussians::SetViews Model::set(std::uint32_t object, bool gradients) const {
+    const std::uint32_t each = set_desc_.gaussians;
+    return gaussians::part(set_desc_, sets(gradients), object * each, each);
+}
+
+Result<Model::Outputs> Model::outputs() {
+    return rows(rows_, false);
+}
+
+Result<Model::Outputs> Model::output_gradients() {
+    return rows(gradient_rows_, true);
+}
+
+Result<Model::Outputs> Model::rows(std::unique_ptr<Rows>& rows, bool gradients) {
+    if (rows != nullptr) return rows->views;
+    auto made = std::make_unique<Rows>();
+    const gaussians::SetViews set = sets(gradients);
+    const std::uint32_t n = options_.objects;
+    const std::uint32_t m = set_desc_.gaussians;
+    const auto make = [&](std::size_t i, const Shape& shape, vk::BufferView& view) -> Status {
+        SPLAT_ASSIGN(made->memory[i],
+                     context_.memory().allocate(vk::quad_bytes(shape.elements()),
+                                                vk::MemoryKind::kDevice, "results of a model"));
+        view = made->memory[i].view(shape);
+        return {};
+    };
+    Outputs& o = made->views;
+    SPLAT_TRY(make(0, {n, m, 3}, o.means));
+    SPLAT_TRY(make(1, {n, m, 1}, o.opacities));
+    SPLAT_TRY(make(2, {n, m, 3}, o.scales));
+    SPLAT_TRY(make(3, {n, m, 4}, o.rotations));
+    SPLAT_TRY(make(4, {n, m, set_desc_.color_floats() / 3, 3}, o.sh));
+    gaussians::SetDesc desc = set_desc_;
+    desc.gaussians = set.count;
+    const ops::GaussianRows all{o.means, o.scales, o.rotations, o.opacities, o.sh};
+    vk::Recorder unpack(context_), pack(context_);
+    SPLAT_TRY(ops::unpack_rows(unpack, desc, set, all, false));
+    SPLAT_ASSIGN(made->unpack, unpack.finish());
+    SPLAT_TRY(ops::pack_rows(pack, desc, all, set));
+    SPLAT_ASSIGN(made->pack, pack.finish());
+    SPLAT_TRY(context_.run(made->unpack));
+    rows = std::move(made);
+    return rows->views;
 }
 
 }  // namespace splat::model

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -79,10 +80,10 @@ class Model {
     /// Errors: kInvalidState while a tensor of it is mapped; those of Context::run.
     Status forward();
 
-    /// Compute the gradients of parameters from the written gradients of outputs. Errors: kInvalidState after
-    /// new inputs without their forward pass, or while a tensor of it is mapped. After other errors the
-    /// gradients may hold part of the batch and must be zeroed.
-    Status backward();
+    /// Compute the gradients of parameters from the written gradients of outputs, or `of_sets` from those of
+    /// sets(true). Errors: kInvalidState after new inputs without their forward pass, or while a tensor of it is
+    /// mapped. After other errors the gradients may hold part of the batch and must be zeroed.
+    Status backward(bool of_sets = false);
 
     /// Errors: kInvalidState while a tensor that shares its memory is mapped.
     [[nodiscard]] Status check_unmapped() const;
@@ -116,13 +117,23 @@ class Model {
     struct Outputs {
         vk::BufferView means, opacities, scales, rotations, sh;
     };
-    [[nodiscard]] Outputs outputs() const;
+    /// Made by the first call, and filled by each pass from then on. Errors: those of Memory::allocate and
+    /// Context::run.
+    Result<Outputs> outputs();
+    Result<Outputs> output_gradients();
+
+    /// The Gaussians of all objects of the latest pass, or of one, as a rasterizer takes them; with `gradients`,
+    /// the memory from which backward(true) takes their gradients.
+    [[nodiscard]] gaussians::SetViews sets(bool gradients = false) const;
+    [[nodiscard]] gaussians::SetViews set(std::uint32_t object, bool gradients = false) const;
+    /// What such a set holds.
+    [[nodiscard]] const gaussians::SetDesc& set_desc() const { return set_desc_; }
+
     /// Counts of the latest forward pass that succeeded. May be called during a pass.
     [[nodiscard]] Ledger ledger() const {
         const std::lock_guard lock(ledger_mutex_);
         return ledger_;
     }
-    [[nodiscard]] Outputs output_gradients() const;
 
     /// Output of the network, input of the head: [N, output_channels, R, R], row-major.
     [[nodiscard]] const vk::BufferView& raw_output() const { return tensor(raw_); }
@@ -196,6 +207,16 @@ class Model {
     std::unique_ptr<nn::Parameters> parameters_;
     std::unique_ptr<nn::Executor> executor_;
     std::unique_ptr<ObjectSlices> sliced_;  ///< nullptr for one slice
+    gaussians::SetDesc set_desc_;           ///< describes the set of one object
+    std::uint64_t version_ = 0;             ///< changes with each forward pass
+    /// A set, or its gradients, of all objects as one array per attribute.
+    struct Rows {
+        std::array<vk::Buffer, 5> memory;
+        Outputs views;
+        vk::CommandList pack, unpack;
+    };
+    Result<Outputs> rows(std::unique_ptr<Rows>& rows, bool gradients);
+    std::unique_ptr<Rows> rows_, gradient_rows_;
     std::unique_ptr<OutputLedger> counts_;
     mutable std::mutex ledger_mutex_;
     Ledger ledger_;
@@ -214,7 +235,7 @@ class Model {
                 quaternion_ = nn::kNoValue, focal_ = nn::kNoValue, origin_ = nn::kNoValue,
                 embedding_ = nn::kNoValue, tokens_ = nn::kNoValue, counter_ = nn::kNoValue,
                 raw_ = nn::kNoValue;
-    std::vector<nn::ValueId> outputs_;
+    std::vector<nn::ValueId> outputs_;  ///< arrays of the set
 };
 
 /// Directions [3,R,R] of the pixels' rays: x right, y down for the default inverted_y. Not divided by the

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <array>
-
+#include "gaussians/set_statistics.h"
 #include "nn/executor.h"
 
 namespace splat::model {
@@ -9,19 +8,23 @@ namespace splat::model {
 /// What a forward pass gave, over all objects of the batch.
 struct Ledger {
     std::uint64_t gaussians = 0;
-    /// Numbers of the network's output and of the attributes that are NaN or infinite. Heads clamp some.
-    std::uint64_t non_finite = 0;
-    std::uint64_t faint = 0;  ///< Gaussians of an opacity below 1/255, which no pixel shows
+    std::uint64_t outputs_not_finite = 0;  ///< numbers of the network's output; heads clamp some
+    gaussians::SetStatistics set;
+
+    /// Numbers of the network's output and of the attributes that are NaN or infinite.
+    [[nodiscard]] std::uint64_t non_finite() const {
+        return outputs_not_finite + set.numbers_not_finite;
+    }
 };
 
 /// Counts on the device what Ledger holds: one list and one small read after each pass.
 class OutputLedger {
   public:
-    /// results    the network's output, means, opacities, scales, rotations and sh
+    /// raw        the network's output
     /// Errors     kOutOfDeviceMemory
-    static Result<OutputLedger> create(vk::Context& context,
-                                       const std::array<vk::BufferView, 6>& results,
-                                       const vk::BufferView& opacities);
+    static Result<OutputLedger> create(vk::Context& context, const vk::BufferView& raw,
+                                       const gaussians::SetDesc& desc,
+                                       const gaussians::SetViews& set);
 
     /// Errors: those of Context::run and read.
     Status measure(Ledger& ledger);
@@ -30,10 +33,10 @@ class OutputLedger {
     explicit OutputLedger(vk::Context& context) : context_(&context) {}
 
     vk::Context* context_;
-    vk::Buffer counts_;  ///< partial statistics of each tensor, then a copy of the opacities
+    vk::Buffer counts_;  ///< partial statistics of the set, then of the output
     vk::CommandList list_;
-    std::array<std::uint64_t, 6> offsets_{}, bytes_{};  ///< places of the statistics in counts_
-    std::uint64_t opacities_offset_ = 0, opacities_ = 0;
+    std::uint64_t raw_offset_ = 0;  ///< bytes
+    std::uint32_t gaussians_ = 0;
 };
 
 }  // namespace splat::model

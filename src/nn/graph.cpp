@@ -25,41 +25,47 @@ ValueId Graph::parameter(std::string name, const Shape& shape, bool trainable) {
                 kNoValue});
 }
 
-Result<Node> Graph::make_node(const char* op, std::vector<ValueId> inputs,
+Result<Node> Graph::make_node(const ops::OpRow& row, std::vector<ValueId> inputs,
                               std::span<const JsonScalar> attributes) {
-    SPLAT_ASSIGN(const ops::OpRow* row, ops::find_op(op));
-    SPLAT_ASSIGN(ops::Attributes complete, ops::complete_attributes(*row, attributes));
-    inputs.resize(row->inputs.size(), kNoValue);
+    SPLAT_ASSIGN(ops::Attributes complete, ops::complete_attributes(row, attributes));
+    inputs.resize(row.inputs.size(), kNoValue);
     std::vector<Shape> shapes;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
-        const ops::Port& port = row->inputs[i];
+        const ops::Port& port = row.inputs[i];
         if (inputs[i] == kNoValue) {
             if (!port.optional)
-                return error(Code::kShape, "%s: tensor '%s' is absent", op, port.name);
+                return error(Code::kShape, "%s: tensor '%s' is absent", row.name, port.name);
             shapes.emplace_back();
             continue;
         }
         const Value& value = values_[inputs[i]];
         if (value.layout != port.layout)
-            return error(Code::kShape, "%s: tensor '%s' is %s, expected %s", op, port.name,
+            return error(Code::kShape, "%s: tensor '%s' is %s, expected %s", row.name, port.name,
                          value.layout == ops::Layout::kQuads ? "an activation" : "row-major",
                          port.layout == ops::Layout::kQuads ? "an activation" : "row-major");
         if (value.shape.rank() == 0)  // to a plan, rank 0 means absent
             return error(Code::kShape,
-                         "%s: tensor '%s' has shape [], expected at least one dimension", op,
+                         "%s: tensor '%s' has shape [], expected at least one dimension", row.name,
                          port.name);
         shapes.push_back(value.shape);
     }
-    SPLAT_ASSIGN(ops::OpPlan plan, row->plan(recorder_, complete, shapes));
-    return Node{row, std::move(complete), std::move(inputs), {}, std::move(plan), segment_};
+    SPLAT_ASSIGN(ops::OpPlan plan, row.plan(recorder_, complete, shapes));
+    return Node{&row, std::move(complete), std::move(inputs), {}, std::move(plan), segment_};
 }
 
 std::vector<ValueId> Graph::node(const char* op, std::vector<ValueId> inputs,
                                  std::vector<JsonScalar> attributes) {
     const Result<const ops::OpRow*> row = ops::find_op(op);
-    const std::vector<ValueId> none(row.ok() ? row.value()->outputs.size() : 1, kNoValue);
+    if (row.ok()) return node(*row.value(), std::move(inputs), std::move(attributes));
+    fail(row.status());
+    return {kNoValue};
+}
+
+std::vector<ValueId> Graph::node(const ops::OpRow& row, std::vector<ValueId> inputs,
+                                 std::vector<JsonScalar> attributes) {
+    const std::vector<ValueId> none(row.outputs.size(), kNoValue);
     if (!status_.ok()) return none;
-    Result<Node> made = make_node(op, std::move(inputs), attributes);
+    Result<Node> made = make_node(row, std::move(inputs), attributes);
     if (!made.ok()) {
         fail(made.status());
         return none;
@@ -67,8 +73,8 @@ std::vector<ValueId> Graph::node(const char* op, std::vector<ValueId> inputs,
     Node node = std::move(made.value());
     for (std::size_t i = 0; i < node.plan.outputs.size(); ++i)
         node.outputs.push_back(
-            add({std::string(op) + "." + node.row->outputs[i].name, ValueKind::kActivation,
-                 node.plan.outputs[i], node.row->outputs[i].layout, false, kNoValue}));
+            add({std::string(row.name) + "." + row.outputs[i].name, ValueKind::kActivation,
+                 node.plan.outputs[i], row.outputs[i].layout, false, kNoValue}));
     nodes_.push_back(std::move(node));
     return nodes_.back().outputs;
 }

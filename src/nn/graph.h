@@ -52,6 +52,9 @@ class Graph {
     /// kShape, naming operator and tensor, for a required input that is absent or has another layout.
     std::vector<ValueId> node(const char* op, std::vector<ValueId> inputs,
                               std::vector<JsonScalar> attributes = {});
+    /// The same for a row that need not be in the table.
+    std::vector<ValueId> node(const ops::OpRow& row, std::vector<ValueId> inputs,
+                              std::vector<JsonScalar> attributes);
 
     /// The same for operators of one output.
     ValueId op(const char* op, std::vector<ValueId> inputs,
@@ -81,7 +84,7 @@ class Graph {
 
   private:
     ValueId add(Value value);
-    Result<Node> make_node(const char* op, std::vector<ValueId> inputs,
+    Result<Node> make_node(const ops::OpRow& row, std::vector<ValueId> inputs,
                            std::span<const JsonScalar> attributes);
 
     vk::Recorder recorder_;  ///< tells plans the device and its kernels; records nothing

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/checked_math.h"
+#include "ops/gaussian_rows.h"
 #include "vk/launch.h"
 
 namespace splat::ops {
@@ -106,20 +108,17 @@ std::vector<JsonScalar> gaussian_head_attributes(const HeadForm& form, std::uint
 
 Status gaussian_head_forward(vk::Recorder& recorder, const GaussianHeadDesc& desc,
                              const vk::BufferView& net_out, const GaussianHeadCameras& cameras,
-                             const GaussianHeadTensors& gaussians) {
-    return record(
-        recorder, "gaussian_head_forward", desc, cameras, net_out,
-        {vk::write(gaussians.means), vk::write(gaussians.opacities), vk::write(gaussians.scales),
-         vk::write(gaussians.rotations), vk::write(gaussians.sh)});
+                             const gaussians::SetViews& set) {
+    return record(recorder, "gaussian_head_forward", desc, cameras, net_out,
+                  {vk::write(set.gaussians), vk::write(set.colors)});
 }
 
 Status gaussian_head_backward(vk::Recorder& recorder, const GaussianHeadDesc& desc,
                               const vk::BufferView& net_out, const GaussianHeadCameras& cameras,
-                              const GaussianHeadTensors& grads,
+                              const gaussians::SetViews& grads,
                               const vk::BufferView& grad_net_out) {
     return record(recorder, "gaussian_head_backward", desc, cameras, net_out,
-                  {vk::read(grads.means), vk::read(grads.opacities), vk::read(grads.scales),
-                   vk::read(grads.rotations), vk::read(grads.sh), vk::write(grad_net_out)});
+                  {vk::read(grads.gaussians), vk::read(grads.colors), vk::write(grad_net_out)});
 }
 
 namespace {
@@ -188,6 +187,27 @@ Result<GaussianHeadDesc> head_desc(const Attributes& attributes, const Shape& ne
     return desc;
 }
 
+/// The set of all objects.
+gaussians::SetDesc set_of(const GaussianHeadDesc& desc) {
+    return {desc.images * desc.pixels * desc.layout.per_pixel, desc.layout.sh_degree};
+}
+
+/// Parts of a set begin at multiples of so many bytes, which satisfies every alignment of bindings.
+constexpr std::uint64_t kSetAlignment = 256;
+
+std::uint64_t gaussian_bytes(const gaussians::SetDesc& set) {
+    return round_up(std::uint64_t{set.gaussians} * gaussians::kGaussianFloats * 4, kSetAlignment);
+}
+
+std::uint64_t color_bytes(const gaussians::SetDesc& set) {
+    return std::uint64_t{set.gaussians} * set.color_quads() * 16;
+}
+
+gaussians::SetViews set_in(const vk::BufferView& workspace, const gaussians::SetDesc& set) {
+    return {workspace.part(0, gaussian_bytes(set)),
+            workspace.part(gaussian_bytes(set), color_bytes(set)), set.gaussians};
+}
+
 Result<OpPlan> gaussian_head_plan(const vk::Recorder&, const Attributes& attributes,
                                   std::span<const Shape> inputs) {
     const Shape& net_out = inputs[0];
@@ -209,31 +229,70 @@ Result<OpPlan> gaussian_head_plan(const vk::Recorder&, const Attributes& attribu
     }
     const std::uint32_t batch = desc.images / desc.views;
     const std::uint32_t each = desc.views * desc.pixels * desc.layout.per_pixel;
-    return OpPlan{.outputs = {Shape{batch, each, 3}, Shape{batch, each, 1}, Shape{batch, each, 3},
-                              Shape{batch, each, 4},
-                              Shape{batch, each, desc.layout.coefficients(), 3}}};
+    const std::uint64_t bytes = gaussian_bytes(set_of(desc)) + color_bytes(set_of(desc));
+    return OpPlan{
+        .outputs = {Shape{batch, each, 3}, Shape{batch, each, 1}, Shape{batch, each, 3},
+                    Shape{batch, each, 4}, Shape{batch, each, desc.layout.coefficients(), 3}},
+        .forward_workspace = bytes,
+        .backward_workspace = bytes};
 }
 
 GaussianHeadCameras cameras_of(const OpViews& v) {
     return {v.inputs[1], v.inputs[2], v.inputs[3], v.inputs[4], v.inputs[5]};
 }
 
-GaussianHeadTensors tensors_of(const std::vector<vk::BufferView>& views) {
-    return {views[0], views[1], views[2], views[3], views[4]};
+GaussianRows rows_of(const std::vector<vk::BufferView>& views) {
+    return {.means = views[0],
+            .scales = views[2],
+            .rotations = views[3],
+            .opacities = views[1],
+            .colors = views[4]};
 }
 
 Status gaussian_head_row_forward(vk::Recorder& recorder, const Attributes& attributes,
                                  const OpViews& v) {
     SPLAT_ASSIGN(const GaussianHeadDesc desc, head_desc(attributes, v.inputs[0].shape));
-    return gaussian_head_forward(recorder, desc, v.inputs[0], cameras_of(v), tensors_of(v.outputs));
+    const gaussians::SetViews set = set_in(v.workspace, set_of(desc));
+    SPLAT_TRY(gaussian_head_forward(recorder, desc, v.inputs[0], cameras_of(v), set));
+    return unpack_rows(recorder, set_of(desc), set, rows_of(v.outputs), false);
 }
 
 Status gaussian_head_row_backward(vk::Recorder& recorder, const Attributes& attributes,
                                   const OpViews& v) {
     if (!present(v.grad_inputs[0])) return {};
     SPLAT_ASSIGN(const GaussianHeadDesc desc, head_desc(attributes, v.inputs[0].shape));
+    const gaussians::SetViews grads = set_in(v.workspace, set_of(desc));
+    SPLAT_TRY(pack_rows(recorder, set_of(desc), rows_of(v.grad_outputs), grads));
+    return gaussian_head_backward(recorder, desc, v.inputs[0], cameras_of(v), grads,
+                                  v.grad_inputs[0]);
+}
+
+constexpr Port kGaussianSetOutputs[] = {{"gaussians", Layout::kRowMajor},
+                                        {"colors", Layout::kRowMajor}};
+
+Result<OpPlan> gaussian_set_plan(const vk::Recorder& recorder, const Attributes& attributes,
+                                 std::span<const Shape> inputs) {
+    SPLAT_ASSIGN(const OpPlan rows, gaussian_head_plan(recorder, attributes, inputs));
+    SPLAT_ASSIGN(const GaussianHeadDesc desc, head_desc(attributes, inputs[0]));
+    const std::uint32_t batch = rows.outputs[0][0];
+    const std::uint32_t each = rows.outputs[0][1];
+    return OpPlan{.outputs = {Shape{batch, each, gaussians::kGaussianFloats},
+                              Shape{batch, each, 4 * set_of(desc).color_quads()}}};
+}
+
+Status gaussian_set_forward(vk::Recorder& recorder, const Attributes& attributes,
+                            const OpViews& v) {
+    SPLAT_ASSIGN(const GaussianHeadDesc desc, head_desc(attributes, v.inputs[0].shape));
+    return gaussian_head_forward(recorder, desc, v.inputs[0], cameras_of(v),
+                                 {v.outputs[0], v.outputs[1]});
+}
+
+Status gaussian_set_backward(vk::Recorder& recorder, const Attributes& attributes,
+                             const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const GaussianHeadDesc desc, head_desc(attributes, v.inputs[0].shape));
     return gaussian_head_backward(recorder, desc, v.inputs[0], cameras_of(v),
-                                  tensors_of(v.grad_outputs), v.grad_inputs[0]);
+                                  {v.grad_outputs[0], v.grad_outputs[1]}, v.grad_inputs[0]);
 }
 
 }  // namespace
@@ -249,5 +308,17 @@ const OpRow kGaussianHeadRow = {
     .plan = gaussian_head_plan,
     .forward = gaussian_head_row_forward,
     .backward = gaussian_head_row_backward};
+
+const OpRow& gaussian_set_row() {
+    static const OpRow row = [] {
+        OpRow made = kGaussianHeadRow;
+        made.outputs = kGaussianSetOutputs;
+        made.plan = gaussian_set_plan;
+        made.forward = gaussian_set_forward;
+        made.backward = gaussian_set_backward;
+        return made;
+    }();
+    return row;
+}
 
 }  // namespace splat::ops

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gaussians/gaussian_set.h"
 #include "ops/op_table.h"
 #include "params/gaussian_head_params.h"
 
@@ -33,15 +34,6 @@ struct GaussianHeadCameras {
     vk::BufferView origin;
 };
 
-/// A batch of scenes, M = views * pixels * per_pixel Gaussians each, view by view and pixel by pixel.
-struct GaussianHeadTensors {
-    vk::BufferView means;      ///< [batch,M,3]
-    vk::BufferView opacities;  ///< [batch,M,1]
-    vk::BufferView scales;     ///< [batch,M,3]
-    vk::BufferView rotations;  ///< [batch,M,4] (w,x,y,z)
-    vk::BufferView sh;         ///< [batch,M,1 or 4,3], coefficient 0 first
-};
-
 /// Turn the network's output into 3D Gaussians in the world's frame.
 ///
 ///   p = ray * (sigmoid(depth) * (most - least) + least + origin) + point
@@ -54,20 +46,25 @@ struct GaussianHeadTensors {
 /// rotations nor coefficients are turned. Direct colours c become sh = (c - 1/2) / kSh0.
 ///
 /// net_out      [images,channels,H,W] float32 as quads: the layout's blocks
+/// set          a batch of scenes, each view by view and pixel by pixel
 /// Errors       those of gaussian_head_check; nothing is recorded on error
 /// Precision    a few roundings (tests/ops/gaussian_head_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       Szymanowicz et al. 2024, arXiv:2312.13150, section 3, and its published code
 Status gaussian_head_forward(vk::Recorder& recorder, const GaussianHeadDesc& desc,
                              const vk::BufferView& net_out, const GaussianHeadCameras& cameras,
-                             const GaussianHeadTensors& gaussians);
+                             const gaussians::SetViews& set);
 
 /// The gradient with respect to the network's output, overwritten; cameras have none. Derived in
 /// tests/ref/gaussian_head_ref.h; the rest as in the forward pass.
 Status gaussian_head_backward(vk::Recorder& recorder, const GaussianHeadDesc& desc,
                               const vk::BufferView& net_out, const GaussianHeadCameras& cameras,
-                              const GaussianHeadTensors& grads, const vk::BufferView& grad_net_out);
+                              const gaussians::SetViews& grads, const vk::BufferView& grad_net_out);
 
 extern const OpRow kGaussianHeadRow;
+
+/// The operator with the set itself as its outputs, for graphs that draw it: gaussians [batch,M,12] and colors
+/// [batch,M,4 color_quads].
+const OpRow& gaussian_set_row();
 
 }  // namespace splat::ops

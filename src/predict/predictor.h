@@ -5,21 +5,15 @@
 #include <vector>
 
 #include "config/config_keys.h"
+#include "gaussians/gaussian_set.h"
 #include "io/weights_file.h"
 #include "model/model.h"
 #include "model/weights.h"
 #include "predict/view_source.h"
-#include "raster/pack.h"
 #include "raster/rasterizer.h"
-#include "scene/gaussians.h"
 #include "vk/context.h"
 
 namespace splat::predict {
-
-/// A depth map and how opaque each pixel is.
-struct Depth {
-    std::vector<float> depth, alpha;  ///< [R,R]
-};
 
 /// A network that predicts scenes of one object, and a rasterizer for images of them. It has no adapters:
 /// those of weights are folded in, which gives the same predictions in less time.
@@ -40,30 +34,22 @@ class Predictor {
     /// model::load_state; the network then stays as it was.
     Status load(const io::WeightsFile& file, model::LoadReport& report);
 
-    /// The Gaussians of an object from its first views() views. Errors: kShape for inputs of another size;
-    /// those of model::Model::set_input and of a forward pass.
-    Result<scene::Gaussians> predict(const Views& views);
+    /// Predict the Gaussians of an object from its first views() views. They stay on the device. Errors: kShape
+    /// for inputs of another size; those of model::Model::set_input and of a forward pass.
+    Status predict(const Views& views);
 
-    /// True if every number that the network put out in the latest predict() is finite. If not, weights or
-    /// inputs are beyond what float32 holds, and the Gaussians mean nothing. Errors: those of Context::read.
-    [[nodiscard]] Result<bool> finite_output() const;
+    /// The predicted Gaussians that an image can show. Errors: those of Context::read.
+    [[nodiscard]] Result<gaussians::Downloaded> scene() const {
+        return gaussians::download(context_, model_->set_desc(), model_->set(0), false);
+    }
 
-    /// Copy Gaussians to the device for draw().
-    Status show(const scene::Gaussians& gaussians);
+    /// What of the latest prediction is finite and visible. Without outputs_not_finite, weights and inputs are
+    /// within what float32 holds; else the Gaussians mean nothing.
+    [[nodiscard]] model::Ledger ledger() const { return model_->ledger(); }
 
-    /// Images [n,3,R,R] of what show() copied, of at most kDrawnAtOnce cameras.
+    /// Images [n,3,R,R] of the prediction, of at most kDrawnAtOnce cameras. Errors: those of raster::pack_views
+    /// and of the rasterizer.
     Result<std::vector<float>> draw(std::span<const scene::Camera> cameras);
-
-    /// show(), then draw() as often as needed. For few cameras: the device is not free for others in between.
-    Result<std::vector<float>> draw(const scene::Gaussians& gaussians,
-                                    std::span<const scene::Camera> cameras);
-
-    /// Expected depth along z, and how opaque each pixel is.
-    Result<Depth> draw_depth(const scene::Gaussians& gaussians, const scene::Camera& camera);
-
-    /// The camera of a first view: at the origin, looking along z, with data.fov. Errors: kInvalidArgument
-    /// for a configuration whose views have focal lengths of their own.
-    [[nodiscard]] Result<scene::Camera> camera() const;
 
     /// CRC-32 of the configuration and of all parameters, as hexadecimal text. Errors: those of Context::read.
     Result<std::string> checksum();
@@ -83,15 +69,7 @@ class Predictor {
     double lora_alpha_;
     std::uint32_t config_checksum_;
     std::unique_ptr<model::Model> model_;
-    raster::PackedBuffers scene_;  ///< scene that the rasterizer's command lists name
-    std::unique_ptr<raster::Rasterizer> rasterizer_;  ///< destroyed before `scene_`
-    std::uint64_t version_ = 0;                       ///< version of the contents of `scene_`
-    std::uint32_t shown_degree_ = 0;
+    std::unique_ptr<raster::Rasterizer> rasterizer_;  ///< made by the first draw()
 };
-
-/// Object `index` of the latest forward pass of a model of `objects` objects, in the parameters of scenes.
-/// Errors: those of Context::read.
-Result<scene::Gaussians> gaussians_of(vk::Context& context, const model::Model& model,
-                                      std::uint32_t objects, std::uint32_t index);
 
 }  // namespace splat::predict

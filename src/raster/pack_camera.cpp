@@ -1,7 +1,8 @@
+#include "raster/pack_camera.h"
+
 #include <algorithm>
 #include <cmath>
 
-#include "raster/pack.h"
 #include "raster_constants.h"
 #include "scene/camera_pose.h"
 

@@ -1,6 +1,7 @@
 #include "raster/project.h"
 
 #include <algorithm>
+#include <numbers>
 
 #include "core/checked_math.h"
 #include "params/pose_reduce_params.h"
@@ -63,7 +64,7 @@ Status for_slices(const vk::Recorder& recorder, const RasterDesc& desc, const Wi
 }  // namespace
 
 Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                       const PackedGaussians& scene, const vk::BufferView& cameras,
+                       const SetViews& scene, const vk::BufferView& cameras,
                        const ItemViews& items) {
     const std::uint32_t quads = desc.color_quads();
     return for_slices(recorder, desc, window, [&](const Slice& part) {
@@ -87,7 +88,7 @@ Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Win
     });
 }
 
-Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const PackedGaussians& scene,
+Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const SetViews& scene,
                        const vk::BufferView& cameras, const ItemViews& items,
                        const vk::BufferView& normals) {
     return for_slices(recorder, desc, {}, [&](const Slice& part) {
@@ -111,11 +112,10 @@ std::uint64_t pose_partial_bytes(const vk::Recorder& recorder, const RasterDesc&
     return ceil_div(std::uint64_t{desc.gaussians}, group_size(recorder)) * desc.views * 3 * 16;
 }
 
-Status project_backward(vk::Recorder& recorder, const RasterDesc& desc,
-                        const PackedGaussians& scene, const vk::BufferView& cameras,
-                        const ItemViews& items, const RecordViews& records,
-                        const PackedGradients& gradients, const ProjectionGradients& projection,
-                        bool accumulate) {
+Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const SetViews& scene,
+                        const vk::BufferView& cameras, const ItemViews& items,
+                        const RecordViews& records, const SetViews& gradients,
+                        const ProjectionGradients& projection, bool accumulate) {
     const std::uint32_t quads = desc.color_quads();
     SPLAT_TRY(for_slices(recorder, desc, {}, [&](Slice part) {
         part.params.accumulate = accumulate ? 1 : 0;
@@ -156,6 +156,22 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc,
         .work = {.flops = 12.0 * partial_groups * desc.views,
                  .bytes = 48.0 * partial_groups * desc.views},
     });
+}
+
+std::vector<float> conics_of(std::span<const float> splats, std::span<const float> radii) {
+    // The kernels keep the Cholesky factor of the conic, scaled to powers of two.
+    constexpr double kScale = 2 * std::numbers::ln2;
+    std::vector<float> conics(radii.size() / 2 * 3);
+    for (std::size_t i = 0; i < radii.size() / 2; ++i) {
+        if (!(radii[2 * i] > 0)) continue;
+        const auto l11 = static_cast<double>(splats[12 * i + 4]);
+        const auto l21 = static_cast<double>(splats[12 * i + 5]);
+        const auto l22 = static_cast<double>(splats[12 * i + 6]);
+        conics[3 * i] = static_cast<float>(kScale * l11 * l11);
+        conics[3 * i + 1] = static_cast<float>(kScale * l11 * l21);
+        conics[3 * i + 2] = static_cast<float>(kScale * (l21 * l21 + l22 * l22));
+    }
+    return conics;
 }
 
 }  // namespace splat::raster

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "raster/pack.h"
+#include "raster/pack_camera.h"
 #include "vk/recorder.h"
 
 namespace splat::raster {
@@ -24,11 +24,11 @@ struct ItemViews {
 /// Determinism  bit-exact for any thread count
 /// Source       Kerbl et al. 2023 section 4; shaders/include/projection.glsl
 Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                       const PackedGaussians& scene, const vk::BufferView& cameras,
+                       const SetViews& scene, const vk::BufferView& cameras,
                        const ItemViews& items);
 
 /// Compute the normal of each Gaussian that reaches a tile, in camera coordinates, as [V*N] quads.
-Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const PackedGaussians& scene,
+Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const SetViews& scene,
                        const vk::BufferView& cameras, const ItemViews& items,
                        const vk::BufferView& normals);
 
@@ -53,10 +53,13 @@ std::uint64_t pose_partial_bytes(const vk::Recorder& recorder, const RasterDesc&
 /// Errors       the recorder's
 /// Determinism  bit-exact for any thread count: records are summed in their order
 /// Source       shaders/include/projection_backward.glsl; derived in tests/ref/project_ref.h
-Status project_backward(vk::Recorder& recorder, const RasterDesc& desc,
-                        const PackedGaussians& scene, const vk::BufferView& cameras,
-                        const ItemViews& items, const RecordViews& records,
-                        const PackedGradients& gradients, const ProjectionGradients& projection,
-                        bool accumulate);
+Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const SetViews& scene,
+                        const vk::BufferView& cameras, const ItemViews& items,
+                        const RecordViews& records, const SetViews& gradients,
+                        const ProjectionGradients& projection, bool accumulate);
+
+/// Conics [items,3] from the splats [items,3] quads and the radii [items,2] of the projection: a,
+/// b, c of exp(-(a x^2 + c y^2)/2 - b x y), or zeros where the item is culled.
+std::vector<float> conics_of(std::span<const float> splats, std::span<const float> radii);
 
 }  // namespace splat::raster

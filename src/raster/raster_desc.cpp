@@ -18,16 +18,6 @@ std::uint32_t RasterDesc::flags() const {
     return flags;
 }
 
-vk::BufferView slice(const vk::BufferView& view, std::uint64_t first, std::uint64_t count,
-                     std::uint64_t stride) {
-    vk::BufferView part = view;
-    part.offset += first * stride * 16;
-    part.bytes = count * stride * 16;
-    part.shape = {static_cast<std::uint32_t>(count), static_cast<std::uint32_t>(stride * 4)};
-    SPLAT_ASSERT(part.end() <= view.end());
-    return part;
-}
-
 std::uint32_t slice_size(const vk::DeviceInfo& device, const RasterDesc& desc) {
     // Multiples of 256 Gaussians keep slices aligned and workgroups full.
     const std::uint64_t stride = std::max<std::uint64_t>(3, desc.color_quads()) * 16;

@@ -2,11 +2,14 @@
 
 #include <cstdint>
 
+#include "gaussians/gaussian_set.h"
 #include "raster_constants.h"
-#include "vk/buffer.h"
 #include "vk/device.h"
 
 namespace splat::raster {
+
+using gaussians::SetViews;
+using gaussians::slice;
 
 /// Rules that decide what a pixel sees. README.md compares them.
 enum class Convention : int {
@@ -28,15 +31,12 @@ struct Skips {
     bool unchanged = true;  ///< forward does nothing if scene, cameras and background stay
 };
 
-/// What to rasterize. Fixed for the life of a Rasterizer, for which the numbers of Gaussians and views are
-/// capacities.
-struct RasterDesc {
-    std::uint32_t gaussians = 0;
+/// What to rasterize: a set and views of it. Fixed for the life of a Rasterizer, for which the numbers of Gaussians
+/// and views are capacities.
+struct RasterDesc : gaussians::SetDesc {
     std::uint32_t views = 1;
     std::uint32_t width = 0;  ///< pixels
     std::uint32_t height = 0;
-    std::uint32_t sh_degree = 0;
-    bool direct_colors = false;  ///< colours are RGB, not spherical harmonics
     Convention convention = Convention::k3dgs;
     bool antialiased = false;  ///< opacity compensates for the dilation
     float near_plane = kNear3dgs;
@@ -50,10 +50,6 @@ struct RasterDesc {
     bool export_gradients = false;   ///< gradients of the projected Gaussians, for densification
     Skips skips;
 
-    /// vec4 per Gaussian of the packed colours: coefficients [(degree + 1)^2, 3] or one RGB.
-    [[nodiscard]] std::uint32_t color_quads() const {
-        return direct_colors ? 1 : (3 * (sh_degree + 1) * (sh_degree + 1) + 3) / 4;
-    }
     [[nodiscard]] std::uint64_t items() const { return std::uint64_t{gaussians} * views; }
     [[nodiscard]] std::uint64_t pixels() const { return std::uint64_t{width} * height * views; }
     [[nodiscard]] std::uint32_t tiles_x() const { return (width + 15) / 16; }
@@ -72,10 +68,6 @@ struct Window {
 
     [[nodiscard]] std::uint32_t rows() const { return row_end - row_begin; }
 };
-
-/// `count` elements from element `first` of a buffer with `stride` quads per element.
-vk::BufferView slice(const vk::BufferView& view, std::uint64_t first, std::uint64_t count,
-                     std::uint64_t stride);
 
 /// Most Gaussians per dispatch, so that no binding of a packed array exceeds the device's limit.
 std::uint32_t slice_size(const vk::DeviceInfo& device, const RasterDesc& desc);

@@ -24,15 +24,10 @@ std::uint32_t first_passes(const RasterDesc& desc) {
         ceil_div(std::uint64_t{desc.tiles_y()}, kMaxWindowTiles / row));
 }
 
-bool same(const PackedGaussians& a, const PackedGaussians& b) {
-    return a.count == b.count && a.gaussians.same_range(b.gaussians) &&
-           a.colors.same_range(b.colors) && a.sh_degree == b.sh_degree;
-}
-
 }  // namespace
 
-bool Rasterizer::names(const PackedGaussians& scene) const {
-    return same(scene, scene_);
+bool Rasterizer::names(const SetViews& scene) const {
+    return scene.same_memory(scene_);
 }
 
 Status check_desc(const vk::DeviceInfo& device, const RasterDesc& desc) {
@@ -181,7 +176,7 @@ std::uint64_t Rasterizer::list_limit() const {
 }
 
 /// Record the lists of a call. On failure the latest call's stay.
-Status Rasterizer::record(const PackedGaussians& scene, const RasterDesc& desc) {
+Status Rasterizer::record(const SetViews& scene, const RasterDesc& desc) {
     const RasterDesc before = now_;
     const std::uint32_t passes_before = passes_;
     if (desc.gaussians != now_.gaussians || desc.views != now_.views) passes_ = first_passes(desc);
@@ -193,7 +188,7 @@ Status Rasterizer::record(const PackedGaussians& scene, const RasterDesc& desc) 
     return recorded;
 }
 
-Status Rasterizer::forward(const PackedGaussians& scene, const PackedViews& views) {
+Status Rasterizer::forward(const SetViews& scene, const PackedViews& views) {
     RasterDesc desc = desc_;
     desc.gaussians = scene.count;
     desc.views = views.count();
@@ -205,13 +200,13 @@ Status Rasterizer::forward(const PackedGaussians& scene, const PackedViews& view
     const bool resized = desc.gaussians != now_.gaussians || desc.views != now_.views;
     const bool moved = views.values != uploaded_;
     if (desc_.skips.unchanged && valid_ && !moved && scene.version != 0 &&
-        scene.version == scene_.version && same(scene, scene_)) {
+        scene.version == scene_.version && scene.same_memory(scene_)) {
         stats_.runs = 0;
         return {};
     }
     // A failure before the device starts leaves the previous call valid, including its gradient.
     std::vector<float> values = moved ? views.values : std::vector<float>();
-    if (forward_.empty() || resized || !same(scene, scene_)) SPLAT_TRY(record(scene, desc));
+    if (forward_.empty() || resized || !scene.same_memory(scene_)) SPLAT_TRY(record(scene, desc));
     scene_ = scene;
     valid_ = false;
     if (counted_ != now_.items()) SPLAT_TRY(count_items());
@@ -243,7 +238,7 @@ Status Rasterizer::forward(const PackedGaussians& scene, const PackedViews& view
 }
 
 Status Rasterizer::backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
-                            const PackedGradients& gradients) {
+                            const SetViews& gradients) {
     if (!desc_.backward)
         return error(Code::kInvalidArgument,
                      "rasterizer: made without backward; set it when creating");

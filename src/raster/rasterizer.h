@@ -45,7 +45,7 @@ class Rasterizer {
     /// Errors: kInvalidArgument for more Gaussians than desc(); kUnsupported if a tile's list is
     /// longer than the device's loops; those of create. If the call fails before the device starts,
     /// the results of the previous call stay valid.
-    Status forward(const PackedGaussians& scene, const PackedViews& views);
+    Status forward(const SetViews& scene, const PackedViews& views);
 
     /// Compute the gradient of the latest forward call. The workspace keeps pose and exported
     /// gradients.
@@ -53,13 +53,13 @@ class Rasterizer {
     /// grad_image   [V,H,W] quads of the call's V views: of RGB and alpha
     /// grad_depth   [V,H,W] float32, unread unless desc.grad_depth
     Status backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
-                    const PackedGradients& gradients);
+                    const SetViews& gradients);
 
     /// True if the workspace holds the results of a forward call that succeeded.
     [[nodiscard]] bool drawn() const { return valid_; }
 
     /// True if recorded command lists may name these arrays. They name those of one scene.
-    [[nodiscard]] bool names(const PackedGaussians& scene) const;
+    [[nodiscard]] bool names(const SetViews& scene) const;
 
     /// Call before the scene's arrays are written: the results no longer count as drawn.
     void invalidate() { valid_ = false; }
@@ -77,14 +77,12 @@ class Rasterizer {
     Status allocate_first_pairs();
     Status count_items();
     Status upload(std::vector<float> values);
-    Status record(const PackedGaussians& scene, const RasterDesc& desc);
-    Status record_forward(const PackedGaussians& scene);
-    Status record_forward_pass(vk::Recorder& recorder, const PackedGaussians& scene,
-                               const Window& window);
-    Status record_normals(vk::Recorder& recorder, const PackedGaussians& scene,
-                          const Window& window);
+    Status record(const SetViews& scene, const RasterDesc& desc);
+    Status record_forward(const SetViews& scene);
+    Status record_forward_pass(vk::Recorder& recorder, const SetViews& scene, const Window& window);
+    Status record_normals(vk::Recorder& recorder, const SetViews& scene, const Window& window);
     Status record_backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
-                           const PackedGradients& gradients);
+                           const SetViews& gradients);
     /// `needed` is the most pairs of a pass, `all` the pairs of all passes if each fits.
     Status run_forward(std::uint64_t& needed, std::uint64_t& all);
     Status grow(std::uint64_t needed);
@@ -100,7 +98,7 @@ class Rasterizer {
     Workspace space_;
     RasterStats stats_;
     std::uint32_t passes_ = 1;
-    PackedGaussians scene_;
+    SetViews scene_;
     std::vector<float> uploaded_;           ///< cameras and background as on the device
     bool valid_ = false;                    ///< the workspace holds a finished forward call
     std::uint32_t counted_ = 0;             ///< value of the workspace's item count

@@ -23,7 +23,7 @@ BlendViews Rasterizer::blend_views(const Window& window) const {
             .extra = space_.extra.range()};
 }
 
-Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const PackedGaussians& scene,
+Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const SetViews& scene,
                                        const Window& window) {
     const auto items = static_cast<std::uint32_t>(now_.items());
     const RadixSortDesc by_depth = {.capacity = items};
@@ -70,7 +70,7 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const PackedGauss
     return record_normals(recorder, scene, window);
 }
 
-Status Rasterizer::record_normals(vk::Recorder& recorder, const PackedGaussians& scene,
+Status Rasterizer::record_normals(vk::Recorder& recorder, const SetViews& scene,
                                   const Window& window) {
     if (!now_.normals) return {};
     if (now_.items() == 0) return recorder.fill(space_.normal_image.range(), 0);
@@ -81,7 +81,7 @@ Status Rasterizer::record_normals(vk::Recorder& recorder, const PackedGaussians&
     return blend_forward(recorder, now_, window, views, space_.capacity, true);
 }
 
-Status Rasterizer::record_forward(const PackedGaussians& scene) {
+Status Rasterizer::record_forward(const SetViews& scene) {
     if (space_.capacity == 0) SPLAT_TRY(allocate_first_pairs());  // growing failed
     std::vector<vk::CommandList> lists;
     for (std::uint32_t pass = 0; pass < passes_; ++pass) {
@@ -109,8 +109,7 @@ Status Rasterizer::record_forward(const PackedGaussians& scene) {
 }
 
 Status Rasterizer::record_backward(const vk::BufferView& grad_image,
-                                   const vk::BufferView& grad_depth,
-                                   const PackedGradients& gradients) {
+                                   const vk::BufferView& grad_depth, const SetViews& gradients) {
     std::vector<vk::CommandList> lists;
     for (std::uint32_t pass = 0; pass < passes_; ++pass) {
         const Window window = pass_window(now_, pass, passes_);

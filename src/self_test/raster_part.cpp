@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "raster/pack.h"
+#include "gaussians/gaussian_set.h"
+#include "raster/pack_camera.h"
 #include "raster/rasterizer.h"
 #include "self_test/parts.h"
 
@@ -69,7 +70,7 @@ struct Axis {
 };
 
 struct Drawn {
-    raster::PackedBuffers scene;
+    gaussians::GaussianSet scene;
     std::unique_ptr<raster::Rasterizer> rasterizer;
 };
 
@@ -95,11 +96,11 @@ Result<Drawn> draw(vk::Context& context, raster::RasterDesc& desc, bool backward
     for (std::size_t i = 0; i < 16; i += 5) camera.world_to_camera[i] = 1;
     Drawn drawn;
     SPLAT_ASSIGN(drawn.rasterizer, raster::Rasterizer::create(context, desc));
-    SPLAT_ASSIGN(drawn.scene, raster::allocate_packed(context, desc));
-    SPLAT_TRY(raster::upload_scene(context, desc, scene, drawn.scene));
+    SPLAT_ASSIGN(drawn.scene, gaussians::allocate_set(context, desc));
+    SPLAT_TRY(gaussians::upload(context, scene, drawn.scene));
     SPLAT_ASSIGN(const raster::PackedViews views,
                  raster::pack_views(desc, {&camera, 1}, {1, 1, 1}));
-    SPLAT_TRY(drawn.rasterizer->forward(drawn.scene.scene(), views));
+    SPLAT_TRY(drawn.rasterizer->forward(drawn.scene.views(), views));
     return drawn;
 }
 
@@ -127,11 +128,11 @@ Result<double> raster_gradient_error(vk::Context& context) {
     const Axis axis;
     raster::RasterDesc desc;
     SPLAT_ASSIGN(const Drawn drawn, draw(context, desc, true));
-    SPLAT_ASSIGN(const raster::PackedBuffers to, raster::allocate_packed(context, desc));
+    SPLAT_ASSIGN(const gaussians::GaussianSet to, gaussians::allocate_set(context, desc));
     Trial trial(context);
     SPLAT_ASSIGN(const vk::BufferView grad_image, trial.put(axis.grad_image));
     SPLAT_ASSIGN(const vk::BufferView grad_depth, trial.room(4 * Axis::kP));
-    SPLAT_TRY(drawn.rasterizer->backward(grad_image, grad_depth, to.gradients()));
+    SPLAT_TRY(drawn.rasterizer->backward(grad_image, grad_depth, to.views()));
     SPLAT_ASSIGN(Floats got, trial.get(to.gaussians.range(), axis.gradients.size()));
     SPLAT_ASSIGN(const Floats colors, trial.get(to.colors.range(), axis.color_gradients.size()));
     for (std::size_t i = 0; i < Axis::kCount; ++i)

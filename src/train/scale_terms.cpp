@@ -43,10 +43,18 @@ void add_scale_gradients(std::span<const float> scales, const ScaleOutliers& bat
     }
 }
 
+/// The scales [n,3] of a set, or their gradients.
+Result<std::vector<float>> Trainer::read_scales(const gaussians::SetViews& set) {
+    std::vector<float> quads(std::size_t{set.count} * gaussians::kGaussianFloats);
+    SPLAT_TRY(context_.read(set.gaussians, quads.data(), quads.size() * sizeof(float)));
+    std::vector<float> scales;
+    for (std::size_t at = gaussians::kScaleAt; at < quads.size(); at += gaussians::kGaussianFloats)
+        scales.insert(scales.end(), {quads[at], quads[at + 1], quads[at + 2]});
+    return scales;
+}
+
 Status Trainer::take_scales(std::uint32_t first, ScaleTerms& terms) {
-    const vk::BufferView view = model_->outputs().scales;
-    std::vector<float> scales(view.shape.elements());
-    SPLAT_TRY(context_.read(view, scales.data(), scales.size() * sizeof(float)));
+    SPLAT_ASSIGN(const std::vector<float> scales, read_scales(model_->sets()));
     ScaleOutliers found;
     found.add(scales);
     if (!found.any()) return {};
@@ -59,25 +67,25 @@ Status Trainer::take_scales(std::uint32_t first, ScaleTerms& terms) {
 }
 
 Status Trainer::add_to_gradients(std::span<const float> scales, const ScaleOutliers& batch) {
-    const vk::BufferView view = model_->output_gradients().scales;
-    std::vector<float> gradients(scales.size());
-    SPLAT_TRY(context_.read(view, gradients.data(), gradients.size() * sizeof(float)));
-    add_scale_gradients(scales, batch, gradients);
-    return context_.write(view, gradients.data(), gradients.size() * sizeof(float));
+    const gaussians::SetViews set = model_->sets(true);
+    std::vector<float> quads(std::size_t{set.count} * gaussians::kGaussianFloats);
+    SPLAT_TRY(context_.read(set.gaussians, quads.data(), quads.size() * sizeof(float)));
+    for (std::size_t i = 0; i < set.count; ++i)
+        add_scale_gradients(
+            scales.subspan(3 * i, 3), batch,
+            std::span(quads).subspan(i * gaussians::kGaussianFloats + gaussians::kScaleAt, 3));
+    return context_.write(set.gaussians, quads.data(), quads.size() * sizeof(float));
 }
 
 Status Trainer::repeat_for_scales(const TrainBatch& batch, std::uint32_t first,
                                   const ScaleOutliers& outliers) {
     SPLAT_TRY(forward(batch, first));
-    const model::Model::Outputs gradients = model_->output_gradients();
-    for (const vk::BufferView& view : {gradients.means, gradients.opacities, gradients.scales,
-                                       gradients.rotations, gradients.sh})
-        SPLAT_TRY(context_.fill(view, 0));
-    const vk::BufferView view = model_->outputs().scales;
-    std::vector<float> scales(view.shape.elements());
-    SPLAT_TRY(context_.read(view, scales.data(), scales.size() * sizeof(float)));
+    const gaussians::SetViews gradients = model_->sets(true);
+    SPLAT_TRY(context_.fill(gradients.gaussians, 0));
+    SPLAT_TRY(context_.fill(gradients.colors, 0));
+    SPLAT_ASSIGN(const std::vector<float> scales, read_scales(model_->sets()));
     SPLAT_TRY(add_to_gradients(scales, outliers));
-    return model_->backward();
+    return model_->backward(true);
 }
 
 }  // namespace splat::train

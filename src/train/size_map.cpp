@@ -15,13 +15,16 @@ Result<SizeMap> SizeMap::create(vk::Context& context, raster::RasterDesc desc) {
     return map;
 }
 
-Status SizeMap::draw(const raster::PackedGaussians& scene, const vk::BufferView& scales,
-                     std::span<const scene::Camera> cameras, const vk::BufferView& weights) {
-    std::vector<float> axes(std::size_t{3} * scene.count);
-    SPLAT_TRY(context_->read(scales, axes.data(), axes.size() * sizeof(float)));
+Status SizeMap::draw(const gaussians::SetViews& scene, std::span<const scene::Camera> cameras,
+                     const vk::BufferView& weights) {
+    using gaussians::kGaussianFloats;
+    std::vector<float> packed(std::size_t{kGaussianFloats} * scene.count);
+    SPLAT_TRY(context_->read(scene.gaussians, packed.data(), packed.size() * sizeof(float)));
     std::vector<float> quads(std::size_t{4} * scene.count);
-    for (std::size_t i = 0; i < scene.count; ++i)
-        quads[4 * i] = std::max({axes[3 * i], axes[3 * i + 1], axes[3 * i + 2]});
+    for (std::size_t i = 0; i < scene.count; ++i) {
+        const float* const scale = &packed[kGaussianFloats * i + gaussians::kScaleAt];
+        quads[4 * i] = std::max({scale[0], scale[1], scale[2]});
+    }
     SPLAT_TRY(context_->write(sizes_.range(), quads.data(), quads.size() * sizeof(float)));
     SPLAT_ASSIGN(const raster::PackedViews views,
                  raster::pack_views(rasterizer_->desc(), cameras, {}));

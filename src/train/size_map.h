@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gaussians/gaussian_set.h"
 #include "raster/rasterizer.h"
 
 namespace splat::train {
@@ -10,7 +11,7 @@ namespace splat::train {
 ///   weight = sum_i b_i s_i / the mean of that over all pixels of the views,
 ///
 /// and 1 everywhere if nothing is drawn. A constant: no gradient goes through it. The host takes the longest axes and
-/// the mean, so that a call reads N scales and the image back and writes both.
+/// the mean, so that a call reads N Gaussians and the image back and writes both.
 ///
 /// Errors       those of raster::Rasterizer and Context::run
 /// Determinism  bit-exact for any thread count
@@ -19,10 +20,9 @@ class SizeMap {
     /// For scenes and views of `desc`. Errors: those of Rasterizer::create.
     static Result<SizeMap> create(vk::Context& context, raster::RasterDesc desc);
 
-    /// scales   [N,3], of the Gaussians of `scene`
     /// weights  [V,1,H,W] as quads, overwritten
-    Status draw(const raster::PackedGaussians& scene, const vk::BufferView& scales,
-                std::span<const scene::Camera> cameras, const vk::BufferView& weights);
+    Status draw(const gaussians::SetViews& scene, std::span<const scene::Camera> cameras,
+                const vk::BufferView& weights);
 
   private:
     explicit SizeMap(vk::Context& context) : context_(&context) {}

@@ -20,27 +20,13 @@ class Stopwatch {
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-/// Object `i` of a tensor [objects, ...], flattened.
-vk::BufferView object_of(const vk::BufferView& view, std::uint32_t objects, std::uint32_t i,
-                         const Shape& shape) {
-    vk::BufferView part = view;
-    part.bytes = view.shape.elements() / objects * 4;
-    part.offset += part.bytes * i;
-    part.shape = shape;
-    return part;
-}
-
-raster::GaussianAttributes attributes_of(const model::Model::Outputs& outputs,
-                                         std::uint32_t objects, std::uint32_t i) {
-    const std::uint32_t n = outputs.means.shape[1];
-    const auto part = [&](const vk::BufferView& view, const Shape& shape) {
-        return object_of(view, objects, i, shape);
-    };
-    return {.means = part(outputs.means, {n, 3}),
-            .scales = part(outputs.scales, {n, 3}),
-            .rotations = part(outputs.rotations, {n, 4}),
-            .opacities = part(outputs.opacities, {n}),
-            .colors = part(outputs.sh, {n, outputs.sh.shape[2], 3})};
+/// Copy a set, or its gradients, to another of the same size.
+Result<vk::CommandList> copy_of(vk::Context& context, const gaussians::SetViews& from,
+                                const gaussians::SetViews& to) {
+    vk::Recorder recorder(context);
+    SPLAT_TRY(recorder.copy(from.gaussians, to.gaussians));
+    SPLAT_TRY(recorder.copy(from.colors, to.colors));
+    return recorder.finish();
 }
 
 template <class T>
@@ -88,8 +74,6 @@ Status Trainer::build(const model::ModelConfig& network) {
     desc.sh_degree = network.sh_degree;
     desc.backward = true;
     SPLAT_ASSIGN(rasterizer_, raster::Rasterizer::create(context_, desc));
-    SPLAT_ASSIGN(scene_, raster::allocate_packed(context_, desc));
-    SPLAT_ASSIGN(grad_scene_, raster::allocate_packed(context_, desc));
     SPLAT_ASSIGN(grad_image_,
                  context_.memory().allocate(desc.pixels() * 16, vk::MemoryKind::kDevice,
                                             "gradient of rendered images"));
@@ -128,18 +112,16 @@ Status Trainer::build(const model::ModelConfig& network) {
     SPLAT_ASSIGN(RenderLoss made, RenderLoss::create(context_, loss));
     loss_ = std::make_unique<RenderLoss>(std::move(made));
 
+    if (config_.micro_batch == 1) return {};
+    // The rasterizer's lists name one set, and recording them costs more than copying.
+    SPLAT_ASSIGN(scene_, gaussians::allocate_set(context_, desc));
+    SPLAT_ASSIGN(grad_scene_, gaussians::allocate_set(context_, desc));
     for (std::uint32_t i = 0; i < config_.micro_batch; ++i) {
-        vk::Recorder pack(context_);
-        SPLAT_TRY(raster::pack_attributes(
-            pack, desc, attributes_of(model_->outputs(), config_.micro_batch, i), scene_.scene()));
-        SPLAT_ASSIGN(vk::CommandList packed, pack.finish());
-        pack_.push_back(std::move(packed));
-        vk::Recorder unpack(context_);
-        SPLAT_TRY(raster::unpack_gradients(
-            unpack, desc, grad_scene_.gradients(),
-            attributes_of(model_->output_gradients(), config_.micro_batch, i), false));
-        SPLAT_ASSIGN(vk::CommandList unpacked, unpack.finish());
-        unpack_.push_back(std::move(unpacked));
+        SPLAT_ASSIGN(vk::CommandList in, copy_of(context_, model_->set(i), scene_.views()));
+        SPLAT_ASSIGN(vk::CommandList out,
+                     copy_of(context_, grad_scene_.views(), model_->set(i, true)));
+        copy_in_.push_back(std::move(in));
+        copy_out_.push_back(std::move(out));
     }
     return {};
 }
@@ -215,13 +197,13 @@ Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, ScaleTerms& t
                      TrainStep& result) {
     Stopwatch watch;
     SPLAT_TRY(forward(batch, first));
-    result.non_finite += model_->ledger().non_finite;
+    result.non_finite += model_->ledger().non_finite();
     watch.add_to(result.network_seconds);
     for (std::uint32_t i = 0; i < config_.micro_batch; ++i)
         SPLAT_TRY(render(batch, first + i, i, result));
     if (config_.scale_terms) SPLAT_TRY(take_scales(first, terms));
     watch.add_to(result.render_seconds);
-    SPLAT_TRY(model_->backward());
+    SPLAT_TRY(model_->backward(true));
     watch.add_to(result.network_seconds);
     return {};
 }
@@ -234,21 +216,22 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
         const raster::PackedViews views,
         raster::pack_views(rasterizer_->desc(),
                            part_of(batch.cameras, config_.batch_size, object, 1), background));
-    SPLAT_TRY(context_.run(pack_[slot]));
-    SPLAT_TRY(rasterizer_->forward(scene_.scene(), views));
+    const bool copied = config_.micro_batch > 1;
+    if (copied) SPLAT_TRY(context_.run(copy_in_[slot]));
+    const gaussians::SetViews scene = copied ? scene_.views() : model_->set(slot);
+    SPLAT_TRY(rasterizer_->forward(scene, views));
     if (sizes_)
-        SPLAT_TRY(sizes_->draw(
-            scene_.scene(), attributes_of(model_->outputs(), config_.micro_batch, slot).scales,
-            part_of(batch.cameras, config_.batch_size, object, 1), loss_->edge_weights()));
+        SPLAT_TRY(sizes_->draw(scene, part_of(batch.cameras, config_.batch_size, object, 1),
+                               loss_->edge_weights()));
     SPLAT_TRY(loss_->set_targets(part_of(batch.targets, config_.batch_size, object, 1)));
     LossTerms terms;
     const float weight = 1 / static_cast<float>(config_.batch_size);
     const double lpips = steps() >= config_.lpips_after ? config_.lpips_weight : 0;
     SPLAT_TRY(loss_->run(rasterizer_->workspace().image.range(), grad_image_.range(), weight, lpips,
                          terms));
-    SPLAT_TRY(
-        rasterizer_->backward(grad_image_.range(), grad_depth_.range(), grad_scene_.gradients()));
-    SPLAT_TRY(context_.run(unpack_[slot]));
+    SPLAT_TRY(rasterizer_->backward(grad_image_.range(), grad_depth_.range(),
+                                    copied ? grad_scene_.views() : model_->set(slot, true)));
+    if (copied) SPLAT_TRY(context_.run(copy_out_[slot]));
     const auto share = static_cast<double>(weight);
     result.loss.total += share * terms.total;
     result.loss.squared += share * terms.squared;

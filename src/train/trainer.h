@@ -5,6 +5,7 @@
 #include <mutex>
 #include <optional>
 
+#include "gaussians/gaussian_set.h"
 #include "io/weights_file.h"
 #include "model/model.h"
 #include "model/weights.h"
@@ -104,6 +105,7 @@ class Trainer {
                   TrainStep& result);
 
     // scale_terms.cpp
+    Result<std::vector<float>> read_scales(const gaussians::SetViews& set);
     /// Count the outliers of a pass. The last pass knows those of the batch and adds its gradients; others
     /// wait if they have some.
     Status take_scales(std::uint32_t first, ScaleTerms& terms);
@@ -119,11 +121,11 @@ class Trainer {
     std::unique_ptr<Optimiser> optimiser_;
     std::unique_ptr<raster::Rasterizer> rasterizer_;
     std::unique_ptr<RenderLoss> loss_;
-    std::optional<SizeMap> sizes_;  ///< where edges are weighed by size
-    raster::PackedBuffers scene_, grad_scene_;
+    std::optional<SizeMap> sizes_;               ///< where edges are weighed by size
+    gaussians::GaussianSet scene_, grad_scene_;  ///< one object's, in passes of several
     vk::Buffer grad_image_, grad_depth_;
-    std::vector<vk::CommandList> pack_, unpack_;  ///< one per object of a pass
-    std::atomic<std::uint64_t> steps_ = 0;        ///< steps of optimiser_
+    std::vector<vk::CommandList> copy_in_, copy_out_;  ///< one per object of such a pass
+    std::atomic<std::uint64_t> steps_ = 0;             ///< steps of optimiser_
     std::atomic<std::uint64_t> attempts_ = 0;
     mutable std::mutex last_mutex_;  ///< guards last_
     std::optional<TrainStep> last_;

@@ -54,7 +54,8 @@ class Profile {
 
     /// {"device": …, "ops": [{"op", "kernel", "count", "total_ms", "min_ms", "median_ms", "bytes", "flops"}],
     /// "idle": {"count", "total_ms"}, "lists": {"count", "submits", "dispatches", "copies", "barriers", "bytes",
-    /// "device_ms"}, "transfers": {"reads", "read_bytes", "writes", "written_bytes"}}, longest first; of an operator, bytes and flops are means over the dispatches.
+    /// "device_ms"}, "transfers": {"reads", "read_bytes", "writes", "written_bytes"}}, longest first; of an operator,
+    /// bytes and flops are means over the dispatches.
     [[nodiscard]] std::string json(const std::string& device) const;
     /// The same as a table, with rates over the total time.
     [[nodiscard]] std::string table(const std::string& device) const;

@@ -2,34 +2,18 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-
 namespace splat::eval {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-
-scene::Gaussians gaussians(std::size_t count) {
-    scene::Gaussians made;
-    made.means.assign(3 * count, 0);
-    made.log_scales.assign(3 * count, -3);
-    made.rotations.assign(4 * count, 0.5F);
-    made.opacity_logits.assign(count, 0);
-    made.sh.assign(3 * count, 0.1F);
-    return made;
-}
-
-TEST(Ledger, CountsEachGaussianOnce) {
-    scene::Gaussians made = gaussians(6);
-    made.means[0] = kNaN;
-    made.log_scales[1] = kInfinity;  // the same Gaussian
-    made.sh[3 * 2 + 1] = -kInfinity;
-    made.opacity_logits[3] = -6;  // opacity 0.0025
-    made.opacity_logits[4] = kNaN;
+TEST(Ledger, TakesEachGaussianOnce) {
+    model::Ledger prediction;
+    prediction.gaussians = 6;
+    prediction.outputs_not_finite = 2;
+    prediction.set = {.numbers_not_finite = 5, .not_finite = 3, .faint = 2, .invisible = 1};
     Ledger ledger;
-    count_gaussians(made, ledger);
+    ledger.take(prediction);
     EXPECT_EQ(ledger.gaussians, 6U);
+    EXPECT_EQ(ledger.outputs_not_finite, 2U);
     EXPECT_EQ(ledger.gaussians_not_finite, 3U);
     EXPECT_EQ(ledger.invisible, 1U);
     EXPECT_EQ(ledger.visible, 2U);
@@ -51,11 +35,6 @@ TEST(Ledger, ACountOfAnyKindIsNotFinite) {
     sum.add(blank);
     EXPECT_EQ(sum.outputs_not_finite, 1U);
     EXPECT_EQ(sum.images_blank, 10U);
-}
-
-TEST(Ledger, CountsNumbersThatAreNotFinite) {
-    const float values[] = {1, kNaN, -kInfinity, 3.4e38F};
-    EXPECT_EQ(count_not_finite(values), 2U);
 }
 
 TEST(Ledger, APlainImageHasOneColour) {

@@ -107,8 +107,8 @@ Findings check_src_file(const TextFile& file, const Table& table) {
 Findings check_tools_file(const TextFile& file) {
     Findings findings;
     static const std::set<std::string> layers = {
-        "core",   "config", "scene", "io",      "data",  "synthetic", "vk",  "ops",
-        "raster", "nn",     "model", "predict", "train", "eval",      "api", "params"};
+        "core", "config", "scene",   "io",    "data", "synthetic", "vk",     "ops",      "raster",
+        "nn",   "model",  "predict", "train", "eval", "api",       "params", "gaussians"};
     for (const Include& include : includes_of(file)) {
         const std::string first = include.path.substr(0, include.path.find('/'));
         if (include.path.find("..") != std::string::npos)

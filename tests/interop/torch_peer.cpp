@@ -97,7 +97,7 @@ void predict(vk::Context& context, Files& files, const std::string& path) {
                             .embedding = {},
                             .tokens = {}}));
     check(model->forward());
-    const auto outputs = model->outputs();
+    const auto outputs = model->outputs().value();
     files.put("xyz", outputs.means.shape, read(context, outputs.means));
     files.put("opacity", outputs.opacities.shape, read(context, outputs.opacities));
     files.put("scaling", outputs.scales.shape, read(context, outputs.scales));

@@ -26,8 +26,8 @@ class AdamSteps {
             ASSERT_OK(model_.parameters().zero_gradients());
             ASSERT_OK(model_.set_input(input));
             ASSERT_OK(model_.forward());
-            const auto outputs = model_.outputs();
-            const auto gradients = model_.output_gradients();
+            const auto outputs = model_.outputs().value();
+            const auto gradients = model_.output_gradients().value();
             vk::Recorder copies(context_);
             ASSERT_OK(copies.copy(outputs.means, gradients.means));
             ASSERT_OK(copies.copy(outputs.opacities, gradients.opacities));

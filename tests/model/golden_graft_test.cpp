@@ -129,7 +129,7 @@ class GoldenNetGraft : public KernelsTest {
     std::vector<std::vector<float>> outputs(Model& model, const model::ModelInput& input) {
         EXPECT_OK(model.set_input(input));
         EXPECT_OK(model.forward());
-        const auto views = model.outputs();
+        const auto views = model.outputs().value();
         return {get(views.means), get(views.opacities), get(views.scales), get(views.rotations),
                 get(views.sh)};
     }
@@ -183,7 +183,7 @@ void expect_outputs(const std::vector<std::vector<float>>& got, const Golden& go
 
 /// Gradient of the sum of the positions and of the constant coefficients of colour.
 Status put_sum_gradient(vk::Context& context, Model& model) {
-    const auto gradients = model.output_gradients();
+    const auto gradients = model.output_gradients().value();
     for (const vk::BufferView& view : {gradients.opacities, gradients.scales, gradients.rotations})
         SPLAT_TRY(context.fill(view, 0));
     const std::vector<float> ones(gradients.means.shape.elements(), 1);

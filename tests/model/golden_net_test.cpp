@@ -106,7 +106,7 @@ class Session {
     }
 
     Status backward() {
-        const auto gradients = model->output_gradients();
+        const auto gradients = model->output_gradients().value();
         SPLAT_TRY(put(gradients.means, golden_.floats("g.xyz")));
         SPLAT_TRY(put(gradients.opacities, golden_.floats("g.opacity")));
         SPLAT_TRY(put(gradients.scales, golden_.floats("g.scaling")));
@@ -179,7 +179,7 @@ void expect_digests(const Session& session, const Golden& golden) {
 /// Against the file's tensors `o64.…` or those of another prefix.
 void expect_outputs(const Session& session, const Golden& golden,
                     const std::string& prefix = "o64.") {
-    const auto outputs = session.model->outputs();
+    const auto outputs = session.model->outputs().value();
     const auto at = [&](const char* key) {
         const NpyArray& array = golden.array(prefix + key);
         return array.dtype == "f8" ? array.f64().value() : to_double(array.f32().value());
@@ -320,8 +320,8 @@ TEST_P(GoldenNet, FoldedAdapters) {
         expect_outputs(inside, golden, "merged.");
         const std::vector<float> raw = beside.get(beside.model->raw_output());
         const double unit = 1e-6 * largest(raw);
-        const auto a = beside.model->outputs();
-        const auto b = inside.model->outputs();
+        const auto a = beside.model->outputs().value();
+        const auto b = inside.model->outputs().value();
         const auto expect = [&](const char* what, const vk::BufferView& one,
                                 const vk::BufferView& other, double figure) {
             expect_absolute(what, inside.get(other), to_double(beside.get(one)), figure);

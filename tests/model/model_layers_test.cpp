@@ -107,7 +107,7 @@ TEST_P(ModelLayers, LinearLayersTakeAdapters) {
         input.embedding = embedding;
         EXPECT_OK(model.set_input(input));
         EXPECT_OK(model.forward());
-        const auto gradients = model.output_gradients();
+        const auto gradients = model.output_gradients().value();
         std::uint64_t seed = 160;
         for (const vk::BufferView& view : {gradients.means, gradients.opacities, gradients.scales,
                                            gradients.rotations, gradients.sh}) {

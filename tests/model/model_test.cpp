@@ -57,18 +57,18 @@ TEST_P(ModelRules, CountsWhatIsNotFiniteOrTooFaint) {
         };
         model::Ledger ledger = count();
         EXPECT_EQ(ledger.gaussians, 512U);
-        EXPECT_EQ(ledger.non_finite, 0U);
-        EXPECT_EQ(ledger.faint, 0U);
+        EXPECT_EQ(ledger.non_finite(), 0U);
+        EXPECT_EQ(ledger.set.faint, 0U);
         const nn::Parameter* bias = model->parameters().find("network_with_offset.out.bias");
         ASSERT_NE(bias, nullptr);
         std::vector<float> values = read(bias->value);
         values[4] = -20;  // the logit of the opacity, see GradientsAddUp in tests/api
         ASSERT_OK(model->parameters().write(*bias, values));
-        EXPECT_EQ(count().faint, 512U);
+        EXPECT_EQ(count().set.faint, 512U);
         values[4] = std::numeric_limits<float>::quiet_NaN();
         ASSERT_OK(model->parameters().write(*bias, values));
         ledger = count();
-        EXPECT_EQ(ledger.non_finite, 2 * 512U) << "of the network and of the opacities";
+        EXPECT_EQ(ledger.non_finite(), 2 * 512U) << "of the network and of the opacities";
     }
 }
 

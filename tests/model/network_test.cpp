@@ -259,7 +259,7 @@ class NetworksTraining : public ModelTest {
     std::vector<float> means(Model& model, const ImageInputs& inputs) {
         EXPECT_OK(model.set_input(inputs.view()));
         EXPECT_OK(model.forward());
-        return read(model.outputs().means);
+        return read(model.outputs().value().means);
     }
 };
 INSTANTIATE_TEST_SUITE_P(Kernels, NetworksTraining, testing::Values(vk::Kernels::kCpu),
@@ -312,7 +312,7 @@ TEST_P(NetworksTraining, WithoutOffsets) {
     expect_relative("means", means(*with, inputs), to_double(means(*without, inputs)), 1e-6);
     const std::vector<float> grad = normal_fill(3 * 64, 3);
     for (Model* model : {without.get(), with.get()}) {
-        const auto gradients = model->output_gradients();
+        const auto gradients = model->output_gradients().value();
         for (const vk::BufferView& view :
              {gradients.opacities, gradients.scales, gradients.rotations, gradients.sh})
             ASSERT_OK(context().fill(view, 0));

@@ -42,7 +42,7 @@ TEST_P(ObjectSlices, GiveWhatTheWholeGives) {
         Batch batch;
         randomise(model, 90);
         batch.outputs.push_back(run(model, inputs));
-        const auto o = model.outputs();
+        const auto o = model.outputs().value();
         for (const auto& view : {o.means, o.opacities, o.scales, o.rotations, o.sh})
             batch.outputs.push_back(read(view));
         write_gradients(model, 91);
@@ -108,7 +108,7 @@ TEST_P(ObjectSlices, HaveDropoutOfTheirOwn) {
         const auto part = static_cast<std::ptrdiff_t>(raw.size() / 4);
         for (std::ptrdiff_t i = 1; i < 4 && model == sliced.get(); ++i)
             EXPECT_FALSE(std::equal(raw.begin(), raw.begin() + part, raw.begin() + i * part)) << i;
-        const auto g = model->output_gradients();
+        const auto g = model->output_gradients().value();
         for (const auto& view : {g.means, g.opacities, g.scales, g.rotations, g.sh})
             ASSERT_OK(context().fill(view, 0));
         const std::vector<float> of_first = normal_fill(16 * 16 * 3, 91);
@@ -182,7 +182,7 @@ TEST_P(ObjectSlices, TakeTensors) {
                 ASSERT_OK(model->set_input(given));
             }
             ASSERT_OK(model->forward());
-            results[tensors ? 1 : 0] = read(model->outputs().means);
+            results[tensors ? 1 : 0] = read(model->outputs().value().means);
             write_gradients(*model, 91);
             ASSERT_OK(model->backward());
             gradients[tensors ? 1 : 0] = model->input_gradient(Model::Input::kEmbedding).value();

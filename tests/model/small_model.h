@@ -72,7 +72,7 @@ class ModelTest : public KernelsTest {
     }
     /// Random gradients of all outputs, for a backward pass.
     void write_gradients(Model& model, std::uint64_t seed) {
-        const auto g = model.output_gradients();
+        const auto g = model.output_gradients().value();
         for (const auto& view : {g.means, g.opacities, g.scales, g.rotations, g.sh}) {
             const std::vector<float> values = normal_fill(view.shape.elements(), seed);
             EXPECT_OK(context().write(view, values.data(), values.size() * 4));

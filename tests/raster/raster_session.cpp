@@ -28,10 +28,12 @@ Status RasterSession::forward(std::uint64_t version) {
 }
 
 Status RasterSession::forward(std::span<const scene::Camera> cameras, std::uint64_t version) {
-    return draw(packed_.scene.scene(version), cameras);
+    gaussians::SetViews scene = packed_.scene.views();
+    scene.version = version;
+    return draw(scene, cameras);
 }
 
-Status RasterSession::draw(const raster::PackedGaussians& scene,
+Status RasterSession::draw(const gaussians::SetViews& scene,
                            std::span<const scene::Camera> cameras) {
     SPLAT_ASSIGN(const raster::PackedViews views,
                  raster::pack_views(rasterizer_->desc(), cameras, background));
@@ -43,7 +45,7 @@ Status RasterSession::backward(const std::vector<float>& grad_image,
     const std::vector<float> none(grad_image.size() / 4);
     const vk::Buffer image = upload(context_, grad_image);
     const vk::Buffer depth = upload(context_, grad_depth.empty() ? none : grad_depth);
-    return rasterizer_->backward(image.range(), depth.range(), packed_.gradients.gradients());
+    return rasterizer_->backward(image.range(), depth.range(), packed_.gradients.views());
 }
 
 std::vector<float> RasterSession::image() {

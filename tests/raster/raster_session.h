@@ -17,13 +17,13 @@ class RasterSession {
     /// True if creation succeeded. If not, call nothing else.
     [[nodiscard]] const Status& status() const { return status_; }
     [[nodiscard]] raster::Rasterizer& rasterizer() { return *rasterizer_; }
-    [[nodiscard]] raster::PackedBuffers& scene() { return packed_.scene; }
+    [[nodiscard]] gaussians::GaussianSet& scene() { return packed_.scene; }
 
     /// Draws with these cameras, or with the case's camera in every view.
     Status forward(std::uint64_t version = 0);
     Status forward(std::span<const scene::Camera> cameras, std::uint64_t version = 0);
     /// Draws another scene of the same size.
-    Status draw(const raster::PackedGaussians& scene, std::span<const scene::Camera> cameras);
+    Status draw(const gaussians::SetViews& scene, std::span<const scene::Camera> cameras);
 
     /// Runs backward with weights on the image [V,H,W,4] and, if not empty, on the depth [V,H,W].
     Status backward(const std::vector<float>& grad_image,

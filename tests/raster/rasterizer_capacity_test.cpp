@@ -44,19 +44,19 @@ struct CapacityRun {
 };
 
 /// Draws `scene` from `views` cameras with a rasterizer that may be larger.
-CapacityRun draw_all(vk::Context& context, RasterSession& session,
-                     const raster::PackedGaussians& scene, std::span<const scene::Camera> cameras) {
+CapacityRun draw_all(vk::Context& context, RasterSession& session, const gaussians::SetViews& scene,
+                     std::span<const scene::Camera> cameras) {
     CapacityRun drawn;
     EXPECT_OK(session.draw(scene, cameras));
     raster::Rasterizer& rasterizer = session.rasterizer();
     const raster::RasterDesc& desc = rasterizer.drawn_desc();
     EXPECT_EQ(desc.gaussians, scene.count);
     EXPECT_EQ(desc.views, cameras.size());
-    const auto packed = raster::allocate_packed(context, rasterizer.desc());
+    const auto packed = gaussians::allocate_set(context, rasterizer.desc());
     EXPECT_OK(packed.status());
     const vk::Buffer image = upload(context, normal_fill(4 * rasterizer.desc().pixels(), 1));
     const vk::Buffer depth = upload(context, normal_fill(rasterizer.desc().pixels(), 2));
-    EXPECT_OK(rasterizer.backward(image.range(), depth.range(), packed.value().gradients()));
+    EXPECT_OK(rasterizer.backward(image.range(), depth.range(), packed.value().views()));
     const raster::Workspace& space = rasterizer.workspace();
     const auto floats = [&](const vk::Buffer& buffer, std::uint64_t count) {
         return count == 0 ? std::vector<float>() : download(context, buffer.range(), count);
@@ -85,19 +85,19 @@ TEST_P(RasterizerCapacity, FewerAreDrawnAsByAnExactRasterizer) {
     RasterSession most(context(), large, all_gradients(large, kMostViews));
     ASSERT_OK(most.status());
     const std::vector<scene::Camera> cameras = spread_cameras(large, kMostViews);
-    const CapacityRun first = draw_all(context(), most, most.scene().scene(), cameras);
+    const CapacityRun first = draw_all(context(), most, most.scene().views(), cameras);
     for (const std::uint32_t views : {2U, 1U}) {
         SCOPED_TRACE(views);
         RasterSession exact(context(), small, all_gradients(small, views));
         ASSERT_OK(exact.status());
         const std::span<const scene::Camera> part(cameras.data(), views);
-        const CapacityRun expected = draw_all(context(), exact, exact.scene().scene(), part);
+        const CapacityRun expected = draw_all(context(), exact, exact.scene().views(), part);
         ASSERT_GT(expected.stats.pairs, 0U);
         most.background = exact.background;
-        draw_all(context(), most, exact.scene().scene(), part).expect_equal(expected);
+        draw_all(context(), most, exact.scene().views(), part).expect_equal(expected);
     }
     most.background = large.background;
-    draw_all(context(), most, most.scene().scene(), cameras).expect_equal(first);
+    draw_all(context(), most, most.scene().views(), cameras).expect_equal(first);
 }
 
 TEST_P(RasterizerCapacity, NoGaussiansAndNoViews) {
@@ -105,19 +105,19 @@ TEST_P(RasterizerCapacity, NoGaussiansAndNoViews) {
     RasterSession session(context(), from, all_gradients(from, 2));
     ASSERT_OK(session.status());
     const std::vector<scene::Camera> cameras = spread_cameras(from, 2);
-    const CapacityRun first = draw_all(context(), session, session.scene().scene(), cameras);
-    raster::PackedGaussians none = session.scene().scene();
+    const CapacityRun first = draw_all(context(), session, session.scene().views(), cameras);
+    gaussians::SetViews none = session.scene().views();
     none.count = 0;
     const CapacityRun empty = draw_all(context(), session, none, cameras);
     EXPECT_EQ(empty.stats.pairs, 0U);
     EXPECT_EQ(empty.stats.empty_tiles, empty.stats.tiles);
     EXPECT_EQ(empty.pose, std::vector<float>(24));
-    const CapacityRun unseen = draw_all(context(), session, session.scene().scene(), {});
+    const CapacityRun unseen = draw_all(context(), session, session.scene().views(), {});
     EXPECT_EQ(unseen.stats.tiles, 0U);
     EXPECT_EQ(unseen.stats.visible, 0U);
     EXPECT_EQ(unseen.gaussians, std::vector<float>(unseen.gaussians.size())) << "zeros";
     EXPECT_EQ(unseen.colors, std::vector<float>(unseen.colors.size()));
-    draw_all(context(), session, session.scene().scene(), cameras).expect_equal(first);
+    draw_all(context(), session, session.scene().views(), cameras).expect_equal(first);
 }
 
 TEST_P(RasterizerCapacity, MoreAreRefusedAndTheLastImageStays) {
@@ -127,10 +127,10 @@ TEST_P(RasterizerCapacity, MoreAreRefusedAndTheLastImageStays) {
     RasterSession other(context(), large, all_gradients(large, 1));
     const std::vector<scene::Camera> cameras = spread_cameras(small, 2);
     const std::span<const scene::Camera> one(cameras.data(), 1);
-    const CapacityRun first = draw_all(context(), session, session.scene().scene(), one);
-    EXPECT_ERROR(session.draw(other.scene().scene(), one), Code::kInvalidArgument,
+    const CapacityRun first = draw_all(context(), session, session.scene().views(), one);
+    EXPECT_ERROR(session.draw(other.scene().views(), one), Code::kInvalidArgument,
                  "71 Gaussians, but it was made for at most 70");
-    EXPECT_ERROR(session.draw(session.scene().scene(), cameras), Code::kInvalidArgument,
+    EXPECT_ERROR(session.draw(session.scene().views(), cameras), Code::kInvalidArgument,
                  "2 cameras, expected at most 1");
     EXPECT_TRUE(session.rasterizer().drawn());
     EXPECT_EQ(session.image(), first.image);

@@ -155,8 +155,7 @@ Status backward(vk::Context& context, raster::Rasterizer& rasterizer, const Pack
                  context.memory().allocate(4 * pixels, vk::MemoryKind::kDevice, "grad_depth"));
     SPLAT_TRY(context.write(grad_image.range(), image.data(), 16 * pixels));
     SPLAT_TRY(context.write(grad_depth.range(), depth.data(), 4 * pixels));
-    return rasterizer.backward(grad_image.range(), grad_depth.range(),
-                               packed.gradients.gradients());
+    return rasterizer.backward(grad_image.range(), grad_depth.range(), packed.gradients.views());
 }
 
 }  // namespace
@@ -200,12 +199,12 @@ Result<PackedCase> PackedCase::create(vk::Context& context, const RasterCase& fr
     const auto make = [&](const std::vector<float>& values) {
         return context.memory().allocate(values.size() * 4, vk::MemoryKind::kDevice, "scene");
     };
-    for (raster::PackedBuffers* buffers : {&packed.scene, &packed.gradients}) {
+    for (gaussians::GaussianSet* buffers : {&packed.scene, &packed.gradients}) {
         SPLAT_ASSIGN(buffers->gaussians, make(gaussians));
         SPLAT_ASSIGN(buffers->colors, make(colors));
         buffers->count = static_cast<std::uint32_t>(from.count());
     }
-    const raster::PackedGaussians to = packed.scene.scene();
+    const gaussians::SetViews to = packed.scene.views();
     SPLAT_TRY(context.write(to.gaussians, gaussians.data(), gaussians.size() * 4));
     SPLAT_TRY(context.write(to.colors, colors.data(), colors.size() * 4));
     return packed;
@@ -226,7 +225,7 @@ RasterRun run_raster(vk::Context& context, const RasterCase& from, raster::Raste
         const scene::Camera camera = camera_of(from);
         SPLAT_ASSIGN(const raster::PackedViews views,
                      raster::pack_views(desc, {&camera, 1}, from.background));
-        SPLAT_TRY(rasterizer->forward(packed.scene.scene(), views));
+        SPLAT_TRY(rasterizer->forward(packed.scene.views(), views));
         run.stats = rasterizer->stats();
         SPLAT_TRY(read_outputs(context, *rasterizer, run));
         if (loss == nullptr) return {};

@@ -24,7 +24,7 @@ raster::RasterDesc raster_desc(const RasterCase& from, const RasterMode& mode);
 
 /// A case's scene packed on the device, and room for its gradients.
 struct PackedCase {
-    raster::PackedBuffers scene, gradients;
+    gaussians::GaussianSet scene, gradients;
 
     static Result<PackedCase> create(vk::Context& context, const RasterCase& from,
                                      const raster::RasterDesc& desc);

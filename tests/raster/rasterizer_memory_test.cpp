@@ -152,7 +152,7 @@ TEST_P(RasterizerMemory, GrowthPastTheBudgetLeavesItUsable) {
                          Code::kInvalidArgument, "needs a forward call");
         }
         const scene::Camera camera = camera_of(scene);
-        ASSERT_OK(session.draw(other.value().scene.scene(), {&camera, 1}));
+        ASSERT_OK(session.draw(other.value().scene.views(), {&camera, 1}));
         EXPECT_EQ(session.image(), expected) << enough;
     }
 }
@@ -210,7 +210,7 @@ TEST_P(RasterizerMemory, PassesDoNotDependOnEarlierScenes) {
     ASSERT_GE(groups, 2U);
     const std::vector<float> image = used.image();
     const scene::Camera camera = camera_of(few);
-    ASSERT_OK(used.draw(fresh.scene().scene(), {&camera, 1}));
+    ASSERT_OK(used.draw(fresh.scene().views(), {&camera, 1}));
     EXPECT_EQ(used.rasterizer().stats().passes, 1U);
     EXPECT_EQ(used.image(), fresh.image());
     ASSERT_OK(used.backward(weights));

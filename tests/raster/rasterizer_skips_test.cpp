@@ -160,9 +160,9 @@ TEST_P(RasterizerSkips, BandsThatTheSceneLacks) {
     RasterSession session(context(), scene, raster_desc(scene, kRasterModes[0]));
     ASSERT_OK(session.status());
     const scene::Camera camera = camera_of(scene);
-    ASSERT_OK(session.draw(session.scene().scene(), {&camera, 1}));
+    ASSERT_OK(session.draw(session.scene().views(), {&camera, 1}));
     const std::vector<float> expected = session.image();
-    raster::PackedGaussians lower = session.scene().scene();
+    gaussians::SetViews lower = session.scene().views();
     lower.sh_degree = 1;
     for (std::size_t i = 0; i < scene.sh.size(); ++i)
         if (i % kNumbers >= kThere) scene.sh[i] = std::numeric_limits<float>::quiet_NaN();
@@ -170,7 +170,7 @@ TEST_P(RasterizerSkips, BandsThatTheSceneLacks) {
     ASSERT_OK(session.draw(lower, {&camera, 1}));
     EXPECT_EQ(session.image(), expected);
     EXPECT_GT(session.rasterizer().stats().visible, 50U);
-    ASSERT_OK(session.draw(session.scene().scene(), {&camera, 1}));
+    ASSERT_OK(session.draw(session.scene().views(), {&camera, 1}));
     EXPECT_EQ(session.rasterizer().stats().visible, 0U) << "all bands, recorded anew";
 }
 

@@ -210,7 +210,9 @@ TEST_P(Rasterizer, LeavesOutCallsThatChangeNothing) {
     auto other = PackedCase::create(context(), random_scene(kSmall, 4), small_desc());
     ASSERT_OK(other.status());
     EXPECT_TRUE(marked.drawn_by([&] {
-        return session.draw(other.value().scene.scene(8), {&camera, 1});
+        gaussians::SetViews others = other.value().scene.views();
+        others.version = 8;
+        return session.draw(others, {&camera, 1});
     })) << "another scene of the same version";
 }
 
@@ -223,6 +225,19 @@ TEST_P(Rasterizer, DrawsEveryCallIfAskedTo) {
     Marked marked(context(), session);
     EXPECT_TRUE(marked.drawn_by([&] { return session.forward(7); }));
     EXPECT_TRUE(marked.drawn_by([&] { return session.forward(7); }));
+}
+
+TEST(Conics, UndoTheFactor) {
+    std::vector<float> splats(24);
+    splats[4] = 2;
+    splats[5] = -1;
+    splats[6] = 3;
+    const std::vector<float> conics = raster::conics_of(splats, std::vector<float>{4, 4, 0, 0});
+    const double unit = 1.3862943611198906;  // 2 ln 2
+    EXPECT_FLOAT_EQ(conics[0], static_cast<float>(4 * unit));
+    EXPECT_FLOAT_EQ(conics[1], static_cast<float>(-2 * unit));
+    EXPECT_FLOAT_EQ(conics[2], static_cast<float>(10 * unit));
+    EXPECT_EQ(conics[3], 0.0F) << "culled";
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ class SizeMapTest : public testing::Test {
         ASSERT_NE(context_, nullptr);
         desc_.gaussians = 2;
         desc_.width = desc_.height = kSide;
-        auto packed = raster::allocate_packed(*context_, desc_);
+        auto packed = gaussians::allocate_set(*context_, desc_);
         ASSERT_OK(packed.status());
         packed_ = std::move(packed.value());
         scales_ = allocate(6);
@@ -40,8 +40,7 @@ class SizeMapTest : public testing::Test {
             "", kSide, kSide, 64, 64, 32.5, 32.5, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}};
         auto map = SizeMap::create(*context_, desc_);
         EXPECT_OK(map.status());
-        EXPECT_OK(map.value().draw(packed_.scene(), scales_.range(), std::span(&camera, 1),
-                                   weights_.range()));
+        EXPECT_OK(map.value().draw(packed_.views(), std::span(&camera, 1), weights_.range()));
         std::vector<float> quads(std::size_t{4} * kSide * kSide), weights;
         EXPECT_OK(context_->read(weights_.range(), quads.data(), 4 * quads.size()));
         for (std::size_t i = 0; i < quads.size(); i += 4) weights.push_back(quads[i]);
@@ -50,7 +49,7 @@ class SizeMapTest : public testing::Test {
 
     vk::Context* const context_ = test::shared_context();
     raster::RasterDesc desc_;
-    raster::PackedBuffers packed_;
+    gaussians::GaussianSet packed_;
     vk::Buffer scales_, weights_;
 };
 

@@ -273,7 +273,7 @@ TEST_P(TrainerRules, ScaleTermsAreMeansOverTheBatch) {
     const double loss = run(*single, batch).loss.total, loss_of_pair = run(*pair, batch).loss.total;
     const double loss_without = run(*without, batch).loss.total;
     std::vector<float> scales;
-    ASSERT_OK(pair->model().parameters().read(pair->model().outputs().scales, scales));
+    ASSERT_OK(pair->model().parameters().read(pair->model().outputs().value().scales, scales));
     std::size_t large[2] = {};
     for (std::size_t i = 0; i < scales.size(); ++i)
         large[2 * i / scales.size()] += scales[i] > 20 ? 1 : 0;

@@ -15,8 +15,16 @@ struct TensorStatsParams {
     uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
 };
 
+// The same of a set of Gaussians.
+struct SetStatisticsParams {
+    uint gaussians;
+    uint color_quads;
+    uint chunk;  // Gaussians per workgroup
+    uint groups_x;
+};
+
 #ifdef __cplusplus
-static_assert(sizeof(TensorStatsParams) <= 128);
+static_assert(sizeof(TensorStatsParams) <= 128 && sizeof(SetStatisticsParams) <= 128);
 }
 #endif
 

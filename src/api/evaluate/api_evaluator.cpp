@@ -121,9 +121,13 @@ splat_scores value_of(const eval::Scores& from) {
 }
 
 splat_ledger value_of(const eval::Ledger& from) {
-    return {from.outputs_not_finite, from.gaussians, from.gaussians_not_finite,
-            from.invisible,          from.visible,   from.images_not_finite,
-            from.images_blank};
+    return {from.outputs_not_finite,
+            from.gaussians,
+            from.gaussians_not_finite,
+            from.invisible,
+            from.visible,
+            static_cast<std::uint32_t>(from.images_not_finite),
+            static_cast<std::uint32_t>(from.images_blank)};
 }
 
 /// Find the evaluator, score an object with `score(evaluator)`, and give its scores.

@@ -22,7 +22,7 @@ Result<config::ModelConfig> config_of(const char* text) {
 
 void add_ledger(JsonWriter& json, const model::Ledger& ledger) {
     json.key("ledger").begin_object().member("gaussians", ledger.gaussians);
-    json.member("non_finite", ledger.non_finite).member("faint", ledger.faint).end();
+    json.member("non_finite", ledger.non_finite()).member("faint", ledger.set.faint).end();
 }
 
 JsonWriter& begin_tensor(JsonWriter& json, const char* name, const Shape& shape) {
@@ -35,7 +35,7 @@ void add_tensors(JsonWriter& json, model::Model& network) {
         begin_tensor(json, port.name, port.shape).member("optional", port.optional).end();
     json.end().newline(1).key("outputs").begin_array();
     for (const api::ModelOutput& output : api::model_outputs(network))
-        begin_tensor(json, output.name, output.view.shape).end();
+        begin_tensor(json, output.name, output.shape).end();
     json.end().newline(1).key("tensors").begin_array();
     for (const nn::Parameter& parameter : network.parameters().all())
         begin_tensor(json, parameter.name.c_str(), parameter.shape)
@@ -83,7 +83,10 @@ Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t in
         return error(Code::kInvalidArgument,
                      "object is %u, expected less than %u, the objects of the model", index,
                      object.objects);
-    return predict::gaussians_of(*object.context, *object.model, object.objects, index);
+    SPLAT_ASSIGN(gaussians::Downloaded read,
+                 gaussians::download(*object.context, object.model->set_desc(),
+                                     object.model->set(index), true));
+    return std::move(read.gaussians);
 }
 
 }  // namespace

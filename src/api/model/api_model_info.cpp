@@ -32,8 +32,8 @@ splat_model_info info_of(const api::ModelObject& object) {
         if (parameter.trainable) info.trainable += parameter.shape.elements();
     const model::Ledger ledger = network.ledger();
     info.predicted = ledger.gaussians;
-    info.non_finite = ledger.non_finite;
-    info.faint = ledger.faint;
+    info.non_finite = ledger.non_finite();
+    info.faint = ledger.set.faint;
     return info;
 }
 
@@ -48,8 +48,9 @@ Result<std::vector<splat_port>> ports_of(const api::ModelObject& object, splat_p
             return ports;
         case SPLAT_PORT_KIND_OUTPUT:
             for (const api::ModelOutput& output : api::model_outputs(network))
-                ports.push_back(api::port_of(output.name, output.view.shape,
-                                             {.graded = output.gradient.block != nullptr}));
+                ports.push_back(
+                    api::port_of(output.name, output.shape,
+                                 {.graded = output.rows != nullptr && network.has_gradients()}));
             return ports;
         case SPLAT_PORT_KIND_PARAMETER:
             for (const nn::Parameter& p : network.parameters().all())

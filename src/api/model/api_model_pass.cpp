@@ -151,7 +151,7 @@ Status write_gradients(api::ModelObject& object, const splat_model_gradients& fr
                                      {from.sh, from.sh_count}};
     std::span<const float> arrays[5];
     for (std::size_t i = 0; i < 5; ++i) {
-        const Shape& shape = outputs[i].view.shape;
+        const Shape& shape = outputs[i].shape;
         std::vector<std::uint64_t> dims;
         for (std::uint32_t axis = 0; axis < shape.rank(); ++axis) dims.push_back(shape[axis]);
         SPLAT_ASSIGN(arrays[i],
@@ -161,10 +161,13 @@ Status write_gradients(api::ModelObject& object, const splat_model_gradients& fr
                          "splat_model_gradients.%s holds %g at %zu, expected finite numbers",
                          outputs[i].name, static_cast<double>(arrays[i][bad]), bad);
     }
-    for (std::size_t i = 0; i < 5; ++i)
-        SPLAT_TRY(arrays[i].empty() ? object.context->fill(outputs[i].gradient, 0)
-                                    : object.context->write(outputs[i].gradient, arrays[i].data(),
-                                                            arrays[i].size_bytes()));
+    SPLAT_ASSIGN(const model::Model::Outputs gradients, object.model->output_gradients());
+    for (std::size_t i = 0; i < 5; ++i) {
+        const vk::BufferView& to = gradients.*outputs[i].rows;
+        SPLAT_TRY(arrays[i].empty()
+                      ? object.context->fill(to, 0)
+                      : object.context->write(to, arrays[i].data(), arrays[i].size_bytes()));
+    }
     return {};
 }
 

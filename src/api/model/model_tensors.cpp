@@ -80,26 +80,31 @@ Status expect_ran(const ModelObject& object) {
 }
 
 std::vector<ModelOutput> model_outputs(const Model& network) {
-    const Model::Outputs o = network.outputs();
-    Model::Outputs g;
-    if (network.has_gradients()) g = network.output_gradients();
-    return {{"means", o.means, g.means},
-            {"opacities", o.opacities, g.opacities},
-            {"scales", o.scales, g.scales},
-            {"rotations", o.rotations, g.rotations},
-            {"sh", o.sh, g.sh},
-            {"raw", network.raw_output(), {}}};
+    const std::uint32_t m = network.set_desc().gaussians;
+    const std::uint32_t n = network.sets().count / m;
+    using Rows = Model::Outputs;
+    return {{"means", {n, m, 3}, &Rows::means},
+            {"opacities", {n, m, 1}, &Rows::opacities},
+            {"scales", {n, m, 3}, &Rows::scales},
+            {"rotations", {n, m, 4}, &Rows::rotations},
+            {"sh", {n, m, network.set_desc().color_floats() / 3, 3}, &Rows::sh},
+            {"raw", network.raw_output().shape, nullptr}};
 }
 
 Result<ModelTensor> find_model_tensor(Model& network, std::uint32_t objects,
                                       const std::string& text) {
     const TensorName name = parse_name(text);
     for (const ModelOutput& output : model_outputs(network)) {
-        if (name.base != output.name || (name.gradient && name.base == "raw")) continue;
+        if (name.base != output.name || (name.gradient && output.rows == nullptr)) continue;
         if (name.gradient && !network.has_gradients()) return no_gradients();
-        ModelTensor found{name.gradient ? output.gradient : output.view,
+        ModelTensor found{network.raw_output(),
                           name.gradient ? network.outside_gradients() : network.outside(),
                           !name.gradient, false};
+        if (output.rows != nullptr) {
+            SPLAT_ASSIGN(const Model::Outputs rows,
+                         name.gradient ? network.output_gradients() : network.outputs());
+            found.view = rows.*output.rows;
+        }
         if (name.object) {
             SPLAT_ASSIGN(found.view, object_part(found.view, network.context(), objects,
                                                  *name.object, name.base == "raw", text.c_str()));

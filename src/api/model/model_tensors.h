@@ -20,11 +20,11 @@ Result<ModelTensor> find_model_tensor(model::Model& network, std::uint32_t objec
 /// Errors: kInvalidState before the first forward pass.
 Status expect_ran(const ModelObject& object);
 
-/// Names of the outputs, in the order of splat_model_gradients, then "raw".
+/// The outputs, in the order of splat_model_gradients, then "raw".
 struct ModelOutput {
     const char* name;
-    vk::BufferView view;
-    vk::BufferView gradient;  ///< empty without gradients
+    Shape shape;
+    vk::BufferView model::Model::Outputs::*rows;  ///< nullptr for "raw", which has no gradient
 };
 std::vector<ModelOutput> model_outputs(const model::Model& network);
 

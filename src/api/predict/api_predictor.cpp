@@ -12,7 +12,6 @@
 #include "core/json_writer.h"
 #include "io/file.h"
 #include "model/adapters.h"
-#include "predict/prediction.h"
 #include "predict/published.h"
 #include "predict/weights_place.h"
 
@@ -175,20 +174,14 @@ Result<PredictorPointer> make_predictor(splat_device device, const splat_predict
 }
 
 /// The predicted Gaussians that an image can show.
-Result<predict::Visible> run(api::PredictorObject& object, const predict::Views& views) {
-    scene::Gaussians predicted;
-    bool finite = true;
-    {
-        const std::lock_guard lock(object.context->mutex);
-        SPLAT_ASSIGN(predicted, object.predictor->predict(views));
-        SPLAT_ASSIGN(finite, object.predictor->finite_output());
-    }
-    if (!finite)
-        return error(Code::kInvalidState,
-                     "the network's output is not finite: numbers of the weights%s overflow "
-                     "float32 in its layers; give others, or train again",
-                     object.path.empty() ? "" : (" '" + object.path + "'").c_str());
-    return predict::visible_of(predicted);
+Result<gaussians::Downloaded> run(api::PredictorObject& object, const predict::Views& views) {
+    const std::lock_guard lock(object.context->mutex);
+    SPLAT_TRY(object.predictor->predict(views));
+    if (object.predictor->ledger().outputs_not_finite == 0) return object.predictor->scene();
+    return error(Code::kInvalidState,
+                 "the network's output is not finite: numbers of the weights%s overflow "
+                 "float32 in its layers; give others, or train again",
+                 object.path.empty() ? "" : (" '" + object.path + "'").c_str());
 }
 
 /// What splat_prediction receives, of one call.
@@ -199,7 +192,7 @@ struct Predicted {
 };
 
 /// Fill the caller's struct. Returns whether all of it fitted.
-bool give_prediction(const Predicted& from, const predict::Visible& visible, double network_ms,
+bool give_prediction(const Predicted& from, const gaussians::Downloaded& visible, double network_ms,
                      splat_prediction* prediction) {
     if (prediction == nullptr) return true;
     splat_prediction filled{};
@@ -243,7 +236,7 @@ splat_result predict_with(splat_predictor predictor, splat_scene* scene,
         Predicted made;
         SPLAT_TRY(read(*object, made));
         made.read_ms = clock.lap();
-        SPLAT_ASSIGN(predict::Visible visible, run(*object, made.views));
+        SPLAT_ASSIGN(gaussians::Downloaded visible, run(*object, made.views));
         fitted = give_prediction(made, visible, clock.lap(), prediction);
         auto added = std::make_shared<api::SceneObject>();
         added->gaussians = std::move(visible.gaussians);

@@ -1,11 +1,11 @@
 #include "api/render/raster_calls.h"
 
-#include <atomic>
 #include <cmath>
 #include <shared_mutex>
 
 #include "api/core/tensor_arguments.h"
 #include "api/scene/camera_value.h"
+#include "ops/gaussian_rows.h"
 
 using namespace splat;
 
@@ -59,7 +59,7 @@ Result<std::shared_ptr<api::RasterGradients>> make_gradients(
     const std::lock_guard lock(context->mutex);
     SPLAT_TRY(context->device().alive());
     if (!desc.backward) return made;
-    SPLAT_ASSIGN(made->gaussians, raster::allocate_packed(*context, desc));
+    SPLAT_ASSIGN(made->gaussians, gaussians::allocate_set(*context, desc));
     SPLAT_TRY(make_image_gradients(*made, desc));
     return made;
 }
@@ -110,7 +110,6 @@ Status make_room(api::RasterStateObject& object, std::uint32_t views) {
 /// The scene's copy on the rasterizer's device, of its degree; uploaded if there is none. The
 /// caller holds the device's mutex.
 Result<CopyPointer> copy_of(api::SceneObject& scene, const api::RasterStateObject& object) {
-    static std::atomic<std::uint64_t> versions{0};
     raster::RasterDesc desc = object.rasterizer->desc();
     if (desc.direct_colors)
         return error(Code::kInvalidState,
@@ -124,13 +123,12 @@ Result<CopyPointer> copy_of(api::SceneObject& scene, const api::RasterStateObjec
     desc.gaussians = static_cast<std::uint32_t>(scene.gaussians.count());
     const std::lock_guard lock(scene.copies_mutex);
     for (const CopyPointer& copy : scene.copies)
-        if (copy->context == object.context && copy->sh_degree == desc.sh_degree) return copy;
+        if (copy->context == object.context && copy->set.desc.sh_degree == desc.sh_degree)
+            return copy;
     auto copy = std::make_shared<api::SceneCopy>(object.context);
-    copy->sh_degree = desc.sh_degree;
     SPLAT_TRY(object.context->device().alive());
-    SPLAT_ASSIGN(copy->buffers, raster::allocate_packed(*object.context, desc));
-    SPLAT_TRY(raster::upload_scene(*object.context, desc, scene.gaussians, copy->buffers));
-    copy->packed = copy->buffers.scene(++versions, scene.gaussians.sh_degree);
+    SPLAT_ASSIGN(copy->set, gaussians::allocate_set(*object.context, desc));
+    SPLAT_TRY(gaussians::upload(*object.context, scene.gaussians, copy->set));
     scene.copies.push_back(copy);
     return copy;
 }
@@ -149,7 +147,7 @@ Result<std::uint32_t> gaussians_in(const raster::RasterDesc& desc,
 
 /// Check the tensors of desc.gaussians Gaussians and put their views into `to`.
 Status check_gaussians(api::TensorArguments& arguments, const raster::RasterDesc& desc,
-                       const splat_gaussians_desc& from, raster::GaussianAttributes& to) {
+                       const splat_gaussians_desc& from, ops::GaussianRows& to) {
     const std::int64_t n = desc.gaussians;
     const std::int64_t k = scene::sh_coefficients(desc.sh_degree);
     const bool some = from.means != nullptr || from.scales != nullptr ||
@@ -183,27 +181,27 @@ struct NamedSceneKeeper {
     CopyPointer& drawn;
 
     ~NamedSceneKeeper() {
-        if (object.rasterizer->names(drawn->packed)) std::swap(object.scene, drawn);
+        if (object.rasterizer->names(drawn->set.views())) std::swap(object.scene, drawn);
     }
 };
 
 /// Copy `desc.gaussians` Gaussians into the kernels' layout.
 Status pack(api::RasterStateObject& object, const raster::RasterDesc& desc,
-            const raster::GaussianAttributes& attributes) {
+            const ops::GaussianRows& attributes) {
     if (object.inputs.bytes() == 0) {
         SPLAT_ASSIGN(object.inputs,
-                     raster::allocate_packed(*object.context, object.rasterizer->desc()));
+                     gaussians::allocate_set(*object.context, object.rasterizer->desc()));
     }
     object.inputs.count = desc.gaussians;
     vk::Recorder recorder(*object.context);
-    SPLAT_TRY(raster::pack_attributes(recorder, desc, attributes, object.inputs.scene()));
+    SPLAT_TRY(ops::pack_rows(recorder, desc, attributes, object.inputs.views()));
     SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
     SPLAT_TRY(object.context->make_ready(list));
     object.rasterizer->invalidate();
     return object.context->run(list);
 }
 
-Status forward(api::RasterStateObject& object, const raster::PackedGaussians& scene,
+Status forward(api::RasterStateObject& object, const gaussians::SetViews& scene,
                const raster::PackedViews& views) {
     const Status done = object.rasterizer->forward(scene, views);
     object.describe();
@@ -280,7 +278,7 @@ Status api::draw_scene(RasterStateObject& object, SceneObject& scene,
     SPLAT_ASSIGN(CopyPointer copy, copy_of(scene, object));
     SPLAT_TRY(make_room(object, views.count()));
     const NamedSceneKeeper keeper{object, copy};
-    return forward(object, copy->packed, views);
+    return forward(object, copy->set.views(), views);
 }
 
 void api::RasterStateObject::describe() {
@@ -368,14 +366,14 @@ splat_result splat_rasterizer_forward(splat_rasterizer rasterizer, splat_raster_
                      views_of_call(*object, cameras, count, background));
         SPLAT_ASSIGN(desc.gaussians, gaussians_in(desc, *gaussians));
         api::TensorArguments arguments(*object->context, "rasterizer");
-        raster::GaussianAttributes attributes;
+        ops::GaussianRows attributes;
         SPLAT_TRY(check_gaussians(arguments, desc, *gaussians, attributes));
         const std::lock_guard lock(object->context->mutex);
         SPLAT_TRY(arguments.check_unmapped());
         SPLAT_TRY(make_room(*object, views.count()));
         SPLAT_TRY(pack(*object, desc, attributes));
-        const Status done = forward(*object, object->inputs.scene(), views);
-        if (object->scene != nullptr && !object->rasterizer->names(object->scene->packed))
+        const Status done = forward(*object, object->inputs.views(), views);
+        if (object->scene != nullptr && !object->rasterizer->names(object->scene->set.views()))
             object->scene.reset();  // drawn before
         return done;
     });

@@ -1,5 +1,6 @@
 #include "api/api_guard.h"
 #include "api/core/tensor_arguments.h"
+#include "ops/gaussian_rows.h"
 #include "ops/strided_copy.h"
 
 using namespace splat;
@@ -9,7 +10,7 @@ namespace {
 /// The tensors of a splat_gradients_desc.
 struct GradientTensors {
     vk::BufferView rgb, alpha, depth;
-    raster::GaussianAttributes attributes;
+    ops::GaussianRows attributes;
     vk::BufferView means2d, means2d_abs, pose;
 };
 
@@ -45,7 +46,7 @@ Status check_tensors(api::TensorArguments& list, const raster::RasterDesc& desc,
     SPLAT_TRY(list.read(from.grad_rgb, "grad_rgb", {v, h, w, 3}, to.rgb));
     SPLAT_TRY(list.read(from.grad_alpha, "grad_alpha", {v, h, w}, to.alpha));
     SPLAT_TRY(list.read(from.grad_depth, "grad_depth", {v, h, w}, to.depth));
-    raster::GaussianAttributes& a = to.attributes;
+    ops::GaussianRows& a = to.attributes;
     SPLAT_TRY(list.write(from.grad_means, "grad_means", {n, 3}, a.means));
     SPLAT_TRY(list.write(from.grad_scales, "grad_scales", {n, 3}, a.scales));
     SPLAT_TRY(list.write(from.grad_rotations, "grad_rotations", {n, 4}, a.rotations));
@@ -86,8 +87,8 @@ Status unpack(api::RasterStateObject& object, const GradientTensors& tensors, bo
     const raster::RasterDesc& desc = object.rasterizer->drawn_desc();
     const raster::Workspace& space = object.rasterizer->workspace();
     vk::Recorder recorder(*object.context);
-    SPLAT_TRY(raster::unpack_gradients(recorder, desc, object.gradients->gaussians.gradients(),
-                                       tensors.attributes, accumulate));
+    SPLAT_TRY(ops::unpack_rows(recorder, desc, object.gradients->gaussians.views(),
+                               tensors.attributes, accumulate));
     if (present(tensors.means2d))
         SPLAT_TRY(ops::strided_copy(recorder, {desc.items(), 2, {12, 0}, {2, 0}, accumulate},
                                     space.exported.range(), tensors.means2d));
@@ -121,7 +122,7 @@ splat_result splat_rasterizer_backward(splat_rasterizer rasterizer, splat_raster
         SPLAT_TRY(pack(*object, tensors));
         api::RasterGradients& made = *object->gradients;
         SPLAT_TRY(object->rasterizer->backward(made.image.range(), made.depth.range(),
-                                               made.gaussians.gradients()));
+                                               made.gaussians.views()));
         return unpack(*object, tensors, (gradients->flags & SPLAT_GRADIENTS_ACCUMULATE) != 0);
     });
 }
