@@ -41,7 +41,7 @@ constexpr const char* kKind<OptimizerObject> = "splat_optimizer";
 template <>
 constexpr const char* kKind<BatchesObject> = "splat_batches";
 template <>
-constexpr const char* kKind<TrainingObject> = "splat_training";
+constexpr const char* kKind<RunObject> = "splat_run";
 template <>
 constexpr const char* kKind<LpipsObject> = "splat_lpips";
 template <>
@@ -174,7 +174,7 @@ template struct Handles<PredictorObject, splat_predictor>;
 template struct Handles<TrainerObject, splat_trainer>;
 template struct Handles<OptimizerObject, splat_optimizer>;
 template struct Handles<BatchesObject, splat_batches>;
-template struct Handles<TrainingObject, splat_training>;
+template struct Handles<RunObject, splat_run>;
 template struct Handles<LpipsObject, splat_lpips>;
 template struct Handles<EvaluatorObject, splat_evaluator>;
 template struct Handles<ComparisonObject, splat_comparison>;

@@ -80,6 +80,7 @@ constexpr StructSize kStructs[] = {
     {"splat_prior_model_info", sizeof(splat_prior_model_info)},
     {"splat_rasterizer_desc", sizeof(splat_rasterizer_desc)},
     {"splat_rasterizer_info", sizeof(splat_rasterizer_info)},
+    {"splat_run_event", sizeof(splat_run_event)},
     {"splat_scene_desc", sizeof(splat_scene_desc)},
     {"splat_scene_file_desc", sizeof(splat_scene_file_desc)},
     {"splat_scene_info", sizeof(splat_scene_info)},
@@ -96,7 +97,6 @@ constexpr StructSize kStructs[] = {
     {"splat_trainer_desc", sizeof(splat_trainer_desc)},
     {"splat_trainer_info", sizeof(splat_trainer_info)},
     {"splat_training_desc", sizeof(splat_training_desc)},
-    {"splat_training_event", sizeof(splat_training_event)},
     {"splat_weights_info", sizeof(splat_weights_info)},
 };
 

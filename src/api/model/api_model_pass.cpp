@@ -136,7 +136,7 @@ Status take(const splat_model_input& from, const config::ModelConfig& c, std::ui
     return {};
 }
 
-Status run(api::ModelObject& object, const splat_model_input& from) {
+Status run_model(api::ModelObject& object, const splat_model_input& from) {
     model::Model& network = *object.model;
     const config::ModelConfig& c = network.config();
     SPLAT_TRY(check_pass_flags("splat_model_input", from.flags));
@@ -194,7 +194,7 @@ splat_result splat_model_forward(splat_model model, const splat_model_input* inp
         splat_model_input taken{};
         SPLAT_TRY(
             api::take_input(input, "input", "splat_model_input", sizeof(splat_model_input), taken));
-        return run(object, taken);
+        return run_model(object, taken);
     });
 }
 
