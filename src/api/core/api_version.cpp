@@ -59,6 +59,7 @@ constexpr StructSize kStructs[] = {
     {"splat_named_array", sizeof(splat_named_array)},
     {"splat_normal_scores", sizeof(splat_normal_scores)},
     {"splat_normals_desc", sizeof(splat_normals_desc)},
+    {"splat_number", sizeof(splat_number)},
     {"splat_object_scores", sizeof(splat_object_scores)},
     {"splat_op_desc", sizeof(splat_op_desc)},
     {"splat_optimizer_desc", sizeof(splat_optimizer_desc)},
