@@ -8,6 +8,7 @@
  *   splat/predict.h pictures of an object to a scene
  *   splat/priors.h  depth maps, normals and masks: made of pictures, judged
  *   splat/data.h    data sets and their files
+ *   splat/run.h     a task with its folder, one piece of work per call
  *   splat/train.h   configurations, training
  *   splat/co3d.h    the raw release of CO3D to a data set
  *   splat/evaluate.h scores of networks on data sets, and their comparison
@@ -23,6 +24,7 @@
 #include "splat/predict.h"
 #include "splat/priors.h"
 #include "splat/render.h"
+#include "splat/run.h"
 #include "splat/scene.h"
 #include "splat/train.h"
 

@@ -77,7 +77,7 @@ extern splat_dataset dataset;
 extern splat_trainer trainer;
 extern splat_trainer_info info;
 extern splat_batches batches;
-extern splat_training training;
+extern splat_run run;
 extern splat_optimizer optimizer;
 extern uint32_t count;
 extern uint64_t seed;

@@ -283,14 +283,14 @@ internal static class Smoke
             Values = new[] { "data.root='" + folder + "'" },
             Flags = TrainingFlags.Overwrite,
         };
-        TrainingEvent last = null;
+        RunEvent last = null;
         using (var training = new Training(device, Path.Combine(folder, "run_csharp"), options))
         {
             bool asked = false;
-            foreach (TrainingEvent next in training)
+            foreach (RunEvent next in training)
             {
                 last = next;
-                if (asked || next.Kind != TrainingEventKind.Step) continue;
+                if (asked || next.Kind != RunEventKind.Step) continue;
                 asked = true;
                 var other = new Thread(training.Interrupt);
                 other.Start();

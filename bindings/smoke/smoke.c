@@ -151,7 +151,7 @@ static const char* layout(void) {
         SIZE(splat_orbit_desc),      SIZE(splat_picture),         SIZE(splat_picture_info),
         SIZE(splat_prediction),      SIZE(splat_rasterizer_desc), SIZE(splat_scene_desc),
         SIZE(splat_scene_file_desc), SIZE(splat_scene_info),      SIZE(splat_tensor_desc),
-        SIZE(splat_tensor_info),     SIZE(splat_training_desc),   SIZE(splat_training_event)};
+        SIZE(splat_tensor_info),     SIZE(splat_training_desc),   SIZE(splat_run_event)};
 #undef SIZE
     if (splat_version() != SPLAT_VERSION) fail("header and library have different versions");
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; ++i) {
@@ -218,28 +218,28 @@ static void case_errors(splat_scene scene) {
 }
 
 static void* interrupt_training(void* training) {
-    check(splat_training_interrupt(training));
+    check(splat_run_interrupt(training));
     return NULL;
 }
 
-static splat_training_event_kind interrupted_training(splat_device device, const char* folder,
-                                                      const char* config) {
+static splat_run_event_kind interrupted_training(splat_device device, const char* folder,
+                                                 const char* config) {
     char root[4096], run[4096];
     const char* values[] = {root};
     splat_training_desc desc = {sizeof desc,      .flags = SPLAT_TRAINING_OVERWRITE,
                                 .folder = run,    .config = config,
                                 .values = values, .value_count = 1};
-    splat_training_event event = {sizeof event, .kind = SPLAT_EVENT_MESSAGE};
-    splat_training training;
+    splat_run_event event = {sizeof event, .kind = SPLAT_EVENT_MESSAGE};
+    splat_run training;
     pthread_t thread;
     snprintf(root, sizeof root, "data.root='%s'", folder);
     snprintf(run, sizeof run, "%s/run_c", folder);
     check(splat_training_open(device, &desc, &training));
-    while (event.kind != SPLAT_EVENT_STEP) check(splat_training_next(training, &event));
+    while (event.kind != SPLAT_EVENT_STEP) check(splat_run_next(training, &event));
     if (pthread_create(&thread, NULL, interrupt_training, training) != 0) fail("no thread");
     pthread_join(thread, NULL);
-    while (event.kind < SPLAT_EVENT_DONE) check(splat_training_next(training, &event));
-    check(splat_training_destroy(training));
+    while (event.kind < SPLAT_EVENT_DONE) check(splat_run_next(training, &event));
+    check(splat_run_destroy(training));
     return event.kind;
 }
 
@@ -260,7 +260,7 @@ static void* cancel_device(void* argument) {
 
 static void case_cancel(splat_device device, splat_predictor predictor, const char* folder,
                         const char* config) {
-    const splat_training_event_kind event = interrupted_training(device, folder, config);
+    const splat_run_event_kind event = interrupted_training(device, folder, config);
     cancelling now = {.device = device};
     pthread_t thread;
     splat_result code;

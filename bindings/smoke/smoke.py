@@ -145,7 +145,7 @@ def case_cancel(device: splat.Device, predictor: splat.Predictor, folder: Path) 
     with splat.Training(folder / "run_python", config, values=[f"data.root='{folder}'"],
                         device=device, overwrite=True) as training:
         for event in training:
-            if event.kind == splat.TrainingEventKind.STEP and kind != event.kind:
+            if event.kind == splat.RunEventKind.STEP and kind != event.kind:
                 thread = threading.Thread(target=training.interrupt)
                 thread.start()
                 thread.join()

@@ -5,7 +5,7 @@ use splat::{
     DatasetViews, Device, ExportDesc, Gaussians, Gradients, ImageView, ImageViewMut, MapFilter,
     NormalsDesc, OrbitDesc, Output, Picture, Predictor, RasterState, Rasterizer, RasterizerDesc,
     RasterizerFlags, Result, Scene, SceneDesc, SceneFileDesc, SceneFormat, Tensor, Training,
-    TrainingDesc, TrainingEventKind, TrainingFlags,
+    TrainingDesc, RunEventKind, TrainingFlags,
 };
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -317,7 +317,7 @@ fn errors() {
 }
 
 /// The kind of the last event of a training that another thread interrupts.
-fn interrupted(device: &Device, folder: &str) -> Result<TrainingEventKind> {
+fn interrupted(device: &Device, folder: &str) -> Result<RunEventKind> {
     let config = std::fs::read_to_string(format!("{folder}/config.json")).expect("config.json");
     let (run, root) = (
         format!("{folder}/run_rust"),
@@ -332,10 +332,10 @@ fn interrupted(device: &Device, folder: &str) -> Result<TrainingEventKind> {
     };
     let mut training = Training::open(device, &desc)?;
     let interrupter = training.interrupter();
-    let (mut asked, mut last) = (false, TrainingEventKind::default());
+    let (mut asked, mut last) = (false, RunEventKind::default());
     for event in training.by_ref() {
         last = event?.kind;
-        if last == TrainingEventKind::STEP && !asked {
+        if last == RunEventKind::STEP && !asked {
             asked = true;
             let thread = thread::spawn(move || interrupter.interrupt());
             thread.join().expect("the thread panicked")?;

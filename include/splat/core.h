@@ -195,7 +195,7 @@ typedef struct splat_dataset_s* splat_dataset;
 typedef struct splat_trainer_s* splat_trainer;
 typedef struct splat_optimizer_s* splat_optimizer;
 typedef struct splat_batches_s* splat_batches;
-typedef struct splat_training_s* splat_training;
+typedef struct splat_run_s* splat_run;
 typedef struct splat_lpips_s* splat_lpips;
 typedef struct splat_evaluator_s* splat_evaluator;
 typedef struct splat_comparison_s* splat_comparison;

@@ -10,6 +10,7 @@
 
 #include "data.h"
 #include "model.h"
+#include "run.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -358,7 +359,7 @@ SPLAT_API splat_result splat_trainer_destroy(splat_trainer trainer);
 /* Begin with a data set, which may be destroyed afterwards.
  * dataset   opened at data.training_resolution, with the maps and background of the configuration
  * config    that of the trainer, from splat_config_merge; NULL: the defaults
- * seed      of the order of objects and the choice of views; splat_training takes
+ * seed      of the order of objects and the choice of views; a training takes
  *           general.random_seed
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, config, a data
  *   set opened otherwise), SPLAT_ERROR_FORMAT (an object has too few views),
@@ -378,28 +379,19 @@ SPLAT_API splat_result splat_batches_next(splat_batches batches, uint64_t step,
 /* Destroy batches. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_batches_destroy(splat_batches batches);
 
-/* ---- Training session ------------------------------------------------------------------------ */
+/* ---- Training -------------------------------------------------------------------------------- */
 
-/* A training with its folder, one piece of work per call: steps, validations, saved states. A run
- * that ends anywhere and is resumed, here or by `vkrun train --resume`, has the same bits as one
- * without an interruption. The caller synchronises calls on one session, except
- * splat_training_interrupt.
+/* A training of Splatter Image as a run, see run.h.
  *
  *   splat_training_desc desc = {sizeof desc, .folder = "run", .config = text};
- *   splat_training_event event = {.struct_size = sizeof event};
- *   splat_training_open(device, &desc, &training);
- *   while (event.kind < SPLAT_EVENT_DONE && splat_training_next(training, &event) == SPLAT_OK)
- *       if (event.text) puts(event.text);
+ *   splat_training_open(device, &desc, &run);
  *
- * The folder holds
- *   config.json            every value of the configuration; what makes the folder a run
- *   run.json               state, error, versions, device, data, seed, start
- *   log.txt                the texts of events
- *   metrics.jsonl          one JSON object per line, of steps and of validations
- *   checkpoints/           the last two states; one of step 0 is saved before step 1. States that a
- *                          resumed run could not read are renamed to *.unreadable
- *   weights_last.safetensors, weights_best.safetensors   averaged weights
- *   lock                   the process that has the folder; the lock ends with it */
+ * Numbers of its events: of a step "psnr" (dB, of the step's targets; infinite if drawn exactly),
+ * "pixel_loss", "rate", "pairs", "network_ms", "render_ms", "update_ms", "ssim", "edge" and "lpips"
+ * where they are part of the loss, "visible", "culled", "non_finite", "gradients_zero"; as in
+ * splat_trainer_info. Of an object, and as means over the objects: "val_psnr" and "val_ssim" of novel
+ * views, NaN without one, "val_psnr_conditioning" and "val_ssim_conditioning" of the input views; of
+ * a validation also "val_objects", "val_views" (novel ones) and "val_views_asked". */
 enum {
     /* go on from the latest state that can be read; begin again if none was saved yet */
     SPLAT_TRAINING_RESUME = 1u << 0,
@@ -424,57 +416,9 @@ typedef struct splat_training_desc {
     uint32_t reserved;
 } splat_training_desc;
 
-typedef int32_t splat_training_event_kind;
-enum {
-    SPLAT_EVENT_MESSAGE = 0, /* only a text */
-    /* one attempt of a step: info, with loss and rate, and the fields up to steps_per_second */
-    SPLAT_EVENT_STEP = 1,
-    SPLAT_EVENT_VALIDATED_OBJECT = 2, /* one object of a validation: its scores and images */
-    SPLAT_EVENT_VALIDATION = 3,       /* the mean scores of a validation */
-    SPLAT_EVENT_CHECKPOINT = 4,       /* a state was saved */
-    /* these end the run */
-    SPLAT_EVENT_DONE = 5,
-    SPLAT_EVENT_INTERRUPTED = 6,
-    /* ten steps in a row had a loss or gradients that are not finite */
-    SPLAT_EVENT_NOT_FINITE = 7,
-    /* 200 steps in a row drew nothing; 20 of them give a warning */
-    SPLAT_EVENT_NOTHING_DRAWN = 8
-};
-
-/* What a call of splat_training_next did. Pointers are valid until the next call on the session. */
-typedef struct splat_training_event {
-    uint32_t struct_size;
-    splat_training_event_kind kind;
-    const char* text; /* the line of log.txt; NULL: none */
-    uint32_t warning; /* 1: the text warns */
-    uint32_t logged;  /* 1: metrics.jsonl got a line of the step */
-    uint64_t step;    /* updates done */
-    uint64_t attempts;
-    uint64_t iterations;            /* updates of the whole run */
-    uint64_t skipped;               /* attempts that updated nothing */
-    uint64_t peak_bytes;            /* most device memory so far */
-    const splat_trainer_info* info; /* NULL unless the event is a step */
-    double psnr;                    /* dB, of the step's targets; infinite if drawn exactly */
-    double averaged_loss;           /* over this session's latest steps; NaN before the first */
-    double seconds;                 /* since the first step of this session */
-    double steps_per_second;
-    const char* name; /* name of the validated object, else NULL */
-    uint32_t object;  /* number of the validated object */
-    uint32_t objects; /* objects in the validation */
-    uint32_t views; /* views of the object, the input views first; in VALIDATION: all novel views */
-    uint32_t inputs; /* input views among them */
-    uint32_t side;   /* pixels of an image */
-    uint32_t reserved;
-    uint64_t image_count; /* numbers of `images` and of `truths` */
-    const float* images;  /* drawn, [views,3,side,side] */
-    const float* truths;
-    double novel_psnr, novel_ssim;               /* NaN without novel views */
-    double conditioning_psnr, conditioning_ssim; /* scores of input views */
-    double best_psnr; /* best validation with as many objects and views */
-} splat_training_event;
-
-/* Open a session: check the configuration, the data (views of every object; the first batches are
- * read) and the weights to start from; then make the folder, or lock that of the run.
+/* Open a run, which splat_run_destroy closes: check the configuration, the data (views of every
+ * object; the first batches are read) and the weights to start from; then make the folder, or lock
+ * that of the run.
  *
  * On resuming, configuration and data are compared with the run's. Some values are taken and logged
  * (opt.iterations, logging.*, data.root and others); any other difference is an error.
@@ -488,34 +432,19 @@ typedef struct splat_training_event {
  *   SPLAT_ERROR_IO                    the folder cannot be written; parts may remain
  *   and errors of the device */
 SPLAT_API splat_result splat_training_open(splat_device device, const splat_training_desc* desc,
-                                           splat_training* training);
+                                           splat_run* run);
 
-/* Do the next piece of work: a step, one object of a validation, a saved state. After the end it
- * gives the last event again, without text. After an error the next call tries the same piece.
- * event     in/out, struct_size set
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_IO
- *   (the folder cannot be written), and as splat_batches_next and splat_trainer_step */
-SPLAT_API splat_result splat_training_next(splat_training training, splat_training_event* event);
-
-/* End the session: the next call of splat_training_next saves the state and ends with
- * SPLAT_EVENT_INTERRUPTED. Any thread may call it, and a signal handler.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE. */
-SPLAT_API splat_result splat_training_interrupt(splat_training training);
-
-/* JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
- * before the first of this session), "val_psnr" (null before a validation), "best_val_psnr",
- * "peak_bytes", "ledger" (of this session's last attempt, as in splat_trainer_report)}.
- * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */
-SPLAT_API splat_result splat_training_report(splat_training training, char* buffer, size_t capacity,
-                                             size_t* needed);
+/* Describe the latest attempt of a step in this session, skipped or not.
+ * run       of splat_training_open
+ * info      in/out, struct_size set
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
+ *   SPLAT_ERROR_INVALID_STATE (before the first step) */
+SPLAT_API splat_result splat_training_last_step(splat_run run, splat_trainer_info* info);
 
 /* Return the network in training.
+ * run       of splat_training_open
  * Returns as splat_trainer_model. */
-SPLAT_API splat_result splat_training_model(splat_training training, splat_model* model);
-
-/* Close a session. Steps since the latest state are lost; resuming repeats them with the same bits.
- * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
-SPLAT_API splat_result splat_training_destroy(splat_training training);
+SPLAT_API splat_result splat_training_model(splat_run run, splat_model* model);
 
 #ifdef __cplusplus
 }

@@ -41,7 +41,7 @@ struct Handles {
     X(Trainers, TrainerObject, splat_trainer)              \
     X(Optimizers, OptimizerObject, splat_optimizer)        \
     X(AllBatches, BatchesObject, splat_batches)            \
-    X(Trainings, TrainingObject, splat_training)           \
+    X(Runs, RunObject, splat_run)                          \
     X(Lpipses, LpipsObject, splat_lpips)                   \
     X(Evaluators, EvaluatorObject, splat_evaluator)        \
     X(Comparisons, ComparisonObject, splat_comparison)     \

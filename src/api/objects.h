@@ -20,11 +20,11 @@
 #include "model/weights.h"
 #include "nn/op_instance.h"
 #include "predict/predictor.h"
+#include "run/run.h"
 #include "splat.h"
 #include "train/batches.h"
 #include "train/optimiser.h"
 #include "train/trainer.h"
-#include "train/training.h"
 
 namespace splat::api {
 
@@ -209,14 +209,15 @@ struct BatchesObject {
     std::vector<splat_camera> cameras;
 };
 
-/// The object behind splat_training, which locks its device itself.
-struct TrainingObject : OfDevice {
+/// The object behind splat_run, which locks its device itself.
+struct RunObject : OfDevice {
     using OfDevice::OfDevice;
     Interrupt interrupt;
-    std::unique_ptr<train::Training> training;  ///< destroyed before `interrupt`
-    train::Event event;                         ///< event of the latest call
-    splat_trainer_info info{};                  ///< describes that event
-    Published<train::RunFigures> figures;       ///< after that call
+    std::unique_ptr<run::Run> run;            ///< destroyed before `interrupt`
+    std::shared_ptr<train::Trainer> trainer;  ///< trainer of a training
+    run::Event event;                         ///< event of the latest call
+    std::vector<splat_number> numbers;        ///< numbers of that event
+    Published<run::Figures> figures;          ///< after that call
 };
 
 /// The object behind splat_lpips.

@@ -15,17 +15,18 @@
     X(splat_ledger) X(splat_lpips_desc) X(splat_mask_scores) X(splat_memory_info) \
     X(splat_metric_comparison) X(splat_model_desc) X(splat_model_gradients) X(splat_model_info) \
     X(splat_model_input) X(splat_module_desc) X(splat_named_array) X(splat_normal_scores) \
-    X(splat_normals_desc) X(splat_object_scores) X(splat_op_desc) X(splat_optimizer_desc) \
-    X(splat_optimizer_group) X(splat_optimizer_info) X(splat_optimizer_item) X(splat_orbit_desc) \
-    X(splat_picture) X(splat_picture_cut_desc) X(splat_picture_info) X(splat_picture_source) \
+    X(splat_normals_desc) X(splat_number) X(splat_object_scores) X(splat_op_desc) \
+    X(splat_optimizer_desc) X(splat_optimizer_group) X(splat_optimizer_info) X(splat_optimizer_item) \
+    X(splat_orbit_desc) X(splat_picture) X(splat_picture_cut_desc) X(splat_picture_info) X(splat_picture_source) \
     X(splat_point_scores) X(splat_port) X(splat_prediction) X(splat_predictor_desc) \
     X(splat_predictor_info) X(splat_prior_maps) X(splat_prior_model_desc) \
     X(splat_prior_model_info) X(splat_rasterizer_desc) X(splat_rasterizer_info) \
-    X(splat_scene_desc) X(splat_scene_file_desc) X(splat_scene_info) X(splat_scene_render_desc) \
+    X(splat_run_event) X(splat_scene_desc) X(splat_scene_file_desc) X(splat_scene_info) \
+    X(splat_scene_render_desc) \
     X(splat_score) X(splat_score_set) X(splat_scores) X(splat_similarity) \
     X(splat_synthetic_desc) X(splat_tensor_desc) X(splat_tensor_info) X(splat_tensor_stats) \
     X(splat_trainer_batch) X(splat_trainer_desc) X(splat_trainer_info) X(splat_training_desc) \
-    X(splat_training_event) X(splat_weights_info)
+    X(splat_weights_info)
 // clang-format on
 
 namespace splat::api {

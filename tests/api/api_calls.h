@@ -99,7 +99,7 @@ using Evaluator = Owned<splat_evaluator, splat_evaluator_destroy>;
 using Comparison = Owned<splat_comparison, splat_comparison_destroy>;
 using Predictor = Owned<splat_predictor, splat_predictor_destroy>;
 using Batches = Owned<splat_batches, splat_batches_destroy>;
-using Training = Owned<splat_training, splat_training_destroy>;
+using Training = Owned<splat_run, splat_run_destroy>;
 using Dims = std::vector<std::int64_t>;
 
 /// Defaults, but without a pipeline cache file.

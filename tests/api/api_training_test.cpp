@@ -17,14 +17,21 @@ std::string file_of(const std::string& folder, const char* name) {
 }
 
 /// The events until the end of the run: their kinds.
-std::vector<splat_training_event_kind> run(splat_training training) {
-    std::vector<splat_training_event_kind> kinds;
-    auto event = sized<splat_training_event>();
+std::vector<splat_run_event_kind> run(splat_run training) {
+    std::vector<splat_run_event_kind> kinds;
+    auto event = sized<splat_run_event>();
     do {
-        EXPECT_DONE(splat_training_next(training, &event));
+        EXPECT_DONE(splat_run_next(training, &event));
         kinds.push_back(event.kind);
     } while (event.kind < SPLAT_EVENT_DONE && kinds.size() < 100);
     return kinds;
+}
+
+/// NaN where it is missing.
+double number_of(const splat_run_event& event, const std::string& name) {
+    for (std::uint64_t i = 0; i < event.number_count; ++i)
+        if (name == event.numbers[i].name) return event.numbers[i].value;
+    return NAN;
 }
 
 Training open(splat_device device, const splat_training_desc& desc) {
@@ -64,34 +71,41 @@ TEST(ApiTraining, GivesWhatItDoes) {
     splat_training_desc desc = training_desc(dataset, folder);
     desc.validation = dataset;
     const Training training = open(device, desc);
-    auto event = sized<splat_training_event>();
-    ASSERT_DONE(splat_training_next(training, &event));
+    auto event = sized<splat_run_event>();
+    ASSERT_DONE(splat_run_next(training, &event));
     EXPECT_EQ(event.kind, SPLAT_EVENT_MESSAGE);
     EXPECT_EQ(std::string(event.text).substr(0, 9), "training ");
-    EXPECT_EQ(event.info, nullptr);
-    ASSERT_DONE(splat_training_next(training, &event));
+    EXPECT_EQ(event.number_count, 0U);
+    auto info = sized<splat_trainer_info>();
+    EXPECT_REFUSED(splat_training_last_step(training, &info), SPLAT_ERROR_INVALID_STATE,
+                   "has done no step yet");
+    ASSERT_DONE(splat_run_next(training, &event));
     EXPECT_EQ(event.kind, SPLAT_EVENT_CHECKPOINT);
-    ASSERT_DONE(splat_training_next(training, &event));
-    ASSERT_EQ(event.kind, SPLAT_EVENT_VALIDATED_OBJECT);
+    ASSERT_DONE(splat_run_next(training, &event));
+    ASSERT_EQ(event.kind, SPLAT_EVENT_VALIDATED_PIECE);
     EXPECT_EQ(event.views, 3U);
     EXPECT_EQ(event.inputs, 1U);
+    EXPECT_EQ(event.width, 16U);
+    EXPECT_EQ(event.height, 16U);
     EXPECT_EQ(event.image_count, 3U * 3 * 16 * 16);
-    EXPECT_GT(event.novel_psnr, 0);
+    EXPECT_GT(number_of(event, "val_psnr"), 0);
     EXPECT_STREQ(event.name, "000000_car");
-    ASSERT_DONE(splat_training_next(training, &event));
-    ASSERT_DONE(splat_training_next(training, &event));
+    ASSERT_DONE(splat_run_next(training, &event));
+    ASSERT_DONE(splat_run_next(training, &event));
     EXPECT_EQ(event.kind, SPLAT_EVENT_VALIDATION);
-    EXPECT_EQ(event.objects, 2U);
-    EXPECT_EQ(event.views, 4U) << "novel ones";
-    ASSERT_DONE(splat_training_next(training, &event));
+    EXPECT_EQ(event.pieces, 2U);
+    EXPECT_EQ(number_of(event, "val_views"), 4) << "novel ones";
+    ASSERT_DONE(splat_run_next(training, &event));
     ASSERT_EQ(event.kind, SPLAT_EVENT_STEP);
-    EXPECT_EQ(event.info->step, 1U);
-    EXPECT_EQ(event.info->struct_size, sizeof *event.info);
+    EXPECT_EQ(event.updated, 1U);
+    ASSERT_DONE(splat_training_last_step(training, &info));
+    EXPECT_EQ(info.step, 1U);
+    EXPECT_EQ(info.loss, number_of(event, "loss"));
     Model model;
     ASSERT_DONE(splat_training_model(training, model.out()));
     EXPECT_EQ(run(training).back(), SPLAT_EVENT_DONE);
     std::string report(1000, '\0');
-    ASSERT_DONE(splat_training_report(training, report.data(), report.size(), nullptr));
+    ASSERT_DONE(splat_run_report(training, report.data(), report.size(), nullptr));
     EXPECT_NE(report.find("\"step\": 2"), std::string::npos) << report;
 }
 
@@ -105,11 +119,11 @@ TEST(ApiTraining, GoesOnWithTheSameBits) {
         const std::string parts = run_folder();
         {
             const Training training = open(device, training_desc(dataset, parts));
-            auto event = sized<splat_training_event>();
-            while (event.step < 1) ASSERT_DONE(splat_training_next(training, &event));
+            auto event = sized<splat_run_event>();
+            while (event.step < 1) ASSERT_DONE(splat_run_next(training, &event));
             if (interrupted) {
-                ASSERT_DONE(splat_training_interrupt(training));
-                EXPECT_EQ(run(training), (std::vector<splat_training_event_kind>{
+                ASSERT_DONE(splat_run_interrupt(training));
+                EXPECT_EQ(run(training), (std::vector<splat_run_event_kind>{
                                              SPLAT_EVENT_CHECKPOINT, SPLAT_EVENT_INTERRUPTED}));
             }
         }
@@ -131,16 +145,16 @@ TEST(ApiTraining, AFinishedRunThatIsResumedTellsNoLoss) {
     run(open(device, desc));
     desc.flags = SPLAT_TRAINING_RESUME;
     const Training training = open(device, desc);
-    auto event = sized<splat_training_event>();
+    auto event = sized<splat_run_event>();
     std::string text;
     while (event.kind < SPLAT_EVENT_DONE) {
-        ASSERT_DONE(splat_training_next(training, &event));
-        EXPECT_TRUE(std::isnan(event.averaged_loss));
+        ASSERT_DONE(splat_run_next(training, &event));
+        EXPECT_TRUE(std::isnan(number_of(event, "averaged_loss")));
         if (event.text != nullptr) text = event.text;
     }
     EXPECT_EQ(text, "done: 2 steps");
     const std::string report = whole_text([&](char* buffer, std::size_t size, std::size_t* needed) {
-        return splat_training_report(training, buffer, size, needed);
+        return splat_run_report(training, buffer, size, needed);
     });
     EXPECT_NE(report.find("\"loss\": null"), std::string::npos) << report;
 }
@@ -154,7 +168,7 @@ TEST(ApiTraining, HasItsFolderForItself) {
     for (const std::uint32_t flags :
          {std::uint32_t{SPLAT_TRAINING_RESUME}, std::uint32_t{SPLAT_TRAINING_OVERWRITE}}) {
         desc.flags = flags;
-        splat_training second = nullptr;
+        splat_run second = nullptr;
         EXPECT_REFUSED(splat_training_open(device, &desc, &second), SPLAT_ERROR_INVALID_STATE,
                        "is in use");
     }

@@ -38,9 +38,9 @@ for _ in $(seq $((600 * scale))); do
     kill -0 "$process" 2> /dev/null || fail "the run ended: $(cat "$temp/first")"
     sleep 0.1
 done
-expect 2 "a training of process $process runs in it" --out "$temp/run" --resume
+expect 2 "a run of process $process is open in it" --out "$temp/run" --resume
 # shellcheck disable=SC2086
-expect 2 "a training of process $process runs in it" $options --out "$temp/run" --overwrite
+expect 2 "a run of process $process is open in it" $options --out "$temp/run" --overwrite
 kill -INT "$process"
 wait "$process"
 [ $? -eq 130 ] || fail "an interrupted run did not end with 130: $(tail -n 3 "$temp/first")"

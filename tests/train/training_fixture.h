@@ -5,12 +5,30 @@
 #include "support/expect_status.h"
 #include "support/gpu_env.h"
 #include "synthetic/sample_folder.h"
-#include "train/training.h"
+#include "train/splatter_training.h"
 
 namespace splat::train {
 
 namespace fs = std::filesystem;
-using Mode = RunFolder::Mode;
+using run::Event;
+using run::EventKind;
+using Mode = run::RunFolder::Mode;
+
+/// What a run is opened with.
+struct Asked {
+    std::string folder;
+    Mode mode = Mode::kNew;
+    TrainingDesc training;
+};
+
+/// A run and its task.
+struct Opened {
+    std::unique_ptr<run::Run> session;
+    const SplatterTraining* training = nullptr;
+
+    Status next(Event& event) const { return session->next(event); }
+    [[nodiscard]] run::Figures figures() const { return session->figures(); }
+};
 
 /// A small network that learns two small cars.
 class TrainingTest : public testing::Test {
@@ -21,43 +39,46 @@ class TrainingTest : public testing::Test {
         cars_ = test::sample_cars(folder_.path() / "cars");
         test::write_all(cars_);
     }
-    TrainingDesc desc(const std::string& run, std::vector<std::string> changes = {}) {
-        TrainingDesc made;
-        made.folder = (folder_.path() / run).string();
-        made.changes = {"data.root='" + cars_.path + "'",
-                        "data.training_resolution=16",
-                        "model.base_dim=8",
-                        "model.num_blocks=1",
-                        "model.channel_mult=[1, 2]",
-                        "model.attention_resolutions=[8]",
-                        "model.opacity_bias=0",
-                        "opt.batch_size=1",
-                        "opt.imgs_per_obj=2",
-                        "opt.base_lr=1e-3",
-                        "opt.iterations=4",
-                        "logging.ckpt_iterations=2",
-                        "logging.val_log=2",
-                        "logging.loss_log=1"};
-        made.changes.insert(made.changes.end(), changes.begin(), changes.end());
+    Asked desc(const std::string& run, std::vector<std::string> changes = {}) {
+        Asked made{(folder_.path() / run).string(), Mode::kNew, {}};
+        made.training.changes = {"data.root='" + cars_.path + "'",
+                                 "data.training_resolution=16",
+                                 "model.base_dim=8",
+                                 "model.num_blocks=1",
+                                 "model.channel_mult=[1, 2]",
+                                 "model.attention_resolutions=[8]",
+                                 "model.opacity_bias=0",
+                                 "opt.batch_size=1",
+                                 "opt.imgs_per_obj=2",
+                                 "opt.base_lr=1e-3",
+                                 "opt.iterations=4",
+                                 "logging.ckpt_iterations=2",
+                                 "logging.val_log=2",
+                                 "logging.loss_log=1"};
+        std::vector<std::string>& all = made.training.changes;
+        all.insert(all.end(), changes.begin(), changes.end());
         return made;
     }
-    TrainingDesc resumed(const std::string& run, std::vector<std::string> changes = {}) {
-        TrainingDesc made;
-        made.folder = (folder_.path() / run).string();
-        made.mode = Mode::kResume;
-        made.changes = std::move(changes);
+    Asked resumed(const std::string& run, std::vector<std::string> changes = {}) {
+        Asked made{(folder_.path() / run).string(), Mode::kResume, {}};
+        made.training.changes = std::move(changes);
         return made;
     }
-    std::unique_ptr<Training> open(const TrainingDesc& given) {
-        auto made = Training::open(context_, given, interrupt_);
+    Result<Opened> try_open(const Asked& asked) {
+        auto task = std::make_unique<SplatterTraining>(context_, asked.training);
+        Opened opened{nullptr, task.get()};
+        SPLAT_ASSIGN(opened.session, run::Run::open({asked.folder, asked.mode, "test"},
+                                                    std::move(task), interrupt_));
+        return opened;
+    }
+    std::optional<Opened> open(const Asked& asked) {
+        auto made = try_open(asked);
         EXPECT_OK(made.status());
-        return made.ok() ? std::move(made.value()) : nullptr;
+        return made.ok() ? std::optional(std::move(made.value())) : std::nullopt;
     }
-    Status refusal(const TrainingDesc& given) {
-        return Training::open(context_, given, interrupt_).status();
-    }
+    Status refusal(const Asked& asked) { return try_open(asked).status(); }
     /// Every event until one ends the run.
-    static std::vector<Event> run(Training& training) {
+    static std::vector<Event> run(const Opened& training) {
         std::vector<Event> events;
         do {
             events.emplace_back();
@@ -79,6 +100,13 @@ class TrainingTest : public testing::Test {
     synthetic::WriterDesc cars_;
     Interrupt interrupt_;
 };
+
+/// NaN where it is missing.
+inline double number_of(const Event& event, std::string_view name) {
+    for (const run::Number& number : event.numbers)
+        if (number.name == name) return number.value;
+    return NAN;
+}
 
 inline std::string kinds_of(const std::vector<Event>& events) {
     constexpr const char* kLetters = ".sovcdinb";

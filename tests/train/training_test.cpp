@@ -1,4 +1,4 @@
-#include "train/training.h"
+#include "train/splatter_training.h"
 
 #include <algorithm>
 #include <thread>
@@ -12,22 +12,23 @@ namespace {
 
 TEST_F(TrainingTest, GivesItsWorkPieceByPiece) {
     const auto training = open(desc("run"));
-    ASSERT_NE(training, nullptr);
+    ASSERT_TRUE(training);
     EXPECT_TRUE(fs::exists(folder_.path() / "run/config.json"));
     const std::vector<Event> events = run(*training);
     EXPECT_EQ(kinds_of(events), ".covsscovsscovd") << "a state and a validation before step 1";
     EXPECT_NE(events[0].text.find("training "), std::string::npos);
     const Event* const step = first_of(events, EventKind::kStep);
     EXPECT_EQ(step->step, 1U);
-    EXPECT_GT(step->result.loss.total, 0);
-    EXPECT_GT(step->psnr, 1);
+    EXPECT_GT(number_of(*step, "loss"), 0);
+    EXPECT_GT(number_of(*step, "psnr"), 1);
     EXPECT_TRUE(step->logged);
     EXPECT_GT(step->peak_bytes, 0U);
-    const Event* const object = first_of(events, EventKind::kValidatedObject);
-    EXPECT_EQ(object->images.size(), std::size_t{4} * 3 * 16 * 16);
-    EXPECT_EQ(object->truths.size(), object->images.size());
-    EXPECT_EQ(object->inputs, 1U);
-    EXPECT_EQ(first_of(events, EventKind::kValidation)->novel.psnr, object->scores.novel.psnr);
+    const Event* const object = first_of(events, EventKind::kValidatedPiece);
+    EXPECT_EQ(object->validated.images.size(), std::size_t{4} * 3 * 16 * 16);
+    EXPECT_EQ(object->validated.truths.size(), object->validated.images.size());
+    EXPECT_EQ(object->validated.inputs, 1U);
+    EXPECT_EQ(number_of(*first_of(events, EventKind::kValidation), "val_psnr"),
+              number_of(*object, "val_psnr"));
     EXPECT_EQ(events.back().text.substr(0, 14), "done: 4 steps,");
     EXPECT_EQ(training->figures().step, 4U);
     Event again;
@@ -39,27 +40,27 @@ TEST_F(TrainingTest, GivesItsWorkPieceByPiece) {
 
 /// Each line of a step, and the reports, tell what was drawn and finite, and the line the rate.
 TEST_F(TrainingTest, KeepsALedger) {
-    const TrainingDesc asked = desc("run");
+    const Asked asked = desc("run");
     const auto training = open(asked);
-    ASSERT_NE(training, nullptr);
+    ASSERT_TRUE(training);
     EXPECT_NE(file("run", "run.json").find("\"ledger\": null"), std::string::npos);
     const std::vector<Event> events = run(*training);
     const Event* const first = first_of(events, EventKind::kStep);
-    EXPECT_EQ(first->result.rate, training->settings().training.rate(1));
-    std::vector<const TrainStep*> steps;
+    EXPECT_EQ(number_of(*first, "rate"), training->training->settings().training.rate(1));
+    std::vector<const Event*> steps;
     for (const Event& event : events)
-        if (event.kind == EventKind::kStep) steps.push_back(&event.result);
+        if (event.kind == EventKind::kStep) steps.push_back(&event);
     ASSERT_EQ(steps.size(), 4U);
-    const auto counts = [](const TrainStep& step, const char* colon, const char* comma) {
+    const auto counts = [](const Event& step, const char* colon, const char* comma) {
         return format(
-            "\"visible\"%s%llu%s\"culled\"%s%llu%s\"non_finite\"%s0%s\"gradients_zero\"%sfalse}",
-            colon, static_cast<unsigned long long>(step.visible), comma, colon,
-            static_cast<unsigned long long>(step.culled), comma, colon, comma, colon);
+            "\"visible\"%s%.0f%s\"culled\"%s%.0f%s\"non_finite\"%s0%s\"gradients_zero\"%sfalse}",
+            colon, number_of(step, "visible"), comma, colon, number_of(step, "culled"), comma,
+            colon, comma, colon);
     };
     const std::string metrics = file("run", "metrics.jsonl");
     EXPECT_NE(metrics.find(counts(*steps[0], ":", ",")), std::string::npos) << metrics;
     EXPECT_NE(metrics.find(counts(*steps[3], ":", ",")), std::string::npos) << metrics;
-    EXPECT_NE(metrics.find(format("\"rate\":%.17g,", first->result.rate)), std::string::npos)
+    EXPECT_NE(metrics.find(format("\"rate\":%.17g,", number_of(*first, "rate"))), std::string::npos)
         << metrics;
     const std::string last = "\"ledger\": {" + counts(*steps[3], ": ", ", ");
     EXPECT_NE(file("run", "run.json").find(last), std::string::npos) << file("run", "run.json");
@@ -70,7 +71,7 @@ TEST_F(TrainingTest, IsInterruptedFromAnotherThread) {
     run(*open(desc("whole")));
     {
         const auto training = open(desc("parts", {"opt.iterations=100000"}));
-        ASSERT_NE(training, nullptr);
+        ASSERT_TRUE(training);
         std::thread other;
         Event event;
         while (event.kind < EventKind::kDone) {
@@ -91,11 +92,11 @@ TEST_F(TrainingTest, IsInterruptedFromAnotherThread) {
 
 TEST_F(TrainingTest, HasItsFolderForItself) {
     const auto training = open(desc("run"));
-    ASSERT_NE(training, nullptr);
-    EXPECT_ERROR(refusal(resumed("run")), Code::kInvalidState, "a training of process ");
-    TrainingDesc over = desc("run");
+    ASSERT_TRUE(training);
+    EXPECT_ERROR(refusal(resumed("run")), Code::kInvalidState, "a run of process ");
+    Asked over = desc("run");
     over.mode = Mode::kReplace;
-    EXPECT_ERROR(refusal(over), Code::kInvalidState, "a training of process ");
+    EXPECT_ERROR(refusal(over), Code::kInvalidState, "a run of process ");
     EXPECT_EQ(run(*training).back().kind, EventKind::kDone);
 }
 
@@ -110,7 +111,7 @@ TEST_F(TrainingTest, WarnsOfAnotherFieldOfView) {
         std::string all;
         Event event;
         const auto training = open(desc(name, {fov}));
-        for (bool message = true; training != nullptr && message;) {
+        for (bool message = true; training && message;) {
             EXPECT_OK(training->next(event));
             message = event.kind == EventKind::kMessage;
             if (message && event.warning) all += event.text;
@@ -127,7 +128,7 @@ TEST_F(TrainingTest, WarnsOfAnotherFieldOfView) {
 /// A disk that is full for a moment: the next call tells what was done, once.
 TEST_F(TrainingTest, TellsAfterAnErrorWhatItDid) {
     const auto training = open(desc("run", {"opt.iterations=3"}));
-    ASSERT_NE(training, nullptr);
+    ASSERT_TRUE(training);
     std::vector<Event> events;
     std::size_t failed = 0;
     const auto next = [&](const char* fault_point, std::uint64_t at) {
@@ -163,7 +164,7 @@ TEST_F(TrainingTest, TellsAfterAnErrorWhatItDid) {
 TEST_F(TrainingTest, EndsWhereNothingIsDrawn) {
     const auto training = open(desc("run", {"model.opacity_bias=-30", "opt.iterations=1000",
                                             "logging.val_log=0", "logging.ckpt_iterations=0"}));
-    ASSERT_NE(training, nullptr);
+    ASSERT_TRUE(training);
     const std::vector<Event> events = run(*training);
     EXPECT_EQ(events.back().kind, EventKind::kNothingDrawn);
     EXPECT_EQ(events.back().step, 200U);
@@ -189,26 +190,25 @@ TEST_F(TrainingTest, EqualImagesHaveAnInfinitePsnr) {
             test::put_text(entry.path(), std::string(io::as_text(png.value())));
     const auto training =
         open(desc("run", {"model.opacity_bias=-30", "opt.iterations=1", "logging.val_log=0"}));
-    ASSERT_NE(training, nullptr);
+    ASSERT_TRUE(training);
     const std::vector<Event> events = run(*training);
     const Event* const step = first_of(events, EventKind::kStep);
     ASSERT_NE(step, nullptr);
-    EXPECT_EQ(step->result.loss.squared, 0);
-    EXPECT_EQ(step->psnr, INFINITY);
+    EXPECT_EQ(number_of(*step, "psnr"), INFINITY);
     EXPECT_NE(file("run", "metrics.jsonl").find("\"psnr\":null"), std::string::npos);
 }
 
 TEST_F(TrainingTest, EndsWhereNothingIsFinite) {
     const auto training = open(desc("run", {"opt.base_lr=1000", "opt.iterations=1000",
                                             "logging.val_log=0", "logging.ckpt_iterations=0"}));
-    ASSERT_NE(training, nullptr);
+    ASSERT_TRUE(training);
     const std::vector<Event> events = run(*training);
     EXPECT_EQ(events.back().kind, EventKind::kNotFinite);
     EXPECT_GE(events.back().skipped, 10U);
 }
 
 TEST_F(TrainingTest, RefusesBeforeItMakesAFolder) {
-    const auto refused = [&](const TrainingDesc& given, Code code, const char* sentence) {
+    const auto refused = [&](const Asked& given, Code code, const char* sentence) {
         EXPECT_ERROR(refusal(given), code, sentence);
         EXPECT_FALSE(fs::exists(given.folder)) << sentence;
     };
@@ -218,10 +218,10 @@ TEST_F(TrainingTest, RefusesBeforeItMakesAFolder) {
                          "base_rl=1"}),
             Code::kInvalidArgument, "opt.base_lr");
     refused(desc("run", {"data.input_images=3"}), Code::kFormat, "3 views, expected at least 4");
-    TrainingDesc given = desc("run");
-    given.init = cars_.path + "/nothing.safetensors";
+    Asked given = desc("run");
+    given.training.init = cars_.path + "/nothing.safetensors";
     EXPECT_FALSE(refusal(given).ok());
-    given.init = "";
+    given.training.init = "";
     const fs::path images = fs::path(cars_.path) / "srn_cars/cars_train";
     for (const auto& entry : fs::recursive_directory_iterator(images))
         if (entry.path().extension() == ".png") test::put_text(entry.path(), "damaged");
@@ -232,7 +232,7 @@ TEST_F(TrainingTest, RefusesBeforeItMakesAFolder) {
 TEST_F(TrainingTest, DoesNotValidateOnWhatItTrainsOn) {
     const std::string objects = cars_.path + "/srn_cars/cars_train";
     const auto training = open(desc("run", {"data.root='" + objects + "'", "opt.iterations=1"}));
-    ASSERT_NE(training, nullptr);
+    ASSERT_TRUE(training);
     EXPECT_EQ(first_of(run(*training), EventKind::kValidation), nullptr);
     EXPECT_NE(file("run", "log.txt").find("no validation: '" + objects + "' has no splits"),
               std::string::npos);
@@ -245,15 +245,15 @@ TEST_F(TrainingTest, RefusesADamagedValidation) {
     EXPECT_ERROR(refusal(desc("run", {"data.use_pred_depth=true"})), Code::kNotFound,
                  "split val: maps requested: depth");
     fs::remove_all(val);
-    EXPECT_NE(open(desc("run", {"data.use_pred_depth=true"})), nullptr);
+    EXPECT_TRUE(open(desc("run", {"data.use_pred_depth=true"})));
     EXPECT_NE(file("run", "log.txt").find("no validation: "), std::string::npos);
 }
 
 TEST_F(TrainingTest, StartsFromWeights) {
     run(*open(desc("first")));
     const std::string weights = (folder_.path() / "first/weights_last.safetensors").string();
-    TrainingDesc given = desc("second", {"opt.iterations=0"});
-    given.init = weights;
+    Asked given = desc("second", {"opt.iterations=0"});
+    given.training.init = weights;
     const auto events = run(*open(given));
     EXPECT_EQ(events[0].text.substr(0, 12), "started from");
     EXPECT_TRUE(file("second", "weights_last.safetensors") ==
@@ -265,7 +265,7 @@ TEST_F(TrainingTest, StartsFromWeights) {
     EXPECT_ERROR(refusal(desc("fourth", {"opt.pretrained_ckpt='" + cars_.path + "'"})),
                  Code::kNotFound, "holds neither model_latest.pth nor");
     given = desc("fifth", {"opt.iterations=0", "opt.pretrained_ckpt=none.pth"});
-    given.init = weights;
+    given.training.init = weights;
     const auto both = run(*open(given));
     EXPECT_TRUE(both[0].warning);
     EXPECT_EQ(both[0].text, "warning: opt.pretrained_ckpt 'none.pth' is not read, because '" +
@@ -295,7 +295,7 @@ TEST_F(TrainingTest, ReadsAllCamerasFirst) {
         if (entry.path().filename() == "000001.txt" &&
             entry.path().string().find("_val/") != std::string::npos)
             test::put_text(entry.path(), "1 0 0 nan  0 1 0 0  0 0 1 0  0 0 0 1");
-    const TrainingDesc given = desc("run");
+    const Asked given = desc("run");
     EXPECT_ERROR(refusal(given), Code::kFormat, "000001.txt");
     EXPECT_FALSE(fs::exists(given.folder));
 }
@@ -325,8 +325,8 @@ TEST_F(TrainingTest, TakesAnOpenDataSet) {
     cars.background = {1, 1, 1};
     auto opened = data::Dataset::open(cars);
     ASSERT_OK(opened.status());
-    TrainingDesc given = desc("open", {"data.root=''"});
-    given.dataset = std::move(opened.value());
+    Asked given = desc("open", {"data.root=''"});
+    given.training.dataset = std::move(opened.value());
     const auto events = run(*open(given));
     EXPECT_EQ(kinds_of(events), ".csscsscd");
     run(*open(desc("root")));

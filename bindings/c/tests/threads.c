@@ -109,15 +109,15 @@ static void* train(void* unused) {
     splat_training_desc desc = {sizeof desc,      .flags = SPLAT_TRAINING_OVERWRITE,
                                 .folder = run,    .config = config,
                                 .values = values, .value_count = 1};
-    splat_training_event event = {.struct_size = sizeof event};
-    splat_training training;
+    splat_run_event event = {.struct_size = sizeof event};
+    splat_run training;
     snprintf(root, sizeof root, "data.root='%s'", folder);
     snprintf(run, sizeof run, "%s/run_threads", folder);
     while (!done(splat_training_open(device, &desc, &training))) continue;
     atomic_store(&training_now, (uintptr_t)training);
-    while (event.kind < SPLAT_EVENT_DONE) done(splat_training_next(training, &event));
+    while (event.kind < SPLAT_EVENT_DONE) done(splat_run_next(training, &event));
     if (event.kind != SPLAT_EVENT_INTERRUPTED) exit(1);
-    check(splat_training_destroy(training)); /* while another thread may interrupt it */
+    check(splat_run_destroy(training)); /* while another thread may interrupt it */
     atomic_fetch_sub(&working, 1);
     return unused;
 }
@@ -134,7 +134,7 @@ static void* interrupt(void* unused) {
     while (atomic_load(&training_now) == 0) pause_ms(1);
     pause_ms(100);
     while (atomic_load(&working) > 0) { /* an ended session is refused, not followed */
-        splat_training_interrupt((splat_training)atomic_load(&training_now));
+        splat_run_interrupt((splat_run)atomic_load(&training_now));
         pause_ms(2);
     }
     return unused;

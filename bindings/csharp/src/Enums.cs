@@ -611,6 +611,29 @@ namespace Splat
         Webp = 5,
     }
 
+    /// <summary>splat_run_event_kind of the C API.</summary>
+    public enum RunEventKind : int
+    {
+        /// <summary>only a text</summary>
+        Message = 0,
+        /// <summary>one attempt of a step, with its numbers</summary>
+        Step = 1,
+        /// <summary>one piece of a validation, such as an object of a data set: its numbers and images</summary>
+        ValidatedPiece = 2,
+        /// <summary>the mean numbers of a validation</summary>
+        Validation = 3,
+        /// <summary>a state was saved</summary>
+        Checkpoint = 4,
+        /// <summary>these end the run</summary>
+        Done = 5,
+        /// <summary>SPLAT_EVENT_INTERRUPTED</summary>
+        Interrupted = 6,
+        /// <summary>ten steps in a row had a loss or gradients that are not finite</summary>
+        NotFinite = 7,
+        /// <summary>200 steps in a row drew nothing; 20 of them give a warning</summary>
+        NothingDrawn = 8,
+    }
+
     /// <summary>splat_schedule of the C API.</summary>
     public enum Schedule : int
     {
@@ -625,26 +648,17 @@ namespace Splat
     }
 
     /// <summary>
-    /// A training with its folder, one piece of work per call: steps, validations, saved states. A run
-    /// that ends anywhere and is resumed, here or by `vkrun train --resume`, has the same bits as one
-    /// without an interruption. The caller synchronises calls on one session, except
-    /// splat_training_interrupt.
+    /// A training of Splatter Image as a run, see run.h.
     ///
     ///   splat_training_desc desc = {sizeof desc, .folder = "run", .config = text};
-    ///   splat_training_event event = {.struct_size = sizeof event};
-    ///   splat_training_open(device, &amp;desc, &amp;training);
-    ///   while (event.kind &lt; SPLAT_EVENT_DONE &amp;&amp; splat_training_next(training, &amp;event) == SPLAT_OK)
-    ///       if (event.text) puts(event.text);
+    ///   splat_training_open(device, &amp;desc, &amp;run);
     ///
-    /// The folder holds
-    ///   config.json            every value of the configuration; what makes the folder a run
-    ///   run.json               state, error, versions, device, data, seed, start
-    ///   log.txt                the texts of events
-    ///   metrics.jsonl          one JSON object per line, of steps and of validations
-    ///   checkpoints/           the last two states; one of step 0 is saved before step 1. States that a
-    ///                          resumed run could not read are renamed to *.unreadable
-    ///   weights_last.safetensors, weights_best.safetensors   averaged weights
-    ///   lock                   the process that has the folder; the lock ends with it
+    /// Numbers of its events: of a step "psnr" (dB, of the step's targets; infinite if drawn exactly),
+    /// "pixel_loss", "rate", "pairs", "network_ms", "render_ms", "update_ms", "ssim", "edge" and "lpips"
+    /// where they are part of the loss, "visible", "culled", "non_finite", "gradients_zero"; as in
+    /// splat_trainer_info. Of an object, and as means over the objects: "val_psnr" and "val_ssim" of novel
+    /// views, NaN without one, "val_psnr_conditioning" and "val_ssim_conditioning" of the input views; of
+    /// a validation also "val_objects", "val_views" (novel ones) and "val_views_asked".
     /// </summary>
     [Flags]
     public enum TrainingFlags : uint
@@ -655,29 +669,6 @@ namespace Splat
         Resume = 1,
         /// <summary>replace the run in the folder; other files in it stay</summary>
         Overwrite = 2,
-    }
-
-    /// <summary>splat_training_event_kind of the C API.</summary>
-    public enum TrainingEventKind : int
-    {
-        /// <summary>only a text</summary>
-        Message = 0,
-        /// <summary>one attempt of a step: info, with loss and rate, and the fields up to steps_per_second</summary>
-        Step = 1,
-        /// <summary>one object of a validation: its scores and images</summary>
-        ValidatedObject = 2,
-        /// <summary>the mean scores of a validation</summary>
-        Validation = 3,
-        /// <summary>a state was saved</summary>
-        Checkpoint = 4,
-        /// <summary>these end the run</summary>
-        Done = 5,
-        /// <summary>SPLAT_EVENT_INTERRUPTED</summary>
-        Interrupted = 6,
-        /// <summary>ten steps in a row had a loss or gradients that are not finite</summary>
-        NotFinite = 7,
-        /// <summary>200 steps in a row drew nothing; 20 of them give a warning</summary>
-        NothingDrawn = 8,
     }
 
     /// <summary>splat_metric of the C API.</summary>

@@ -273,14 +273,14 @@ namespace Splat.Interop
         }
     }
 
-    /// <summary>A splat_training. Released on any thread, in any order.</summary>
-    public sealed class SafeTrainingHandle : SafeHandleZeroOrMinusOneIsInvalid
+    /// <summary>A splat_run. Released on any thread, in any order.</summary>
+    public sealed class SafeRunHandle : SafeHandleZeroOrMinusOneIsInvalid
     {
         /// <summary>NULL, where a parameter may be left out.</summary>
-        public static readonly SafeTrainingHandle Null = new SafeTrainingHandle(IntPtr.Zero, false);
+        public static readonly SafeRunHandle Null = new SafeRunHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeTrainingHandle(IntPtr handle, bool owns) : base(owns)
+        public SafeRunHandle(IntPtr handle, bool owns) : base(owns)
         {
             SetHandle(handle);
         }
@@ -288,7 +288,7 @@ namespace Splat.Interop
         /// <inheritdoc/>
         protected override bool ReleaseHandle()
         {
-            return Native.splat_training_destroy(handle) == ResultCode.Ok;
+            return Native.splat_run_destroy(handle) == ResultCode.Ok;
         }
     }
 

@@ -1864,6 +1864,46 @@ namespace Splat.Interop
         public static extern ResultCode splat_lpips_destroy(IntPtr lpips);
 
         /// <summary>
+        /// Do the next piece of work: a step, one piece of a validation, a saved state. After the end it gives
+        /// the last event again, without text. After an error the next call tries the same piece.
+        /// event     in/out, struct_size set
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_IO
+        ///   (the folder cannot be written), and errors of the task: of a training, those of
+        ///   splat_batches_next and splat_trainer_step
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_run_next(SafeRunHandle run, splat_run_event* @event);
+
+        /// <summary>
+        /// End the run: the next call of splat_run_next saves the state and ends with
+        /// SPLAT_EVENT_INTERRUPTED. Any thread may call it, and a signal handler.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE.
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_run_interrupt(SafeRunHandle run);
+
+        /// <summary>
+        /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
+        /// before the first of this session), "val_psnr" (null before a validation), "best_val_psnr",
+        /// "peak_bytes", "ledger" (what was drawn and finite in this session's last attempt; of a training as in
+        /// splat_trainer_report)}.
+        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_run_report(
+            SafeRunHandle run,
+            byte* buffer,
+            UIntPtr capacity,
+            UIntPtr* needed);
+
+        /// <summary>
+        /// Close a run. Steps since the latest state are lost; resuming repeats them with the same bits.
+        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)]
+        public static extern ResultCode splat_run_destroy(IntPtr run);
+
+        /// <summary>
         /// JSON array of all keys of a configuration, in the order of their sections: {"key", "type"
         /// ("integer", "number", "boolean", "text", "choice", "list of integers", "list of numbers", "list
         /// of texts", or "any" of these), "range" (as text; the words of a choice; empty: any value of the
@@ -2172,7 +2212,7 @@ namespace Splat.Interop
         /// Begin with a data set, which may be destroyed afterwards.
         /// dataset   opened at data.training_resolution, with the maps and background of the configuration
         /// config    that of the trainer, from splat_config_merge; NULL: the defaults
-        /// seed      of the order of objects and the choice of views; splat_training takes
+        /// seed      of the order of objects and the choice of views; a training takes
         ///           general.random_seed
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, config, a data
         ///   set opened otherwise), SPLAT_ERROR_FORMAT (an object has too few views),
@@ -2204,8 +2244,9 @@ namespace Splat.Interop
         public static extern ResultCode splat_batches_destroy(IntPtr batches);
 
         /// <summary>
-        /// Open a session: check the configuration, the data (views of every object; the first batches are
-        /// read) and the weights to start from; then make the folder, or lock that of the run.
+        /// Open a run, which splat_run_destroy closes: check the configuration, the data (views of every
+        /// object; the first batches are read) and the weights to start from; then make the folder, or lock
+        /// that of the run.
         ///
         /// On resuming, configuration and data are compared with the run's. Some values are taken and logged
         /// (opt.iterations, logging.*, data.root and others); any other difference is an error.
@@ -2223,56 +2264,27 @@ namespace Splat.Interop
         public static extern ResultCode splat_training_open(
             SafeDeviceHandle device,
             splat_training_desc* desc,
-            IntPtr* training);
+            IntPtr* run);
 
         /// <summary>
-        /// Do the next piece of work: a step, one object of a validation, a saved state. After the end it
-        /// gives the last event again, without text. After an error the next call tries the same piece.
-        /// event     in/out, struct_size set
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_IO
-        ///   (the folder cannot be written), and as splat_batches_next and splat_trainer_step
+        /// Describe the latest attempt of a step in this session, skipped or not.
+        /// run       of splat_training_open
+        /// info      in/out, struct_size set
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
+        ///   SPLAT_ERROR_INVALID_STATE (before the first step)
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_training_next(
-            SafeTrainingHandle training,
-            splat_training_event* @event);
-
-        /// <summary>
-        /// End the session: the next call of splat_training_next saves the state and ends with
-        /// SPLAT_EVENT_INTERRUPTED. Any thread may call it, and a signal handler.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_training_interrupt(SafeTrainingHandle training);
-
-        /// <summary>
-        /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
-        /// before the first of this session), "val_psnr" (null before a validation), "best_val_psnr",
-        /// "peak_bytes", "ledger" (of this session's last attempt, as in splat_trainer_report)}.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_training_report(
-            SafeTrainingHandle training,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        public static extern ResultCode splat_training_last_step(
+            SafeRunHandle run,
+            splat_trainer_info* info);
 
         /// <summary>
         /// Return the network in training.
+        /// run       of splat_training_open
         /// Returns as splat_trainer_model.
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_training_model(
-            SafeTrainingHandle training,
-            IntPtr* model);
-
-        /// <summary>
-        /// Close a session. Steps since the latest state are lost; resuming repeats them with the same bits.
-        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_training_destroy(IntPtr training);
+        public static extern ResultCode splat_training_model(SafeRunHandle run, IntPtr* model);
 
         /// <summary>
         /// Create an evaluator.
@@ -3762,6 +3774,67 @@ namespace Splat.Interop
         public uint side;
     }
 
+    /// <summary>A number by its name. Frozen.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_number
+    {
+        public byte* name;
+        /// <summary>1 or 0 where metrics.jsonl has true or false</summary>
+        public double value;
+    }
+
+    /// <summary>What a call of splat_run_next did. Pointers are valid until the next call on the run.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_run_event
+    {
+        public uint struct_size;
+        public RunEventKind kind;
+        /// <summary>the line of log.txt; NULL: none</summary>
+        public byte* text;
+        /// <summary>1: the text warns</summary>
+        public uint warning;
+        /// <summary>1: a step updated what is learned; 0: it was skipped, or is no step</summary>
+        public uint updated;
+        /// <summary>1: metrics.jsonl got a line of the step</summary>
+        public uint logged;
+        /// <summary>0</summary>
+        public uint reserved;
+        /// <summary>updates done</summary>
+        public ulong step;
+        /// <summary>steps that ran, with the skipped ones</summary>
+        public ulong attempts;
+        /// <summary>updates of the whole run</summary>
+        public ulong iterations;
+        /// <summary>attempts that updated nothing</summary>
+        public ulong skipped;
+        /// <summary>most device memory so far</summary>
+        public ulong peak_bytes;
+        /// <summary>since the first step of this session</summary>
+        public double seconds;
+        public double steps_per_second;
+        /// <summary>With the names of metrics.jsonl. Of a step: "loss", "averaged_loss" (over the latest steps of this session), then the task's. Of a validation: "val_psnr" (dB; NaN without a score), "best_val_psnr" (of those with as many pieces and views), then the task's.</summary>
+        public splat_number* numbers;
+        public ulong number_count;
+        /// <summary>name of the validated piece, else NULL</summary>
+        public byte* name;
+        /// <summary>number of the validated piece</summary>
+        public uint piece;
+        /// <summary>pieces of the validation</summary>
+        public uint pieces;
+        /// <summary>views of the piece, the input views first</summary>
+        public uint views;
+        /// <summary>input views among them</summary>
+        public uint inputs;
+        /// <summary>pixels of an image</summary>
+        public uint width;
+        public uint height;
+        /// <summary>numbers of `images` and of `truths`</summary>
+        public ulong image_count;
+        /// <summary>drawn, [views,3,height,width]</summary>
+        public float* images;
+        public float* truths;
+    }
+
     /// <summary>What to update: a model, a module, or one tensor; the other handles are NULL. Frozen.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_optimizer_item
@@ -3963,66 +4036,6 @@ namespace Splat.Interop
         /// <summary>SPLAT_LOAD_ bits; 0 without `init`</summary>
         public LoadFlags init_flags;
         public uint reserved;
-    }
-
-    /// <summary>What a call of splat_training_next did. Pointers are valid until the next call on the session.</summary>
-    [StructLayout(LayoutKind.Sequential)]
-    public unsafe struct splat_training_event
-    {
-        public uint struct_size;
-        public TrainingEventKind kind;
-        /// <summary>the line of log.txt; NULL: none</summary>
-        public byte* text;
-        /// <summary>1: the text warns</summary>
-        public uint warning;
-        /// <summary>1: metrics.jsonl got a line of the step</summary>
-        public uint logged;
-        /// <summary>updates done</summary>
-        public ulong step;
-        public ulong attempts;
-        /// <summary>updates of the whole run</summary>
-        public ulong iterations;
-        /// <summary>attempts that updated nothing</summary>
-        public ulong skipped;
-        /// <summary>most device memory so far</summary>
-        public ulong peak_bytes;
-        /// <summary>NULL unless the event is a step</summary>
-        public splat_trainer_info* info;
-        /// <summary>dB, of the step's targets; infinite if drawn exactly</summary>
-        public double psnr;
-        /// <summary>over this session's latest steps; NaN before the first</summary>
-        public double averaged_loss;
-        /// <summary>since the first step of this session</summary>
-        public double seconds;
-        public double steps_per_second;
-        /// <summary>name of the validated object, else NULL</summary>
-        public byte* name;
-        /// <summary>number of the validated object</summary>
-        public uint @object;
-        /// <summary>objects in the validation</summary>
-        public uint objects;
-        /// <summary>views of the object, the input views first; in VALIDATION: all novel views</summary>
-        public uint views;
-        /// <summary>input views among them</summary>
-        public uint inputs;
-        /// <summary>pixels of an image</summary>
-        public uint side;
-        public uint reserved;
-        /// <summary>numbers of `images` and of `truths`</summary>
-        public ulong image_count;
-        /// <summary>drawn, [views,3,side,side]</summary>
-        public float* images;
-        public float* truths;
-        /// <summary>NaN without novel views</summary>
-        public double novel_psnr;
-        /// <summary>NaN without novel views</summary>
-        public double novel_ssim;
-        /// <summary>scores of input views</summary>
-        public double conditioning_psnr;
-        /// <summary>scores of input views</summary>
-        public double conditioning_ssim;
-        /// <summary>best validation with as many objects and views</summary>
-        public double best_psnr;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -4613,6 +4626,14 @@ namespace Splat.Interop
                 "struct_size:0:4 reserved:4:4 squared_error:8:8 psnr:16:8 ssim:24:8"),
             new NativeLayout(typeof(splat_lpips_desc), 32, false,
                 "struct_size:0:4 flags:4:4 next:8:8 weights:16:8 weight_count:24:4 side:28:4"),
+            new NativeLayout(typeof(splat_number), 16, true,
+                "name:0:8 value:8:8"),
+            new NativeLayout(typeof(splat_run_event), 160, false,
+                "struct_size:0:4 kind:4:4 text:8:8 warning:16:4 updated:20:4 logged:24:4 " +
+                "reserved:28:4 step:32:8 attempts:40:8 iterations:48:8 skipped:56:8 " +
+                "peak_bytes:64:8 seconds:72:8 steps_per_second:80:8 numbers:88:8 " +
+                "number_count:96:8 name:104:8 piece:112:4 pieces:116:4 views:120:4 inputs:124:4 " +
+                "width:128:4 height:132:4 image_count:136:8 images:144:8 truths:152:8"),
             new NativeLayout(typeof(splat_optimizer_item), 40, true,
                 "name:0:8 model:8:8 module:16:8 parameter:24:8 gradient:32:8"),
             new NativeLayout(typeof(splat_optimizer_group), 40, true,
@@ -4643,13 +4664,6 @@ namespace Splat.Interop
                 "struct_size:0:4 flags:4:4 next:8:8 folder:16:8 config:24:8 values:32:8 " +
                 "value_count:40:8 dataset:48:8 validation:56:8 init:64:8 init_flags:72:4 " +
                 "reserved:76:4"),
-            new NativeLayout(typeof(splat_training_event), 200, false,
-                "struct_size:0:4 kind:4:4 text:8:8 warning:16:4 logged:20:4 step:24:8 " +
-                "attempts:32:8 iterations:40:8 skipped:48:8 peak_bytes:56:8 info:64:8 psnr:72:8 " +
-                "averaged_loss:80:8 seconds:88:8 steps_per_second:96:8 name:104:8 object:112:4 " +
-                "objects:116:4 views:120:4 inputs:124:4 side:128:4 reserved:132:4 " +
-                "image_count:136:8 images:144:8 truths:152:8 novel_psnr:160:8 novel_ssim:168:8 " +
-                "conditioning_psnr:176:8 conditioning_ssim:184:8 best_psnr:192:8"),
             new NativeLayout(typeof(splat_evaluator_desc), 96, false,
                 "struct_size:0:4 flags:4:4 next:8:8 predictor:16:8 dataset:24:8 data_path:32:8 " +
                 "split:40:8 method:48:8 lpips:56:8 conditioning:64:8 conditioning_count:72:8 " +

@@ -220,21 +220,21 @@ namespace Splat.Tests
                                                Options("opt.iterations=3", "logging.val_log=2",
                                                    "logging.ckpt_iterations=3")))
             {
-                var kinds = new List<TrainingEventKind>();
-                TrainingEvent stale = null;
-                foreach (TrainingEvent now in training)
+                var kinds = new List<RunEventKind>();
+                RunEvent stale = null;
+                foreach (RunEvent now in training)
                 {
                     kinds.Add(now.Kind);
-                    if (now.Kind == TrainingEventKind.Step)
-                        Expect.True(now.Info.Loss > 0, "a loss");
-                    if (now.Kind != TrainingEventKind.ValidatedObject) continue;
-                    Expect.Equal(now.Views * 3 * now.Side * now.Side, now.ReadImages().Length);
+                    if (now.Kind == RunEventKind.Step)
+                        Expect.Equal(training.LastStep.Loss, now.Numbers["loss"]);
+                    if (now.Kind != RunEventKind.ValidatedPiece) continue;
+                    Expect.Equal(now.Views * 3 * now.Width * now.Height, now.ReadImages().Length);
                     Expect.True(now.ReadTruths().Any(v => v < 1), "true images");
                     Expect.True(now.Name.Length > 0, "a name");
                     stale = now;
                 }
-                Expect.Equal(3, kinds.Count(k => k == TrainingEventKind.Step));
-                Expect.Equal(TrainingEventKind.Done, kinds.Last());
+                Expect.Equal(3, kinds.Count(k => k == RunEventKind.Step));
+                Expect.Equal(RunEventKind.Done, kinds.Last());
                 Expect.Throws<InvalidOperationException>(() => stale.ReadImages());
                 Expect.Contains("\"step\": 3", training.ReportJson());
                 using (Model model = training.GetModel()) Expect.Equal(16, model.Info.Resolution);
@@ -255,18 +255,18 @@ namespace Splat.Tests
             using (var training = new Training(Shared.Device, folder,
                 Options("opt.iterations=1000", "logging.val_log=0")))
             {
-                TrainingEvent last = null;
-                foreach (TrainingEvent now in training.Run(source.Token))
+                RunEvent last = null;
+                foreach (RunEvent now in training.Run(source.Token))
                 {
                     last = now;
-                    if (now.Kind == TrainingEventKind.Step && now.Step == 2)
+                    if (now.Kind == RunEventKind.Step && now.Step == 2)
                     {
                         var other = new Thread(source.Cancel);
                         other.Start();
                         other.Join();
                     }
                 }
-                Expect.Equal(TrainingEventKind.Interrupted, last.Kind);
+                Expect.Equal(RunEventKind.Interrupted, last.Kind);
                 step = last.Step;
             }
             Expect.True(step >= 2 && step < 1000, "an interruption");
@@ -274,8 +274,8 @@ namespace Splat.Tests
                                                new TrainingOptions
                                                    { Flags = TrainingFlags.Resume }))
             {
-                TrainingEvent next;
-                do next = training.Next(); while (next.Kind != TrainingEventKind.Step);
+                RunEvent next;
+                do next = training.Next(); while (next.Kind != RunEventKind.Step);
                 Expect.Equal(step + 1, next.Step);
                 Expect.Refused(ResultCode.ErrorInvalidState, "", () => new Training(
                     Shared.Device, folder, new TrainingOptions { Flags = TrainingFlags.Resume }));
@@ -292,7 +292,7 @@ namespace Splat.Tests
                 using (var training = new Training(Shared.Device, Shared.PathOf("given"), options))
                 {
                     data.Dispose();
-                    Expect.Equal(TrainingEventKind.Done, training.Last().Kind);
+                    Expect.Equal(RunEventKind.Done, training.Last().Kind);
                 }
             }
         }

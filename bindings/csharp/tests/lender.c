@@ -53,7 +53,7 @@ DESTROY(predictor)
 DESTROY(evaluator)
 DESTROY(model)
 DESTROY(module)
-DESTROY(training)
+DESTROY(run)
 DESTROY(batches)
 
 splat_result splat_device_create(const splat_device_desc* desc, splat_device* device) {
@@ -165,14 +165,14 @@ splat_result splat_module_ports(splat_module module, splat_port_kind kind, splat
 }
 
 splat_result splat_training_open(splat_device device, const splat_training_desc* desc,
-                                 splat_training* training) {
+                                 splat_run* run) {
     (void)device;
     (void)desc;
-    return make(training);
+    return make(run);
 }
 
-splat_result splat_training_next(splat_training training, splat_training_event* event) {
-    event->text = event->name = lend(training);
+splat_result splat_run_next(splat_run run, splat_run_event* event) {
+    event->text = event->name = lend(run);
     return SPLAT_OK;
 }
 

@@ -86,7 +86,7 @@ class Lent(Case):
             (predictor, lambda made: made.info, _records.PredictorInfo, "of"),
             (evaluator, lambda made: made.score_images(0, images), _records.ObjectScores, "of"),
             (batches, lambda made: made.next(0), splat.Batch, "_copy"),
-            (training, lambda made: made.next(), _records.TrainingEvent, "of"),
+            (training, lambda made: made.next(), _records.RunEvent, "of"),
             (tensor, fill, np, "ones")]
         for part in parts:
             with self.subTest(part[0].__name__, copied_by=part[3]):
@@ -94,7 +94,7 @@ class Lent(Case):
 
     def test_an_event_is_copied_before_the_next_call(self) -> None:
         splat.write_synthetic(self.folder, train=1, val=1, train_views=4, test_views=3, resolution=16)
-        real, entered, copy = _library.lib.splat_training_next, [], _records.TrainingEvent.of
+        real, entered, copy = _library.lib.splat_run_next, [], _records.RunEvent.of
         second = threading.Event()
 
         def enter(*arguments: Any) -> int:
@@ -113,8 +113,8 @@ class Lent(Case):
         with splat.Training(self.folder / "run", CONFIG, values=[f"data.root='{self.folder}'"],
                             device=self.device) as training:
             other = threading.Thread(target=training.next)
-            with mock.patch.object(_library.lib, "splat_training_next", enter), \
-                    mock.patch.object(_records.TrainingEvent, "of", copied):
+            with mock.patch.object(_library.lib, "splat_run_next", enter), \
+                    mock.patch.object(_records.RunEvent, "of", copied):
                 training.next()
                 other.join()
         self.assertEqual((early, len(entered)), ([False], 2))

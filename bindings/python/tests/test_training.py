@@ -8,7 +8,7 @@ import numpy as np
 import splat
 from shared import CONFIG, Case
 
-Kind = splat.TrainingEventKind
+Kind = splat.RunEventKind
 
 
 class Configurations(Case):
@@ -107,9 +107,10 @@ class Data(Case):
             for event in training:
                 kinds.append(event.kind)
                 if event.kind == Kind.STEP:
-                    assert event.info is not None
-                    self.assertGreater(event.info.loss, 0)
-                if event.kind == Kind.VALIDATED_OBJECT:
+                    self.assertGreater(event.numbers["loss"], 0)
+                    self.assertEqual(event.numbers["loss"], training.last_step.loss)
+                if event.kind == Kind.VALIDATED_PIECE:
+                    self.assertGreater(event.numbers["val_psnr"], 0)
                     assert event.drawn is not None and event.truths is not None
                     self.assertEqual(event.drawn.shape, (3, 3, 16, 16))
                     self.assertEqual(event.drawn.shape, event.truths.shape)

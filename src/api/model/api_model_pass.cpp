@@ -117,7 +117,7 @@ Status take(const splat_model_input& from, const config::ModelConfig& c, std::ui
     return {};
 }
 
-Status run(api::ModelObject& object, const splat_model_input& from) {
+Status run_model(api::ModelObject& object, const splat_model_input& from) {
     model::Model& network = *object.model;
     const config::ModelConfig& c = network.config();
     SPLAT_TRY(api::check_flags(from.flags, SPLAT_PASS_TENSORS, "splat_model_input.flags"));
@@ -177,7 +177,7 @@ splat_result splat_model_forward(splat_model model, const splat_model_input* inp
     return with_model(model, [&](api::ModelObject& object) -> Status {
         splat_model_input taken{};
         SPLAT_TRY(api::take_input(input, "input", taken));
-        return run(object, taken);
+        return run_model(object, taken);
     });
 }
 

@@ -109,8 +109,8 @@ Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_o
     return object;
 }
 
-splat_result run(splat_op op, Status (nn::OpInstance::*pass)(),
-                 std::vector<TensorPointer> api::OpObject::*written) {
+splat_result run_op(splat_op op, Status (nn::OpInstance::*pass)(),
+                    std::vector<TensorPointer> api::OpObject::*written) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Ops::find(op, "op"));
         const std::lock_guard lock(object->context->mutex);
@@ -166,11 +166,11 @@ splat_result splat_op_create(splat_device device, const splat_op_desc* desc, spl
 }
 
 splat_result splat_op_forward(splat_op op) {
-    return run(op, &nn::OpInstance::forward, &api::OpObject::outputs);
+    return run_op(op, &nn::OpInstance::forward, &api::OpObject::outputs);
 }
 
 splat_result splat_op_backward(splat_op op) {
-    return run(op, &nn::OpInstance::backward, &api::OpObject::grad_inputs);
+    return run_op(op, &nn::OpInstance::backward, &api::OpObject::grad_inputs);
 }
 
 splat_result splat_op_destroy(splat_op op) {

@@ -5,7 +5,7 @@
 #include "api/train/settings.h"
 #include "api/train/trainer_info.h"
 #include "config/config_file.h"
-#include "train/run_record.h"
+#include "train/training_facts.h"
 
 using namespace splat;
 
@@ -78,13 +78,12 @@ std::string report_of(const api::TrainerObject& object) {
     train::Trainer& trainer = *object.trainer;
     model::Model& network = trainer.model();
     const auto counters = object.counters.get();
-    std::uint64_t trainable = 0;
-    for (const nn::Parameter& parameter : network.parameters().all())
-        if (parameter.trainable) trainable += parameter.shape.elements();
+    const auto last = trainer.last();
     JsonWriter json;
     json.begin_object().member("step", counters.steps).member("attempts", counters.attempts);
-    json.member("parameters", network.parameters().elements()).member("trainable", trainable);
-    train::add_ledger(json, trainer.last());
+    json.member("parameters", network.parameters().elements())
+        .member("trainable", train::trainable_of(network.parameters()));
+    run::add_ledger(json, last ? std::optional(train::ledger_of(*last)) : std::nullopt);
     json.key("config").raw(config::merged_config_text({network.config(), trainer.config()})).end();
     return json.text();
 }

@@ -2,18 +2,9 @@
 #include "api/handles.h"
 #include "api/train/settings.h"
 #include "api/train/trainer_info.h"
+#include "train/splatter_training.h"
 
 using namespace splat;
-
-static_assert(static_cast<int>(train::EventKind::kMessage) == SPLAT_EVENT_MESSAGE);
-static_assert(static_cast<int>(train::EventKind::kStep) == SPLAT_EVENT_STEP);
-static_assert(static_cast<int>(train::EventKind::kValidatedObject) == SPLAT_EVENT_VALIDATED_OBJECT);
-static_assert(static_cast<int>(train::EventKind::kValidation) == SPLAT_EVENT_VALIDATION);
-static_assert(static_cast<int>(train::EventKind::kCheckpoint) == SPLAT_EVENT_CHECKPOINT);
-static_assert(static_cast<int>(train::EventKind::kDone) == SPLAT_EVENT_DONE);
-static_assert(static_cast<int>(train::EventKind::kInterrupted) == SPLAT_EVENT_INTERRUPTED);
-static_assert(static_cast<int>(train::EventKind::kNotFinite) == SPLAT_EVENT_NOT_FINITE);
-static_assert(static_cast<int>(train::EventKind::kNothingDrawn) == SPLAT_EVENT_NOTHING_DRAWN);
 
 namespace {
 
@@ -30,14 +21,21 @@ Status take_dataset(splat_dataset handle, const char* field,
     return {};
 }
 
-Result<train::TrainingDesc> desc_of(const splat_training_desc& given) {
-    using Mode = train::RunFolder::Mode;
+Result<run::RunDesc> run_desc_of(const splat_training_desc& given) {
+    using Mode = run::RunFolder::Mode;
     constexpr std::uint32_t kBoth = SPLAT_TRAINING_RESUME | SPLAT_TRAINING_OVERWRITE;
     SPLAT_TRY(api::require(given.folder, "splat_training_desc.folder"));
     if ((given.flags & kBoth) == kBoth)
         return error(Code::kInvalidArgument,
                      "splat_training_desc.flags ask to resume the run and to overwrite it, "
                      "expected one of them");
+    const Mode mode = (given.flags & SPLAT_TRAINING_RESUME) != 0      ? Mode::kResume
+                      : (given.flags & SPLAT_TRAINING_OVERWRITE) != 0 ? Mode::kReplace
+                                                                      : Mode::kNew;
+    return run::RunDesc{given.folder, mode, splat_version_string()};
+}
+
+Result<train::TrainingDesc> desc_of(const splat_training_desc& given) {
     if ((given.init_flags & ~kLoadFlags) != 0)
         return error(Code::kInvalidArgument,
                      "splat_training_desc.init_flags has unknown bits %#x: bits of "
@@ -50,10 +48,6 @@ Result<train::TrainingDesc> desc_of(const splat_training_desc& given) {
             "effect: expected 0",
             given.init_flags);
     train::TrainingDesc desc;
-    desc.folder = given.folder;
-    desc.mode = (given.flags & SPLAT_TRAINING_RESUME) != 0      ? Mode::kResume
-                : (given.flags & SPLAT_TRAINING_OVERWRITE) != 0 ? Mode::kReplace
-                                                                : Mode::kNew;
     if (given.config != nullptr) desc.config = given.config;
     SPLAT_ASSIGN(desc.changes, api::texts_of(given.values, given.value_count));
     SPLAT_TRY(take_dataset(given.dataset, "splat_training_desc.dataset", desc.dataset));
@@ -64,110 +58,52 @@ Result<train::TrainingDesc> desc_of(const splat_training_desc& given) {
     desc.init_options.take_rays = has(SPLAT_LOAD_TAKE_RAYS);
     desc.init_options.source = {has(SPLAT_LOAD_FROM_DEPTH), has(SPLAT_LOAD_FROM_NORMAL),
                                 has(SPLAT_LOAD_FROM_MASK)};
-    desc.library = splat_version_string();
     return desc;
-}
-
-splat_training_event value_of(api::TrainingObject& object) {
-    const train::Event& from = object.event;
-    splat_training_event event{};
-    event.kind = static_cast<splat_training_event_kind>(from.kind);
-    if (!from.text.empty()) event.text = from.text.c_str();
-    event.warning = from.warning ? 1 : 0;
-    event.logged = from.logged ? 1 : 0;
-    event.step = from.step;
-    event.attempts = from.attempts;
-    event.iterations = from.iterations;
-    event.skipped = from.skipped;
-    event.peak_bytes = from.peak_bytes;
-    if (from.kind == train::EventKind::kStep) {
-        object.info = api::info_of(from.result);
-        object.info.struct_size = sizeof object.info;
-        event.info = &object.info;
-    }
-    event.psnr = from.psnr;
-    event.averaged_loss = from.averaged_loss;
-    event.seconds = from.seconds;
-    event.steps_per_second = from.steps_per_second;
-    event.objects = from.objects;
-    event.novel_psnr = from.novel.psnr;
-    event.novel_ssim = from.novel.ssim;
-    event.conditioning_psnr = from.conditioning.psnr;
-    event.conditioning_ssim = from.conditioning.ssim;
-    event.views = from.novel.views;
-    event.side = object.training->settings().network.resolution;
-    event.best_psnr = from.best_psnr;
-    if (from.kind != train::EventKind::kValidatedObject) return event;
-    event.name = from.scores.name.c_str();
-    event.object = from.object;
-    event.inputs = from.inputs;
-    event.image_count = from.images.size();
-    event.views =
-        static_cast<std::uint32_t>(from.images.size() / (std::size_t{3} * event.side * event.side));
-    event.images = from.images.data();
-    event.truths = from.truths.data();
-    event.novel_psnr = from.scores.novel.psnr;
-    event.novel_ssim = from.scores.novel.ssim;
-    event.conditioning_psnr = from.scores.conditioning.psnr;
-    event.conditioning_ssim = from.scores.conditioning.ssim;
-    return event;
 }
 
 }  // namespace
 
 splat_result splat_training_open(splat_device device, const splat_training_desc* desc,
-                                 splat_training* training) {
+                                 splat_run* run) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
-        SPLAT_TRY(api::require(training, "training"));
+        SPLAT_TRY(api::require(run, "run"));
         SPLAT_TRY(api::check_desc(desc, "splat_training_desc", sizeof(splat_training_desc),
                                   SPLAT_TRAINING_RESUME | SPLAT_TRAINING_OVERWRITE));
-        SPLAT_ASSIGN(const train::TrainingDesc made, desc_of(*desc));
+        SPLAT_ASSIGN(const run::RunDesc made, run_desc_of(*desc));
+        SPLAT_ASSIGN(train::TrainingDesc asked, desc_of(*desc));
         SPLAT_TRY(owner->test(api::kAllKernels));
-        auto object = std::make_shared<api::TrainingObject>(owner->context);
-        SPLAT_ASSIGN(object->training,
-                     train::Training::open(owner->context, made, object->interrupt));
-        object->figures.set(object->training->figures());
-        *training = api::Trainings::add(std::move(object));
+        const vk::DeviceCall call(owner->context->mutex);
+        auto task = std::make_unique<train::SplatterTraining>(owner->context, std::move(asked));
+        const train::SplatterTraining& training = *task;
+        auto object = std::make_shared<api::RunObject>(owner->context);
+        SPLAT_ASSIGN(object->run, run::Run::open(made, std::move(task), object->interrupt));
+        object->trainer = training.trainer();
+        object->figures.set(object->run->figures());
+        *run = api::Runs::add(std::move(object));
         return {};
     });
 }
 
-splat_result splat_training_next(splat_training training, splat_training_event* event) {
+splat_result splat_training_last_step(splat_run run, splat_trainer_info* info) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Trainings::find(training, "training"));
-        SPLAT_TRY(api::require(event, "event"));
-        SPLAT_TRY(api::check_filled(*event, "splat_training_event", sizeof(splat_training_event)));
-        const Status done = object->training->next(object->event);
-        object->figures.set(object->training->figures());
-        SPLAT_TRY(done);
-        api::give(value_of(*object), event);
+        SPLAT_ASSIGN(const auto object, api::Runs::find(run, "run"));
+        SPLAT_TRY(api::check_info(info, "splat_trainer_info", sizeof(splat_trainer_info)));
+        const auto last = object->trainer->last();
+        if (!last)
+            return error(Code::kInvalidState,
+                         "this session has done no step yet; call splat_run_next until an event is "
+                         "SPLAT_EVENT_STEP");
+        api::give(api::info_of(*last), info);
         return {};
     });
 }
 
-splat_result splat_training_interrupt(splat_training training) {
-    if (api::Trainings::interrupt(training)) return SPLAT_OK;
-    return api::guarded([&] { return api::Trainings::find(training, "training").status(); });
-}
-
-splat_result splat_training_report(splat_training training, char* buffer, size_t capacity,
-                                   size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto object, api::Trainings::find(training, "training"));
-        return give(train::figures_json(object->figures.get()));
-    });
-}
-
-splat_result splat_training_model(splat_training training, splat_model* model) {
+splat_result splat_training_model(splat_run run, splat_model* model) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Trainings::find(training, "training"));
+        SPLAT_ASSIGN(const auto object, api::Runs::find(run, "run"));
         SPLAT_TRY(api::require(model, "model"));
-        *model = api::Models::add(api::model_of(object->context, object->training->trainer()));
+        *model = api::Models::add(api::model_of(object->context, object->trainer));
         return {};
     });
-}
-
-splat_result splat_training_destroy(splat_training training) {
-    return api::destroy<api::Trainings>(training, "training");
 }

@@ -113,13 +113,13 @@ TEST(ApiDescribe, ATrainingThatGoesOn) {
     const Training training = make_training(device);
     long last = 0;
     const auto describe = [&] {
-        const long step = number_in(text_of(splat_training_report, training.get()), "step");
+        const long step = number_in(text_of(splat_run_report, training.get()), "step");
         EXPECT_GE(step, last);
         last = step;
     };
     beside(describe, [&] {
-        auto event = sized<splat_training_event>();
-        while (event.kind < SPLAT_EVENT_DONE) ASSERT_DONE(splat_training_next(training, &event));
+        auto event = sized<splat_run_event>();
+        while (event.kind < SPLAT_EVENT_DONE) ASSERT_DONE(splat_run_next(training, &event));
     });
     describe();
     EXPECT_EQ(last, 2);

@@ -88,8 +88,8 @@ struct Objects {
         desc.item_count = 1;
         EXPECT_DONE(splat_optimizer_create(device, &desc, optimizer.out()));
         EXPECT_DONE(splat_optimizer_step(optimizer, nullptr));
-        auto event = sized<splat_training_event>();
-        while (event.kind != SPLAT_EVENT_STEP) EXPECT_DONE(splat_training_next(training, &event));
+        auto event = sized<splat_run_event>();
+        while (event.kind != SPLAT_EVENT_STEP) EXPECT_DONE(splat_run_next(training, &event));
     }
 
     Tensor tensor, result;
@@ -143,7 +143,7 @@ void describe(Stopwatch& watch, splat_device device, const Objects& objects) {
     watch.info("splat_comparison_get_info", splat_comparison_get_info, objects.comparison.get());
     watch.text("splat_comparison_report", splat_comparison_report, objects.comparison);
     watch.info("splat_optimizer_get_info", splat_optimizer_get_info, objects.optimizer.get());
-    watch.text("splat_training_report", splat_training_report, objects.training);
+    watch.text("splat_run_report", splat_run_report, objects.training);
 }
 
 void end_all(Stopwatch& watch, Objects& objects) {
@@ -162,7 +162,7 @@ void end_all(Stopwatch& watch, Objects& objects) {
     watch.end("splat_evaluator_destroy", objects.evaluator);
     watch.end("splat_comparison_destroy", objects.comparison);
     watch.end("splat_batches_destroy", objects.batches);
-    watch.end("splat_training_destroy", objects.training);
+    watch.end("splat_run_destroy", objects.training);
     watch.end("splat_optimizer_destroy", objects.optimizer);
 }
 

@@ -41,7 +41,6 @@ MisuseTable::MisuseTable() {
     config_rows();
     trainer_rows();
     batches_rows();
-    training_rows();
     training_desc_rows();
     picture_rows();
     predictor_rows();
@@ -81,7 +80,7 @@ void MisuseTable::keep_objects() {
     keep(optimizer_, make_optimizer(item_));
     keep(dataset_, make_dataset());
     keep(batches_, make_batches());
-    keep(training_, make_training(device_));
+    keep(run_, make_training(device_));
 }
 
 void MisuseTable::add(const std::string& function, const std::string& parameter, const char* what,

@@ -151,7 +151,6 @@ class MisuseTable {
     void trainer_rows();
     void trainer_step_rows();
     void batches_rows();
-    void training_rows();
     void training_desc_rows();
     void picture_rows();
     void predictor_rows();
@@ -274,7 +273,7 @@ class MisuseTable {
     Optimizer optimizer_ = make_optimizer(item_);
     Dataset dataset_ = make_dataset();
     Batches batches_ = make_batches();
-    Training training_ = make_training(device_);
+    Training run_ = make_training(device_);
     Evaluator evaluator_ = make_evaluator(dataset_);
     Comparison comparison_ = make_comparison();
     std::map<std::type_index, Object> objects_;

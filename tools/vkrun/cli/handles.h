@@ -46,7 +46,7 @@ using Rasterizer = Owner<splat_rasterizer, splat_rasterizer_destroy>;
 using PriorModel = Owner<splat_prior_model, splat_prior_model_destroy>;
 using Scene = Owner<splat_scene, splat_scene_destroy>;
 using Tensor = Owner<splat_tensor, splat_tensor_destroy>;
-using Training = Owner<splat_training, splat_training_destroy>;
+using Run = Owner<splat_run, splat_run_destroy>;
 using Trainer = Owner<splat_trainer, splat_trainer_destroy>;
 using Weights = Owner<splat_weights, splat_weights_destroy>;
 

@@ -64,11 +64,11 @@ static_assert(std::atomic<const char*>::is_always_lock_free);
 
 /// Name the piece of work that is next, which a signal lets end. The text that a handler may be writing stays: there
 /// are two.
-void prepare_farewell(const splat_training_event& done) {
+void prepare_farewell(const splat_run_event& done) {
     static char texts[2][96];
     static int turn = 0;
     char(&text)[96] = texts[turn ^= 1];
-    if (done.kind == SPLAT_EVENT_VALIDATED_OBJECT)
+    if (done.kind == SPLAT_EVENT_VALIDATED_PIECE)
         std::snprintf(text, sizeof text, "\nfinishing an object of the validation, saving\n");
     else
         std::snprintf(text, sizeof text, "\nfinishing step %llu, saving\n",
@@ -140,7 +140,7 @@ std::vector<std::string> all_changes(const TrainOptions& options) {
     return changes;
 }
 
-Training open_training(splat_device device, const TrainOptions& options) {
+Run open_training(splat_device device, const TrainOptions& options) {
     const std::vector<std::string> changes = all_changes(options);
     std::vector<const char*> values;
     for (const std::string& change : changes) values.push_back(change.c_str());
@@ -158,7 +158,7 @@ Training open_training(splat_device device, const TrainOptions& options) {
         desc.init = init.c_str();
         desc.init_flags = graft_flags("--init-channels", options.init_channels);
     }
-    Training training;
+    Run training;
     const splat_result opened = splat_training_open(device, &desc, training.out());
     const bool bad_data = opened == SPLAT_ERROR_NOT_FOUND || opened == SPLAT_ERROR_FORMAT ||
                           opened == SPLAT_ERROR_SHAPE_MISMATCH;
@@ -167,12 +167,12 @@ Training open_training(splat_device device, const TrainOptions& options) {
 }
 
 /// Returns the kind of the event that ended it.
-splat_training_event_kind run(splat_training training, const TrainOptions& options) {
+splat_run_event_kind run(splat_run training, const TrainOptions& options) {
     TrainingView view(options.out, options.device);
-    auto event = sized<splat_training_event>();
+    auto event = sized<splat_run_event>();
     while (event.kind < SPLAT_EVENT_DONE) {
-        if (g_interrupted != 0) check(splat_training_interrupt(training));
-        const splat_result result = splat_training_next(training, &event);
+        if (g_interrupted != 0) check(splat_run_interrupt(training));
+        const splat_result result = splat_run_next(training, &event);
         try {
             check(result, result == SPLAT_ERROR_IO ? kFailed : kBadData);
         } catch (const Failure&) {
@@ -203,9 +203,9 @@ int train(TrainOptions& options) {
     check_config(options);
     catch_signals();
     const Device device = open_device(device_desc(options.device));
-    const Training training = open_training(device.get(), options);
-    const splat_training_event_kind end = run(training.get(), options);
-    if (options.json) print_json(library_json(splat_training_report, training.get()));
+    const Run training = open_training(device.get(), options);
+    const splat_run_event_kind end = run(training.get(), options);
+    if (options.json) print_json(library_json(splat_run_report, training.get()));
     switch (end) {
         case SPLAT_EVENT_DONE:
             return kSuccess;

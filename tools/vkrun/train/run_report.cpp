@@ -19,7 +19,7 @@
 namespace vkrun {
 namespace {
 
-struct Run {
+struct ShownRun {
     std::string folder;
     Json facts;
     std::vector<Json> metrics;
@@ -42,7 +42,7 @@ double number_of(const Json& json, const char* key) {
 }
 
 /// run.json is of the start and of the end; what lies between is in metrics.jsonl.
-void add_progress(Run& run) {
+void add_progress(ShownRun& run) {
     if (run.facts.value("state", "") != "running") return;
     const double start = number_of(run.facts, "step");
     for (const Json& line : run.metrics) {
@@ -65,9 +65,9 @@ bool is_locked(const std::string& folder) {
     return !free;
 }
 
-Run read_run(const std::string& folder) {
+ShownRun read_run(const std::string& folder) {
     std::ifstream file = open_to_read(std::filesystem::path(folder) / "run.json");
-    Run run{folder, Json::parse(file, nullptr, false), read_metrics(folder)};
+    ShownRun run{folder, Json::parse(file, nullptr, false), read_metrics(folder)};
     if (!file.is_open())
         throw Failure(kBadData,
                       "'" + folder + "' holds no run: it has no run.json that can be read");
@@ -81,7 +81,7 @@ Run read_run(const std::string& folder) {
     return run;
 }
 
-HtmlPage::Curve curve_of(const Run& run, const char* key) {
+HtmlPage::Curve curve_of(const ShownRun& run, const char* key) {
     HtmlPage::Curve curve{run.folder, {}};
     for (const Json& line : run.metrics)
         if (line.contains(key) && line.at(key).is_number())
@@ -89,7 +89,7 @@ HtmlPage::Curve curve_of(const Run& run, const char* key) {
     return curve;
 }
 
-std::string latest_render(const Run& run) {
+std::string latest_render(const ShownRun& run) {
     std::string latest;
     std::error_code none;
     for (const auto& entry :
@@ -98,7 +98,7 @@ std::string latest_render(const Run& run) {
     return latest;
 }
 
-void add_run(HtmlPage& page, const Run& run) {
+void add_run(HtmlPage& page, const ShownRun& run) {
     page.heading(run.folder);
     std::vector<std::pair<std::string, std::string>> rows = {
         {"step", format("%u of %u, %s", run.facts.value("step", 0U),
@@ -159,9 +159,9 @@ Comparison compare_files(const std::string& a, const std::string& b) {
 }
 
 /// The evaluations in the runs' folders, each compared with the first over the objects of both.
-void add_evaluations(HtmlPage& page, const std::vector<Run>& runs) {
+void add_evaluations(HtmlPage& page, const std::vector<ShownRun>& runs) {
     std::vector<std::string> files, names;
-    for (const Run& run : runs) {
+    for (const ShownRun& run : runs) {
         const auto path = std::filesystem::path(run.folder) / "eval" / "per_object.csv";
         if (!std::filesystem::exists(path)) continue;
         files.push_back(path.string());
@@ -204,7 +204,7 @@ std::string now_text() {
 
 std::string write_run_report(const std::vector<std::string>& folders, const std::string& out,
                              bool running) {
-    std::vector<Run> runs;
+    std::vector<ShownRun> runs;
     for (const std::string& folder : folders) runs.push_back(read_run(folder));
     HtmlPage page(runs.size() == 1 ? "Training " + runs[0].folder : "Training runs");
     if (running) {
@@ -221,11 +221,11 @@ std::string write_run_report(const std::vector<std::string>& folders, const std:
         {"psnr", "PSNR of training targets, dB, by step"}};
     for (const auto& [key, caption] : charts) {
         std::vector<HtmlPage::Curve> curves;
-        for (const Run& run : runs) curves.push_back(curve_of(run, key));
+        for (const ShownRun& run : runs) curves.push_back(curve_of(run, key));
         page.chart(caption, curves);
     }
     add_evaluations(page, runs);
-    for (const Run& run : runs) add_run(page, run);
+    for (const ShownRun& run : runs) add_run(page, run);
     const std::string path = out.empty() ? runs[0].folder + "/report.html" : out;
     replace_file(path, page.text());
     return path;

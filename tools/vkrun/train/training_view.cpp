@@ -26,6 +26,13 @@ unsigned long long wide(std::uint64_t number) {
     return number;
 }
 
+/// NaN where an event has no such number.
+double number_of(const splat_run_event& event, std::string_view name) {
+    for (std::uint64_t i = 0; i < event.number_count; ++i)
+        if (name == event.numbers[i].name) return event.numbers[i].value;
+    return std::nan("");
+}
+
 }  // namespace
 
 TrainingView::TrainingView(std::string folder, std::string device)
@@ -34,9 +41,9 @@ TrainingView::TrainingView(std::string folder, std::string device)
       board_(folder_ + "/tb"),
       bar_(isatty(STDERR_FILENO) != 0) {}
 
-void TrainingView::show(const splat_training_event& event) {
-    if (event.kind == SPLAT_EVENT_STEP && event.info->skipped == 0) show_step(event);
-    if (event.kind == SPLAT_EVENT_VALIDATED_OBJECT) keep_object(event);
+void TrainingView::show(const splat_run_event& event) {
+    if (event.kind == SPLAT_EVENT_STEP && event.updated != 0) show_step(event);
+    if (event.kind == SPLAT_EVENT_VALIDATED_PIECE) keep_object(event);
     if (event.kind == SPLAT_EVENT_VALIDATION) show_validation(event);
     const bool ends = event.kind >= SPLAT_EVENT_DONE && event.text != nullptr;
     if (ends) write_page(false);
@@ -50,7 +57,7 @@ const char* TrainingView::line_start(std::uint64_t step) const {
 }
 
 /// By the steps of this session without its first one, which prepares the kernels; none after that one.
-std::optional<double> TrainingView::seconds_left(const splat_training_event& event) {
+std::optional<double> TrainingView::seconds_left(const splat_run_event& event) {
     if (first_step_ == 0) {
         first_step_ = event.step;
         first_seconds_ = event.seconds;
@@ -62,7 +69,7 @@ std::optional<double> TrainingView::seconds_left(const splat_training_event& eve
 }
 
 /// Once, as soon as the first steps tell: what a long training may be made smaller by.
-void TrainingView::note_length(const splat_training_event& event, double left) {
+void TrainingView::note_length(const splat_run_event& event, double left) {
     constexpr double kLong = 3600, kMeasured = 10;  // seconds
     constexpr std::uint64_t kSteps = 20;
     const std::uint64_t steps = event.step - first_step_;
@@ -92,42 +99,44 @@ void TrainingView::show_files() const {
             std::fprintf(stderr, "%s: %s\n", what, path.c_str());
 }
 
-void TrainingView::show_step(const splat_training_event& event) {
-    const splat_trainer_info& info = *event.info;
+void TrainingView::show_step(const splat_run_event& event) {
+    const auto number = [&](const char* name) { return number_of(event, name); };
+    const double psnr = number("psnr");
     if (event.logged != 0)
         board_.scalars(
             event.step,
-            {{"train/loss", info.loss}, {"train/psnr", event.psnr}, {"train/rate", info.rate}});
+            {{"train/loss", number("loss")}, {"train/psnr", psnr}, {"train/rate", number("rate")}});
     const std::string memory = bytes_text(event.peak_bytes);
     const std::optional<double> seconds = seconds_left(event);
     if (seconds) note_length(event, *seconds);
     const std::string left = seconds ? duration_text(*seconds) + " left" : "";
     if (!bar_) {
         if (event.logged == 0) return;
+        const double network = number("network_ms"), render = number("render_ms"),
+                     update = number("update_ms"), visible = number("visible");
         std::fprintf(
             stderr,
-            "step %llu/%llu: loss %.6f, PSNR %.2f dB, rate %.3g, %llu of %llu visible, "
+            "step %llu/%llu: loss %.6f, PSNR %.2f dB, rate %.3g, %.0f of %.0f visible, "
             "%.0f ms (network %.0f, render %.0f, update %.0f), device memory at most %s%s\n",
-            wide(event.step), wide(event.iterations), info.loss, event.psnr, info.rate,
-            wide(info.visible), wide(info.visible + info.culled),
-            info.network_ms + info.render_ms + info.update_ms, info.network_ms, info.render_ms,
-            info.update_ms, memory.c_str(), (left.empty() ? "" : ", " + left).c_str());
+            wide(event.step), wide(event.iterations), number("loss"), psnr, number("rate"), visible,
+            visible + number("culled"), network + render + update, network, render, update,
+            memory.c_str(), (left.empty() ? "" : ", " + left).c_str());
         return;
     }
     std::fprintf(stderr, "\rstep %llu/%llu  loss %.5f  PSNR %.2f  %.2f steps/s  %s  %s\033[K",
-                 wide(event.step), wide(event.iterations), event.averaged_loss, event.psnr,
+                 wide(event.step), wide(event.iterations), number("averaged_loss"), psnr,
                  event.steps_per_second, left.c_str(), memory.c_str());
     if (event.step == event.iterations) std::fputs("\n", stderr);
     std::fflush(stderr);
 }
 
-void TrainingView::keep_object(const splat_training_event& event) {
-    if (event.object == 0) {
+void TrainingView::keep_object(const splat_run_event& event) {
+    if (event.piece == 0) {
         images_.clear();
         cells_.clear();
     }
-    if (event.object >= kShownObjects) return;
-    side_ = event.side;
+    if (event.piece >= kShownObjects) return;
+    side_ = event.width;
     const std::size_t plane = std::size_t{3} * side_ * side_;
     std::vector<float> truths(event.truths, event.truths + event.image_count);
     std::vector<float> images(event.images, event.images + event.image_count);
@@ -144,11 +153,12 @@ void TrainingView::keep_object(const splat_training_event& event) {
         images_.push_back(std::move(*shown));  // the numbers stay where they are
 }
 
-void TrainingView::show_validation(const splat_training_event& event) {
+void TrainingView::show_validation(const splat_run_event& event) {
     save_sheet(event.step);
+    const double psnr = number_of(event, "val_psnr");
     board_.scalars(event.step,
-                   {{"val/psnr_novel", event.novel_psnr}, {"val/ssim_novel", event.novel_ssim}});
-    if (event.novel_psnr >= event.best_psnr) save_scene();
+                   {{"val/psnr_novel", psnr}, {"val/ssim_novel", number_of(event, "val_ssim")}});
+    if (psnr >= number_of(event, "best_val_psnr")) save_scene();
     write_page(true);
 }
 

@@ -19,18 +19,18 @@ class TrainingView {
     /// `folder` holds the run; `device` draws the scene of its page. Throws a Failure.
     TrainingView(std::string folder, std::string device);
 
-    void show(const splat_training_event& event);
+    void show(const splat_run_event& event);
     /// The page of a training that has ended with an error.
     void show_failure() { write_page(false); }
 
   private:
-    void show_step(const splat_training_event& event);
+    void show_step(const splat_run_event& event);
     [[nodiscard]] const char* line_start(std::uint64_t step) const;
-    std::optional<double> seconds_left(const splat_training_event& event);
-    void note_length(const splat_training_event& event, double left);
+    std::optional<double> seconds_left(const splat_run_event& event);
+    void note_length(const splat_run_event& event, double left);
     void show_files() const;
-    void keep_object(const splat_training_event& event);
-    void show_validation(const splat_training_event& event);
+    void keep_object(const splat_run_event& event);
+    void show_validation(const splat_run_event& event);
 
     // These warn of what they cannot write.
     void save_sheet(std::uint64_t step);

@@ -12,8 +12,8 @@ from ._errors import (Cancelled, DeviceLost, Error, FormatError, InternalError, 
                       OutOfHostMemory, OutOfMemory, ShapeMismatch, Timeout, Unsupported)
 from ._library import lib as _lib
 from ._native import (Access, Convention, DeviceKind, Dtype, Found, Frame, Kernels, LogLevel, Metric,
-                      Output, Pixel, Precision, Result, SceneFormat, SkipFlags,
-                      TrainingEventKind, Verdict)
+                      Output, Pixel, Precision, Result, RunEventKind, SceneFormat, SkipFlags,
+                      Verdict)
 from .camera import Camera, cameras_to_bytes, save_cameras
 from .comparison import Comparison
 from .dataset import (Dataset, config_keys, config_merge, config_preset, config_presets,
@@ -32,9 +32,10 @@ from .priors import (PriorModel, compare_depth, compare_fidelity, compare_masks,
                      depth_points, filter_map, mesh_points, normals_from_depth, picture_mask,
                      prior_preset, prior_preset_text, prior_presets)
 from .rasterizer import RasterState, Rasterizer, render
+from .run import Event, Run
 from .scene import Scene, scene_formats
 from .tensor import Tensor
-from .training import Batch, Batches, Event, Trainer, Training
+from .training import Batch, Batches, Trainer, Training
 from .weights import Weights, builtin_weights
 
 __version__ = str(_lib.splat_version_string().decode())
@@ -46,9 +47,9 @@ __all__ = [
     "InvalidHandle", "InvalidState", "IoError", "Kernels", "LogLevel", "Lpips", "Metric", "Model",
     "Module", "NoDevice", "NotFound", "Op", "Optimizer", "OutOfDeviceMemory", "OutOfHostMemory",
     "OutOfMemory", "Output", "Picture", "Pixel", "Port", "Precision", "Prediction", "Predictor",
-    "PriorModel", "RasterState", "Rasterizer", "Result", "Scene", "SceneFormat", "ShapeMismatch",
-    "SkipFlags", "Tensor", "Timeout", "Trainer", "Training", "TrainingEventKind", "Unsupported",
-    "Verdict", "Weights", "animation_to_bytes", "builtin_weights", "cameras_to_bytes",
+    "PriorModel", "RasterState", "Rasterizer", "Result", "Run", "RunEventKind", "Scene",
+    "SceneFormat", "ShapeMismatch", "SkipFlags", "Tensor", "Timeout", "Trainer", "Training",
+    "Unsupported", "Verdict", "Weights", "animation_to_bytes", "builtin_weights", "cameras_to_bytes",
     "compare_depth", "compare_fidelity", "compare_images", "compare_masks", "compare_normals",
     "config_keys", "config_merge", "config_preset", "config_presets", "config_warnings",
     "cut_picture", "default_device", "depth_points", "describe", "devices", "export_dataset",

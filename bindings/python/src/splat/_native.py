@@ -373,6 +373,20 @@ class ImageFormat(OpenEnum):
     WEBP = 5
 
 
+class RunEventKind(OpenEnum):
+    """`splat_run_event_kind` of the headers."""
+
+    MESSAGE = 0
+    STEP = 1
+    VALIDATED_PIECE = 2
+    VALIDATION = 3
+    CHECKPOINT = 4
+    DONE = 5
+    INTERRUPTED = 6
+    NOT_FINITE = 7
+    NOTHING_DRAWN = 8
+
+
 class Schedule(OpenEnum):
     """`splat_schedule` of the headers."""
 
@@ -382,24 +396,10 @@ class Schedule(OpenEnum):
 
 
 class TrainingFlags(IntFlag):
-    """A training with its folder, one piece of work per call."""
+    """A training of Splatter Image as a run, see run.h."""
 
     RESUME = 1
     OVERWRITE = 2
-
-
-class TrainingEventKind(OpenEnum):
-    """`splat_training_event_kind` of the headers."""
-
-    MESSAGE = 0
-    STEP = 1
-    VALIDATED_OBJECT = 2
-    VALIDATION = 3
-    CHECKPOINT = 4
-    DONE = 5
-    INTERRUPTED = 6
-    NOT_FINITE = 7
-    NOTHING_DRAWN = 8
 
 
 class Metric(OpenEnum):
@@ -1729,6 +1729,76 @@ class splat_lpips_desc(Structure):
     ]
 
 
+class splat_number(Structure):
+    """A number by its name."""
+
+    name: Any
+    value: float
+    _fields_ = [
+        ("name", c_char_p),
+        ("value", c_double),
+    ]
+
+
+class splat_run_event(Structure):
+    """What a call of splat_run_next did."""
+
+    struct_size: int
+    kind: int
+    text: Any
+    warning: int
+    updated: int
+    logged: int
+    reserved: int
+    step: int
+    attempts: int
+    iterations: int
+    skipped: int
+    peak_bytes: int
+    seconds: float
+    steps_per_second: float
+    numbers: Any
+    number_count: int
+    name: Any
+    piece: int
+    pieces: int
+    views: int
+    inputs: int
+    width: int
+    height: int
+    image_count: int
+    images: Any
+    truths: Any
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("kind", c_int32),
+        ("text", c_char_p),
+        ("warning", c_uint32),
+        ("updated", c_uint32),
+        ("logged", c_uint32),
+        ("reserved", c_uint32),
+        ("step", c_uint64),
+        ("attempts", c_uint64),
+        ("iterations", c_uint64),
+        ("skipped", c_uint64),
+        ("peak_bytes", c_uint64),
+        ("seconds", c_double),
+        ("steps_per_second", c_double),
+        ("numbers", POINTER(splat_number)),
+        ("number_count", c_uint64),
+        ("name", c_char_p),
+        ("piece", c_uint32),
+        ("pieces", c_uint32),
+        ("views", c_uint32),
+        ("inputs", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("image_count", c_uint64),
+        ("images", c_void_p),
+        ("truths", c_void_p),
+    ]
+
+
 class splat_optimizer_item(Structure):
     """What to update."""
 
@@ -1970,73 +2040,6 @@ class splat_training_desc(Structure):
         ("init", c_char_p),
         ("init_flags", c_uint32),
         ("reserved", c_uint32),
-    ]
-
-
-class splat_training_event(Structure):
-    """What a call of splat_training_next did."""
-
-    struct_size: int
-    kind: int
-    text: Any
-    warning: int
-    logged: int
-    step: int
-    attempts: int
-    iterations: int
-    skipped: int
-    peak_bytes: int
-    info: Any
-    psnr: float
-    averaged_loss: float
-    seconds: float
-    steps_per_second: float
-    name: Any
-    object: int
-    objects: int
-    views: int
-    inputs: int
-    side: int
-    reserved: int
-    image_count: int
-    images: Any
-    truths: Any
-    novel_psnr: float
-    novel_ssim: float
-    conditioning_psnr: float
-    conditioning_ssim: float
-    best_psnr: float
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("kind", c_int32),
-        ("text", c_char_p),
-        ("warning", c_uint32),
-        ("logged", c_uint32),
-        ("step", c_uint64),
-        ("attempts", c_uint64),
-        ("iterations", c_uint64),
-        ("skipped", c_uint64),
-        ("peak_bytes", c_uint64),
-        ("info", POINTER(splat_trainer_info)),
-        ("psnr", c_double),
-        ("averaged_loss", c_double),
-        ("seconds", c_double),
-        ("steps_per_second", c_double),
-        ("name", c_char_p),
-        ("object", c_uint32),
-        ("objects", c_uint32),
-        ("views", c_uint32),
-        ("inputs", c_uint32),
-        ("side", c_uint32),
-        ("reserved", c_uint32),
-        ("image_count", c_uint64),
-        ("images", c_void_p),
-        ("truths", c_void_p),
-        ("novel_psnr", c_double),
-        ("novel_ssim", c_double),
-        ("conditioning_psnr", c_double),
-        ("conditioning_ssim", c_double),
-        ("best_psnr", c_double),
     ]
 
 
@@ -2764,6 +2767,18 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("weights", 16, 8),
         ("weight_count", 24, 4), ("side", 28, 4),
     )),
+    "splat_number": (splat_number, True, 16, (
+        ("name", 0, 8), ("value", 8, 8),
+    )),
+    "splat_run_event": (splat_run_event, False, 160, (
+        ("struct_size", 0, 4), ("kind", 4, 4), ("text", 8, 8), ("warning", 16, 4),
+        ("updated", 20, 4), ("logged", 24, 4), ("reserved", 28, 4), ("step", 32, 8),
+        ("attempts", 40, 8), ("iterations", 48, 8), ("skipped", 56, 8), ("peak_bytes", 64, 8),
+        ("seconds", 72, 8), ("steps_per_second", 80, 8), ("numbers", 88, 8),
+        ("number_count", 96, 8), ("name", 104, 8), ("piece", 112, 4), ("pieces", 116, 4),
+        ("views", 120, 4), ("inputs", 124, 4), ("width", 128, 4), ("height", 132, 4),
+        ("image_count", 136, 8), ("images", 144, 8), ("truths", 152, 8),
+    )),
     "splat_optimizer_item": (splat_optimizer_item, True, 40, (
         ("name", 0, 8), ("model", 8, 8), ("module", 16, 8), ("parameter", 24, 8),
         ("gradient", 32, 8),
@@ -2808,16 +2823,6 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("folder", 16, 8),
         ("config", 24, 8), ("values", 32, 8), ("value_count", 40, 8), ("dataset", 48, 8),
         ("validation", 56, 8), ("init", 64, 8), ("init_flags", 72, 4), ("reserved", 76, 4),
-    )),
-    "splat_training_event": (splat_training_event, False, 200, (
-        ("struct_size", 0, 4), ("kind", 4, 4), ("text", 8, 8), ("warning", 16, 4),
-        ("logged", 20, 4), ("step", 24, 8), ("attempts", 32, 8), ("iterations", 40, 8),
-        ("skipped", 48, 8), ("peak_bytes", 56, 8), ("info", 64, 8), ("psnr", 72, 8),
-        ("averaged_loss", 80, 8), ("seconds", 88, 8), ("steps_per_second", 96, 8),
-        ("name", 104, 8), ("object", 112, 4), ("objects", 116, 4), ("views", 120, 4),
-        ("inputs", 124, 4), ("side", 128, 4), ("reserved", 132, 4), ("image_count", 136, 8),
-        ("images", 144, 8), ("truths", 152, 8), ("novel_psnr", 160, 8), ("novel_ssim", 168, 8),
-        ("conditioning_psnr", 176, 8), ("conditioning_ssim", 184, 8), ("best_psnr", 192, 8),
     )),
     "splat_evaluator_desc": (splat_evaluator_desc, False, 96, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("predictor", 16, 8),
@@ -3270,6 +3275,14 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
      "Measure the distance of two images with values nominally 0 to 1, not clamped."),
     ("splat_lpips_destroy", c_int32, (c_void_p,),
      "Destroy it."),
+    ("splat_run_next", c_int32, (c_void_p, POINTER(splat_run_event)),
+     "Do the next piece of work."),
+    ("splat_run_interrupt", c_int32, (c_void_p,),
+     "End the run."),
+    ("splat_run_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
+     "JSON."),
+    ("splat_run_destroy", c_int32, (c_void_p,),
+     "Close a run."),
     ("splat_config_keys", c_int32, (c_void_p, c_size_t, POINTER(c_size_t)),
      "JSON array of all keys of a configuration, in the order of their sections."),
     ("splat_config_check", c_int32, (
@@ -3335,17 +3348,11 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
     ("splat_batches_destroy", c_int32, (c_void_p,),
      "Destroy batches."),
     ("splat_training_open", c_int32, (c_void_p, POINTER(splat_training_desc), POINTER(c_void_p)),
-     "Open a session."),
-    ("splat_training_next", c_int32, (c_void_p, POINTER(splat_training_event)),
-     "Do the next piece of work."),
-    ("splat_training_interrupt", c_int32, (c_void_p,),
-     "End the session."),
-    ("splat_training_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "JSON."),
+     "Open a run, which splat_run_destroy closes."),
+    ("splat_training_last_step", c_int32, (c_void_p, POINTER(splat_trainer_info)),
+     "Describe the latest attempt of a step in this session, skipped or not."),
     ("splat_training_model", c_int32, (c_void_p, POINTER(c_void_p)),
      "Return the network in training."),
-    ("splat_training_destroy", c_int32, (c_void_p,),
-     "Close a session."),
     ("splat_evaluator_create", c_int32, (POINTER(splat_evaluator_desc), POINTER(c_void_p)),
      "Create an evaluator."),
     ("splat_evaluator_get_info", c_int32, (c_void_p, POINTER(splat_evaluator_info)),

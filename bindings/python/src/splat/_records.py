@@ -316,6 +316,43 @@ class ImageScores:
 
 
 @dataclass(frozen=True)
+class RunEvent:
+    """What a call of splat_run_next did."""
+
+    kind: _native.RunEventKind
+    text: str
+    warning: int
+    updated: int
+    logged: int
+    step: int
+    attempts: int
+    iterations: int
+    skipped: int
+    peak_bytes: int
+    seconds: float
+    steps_per_second: float
+    number_count: int
+    name: str
+    piece: int
+    pieces: int
+    views: int
+    inputs: int
+    width: int
+    height: int
+    image_count: int
+
+    @classmethod
+    def of(cls, raw: Any) -> "RunEvent":
+        """From a `splat_run_event`."""
+        return cls(
+            _native.RunEventKind(raw.kind), text(raw.text), raw.warning, raw.updated, raw.logged,
+            raw.step, raw.attempts, raw.iterations, raw.skipped, raw.peak_bytes, raw.seconds,
+            raw.steps_per_second, raw.number_count, text(raw.name), raw.piece, raw.pieces,
+            raw.views, raw.inputs, raw.width, raw.height, raw.image_count,
+        )
+
+
+@dataclass(frozen=True)
 class OptimizerInfo:
     """`splat_optimizer_info` of the headers."""
 
@@ -367,50 +404,6 @@ class TrainerInfo:
             raw.skipped, raw.step, raw.pairs, raw.loss, raw.squared_error, raw.pixel_loss,
             raw.ssim, raw.network_ms, raw.render_ms, raw.update_ms, raw.lpips, raw.visible,
             raw.culled, raw.non_finite, raw.gradients_zero, raw.rate, raw.edge_loss,
-        )
-
-
-@dataclass(frozen=True)
-class TrainingEvent:
-    """What a call of splat_training_next did."""
-
-    kind: _native.TrainingEventKind
-    text: str
-    warning: int
-    logged: int
-    step: int
-    attempts: int
-    iterations: int
-    skipped: int
-    peak_bytes: int
-    info: Optional[TrainerInfo]
-    psnr: float
-    averaged_loss: float
-    seconds: float
-    steps_per_second: float
-    name: str
-    object: int
-    objects: int
-    views: int
-    inputs: int
-    side: int
-    image_count: int
-    novel_psnr: float
-    novel_ssim: float
-    conditioning_psnr: float
-    conditioning_ssim: float
-    best_psnr: float
-
-    @classmethod
-    def of(cls, raw: Any) -> "TrainingEvent":
-        """From a `splat_training_event`."""
-        return cls(
-            _native.TrainingEventKind(raw.kind), text(raw.text), raw.warning, raw.logged,
-            raw.step, raw.attempts, raw.iterations, raw.skipped, raw.peak_bytes,
-            TrainerInfo.of(raw.info.contents) if raw.info else None, raw.psnr, raw.averaged_loss,
-            raw.seconds, raw.steps_per_second, text(raw.name), raw.object, raw.objects,
-            raw.views, raw.inputs, raw.side, raw.image_count, raw.novel_psnr, raw.novel_ssim,
-            raw.conditioning_psnr, raw.conditioning_ssim, raw.best_psnr,
         )
 
 

@@ -1,67 +1,33 @@
-"""Training: a session with its folder, and the trainer and batches that it is made of."""
+"""Training: a run with its folder, and the trainer and batches that it is made of."""
 import threading
 from ctypes import byref, sizeof
-from dataclasses import dataclass, fields
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Union
+from typing import Any, Dict, Optional, Sequence, Union
 
 import numpy as np
 
 from . import _native
-from ._arrays import ArrayLike, Floats, address, readable, set_arrays
+from ._arrays import ArrayLike, address, readable, set_arrays
 from ._dlpack import Memory
 from ._errors import check, direct
 from ._handle import Handle, made
 from ._library import lib
-from ._records import TrainerInfo, TrainingEvent
+from ._records import TrainerInfo
 from ._text import PathLike, bytes_from, flags_of, json_from, json_of, path_of
 from .camera import Camera, camera_array
 from .dataset import Config, Dataset, texts
 from .device import Device, default_device, whole
 from .model import Model
+from .run import Run
 from .weights import Weights
 
-ENDS = (_native.TrainingEventKind.DONE, _native.TrainingEventKind.INTERRUPTED,
-        _native.TrainingEventKind.NOT_FINITE, _native.TrainingEventKind.NOTHING_DRAWN)
-
-
-@dataclass(frozen=True)
-class Event(TrainingEvent):
-    """What one piece of a training did; `kind` says which fields have values.
-
-    drawn, truths  of a validated object, float32 [views,3,side,side]
-    """
-
-    drawn: Optional[Floats] = None
-    truths: Optional[Floats] = None
-
-    @property
-    def ends(self) -> bool:
-        """True if the training is over."""
-        return self.kind in ENDS
-
-
-def _copy(pointer: Optional[int], event: Any) -> Optional[Floats]:
-    """A copy of the images of an event."""
-    if not pointer or event.image_count == 0:
-        return None
-    shape = (event.views, 3, event.side, event.side)
-    return np.array(np.asarray(Memory(pointer, shape, np.dtype(np.float32), True)))
-
-
-def _event(raw: Any) -> Event:
-    """A copy of an event."""
-    facts = TrainingEvent.of(raw)
-    return Event(**{each.name: getattr(facts, each.name) for each in fields(facts)},
-                 drawn=_copy(raw.images, raw), truths=_copy(raw.truths, raw))
-
-
-class Training(Handle):
-    """A training with its folder: an iterator of events.
+class Training(Run):
+    """A training as a run: an iterator of events.
 
         for event in splat.Training("run", config, values=["data.root=cars"]):
-            print(event.text)
+            print(event.text, event.numbers.get("loss"))
 
-    A run that ends anywhere and is resumed has the same bits as one without an interruption.
+    Numbers of its events, such as "psnr" and "val_psnr", are those of metrics.jsonl. A run that ends
+    anywhere and is resumed has the same bits as one without an interruption.
 
     folder      receives configuration, log, metrics, states and weights
     config      text (JSON or YAML) or a dict; None: the defaults, or the run's when resuming
@@ -73,8 +39,7 @@ class Training(Handle):
     FormatError, IoError; the folder is then untouched.
     """
 
-    __slots__ = ("_ended",)
-    _kind = "training"
+    __slots__ = ()
 
     def __init__(self, folder: PathLike, config: Config = None, *, values: Sequence[str] = (),
                  device: Optional[Device] = None, dataset: Optional[Dataset] = None,
@@ -89,48 +54,16 @@ class Training(Handle):
         desc.dataset = None if dataset is None else dataset.handle
         desc.validation = None if validation is None else validation.handle
         desc.init, desc.init_flags = path_of(init, "init"), whole(init_flags, "init_flags")
-        self._own(made("training", direct, lib.splat_training_open, device.handle, byref(desc)),
-                  device)
+        self._own(made("run", direct, lib.splat_training_open, device.handle, byref(desc)), device)
         self._lock = threading.RLock()
-        self._ended = False
-
-    def next(self) -> Event:
-        """Do the next piece of work: a step, one object of a validation, a saved state.
-
-        After the end it gives the last event again, without text. After an error or Ctrl-C the next
-        call tries the same piece.
-        """
-        raw = _native.splat_training_event(struct_size=sizeof(_native.splat_training_event))
-        events: List[Event] = []
-
-        def call() -> int:  # with the lock: what `raw` points to is lent until the next call
-            with self._lent() as kept:
-                code: int = lib.splat_training_next(kept.handle, byref(raw))
-                if code >= 0:
-                    events.append(_event(raw))
-                return code
-
-        self._run(call)
-        self._ended = events[0].ends
-        return events[0]
-
-    def __iter__(self) -> Iterator[Event]:
-        return self
-
-    def __next__(self) -> Event:
-        if self._ended:
-            raise StopIteration
-        return self.next()
-
-    def interrupt(self) -> None:
-        """Let the next event save the state and end the run. Any thread may call it."""
-        check(lib.splat_training_interrupt(self.handle))
+        self._begin()
 
     @property
-    def report(self) -> Dict[str, Any]:
-        """Step, loss, scores and memory so far."""
-        found: Dict[str, Any] = json_from(lib.splat_training_report, self.handle)
-        return found
+    def last_step(self) -> TrainerInfo:
+        """Facts of the latest step of this session, skipped or not."""
+        info = _native.splat_trainer_info(struct_size=sizeof(_native.splat_trainer_info))
+        check(lib.splat_training_last_step(self.handle, byref(info)))
+        return TrainerInfo.of(info)
 
     def model(self) -> Model:
         """The network in training."""

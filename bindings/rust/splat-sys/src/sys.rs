@@ -345,6 +345,25 @@ pub const SPLAT_IMAGE_PNG16: splat_image_format = 4;
 /// animations: 8 bits without loss; sides up to 16383
 pub const SPLAT_IMAGE_WEBP: splat_image_format = 5;
 
+pub type splat_run_event_kind = i32;
+/// only a text
+pub const SPLAT_EVENT_MESSAGE: splat_run_event_kind = 0;
+/// one attempt of a step, with its numbers
+pub const SPLAT_EVENT_STEP: splat_run_event_kind = 1;
+/// one piece of a validation, such as an object of a data set: its numbers and images
+pub const SPLAT_EVENT_VALIDATED_PIECE: splat_run_event_kind = 2;
+/// the mean numbers of a validation
+pub const SPLAT_EVENT_VALIDATION: splat_run_event_kind = 3;
+/// a state was saved
+pub const SPLAT_EVENT_CHECKPOINT: splat_run_event_kind = 4;
+/// these end the run
+pub const SPLAT_EVENT_DONE: splat_run_event_kind = 5;
+pub const SPLAT_EVENT_INTERRUPTED: splat_run_event_kind = 6;
+/// ten steps in a row had a loss or gradients that are not finite
+pub const SPLAT_EVENT_NOT_FINITE: splat_run_event_kind = 7;
+/// 200 steps in a row drew nothing; 20 of them give a warning
+pub const SPLAT_EVENT_NOTHING_DRAWN: splat_run_event_kind = 8;
+
 pub type splat_schedule = i32;
 pub const SPLAT_SCHEDULE_CONSTANT: splat_schedule = 1;
 /// half a cosine, zero one step after total_steps
@@ -353,50 +372,22 @@ pub const SPLAT_SCHEDULE_COSINE: splat_schedule = 2;
 pub const SPLAT_SCHEDULE_STEP: splat_schedule = 3;
 
 /// ```text
-/// A training with its folder, one piece of work per call: steps, validations, saved states. A run
-/// that ends anywhere and is resumed, here or by `vkrun train --resume`, has the same bits as one
-/// without an interruption. The caller synchronises calls on one session, except
-/// splat_training_interrupt.
+/// A training of Splatter Image as a run, see run.h.
 ///
 ///   splat_training_desc desc = {sizeof desc, .folder = "run", .config = text};
-///   splat_training_event event = {.struct_size = sizeof event};
-///   splat_training_open(device, &desc, &training);
-///   while (event.kind < SPLAT_EVENT_DONE && splat_training_next(training, &event) == SPLAT_OK)
-///       if (event.text) puts(event.text);
+///   splat_training_open(device, &desc, &run);
 ///
-/// The folder holds
-///   config.json            every value of the configuration; what makes the folder a run
-///   run.json               state, error, versions, device, data, seed, start
-///   log.txt                the texts of events
-///   metrics.jsonl          one JSON object per line, of steps and of validations
-///   checkpoints/           the last two states; one of step 0 is saved before step 1. States that a
-///                          resumed run could not read are renamed to *.unreadable
-///   weights_last.safetensors, weights_best.safetensors   averaged weights
-///   lock                   the process that has the folder; the lock ends with it
+/// Numbers of its events: of a step "psnr" (dB, of the step's targets; infinite if drawn exactly),
+/// "pixel_loss", "rate", "pairs", "network_ms", "render_ms", "update_ms", "ssim", "edge" and "lpips"
+/// where they are part of the loss, "visible", "culled", "non_finite", "gradients_zero"; as in
+/// splat_trainer_info. Of an object, and as means over the objects: "val_psnr" and "val_ssim" of novel
+/// views, NaN without one, "val_psnr_conditioning" and "val_ssim_conditioning" of the input views; of
+/// a validation also "val_objects", "val_views" (novel ones) and "val_views_asked".
 /// ```
 /// go on from the latest state that can be read; begin again if none was saved yet
 pub const SPLAT_TRAINING_RESUME: u32 = 1;
 /// replace the run in the folder; other files in it stay
 pub const SPLAT_TRAINING_OVERWRITE: u32 = 2;
-
-pub type splat_training_event_kind = i32;
-/// only a text
-pub const SPLAT_EVENT_MESSAGE: splat_training_event_kind = 0;
-/// one attempt of a step: info, with loss and rate, and the fields up to steps_per_second
-pub const SPLAT_EVENT_STEP: splat_training_event_kind = 1;
-/// one object of a validation: its scores and images
-pub const SPLAT_EVENT_VALIDATED_OBJECT: splat_training_event_kind = 2;
-/// the mean scores of a validation
-pub const SPLAT_EVENT_VALIDATION: splat_training_event_kind = 3;
-/// a state was saved
-pub const SPLAT_EVENT_CHECKPOINT: splat_training_event_kind = 4;
-/// these end the run
-pub const SPLAT_EVENT_DONE: splat_training_event_kind = 5;
-pub const SPLAT_EVENT_INTERRUPTED: splat_training_event_kind = 6;
-/// ten steps in a row had a loss or gradients that are not finite
-pub const SPLAT_EVENT_NOT_FINITE: splat_training_event_kind = 7;
-/// 200 steps in a row drew nothing; 20 of them give a warning
-pub const SPLAT_EVENT_NOTHING_DRAWN: splat_training_event_kind = 8;
 
 pub type splat_metric = i32;
 pub const SPLAT_METRIC_PSNR: splat_metric = 1;
@@ -630,32 +621,14 @@ pub struct splat_batches_s {
 pub type splat_batches = *mut splat_batches_s;
 
 #[repr(C)]
-pub struct splat_training_s {
+pub struct splat_run_s {
     opaque: [u8; 0],
 }
 /// ```text
-/// A training with its folder, one piece of work per call: steps, validations, saved states. A run
-/// that ends anywhere and is resumed, here or by `vkrun train --resume`, has the same bits as one
-/// without an interruption. The caller synchronises calls on one session, except
-/// splat_training_interrupt.
-///
-///   splat_training_desc desc = {sizeof desc, .folder = "run", .config = text};
-///   splat_training_event event = {.struct_size = sizeof event};
-///   splat_training_open(device, &desc, &training);
-///   while (event.kind < SPLAT_EVENT_DONE && splat_training_next(training, &event) == SPLAT_OK)
-///       if (event.text) puts(event.text);
-///
-/// The folder holds
-///   config.json            every value of the configuration; what makes the folder a run
-///   run.json               state, error, versions, device, data, seed, start
-///   log.txt                the texts of events
-///   metrics.jsonl          one JSON object per line, of steps and of validations
-///   checkpoints/           the last two states; one of step 0 is saved before step 1. States that a
-///                          resumed run could not read are renamed to *.unreadable
-///   weights_last.safetensors, weights_best.safetensors   averaged weights
-///   lock                   the process that has the folder; the lock ends with it
+/// A task with its folder, one piece of work per call. The caller synchronises calls on one run, except
+/// splat_run_interrupt and splat_run_report.
 /// ```
-pub type splat_training = *mut splat_training_s;
+pub type splat_run = *mut splat_run_s;
 
 #[repr(C)]
 pub struct splat_lpips_s {
@@ -2171,6 +2144,83 @@ impl Default for splat_lpips_desc {
     }
 }
 
+/// A number by its name. Frozen.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_number {
+    pub name: *const c_char,
+    /// 1 or 0 where metrics.jsonl has true or false
+    pub value: f64,
+}
+
+impl Default for splat_number {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        unsafe { std::mem::zeroed() }
+    }
+}
+
+/// What a call of splat_run_next did. Pointers are valid until the next call on the run.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct splat_run_event {
+    pub struct_size: u32,
+    pub kind: splat_run_event_kind,
+    /// the line of log.txt; NULL: none
+    pub text: *const c_char,
+    /// 1: the text warns
+    pub warning: u32,
+    /// 1: a step updated what is learned; 0: it was skipped, or is no step
+    pub updated: u32,
+    /// 1: metrics.jsonl got a line of the step
+    pub logged: u32,
+    /// 0
+    pub reserved: u32,
+    /// updates done
+    pub step: u64,
+    /// steps that ran, with the skipped ones
+    pub attempts: u64,
+    /// updates of the whole run
+    pub iterations: u64,
+    /// attempts that updated nothing
+    pub skipped: u64,
+    /// most device memory so far
+    pub peak_bytes: u64,
+    /// since the first step of this session
+    pub seconds: f64,
+    pub steps_per_second: f64,
+    /// With the names of metrics.jsonl. Of a step: "loss", "averaged_loss" (over the latest steps of this session), then the task's. Of a validation: "val_psnr" (dB; NaN without a score), "best_val_psnr" (of those with as many pieces and views), then the task's.
+    pub numbers: *const splat_number,
+    pub number_count: u64,
+    /// name of the validated piece, else NULL
+    pub name: *const c_char,
+    /// number of the validated piece
+    pub piece: u32,
+    /// pieces of the validation
+    pub pieces: u32,
+    /// views of the piece, the input views first
+    pub views: u32,
+    /// input views among them
+    pub inputs: u32,
+    /// pixels of an image
+    pub width: u32,
+    pub height: u32,
+    /// numbers of `images` and of `truths`
+    pub image_count: u64,
+    /// drawn, \[views,3,height,width\]
+    pub images: *const f32,
+    pub truths: *const f32,
+}
+
+impl Default for splat_run_event {
+    fn default() -> Self {
+        // SAFETY: zero is a valid value of all fields.
+        let mut value: Self = unsafe { std::mem::zeroed() };
+        value.struct_size = std::mem::size_of::<Self>() as u32;
+        value
+    }
+}
+
 /// What to update: a model, a module, or one tensor; the other handles are NULL. Frozen.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -2434,75 +2484,6 @@ pub struct splat_training_desc {
 }
 
 impl Default for splat_training_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-/// What a call of splat_training_next did. Pointers are valid until the next call on the session.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct splat_training_event {
-    pub struct_size: u32,
-    pub kind: splat_training_event_kind,
-    /// the line of log.txt; NULL: none
-    pub text: *const c_char,
-    /// 1: the text warns
-    pub warning: u32,
-    /// 1: metrics.jsonl got a line of the step
-    pub logged: u32,
-    /// updates done
-    pub step: u64,
-    pub attempts: u64,
-    /// updates of the whole run
-    pub iterations: u64,
-    /// attempts that updated nothing
-    pub skipped: u64,
-    /// most device memory so far
-    pub peak_bytes: u64,
-    /// NULL unless the event is a step
-    pub info: *const splat_trainer_info,
-    /// dB, of the step's targets; infinite if drawn exactly
-    pub psnr: f64,
-    /// over this session's latest steps; NaN before the first
-    pub averaged_loss: f64,
-    /// since the first step of this session
-    pub seconds: f64,
-    pub steps_per_second: f64,
-    /// name of the validated object, else NULL
-    pub name: *const c_char,
-    /// number of the validated object
-    pub object: u32,
-    /// objects in the validation
-    pub objects: u32,
-    /// views of the object, the input views first; in VALIDATION: all novel views
-    pub views: u32,
-    /// input views among them
-    pub inputs: u32,
-    /// pixels of an image
-    pub side: u32,
-    pub reserved: u32,
-    /// numbers of `images` and of `truths`
-    pub image_count: u64,
-    /// drawn, \[views,3,side,side\]
-    pub images: *const f32,
-    pub truths: *const f32,
-    /// NaN without novel views
-    pub novel_psnr: f64,
-    /// NaN without novel views
-    pub novel_ssim: f64,
-    /// scores of input views
-    pub conditioning_psnr: f64,
-    /// scores of input views
-    pub conditioning_ssim: f64,
-    /// best validation with as many objects and views
-    pub best_psnr: f64,
-}
-
-impl Default for splat_training_event {
     fn default() -> Self {
         // SAFETY: zero is a valid value of all fields.
         let mut value: Self = unsafe { std::mem::zeroed() };
@@ -4882,6 +4863,43 @@ extern "C" {
     pub fn splat_lpips_destroy(lpips: splat_lpips) -> splat_result;
 
     /// ```text
+    /// Do the next piece of work: a step, one piece of a validation, a saved state. After the end it gives
+    /// the last event again, without text. After an error the next call tries the same piece.
+    /// event     in/out, struct_size set
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_IO
+    ///   (the folder cannot be written), and errors of the task: of a training, those of
+    ///   splat_batches_next and splat_trainer_step
+    /// ```
+    pub fn splat_run_next(run: splat_run, event: *mut splat_run_event) -> splat_result;
+
+    /// ```text
+    /// End the run: the next call of splat_run_next saves the state and ends with
+    /// SPLAT_EVENT_INTERRUPTED. Any thread may call it, and a signal handler.
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE.
+    /// ```
+    pub fn splat_run_interrupt(run: splat_run) -> splat_result;
+
+    /// ```text
+    /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
+    /// before the first of this session), "val_psnr" (null before a validation), "best_val_psnr",
+    /// "peak_bytes", "ledger" (what was drawn and finite in this session's last attempt; of a training as in
+    /// splat_trainer_report)}.
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
+    /// ```
+    pub fn splat_run_report(
+        run: splat_run,
+        buffer: *mut c_char,
+        capacity: usize,
+        needed: *mut usize,
+    ) -> splat_result;
+
+    /// ```text
+    /// Close a run. Steps since the latest state are lost; resuming repeats them with the same bits.
+    /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
+    /// ```
+    pub fn splat_run_destroy(run: splat_run) -> splat_result;
+
+    /// ```text
     /// JSON array of all keys of a configuration, in the order of their sections: {"key", "type"
     /// ("integer", "number", "boolean", "text", "choice", "list of integers", "list of numbers", "list
     /// of texts", or "any" of these), "range" (as text; the words of a choice; empty: any value of the
@@ -5175,7 +5193,7 @@ extern "C" {
     /// Begin with a data set, which may be destroyed afterwards.
     /// dataset   opened at data.training_resolution, with the maps and background of the configuration
     /// config    that of the trainer, from splat_config_merge; NULL: the defaults
-    /// seed      of the order of objects and the choice of views; splat_training takes
+    /// seed      of the order of objects and the choice of views; a training takes
     ///           general.random_seed
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, config, a data
     ///   set opened otherwise), SPLAT_ERROR_FORMAT (an object has too few views),
@@ -5206,8 +5224,9 @@ extern "C" {
     pub fn splat_batches_destroy(batches: splat_batches) -> splat_result;
 
     /// ```text
-    /// Open a session: check the configuration, the data (views of every object; the first batches are
-    /// read) and the weights to start from; then make the folder, or lock that of the run.
+    /// Open a run, which splat_run_destroy closes: check the configuration, the data (views of every
+    /// object; the first batches are read) and the weights to start from; then make the folder, or lock
+    /// that of the run.
     ///
     /// On resuming, configuration and data are compared with the run's. Some values are taken and logged
     /// (opt.iterations, logging.*, data.root and others); any other difference is an error.
@@ -5224,52 +5243,24 @@ extern "C" {
     pub fn splat_training_open(
         device: splat_device,
         desc: *const splat_training_desc,
-        training: *mut splat_training,
+        run: *mut splat_run,
     ) -> splat_result;
 
     /// ```text
-    /// Do the next piece of work: a step, one object of a validation, a saved state. After the end it
-    /// gives the last event again, without text. After an error the next call tries the same piece.
-    /// event     in/out, struct_size set
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_IO
-    ///   (the folder cannot be written), and as splat_batches_next and splat_trainer_step
+    /// Describe the latest attempt of a step in this session, skipped or not.
+    /// run       of splat_training_open
+    /// info      in/out, struct_size set
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
+    ///   SPLAT_ERROR_INVALID_STATE (before the first step)
     /// ```
-    pub fn splat_training_next(
-        training: splat_training,
-        event: *mut splat_training_event,
-    ) -> splat_result;
-
-    /// ```text
-    /// End the session: the next call of splat_training_next saves the state and ends with
-    /// SPLAT_EVENT_INTERRUPTED. Any thread may call it, and a signal handler.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
-    pub fn splat_training_interrupt(training: splat_training) -> splat_result;
-
-    /// ```text
-    /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
-    /// before the first of this session), "val_psnr" (null before a validation), "best_val_psnr",
-    /// "peak_bytes", "ledger" (of this session's last attempt, as in splat_trainer_report)}.
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
-    /// ```
-    pub fn splat_training_report(
-        training: splat_training,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
-    ) -> splat_result;
+    pub fn splat_training_last_step(run: splat_run, info: *mut splat_trainer_info) -> splat_result;
 
     /// ```text
     /// Return the network in training.
+    /// run       of splat_training_open
     /// Returns as splat_trainer_model.
     /// ```
-    pub fn splat_training_model(training: splat_training, model: *mut splat_model) -> splat_result;
-
-    /// ```text
-    /// Close a session. Steps since the latest state are lost; resuming repeats them with the same bits.
-    /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
-    pub fn splat_training_destroy(training: splat_training) -> splat_result;
+    pub fn splat_training_model(run: splat_run, model: *mut splat_model) -> splat_result;
 
     /// ```text
     /// Create an evaluator.
@@ -5743,6 +5734,8 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_image_info", false, std::mem::size_of::<splat_image_info>()),
     ("splat_image_scores", false, std::mem::size_of::<splat_image_scores>()),
     ("splat_lpips_desc", false, std::mem::size_of::<splat_lpips_desc>()),
+    ("splat_number", true, std::mem::size_of::<splat_number>()),
+    ("splat_run_event", false, std::mem::size_of::<splat_run_event>()),
     ("splat_optimizer_item", true, std::mem::size_of::<splat_optimizer_item>()),
     ("splat_optimizer_group", true, std::mem::size_of::<splat_optimizer_group>()),
     ("splat_optimizer_desc", false, std::mem::size_of::<splat_optimizer_desc>()),
@@ -5751,7 +5744,6 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_trainer_batch", false, std::mem::size_of::<splat_trainer_batch>()),
     ("splat_trainer_info", false, std::mem::size_of::<splat_trainer_info>()),
     ("splat_training_desc", false, std::mem::size_of::<splat_training_desc>()),
-    ("splat_training_event", false, std::mem::size_of::<splat_training_event>()),
     ("splat_evaluator_desc", false, std::mem::size_of::<splat_evaluator_desc>()),
     ("splat_evaluator_info", false, std::mem::size_of::<splat_evaluator_info>()),
     ("splat_scores", true, std::mem::size_of::<splat_scores>()),
@@ -6354,6 +6346,38 @@ mod tests {
             weight_count: 24, 4;
             side: 28, 4;
         );
+        layout!(splat_number, 16, 8,
+            name: 0, 8;
+            value: 8, 8;
+        );
+        layout!(splat_run_event, 160, 8,
+            struct_size: 0, 4;
+            kind: 4, 4;
+            text: 8, 8;
+            warning: 16, 4;
+            updated: 20, 4;
+            logged: 24, 4;
+            reserved: 28, 4;
+            step: 32, 8;
+            attempts: 40, 8;
+            iterations: 48, 8;
+            skipped: 56, 8;
+            peak_bytes: 64, 8;
+            seconds: 72, 8;
+            steps_per_second: 80, 8;
+            numbers: 88, 8;
+            number_count: 96, 8;
+            name: 104, 8;
+            piece: 112, 4;
+            pieces: 116, 4;
+            views: 120, 4;
+            inputs: 124, 4;
+            width: 128, 4;
+            height: 132, 4;
+            image_count: 136, 8;
+            images: 144, 8;
+            truths: 152, 8;
+        );
         layout!(splat_optimizer_item, 40, 8,
             name: 0, 8;
             model: 8, 8;
@@ -6463,38 +6487,6 @@ mod tests {
             init: 64, 8;
             init_flags: 72, 4;
             reserved: 76, 4;
-        );
-        layout!(splat_training_event, 200, 8,
-            struct_size: 0, 4;
-            kind: 4, 4;
-            text: 8, 8;
-            warning: 16, 4;
-            logged: 20, 4;
-            step: 24, 8;
-            attempts: 32, 8;
-            iterations: 40, 8;
-            skipped: 48, 8;
-            peak_bytes: 56, 8;
-            info: 64, 8;
-            psnr: 72, 8;
-            averaged_loss: 80, 8;
-            seconds: 88, 8;
-            steps_per_second: 96, 8;
-            name: 104, 8;
-            object: 112, 4;
-            objects: 116, 4;
-            views: 120, 4;
-            inputs: 124, 4;
-            side: 128, 4;
-            reserved: 132, 4;
-            image_count: 136, 8;
-            images: 144, 8;
-            truths: 152, 8;
-            novel_psnr: 160, 8;
-            novel_ssim: 168, 8;
-            conditioning_psnr: 176, 8;
-            conditioning_ssim: 184, 8;
-            best_psnr: 192, 8;
         );
         layout!(splat_evaluator_desc, 96, 8,
             struct_size: 0, 4;

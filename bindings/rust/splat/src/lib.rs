@@ -30,6 +30,7 @@ mod predictor;
 pub mod prior_scores;
 mod priors;
 mod rasterizer;
+mod run;
 mod scene;
 mod tables;
 mod tensor;
@@ -67,10 +68,11 @@ pub use priors::{
     PriorModelDesc,
 };
 pub use rasterizer::{Gaussians, Gradients, RasterState, Rasterizer};
+pub use run::{Interrupter, Run, RunEvent};
 pub use scene::{formats as scene_formats, Scene, SceneDesc};
 pub use tables::{import_tables, ExportDesc, ImportDesc, Progress};
 pub use tensor::{Element, Mapping, Tensor, TensorDesc};
 pub use trainer::{Batches, Trainer, TrainerBatch};
-pub use training::{Interrupter, Training, TrainingDesc, TrainingEvent};
+pub use training::{Training, TrainingDesc};
 pub use values::*;
 pub use weights::{NamedArray, Weights};

@@ -1133,6 +1133,37 @@ impl std::fmt::Debug for ImageFormat {
     }
 }
 
+/// Values `SPLAT_EVENT_*`. The default is 0.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct RunEventKind(pub i32);
+
+impl RunEventKind {
+    /// only a text
+    pub const MESSAGE: RunEventKind = RunEventKind(sys::SPLAT_EVENT_MESSAGE);
+    /// one attempt of a step, with its numbers
+    pub const STEP: RunEventKind = RunEventKind(sys::SPLAT_EVENT_STEP);
+    /// one piece of a validation, such as an object of a data set: its numbers and images
+    pub const VALIDATED_PIECE: RunEventKind = RunEventKind(sys::SPLAT_EVENT_VALIDATED_PIECE);
+    /// the mean numbers of a validation
+    pub const VALIDATION: RunEventKind = RunEventKind(sys::SPLAT_EVENT_VALIDATION);
+    /// a state was saved
+    pub const CHECKPOINT: RunEventKind = RunEventKind(sys::SPLAT_EVENT_CHECKPOINT);
+    /// these end the run
+    pub const DONE: RunEventKind = RunEventKind(sys::SPLAT_EVENT_DONE);
+    /// `SPLAT_EVENT_INTERRUPTED`
+    pub const INTERRUPTED: RunEventKind = RunEventKind(sys::SPLAT_EVENT_INTERRUPTED);
+    /// ten steps in a row had a loss or gradients that are not finite
+    pub const NOT_FINITE: RunEventKind = RunEventKind(sys::SPLAT_EVENT_NOT_FINITE);
+    /// 200 steps in a row drew nothing; 20 of them give a warning
+    pub const NOTHING_DRAWN: RunEventKind = RunEventKind(sys::SPLAT_EVENT_NOTHING_DRAWN);
+}
+
+impl std::fmt::Debug for RunEventKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        crate::text::number(f, "RunEventKind", self.0, &[("MESSAGE", RunEventKind::MESSAGE.0), ("STEP", RunEventKind::STEP.0), ("VALIDATED_PIECE", RunEventKind::VALIDATED_PIECE.0), ("VALIDATION", RunEventKind::VALIDATION.0), ("CHECKPOINT", RunEventKind::CHECKPOINT.0), ("DONE", RunEventKind::DONE.0), ("INTERRUPTED", RunEventKind::INTERRUPTED.0), ("NOT_FINITE", RunEventKind::NOT_FINITE.0), ("NOTHING_DRAWN", RunEventKind::NOTHING_DRAWN.0)])
+    }
+}
+
 /// Values `SPLAT_SCHEDULE_*`. The default is 0.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Schedule(pub i32);
@@ -1152,26 +1183,17 @@ impl std::fmt::Debug for Schedule {
     }
 }
 
-/// A training with its folder, one piece of work per call: steps, validations, saved states. A run
-/// that ends anywhere and is resumed, here or by `vkrun train --resume`, has the same bits as one
-/// without an interruption. The caller synchronises calls on one session, except
-/// splat_training_interrupt.
+/// A training of Splatter Image as a run, see run.h.
 ///
 /// splat_training_desc desc = {sizeof desc, .folder = "run", .config = text};
-/// splat_training_event event = {.struct_size = sizeof event};
-/// splat_training_open(device, &desc, &training);
-/// while (event.kind \< SPLAT_EVENT_DONE && splat_training_next(training, &event) == SPLAT_OK)
-/// if (event.text) puts(event.text);
+/// splat_training_open(device, &desc, &run);
 ///
-/// The folder holds
-/// config.json            every value of the configuration; what makes the folder a run
-/// run.json               state, error, versions, device, data, seed, start
-/// log.txt                the texts of events
-/// metrics.jsonl          one JSON object per line, of steps and of validations
-/// checkpoints/           the last two states; one of step 0 is saved before step 1. States that a
-/// resumed run could not read are renamed to *.unreadable
-/// weights_last.safetensors, weights_best.safetensors   averaged weights
-/// lock                   the process that has the folder; the lock ends with it
+/// Numbers of its events: of a step "psnr" (dB, of the step's targets; infinite if drawn exactly),
+/// "pixel_loss", "rate", "pairs", "network_ms", "render_ms", "update_ms", "ssim", "edge" and "lpips"
+/// where they are part of the loss, "visible", "culled", "non_finite", "gradients_zero"; as in
+/// splat_trainer_info. Of an object, and as means over the objects: "val_psnr" and "val_ssim" of novel
+/// views, NaN without one, "val_psnr_conditioning" and "val_ssim_conditioning" of the input views; of
+/// a validation also "val_objects", "val_views" (novel ones) and "val_views_asked".
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TrainingFlags(pub u32);
 
@@ -1198,37 +1220,6 @@ impl std::ops::BitOr for TrainingFlags {
 impl std::fmt::Debug for TrainingFlags {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         crate::text::bits(f, "TrainingFlags", self.0, &[("RESUME", TrainingFlags::RESUME.0), ("OVERWRITE", TrainingFlags::OVERWRITE.0)])
-    }
-}
-
-/// Values `SPLAT_EVENT_*`. The default is 0.
-#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct TrainingEventKind(pub i32);
-
-impl TrainingEventKind {
-    /// only a text
-    pub const MESSAGE: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_MESSAGE);
-    /// one attempt of a step: info, with loss and rate, and the fields up to steps_per_second
-    pub const STEP: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_STEP);
-    /// one object of a validation: its scores and images
-    pub const VALIDATED_OBJECT: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_VALIDATED_OBJECT);
-    /// the mean scores of a validation
-    pub const VALIDATION: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_VALIDATION);
-    /// a state was saved
-    pub const CHECKPOINT: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_CHECKPOINT);
-    /// these end the run
-    pub const DONE: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_DONE);
-    /// `SPLAT_EVENT_INTERRUPTED`
-    pub const INTERRUPTED: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_INTERRUPTED);
-    /// ten steps in a row had a loss or gradients that are not finite
-    pub const NOT_FINITE: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_NOT_FINITE);
-    /// 200 steps in a row drew nothing; 20 of them give a warning
-    pub const NOTHING_DRAWN: TrainingEventKind = TrainingEventKind(sys::SPLAT_EVENT_NOTHING_DRAWN);
-}
-
-impl std::fmt::Debug for TrainingEventKind {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        crate::text::number(f, "TrainingEventKind", self.0, &[("MESSAGE", TrainingEventKind::MESSAGE.0), ("STEP", TrainingEventKind::STEP.0), ("VALIDATED_OBJECT", TrainingEventKind::VALIDATED_OBJECT.0), ("VALIDATION", TrainingEventKind::VALIDATION.0), ("CHECKPOINT", TrainingEventKind::CHECKPOINT.0), ("DONE", TrainingEventKind::DONE.0), ("INTERRUPTED", TrainingEventKind::INTERRUPTED.0), ("NOT_FINITE", TrainingEventKind::NOT_FINITE.0), ("NOTHING_DRAWN", TrainingEventKind::NOTHING_DRAWN.0)])
     }
 }
 
@@ -2793,8 +2784,8 @@ mod tests {
         <crate::Optimizer as NotSync<_>>::told();
         send::<crate::Batches>();
         <crate::Batches as NotSync<_>>::told();
-        send::<crate::Training>();
-        <crate::Training as NotSync<_>>::told();
+        send::<crate::Run>();
+        <crate::Run as NotSync<_>>::told();
         send::<crate::Lpips>();
         <crate::Lpips as NotSync<_>>::told();
         send::<crate::Evaluator>();

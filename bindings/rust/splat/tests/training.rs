@@ -4,7 +4,7 @@ mod support;
 
 use splat::{
     config, Batches, Code, Dataset, DatasetDesc, DatasetViews, ExportDesc, ImportDesc,
-    SyntheticDesc, Trainer, Training, TrainingDesc, TrainingEventKind, TrainingFlags,
+    SyntheticDesc, Trainer, Training, TrainingDesc, RunEventKind, TrainingFlags,
 };
 use support::{device, Folder};
 
@@ -211,14 +211,15 @@ fn a_training_is_an_iterator_of_events() {
         .unwrap();
     let steps = events
         .iter()
-        .filter(|event| event.kind == TrainingEventKind::STEP);
+        .filter(|event| event.kind == RunEventKind::STEP);
     assert_eq!(
-        steps.map(|event| event.info.as_ref().unwrap().step).max(),
+        steps.map(|event| event.step).max(),
         Some(4)
     );
+    assert!(events.iter().any(|event| event.numbers.get("loss") > Some(&0.0)));
     let last = events.last().unwrap();
     assert!(
-        last.is_end() && last.kind == TrainingEventKind::DONE,
+        last.is_end() && last.kind == RunEventKind::DONE,
         "{last:?}"
     );
     assert!(events.iter().any(|event| event.text.is_some()));
@@ -237,6 +238,7 @@ fn a_training_is_an_iterator_of_events() {
     assert!(more.next().is_none());
     assert!(more.model().unwrap().get_info().unwrap().parameters > 0);
     assert!(more.report().unwrap().contains("\"step\": 5"));
+    assert_eq!(more.last_step().unwrap().step, 5);
 }
 
 #[test]
@@ -256,13 +258,13 @@ fn another_thread_interrupts_a_training() {
     let mut last = None;
     for event in training.by_ref() {
         let event = event.unwrap();
-        if event.kind == TrainingEventKind::STEP && thread.is_none() {
+        if event.kind == RunEventKind::STEP && thread.is_none() {
             thread = Some(std::thread::spawn(move || interrupter.interrupt()));
         }
         last = Some(event.kind);
     }
     thread.unwrap().join().unwrap().unwrap();
-    assert_eq!(last, Some(TrainingEventKind::INTERRUPTED));
+    assert_eq!(last, Some(RunEventKind::INTERRUPTED));
     drop(training);
     assert_eq!(
         interrupter.interrupt().unwrap_err().code(),

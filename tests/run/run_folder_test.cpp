@@ -1,4 +1,4 @@
-#include "train/run_folder.h"
+#include "run/run_folder.h"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -11,7 +11,7 @@
 #include "support/expect_status.h"
 #include "synthetic/sample_folder.h"
 
-namespace splat::train {
+namespace splat::run {
 namespace {
 
 namespace fs = std::filesystem;
@@ -31,7 +31,7 @@ class RunFolderTest : public testing::Test {
     void make_run() {
         const auto folder = open(Mode::kNew);
         ASSERT_NE(folder, nullptr);
-        ASSERT_OK(folder->begin("{}").status());
+        ASSERT_OK(folder->begin("{}", {}).status());
     }
 
     test::SampleFolder folder_;
@@ -42,9 +42,9 @@ TEST_F(RunFolderTest, HoldsOneSessionAtATime) {
     ASSERT_NE(first, nullptr);
     EXPECT_FALSE(fs::exists(path())) << "nothing is made before everything is known to be right";
     const auto second = open(Mode::kNew);
-    ASSERT_OK(first->begin("{}").status());
-    const std::string process = "training of process " + std::to_string(getpid());
-    EXPECT_ERROR(second->begin("{}").status(), Code::kInvalidState, process);
+    ASSERT_OK(first->begin("{}", {}).status());
+    const std::string process = "a run of process " + std::to_string(getpid());
+    EXPECT_ERROR(second->begin("{}", {}).status(), Code::kInvalidState, process);
     for (const Mode mode : {Mode::kResume, Mode::kReplace})
         EXPECT_ERROR(refusal(mode), Code::kInvalidState, process);
 }
@@ -54,7 +54,7 @@ TEST_F(RunFolderTest, LockEndsWithItsProcess) {
     const pid_t child = fork();
     if (child == 0) {
         auto folder = RunFolder::open(path(), Mode::kNew);
-        _exit(folder.ok() && folder.value()->begin("{}").ok() ? 0 : 1);
+        _exit(folder.ok() && folder.value()->begin("{}", {}).ok() ? 0 : 1);
     }
     int status = 0;
     ASSERT_EQ(waitpid(child, &status, 0), child);
@@ -67,7 +67,7 @@ TEST_F(RunFolderTest, LockEndsWithItsProcess) {
 TEST_F(RunFolderTest, LockIsTheProcessesNotItsChildrens) {
     auto folder = open(Mode::kNew);
     ASSERT_NE(folder, nullptr);
-    ASSERT_OK(folder->begin("{}").status());
+    ASSERT_OK(folder->begin("{}", {}).status());
     int pipe_ends[2];
     ASSERT_EQ(pipe(pipe_ends), 0);
     const pid_t child = fork();
@@ -81,7 +81,7 @@ TEST_F(RunFolderTest, LockIsTheProcessesNotItsChildrens) {
     if (second == 0) _exit((folder.reset(), 0));
     int status = 0;
     ASSERT_EQ(waitpid(second, &status, 0), second);
-    EXPECT_ERROR(refusal(Mode::kResume), Code::kInvalidState, "training of process");
+    EXPECT_ERROR(refusal(Mode::kResume), Code::kInvalidState, "a run of process");
     folder.reset();
     EXPECT_NE(open(Mode::kResume), nullptr);
     ASSERT_EQ(write(pipe_ends[1], "x", 1), 1);
@@ -118,6 +118,8 @@ TEST_F(RunFolderTest, ReplacesARunButKeepsItUntilThen) {
     make_run();
     put_text(path() + "/checkpoints/step_0000000001.state.safetensors", "old");
     put_text(path() + "/renders/step_00000001.png", "old");
+    put_text(path() + "/weights_best.safetensors", "old");
+    put_text(path() + "/scene_best.safetensors", "mine");
     for (const char* name :
          {"objects.json", "per_object.csv", "report.html", "results.json", "scores.txt"})
         put_text(path() + "/eval/" + name, "old");
@@ -126,8 +128,10 @@ TEST_F(RunFolderTest, ReplacesARunButKeepsItUntilThen) {
     const auto folder = open(Mode::kReplace);
     ASSERT_NE(folder, nullptr);
     EXPECT_TRUE(fs::exists(path() + "/renders/step_00000001.png"));
-    ASSERT_OK(folder->begin("{\"a\": 1}").status());
+    ASSERT_OK(folder->begin("{\"a\": 1}", {"weights"}).status());
     EXPECT_FALSE(fs::exists(path() + "/renders"));
+    EXPECT_FALSE(fs::exists(path() + "/weights_best.safetensors"));
+    EXPECT_TRUE(fs::exists(path() + "/scene_best.safetensors")) << "no result of the task";
     EXPECT_EQ(std::distance(fs::directory_iterator(path() + "/eval"), {}), 1) << "what is mine";
     for (const char* name : {"notes.txt", "half.tmp", "eval/mine.txt"})
         EXPECT_EQ(test::file_text(path() + "/" + name), "mine");
@@ -142,7 +146,7 @@ TEST_F(RunFolderTest, SweepsWhatACrashLeft) {
     put_text(path() + "/checkpoints/step_0000000001.state.safetensors", "whole");
     const auto folder = open(Mode::kResume);
     ASSERT_NE(folder, nullptr);
-    const auto swept = folder->begin("{}");
+    const auto swept = folder->begin("{}", {});
     ASSERT_OK(swept.status());
     EXPECT_EQ(swept.value(), 2U);
     EXPECT_EQ(folder->states().value().size(), 1U);
@@ -155,7 +159,7 @@ TEST_F(RunFolderTest, BeginsInAFolderThatWasOnlyBegun) {
     put_text(path() + "/config.json.12-1.tmp", "{");
     const auto folder = open(Mode::kNew);
     ASSERT_NE(folder, nullptr);
-    EXPECT_OK(folder->begin("{}").status());
+    EXPECT_OK(folder->begin("{}", {}).status());
 }
 
 TEST_F(RunFolderTest, CutsMetricsOfStepsThatRunAgain) {
@@ -165,13 +169,15 @@ TEST_F(RunFolderTest, CutsMetricsOfStepsThatRunAgain) {
              "{\"step\":4}\n{\"st");
     const auto folder = open(Mode::kResume);
     ASSERT_NE(folder, nullptr);
-    ASSERT_OK(folder->begin("{}").status());
+    ASSERT_OK(folder->begin("{}", {}).status());
     ASSERT_EQ(folder->metrics().value().size(), 3U);
-    EXPECT_EQ(folder->metrics().value()[0].validation_psnr, 12.25);
-    ASSERT_TRUE(folder->metrics().value()[1].validation_psnr)
-        << "a validation without a score was done";
-    EXPECT_TRUE(std::isnan(*folder->metrics().value()[1].validation_psnr));
-    EXPECT_EQ(folder->metrics().value()[2].validation_psnr, std::nullopt);
+    const auto psnr = [&](std::size_t line) {
+        return folder->metrics().value()[line].number("val_psnr");
+    };
+    EXPECT_EQ(psnr(0), 12.25);
+    ASSERT_TRUE(psnr(1)) << "a validation without a score was done";
+    EXPECT_TRUE(std::isnan(*psnr(1)));
+    EXPECT_EQ(psnr(2), std::nullopt);
     ASSERT_OK(folder->cut_metrics(3));
     ASSERT_OK(folder->metric("{\"step\":4}"));
     EXPECT_EQ(test::file_text(path() + "/metrics.jsonl"),
@@ -183,7 +189,7 @@ TEST_F(RunFolderTest, ALockThatCannotBeWrittenIsAnError) {
     const auto folder = open(Mode::kNew);
     ASSERT_NE(folder, nullptr);
     fault::arm("io.write", 1);
-    EXPECT_ERROR(folder->begin("{}").status(), Code::kIo, "/lock': No space left");
+    EXPECT_ERROR(folder->begin("{}", {}).status(), Code::kIo, "/lock': No space left");
     EXPECT_EQ(fault::disarm(), 1U);
 }
 
@@ -192,25 +198,25 @@ TEST_F(RunFolderTest, WhatCannotBeListedIsAnError) {
     {
         const auto folder = open(Mode::kNew);
         ASSERT_NE(folder, nullptr);
-        ASSERT_OK(folder->begin("{}").status());
+        ASSERT_OK(folder->begin("{}", {}).status());
         put_text(folder->state_path(3), "state");
-        fault::arm("train.list", 1);
-        EXPECT_ERROR(folder->states().status(), Code::kIo, "cannot list '");
+        fault::arm("io.list", 1);
+        EXPECT_ERROR(folder->states().status(), Code::kIo, "cannot list the folder '");
         folder->keep_latest_states(0);
         EXPECT_EQ(fault::disarm(), 2U);
         EXPECT_EQ(folder->states().value().size(), 1U) << "nothing was removed";
     }
     const auto resumed = open(Mode::kResume);
     ASSERT_NE(resumed, nullptr);
-    fault::arm("train.list", 1);
-    EXPECT_ERROR(resumed->begin("{}").status(), Code::kIo, "cannot list '");
+    fault::arm("io.list", 1);
+    EXPECT_ERROR(resumed->begin("{}", {}).status(), Code::kIo, "cannot list the folder '");
     EXPECT_EQ(fault::disarm(), 1U);
 }
 
 TEST_F(RunFolderTest, GoesOnWithItsLinesAfterAFullDisk) {
     const auto folder = open(Mode::kNew);
     ASSERT_NE(folder, nullptr);
-    ASSERT_OK(folder->begin("{}").status());
+    ASSERT_OK(folder->begin("{}", {}).status());
     fault::arm("io.write", 1, 2);
     EXPECT_ERROR(folder->metric("{\"step\":1}"), Code::kIo, "metrics.jsonl': No space left");
     EXPECT_ERROR(folder->log("one"), Code::kIo, "log.txt': No space left");
@@ -225,7 +231,7 @@ TEST_F(RunFolderTest, GoesOnWithItsLinesAfterAFullDisk) {
 TEST_F(RunFolderTest, KeepsTheLatestStates) {
     const auto folder = open(Mode::kNew);
     ASSERT_NE(folder, nullptr);
-    ASSERT_OK(folder->begin("{}").status());
+    ASSERT_OK(folder->begin("{}", {}).status());
     for (const std::uint64_t step : {1U, 10U, 9U}) put_text(folder->state_path(step), "state");
     folder->keep_latest_states(2);
     const auto left = folder->states().value();
@@ -237,7 +243,7 @@ TEST_F(RunFolderTest, KeepsTheLatestStates) {
 TEST_F(RunFolderTest, SetsAsideAStateThatCannotBeRead) {
     const auto folder = open(Mode::kNew);
     ASSERT_NE(folder, nullptr);
-    ASSERT_OK(folder->begin("{}").status());
+    ASSERT_OK(folder->begin("{}", {}).status());
     for (const std::uint64_t step : {1U, 2U}) put_text(folder->state_path(step), "state");
     ASSERT_OK(folder->set_aside(folder->state_path(2)));
     EXPECT_EQ(test::file_text(folder->state_path(2) + ".unreadable"), "state");
@@ -249,8 +255,8 @@ TEST_F(RunFolderTest, SaysWhyItCannotWrite) {
     put_text(folder_.path() / "file", "");
     const auto folder = RunFolder::open((folder_.path() / "file/run").string(), Mode::kNew);
     ASSERT_OK(folder.status());
-    EXPECT_ERROR(folder.value()->begin("{}").status(), Code::kIo, "cannot make the folder");
+    EXPECT_ERROR(folder.value()->begin("{}", {}).status(), Code::kIo, "cannot make the folder");
 }
 
 }  // namespace
-}  // namespace splat::train
+}  // namespace splat::run

@@ -6,28 +6,29 @@
 #include <string>
 #include <vector>
 
-#include "core/status.h"
+#include "core/json_tree.h"
 
-namespace splat::train {
+namespace splat::run {
 
 /// A line of metrics.jsonl.
 struct MetricLine {
     std::uint64_t step = 0;
-    std::optional<double> validation_psnr;  ///< NaN of a validation without a score
-    /// Objects of a validation, and logging.val_views.
-    std::optional<std::uint64_t> validation_objects, validation_views;
+    JsonTree json;
     std::string text;
+
+    /// NaN for null, such as the score of a validation without one; nothing if there is no such member.
+    [[nodiscard]] std::optional<double> number(const char* name) const;
 };
 
-/// The files of a training run, of one session at a time:
+/// The files of a run, of one session at a time:
 ///
 ///   config.json            every value of the configuration; what makes the folder a run
-///   run.json               state, versions, device, data, seed
+///   run.json               the figures of the run, its state, and facts of the task
 ///   log.txt                messages
-///   metrics.jsonl          one JSON object per line: training losses, validations
+///   metrics.jsonl          one JSON object per line: steps, validations
 ///   checkpoints/           step_N.state.safetensors, the last two: all that the next step depends on;
 ///                          and, renamed to *.unreadable, those that a resumed run could not read
-///   weights_last.safetensors, weights_best.safetensors   averaged weights
+///   NAME_last.safetensors, NAME_best.safetensors   results of the task, such as "weights"
 ///   lock                   number of the process whose session is open; its lock ends with that process
 ///
 /// Errors: kIo with path and the system's reason.
@@ -43,8 +44,8 @@ class RunFolder {
     RunFolder& operator=(const RunFolder&) = delete;
 
     /// Make the folder, remove the files that a replaced run or a crash left, never others, and write
-    /// config.json first. Returns how many files a crash left. Errors: as open().
-    Result<std::size_t> begin(const std::string& config);
+    /// config.json first. `results`: their names. Returns how many files a crash left. Errors: as open().
+    Result<std::size_t> begin(const std::string& config, const std::vector<std::string>& results);
 
     [[nodiscard]] std::string path(const std::string& name) const {
         return (root_ / name).string();
@@ -57,6 +58,12 @@ class RunFolder {
     /// Saved states, the latest first. Errors: kIo if their folder cannot be listed.
     [[nodiscard]] Result<std::vector<std::filesystem::path>> states() const;
     [[nodiscard]] std::string state_path(std::uint64_t step) const;
+    [[nodiscard]] std::string last_path(const std::string& result) const {
+        return path(result + "_last.safetensors");
+    }
+    [[nodiscard]] std::string best_path(const std::string& result) const {
+        return path(result + "_best.safetensors");
+    }
     void keep_latest_states(std::size_t count) const;
     /// Rename a state that cannot be read, so that it no longer counts as one. Errors: kIo.
     Status set_aside(const std::filesystem::path& state) const;
@@ -71,8 +78,9 @@ class RunFolder {
     RunFolder(const std::string& path, Mode mode) : root_(path), mode_(mode) {}
     [[nodiscard]] Status check() const;
     Status lock();
-    Status clear() const;
-    [[nodiscard]] Result<std::size_t> sweep() const;
+    [[nodiscard]] Result<std::vector<std::filesystem::path>> own_files(
+        const std::vector<std::string>& results, const char* suffix) const;
+    Status clear(const std::vector<std::string>& results) const;
 
     std::filesystem::path root_;
     Mode mode_;
@@ -80,4 +88,4 @@ class RunFolder {
     std::uint32_t generation_ = 0;  ///< fork_generation() of the process that locked it
 };
 
-}  // namespace splat::train
+}  // namespace splat::run

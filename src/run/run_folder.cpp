@@ -1,4 +1,4 @@
-#include "train/run_folder.h"
+#include "run/run_folder.h"
 
 #include <fcntl.h>
 #include <fnmatch.h>
@@ -11,13 +11,12 @@
 #include <cstring>
 #include <sstream>
 
-#include "core/fault.h"
 #include "core/fork.h"
-#include "core/json_tree.h"
 #include "io/file.h"
+#include "io/folder.h"
 #include "io/write_all.h"
 
-namespace splat::train {
+namespace splat::run {
 namespace {
 
 namespace fs = std::filesystem;
@@ -38,8 +37,6 @@ constexpr const char* kOwnFiles[] = {kConfig,
                                      kRun,
                                      kLog,
                                      kMetrics,
-                                     "weights_last.safetensors",
-                                     "weights_best.safetensors",
                                      "report.html",
                                      "checkpoints/step_*.state.safetensors",
                                      "checkpoints/step_*.state.safetensors.unreadable",
@@ -57,17 +54,14 @@ Status cannot(const char* doing, const fs::path& path, const std::string& reason
     return error(Code::kIo, "cannot %s '%s': %s", doing, path.c_str(), reason.c_str());
 }
 
-/// Entries of a folder; none if it is not there, or no folder. Errors: kIo if it cannot be listed.
-Result<std::vector<fs::path>> entries_of(const fs::path& folder) {
-    std::vector<fs::path> found;
-    std::error_code failed;
-    for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed))
-        found.push_back(at->path());
-    if (SPLAT_FAULT("train.list")) failed = std::make_error_code(std::errc::permission_denied);
-    if (failed && failed != std::errc::no_such_file_or_directory &&
-        failed != std::errc::not_a_directory)
-        return cannot("list", folder, failed.message());
-    return found;
+/// Names in a folder; none if it is not there, or no folder. Errors: as io::entries_in().
+Result<std::vector<std::string>> names_in(const fs::path& folder) {
+    std::vector<std::string> names;
+    SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(folder.string()));
+    if (kind != io::PathKind::kFolder) return names;
+    SPLAT_ASSIGN(const std::vector<io::FolderEntry> entries, io::entries_in(folder.string()));
+    for (const io::FolderEntry& entry : entries) names.push_back(entry.name);
+    return names;
 }
 
 bool is_there(const fs::path& path) {
@@ -75,26 +69,8 @@ bool is_there(const fs::path& path) {
     return fs::exists(path, ignored);
 }
 
-/// The files of kOwnFiles that are there, with `suffix`, a pattern, after their names.
-Result<std::vector<fs::path>> own_files(const fs::path& root, const char* suffix) {
-    std::vector<fs::path> found;
-    for (const std::string folder : kOwnFolders) {
-        SPLAT_ASSIGN(const std::vector<fs::path> entries, entries_of(root / folder));
-        for (const fs::path& entry : entries) {
-            const std::string name = folder + entry.filename().string();
-            const auto matches = [&](const std::string& own) {
-                return ::fnmatch((own + suffix).c_str(), name.c_str(), FNM_PATHNAME) == 0;
-            };
-            if (std::any_of(std::begin(kOwnFiles), std::end(kOwnFiles), matches))
-                found.push_back(entry);
-        }
-    }
-    return found;
-}
-
 /// What a run that ended before its first file leaves.
-bool is_begun(const fs::path& entry) {
-    const std::string name = entry.filename().string();
+bool is_begun(const std::string& name) {
     return name == kLock || (name.starts_with(kConfig) && name.ends_with(kTemporary));
 }
 
@@ -143,8 +119,8 @@ Status RunFolder::check() const {
     std::error_code ignored;
     bool empty = !is_there(root_);
     if (fs::is_directory(root_, ignored)) {
-        SPLAT_ASSIGN(const std::vector<fs::path> entries, entries_of(root_));
-        empty = std::all_of(entries.begin(), entries.end(), is_begun);
+        SPLAT_ASSIGN(const std::vector<std::string> names, names_in(root_));
+        empty = std::all_of(names.begin(), names.end(), is_begun);
     }
     if (empty || (run && mode_ == Mode::kReplace)) return {};
     return error(Code::kInvalidState, "'%s' is there%s", root_.c_str(),
@@ -163,7 +139,7 @@ Status RunFolder::lock() {
         ::close(file);
         if (reason != EWOULDBLOCK) return cannot("lock", path, std::strerror(reason));
         return error(Code::kInvalidState,
-                     "'%s' is in use: a training of %s runs in it; wait for its end, stop it, or "
+                     "'%s' is in use: a run of %s is open in it; wait for its end, stop it, or "
                      "choose another folder",
                      root_.c_str(), process.c_str());
     }
@@ -172,9 +148,28 @@ Status RunFolder::lock() {
     return write_process(file, path);
 }
 
-Status RunFolder::clear() const {
+/// Own files that are there, with `suffix`, a pattern, after their names.
+Result<std::vector<fs::path>> RunFolder::own_files(const std::vector<std::string>& results,
+                                                   const char* suffix) const {
+    std::vector<std::string> own(std::begin(kOwnFiles), std::end(kOwnFiles));
+    for (const std::string& result : results)
+        for (const char* which : {"_last", "_best"}) own.push_back(result + which + ".safetensors");
+    std::vector<fs::path> found;
+    for (const std::string folder : kOwnFolders) {
+        SPLAT_ASSIGN(const std::vector<std::string> names, names_in(root_ / folder));
+        for (const std::string& name : names)
+            if (std::any_of(own.begin(), own.end(), [&](const std::string& pattern) {
+                    return ::fnmatch((pattern + suffix).c_str(), (folder + name).c_str(),
+                                     FNM_PATHNAME) == 0;
+                }))
+                found.push_back(root_ / folder / name);
+    }
+    return found;
+}
+
+Status RunFolder::clear(const std::vector<std::string>& results) const {
     std::error_code failed;
-    SPLAT_ASSIGN(const std::vector<fs::path> files, own_files(root_, ""));
+    SPLAT_ASSIGN(const std::vector<fs::path> files, own_files(results, ""));
     for (const fs::path& file : files) {
         if (file.filename() == kConfig) continue;
         fs::remove(file, failed);
@@ -186,23 +181,18 @@ Status RunFolder::clear() const {
     return {};
 }
 
-Result<std::size_t> RunFolder::sweep() const {
-    std::size_t removed = 0;
-    std::error_code failed;
-    SPLAT_ASSIGN(const std::vector<fs::path> files, own_files(root_, ".*-*.tmp"));
-    for (const fs::path& file : files)
-        if (fs::is_regular_file(file, failed) && fs::remove(file, failed)) ++removed;
-    return removed;
-}
-
-Result<std::size_t> RunFolder::begin(const std::string& config) {
+Result<std::size_t> RunFolder::begin(const std::string& config,
+                                     const std::vector<std::string>& results) {
     std::error_code failed;
     fs::create_directories(root_, failed);
     if (failed) return cannot("make the folder", root_, failed.message());
     SPLAT_TRY(lock());
     SPLAT_TRY(check());  // what another process did before the lock was ours
-    SPLAT_ASSIGN(const std::size_t removed, sweep());
-    if (mode_ != Mode::kResume) SPLAT_TRY(clear());
+    SPLAT_ASSIGN(const std::vector<fs::path> unfinished, own_files(results, ".*-*.tmp"));
+    std::size_t removed = 0;
+    for (const fs::path& file : unfinished)
+        if (fs::is_regular_file(file, failed) && fs::remove(file, failed)) ++removed;
+    if (mode_ != Mode::kResume) SPLAT_TRY(clear(results));
     SPLAT_TRY(write(kConfig, config));
     fs::create_directories(root_ / "checkpoints", failed);
     if (failed) return cannot("make the folder", root_ / "checkpoints", failed.message());
@@ -224,12 +214,11 @@ Status RunFolder::write(const char* name, const std::string& text) const {
 
 Result<std::vector<fs::path>> RunFolder::states() const {
     std::vector<fs::path> found;
-    SPLAT_ASSIGN(const std::vector<fs::path> entries, entries_of(root_ / "checkpoints"));
-    for (const fs::path& entry : entries) {
-        const std::string name = entry.filename().string();
-        if (name.starts_with("step_") && name.ends_with(kStateSuffix)) found.push_back(entry);
-    }
-    std::sort(found.rbegin(), found.rend());
+    SPLAT_ASSIGN(const std::vector<std::string> names, names_in(root_ / "checkpoints"));
+    for (const std::string& name : names)
+        if (name.starts_with("step_") && name.ends_with(kStateSuffix))
+            found.push_back(root_ / "checkpoints" / name);
+    std::reverse(found.begin(), found.end());
     return found;
 }
 
@@ -253,6 +242,12 @@ void RunFolder::keep_latest_states(std::size_t count) const {
         fs::remove(all.value()[i], ignored);
 }
 
+std::optional<double> MetricLine::number(const char* name) const {
+    const JsonTree* const found = json.find(name);
+    if (found == nullptr) return std::nullopt;
+    return found->is_null() ? NAN : found->number();
+}
+
 Result<std::vector<MetricLine>> RunFolder::metrics() const {
     std::vector<MetricLine> lines;
     const auto file = io::read_file(path(kMetrics));
@@ -260,19 +255,11 @@ Result<std::vector<MetricLine>> RunFolder::metrics() const {
     SPLAT_TRY(file.status());
     std::istringstream rest{std::string(io::as_text(file.value()))};
     for (std::string text; std::getline(rest, text);) {
-        const Result<JsonTree> json = parse_json_tree(text, kMetrics);
-        if (!json.ok()) continue;
-        const JsonTree* const step = json.value().find("step");
+        Result<JsonTree> json = parse_json_tree(text, kMetrics);
+        const JsonTree* const step = json.ok() ? json.value().find("step") : nullptr;
         if (step == nullptr || !step->count()) continue;
-        const auto count_of = [&](const char* name) {
-            const JsonTree* const found = json.value().find(name);
-            return found == nullptr ? std::nullopt : found->count();
-        };
-        MetricLine line{
-            *step->count(), {}, count_of("val_objects"), count_of("val_views_asked"), text};
-        if (const JsonTree* psnr = json.value().find("val_psnr"); psnr != nullptr)
-            line.validation_psnr = psnr->is_null() ? NAN : psnr->number();
-        lines.push_back(std::move(line));
+        const std::uint64_t number = *step->count();
+        lines.push_back({number, std::move(json.value()), std::move(text)});
     }
     return lines;
 }
@@ -285,4 +272,4 @@ Status RunFolder::cut_metrics(std::uint64_t last_step) const {
     return write(kMetrics, text);
 }
 
-}  // namespace splat::train
+}  // namespace splat::run

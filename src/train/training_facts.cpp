@@ -1,27 +1,10 @@
-#include "train/run_record.h"
+#include "train/training_facts.h"
 
 #include "core/hash.h"
-#include "core/json_tree.h"
 #include "core/shown.h"
 
 namespace splat::train {
 namespace {
-
-void add_counts(JsonWriter& json, const TrainStep& step) {
-    json.member("visible", step.visible).member("culled", step.culled);
-    json.member("non_finite", step.non_finite).member("gradients_zero", step.gradients_zero);
-}
-
-void add_figures(JsonWriter& json, const RunFigures& figures) {
-    json.newline(2).member("schema", 1).newline(2).member("folder", figures.folder);
-    json.newline(2).member("step", figures.step);
-    json.newline(2).member("iterations", figures.iterations);
-    json.newline(2).member("skipped", figures.skipped).newline(2).member("loss", figures.loss);
-    json.newline(2).member("val_psnr", figures.validation_psnr);
-    json.newline(2).member("best_val_psnr", figures.best_validation_psnr);
-    json.newline(2).member("peak_bytes", figures.peak_bytes).newline(2);
-    add_ledger(json, figures.last);
-}
 
 void add_features(JsonWriter& json, const vk::DeviceInfo& info) {
     const std::pair<bool, const char*> features[] = {
@@ -116,49 +99,40 @@ bool is_true(const JsonTree* value) {
 
 }  // namespace
 
-void add_ledger(JsonWriter& json, const std::optional<TrainStep>& step) {
-    json.key("ledger");
-    if (!step) {
-        json.raw("null");
-        return;
-    }
-    json.begin_object();
-    add_counts(json, *step);
-    json.end();
+run::Numbers ledger_of(const TrainStep& step) {
+    return {{"visible", static_cast<double>(step.visible)},
+            {"culled", static_cast<double>(step.culled)},
+            {"non_finite", static_cast<double>(step.non_finite)},
+            {"gradients_zero", step.gradients_zero ? 1.0 : 0.0, true}};
 }
 
-std::string figures_json(const RunFigures& figures) {
-    JsonWriter json;
-    json.begin_object();
-    add_figures(json, figures);
-    return json.newline().end().text();
+std::uint64_t trainable_of(const nn::Parameters& parameters) {
+    std::uint64_t trainable = 0;
+    for (const nn::Parameter& parameter : parameters.all())
+        if (parameter.trainable) trainable += parameter.shape.elements();
+    return trainable;
 }
 
-std::string run_json(const RunFigures& figures, const RunSurroundings& run) {
-    JsonWriter json;
-    json.begin_object();
-    add_figures(json, figures);
-    json.newline(2).member("state", run.state).newline(2).member("library", run.library);
+void add_facts(JsonWriter& json, const vk::Device& device, std::uint64_t seed,
+               const nn::Parameters& parameters, const data::Dataset& dataset, const Start& start) {
     json.newline(2).key("device");
-    add_device(json, *run.device);
-    json.newline(2).member("seed", run.seed).newline(2).member("parameters", run.parameters);
-    json.newline(2).member("trainable", run.trainable).newline(2).key("data");
-    add_data(json, *run.dataset);
+    add_device(json, device);
+    json.newline(2).member("seed", seed).newline(2).member("parameters", parameters.elements());
+    json.newline(2).member("trainable", trainable_of(parameters)).newline(2).key("data");
+    add_data(json, dataset);
     json.newline(2).key("start");
-    add_start(json, *run.start);
-    if (!run.error.empty()) json.newline(2).member("error", run.error);
-    return json.newline().end().text() + "\n";
+    add_start(json, start);
 }
 
-Result<Start> start_of(std::string_view run_json, const char* what) {
-    auto json = parse_json_tree(run_json, what);
-    const JsonTree* const found = json.ok() ? json.value().find("start") : nullptr;
+Result<Start> start_of(const JsonTree& run_json, const std::string& path) {
+    const JsonTree* const found = run_json.find("start");
     Start start;
     if (found != nullptr && found->is_null()) return start;
     const JsonTree* const file = found == nullptr ? nullptr : found->find("file");
     const JsonTree* const maps = found == nullptr ? nullptr : found->find("maps");
     if (file == nullptr || file->text() == nullptr || maps == nullptr || maps->list() == nullptr)
-        return error(Code::kFormat, "'%s' does not say what the run was started from", what);
+        return error(Code::kFormat, "'%s' does not say what the run was started from",
+                     path.c_str());
     start.file = *file->text();
     start.options.graft = is_true(found->find("graft"));
     start.options.take_rays = is_true(found->find("take_rays"));
@@ -168,12 +142,11 @@ Result<Start> start_of(std::string_view run_json, const char* what) {
     return start;
 }
 
-Result<bool> check_same_data(std::string_view run_json, const data::Dataset& dataset) {
+Result<bool> check_same_data(const JsonTree& run_json, const data::Dataset& dataset) {
     JsonWriter json;
     add_data(json, dataset);
     const auto now = parse_json_tree(json.text(), "data");
-    const auto run = parse_json_tree(run_json, "run.json");
-    const JsonTree* const before = run.ok() ? run.value().find("data") : nullptr;
+    const JsonTree* const before = run_json.find("data");
     if (before == nullptr || !now.ok()) return false;
     for (const char* name : {"split", "objects", "views", "stored_resolution", "hash"}) {
         const JsonTree* const one = before->find(name);
@@ -194,23 +167,6 @@ Result<bool> check_same_data(std::string_view run_json, const data::Dataset& dat
                      name, is.c_str(), was.c_str());
     }
     return before->find("hash") != nullptr;
-}
-
-std::string step_json(const TrainStep& step, const StepFacts& facts,
-                      const config::TrainConfig& config) {
-    JsonWriter json(JsonWriter::Style::kCompact);
-    json.begin_object().member("step", step.step).member("loss", step.loss.total);
-    json.member("psnr", facts.psnr).member("pixel_loss", step.loss.pixel).member("rate", step.rate);
-    json.member("pairs", step.pairs).member("network_ms", 1e3 * step.network_seconds);
-    json.member("render_ms", 1e3 * step.render_seconds);
-    json.member("update_ms", 1e3 * step.update_seconds).member("skipped", facts.skipped);
-    json.member("seconds", facts.seconds).member("peak_bytes", facts.peak_bytes);
-    if (config.ssim_weight > 0) json.member("ssim", step.loss.ssim);
-    if (config.edge_weight > 0) json.member("edge", step.loss.edge);
-    if (config.lpips_weight > 0 && step.step > config.lpips_after)
-        json.member("lpips", step.loss.lpips);
-    add_counts(json, step);
-    return json.end().text();
 }
 
 }  // namespace splat::train

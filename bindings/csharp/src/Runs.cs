@@ -1,0 +1,221 @@
+using System;
+using System.Collections;
+using System.Collections.Generic;
+using System.Threading;
+using Splat.Interop;
+
+namespace Splat
+{
+    /// <summary>What one piece of work of a run did.</summary>
+    public sealed unsafe class RunEvent
+    {
+        private readonly RunBase run;
+        private readonly long serial;
+        private readonly float* images;
+        private readonly float* truths;
+        private readonly int count;
+
+        internal RunEvent(RunBase run, long serial, splat_run_event* from)
+        {
+            this.run = run;
+            this.serial = serial;
+            images = from->images;
+            truths = from->truths;
+            count = checked((int)from->image_count);
+            Kind = from->kind;
+            Message = Text.Read(from->text, -1);
+            IsWarning = from->warning != 0;
+            IsUpdate = from->updated != 0;
+            IsLogged = from->logged != 0;
+            Step = checked((long)from->step);
+            Attempts = checked((long)from->attempts);
+            Iterations = checked((long)from->iterations);
+            Skipped = checked((long)from->skipped);
+            PeakBytes = checked((long)from->peak_bytes);
+            Seconds = from->seconds;
+            StepsPerSecond = from->steps_per_second;
+            var numbers = new Dictionary<string, double>();
+            for (ulong i = 0; i < from->number_count; ++i)
+                numbers[Text.Read(from->numbers[i].name, -1)] = from->numbers[i].value;
+            Numbers = numbers;
+            Name = Text.Read(from->name, -1);
+            Piece = checked((int)from->piece);
+            Pieces = checked((int)from->pieces);
+            Views = checked((int)from->views);
+            Inputs = checked((int)from->inputs);
+            Width = checked((int)from->width);
+            Height = checked((int)from->height);
+        }
+
+        /// <summary>Step, validation, checkpoint, or what ended the run.</summary>
+        public RunEventKind Kind { get; }
+        /// <summary>The line of log.txt; null: none.</summary>
+        public string Message { get; }
+        /// <summary>The message warns.</summary>
+        public bool IsWarning { get; }
+        /// <summary>A step updated what is learned.</summary>
+        public bool IsUpdate { get; }
+        /// <summary>metrics.jsonl got a line of the step.</summary>
+        public bool IsLogged { get; }
+        /// <summary>Updates done.</summary>
+        public long Step { get; }
+        /// <summary>Steps tried.</summary>
+        public long Attempts { get; }
+        /// <summary>Updates of the whole run.</summary>
+        public long Iterations { get; }
+        /// <summary>Attempts that updated nothing.</summary>
+        public long Skipped { get; }
+        /// <summary>Most device memory so far.</summary>
+        public long PeakBytes { get; }
+        /// <summary>Since the first step of this session.</summary>
+        public double Seconds { get; }
+        /// <summary>Speed of the latest steps.</summary>
+        public double StepsPerSecond { get; }
+        /// <summary>By their names in metrics.jsonl, such as "loss", "psnr" and
+        /// "val_psnr".</summary>
+        public IReadOnlyDictionary<string, double> Numbers { get; }
+        /// <summary>Name of the validated piece, else null.</summary>
+        public string Name { get; }
+        /// <summary>Number of the validated piece.</summary>
+        public int Piece { get; }
+        /// <summary>Pieces of the validation.</summary>
+        public int Pieces { get; }
+        /// <summary>Views of the piece, the input views first.</summary>
+        public int Views { get; }
+        /// <summary>Input views among them.</summary>
+        public int Inputs { get; }
+        /// <summary>Pixels of an image.</summary>
+        public int Width { get; }
+        /// <summary>Pixels of an image.</summary>
+        public int Height { get; }
+
+        /// <summary>True for the last event of a run.</summary>
+        public bool IsEnd
+        {
+            get { return Kind >= RunEventKind.Done; }
+        }
+
+        /// <summary>
+        /// Copy of the drawn images [views,3,height,width] of a validated piece; empty for other
+        /// events. Throws InvalidOperationException once the run has gone on.
+        /// </summary>
+        public float[] ReadImages()
+        {
+            return run.Copy(serial, images, count);
+        }
+
+        /// <summary>Copy of the true images, see ReadImages.</summary>
+        public float[] ReadTruths()
+        {
+            return run.Copy(serial, truths, count);
+        }
+    }
+
+    /// <summary>
+    /// A task with its folder, such as Training; enumerate it to do all of it. The last event is the
+    /// one whose IsEnd is true. The caller synchronises calls on one run, except Interrupt and
+    /// Dispose.
+    /// </summary>
+    public abstract unsafe class RunBase : NativeObject<SafeRunHandle>, IEnumerable<RunEvent>
+    {
+        private long serial;
+
+        internal RunBase(SafeRunHandle handle) : base(handle)
+        {
+        }
+
+        /// <summary>Do the next piece of work. After an error the next call tries it
+        /// again.</summary>
+        public RunEvent Next()
+        {
+            SafeRunHandle handle = Handle;
+            bool added = false;
+            try
+            {
+                handle.DangerousAddRef(ref added);  // the event's texts live as long as the run
+                ++serial;
+                var native = new splat_run_event { struct_size = (uint)sizeof(splat_run_event) };
+                Check.Ok(Native.splat_run_next(handle, &native));
+                return new RunEvent(this, serial, &native);
+            }
+            finally
+            {
+                if (added) handle.DangerousRelease();
+            }
+        }
+
+        /// <summary>
+        /// Run to the end. A token that is cancelled interrupts the run: the state is saved, the
+        /// last event is RunEventKind.Interrupted, and the run can be resumed.
+        /// </summary>
+        public IEnumerable<RunEvent> Run(CancellationToken token)
+        {
+            using (token.Register(InterruptQuietly))
+            {
+                RunEvent last;
+                do
+                {
+                    last = Next();
+                    yield return last;
+                } while (!last.IsEnd);
+            }
+        }
+
+        /// <summary>Run to the end, one event after the other.</summary>
+        public IEnumerator<RunEvent> GetEnumerator()
+        {
+            return Run(CancellationToken.None).GetEnumerator();
+        }
+
+        IEnumerator IEnumerable.GetEnumerator()
+        {
+            return GetEnumerator();
+        }
+
+        /// <summary>
+        /// End the run: the next piece of work saves the state and is RunEventKind.Interrupted. Any
+        /// thread may call it.
+        /// </summary>
+        public void Interrupt()
+        {
+            Check.Ok(Native.splat_run_interrupt(Handle));
+        }
+
+        // A run that is disposed meanwhile needs no interruption.
+        private void InterruptQuietly()
+        {
+            try
+            {
+                Interrupt();
+            }
+            catch (ObjectDisposedException)
+            {
+            }
+        }
+
+        /// <summary>JSON: folder, step, loss, best validation.</summary>
+        public string ReportJson()
+        {
+            return Text.Get((buffer, capacity, needed) =>
+                Native.splat_run_report(Handle, buffer, capacity, needed));
+        }
+
+        internal float[] Copy(long ofEvent, float* from, int count)
+        {
+            SafeRunHandle handle = Handle;
+            bool added = false;
+            try
+            {
+                handle.DangerousAddRef(ref added);
+                if (ofEvent != serial)
+                    throw new InvalidOperationException(
+                        "The run has gone on; read the images of an event before the next one.");
+                return from == null ? new float[0] : Values.Copy(from, count);
+            }
+            finally
+            {
+                if (added) handle.DangerousRelease();
+            }
+        }
+    }
+}

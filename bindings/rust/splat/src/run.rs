@@ -1,0 +1,197 @@
+//! Runs: tasks with their folder, as iterators of events.
+
+use crate::error::{call, Result};
+use crate::object::{object, Serial};
+use crate::text::{optional, text};
+use crate::values::RunEventKind;
+use splat_sys as sys;
+use std::collections::BTreeMap;
+
+/// What one piece of work did.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct RunEvent {
+    /// What it was.
+    pub kind: RunEventKind,
+    /// The line of log.txt.
+    pub text: Option<String>,
+    /// The text warns.
+    pub warning: bool,
+    /// A step updated what is learned.
+    pub updated: bool,
+    /// metrics.jsonl got a line of the step.
+    pub logged: bool,
+    /// Updates done.
+    pub step: u64,
+    /// Steps that ran, including skipped ones.
+    pub attempts: u64,
+    /// Updates of the whole run.
+    pub iterations: u64,
+    /// Attempts that updated nothing.
+    pub skipped: u64,
+    /// Most device memory so far.
+    pub peak_bytes: u64,
+    /// Since the first step of this session.
+    pub seconds: f64,
+    /// Steps per second.
+    pub steps_per_second: f64,
+    /// By their names in metrics.jsonl, such as "loss", "psnr" and "val_psnr".
+    pub numbers: BTreeMap<String, f64>,
+    /// Name of the validated piece.
+    pub name: Option<String>,
+    /// Number of the validated piece.
+    pub piece: u32,
+    /// Pieces of the validation.
+    pub pieces: u32,
+    /// Views of the piece, the input views first.
+    pub views: u32,
+    /// Input views of them.
+    pub inputs: u32,
+    /// Pixels of an image.
+    pub width: u32,
+    /// Pixels of an image.
+    pub height: u32,
+    /// Drawn, `[views,3,height,width]`.
+    pub images: Vec<f32>,
+    /// Targets of `images`.
+    pub truths: Vec<f32>,
+}
+
+impl RunEvent {
+    /// True if the run ended with it.
+    pub fn is_end(&self) -> bool {
+        self.kind >= RunEventKind::DONE
+    }
+
+    /// # Safety
+    /// Pointers of `raw` are alive.
+    unsafe fn from_raw(raw: &sys::splat_run_event) -> Self {
+        /// # Safety
+        /// `count` elements, or NULL.
+        unsafe fn slice<'a, T>(pointer: *const T, count: u64) -> &'a [T] {
+            if pointer.is_null() {
+                return &[];
+            }
+            // SAFETY: by the caller.
+            unsafe { std::slice::from_raw_parts(pointer, count as usize) }
+        }
+        // SAFETY: by the caller.
+        let (numbers, images, truths) = unsafe {
+            (
+                slice(raw.numbers, raw.number_count),
+                slice(raw.images, raw.image_count),
+                slice(raw.truths, raw.image_count),
+            )
+        };
+        RunEvent {
+            kind: RunEventKind(raw.kind),
+            text: optional(raw.text),
+            warning: raw.warning != 0,
+            updated: raw.updated != 0,
+            logged: raw.logged != 0,
+            step: raw.step,
+            attempts: raw.attempts,
+            iterations: raw.iterations,
+            skipped: raw.skipped,
+            peak_bytes: raw.peak_bytes,
+            seconds: raw.seconds,
+            steps_per_second: raw.steps_per_second,
+            numbers: numbers
+                .iter()
+                .filter_map(|number| Some((optional(number.name)?, number.value)))
+                .collect(),
+            name: optional(raw.name),
+            piece: raw.piece,
+            pieces: raw.pieces,
+            views: raw.views,
+            inputs: raw.inputs,
+            width: raw.width,
+            height: raw.height,
+            images: images.to_vec(),
+            truths: truths.to_vec(),
+        }
+    }
+}
+
+object! {
+    /// A task with its folder, one piece of work per item: steps, validations, saved states. The
+    /// iterator ends after the event that ends the run. After an error the next item tries the
+    /// same piece again. [`Training`](crate::Training) opens one.
+    Run, splat_run, splat_run_destroy, serial: Serial, ended: bool
+}
+
+// SAFETY: run.h: the caller synchronises calls on one run. It is not Sync, and its models share
+// `serial`.
+unsafe impl Send for Run {}
+
+impl Run {
+    pub(crate) fn of(handle: sys::splat_run) -> Run {
+        Run {
+            handle,
+            serial: Serial::new(),
+            ended: false,
+        }
+    }
+
+    /// End the run: the next item saves the state and has [`RunEventKind::INTERRUPTED`].
+    pub fn interrupt(&self) -> Result<()> {
+        self.interrupter().interrupt()
+    }
+
+    /// What interrupts this run from other threads and from handlers of signals.
+    pub fn interrupter(&self) -> Interrupter {
+        Interrupter {
+            handle: self.handle,
+        }
+    }
+
+    /// JSON: folder, step, iterations, skipped, loss, val_psnr, best_val_psnr, peak_bytes.
+    pub fn report(&self) -> Result<String> {
+        // SAFETY: the buffer lives through the call.
+        text(|buffer, capacity, needed| unsafe {
+            sys::splat_run_report(self.handle, buffer, capacity, needed)
+        })
+    }
+
+    fn work(&mut self) -> Result<RunEvent> {
+        let _lock = self.serial.lock();
+        let mut raw = sys::splat_run_event::default();
+        call!(splat_run_next(self.handle, &mut raw))?;
+        // SAFETY: the pointers live until the next call on the run.
+        let event = unsafe { RunEvent::from_raw(&raw) };
+        self.ended = event.is_end();
+        Ok(event)
+    }
+}
+
+impl Iterator for Run {
+    type Item = Result<RunEvent>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ended {
+            None
+        } else {
+            Some(self.work())
+        }
+    }
+}
+
+/// Interrupts a run from anywhere. It does not keep the run open: once that is dropped,
+/// [`Interrupter::interrupt`] returns `InvalidHandle`.
+#[derive(Clone, Copy, Debug)]
+pub struct Interrupter {
+    handle: sys::splat_run,
+}
+
+// SAFETY: run.h: any thread may call splat_run_interrupt. A handle is a number that is used once, so
+// that of a dropped run is refused.
+unsafe impl Send for Interrupter {}
+// SAFETY: as above.
+unsafe impl Sync for Interrupter {}
+
+impl Interrupter {
+    /// See [`Run::interrupt`].
+    pub fn interrupt(&self) -> Result<()> {
+        call!(splat_run_interrupt(self.handle))
+    }
+}

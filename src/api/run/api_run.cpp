@@ -1,0 +1,85 @@
+#include "api/api_guard.h"
+#include "api/handles.h"
+
+using namespace splat;
+using run::EventKind;
+
+static_assert(static_cast<int>(EventKind::kMessage) == SPLAT_EVENT_MESSAGE);
+static_assert(static_cast<int>(EventKind::kStep) == SPLAT_EVENT_STEP);
+static_assert(static_cast<int>(EventKind::kValidatedPiece) == SPLAT_EVENT_VALIDATED_PIECE);
+static_assert(static_cast<int>(EventKind::kValidation) == SPLAT_EVENT_VALIDATION);
+static_assert(static_cast<int>(EventKind::kCheckpoint) == SPLAT_EVENT_CHECKPOINT);
+static_assert(static_cast<int>(EventKind::kDone) == SPLAT_EVENT_DONE);
+static_assert(static_cast<int>(EventKind::kInterrupted) == SPLAT_EVENT_INTERRUPTED);
+static_assert(static_cast<int>(EventKind::kNotFinite) == SPLAT_EVENT_NOT_FINITE);
+static_assert(static_cast<int>(EventKind::kNothingDrawn) == SPLAT_EVENT_NOTHING_DRAWN);
+
+namespace {
+
+/// What it points to is the object's.
+splat_run_event value_of(api::RunObject& object) {
+    const run::Event& from = object.event;
+    object.numbers.clear();
+    for (const run::Number& number : from.numbers)
+        object.numbers.push_back({number.name, number.value});
+    splat_run_event event{};
+    event.kind = static_cast<splat_run_event_kind>(from.kind);
+    if (!from.text.empty()) event.text = from.text.c_str();
+    event.warning = from.warning ? 1 : 0;
+    event.updated = from.updated ? 1 : 0;
+    event.logged = from.logged ? 1 : 0;
+    event.step = from.step;
+    event.attempts = from.attempts;
+    event.iterations = from.iterations;
+    event.skipped = from.skipped;
+    event.peak_bytes = from.peak_bytes;
+    event.seconds = from.seconds;
+    event.steps_per_second = from.steps_per_second;
+    if (!object.numbers.empty()) event.numbers = object.numbers.data();
+    event.number_count = object.numbers.size();
+    event.piece = from.piece;
+    event.pieces = from.pieces;
+    if (from.kind != EventKind::kValidatedPiece) return event;
+    const run::Piece& piece = from.validated;
+    event.name = piece.name.c_str();
+    event.views = piece.views;
+    event.inputs = piece.inputs;
+    event.width = piece.width;
+    event.height = piece.height;
+    event.image_count = piece.images.size();
+    event.images = piece.images.data();
+    event.truths = piece.truths.data();
+    return event;
+}
+
+}  // namespace
+
+splat_result splat_run_next(splat_run run, splat_run_event* event) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto object, api::Runs::find(run, "run"));
+        SPLAT_TRY(api::require(event, "event"));
+        SPLAT_TRY(api::check_filled(*event, "splat_run_event", sizeof(splat_run_event)));
+        const vk::DeviceCall call(object->context->mutex);
+        const Status done = object->run->next(object->event);
+        object->figures.set(object->run->figures());
+        SPLAT_TRY(done);
+        api::give(value_of(*object), event);
+        return {};
+    });
+}
+
+splat_result splat_run_interrupt(splat_run run) {
+    if (api::Runs::interrupt(run)) return SPLAT_OK;
+    return api::guarded([&] { return api::Runs::find(run, "run").status(); });
+}
+
+splat_result splat_run_report(splat_run run, char* buffer, size_t capacity, size_t* needed) {
+    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+        SPLAT_ASSIGN(const auto object, api::Runs::find(run, "run"));
+        return give(run::figures_json(object->figures.get()));
+    });
+}
+
+splat_result splat_run_destroy(splat_run run) {
+    return api::destroy<api::Runs>(run, "run");
+}

@@ -1,0 +1,138 @@
+#pragma once
+
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "core/interrupt.h"
+#include "run/run_folder.h"
+#include "run/task.h"
+
+namespace splat::run {
+
+struct RunDesc {
+    std::string folder;
+    RunFolder::Mode mode = RunFolder::Mode::kNew;
+    std::string library;  ///< version of the library, for run.json
+};
+
+enum class EventKind {
+    kMessage,         ///< only a text
+    kStep,            ///< one attempt of a step
+    kValidatedPiece,  ///< one piece of a validation
+    kValidation,      ///< the scores of a validation
+    kCheckpoint,      ///< a state was saved
+    kDone,            ///< all steps are done, and everything is saved
+    kInterrupted,     ///< by the interrupt, and everything is saved
+    kNotFinite,       ///< failed: steps in a row had a loss or gradients that are not finite
+    kNothingDrawn,    ///< failed: steps in a row drew nothing
+};
+
+/// What a call of Run::next() did.
+struct Event {
+    EventKind kind = EventKind::kMessage;
+    std::string text;  ///< text that was written to log.txt; or empty
+    bool warning = false;
+    bool updated = false;  ///< by a step
+    bool logged = false;   ///< metrics.jsonl got a line of the step
+    std::uint64_t step = 0, attempts = 0, iterations = 0, skipped = 0;
+    std::uint64_t peak_bytes = 0;
+    double seconds = 0, steps_per_second = 0;
+    Numbers numbers;
+    std::uint32_t piece = 0, pieces = 0;  ///< in a validation
+    Piece validated;                      ///< piece whose scores are `numbers`
+};
+
+/// The figures of a run that its reports share.
+struct Figures {
+    std::string folder;
+    std::uint64_t step = 0, iterations = 0;
+    std::uint64_t skipped = 0;  ///< attempts that updated nothing
+    double loss = NAN;          ///< loss of the latest step of this process
+    double validation_psnr = NAN, best_validation_psnr = 0;
+    std::uint64_t peak_bytes = 0;   ///< most device memory so far
+    std::optional<Numbers> ledger;  ///< ledger of the latest attempt of this process
+};
+
+/// JSON: {"schema", "folder", "step", "iterations", "skipped", "loss", "val_psnr", "best_val_psnr",
+/// "peak_bytes", "ledger"}.
+std::string figures_json(const Figures& figures);
+
+/// A task with its folder, from its first step or the latest state to its end, one piece of work per call. A run that
+/// ends anywhere and is resumed has the same bits as one without an interruption. Not thread-safe.
+class Run {
+  public:
+    /// Check everything that can be checked before the first step, then make or lock the folder. Errors, all
+    /// but the last before anything is written:
+    ///   those of the task
+    ///   kInvalidState     as RunFolder::open()
+    ///   kNotFound         none of a run's states can be read; a run that ended before its first state begins again
+    ///   kIo               the folder cannot be written
+    ///
+    /// Raising `interrupt`, which must outlive the run, ends it at the next call of next().
+    static Result<std::unique_ptr<Run>> open(const RunDesc& desc, std::unique_ptr<Task> task,
+                                             const Interrupt& interrupt);
+
+    /// Do the next piece of work. After the end it gives the last event again, without text. After an error,
+    /// which log.txt and run.json keep unless it is kCancelled, the next call tries the same piece again, or writes
+    /// what it did.
+    Status next(Event& event);
+
+    [[nodiscard]] Figures figures() const;
+
+  private:
+    /// What a piece of work did, with lines that are still to be written.
+    struct Untold {
+        Event event;
+        std::string metric;  ///< line of metrics.jsonl; event.text is that of log.txt
+    };
+
+    Run(RunDesc desc, std::unique_ptr<Task> task, const Interrupt& interrupt)
+        : desc_(std::move(desc)), task_(std::move(task)), interrupt_(interrupt) {}
+
+    // run_open.cpp
+    Status resume();
+    Status restore_validations();
+    Status begin();
+
+    // run.cpp
+    Status work(Event& event);
+    Status tell(Event& event);
+    Status step(Event& event);
+    Status after_step(const Step& done, Event& event);
+    Status save(Event& event);
+    Status validate(Event& event);
+    Status end_validation(Event& event);
+    Status end(EventKind kind, Event& event);
+    Status write_run(const char* state) const;
+    [[nodiscard]] bool is_validation_due() const;
+    [[nodiscard]] double seconds() const;
+
+    RunDesc desc_;
+    std::unique_ptr<RunFolder> folder_;
+    std::unique_ptr<Task> task_;
+    Plan plan_;
+    Messages messages_;                              ///< messages of open(), still to be told
+    std::vector<std::filesystem::path> unreadable_;  ///< states
+    std::string error_;                              ///< error of the latest next(), as in run.json
+    std::optional<std::vector<NamedWeights>> validated_results_;  ///< while a validation goes on
+    std::uint32_t piece_ = 0;                                     ///< the next one
+    std::optional<Untold> untold_;  ///< more than a moment only after an error
+    std::optional<EventKind> ended_;
+    std::uint64_t step_ = 0, skipped_ = 0;
+    std::uint64_t saved_ = ~std::uint64_t{0};      ///< step of the latest state
+    std::uint64_t validated_ = ~std::uint64_t{0};  ///< step of the latest validation
+    std::uint64_t skipped_in_a_row_ = 0, not_drawn_in_a_row_ = 0;
+    double best_psnr_ = 0;
+    double last_psnr_ = NAN;                   ///< until a validation of the run
+    double loss_ = NAN, averaged_loss_ = NAN;  ///< until a step of this process
+    std::optional<Numbers> ledger_;
+    std::optional<std::chrono::steady_clock::time_point>
+        begun_;  ///< the first step of this process
+    std::uint64_t begun_at_ = 0;
+    const Interrupt& interrupt_;
+    const std::uint64_t raised_before_ = interrupt_.count();
+};
+
+}  // namespace splat::run

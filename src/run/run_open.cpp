@@ -1,0 +1,115 @@
+// Run::open: the folder, its record, the latest state that can be read, earlier validations.
+
+#include <algorithm>
+
+#include "core/config.h"
+#include "io/file.h"
+#include "run/run.h"
+
+namespace splat::run {
+namespace {
+
+/// Success, or an error that another state may not have.
+bool may_be_skipped(Code code) {
+    return code != Code::kCancelled && code != Code::kOutOfHostMemory &&
+           code != Code::kOutOfDeviceMemory && code != Code::kDeviceLost;
+}
+
+/// A run.json; without members if it cannot be parsed. Errors: those of io::read_file.
+Result<JsonTree> read_record(const std::string& path) {
+    SPLAT_ASSIGN(const io::Buffer text, io::read_file(path, kMaxConfigBytes));
+    auto json = parse_json_tree(io::as_text(text), "run.json");
+    return json.ok() ? std::move(json.value()) : JsonTree();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Run>> Run::open(const RunDesc& desc, std::unique_ptr<Task> task,
+                                       const Interrupt& interrupt) {
+    std::unique_ptr<Run> self(new Run(desc, std::move(task), interrupt));
+    SPLAT_ASSIGN(self->folder_, RunFolder::open(desc.folder, desc.mode));
+    const bool resumed = desc.mode == RunFolder::Mode::kResume;
+    const std::string config = self->folder_->path("config.json");
+    SPLAT_ASSIGN(self->plan_, self->task_->prepare(resumed ? &config : nullptr, self->messages_));
+    SPLAT_TRY(resumed ? self->resume() : self->task_->start(self->messages_));
+    SPLAT_TRY(self->task_->begin());
+    SPLAT_TRY(self->begin());
+    return self;
+}
+
+Status Run::resume() {
+    const std::string path = folder_->path("run.json");
+    const auto record = read_record(path);
+    const Status recalled = record.ok() ? task_->recall(record.value(), path) : record.status();
+    SPLAT_ASSIGN(const auto states, folder_->states());
+    if (states.empty()) {
+        if (!recalled.ok())
+            return {recalled.code(), recalled.message() +
+                                         "; without it a run that has no state yet cannot begin "
+                                         "again: let it be overwritten"};
+        messages_.push_back({"the run has no state yet, and begins again"});
+        return task_->start(messages_);
+    }
+    SPLAT_TRY(task_->compare(record.ok() ? record.value() : JsonTree(), messages_));
+    for (const auto& state : states) {
+        const auto file = io::load_weights(state.string());
+        const Status loaded = file.ok() ? task_->load(file.value()) : file.status();
+        if (!may_be_skipped(loaded.code())) return loaded;
+        if (!loaded.ok()) {
+            messages_.push_back({"skipped a state: " + loaded.message(), true});
+            unreadable_.push_back(state);
+            continue;
+        }
+        const Progress progress = task_->progress();
+        step_ = saved_ = begun_at_ = progress.steps;
+        skipped_ = progress.attempts - progress.steps;
+        messages_.push_back({"resumed from " + state.filename().string()});
+        return restore_validations();
+    }
+    return error(Code::kNotFound,
+                 "no state in '%s' can be read; to start again, let the run be overwritten",
+                 folder_->path("checkpoints").c_str());
+}
+
+/// Take over the validations of the run, from the latest one on that saw other numbers of objects or views than
+/// those to come.
+Status Run::restore_validations() {
+    bool others = false;  // was the latest one another
+    SPLAT_ASSIGN(const std::vector<MetricLine> lines, folder_->metrics());
+    for (const MetricLine& line : lines) {
+        const std::optional<double> psnr = line.number("val_psnr");
+        if (!psnr || line.step > step_) continue;
+        others = plan_.pieces > 0 &&
+                 std::any_of(plan_.protocol.begin(), plan_.protocol.end(), [&](const Number& now) {
+                     return line.number(now.name).value_or(now.value) != now.value;
+                 });
+        if (others) {
+            best_psnr_ = 0;
+            last_psnr_ = NAN;
+            validated_ = ~std::uint64_t{0};
+            continue;
+        }
+        last_psnr_ = *psnr;
+        if (line.step > 0) best_psnr_ = std::max(best_psnr_, last_psnr_);
+        if (line.step == step_) validated_ = step_;
+    }
+    if (others)
+        messages_.push_back(
+            {"warning: the validations so far saw other numbers of objects or views, so the best "
+             "validation PSNR and weights_best.safetensors begin anew",
+             true});
+    return {};
+}
+
+Status Run::begin() {
+    SPLAT_ASSIGN(const std::size_t left, folder_->begin(plan_.config, plan_.results));
+    if (desc_.mode == RunFolder::Mode::kResume) SPLAT_TRY(folder_->cut_metrics(step_));
+    for (const auto& state : unreadable_) SPLAT_TRY(folder_->set_aside(state));
+    if (left > 0)
+        messages_.push_back({format("removed %zu unfinished files that a crash left", left)});
+    messages_.push_back({task_->headline(desc_.folder)});
+    for (const Message& message : messages_) SPLAT_TRY(folder_->log(message.text));
+    return write_run("running");
+}
+
+}  // namespace splat::run

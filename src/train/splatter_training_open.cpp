@@ -1,0 +1,296 @@
+// What a session begins with: configuration, data, weights to start from or a state, first batches.
+
+#include <algorithm>
+
+#include "config/config_file.h"
+#include "config/effects.h"
+#include "core/finite.h"
+#include "io/file.h"
+#include "predict/weights_place.h"
+#include "train/splatter_training.h"
+
+namespace splat::train {
+namespace {
+
+/// Batches that are read before the first step.
+constexpr std::uint64_t kCheckedBatches = 2;
+
+/// Batches that are made ahead of a step.
+constexpr std::size_t kBatchesAhead = 2;
+
+/// What is wrong with data or weights that others made, not with the caller's arguments.
+Status of_file(const Status& status, const std::string& what = "") {
+    if (status.ok()) return status;
+    const Code code = status.code() == Code::kInvalidArgument ? Code::kFormat : status.code();
+    return {code, what + status.message()};
+}
+
+/// Every value of a configuration.
+Result<Config> complete(const Config& config) {
+    SPLAT_ASSIGN(const config::Settings settings, config::settings_of(config));
+    return read_config(config::merged_config_text(settings), config.what());
+}
+
+/// The file in opt.pretrained_ckpt: the value itself, or what a run's folder holds.
+Result<std::string> pretrained_file(const std::string& path) {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    if (!fs::is_directory(path, ignored)) return path;
+    for (const char* name : {"model_latest.pth", "weights_last.safetensors"})
+        if (fs::exists(fs::path(path) / name, ignored)) return (fs::path(path) / name).string();
+    return error(Code::kNotFound,
+                 "'opt.pretrained_ckpt' is the folder '%s', which holds neither model_latest.pth "
+                 "nor weights_last.safetensors; name a file of weights",
+                 path.c_str());
+}
+
+/// Errors: kFormat, naming the array.
+Status check_numbers(const Batch& batch) {
+    const std::pair<const char*, const std::vector<float>*> arrays[] = {
+        {"poses", &batch.view_to_world},
+        {"quaternions", &batch.quaternions},
+        {"focal lengths", &batch.focals},
+        {"embeddings", &batch.embedding},
+        {"tokens", &batch.tokens}};
+    for (const auto& [name, values] : arrays)
+        if (const std::size_t bad = find_not_finite(*values); bad < values->size())
+            return error(Code::kFormat,
+                         "data: %s of the first batches hold %g, expected finite "
+                         "numbers; 'vkrun data check' looks at all of them",
+                         name, static_cast<double>((*values)[bad]));
+    return {};
+}
+
+}  // namespace
+
+Result<run::Plan> SplatterTraining::prepare(const std::string* config, run::Messages& messages) {
+    SPLAT_TRY(configure(config, messages));
+    SPLAT_TRY(open_data(messages));
+    SPLAT_TRY(warn_of_cameras(messages));
+    auto made = on_device([&]() -> Result<std::unique_ptr<Trainer>> {
+        SPLAT_TRY(context_->device().alive());
+        return Trainer::create(*context_, settings_.network, settings_.training);
+    });
+    SPLAT_ASSIGN(trainer_, std::move(made));
+    if (!desc_.init.empty()) {
+        std::error_code failed;
+        const auto whole = std::filesystem::absolute(desc_.init, failed);
+        start_ = {failed ? desc_.init : whole.string(), desc_.init_options};
+    }
+    const config::TrainConfig& c = settings_.training;
+    run::Plan plan;
+    plan.config = config::merged_config_text(settings_);
+    plan.iterations = c.iterations;
+    plan.log_every = c.log_every;
+    plan.validate_every = c.validate_every;
+    plan.save_every = c.checkpoint_every;
+    plan.pieces = validated_objects();
+    plan.protocol = {{"val_objects", static_cast<double>(plan.pieces)},
+                     {"val_views_asked", static_cast<double>(c.validation_views)}};
+    plan.results = {"weights"};
+    plan.if_not_finite = "lower opt.base_lr, or look at the data ('vkrun data check')";
+    plan.if_not_drawn =
+        "look at data.znear, data.zfar and the poses of the data, or raise model.opacity_bias and "
+        "model.scale_bias";
+    return plan;
+}
+
+Status SplatterTraining::configure(const std::string* config, run::Messages& messages) {
+    if (config != nullptr && !desc_.init.empty())
+        return error(Code::kInvalidArgument,
+                     "'%s' is given to start from, but a run that is resumed starts from its own "
+                     "state",
+                     desc_.init.c_str());
+    Config given("configuration");
+    std::optional<Config> run;
+    if (config != nullptr) {
+        SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(*config, kMaxConfigBytes));
+        SPLAT_ASSIGN(const Config own, read_config(io::as_text(bytes), *config));
+        SPLAT_ASSIGN(run, complete(own));
+        given = *run;
+    }
+    if (desc_.config) {
+        SPLAT_ASSIGN(given, read_config(*desc_.config, "configuration"));
+    }
+    SPLAT_ASSIGN(given, config::with_values(given, desc_.changes));
+    SPLAT_ASSIGN(const auto warnings, config::training_warnings(given));
+    for (const std::string& warning : warnings) messages.push_back({"warning: " + warning, true});
+    SPLAT_ASSIGN(settings_, config::settings_of(given));
+    if (!run) return {};
+    SPLAT_ASSIGN(const Config whole, complete(given));
+    for (const std::string& key : config::changed_keys(*run, whole)) {
+        const std::string before = config::value_text(*run, key);
+        const std::string after = config::value_text(whole, key);
+        if (!config::may_change_on_resume(key))
+            return error(Code::kInvalidArgument,
+                         "'%s' is %s, but %s in the run that is resumed, whose numbers depend on "
+                         "it; give the run's value, or begin a new run",
+                         key.c_str(), after.c_str(), before.c_str());
+        const bool jumps =
+            key == "opt.iterations" && settings_.training.schedule == config::Schedule::kCosine;
+        const std::string change = key + " " + before + " -> " + after;
+        messages.push_back(
+            {jumps ? "warning: " + change +
+                         ": with opt.lr_schedule cosine the learning rate of every step depends on "
+                         "it, so the rate jumps where the run goes on"
+                   : change,
+             jumps});
+    }
+    return {};
+}
+
+Status SplatterTraining::open_data(run::Messages& messages) {
+    using predict::ViewSource;
+    if (desc_.dataset == nullptr && settings_.training.root.empty())
+        return error(Code::kInvalidArgument,
+                     "no data: 'data.root' is empty, expected the folder of the data set");
+    auto opened = desc_.dataset != nullptr ? ViewSource::open(settings_, desc_.dataset)
+                                           : ViewSource::open(settings_, "", "train");
+    SPLAT_TRY(desc_.dataset != nullptr ? opened.status() : of_file(opened.status()));
+    data_ = std::move(opened.value());
+    SPLAT_TRY(of_file(data_->dataset().read_cameras()));
+    SPLAT_TRY(BatchSource(data_, settings_, settings_.training.seed).check());
+    std::shared_ptr<data::Dataset> validation = desc_.validation;
+    if (validation == nullptr && desc_.dataset == nullptr) {
+        bool lacks_split = false;
+        auto found = ViewSource::open_split(settings_, "", "val", &lacks_split);
+        if (found.ok())
+            validation = std::move(found.value());
+        else if (lacks_split)
+            messages.push_back({"no validation: " + found.status().message()});
+        else
+            return of_file(found.status(), "split val: ");
+    }
+    if (validation != nullptr) {
+        auto source = ViewSource::open(settings_, std::move(validation));
+        SPLAT_TRY(desc_.validation != nullptr ? source.status()
+                                              : of_file(source.status(), "split val: "));
+        validation_ = std::move(source.value());
+        SPLAT_TRY(of_file(validation_->dataset().read_cameras(), "split val: "));
+    }
+    return check_validation();
+}
+
+Status SplatterTraining::warn_of_cameras(run::Messages& messages) const {
+    SPLAT_ASSIGN(const std::string sentence, data_->field_of_view_warning(data_->objects()));
+    const auto depths = data_->depth_range_warning();  // points, which training does not need
+    for (const std::string& found : {sentence, depths.ok() ? depths.value() : std::string()})
+        if (!found.empty()) messages.push_back({"warning: " + found, true});
+    return {};
+}
+
+Status SplatterTraining::check_validation() const {
+    if (validation_ == nullptr) return {};
+    const std::uint32_t inputs = settings_.network.views;
+    for (std::uint32_t i = 0; i < validation_->objects(); ++i)
+        if (validation_->views_of(i) <= inputs)
+            return error(Code::kFormat,
+                         "validation object '%s' has %u views, expected more than %u",
+                         validation_->name(i).c_str(), validation_->views_of(i), inputs);
+    return {};
+}
+
+Status SplatterTraining::start(run::Messages& messages) {
+    SPLAT_TRY(on_device([&] { return trainer_->model().init(settings_.training.seed); }));
+    const std::string& pretrained = settings_.training.pretrained;
+    if (!start_.file.empty()) {
+        if (!pretrained.empty())
+            messages.push_back({"warning: opt.pretrained_ckpt '" + pretrained +
+                                    "' is not read, because '" + start_.file +
+                                    "' is given to start from",
+                                true});
+        return load_weights(start_.file, start_.options, messages);
+    }
+    if (pretrained.empty()) return {};
+    SPLAT_ASSIGN(const std::string path, pretrained_file(pretrained));
+    return of_file(load_weights(path, {}, messages), "opt.pretrained_ckpt: ");
+}
+
+Status SplatterTraining::load_weights(const std::string& path,
+                                      const std::optional<model::LoadOptions>& options,
+                                      run::Messages& messages) {
+    const auto file = io::load_weights(path);
+    SPLAT_TRY(of_file(file.status()));
+    const io::NamedTensors& tensors = file.value().tensors;
+    const model::LoadOptions likely{model::likely_channels(settings_.network, tensors), true};
+    model::LoadReport report;
+    {
+        const std::lock_guard lock(context_->mutex);
+        SPLAT_TRY(
+            of_file(model::load_state(trainer_->model(), tensors, options.value_or(likely), report),
+                    path + ": "));
+    }
+    messages.push_back({format(
+        "started from %s: %zu tensors copied, %zu widened, %zu new, %zu left out", path.c_str(),
+        report.copied.size(), report.widened.size(), report.fresh.size(), report.left_out.size())});
+    if (!report.rays_differ) return {};
+    std::string sentence =
+        "warning: the ray grid of '" + path + "' differs from the configuration's and is " +
+        (report.rays_taken ? "taken over" : "left out, so that predictions change");
+    const auto configured = static_cast<double>(settings_.network.fov_degrees);
+    if (const auto found = predict::field_of_view(tensors); found && configured > 0)
+        sentence +=
+            format(": its field of view is %.4g degrees, data.fov %.4g", *found, configured);
+    messages.push_back({sentence, true});
+    return {};
+}
+
+Status SplatterTraining::recall(const JsonTree& run_json, const std::string& path) {
+    SPLAT_ASSIGN(start_, start_of(run_json, path));
+    return {};
+}
+
+Status SplatterTraining::compare(const JsonTree& run_json, run::Messages& messages) {
+    SPLAT_ASSIGN(const bool compared, check_same_data(run_json, data_->dataset()));
+    if (!compared)
+        messages.push_back(
+            {"warning: the run does not say of which objects its data was, so other data of the "
+             "same size would not be noticed",
+             true});
+    return {};
+}
+
+Status SplatterTraining::load(const io::WeightsFile& state) {
+    return on_device([&] { return trainer_->resume(state); });
+}
+
+Status SplatterTraining::check_batches(const BatchSource& source) const {
+    const std::uint64_t left =
+        settings_.training.iterations - std::min(trainer_->steps(), settings_.training.iterations);
+    for (std::uint64_t i = 0; i < std::min(left, kCheckedBatches); ++i) {
+        const auto batch = source.make(trainer_->attempts() + i);
+        SPLAT_TRY(of_file(batch.status()));
+        SPLAT_TRY(check_numbers(batch.value()));
+    }
+    return {};
+}
+
+Status SplatterTraining::begin() {
+    BatchSource source(data_, settings_, settings_.training.seed);
+    SPLAT_TRY(check_batches(source));
+    SPLAT_ASSIGN(batches_, Prefetch::create(std::move(source), kBatchesAhead));
+    return {};
+}
+
+std::uint32_t SplatterTraining::validated_objects() const {
+    if (validation_ == nullptr) return 0;
+    const std::uint32_t asked = settings_.training.validation_objects;
+    return asked == 0 ? validation_->objects() : std::min(asked, validation_->objects());
+}
+
+std::string SplatterTraining::headline(const std::string& folder) const {
+    const nn::Parameters& parameters = trainer_->model().parameters();
+    return format("training %s: %llu of %llu parameters, %u objects, step %llu of %llu, on %s",
+                  folder.c_str(), static_cast<unsigned long long>(trainable_of(parameters)),
+                  static_cast<unsigned long long>(parameters.elements()), data_->objects(),
+                  static_cast<unsigned long long>(trainer_->steps()),
+                  static_cast<unsigned long long>(settings_.training.iterations),
+                  context_->device().info().name.c_str());
+}
+
+void SplatterTraining::describe(JsonWriter& json) const {
+    add_facts(json, context_->device(), settings_.training.seed, trainer_->model().parameters(),
+              data_->dataset(), start_);
+}
+
+}  // namespace splat::train

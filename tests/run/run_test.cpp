@@ -1,0 +1,250 @@
+#include "run/run.h"
+
+#include <gtest/gtest.h>
+
+#include "support/expect_status.h"
+#include "synthetic/sample_folder.h"
+
+namespace splat::run {
+namespace {
+
+namespace fs = std::filesystem;
+using Mode = RunFolder::Mode;
+
+/// What a toy is to do, and what it may not be resumed with.
+struct ToyDesc {
+    std::uint64_t iterations = 4, validate_every = 2;
+    std::uint32_t pieces = 2;
+    std::string data = "toy";
+    std::vector<Outcome> outcomes = {
+        Outcome::kUpdated};  ///< outcomes of the attempts, again and again
+};
+
+/// Halves a number with every step.
+class Toy : public Task {
+  public:
+    explicit Toy(ToyDesc desc) : desc_(std::move(desc)) {}
+    Result<Plan> prepare(const std::string*, Messages&) override {
+        Plan plan;
+        plan.config = "{}";
+        plan.iterations = desc_.iterations;
+        plan.log_every = 1;
+        plan.validate_every = plan.save_every = desc_.validate_every;
+        plan.pieces = desc_.pieces;
+        plan.protocol = {{"val_pieces", static_cast<double>(desc_.pieces)}};
+        plan.results = {"toy"};
+        plan.if_not_finite = "play less";
+        plan.if_not_drawn = "play more";
+        return plan;
+    }
+    Status start(Messages& messages) override {
+        messages.push_back({"starts"});
+        return {};
+    }
+    Status recall(const JsonTree& run_json, const std::string& path) override {
+        if (run_json.find("toy") != nullptr) return {};
+        return error(Code::kFormat, "'%s' tells of no toy", path.c_str());
+    }
+    Status compare(const JsonTree& run_json, Messages&) override {
+        const JsonTree* const toy = run_json.find("toy");
+        if (toy == nullptr || *toy->text() == desc_.data) return {};
+        return error(Code::kInvalidArgument, "another toy");
+    }
+    Status load(const io::WeightsFile& state) override {
+        const io::NamedTensor* const saved = state.tensors.find("toy");
+        if (saved == nullptr) return error(Code::kFormat, "no toy");
+        value_ = saved->values[0];
+        progress_ = {static_cast<std::uint64_t>(saved->values[1]),
+                     static_cast<std::uint64_t>(saved->values[2])};
+        return {};
+    }
+    Status begin() override { return {}; }
+    Status step(Step& step) override {
+        step.outcome = desc_.outcomes[progress_.attempts++ % desc_.outcomes.size()];
+        step.why = "it slept";
+        step.loss = value_;
+        step.numbers = {{"half", value_ / 2}};
+        step.ledger = {{"odd", progress_.attempts % 2 == 0 ? 0.0 : 1.0, true}};
+        if (step.outcome == Outcome::kSkipped) return {};
+        ++progress_.steps;
+        value_ /= 2;
+        return {};
+    }
+    Status begin_validation(const std::vector<NamedWeights>& results) override {
+        validated_ = results.front().file.tensors.find("toy")->values[0];
+        return {};
+    }
+    Status validate(std::uint32_t piece, Piece& done) override {
+        done.name = "piece " + std::to_string(piece);
+        done.scores = {{"val_psnr", 1 / validated_}};
+        return {};
+    }
+    [[nodiscard]] Validation validation() const override {
+        return {1 / validated_,
+                {{"val_pieces", static_cast<double>(desc_.pieces)}},
+                {{"more", 7}},
+                "validated"};
+    }
+    Result<io::WeightsFile> state() override {
+        return file(
+            {value_, static_cast<float>(progress_.steps), static_cast<float>(progress_.attempts)});
+    }
+    Result<std::vector<NamedWeights>> results() override {
+        SPLAT_ASSIGN(const io::WeightsFile made, file({value_}));
+        return std::vector<NamedWeights>{{"toy", made}};
+    }
+    [[nodiscard]] Progress progress() const override { return progress_; }
+    [[nodiscard]] std::uint64_t peak_bytes() const override { return 5; }
+    [[nodiscard]] std::string headline(const std::string&) const override { return "plays"; }
+    void describe(JsonWriter& json) const override { json.newline(2).member("toy", desc_.data); }
+
+  private:
+    static Result<io::WeightsFile> file(const std::vector<float>& values) {
+        io::WeightsFile made;
+        io::NamedTensor toy;
+        toy.name = "toy";
+        toy.dims = {static_cast<std::int64_t>(values.size())};
+        toy.values = values;
+        SPLAT_TRY(made.tensors.add(std::move(toy)));
+        return made;
+    }
+    ToyDesc desc_;
+    Progress progress_;
+    float value_ = 1, validated_ = 0;
+};
+
+class RunTest : public testing::Test {
+  protected:
+    Result<std::unique_ptr<run::Run>> open(const std::string& name, Mode mode = Mode::kNew,
+                                           ToyDesc toy = {}) {
+        return run::Run::open({(folder_.path() / name).string(), mode, "1.2.3"},
+                              std::make_unique<Toy>(std::move(toy)), interrupt_);
+    }
+    /// Letters of the events until the end, or `most` of them.
+    static std::string play(run::Run& toy, std::size_t most = 1000) {
+        std::string letters;
+        Event event;
+        while (event.kind < EventKind::kDone && letters.size() < most) {
+            EXPECT_OK(toy.next(event));
+            letters += ".sovcdinb"[static_cast<int>(event.kind)];
+        }
+        return letters;
+    }
+    std::string play(const std::string& name, Mode mode, const ToyDesc& toy = {}) {
+        const auto run = open(name, mode, toy);
+        EXPECT_OK(run.status());
+        return run.ok() ? play(*run.value()) : "";
+    }
+    [[nodiscard]] std::string file(const std::string& name) const {
+        return test::file_text(folder_.path() / name);
+    }
+
+    test::SampleFolder folder_;
+    Interrupt interrupt_;
+};
+
+TEST_F(RunTest, PlaysATask) {
+    EXPECT_EQ(play("toy", Mode::kNew), "..coovsscoovsscoovd");
+    const std::string metrics = file("toy/metrics.jsonl");
+    EXPECT_EQ(metrics.find("{\"step\":0,\"val_psnr\":1,\"val_pieces\":2}\n{\"step\":1,\"loss\":1,"
+                           "\"half\":0.5,\"skipped\":0,\"seconds\":"),
+              0U)
+        << metrics;
+    EXPECT_NE(metrics.find("\"peak_bytes\":5,\"odd\":true}\n"), std::string::npos) << metrics;
+    const std::string record = file("toy/run.json");
+    EXPECT_NE(record.find("\"ledger\": {\"odd\": false},\n  \"state\": \"done\",\n  \"library\": "
+                          "\"1.2.3\",\n  \"toy\": \"toy\"\n}\n"),
+              std::string::npos)
+        << record;
+    EXPECT_EQ(file("toy/log.txt"),
+              "starts\nplays\nstep 0: validated\nstep 2: validated\nstep 4: validated\n"
+              "done: 4 steps, loss 0.958196, best validation PSNR 16.00 dB\n");
+}
+
+TEST_F(RunTest, GivesNumbersByName) {
+    const auto opened = open("toy");
+    ASSERT_OK(opened.status());
+    const auto names = [&](EventKind kind) {
+        Event event;
+        while (event.kind != kind) EXPECT_OK(opened.value()->next(event));
+        std::string all;
+        for (const Number& number : event.numbers) all += std::string(number.name) + " ";
+        return all;
+    };
+    EXPECT_EQ(names(EventKind::kValidatedPiece), "val_psnr ");
+    EXPECT_EQ(names(EventKind::kValidation), "val_psnr best_val_psnr val_pieces more ");
+    EXPECT_EQ(names(EventKind::kStep), "loss averaged_loss half odd ");
+}
+
+TEST_F(RunTest, GoesOnBitByBitFromAnyPlace) {
+    play("whole", Mode::kNew);
+    for (std::size_t calls = 0; calls < 19; ++calls) {
+        fs::remove_all(folder_.path() / "parts");
+        {
+            const auto begun = open("parts");
+            ASSERT_OK(begun.status());
+            play(*begun.value(), calls);
+        }
+        play("parts", Mode::kResume);
+        for (const char* name : {"toy_last.safetensors", "toy_best.safetensors",
+                                 "checkpoints/step_0000000004.state.safetensors"})
+            EXPECT_TRUE(file(std::string("whole/") + name) == file(std::string("parts/") + name))
+                << name << " after " << calls;
+    }
+}
+
+TEST_F(RunTest, RefusesToGoOnWithOtherFacts) {
+    play("toy", Mode::kNew);
+    ToyDesc other;
+    other.data = "another";
+    EXPECT_ERROR(open("toy", Mode::kResume, other).status(), Code::kInvalidArgument, "another toy");
+    EXPECT_OK(open("begun").status());
+    test::put_text(folder_.path() / "begun/run.json", "{}");
+    EXPECT_ERROR(open("begun", Mode::kResume).status(), Code::kFormat,
+                 "begun/run.json' tells of no toy; without it a run that has no state yet cannot "
+                 "begin again");
+}
+
+/// Scores of another protocol are not compared.
+TEST_F(RunTest, OtherValidationsBeginAnew) {
+    play("toy", Mode::kNew);
+    EXPECT_EQ(play("toy", Mode::kResume), "..d");
+    ToyDesc other;
+    other.pieces = 1;
+    EXPECT_EQ(play("toy", Mode::kResume, other), "...ovd");
+    EXPECT_NE(file("toy/log.txt").find("begin anew"), std::string::npos);
+}
+
+TEST_F(RunTest, EndsWhereNothingIsLearned) {
+    ToyDesc toy;
+    toy.iterations = 1000;
+    toy.pieces = 0;
+    toy.validate_every = 0;
+    toy.outcomes = {Outcome::kDrewNothing};
+    EXPECT_EQ(play("asleep", Mode::kNew, toy).back(), 'b');
+    const std::string asleep = file("asleep/log.txt");
+    EXPECT_NE(asleep.find("step 20: 20 steps in a row drew nothing (it slept); the run fails after "
+                          "200"),
+              std::string::npos)
+        << asleep;
+    EXPECT_NE(asleep.find("nothing is learned: play more"), std::string::npos) << asleep;
+    toy.outcomes = {Outcome::kSkipped, Outcome::kSkipped, Outcome::kUpdated};
+    toy.iterations = 5;
+    EXPECT_EQ(play("stumbles", Mode::kNew, toy).back(), 'd') << "never ten in a row";
+    toy.outcomes = {Outcome::kSkipped};
+    EXPECT_EQ(play("falls", Mode::kNew, toy), "..cssssssssssn");
+    EXPECT_NE(file("falls/log.txt").find("are not finite: play less; the last good state"),
+              std::string::npos);
+}
+
+TEST_F(RunTest, IsInterrupted) {
+    const auto opened = open("toy");
+    ASSERT_OK(opened.status());
+    play(*opened.value(), 7);
+    interrupt_.raise();
+    EXPECT_EQ(play(*opened.value()), "ci");
+    EXPECT_NE(file("toy/run.json").find("\"interrupted\""), std::string::npos);
+}
+
+}  // namespace
+}  // namespace splat::run
