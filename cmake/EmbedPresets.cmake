@@ -1,9 +1,9 @@
 # splat_embed_presets(<source file>)
 #
-# Writes a source file with the presets of src/priors_model/presets/, sorted by name. It is written anew
+# Writes a source file with the presets of src/prior_models/presets/, sorted by name. It is written anew
 # when one of them changes.
 function(splat_embed_presets to)
-  set(folder ${PROJECT_SOURCE_DIR}/src/priors_model/presets)
+  set(folder ${PROJECT_SOURCE_DIR}/src/prior_models/presets)
   file(GLOB files CONFIGURE_DEPENDS RELATIVE ${folder} ${folder}/*.json)
   list(TRANSFORM files REPLACE "[.]json$" "")
   list(SORT files)
@@ -14,9 +14,9 @@ function(splat_embed_presets to)
     string(APPEND entries "    {\"${name}\", R\"preset(${text})preset\"},\n")
   endforeach()
   file(CONFIGURE OUTPUT ${to} @ONLY CONTENT
-"#include \"priors_model/embedded_presets.h\"
+"#include \"prior_models/embedded_presets.h\"
 
-namespace splat::priors_model {
+namespace splat::prior_models {
 namespace {
 
 constexpr EmbeddedPreset kPresets[] = {
@@ -28,6 +28,6 @@ std::span<const EmbeddedPreset> embedded_presets() {
     return kPresets;
 }
 
-}  // namespace splat::priors_model
+}  // namespace splat::prior_models
 ")
 endfunction()

@@ -20,7 +20,7 @@ install(FILES ${PROJECT_BINARY_DIR}/tools/weights/cars64-depth-normal/weights.sa
         DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat/weights/cars64-depth-normal)
 
 # The presets, for reading; the library has them inside.
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/priors_model/presets
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/prior_models/presets
         DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat)
 
 # The prefix follows from the location of the file, so an installed folder can be moved.

@@ -24,7 +24,7 @@ inline bool is_finite(const Vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// The adjugate, whose quotient by the determinant is the inverse. Zeros have the signs of the products, unlike those of
+/// The adjugate, whose quotient by the determinant is the inverse. Zeros have the signs of the products, unlike in
 /// glm::inverse.
 inline Mat3 adjugate(const Mat3& m) {
     return glm::transpose(

@@ -4,7 +4,7 @@
 #include "api/api_guard.h"
 #include "api/core/image_view.h"
 #include "data/photograph.h"
-#include "priors_model/depth_normals.h"
+#include "prior_models/depth_normals.h"
 
 using namespace splat;
 
@@ -39,7 +39,7 @@ Result<std::vector<float>> distances_in(const api::ImageView& view,
             return error(Code::kInvalidArgument,
                          "depth at row %zu, column %zu is %g, expected relative depth from 0 to 1",
                          i / view.width, i % view.width, static_cast<double>(depth[i]));
-    priors_model::distances_of(depth, desc.nearest, desc.farthest);
+    prior_models::distances_of(depth, desc.nearest, desc.farthest);
     return depth;
 }
 
@@ -73,13 +73,13 @@ splat_result splat_normals_from_depth(const splat_image* depth, const splat_norm
         SPLAT_ASSIGN(const api::ImageView to, api::image_to_fill(normal, "normal"));
         SPLAT_TRY(api::check_image_size(to, "normal", from.width, from.height, 3));
         SPLAT_ASSIGN(const std::vector<float> distances, distances_in(from, *desc));
-        priors_model::DepthCamera camera{from.width,    from.height,    desc->focal_x,
+        prior_models::DepthCamera camera{from.width,    from.height,    desc->focal_x,
                                          desc->focal_y, desc->center_x, desc->center_y};
         if (desc->center_x == 0 && desc->center_y == 0) {
             camera.center_x = from.width / 2.0;
             camera.center_y = from.height / 2.0;
         }
-        std::vector<float> values = priors_model::normals_of(distances, camera);
+        std::vector<float> values = prior_models::normals_of(distances, camera);
         for (float& value : values) {
             value = (value + 1) / 2;
             if (to.type == SPLAT_PIXEL_U8) value = std::trunc(value * 255) / 255;

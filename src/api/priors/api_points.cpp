@@ -8,8 +8,8 @@
 #include "io/file.h"
 #include "io/mesh/mesh.h"
 #include "io/ply_rows.h"
-#include "priors/point_scores.h"
-#include "priors/surface_points.h"
+#include "prior_scores/point_scores.h"
+#include "prior_scores/surface_points.h"
 #include "scene/activate.h"
 #include "scene/camera_pose.h"
 
@@ -36,7 +36,7 @@ void fill_points(const Points& from, float* to) {
 Result<Points> points_of_file(io::Bytes file, std::size_t count, std::uint64_t seed) {
     if (!io::is_ply(file)) {
         SPLAT_ASSIGN(const io::Mesh mesh, io::read_obj(file));
-        return priors::sample_surface(mesh, count, seed);
+        return prior_scores::sample_surface(mesh, count, seed);
     }
     SPLAT_ASSIGN(const Points cloud, io::read_ply_points(file));
     Points points(count);
@@ -95,7 +95,8 @@ splat_result splat_points_from_depth(const splat_image* depth, const splat_camer
         const scene::Camera seen_by = api::camera_of(*camera, "camera");
         SPLAT_TRY(scene::check_camera(seen_by));
         SPLAT_TRY(api::check_image_size(view, "depth", seen_by.width, seen_by.height, 1));
-        SPLAT_ASSIGN(const Points made, priors::points_of_depth(api::planes_of(view), seen_by));
+        SPLAT_ASSIGN(const Points made,
+                     prior_scores::points_of_depth(api::planes_of(view), seen_by));
         const std::uint64_t numbers = 3 * made.size();
         if (needed != nullptr) *needed = numbers;
         incomplete = numbers > 0 && (points == nullptr || capacity < numbers);
@@ -119,8 +120,8 @@ splat_result splat_scene_compare_points(splat_scene scene, double min_opacity, c
             const std::shared_lock lock(object->mutex);
             SPLAT_ASSIGN(means, opaque_means(object->gaussians, min_opacity));
         }
-        SPLAT_ASSIGN(const priors::PointScores made,
-                     priors::compare_points(means, points_of(points, count), threshold));
+        SPLAT_ASSIGN(const prior_scores::PointScores made,
+                     prior_scores::compare_points(means, points_of(points, count), threshold));
         splat_point_scores filled{};
         filled.gaussians = means.size();
         filled.accuracy = made.accuracy;

@@ -7,14 +7,14 @@ using namespace splat;
 
 namespace {
 
-using priors_model::MapForm;
+using prior_models::MapForm;
 
 /// A preset and its path as JSON.
 Result<std::string> preset_report(const std::string& name) {
-    SPLAT_ASSIGN(const priors_model::Preset preset, priors_model::preset_of(name));
-    SPLAT_ASSIGN(const std::string text, priors_model::preset_text(name));
+    SPLAT_ASSIGN(const prior_models::Preset preset, prior_models::preset_of(name));
+    SPLAT_ASSIGN(const std::string text, prior_models::preset_text(name));
     JsonWriter json;
-    json.begin_object().member("path", priors_model::models_folder() + "/" + preset.file.name);
+    json.begin_object().member("path", prior_models::models_folder() + "/" + preset.file.name);
     return json.newline(1).key("preset").raw(text).end().text();
 }
 
@@ -36,7 +36,7 @@ constexpr MapTarget kMapTargets[] = {{"depth", &splat_prior_maps::depth, data::M
 /// The maps of one picture.
 struct Targets {
     std::optional<api::ImageView> views[std::size(kMapTargets)];
-    priors_model::WantedMaps wanted;
+    prior_models::WantedMaps wanted;
 };
 
 Result<Targets> targets_of(const splat_prior_maps& maps, const io::Image& picture, bool numbers,
@@ -60,7 +60,7 @@ Result<Targets> targets_of(const splat_prior_maps& maps, const io::Image& pictur
 }
 
 /// Fill the caller's maps.
-void give_maps(const Targets& targets, const priors_model::PriorMaps& made) {
+void give_maps(const Targets& targets, const prior_models::PriorMaps& made) {
     for (std::size_t t = 0; t < std::size(kMapTargets); ++t) {
         if (!targets.views[t]) continue;
         std::vector<float> values = made[kMapTargets[t].kind]->values;
@@ -78,7 +78,7 @@ Status run_model(const api::PriorModelObject& object, std::span<const splat_imag
                      "create another");
     std::vector<io::Image> images;
     std::vector<Targets> targets;
-    std::vector<priors_model::WantedMaps> wanted;
+    std::vector<prior_models::WantedMaps> wanted;
     for (std::uint32_t i = 0; i < pictures.size(); ++i) {
         SPLAT_ASSIGN(const api::ImageView view,
                      api::image_to_read(&pictures[i], splat::format("pictures[%u]", i).c_str()));
@@ -86,7 +86,7 @@ Status run_model(const api::PriorModelObject& object, std::span<const splat_imag
         SPLAT_ASSIGN(targets.emplace_back(), targets_of(maps[i], images.back(), object.numbers, i));
         wanted.push_back(targets.back().wanted);
     }
-    SPLAT_ASSIGN(const std::vector<priors_model::PriorMaps> made,
+    SPLAT_ASSIGN(const std::vector<prior_models::PriorMaps> made,
                  object.model->run(images, wanted));
     for (std::size_t i = 0; i < made.size(); ++i) give_maps(targets[i], made[i]);
     return {};
@@ -96,7 +96,7 @@ Status run_model(const api::PriorModelObject& object, std::span<const splat_imag
 
 splat_result splat_prior_preset(const char* name, char* buffer, size_t capacity, size_t* needed) {
     return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        if (name == nullptr) return give(JsonWriter().list(priors_model::preset_names()).text());
+        if (name == nullptr) return give(JsonWriter().list(prior_models::preset_names()).text());
         SPLAT_ASSIGN(const std::string text, preset_report(name));
         return give(text);
     });
@@ -118,7 +118,7 @@ splat_result splat_prior_model_create(const splat_prior_model_desc* desc,
         object->numbers = (desc->flags & SPLAT_PRIOR_MODEL_NUMBERS) != 0;
         object->generation = fork_generation();
         SPLAT_ASSIGN(object->model,
-                     priors_model::PriorModel::create(
+                     prior_models::PriorModel::create(
                          {text_or_empty(desc->preset), text_or_empty(desc->model_path),
                           text_or_empty(desc->runtime_path), desc->threads}));
         return object;
@@ -129,7 +129,7 @@ splat_result splat_prior_model_get_info(splat_prior_model model, splat_prior_mod
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::check_fill(info, "info"));
         SPLAT_ASSIGN(const auto object, api::PriorModels::find(model, "model"));
-        const priors_model::Preset& preset = object->model->preset();
+        const prior_models::Preset& preset = object->model->preset();
         splat_prior_model_info filled{};
         filled.maps = preset.maps();
         filled.width = object->model->input_size().width;

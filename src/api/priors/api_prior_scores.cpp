@@ -3,13 +3,13 @@
 
 #include "api/api_guard.h"
 #include "api/core/image_view.h"
-#include "priors/check_map.h"
-#include "priors/depth_scores.h"
-#include "priors/edges.h"
-#include "priors/information_fidelity.h"
-#include "priors/mask_scores.h"
-#include "priors/morphology.h"
-#include "priors/normal_scores.h"
+#include "prior_scores/check_map.h"
+#include "prior_scores/depth_scores.h"
+#include "prior_scores/edges.h"
+#include "prior_scores/information_fidelity.h"
+#include "prior_scores/mask_scores.h"
+#include "prior_scores/morphology.h"
+#include "prior_scores/normal_scores.h"
 
 using namespace splat;
 
@@ -51,14 +51,14 @@ std::vector<float> normals_of(const api::ImageView& view, std::uint32_t flags) {
     return normals;
 }
 
-Result<priors::Gradient> gradient_of(splat_map_filter filter) {
+Result<prior_scores::Gradient> gradient_of(splat_map_filter filter) {
     switch (filter) {
         case SPLAT_MAP_FILTER_SOBEL:
-            return priors::Gradient::kSobel;
+            return prior_scores::Gradient::kSobel;
         case SPLAT_MAP_FILTER_SCHARR:
-            return priors::Gradient::kScharr;
+            return prior_scores::Gradient::kScharr;
         case SPLAT_MAP_FILTER_PREWITT:
-            return priors::Gradient::kPrewitt;
+            return prior_scores::Gradient::kPrewitt;
         default:
             return error(Code::kInvalidArgument, "filter is %d, expected a SPLAT_MAP_FILTER_ value",
                          filter);
@@ -75,25 +75,26 @@ std::vector<float> floats_of(const std::vector<T>& values) {
 
 Result<std::vector<float>> morphology_of(const std::vector<float>& map, const api::ImageView& view,
                                          splat_map_filter filter) {
-    SPLAT_TRY(priors::check_map(map, view.samples(), "map"));
+    SPLAT_TRY(prior_scores::check_map(map, view.samples(), "map"));
     std::vector<std::uint8_t> mask;
     mask.reserve(map.size());
     for (const float value : map) mask.push_back(value > 0.5F ? 1 : 0);
     return floats_of(filter == SPLAT_MAP_FILTER_CLOSING
-                         ? priors::closing(mask, view.height, view.width)
-                         : priors::opening(mask, view.height, view.width));
+                         ? prior_scores::closing(mask, view.height, view.width)
+                         : prior_scores::opening(mask, view.height, view.width));
 }
 
 Result<std::vector<float>> filtered_map(const api::ImageView& view, splat_map_filter filter) {
     const std::vector<float> map = api::planes_of(view);
     if (filter == SPLAT_MAP_FILTER_CANNY) {
-        SPLAT_ASSIGN(const auto edges, priors::canny_edges(map, view.height, view.width));
+        SPLAT_ASSIGN(const auto edges, prior_scores::canny_edges(map, view.height, view.width));
         return floats_of(edges);
     }
     if (filter == SPLAT_MAP_FILTER_CLOSING || filter == SPLAT_MAP_FILTER_OPENING)
         return morphology_of(map, view, filter);
-    SPLAT_ASSIGN(const priors::Gradient kind, gradient_of(filter));
-    SPLAT_ASSIGN(const auto lengths, priors::gradient_length(map, view.height, view.width, kind));
+    SPLAT_ASSIGN(const prior_scores::Gradient kind, gradient_of(filter));
+    SPLAT_ASSIGN(const auto lengths,
+                 prior_scores::gradient_length(map, view.height, view.width, kind));
     return floats_of(lengths);
 }
 
@@ -121,11 +122,12 @@ splat_result splat_prior_compare_depth(const splat_image* prediction, const spla
     return compare(prediction, truth, "truth", 1, flags, SPLAT_DEPTH_AS_PUBLISHED, scores,
                    [&](const ImagePair& pair) -> Result<splat_depth_scores> {
                        SPLAT_ASSIGN(const std::vector<float> counted, mask_of(mask, pair.first));
-                       SPLAT_ASSIGN(const priors::DepthScores made,
-                                    priors::compare_depth(api::planes_of(pair.first),
-                                                          api::planes_of(pair.second), counted,
-                                                          flags != 0 ? priors::DepthRule::kPublished
-                                                                     : priors::DepthRule::kValid));
+                       SPLAT_ASSIGN(
+                           const prior_scores::DepthScores made,
+                           prior_scores::compare_depth(
+                               api::planes_of(pair.first), api::planes_of(pair.second), counted,
+                               flags != 0 ? prior_scores::DepthRule::kPublished
+                                          : prior_scores::DepthRule::kValid));
                        splat_depth_scores filled{};
                        filled.pixels = made.pixels;
                        filled.abs_rel = made.abs_rel;
@@ -145,9 +147,9 @@ splat_result splat_prior_compare_normals(const splat_image* prediction, const sp
                    [&](const ImagePair& pair) -> Result<splat_normal_scores> {
                        SPLAT_ASSIGN(const std::vector<float> counted, mask_of(mask, pair.first));
                        SPLAT_ASSIGN(
-                           const priors::NormalScores made,
-                           priors::compare_normals(normals_of(pair.first, flags),
-                                                   normals_of(pair.second, flags), counted));
+                           const prior_scores::NormalScores made,
+                           prior_scores::compare_normals(normals_of(pair.first, flags),
+                                                         normals_of(pair.second, flags), counted));
                        splat_normal_scores filled{};
                        filled.pixels = made.pixels;
                        filled.missing = made.missing;
@@ -161,22 +163,22 @@ splat_result splat_prior_compare_normals(const splat_image* prediction, const sp
 
 splat_result splat_prior_compare_masks(const splat_image* prediction, const splat_image* alpha,
                                        uint32_t flags, splat_mask_scores* scores) {
-    return compare(
-        prediction, alpha, "alpha", 1, flags, SPLAT_MASK_ALPHA_HALF, scores,
-        [&](const ImagePair& pair) -> Result<splat_mask_scores> {
-            SPLAT_ASSIGN(const priors::MaskScores made,
-                         priors::compare_masks(api::planes_of(pair.first),
-                                               api::planes_of(pair.second), flags != 0 ? 0.5 : 0));
-            splat_mask_scores filled{};
-            filled.predicted_pixels = made.predicted_pixels;
-            filled.true_pixels = made.true_pixels;
-            filled.mae = made.mae;
-            filled.iou = made.iou;
-            filled.precision = made.precision;
-            filled.recall = made.recall;
-            filled.f_beta = made.f_beta;
-            return filled;
-        });
+    return compare(prediction, alpha, "alpha", 1, flags, SPLAT_MASK_ALPHA_HALF, scores,
+                   [&](const ImagePair& pair) -> Result<splat_mask_scores> {
+                       SPLAT_ASSIGN(const prior_scores::MaskScores made,
+                                    prior_scores::compare_masks(api::planes_of(pair.first),
+                                                                api::planes_of(pair.second),
+                                                                flags != 0 ? 0.5 : 0));
+                       splat_mask_scores filled{};
+                       filled.predicted_pixels = made.predicted_pixels;
+                       filled.true_pixels = made.true_pixels;
+                       filled.mae = made.mae;
+                       filled.iou = made.iou;
+                       filled.precision = made.precision;
+                       filled.recall = made.recall;
+                       filled.f_beta = made.f_beta;
+                       return filled;
+                   });
 }
 
 splat_result splat_prior_compare_images(const splat_image* prediction, const splat_image* truth,
@@ -184,11 +186,11 @@ splat_result splat_prior_compare_images(const splat_image* prediction, const spl
     return compare(
         prediction, truth, "truth", 0, flags, SPLAT_FIDELITY_RANGE_1 | SPLAT_FIDELITY_WITH_ALPHA,
         scores, [&](const ImagePair& pair) -> Result<splat_fidelity_scores> {
-            const priors::FidelityOptions options = {
+            const prior_scores::FidelityOptions options = {
                 (flags & SPLAT_FIDELITY_RANGE_1) != 0 ? 1.0 : 255.0,
                 (flags & SPLAT_FIDELITY_WITH_ALPHA) != 0};
-            SPLAT_ASSIGN(const priors::FidelityScores made,
-                         priors::information_fidelity(
+            SPLAT_ASSIGN(const prior_scores::FidelityScores made,
+                         prior_scores::information_fidelity(
                              api::planes_of(pair.first), api::planes_of(pair.second),
                              pair.first.channels, pair.first.height, pair.first.width, options));
             splat_fidelity_scores filled{};

@@ -1,4 +1,4 @@
-// Scores of maps through the C API: layouts, encodings and flags; tests/priors tests the numbers. Needs no device.
+// Scores of maps through the C API: layouts, encodings and flags; tests/prior_scores tests numbers. Needs no device.
 #include <cmath>
 
 #include "api/api_calls.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "api/priors/map_calls.h"
-#include "priors_model/onnx/sample_models.h"
+#include "prior_models/onnx/sample_models.h"
 
 namespace splat::test {
 namespace {

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "scene/vector.h"
+
+namespace splat::prior_scores {
+
+/// A k-d tree: the exact distance to the nearest of many points, the same bits as that of a loop over all.
+/// Thread-safe.
+///
+/// Source  Bentley 1975, doi:10.1145/361002.361007
+class NearestPoints {
+  public:
+    /// At least one point and at most 2^32 - 1, all finite.
+    explicit NearestPoints(std::span<const scene::Vec3> points);
+
+    [[nodiscard]] double squared_distance(const scene::Vec3& from) const;
+
+  private:
+    void build(std::size_t begin, std::size_t end);
+    void search(std::size_t begin, std::size_t end, const scene::Vec3& from, double& least) const;
+
+    std::vector<scene::Vec3> points_;  ///< the middle one of a range splits it
+    std::vector<std::uint8_t> axes_;   ///< along which a point splits its range
+};
+
+/// |a - b|^2
+inline double squared_distance(const scene::Vec3& a, const scene::Vec3& b) {
+    const scene::Vec3 d = a - b;
+    return glm::dot(d, d);
+}
+
+}  // namespace splat::prior_scores

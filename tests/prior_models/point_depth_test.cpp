@@ -1,0 +1,73 @@
+#include "prior_models/point_depth.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/expect_status.h"
+
+namespace splat::prior_models {
+namespace {
+
+constexpr std::uint32_t kWidth = 40, kHeight = 30;
+
+/// The distance of a wavy wall.
+double wall(std::size_t x, std::size_t y) {
+    return 2 + 0.7 * std::sin(0.3 * static_cast<double>(x)) + 0.02 * static_cast<double>(y);
+}
+
+/// Points that a camera of focal length `focal` pixels sees, with a depth that lacks `shift`, and divided by `scale`.
+Planes wall_points(double focal, double shift, double scale) {
+    Planes points{{kWidth, kHeight}, 3, {}};
+    for (std::size_t y = 0; y < kHeight; ++y)
+        for (std::size_t x = 0; x < kWidth; ++x) {
+            const double z = wall(x, y);
+            const double u = (static_cast<double>(x) + 0.5 - kWidth / 2.0) / focal;
+            const double v = (static_cast<double>(y) + 0.5 - kHeight / 2.0) / focal;
+            for (const double value : {u * z, v * z, z - shift})
+                points.values.push_back(static_cast<float>(value / scale));
+        }
+    return points;
+}
+
+TEST(PointDepth, FindsTheShiftOfACamera) {
+    for (const double focal : {20.0, 45.0, 150.0})
+        for (const double shift : {-3.0, 0.0, 1.1, 2.4}) {
+            const OnnxTensor scale{{1}, {2.5F}};
+            const MapSource source{nullptr, &scale, nullptr, 0};
+            const auto depth = point_depth(wall_points(focal, shift, 2.5), source, "points");
+            ASSERT_OK(depth.status());
+            for (std::size_t i = 0; i < depth.value().values.size(); ++i)
+                EXPECT_NEAR(depth.value().values[i], wall(i % kWidth, i / kWidth), 2e-3)
+                    << "focal length " << focal << ", shift " << shift;
+        }
+}
+
+TEST(PointDepth, WhatTheMaskLeavesOutIsFarthest) {
+    Planes points = wall_points(45, 1, 1);
+    OnnxTensor mask{{1, kHeight, kWidth}, std::vector<float>(std::size_t{kWidth} * kHeight, 1)};
+    for (std::size_t i = 0; i < kWidth; ++i) {
+        mask.values[i] = 0.2F;
+        points.values[3 * i + 2] = 1e6F;  // must not matter
+    }
+    const auto depth = point_depth(points, {nullptr, nullptr, &mask, 0}, "points");
+    ASSERT_OK(depth.status());
+    double farthest = 0;
+    for (std::size_t i = kWidth; i < std::size_t{kWidth} * kHeight; ++i)
+        farthest = std::max(farthest, wall(i % kWidth, i / kWidth));
+    for (std::size_t i = 0; i < kWidth; ++i) EXPECT_NEAR(depth.value().values[i], farthest, 2e-3);
+}
+
+TEST(PointDepth, RefusesAnEmptyMaskAndOneOfAnotherSize) {
+    const Planes points = wall_points(45, 0, 1);
+    const OnnxTensor empty{{1, kHeight, kWidth},
+                           std::vector<float>(std::size_t{kWidth} * kHeight, 0)};
+    EXPECT_ERROR(point_depth(points, {nullptr, nullptr, &empty, 0}, "points").status(),
+                 Code::kInvalidState, "no valid point");
+    const OnnxTensor small{{1, 2, 2}, {1, 1, 1, 1}};
+    EXPECT_ERROR(point_depth(points, {nullptr, nullptr, &small, 0}, "points").status(),
+                 Code::kFormat, "2 x 2 pixels, expected the points' 40 x 30");
+}
+
+}  // namespace
+}  // namespace splat::prior_models
