@@ -52,18 +52,6 @@ Status read_number(const Config& config, const Key& key, T& field) {
     return {};
 }
 
-template <class T>
-ConfigEntry list(const T& values) {
-    ConfigEntry entry{"", {}, true, false};
-    for (const auto& value : values) {
-        if constexpr (std::is_integral_v<std::decay_t<decltype(value)>>)
-            entry.values.emplace_back(static_cast<std::int64_t>(value));
-        else
-            entry.values.emplace_back(value);
-    }
-    return entry;
-}
-
 }  // namespace
 
 Status check_range(const std::string& what, const Key& key, double value) {
@@ -135,16 +123,6 @@ Status read_word(const Config& config, const Key& key, int& place) {
     return {};
 }
 
-ConfigEntry write_field(const Key& /*key*/, std::uint32_t value) {
-    return one(std::int64_t{value});
-}
-
-ConfigEntry write_field(const Key& /*key*/, std::uint64_t value) {
-    return one(static_cast<std::int64_t>(value));
-}
-
-/// Writes the fewest digits that restore the float: 0.8, not 0.800000012. A whole number is written as an integer: as
-/// a double it would be "1e+08".
 ConfigEntry write_field(const Key& /*key*/, float value) {
     constexpr float kMostWhole = 1e9F;
     if (std::abs(value) < kMostWhole && std::trunc(value) == value)
@@ -152,30 +130,6 @@ ConfigEntry write_field(const Key& /*key*/, float value) {
     char text[32];
     const std::to_chars_result end = std::to_chars(text, text + sizeof text, value);
     return one(*decimal_number({text, end.ptr}));
-}
-
-ConfigEntry write_field(const Key& /*key*/, double value) {
-    return one(value);
-}
-
-ConfigEntry write_field(const Key& /*key*/, bool value) {
-    return one(value);
-}
-
-ConfigEntry write_field(const Key& /*key*/, const std::string& value) {
-    return one(value);
-}
-
-ConfigEntry write_field(const Key& /*key*/, const std::vector<std::uint32_t>& values) {
-    return list(values);
-}
-
-ConfigEntry write_field(const Key& /*key*/, const std::vector<std::string>& values) {
-    return list(values);
-}
-
-ConfigEntry write_field(const Key& /*key*/, const std::array<double, 2>& values) {
-    return list(values);
 }
 
 ConfigEntry write_word(const Key& key, int place) {

@@ -27,15 +27,29 @@ Status read_field(const Config& config, const Key& key, std::array<double, 2>& f
 /// The place of a word among those of a choice.
 Status read_word(const Config& config, const Key& key, int& place);
 
-ConfigEntry write_field(const Key& key, std::uint32_t value);
-ConfigEntry write_field(const Key& key, std::uint64_t value);
+/// Writes the fewest digits that restore the float: 0.8, not 0.800000012. A whole number is written as an integer: as
+/// a double it would be "1e+08".
 ConfigEntry write_field(const Key& key, float value);
-ConfigEntry write_field(const Key& key, double value);
-ConfigEntry write_field(const Key& key, bool value);
-ConfigEntry write_field(const Key& key, const std::string& value);
-ConfigEntry write_field(const Key& key, const std::vector<std::uint32_t>& values);
-ConfigEntry write_field(const Key& key, const std::vector<std::string>& values);
-ConfigEntry write_field(const Key& key, const std::array<double, 2>& values);
+
+/// Integers of any size as one of 64 bits, lists element by element, and all else as it is.
+template <class T>
+ConfigEntry write_field(const Key& /*key*/, const T& value) {
+    const auto scalar = [](const auto& element) -> ConfigScalar {
+        using Element = std::decay_t<decltype(element)>;
+        if constexpr (std::is_integral_v<Element> && !std::is_same_v<Element, bool>)
+            return static_cast<std::int64_t>(element);
+        else
+            return element;
+    };
+    if constexpr (std::is_arithmetic_v<T> || std::is_same_v<T, std::string>) {
+        return {"", {scalar(value)}, false, false};
+    } else {
+        ConfigEntry entry{"", {}, true, false};
+        for (const auto& element : value) entry.values.push_back(scalar(element));
+        return entry;
+    }
+}
+
 ConfigEntry write_word(const Key& key, int place);
 
 /// True if two values are the same; numbers of a file have more digits than the field that holds them.

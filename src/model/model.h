@@ -187,8 +187,7 @@ class Model {
     [[nodiscard]] std::vector<nn::ValueId> sliced_inputs() const;
     /// Where an input's numbers go: for custom embeddings, a tensor in the caller's order.
     [[nodiscard]] const vk::BufferView& input(nn::ValueId id) const {
-        const bool own = id == embedding_ && exchanged_.bytes() > 0;
-        if (own) return exchanged_view_;
+        if (id == embedding_ && exchanged_.bytes() > 0) return exchanged_view_;
         return id == rays_value_ ? executor_->tensor(id) : tensor(id);
     }
     [[nodiscard]] const vk::BufferView& tensor(nn::ValueId id) const {
