@@ -68,7 +68,7 @@ class Lent(Case):
         def batches() -> Any:
             return splat.Batches(dataset, config)
 
-        def training() -> Any:
+        def run() -> Any:
             return splat.Training(self.folder / "run", config, device=self.device)
 
         def tensor() -> Any:
@@ -86,7 +86,7 @@ class Lent(Case):
             (predictor, lambda made: made.info, _records.PredictorInfo, "of"),
             (evaluator, lambda made: made.score_images(0, images), _records.ObjectScores, "of"),
             (batches, lambda made: made.next(0), splat.Batch, "_copy"),
-            (training, lambda made: made.next(), _records.RunEvent, "of"),
+            (run, lambda made: made.next(), _records.RunEvent, "of"),
             (tensor, fill, np, "ones")]
         for part in parts:
             with self.subTest(part[0].__name__, copied_by=part[3]):
