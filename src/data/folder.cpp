@@ -89,10 +89,6 @@ Result<std::vector<std::string>> candidates_in(const fs::path& folder) {
     return names;
 }
 
-Status in_file(const Status& status, const std::string& place) {
-    return status.ok() ? status : Status(status.code(), "'" + place + "': " + status.message());
-}
-
 Result<scene::Mat4> affine(std::span<const float> values) {
     if (values.size() != 12 && values.size() != 16)
         return error(Code::kFormat, "a pose of %zu numbers, expected 3 x 4 or 4 x 4",

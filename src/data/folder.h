@@ -9,6 +9,7 @@
 #include "core/status.h"
 #include "io/folder.h"
 #include "io/image.h"
+#include "io/reader.h"
 #include "scene/vector.h"
 
 namespace splat::data {
@@ -42,13 +43,7 @@ Result<std::vector<std::string>> images_in(const std::filesystem::path& folder);
 /// Errors: as io::entries_in().
 Result<std::vector<std::string>> candidates_in(const std::filesystem::path& folder);
 
-/// An error with the place before its message.
-Status in_file(const Status& status, const std::string& place);
-template <class T>
-Result<T> in_file(Result<T> result, const std::string& place) {
-    if (result.ok()) return result;
-    return in_file(result.status(), place);
-}
+using io::in_file;
 
 /// A row-major [3,4] or [4,4] as [4,4]. Errors: kFormat for another number of values.
 Result<scene::Mat4> affine(std::span<const float> values);
