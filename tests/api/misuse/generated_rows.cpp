@@ -41,6 +41,7 @@ void MisuseTable::infos(const std::string& function, const std::string& paramete
 template <class Desc>
 void MisuseTable::descs(const std::string& function, const std::string& parameter, const Desc& good,
                         std::function<splat_result(const Desc*)> call) {
+    if (parameter == "desc") reads_[function] = Read<Desc>{good, call};
     const auto invalid = [&](const char* what, void (*change)(Desc&)) {
         Desc desc = good;
         change(desc);

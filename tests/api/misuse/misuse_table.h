@@ -240,6 +240,36 @@ class MisuseTable {
     void texts(const char* function, const std::function<splat_result(bool, std::size_t)>& call,
                splat_result without_room);
 
+    /// Adds rows of a desc with one wrong member.
+    template <class Desc>
+    struct WrongDescs {
+        MisuseTable& table;
+        const char* function;
+
+        void operator()(const char* what, splat_result expected,
+                        const std::function<void(Desc&)>& change) const {
+            const auto& read = std::any_cast<const Read<Desc>&>(table.reads_.at(function));
+            Desc desc = read.good;
+            change(desc);
+            table.add(function, "desc", what, expected,
+                      [call = read.call, desc] { return call(&desc); });
+        }
+        void operator()(const char* what, const std::function<void(Desc&)>& change,
+                        splat_result expected = kArgument) const {
+            (*this)(what, expected, change);
+        }
+    };
+    template <class Desc>
+    WrongDescs<Desc> wrong_descs(const char* function) {
+        return {*this, function};
+    }
+
+    /// A function that reads a desc: a right one, and the call with another.
+    template <class Desc>
+    struct Read {
+        Desc good;
+        std::function<splat_result(const Desc*)> call;
+    };
     struct Object {
         std::uintptr_t live, stale;
     };
@@ -279,6 +309,7 @@ class MisuseTable {
     std::map<std::type_index, Object> objects_;
     std::map<std::type_index, std::shared_ptr<void>> goods_;
     std::map<std::string, Right> rights_;
+    std::map<std::string, std::any> reads_;
     std::map<std::string, std::vector<Parameter>> functions_;
     std::vector<Misuse> rows_;
 };

@@ -18,15 +18,7 @@ void MisuseTable::dataset_rows() {
     synthetic_rows();
     co3d_rows();
     table_rows();
-    const auto open = [this](const splat_dataset_desc* desc) {
-        return splat_dataset_open(desc, out<splat_dataset>());
-    };
-    const auto invalid = [&](const char* what, void (*change)(splat_dataset_desc&),
-                             splat_result expected = kArgument) {
-        splat_dataset_desc desc = dataset_desc();
-        change(desc);
-        add("splat_dataset_open", "desc", what, expected, [open, desc] { return open(&desc); });
-    };
+    const auto invalid = wrong_descs<splat_dataset_desc>("splat_dataset_open");
     invalid("no path", [](splat_dataset_desc& d) { d.path = nullptr; });
     invalid(
         "a missing path", [](splat_dataset_desc& d) { d.path = "/nonexistent"; }, kNotFound);
@@ -60,13 +52,7 @@ void MisuseTable::table_rows() {
     };
     auto good = sized<splat_dataset_import_desc>();
     good.path = "/nonexistent";
-    const auto bad_import = [&](const char* what, splat_result expected,
-                                void (*change)(splat_dataset_import_desc&)) {
-        splat_dataset_import_desc desc = good;
-        change(desc);
-        add("splat_dataset_import", "desc", what, expected,
-            [import, desc] { return import(&desc); });
-    };
+    const auto bad_import = wrong_descs<splat_dataset_import_desc>("splat_dataset_import");
     bad_import("no path", kArgument, [](auto& d) { d.path = nullptr; });
     bad_import("a missing path", kNotFound, [](auto&) {});
     bad_import("an unknown split", kArgument, [](auto& d) { d.split = "x"; });
@@ -83,12 +69,7 @@ void MisuseTable::table_rows() {
     auto out = sized<splat_dataset_export_desc>();
     out.path = "/proc/x";
     out.layout = "srn";
-    const auto bad_export = [&](const char* what, splat_result expected,
-                                void (*change)(splat_dataset_export_desc&)) {
-        splat_dataset_export_desc desc = out;
-        change(desc);
-        add("splat_dataset_export", "desc", what, expected, [write, desc] { return write(&desc); });
-    };
+    const auto bad_export = wrong_descs<splat_dataset_export_desc>("splat_dataset_export");
     static const std::uint32_t objects[] = {0, 2};
     bad_export("no path", kArgument, [](auto& d) { d.path = nullptr; });
     bad_export("a path that cannot be written", kNotFound, [](auto&) {});
@@ -109,16 +90,7 @@ void MisuseTable::table_rows() {
 }
 
 void MisuseTable::synthetic_rows() {
-    const auto write = [](const splat_synthetic_desc* desc) {
-        return splat_synthetic_write(desc, 0);
-    };
-    const auto invalid = [&](const char* what, splat_result expected,
-                             void (*change)(splat_synthetic_desc&)) {
-        splat_synthetic_desc desc = synthetic_desc(data_folder());
-        change(desc);
-        add("splat_synthetic_write", "desc", what, expected,
-            [write, desc] { return write(&desc); });
-    };
+    const auto invalid = wrong_descs<splat_synthetic_desc>("splat_synthetic_write");
     invalid("no path", kArgument, [](splat_synthetic_desc& d) { d.path = nullptr; });
     invalid("a path that cannot be written", kNotFound,
             [](splat_synthetic_desc& d) { d.path = "/proc/x"; });
@@ -135,21 +107,11 @@ void MisuseTable::synthetic_rows() {
 }
 
 void MisuseTable::co3d_rows() {
-    const auto prepare = [](const splat_co3d_desc* desc) {
-        auto info = sized<splat_co3d_info>();
-        return splat_co3d_prepare(desc, &info);
-    };
     auto good = sized<splat_co3d_desc>();
     good.raw = "/nonexistent";
     good.out = data_folder();
     good.category = "hydrant";
-    const auto invalid = [&](const char* what, splat_result expected,
-                             void (*change)(splat_co3d_desc&)) {
-        splat_co3d_desc desc = good;
-        change(desc);
-        add("splat_co3d_prepare", "desc", what, expected,
-            [prepare, desc] { return prepare(&desc); });
-    };
+    const auto invalid = wrong_descs<splat_co3d_desc>("splat_co3d_prepare");
     invalid("no release", kArgument, [](splat_co3d_desc& d) { d.raw = nullptr; });
     invalid("no folder to write to", kArgument, [](splat_co3d_desc& d) { d.out = nullptr; });
     invalid("no category", kArgument, [](splat_co3d_desc& d) { d.category = nullptr; });

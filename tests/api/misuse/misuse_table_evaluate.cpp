@@ -10,19 +10,7 @@ const float kImages[kNumbers] = {};
 }  // namespace
 
 void MisuseTable::evaluator_rows() {
-    auto good = sized<splat_evaluator_desc>();
-    good.dataset = dataset_;
-    good.method = "mine";
-    const auto create = [this](const splat_evaluator_desc* desc) {
-        return splat_evaluator_create(desc, out<splat_evaluator>());
-    };
-    const auto invalid = [&](const char* what, splat_result expected,
-                             const std::function<void(splat_evaluator_desc&)>& change) {
-        splat_evaluator_desc desc = good;
-        change(desc);
-        add("splat_evaluator_create", "desc", what, expected,
-            [create, desc] { return create(&desc); });
-    };
+    const auto invalid = wrong_descs<splat_evaluator_desc>("splat_evaluator_create");
     invalid("neither predictor nor method", kArgument, [](auto& d) { d.method = nullptr; });
     invalid("a data set and a path", kArgument, [](auto& d) { d.data_path = "cars"; });
     invalid("a split with a data set", kArgument, [](auto& d) { d.split = "test"; });
@@ -105,16 +93,7 @@ void MisuseTable::evaluator_score_rows() {
 }
 
 void MisuseTable::comparison_rows() {
-    const auto compare = [this](const splat_compare_desc* desc) {
-        return splat_compare_scores(desc, out<splat_comparison>());
-    };
-    const auto invalid = [&](const char* what, splat_result expected,
-                             void (*change)(splat_compare_desc&)) {
-        splat_compare_desc desc = compare_desc();
-        change(desc);
-        add("splat_compare_scores", "desc", what, expected,
-            [compare, desc] { return compare(&desc); });
-    };
+    const auto invalid = wrong_descs<splat_compare_desc>("splat_compare_scores");
     static const splat_score nameless[] = {{nullptr, 1, 1, 1}};
     static const splat_score twice[] = {{"x", 1, 1, 1}, {"x", 2, 1, 1}};
     static const splat_score others[] = {{"z", 1, 1, 1}};

@@ -10,13 +10,7 @@ constexpr float kValues[4] = {1, 2, 3, 4};
 }  // namespace
 
 void MisuseTable::model_rows() {
-    const splat_model_desc good = model_desc();
-    const auto invalid = [&](const char* what, void (*change)(splat_model_desc&)) {
-        splat_model_desc desc = good;
-        change(desc);
-        add("splat_model_create", "desc", what, kArgument,
-            [this, desc] { return splat_model_create(device_, &desc, out<splat_model>()); });
-    };
+    const auto invalid = wrong_descs<splat_model_desc>("splat_model_create");
     invalid("an unknown precision", [](splat_model_desc& d) { d.precision = 4; });
     invalid("too many objects", [](splat_model_desc& d) { d.objects = 4097; });
     invalid("an invalid configuration", [](splat_model_desc& d) { d.config = "]"; });
@@ -106,13 +100,7 @@ void MisuseTable::model_pass_rows() {
 }
 
 void MisuseTable::module_rows() {
-    const splat_module_desc good = module_desc();
-    const auto invalid = [&](const char* what, void (*change)(splat_module_desc&)) {
-        splat_module_desc desc = good;
-        change(desc);
-        add("splat_module_create", "desc", what, kArgument,
-            [this, desc] { return splat_module_create(device_, &desc, out<splat_module>()); });
-    };
+    const auto invalid = wrong_descs<splat_module_desc>("splat_module_create");
     static const splat_port kNameless = port_desc({1, 4}, nullptr);
     static splat_port flagged = port_desc({1, 4}, "x");
     static const splat_port kScalar = port_desc({}, "x");

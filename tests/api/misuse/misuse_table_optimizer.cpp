@@ -47,12 +47,7 @@ void MisuseTable::optimizer_desc_rows() {
         return splat_optimizer_create(device_, desc, out<splat_optimizer>());
     };
     using Desc = splat_optimizer_desc;
-    const auto invalid = [&](const char* what, void (*change)(Desc&)) {
-        Desc desc = good;
-        change(desc);
-        add("splat_optimizer_create", "desc", what, kArgument,
-            [create, desc] { return create(&desc); });
-    };
+    const auto invalid = wrong_descs<Desc>("splat_optimizer_create");
     invalid("no items", [](Desc& d) { d.item_count = 0; });
     invalid("items NULL", [](Desc& d) { d.items = nullptr; });
     invalid("groups NULL", [](Desc& d) { d.group_count = 1; });

@@ -98,19 +98,7 @@ void MisuseTable::picture_rows() {
 void MisuseTable::predictor_rows() {
     add("splat_builtin_weights", "name", "unknown", SPLAT_ERROR_NOT_FOUND,
         [this] { return splat_builtin_weights("nothing", text_out(), 16, out<std::size_t>()); });
-    auto good = sized<splat_predictor_desc>();
-    good.weights = weights_handle_;
-    good.config = kSmallModel;
-    const auto create = [this](const splat_predictor_desc* desc) {
-        return splat_predictor_create(device_, desc, out<splat_predictor>());
-    };
-    const auto invalid = [&](const char* what, splat_result expected,
-                             void (*change)(splat_predictor_desc&)) {
-        splat_predictor_desc desc = good;
-        change(desc);
-        add("splat_predictor_create", "desc", what, expected,
-            [create, desc] { return create(&desc); });
-    };
+    const auto invalid = wrong_descs<splat_predictor_desc>("splat_predictor_create");
     invalid("weights of another network", SPLAT_ERROR_FORMAT, [](splat_predictor_desc&) {});
     invalid("no configuration", kArgument, [](splat_predictor_desc& d) { d.config = nullptr; });
     invalid("a wrong configuration", kArgument, [](splat_predictor_desc& d) { d.config = "a: 1"; });

@@ -103,20 +103,7 @@ void MisuseTable::normals_rows() {
 }
 
 void MisuseTable::prior_model_rows() {
-    auto good = sized<splat_prior_model_desc>();
-    good.preset = "u2net";
-    good.model_path = "/nowhere/u2net.onnx";
-    good.runtime_path = "/nowhere/libonnxruntime.so";
-    const auto create = [this](const splat_prior_model_desc* desc) {
-        return splat_prior_model_create(desc, out<splat_prior_model>());
-    };
-    const auto invalid = [&](const char* what, splat_result expected,
-                             void (*change)(splat_prior_model_desc&)) {
-        splat_prior_model_desc desc = good;
-        change(desc);
-        add("splat_prior_model_create", "desc", what, expected,
-            [create, desc] { return create(&desc); });
-    };
+    const auto invalid = wrong_descs<splat_prior_model_desc>("splat_prior_model_create");
     invalid("no runtime", kNotFound, [](auto&) {});
     invalid("no preset of this name", kNotFound, [](auto& d) { d.preset = "none"; });
     invalid("no preset for this file", kNotFound, [](auto& d) {

@@ -67,17 +67,7 @@ void MisuseTable::camera_file_rows() {
 }
 
 void MisuseTable::rasterizer_rows() {
-    const splat_rasterizer_desc good = rasterizer_desc(3, 16, 16);
-    const auto create = [this](const splat_rasterizer_desc* desc) {
-        return splat_rasterizer_create(device_, desc, out<splat_rasterizer>());
-    };
-    const auto invalid = [&](const char* what, splat_result expected,
-                             void (*change)(splat_rasterizer_desc&)) {
-        splat_rasterizer_desc desc = good;
-        change(desc);
-        add("splat_rasterizer_create", "desc", what, expected,
-            [create, desc] { return create(&desc); });
-    };
+    const auto invalid = wrong_descs<splat_rasterizer_desc>("splat_rasterizer_create");
     using Desc = splat_rasterizer_desc;
     invalid("no width", kArgument, [](Desc& d) { d.width = 0; });
     invalid("no height", kArgument, [](Desc& d) { d.height = 0; });
