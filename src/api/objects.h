@@ -20,6 +20,7 @@
 #include "model/weights.h"
 #include "nn/op_instance.h"
 #include "predict/predictor.h"
+#include "raster/rasterizer.h"
 #include "run/run.h"
 #include "splat.h"
 #include "train/batches.h"
