@@ -1,24 +1,10 @@
 #include "train/trainer.h"
 
-#include <chrono>
-
 #include "core/finite.h"
+#include "core/stopwatch.h"
 
 namespace splat::train {
 namespace {
-
-/// Adds the seconds since the last call to a sum.
-class Stopwatch {
-  public:
-    void add_to(double& seconds) {
-        const auto now = std::chrono::steady_clock::now();
-        seconds += std::chrono::duration<double>(now - last_).count();
-        last_ = now;
-    }
-
-  private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 /// Copy a set, or its gradients, to another of the same size.
 Result<vk::CommandList> copy_of(vk::Context& context, const gaussians::SetViews& from,
@@ -162,13 +148,13 @@ Status Trainer::step(const TrainBatch& batch, TrainStep& result) {
     for (const std::uint32_t first : terms.waiting)
         SPLAT_TRY(repeat_for_scales(batch, first, terms.outliers));
     result.loss.total += terms.outliers.loss();
-    watch.add_to(result.network_seconds);
+    result.network_seconds += watch.lap();
     OptimiserStep update;
     SPLAT_TRY(optimiser_->step(update, result.loss.total));
     result.gradients_zero = update.gradients.zero;
     result.skipped = update.was_skipped;
     result.rate = update.rate;
-    watch.add_to(result.update_seconds);
+    result.update_seconds += watch.lap();
     result.step = steps_ = update.step;
     ++attempts_;
     const std::lock_guard lock(last_mutex_);
@@ -198,13 +184,13 @@ Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, ScaleTerms& t
     Stopwatch watch;
     SPLAT_TRY(forward(batch, first));
     result.non_finite += model_->ledger().non_finite();
-    watch.add_to(result.network_seconds);
+    result.network_seconds += watch.lap();
     for (std::uint32_t i = 0; i < config_.micro_batch; ++i)
         SPLAT_TRY(render(batch, first + i, i, result));
     if (config_.scale_terms) SPLAT_TRY(take_scales(first, terms));
-    watch.add_to(result.render_seconds);
+    result.render_seconds += watch.lap();
     SPLAT_TRY(model_->backward(true));
-    watch.add_to(result.network_seconds);
+    result.network_seconds += watch.lap();
     return {};
 }
 
