@@ -70,15 +70,11 @@ Status Trainer::build(const model::ModelConfig& network) {
     RenderLossDesc loss;
     loss.views = desc.views;
     loss.height = loss.width = network.resolution;
-    loss.pixel_loss = config_.pixel_loss;
-    loss.ssim_weight = config_.ssim_weight;
-    loss.edge_weight = config_.edge_weight;
-    loss.edge_filter = config_.edge_filter;
-    loss.edge_weights = config_.edge_weight > 0 && config_.edge_by_size;
-    if (loss.edge_weights) {
+    loss.config = config_;
+    loss.pixel_weights = config_.edge_weight > 0 && config_.edge_by_size;
+    if (loss.pixel_weights) {
         SPLAT_ASSIGN(sizes_, SizeMap::create(context_, desc));
     }
-    loss.precision = config_.precision;
     std::vector<io::WeightsFile> files;
     std::vector<const io::NamedTensors*> lpips;
     if (config_.lpips_weight > 0) {
@@ -208,7 +204,7 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
     SPLAT_TRY(rasterizer_->forward(scene, views));
     if (sizes_)
         SPLAT_TRY(sizes_->draw(scene, part_of(batch.cameras, config_.batch_size, object, 1),
-                               loss_->edge_weights()));
+                               loss_->pixel_weights()));
     SPLAT_TRY(loss_->set_targets(part_of(batch.targets, config_.batch_size, object, 1)));
     LossTerms terms;
     const float weight = 1 / static_cast<float>(config_.batch_size);
@@ -218,13 +214,7 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
     SPLAT_TRY(rasterizer_->backward(grad_image_.range(), grad_depth_.range(),
                                     copied ? grad_scene_.views() : model_->set(slot, true)));
     if (copied) SPLAT_TRY(context_.run(copy_out_[slot]));
-    const auto share = static_cast<double>(weight);
-    result.loss.total += share * terms.total;
-    result.loss.squared += share * terms.squared;
-    result.loss.pixel += share * terms.pixel;
-    result.loss.ssim += share * terms.ssim;
-    result.loss.edge += share * terms.edge;
-    result.loss.lpips += share * terms.lpips;
+    result.loss.add(terms, static_cast<double>(weight));
     const raster::RasterDesc& desc = rasterizer_->desc();
     const raster::RasterStats& stats = rasterizer_->stats();
     result.pairs += stats.pairs;
