@@ -1,38 +1,51 @@
-# splat_shader_library(<target> [SHADERS <path>...] [FAST <path>...] [LOADS <path>...] [CPU <path>...])
+# splat_shader_library(<target> <path>...)
 #
-# A static library of embedded SPIR-V with its table (src/vk/shaders.h). Paths have no extension and
-# are relative to the calling folder; a module is named after its file.
-#   SHADERS  one module <stem> from <stem>.comp
-#   FAST     modules <stem>_cpu and <stem>_gpu from <stem>_fast.comp: the same source, reading and
-#            writing its arrays as each does fastest (shaders/include/load.glsl, store.glsl)
-#   LOADS    modules <stem> and <stem>_cpu from <stem>.comp, which differ in the same way
-#   CPU      module <stem>_cpu from <stem>_cpu.comp, which reads through texel buffers
+# A static library of embedded SPIR-V with its table (src/vk/shaders.h), from sources relative to the calling
+# folder. A module is named after its file:
+#   foo_fast.comp   modules foo_cpu and foo_gpu: the same source, reading and writing its arrays as each does
+#                   fastest (shaders/include/load.glsl, store.glsl)
+#   foo_cpu.comp    module foo_cpu, which reads through texel buffers
+#   foo.comp        module foo; and foo_cpu, which differs in the same way, if it reads its arrays through
+#                   load.glsl and has no file of its own
 function(splat_shader_library target)
-  cmake_parse_arguments(ARG "" "" "SHADERS;FAST;LOADS;CPU" ${ARGN})
   set(names "")
-  foreach(path IN LISTS ARG_SHADERS)
+  foreach(source IN LISTS ARGN)
+    string(REGEX REPLACE "\\.comp$" "" path ${source})
     get_filename_component(name ${path} NAME)
-    splat_shader_module(${path} ${name})
-  endforeach()
-  foreach(path IN LISTS ARG_FAST)
-    get_filename_component(name ${path} NAME)
-    splat_shader_module(${path}_fast ${name}_cpu -DTEXEL_LOADS=1)
-    splat_shader_module(${path}_fast ${name}_gpu -DTEXEL_LOADS=0)
-  endforeach()
-
-  foreach(path IN LISTS ARG_LOADS)
-    get_filename_component(name ${path} NAME)
-    splat_shader_module(${path} ${name} -DTEXEL_LOADS=0)
-    splat_shader_module(${path} ${name}_cpu -DTEXEL_LOADS=1)
-  endforeach()
-  foreach(path IN LISTS ARG_CPU)
-    get_filename_component(name ${path} NAME)
-    splat_shader_module(${path}_cpu ${name}_cpu -DTEXEL_LOADS=1)
+    if(name MATCHES "_fast$")
+      string(REGEX REPLACE "_fast$" "" name ${name})
+      splat_shader_module(${path} ${name}_cpu -DTEXEL_LOADS=1)
+      splat_shader_module(${path} ${name}_gpu -DTEXEL_LOADS=0)
+    elseif(name MATCHES "_cpu$")
+      splat_shader_module(${path} ${name} -DTEXEL_LOADS=1)
+    else()
+      splat_shader_module(${path} ${name} -DTEXEL_LOADS=0)
+      splat_reads_arrays(${source} reads)
+      if(reads AND NOT "${path}_cpu.comp" IN_LIST ARGN)
+        splat_shader_module(${path} ${name}_cpu -DTEXEL_LOADS=1)
+      endif()
+    endif()
   endforeach()
 
   splat_embed_shaders(${CMAKE_CURRENT_BINARY_DIR}/${target}.cpp YES ${names})
   add_library(${target} STATIC ${CMAKE_CURRENT_BINARY_DIR}/${target}.cpp)
   target_include_directories(${target} PRIVATE ${PROJECT_BINARY_DIR}/layers/vk)
+endfunction()
+
+# splat_reads_arrays(<source> <variable>): whether it includes load.glsl, itself or by another file.
+function(splat_reads_arrays source result)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${source})
+  file(STRINGS ${source} includes REGEX "^#include \".*\\.glsl\"")
+  set(reads NO)
+  foreach(line IN LISTS includes)
+    string(REGEX REPLACE "^#include \"(.*)\".*" "\\1" file ${line})
+    if(file STREQUAL "load.glsl")
+      set(reads YES)
+    elseif(NOT reads)
+      splat_reads_arrays(${PROJECT_SOURCE_DIR}/shaders/include/${file} reads)
+    endif()
+  endforeach()
+  set(${result} ${reads} PARENT_SCOPE)
 endfunction()
 
 # splat_embed_shaders(<out.cpp> <with shader_modules(), YES or NO> <module>...): modules as C++ arrays.

@@ -1,25 +1,15 @@
 #include "eval/scores.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "core/finite.h"
+#include "core/stopwatch.h"
 
 namespace splat::eval {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-class Seconds {
-  public:
-    [[nodiscard]] double passed() const {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-    }
-
-  private:
-    std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-};
 
 bool is_black(std::span<const float> image) {
     return std::all_of(image.begin(), image.end(), [](float value) { return value == 0; });
@@ -121,14 +111,14 @@ Result<EvaluatedViews> evaluated_views_from(std::uint32_t source, std::uint32_t 
 
 Result<std::vector<float>> draw_object(vk::Context& context, predict::Predictor& predictor,
                                        const predict::Views& views, ObjectScores& scores) {
-    const Seconds predicting;
+    const Stopwatch predicting;
     {
         const std::lock_guard lock(context.mutex);
         SPLAT_TRY(predictor.predict(views));
         scores.ledger.take(predictor.ledger());
     }
-    scores.predict_seconds = predicting.passed();
-    const Seconds drawing;
+    scores.predict_seconds = predicting.seconds();
+    const Stopwatch drawing;
     const std::span<const scene::Camera> cameras = views.cameras;
     std::vector<float> images;
     for (std::size_t first = 0; first < cameras.size(); first += predictor.kDrawnAtOnce) {
@@ -138,7 +128,7 @@ Result<std::vector<float>> draw_object(vk::Context& context, predict::Predictor&
         SPLAT_ASSIGN(const std::vector<float> drawn, predictor.draw(cameras.subspan(first, count)));
         images.insert(images.end(), drawn.begin(), drawn.end());
     }
-    scores.draw_seconds = drawing.passed();
+    scores.draw_seconds = drawing.seconds();
     scores.drawn = static_cast<std::uint32_t>(cameras.size());
     const std::size_t plane = images.size() / std::max<std::size_t>(cameras.size(), 1);
     for (std::size_t i = 0; i < cameras.size(); ++i)

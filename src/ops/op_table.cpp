@@ -3,58 +3,8 @@
 #include <string>
 
 #include "core/json_writer.h"
-#include "ops/activations/gelu.h"
-#include "ops/activations/relu.h"
-#include "ops/activations/silu.h"
-#include "ops/add.h"
-#include "ops/attention.h"
-#include "ops/concat.h"
-#include "ops/conv2d.h"
-#include "ops/dropout.h"
-#include "ops/film.h"
-#include "ops/fourier_embedding.h"
-#include "ops/gaussian_head.h"
-#include "ops/group_norm.h"
-#include "ops/linear.h"
-#include "ops/losses/edge_loss.h"
-#include "ops/losses/feature_distance.h"
-#include "ops/losses/l1.h"
-#include "ops/losses/l2.h"
-#include "ops/losses/ssim.h"
-#include "ops/max_pool2d.h"
-#include "ops/positional_embedding.h"
-#include "ops/resample2d.h"
-#include "ops/split3.h"
 
 namespace splat::ops {
-namespace {
-
-constexpr const OpRow* kOps[] = {
-    &kAddRow,                  //
-    &kAttentionRow,            //
-    &kConcatRow,               //
-    &kConv2dRow,               //
-    &kDropoutRow,              //
-    &kEdgeLossRow,             //
-    &kFeatureDistanceRow,      //
-    &kFilmRow,                 //
-    &kFourierEmbeddingRow,     //
-    &kGaussianHeadRow,         //
-    &kGeluRow,                 //
-    &kGroupNormRow,            //
-    &kL1Row,                   //
-    &kL2Row,                   //
-    &kLinearRow,               //
-    &kMaxPool2dRow,            //
-    &kPositionalEmbeddingRow,  //
-    &kReluRow,                 //
-    &kResample2dRow,           //
-    &kSiluRow,                 //
-    &kSplit3Row,               //
-    &kSsimRow,                 //
-};
-
-}  // namespace
 
 Status expect_shape(const char* op, const char* tensor, const Shape& got, const Shape& expected) {
     if (got == expected) return {};
@@ -84,13 +34,9 @@ void drop_unread(const OpRow& row, const std::vector<bool>& wanted, OpViews& vie
     }
 }
 
-std::span<const OpRow* const> op_table() {
-    return kOps;
-}
-
 Result<const OpRow*> find_op(std::string_view name) {
     std::string names;
-    for (const OpRow* row : kOps) {
+    for (const OpRow* row : op_table()) {
         if (name == row->name) return row;
         names += (names.empty() ? "" : ", ") + std::string(row->name);
     }

@@ -3,11 +3,6 @@
 #include <algorithm>
 
 #include "ops/add.h"
-#include "ops/losses/edge_loss.h"
-#include "ops/losses/l1.h"
-#include "ops/losses/l2.h"
-#include "ops/losses/loss.h"
-#include "ops/losses/ssim.h"
 #include "ops/quads.h"
 #include "ops/strided_copy.h"
 
@@ -18,23 +13,17 @@ ops::QuadDims quads_of(const RenderLossDesc& desc) {
     return {desc.views, 3, desc.height * desc.width};
 }
 
-ops::SsimDesc ssim_of(const RenderLossDesc& desc) {
-    return {desc.views, 3, desc.height, desc.width};
-}
-
-ops::EdgeLossDesc edges_of(const RenderLossDesc& desc) {
-    return {desc.views,
-            3,
-            desc.height,
-            desc.width,
-            desc.edge_filter == config::EdgeFilter::kScharr,
-            desc.edge_weights};
+/// All of a buffer as images in quads.
+vk::BufferView quads(const vk::Buffer& buffer, const RenderLossDesc& desc, std::uint32_t channels) {
+    vk::BufferView view = buffer.range();
+    view.shape = Shape{desc.views, channels, desc.height, desc.width};
+    return view;
 }
 
 /// Bytes from one scalar to the next: the largest offset alignment that Vulkan allows a device.
 constexpr std::uint64_t kScalarBytes = 256;
 
-constexpr std::uint64_t kLosses = 4, kWeights = 3;
+constexpr std::uint64_t kMostParts = 2 + std::size(kLossTerms);
 
 vk::BufferView scalar(const vk::Buffer& buffer, std::uint64_t i) {
     vk::BufferView view = buffer.range();
@@ -46,24 +35,37 @@ vk::BufferView scalar(const vk::Buffer& buffer, std::uint64_t i) {
 
 }  // namespace
 
+double LossTerms::of(std::string_view name) const {
+    std::size_t i = 0;
+    while (name != kLossTerms[i].name) ++i;  // callers name what the table has
+    return values[i];
+}
+
+void LossTerms::add(const LossTerms& other, double share) {
+    total += share * other.total;
+    squared += share * other.squared;
+    pixel += share * other.pixel;
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] += share * other.values[i];
+}
+
 Result<RenderLoss> RenderLoss::create(vk::Context& context, const RenderLossDesc& desc) {
     RenderLoss loss(context, desc);
     SPLAT_TRY(loss.allocate());
     return loss;
 }
 
+Status RenderLoss::make(vk::Buffer& buffer, std::uint64_t bytes) {
+    SPLAT_ASSIGN(buffer, context_->memory().allocate(bytes, vk::MemoryKind::kDevice,
+                                                     "loss of rendered images"));
+    return context_->fill(buffer.range(), 0);
+}
+
 Status RenderLoss::allocate() {
-    const ops::QuadDims dims = quads_of(desc_);
-    const auto make = [&](vk::Buffer& buffer, std::uint64_t bytes) -> Status {
-        SPLAT_ASSIGN(buffer, context_->memory().allocate(bytes, vk::MemoryKind::kDevice,
-                                                         "loss of rendered images"));
-        return context_->fill(buffer.range(), 0);
-    };
-    SPLAT_TRY(make(rgb_, dims.bytes()));  // the fourth channel stays zero
-    SPLAT_TRY(make(targets_, dims.bytes()));
-    SPLAT_TRY(make(partial_, ops::loss_partial_bytes(dims)));
-    SPLAT_TRY(make(losses_, kLosses * kScalarBytes));
-    SPLAT_TRY(make(weights_, kWeights * kScalarBytes));
+    const std::uint64_t bytes = quads_of(desc_).bytes();
+    SPLAT_TRY(make(rgb_, bytes));  // the fourth channel stays zero
+    SPLAT_TRY(make(targets_, bytes));
+    SPLAT_TRY(make(losses_, kMostParts * kScalarBytes));
+    SPLAT_TRY(make(weights_, kMostParts * kScalarBytes));
     if (!desc_.lpips.empty()) {
         if (desc_.height != desc_.width)
             return error(Code::kUnsupported, "LPIPS of %u x %u pixels, expected a square",
@@ -71,23 +73,51 @@ Status RenderLoss::allocate() {
         model::LpipsDesc lpips;
         lpips.images = desc_.views;
         lpips.side = desc_.width;
-        lpips.precision = desc_.precision;
+        lpips.precision = desc_.config.precision;
         SPLAT_ASSIGN(lpips_, model::LpipsNet::create(*context_, lpips, desc_.lpips));
         desc_.lpips = {};
-        SPLAT_TRY(make(grad_lpips_, dims.bytes()));
+        SPLAT_TRY(make(grad_lpips_, bytes));
     }
-    if (desc_.edge_weight != 0) {
-        SPLAT_TRY(make(edge_slopes_, ops::edge_loss_slopes_bytes(edges_of(desc_))));
-        if (desc_.edge_weights)
-            SPLAT_TRY(
-                make(edge_weights_, std::uint64_t{16} * desc_.views * desc_.height * desc_.width));
+    if (desc_.pixel_weights) SPLAT_TRY(make(pixel_weights_, bytes));
+    SPLAT_TRY(add_part("l2", nullptr));
+    if (desc_.config.pixel_loss == config::PixelLoss::kL1) {
+        SPLAT_TRY(add_part("l1", nullptr));
+        pixel_ = 1;
     }
-    if (desc_.edge_weight != 0 || desc_.ssim_weight != 0) SPLAT_TRY(make(grad_term_, dims.bytes()));
-    if (desc_.ssim_weight == 0) return {};
-    const ops::SsimDesc ssim = ssim_of(desc_);
-    SPLAT_TRY(make(slopes_, ops::ssim_slopes_bytes(ssim)));
-    return make(rows_,
-                std::max(ops::ssim_forward_rows_bytes(ssim), ops::ssim_backward_rows_bytes(ssim)));
+    for (const LossTerm& term : kLossTerms)
+        if (term.op != nullptr && desc_.config.*term.weight != 0)
+            SPLAT_TRY(add_part(term.op, &term));
+    if (parts_.size() > pixel_ + 1) SPLAT_TRY(make(grad_term_, bytes));
+    return {};
+}
+
+Status RenderLoss::add_part(const char* op, const LossTerm* term) {
+    Part part;
+    part.term = term;
+    SPLAT_ASSIGN(part.row, ops::find_op(op));
+    std::vector<JsonScalar> given;
+    if (term != nullptr && term->attributes != nullptr) given = term->attributes(desc_.config);
+    SPLAT_ASSIGN(part.attributes, ops::complete_attributes(*part.row, given));
+    part.views.inputs = {quads(rgb_, desc_, 3), quads(targets_, desc_, 3)};
+    if (part.row->inputs.size() > 2)
+        part.views.inputs.push_back(desc_.pixel_weights ? quads(pixel_weights_, desc_, 1)
+                                                        : vk::BufferView());
+    std::vector<Shape> shapes;
+    for (const vk::BufferView& input : part.views.inputs) shapes.push_back(input.shape);
+    SPLAT_ASSIGN(const ops::OpPlan plan,
+                 part.row->plan(vk::Recorder(*context_), *part.attributes, shapes));
+    for (const Shape& shape : plan.saved) {
+        SPLAT_TRY(make(part.buffers.emplace_back(), vk::quad_bytes(shape.elements())));
+        part.views.saved.push_back(part.buffers.back().view(shape));
+    }
+    SPLAT_TRY(make(part.buffers.emplace_back(),
+                   std::max(plan.forward_workspace, plan.backward_workspace)));
+    part.views.workspace = part.buffers.back().range();
+    part.views.outputs = {scalar(losses_, parts_.size())};
+    part.views.grad_outputs = {scalar(weights_, parts_.size())};
+    part.views.grad_inputs.resize(part.row->inputs.size());
+    parts_.push_back(std::move(part));
+    return {};
 }
 
 Status RenderLoss::set_targets(std::span<const float> targets) {
@@ -104,45 +134,22 @@ Status RenderLoss::set_targets(std::span<const float> targets) {
     return context_->write(targets_.range(), quads.data(), quads.size() * sizeof(float));
 }
 
-Status RenderLoss::record_backward(vk::Recorder& recorder, const vk::BufferView& grad_image) {
-    const ops::QuadDims dims = quads_of(desc_);
-    const vk::BufferView& a = rgb_.range();
-    const vk::BufferView& b = targets_.range();
-    const vk::BufferView weight = scalar(weights_, 0);
-    SPLAT_TRY(desc_.pixel_loss == config::PixelLoss::kL1
-                  ? ops::l1_backward(recorder, dims, a, b, weight, grad_image)
-                  : ops::l2_backward(recorder, dims, a, b, weight, grad_image));
-    const auto add_term = [&] {
-        return ops::add_forward(recorder, {dims, 1}, grad_image, grad_term_.range(), grad_image);
-    };
-    if (desc_.ssim_weight != 0) {
-        SPLAT_TRY(ops::ssim_backward(recorder, ssim_of(desc_), a, b, slopes_.range(), rows_.range(),
-                                     scalar(weights_, 1), grad_term_.range()));
-        SPLAT_TRY(add_term());
-    }
-    if (desc_.edge_weight == 0) return {};
-    SPLAT_TRY(ops::edge_loss_backward(recorder, edges_of(desc_), edge_slopes_.range(),
-                                      scalar(weights_, 2), grad_term_.range()));
-    return add_term();
-}
-
 Status RenderLoss::record(const vk::BufferView& image, const vk::BufferView& grad_image) {
     const ops::QuadDims dims = quads_of(desc_);
-    const vk::BufferView& a = rgb_.range();
-    const vk::BufferView& b = targets_.range();
     vk::Recorder recorder(*context_);
-    SPLAT_TRY(ops::strided_copy(recorder, {dims.quads(), 3, {4, 0}, {4, 0}, false}, image, a));
-    SPLAT_TRY(ops::l2_forward(recorder, dims, a, b, partial_.range(), scalar(losses_, 0)));
-    if (desc_.pixel_loss == config::PixelLoss::kL1)
-        SPLAT_TRY(ops::l1_forward(recorder, dims, a, b, partial_.range(), scalar(losses_, 1)));
-    if (desc_.ssim_weight != 0)
-        SPLAT_TRY(ops::ssim_forward(recorder, ssim_of(desc_), a, b, rows_.range(), slopes_.range(),
-                                    partial_.range(), scalar(losses_, 2)));
-    if (desc_.edge_weight != 0)
-        SPLAT_TRY(ops::edge_loss_forward(recorder, edges_of(desc_), a, b, edge_weights_.range(),
-                                         edge_slopes_.range(), partial_.range(),
-                                         scalar(losses_, 3)));
-    SPLAT_TRY(record_backward(recorder, grad_image));
+    SPLAT_TRY(
+        ops::strided_copy(recorder, {dims.quads(), 3, {4, 0}, {4, 0}, false}, image, rgb_.range()));
+    for (const Part& part : parts_)
+        SPLAT_TRY(part.row->forward(recorder, *part.attributes, part.views));
+    for (std::size_t i = pixel_; i < parts_.size(); ++i) {
+        Part& part = parts_[i];
+        part.views.grad_inputs[0] = i == pixel_ ? grad_image : grad_term_.range();
+        part.views.grad_inputs[0].shape = part.views.inputs[0].shape;
+        SPLAT_TRY(part.row->backward(recorder, *part.attributes, part.views));
+        if (i > pixel_)
+            SPLAT_TRY(
+                ops::add_forward(recorder, {dims, 1}, grad_image, grad_term_.range(), grad_image));
+    }
     SPLAT_ASSIGN(list_, recorder.finish());
     if (lpips_ != nullptr) SPLAT_TRY(record_lpips(grad_image));
     image_ = image;
@@ -151,29 +158,24 @@ Status RenderLoss::record(const vk::BufferView& image, const vk::BufferView& gra
 }
 
 Status RenderLoss::record_lpips(const vk::BufferView& grad_image) {
-    const auto as_quads = [&](const vk::Buffer& buffer) {
-        vk::BufferView view = buffer.range();
-        view.shape = Shape{desc_.views, 3, desc_.height, desc_.width};
-        return view;
-    };
     vk::Recorder to(*context_);
-    SPLAT_TRY(ops::quads_unpack(to, as_quads(rgb_), lpips_->render()));
-    SPLAT_TRY(ops::quads_unpack(to, as_quads(targets_), lpips_->target()));
+    SPLAT_TRY(ops::quads_unpack(to, quads(rgb_, desc_, 3), lpips_->render()));
+    SPLAT_TRY(ops::quads_unpack(to, quads(targets_, desc_, 3), lpips_->target()));
     SPLAT_ASSIGN(to_lpips_, to.finish());
     vk::Recorder from(*context_);
-    SPLAT_TRY(ops::quads_pack(from, lpips_->render_gradient(), as_quads(grad_lpips_)));
+    SPLAT_TRY(ops::quads_pack(from, lpips_->render_gradient(), quads(grad_lpips_, desc_, 3)));
     SPLAT_TRY(
         ops::add_forward(from, {quads_of(desc_), 1}, grad_image, grad_lpips_.range(), grad_image));
     SPLAT_ASSIGN(from_lpips_, from.finish());
     return {};
 }
 
-Status RenderLoss::run_lpips(double weight, LossTerms& terms) {
+Status RenderLoss::run_lpips(double weight, double& value) {
     SPLAT_TRY(context_->run(to_lpips_));
     SPLAT_TRY(lpips_->forward());
     std::vector<float> values(desc_.views);
     SPLAT_TRY(context_->read(lpips_->values(), values.data(), values.size() * sizeof(float)));
-    for (const float value : values) terms.lpips += static_cast<double>(value) / desc_.views;
+    for (const float each : values) value += static_cast<double>(each) / desc_.views;
     const std::vector<float> slopes(desc_.views, static_cast<float>(weight / desc_.views));
     SPLAT_TRY(
         context_->write(lpips_->value_gradients(), slopes.data(), slopes.size() * sizeof(float)));
@@ -185,27 +187,39 @@ Status RenderLoss::run(const vk::BufferView& image, const vk::BufferView& grad_i
                        double lpips_weight, LossTerms& terms) {
     if (list_.empty() || !image_.same_range(image) || !grad_image_.same_range(grad_image))
         SPLAT_TRY(record(image, grad_image));
-    const double pixel_weight = 1 - desc_.ssim_weight - lpips_weight;
-    const float gradients[kWeights] = {share * static_cast<float>(pixel_weight),
-                                       // the loss falls when the similarity rises
-                                       -share * static_cast<float>(desc_.ssim_weight),
-                                       share * static_cast<float>(desc_.edge_weight)};
-    for (std::uint64_t i = 0; i < kWeights; ++i)
-        SPLAT_TRY(context_->write(scalar(weights_, i), &gradients[i], sizeof(float)));
+    const auto weight_of = [&](const LossTerm& term) {
+        return term.op == nullptr ? lpips_weight : desc_.config.*term.weight;
+    };
+    double pixel_weight = 1;
+    for (const LossTerm& term : kLossTerms)
+        if (term.replaces) pixel_weight -= weight_of(term);
+    for (std::size_t i = pixel_; i < parts_.size(); ++i) {
+        const LossTerm* const term = parts_[i].term;
+        const auto weight =
+            static_cast<float>(term == nullptr ? pixel_weight : desc_.config.*term->weight);
+        const float factor = term != nullptr && term->similarity ? -share * weight : share * weight;
+        SPLAT_TRY(context_->write(scalar(weights_, i), &factor, sizeof factor));
+    }
     SPLAT_TRY(context_->run(list_));
     terms = {};
-    if (lpips_weight != 0) SPLAT_TRY(run_lpips(static_cast<double>(share) * lpips_weight, terms));
-    float losses[kLosses] = {};
-    for (std::uint64_t i = 0; i < kLosses; ++i)
-        SPLAT_TRY(context_->read(scalar(losses_, i), &losses[i], sizeof(float)));
-    const bool l1 = desc_.pixel_loss == config::PixelLoss::kL1;
-    terms.squared = static_cast<double>(losses[0]);
-    terms.pixel = static_cast<double>(losses[l1 ? 1 : 0]);
-    terms.ssim = static_cast<double>(losses[2]);
-    terms.edge = static_cast<double>(losses[3]);
-    terms.total = pixel_weight * terms.pixel + lpips_weight * terms.lpips +
-                  desc_.edge_weight * terms.edge +
-                  (desc_.ssim_weight == 0 ? 0 : desc_.ssim_weight * (1 - terms.ssim));
+    for (std::size_t i = 0; i < std::size(kLossTerms); ++i)
+        if (kLossTerms[i].op == nullptr && lpips_weight != 0)
+            SPLAT_TRY(run_lpips(static_cast<double>(share) * lpips_weight, terms.values[i]));
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+        float loss = 0;
+        SPLAT_TRY(context_->read(scalar(losses_, i), &loss, sizeof loss));
+        const auto value = static_cast<double>(loss);
+        if (i == 0) terms.squared = value;
+        if (i == pixel_) terms.pixel = value;
+        if (parts_[i].term != nullptr)
+            terms.values[static_cast<std::size_t>(parts_[i].term - kLossTerms)] = value;
+    }
+    terms.total = pixel_weight * terms.pixel;
+    for (std::size_t i = std::size(kLossTerms); i-- > 0;) {
+        const double value = terms.values[i];
+        if (const double weight = weight_of(kLossTerms[i]); weight != 0)
+            terms.total += weight * (kLossTerms[i].similarity ? 1 - value : value);
+    }
     return {};
 }
 

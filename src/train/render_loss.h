@@ -1,40 +1,61 @@
 #pragma once
 
+#include <array>
 #include <span>
+#include <string_view>
 
 #include "config/train_config.h"
 #include "model/lpips_net.h"
 #include "nn/executor.h"
+#include "ops/op_table.h"
 
 namespace splat::train {
+
+/// A term of the loss besides that of pixels: a line here, a weight in TrainConfig and its key make one, and the
+/// operator computes it. What is weighed, measured and told goes through this table.
+struct LossTerm {
+    const char* name;  ///< name in metrics
+    const char*
+        op;  ///< operator of two images and maybe weights of pixels; nullptr: model::LpipsNet
+    double config::TrainConfig::*weight;
+    bool similarity = false;  ///< grows when images agree: the loss is 1 - value
+    bool replaces = false;    ///< takes its weight from the pixel loss
+    std::vector<JsonScalar> (*attributes)(const config::TrainConfig&) = nullptr;
+};
+inline std::vector<JsonScalar> edge_attributes(const config::TrainConfig& config) {
+    return {{"scharr", config.edge_filter == config::EdgeFilter::kScharr}};
+}
+/// In the order in which their gradients are added.
+inline constexpr LossTerm kLossTerms[] = {
+    {"ssim", "ssim", &config::TrainConfig::ssim_weight, true, true},
+    {"edge", "edge_loss", &config::TrainConfig::edge_weight, false, false, edge_attributes},
+    {"lpips", nullptr, &config::TrainConfig::lpips_weight, false, true}};
 
 struct RenderLossDesc {
     std::uint32_t views = 1;
     std::uint32_t height = 1, width = 1;
-    config::PixelLoss pixel_loss = config::PixelLoss::kL2;
-    double ssim_weight = 0;
-    double edge_weight = 0;
-    config::EdgeFilter edge_filter = config::EdgeFilter::kSobel;
-    bool edge_weights = false;  ///< the caller fills RenderLoss::edge_weights() before each run
+    config::TrainConfig
+        config;  ///< pixel_loss, the weights of kLossTerms and their attributes, precision
+    bool pixel_weights = false;  ///< the caller fills RenderLoss::pixel_weights() before each run
     /// Weights of LPIPS, see model::LpipsNet; only create() reads them. Empty: no LPIPS.
     std::span<const io::NamedTensors* const> lpips;
-    model::Precision precision = model::Precision::kBalanced;  ///< precision of the LPIPS network
 };
 
 /// Terms of a loss: means over views, pixels and channels.
 struct LossTerms {
     double total = 0;
-    double squared = 0;  ///< mean squared difference, for any loss
-    double pixel = 0;    ///< the loss in use, L1 or L2
-    double ssim = 0;     ///< structural similarity; 0 without weight
-    double edge = 0;     ///< difference of edges; 0 without weight
-    double lpips = 0;    ///< 0 without weight
+    double squared = 0;                                  ///< mean squared difference, for any loss
+    double pixel = 0;                                    ///< the loss in use, L1 or L2
+    std::array<double, std::size(kLossTerms)> values{};  ///< values of kLossTerms; 0 without weight
+
+    [[nodiscard]] double of(std::string_view name) const;
+    void add(const LossTerms& other, double share);
 };
 
 /// Distance of rendered images from their targets, with the gradient with respect to the images:
 ///
 ///   loss = (1 - s - l) mean |a - b|^p + s (1 - SSIM(a, b)) + l mean over views of LPIPS(a, b)
-///        + e edge_loss(a, b),   p = 1 or 2, s = ssim_weight, l = lpips_weight, e = edge_weight
+///        + e edge_loss(a, b),   p = 1 or 2; s, l, e: the weights of kLossTerms
 ///
 /// Images and their gradients are as in the rasterizer, [V,H,W] quads of RGB and alpha; alpha is ignored.
 ///
@@ -48,8 +69,8 @@ class RenderLoss {
     /// targets  [V,3,H,W]
     Status set_targets(std::span<const float> targets);
 
-    /// [V,1,H,W] as quads: factors of the differences of edges.
-    [[nodiscard]] const vk::BufferView& edge_weights() const { return edge_weights_.range(); }
+    /// [V,1,H,W] as quads: factors of pixels, for operators that take them.
+    [[nodiscard]] const vk::BufferView& pixel_weights() const { return pixel_weights_.range(); }
 
     /// Compute the loss of `image`, and write its gradient times `share` into grad_image. A lpips_weight
     /// other than 0 needs the weights of LPIPS.
@@ -57,22 +78,30 @@ class RenderLoss {
                double lpips_weight, LossTerms& terms);
 
   private:
+    /// An operator of the images: its value is scalar i of losses_, the factor of its gradient of weights_.
+    struct Part {
+        const ops::OpRow* row = nullptr;
+        std::optional<ops::Attributes> attributes;
+        ops::OpViews views;
+        std::vector<vk::Buffer> buffers;
+        const LossTerm* term = nullptr;  ///< nullptr: of pixels
+    };
     explicit RenderLoss(vk::Context& context, const RenderLossDesc& desc)
         : context_(&context), desc_(desc) {}
     Status allocate();
+    Status make(vk::Buffer& buffer, std::uint64_t bytes);
+    Status add_part(const char* op, const LossTerm* term);
     Status record(const vk::BufferView& image, const vk::BufferView& grad_image);
-    Status record_backward(vk::Recorder& recorder, const vk::BufferView& grad_image);
     Status record_lpips(const vk::BufferView& grad_image);
-    Status run_lpips(double weight, LossTerms& terms);
+    Status run_lpips(double weight, double& value);
 
     vk::Context* context_;
     RenderLossDesc desc_;
-    vk::Buffer rgb_, targets_, partial_;
-    vk::Buffer losses_;   ///< squared, absolute, SSIM, edges
-    vk::Buffer weights_;  ///< factors of the pixel loss, of SSIM and of edges
-    vk::Buffer slopes_, rows_;
-    vk::Buffer edge_slopes_, edge_weights_;
-    vk::Buffer grad_term_;  ///< gradient of SSIM, then of edges
+    vk::Buffer rgb_, targets_, pixel_weights_, losses_, weights_;
+    std::vector<Part>
+        parts_;              ///< the squared difference, the absolute one if it is the loss, terms
+    std::size_t pixel_ = 0;  ///< part of the pixel loss
+    vk::Buffer grad_term_;   ///< gradient of one term after another
     std::unique_ptr<model::LpipsNet> lpips_;
     vk::Buffer grad_lpips_;
     vk::CommandList list_, to_lpips_, from_lpips_;

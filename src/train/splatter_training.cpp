@@ -40,10 +40,9 @@ Status SplatterTraining::step(run::Step& step) {
                     {"render_ms", 1e3 * done.render_seconds},
                     {"update_ms", 1e3 * done.update_seconds}};
     const config::TrainConfig& c = settings_.training;
-    if (c.ssim_weight > 0) step.terms.push_back({"ssim", done.loss.ssim});
-    if (c.edge_weight > 0) step.terms.push_back({"edge", done.loss.edge});
-    if (c.lpips_weight > 0 && done.step > c.lpips_after)
-        step.terms.push_back({"lpips", done.loss.lpips});
+    for (const LossTerm& term : kLossTerms)
+        if (c.*term.weight > 0 && (term.op != nullptr || done.step > c.lpips_after))
+            step.terms.push_back({term.name, done.loss.of(term.name)});
     step.ledger = ledger_of(done);
     return {};
 }

@@ -1,24 +1,10 @@
 #include "train/trainer.h"
 
-#include <chrono>
-
 #include "core/finite.h"
+#include "core/stopwatch.h"
 
 namespace splat::train {
 namespace {
-
-/// Adds the seconds since the last call to a sum.
-class Stopwatch {
-  public:
-    void add_to(double& seconds) {
-        const auto now = std::chrono::steady_clock::now();
-        seconds += std::chrono::duration<double>(now - last_).count();
-        last_ = now;
-    }
-
-  private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 /// Copy a set, or its gradients, to another of the same size.
 Result<vk::CommandList> copy_of(vk::Context& context, const gaussians::SetViews& from,
@@ -84,15 +70,11 @@ Status Trainer::build(const model::ModelConfig& network) {
     RenderLossDesc loss;
     loss.views = desc.views;
     loss.height = loss.width = network.resolution;
-    loss.pixel_loss = config_.pixel_loss;
-    loss.ssim_weight = config_.ssim_weight;
-    loss.edge_weight = config_.edge_weight;
-    loss.edge_filter = config_.edge_filter;
-    loss.edge_weights = config_.edge_weight > 0 && config_.edge_by_size;
-    if (loss.edge_weights) {
+    loss.config = config_;
+    loss.pixel_weights = config_.edge_weight > 0 && config_.edge_by_size;
+    if (loss.pixel_weights) {
         SPLAT_ASSIGN(sizes_, SizeMap::create(context_, desc));
     }
-    loss.precision = config_.precision;
     std::vector<io::WeightsFile> files;
     std::vector<const io::NamedTensors*> lpips;
     if (config_.lpips_weight > 0) {
@@ -162,13 +144,13 @@ Status Trainer::step(const TrainBatch& batch, TrainStep& result) {
     for (const std::uint32_t first : terms.waiting)
         SPLAT_TRY(repeat_for_scales(batch, first, terms.outliers));
     result.loss.total += terms.outliers.loss();
-    watch.add_to(result.network_seconds);
+    result.network_seconds += watch.lap();
     OptimiserStep update;
     SPLAT_TRY(optimiser_->step(update, result.loss.total));
     result.gradients_zero = update.gradients.zero;
     result.skipped = update.was_skipped;
     result.rate = update.rate;
-    watch.add_to(result.update_seconds);
+    result.update_seconds += watch.lap();
     result.step = steps_ = update.step;
     ++attempts_;
     const std::lock_guard lock(last_mutex_);
@@ -198,13 +180,13 @@ Status Trainer::pass(const TrainBatch& batch, std::uint32_t first, ScaleTerms& t
     Stopwatch watch;
     SPLAT_TRY(forward(batch, first));
     result.non_finite += model_->ledger().non_finite();
-    watch.add_to(result.network_seconds);
+    result.network_seconds += watch.lap();
     for (std::uint32_t i = 0; i < config_.micro_batch; ++i)
         SPLAT_TRY(render(batch, first + i, i, result));
     if (config_.scale_terms) SPLAT_TRY(take_scales(first, terms));
-    watch.add_to(result.render_seconds);
+    result.render_seconds += watch.lap();
     SPLAT_TRY(model_->backward(true));
-    watch.add_to(result.network_seconds);
+    result.network_seconds += watch.lap();
     return {};
 }
 
@@ -222,7 +204,7 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
     SPLAT_TRY(rasterizer_->forward(scene, views));
     if (sizes_)
         SPLAT_TRY(sizes_->draw(scene, part_of(batch.cameras, config_.batch_size, object, 1),
-                               loss_->edge_weights()));
+                               loss_->pixel_weights()));
     SPLAT_TRY(loss_->set_targets(part_of(batch.targets, config_.batch_size, object, 1)));
     LossTerms terms;
     const float weight = 1 / static_cast<float>(config_.batch_size);
@@ -232,13 +214,7 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
     SPLAT_TRY(rasterizer_->backward(grad_image_.range(), grad_depth_.range(),
                                     copied ? grad_scene_.views() : model_->set(slot, true)));
     if (copied) SPLAT_TRY(context_.run(copy_out_[slot]));
-    const auto share = static_cast<double>(weight);
-    result.loss.total += share * terms.total;
-    result.loss.squared += share * terms.squared;
-    result.loss.pixel += share * terms.pixel;
-    result.loss.ssim += share * terms.ssim;
-    result.loss.edge += share * terms.edge;
-    result.loss.lpips += share * terms.lpips;
+    result.loss.add(terms, static_cast<double>(weight));
     const raster::RasterDesc& desc = rasterizer_->desc();
     const raster::RasterStats& stats = rasterizer_->stats();
     result.pairs += stats.pairs;

@@ -84,13 +84,12 @@ enum class CommandKind : int { kDispatch, kFill, kCopy, kBarrier, kToHost };
 struct Command {
     CommandKind kind = CommandKind::kBarrier;
     std::string op;
-    std::vector<Access> accesses;  ///< for an indirect dispatch the last one is the group counts
+    std::vector<Access> accesses;
     Pipeline* pipeline = nullptr;
     const char* shader = "";  ///< name of the module
     PushData push;
     Groups base{0, 0, 0};
     Groups groups{1, 1, 1};
-    bool indirect = false;
     std::uint32_t fill_word = 0;
     VkDescriptorSet set = VK_NULL_HANDLE;
     Work work;

@@ -288,10 +288,7 @@ void CommandList::Objects::encode_dispatch(VkCommandBuffer to, const Command& co
     if (command.push.bytes() > 0)
         vk.vkCmdPushConstants(to, pipeline.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
                               command.push.bytes(), command.push.data());
-    if (command.indirect) {
-        const BufferView& counts = command.accesses.back().view;
-        vk.vkCmdDispatchIndirect(to, counts.buffer, counts.offset);
-    } else if (command.base == Groups{0, 0, 0}) {
+    if (command.base == Groups{0, 0, 0}) {
         // Validation layers up to 1.3.239 at least check this call, but not vkCmdDispatchBase.
         vk.vkCmdDispatch(to, command.groups[0], command.groups[1], command.groups[2]);
     } else {

@@ -170,14 +170,6 @@ Status Recorder::dispatch(const Dispatch& dispatch) {
     return {};
 }
 
-Status Recorder::dispatch_indirect(const Dispatch& dispatch, const BufferView& counts) {
-    SPLAT_ASSERT(counts.bytes >= 12 && counts.offset % 4 == 0);
-    SPLAT_ASSIGN(Command command, command_for(dispatch));
-    command.accesses.push_back(read(counts));
-    command.indirect = true;
-    return add(std::move(command));
-}
-
 Status Recorder::fill(const BufferView& view, std::uint32_t word) {
     SPLAT_ASSERT(view.offset % 4 == 0 && view.bytes % 4 == 0);
     Command command;

@@ -29,9 +29,6 @@ class Recorder {
     /// a view exceeds the binding limits or the groups exceed the device's.
     Status dispatch(const Dispatch& dispatch);
 
-    /// The same with the group counts (3 x uint32) read from `counts` on the device; never split.
-    Status dispatch_indirect(const Dispatch& dispatch, const BufferView& counts);
-
     Status fill(const BufferView& view, std::uint32_t word);
     Status copy(const BufferView& from, const BufferView& to);
 

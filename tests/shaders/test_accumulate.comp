@@ -1,6 +1,7 @@
 #version 450
 // y[i] += x[i]. One invocation computes one element. Specialisation: workgroup size.
 #extension GL_GOOGLE_include_directive : require
+#include "load.glsl"  // makes a module for CPUs, too
 #include "params/spec_ids.h"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;

@@ -103,6 +103,8 @@ class TrainerRules : public KernelsTest {
         return values;
     }
     void expect_gradient_of_the_loss(const model::ModelConfig& network, TrainConfig training) {
+        SCOPED_TRACE(format("pixel loss %d, ssim %g, edge %g", static_cast<int>(training.pixel_loss),
+                            training.ssim_weight, training.edge_weight));
         training.learning_rate = 0;
         const auto trainer = make(network, training);
         ASSERT_TRUE(trainer);
@@ -157,7 +159,7 @@ TEST_P(TrainerRules, LearnsABatchByHeart) {
     EXPECT_EQ(last.step, 21U);
     EXPECT_GT(first.pairs, 0U);
     EXPECT_LT(last.loss.total, 0.8 * first.loss.total);
-    EXPECT_NEAR(last.loss.total, 0.8 * last.loss.pixel + 0.2 * (1 - last.loss.ssim), 1e-12);
+    EXPECT_NEAR(last.loss.total, 0.8 * last.loss.pixel + 0.2 * (1 - last.loss.of("ssim")), 1e-12);
     EXPECT_EQ(last.loss.pixel, last.loss.squared);
 }
 
@@ -187,11 +189,11 @@ TEST_P(TrainerRules, EdgesAreWeighedBySize) {
         ASSERT_TRUE(trainer);
         const Batch batch(small_network(), training);
         const TrainStep first = run(*trainer, batch);
-        EXPECT_NEAR(first.loss.total, first.loss.pixel + 0.5 * first.loss.edge, 1e-12);
-        edges[by_size ? 1 : 0] = first.loss.edge;
+        EXPECT_NEAR(first.loss.total, first.loss.pixel + 0.5 * first.loss.of("edge"), 1e-12);
+        edges[by_size ? 1 : 0] = first.loss.of("edge");
         TrainStep last;
         for (int i = 0; i < 20; ++i) last = run(*trainer, batch);
-        EXPECT_LT(last.loss.edge, 0.95 * first.loss.edge);
+        EXPECT_LT(last.loss.of("edge"), 0.95 * first.loss.of("edge"));
     }
     EXPECT_NE(edges[0], edges[1]);
     EXPECT_GT(edges[1], 0.1 * edges[0]);
@@ -216,11 +218,11 @@ TEST_P(TrainerLpips, TakesPart) {
     ASSERT_TRUE(trainer);
     const Batch batch(network, training);
     const TrainStep without = run(*trainer, batch);
-    EXPECT_EQ(without.loss.lpips, 0);
+    EXPECT_EQ(without.loss.of("lpips"), 0);
     EXPECT_EQ(without.loss.total, without.loss.pixel);
     const TrainStep with = run(*trainer, batch);
-    EXPECT_GT(with.loss.lpips, 0);
-    EXPECT_NEAR(with.loss.total, 0.5 * with.loss.pixel + 0.5 * with.loss.lpips, 1e-12);
+    EXPECT_GT(with.loss.of("lpips"), 0);
+    EXPECT_NEAR(with.loss.total, 0.5 * with.loss.pixel + 0.5 * with.loss.of("lpips"), 1e-12);
 
     training.lpips_after = 0;
     expect_gradient_of_the_loss(network, training);

@@ -87,16 +87,6 @@ TEST_F(RecorderBarriers, OrdersReadModifyWrite) {
               2);
 }
 
-TEST_F(RecorderBarriers, OrdersIndirectCountsAfterTheirWrite) {
-    const Buffer counts = device_buffer(*context_, 4);
-    EXPECT_EQ(
-        barriers([&](vk::Recorder& r) {
-            EXPECT_OK(r.fill(counts.range(), 1));
-            EXPECT_OK(r.dispatch_indirect(scale(a_.range(), b_.range(), 64, 2), counts.range()));
-        }),
-        1);
-}
-
 TEST_F(RecorderBarriers, LeavesIndependentCommandsUnordered) {
     const BufferView whole = a_.range();
     EXPECT_EQ(

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 
@@ -10,6 +9,7 @@
 #include "config/config_file.h"
 #include "config/presets.h"
 #include "core/json_writer.h"
+#include "core/stopwatch.h"
 #include "io/file.h"
 #include "model/adapters.h"
 #include "predict/published.h"
@@ -20,20 +20,6 @@ using namespace splat;
 namespace {
 
 using PredictorPointer = std::shared_ptr<api::PredictorObject>;
-
-/// Milliseconds since the last call.
-class PredictorClock {
-  public:
-    double lap() {
-        const auto now = std::chrono::steady_clock::now();
-        const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
-        last_ = now;
-        return ms;
-    }
-
-  private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 using WeightsPointer = std::shared_ptr<const io::WeightsFile>;
 
@@ -232,12 +218,12 @@ splat_result predict_with(splat_predictor predictor, splat_scene* scene,
         SPLAT_TRY(api::require(scene, "scene"));
         if (prediction != nullptr)
             SPLAT_TRY(api::check_size(*prediction, "splat_prediction", sizeof(splat_prediction)));
-        PredictorClock clock;
+        Stopwatch clock;
         Predicted made;
         SPLAT_TRY(read(*object, made));
-        made.read_ms = clock.lap();
+        made.read_ms = 1e3 * clock.lap();
         SPLAT_ASSIGN(gaussians::Downloaded visible, run(*object, made.views));
-        fitted = give_prediction(made, visible, clock.lap(), prediction);
+        fitted = give_prediction(made, visible, 1e3 * clock.lap(), prediction);
         auto added = std::make_shared<api::SceneObject>();
         added->gaussians = std::move(visible.gaussians);
         *scene = api::Scenes::add(std::move(added));

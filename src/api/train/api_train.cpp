@@ -98,12 +98,12 @@ splat_trainer_info api::info_of(const train::TrainStep& step) {
     info.loss = step.loss.total;
     info.squared_error = step.loss.squared;
     info.pixel_loss = step.loss.pixel;
-    info.ssim = step.loss.ssim;
+    info.ssim = step.loss.of("ssim");
     info.network_ms = 1e3 * step.network_seconds;
     info.render_ms = 1e3 * step.render_seconds;
     info.update_ms = 1e3 * step.update_seconds;
-    info.edge_loss = step.loss.edge;
-    info.lpips = step.loss.lpips;
+    info.edge_loss = step.loss.of("edge");
+    info.lpips = step.loss.of("lpips");
     info.visible = step.visible;
     info.culled = step.culled;
     info.non_finite = step.non_finite;
