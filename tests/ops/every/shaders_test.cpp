@@ -5,9 +5,11 @@
 
 #include <set>
 
+#include "gaussians/set_statistics.h"
 #include "ops/adam.h"
 #include "ops/ema.h"
 #include "ops/every/op_samples.h"
+#include "ops/gather_rows.h"
 #include "ops/quads.h"
 #include "ops/strided_copy.h"
 #include "ops/tensor_stats.h"
@@ -119,6 +121,11 @@ class Uses {
         EXPECT_OK(ops::quads_pack(recorder_, view({2, 4}, 8), view({2, 4}, 8)));
         EXPECT_OK(ops::quads_unpack(recorder_, view({2, 4}, 8), view({2, 4}, 8)));
         EXPECT_OK(ops::tensor_stats(recorder_, 8, row(8), row(8)));
+        EXPECT_OK(ops::gather_rows(recorder_, {2, 4}, row(2), row(8), row(8), row(8)));
+        const gaussians::SetDesc set{2, 0, false};
+        EXPECT_OK(gaussians::set_statistics(
+            recorder_, set, {row(24), row(8), set.gaussians},
+            row(gaussians::set_statistics_bytes(set.gaussians) / sizeof(float))));
     }
 
     std::set<std::string> shaders() {

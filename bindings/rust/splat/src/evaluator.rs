@@ -2,7 +2,7 @@
 
 use crate::dataset::Dataset;
 use crate::error::{call, Result};
-use crate::lpips::Lpips;
+use crate::image::Lpips;
 use crate::object::{object, Serial};
 use crate::predictor::Predictor;
 use crate::text::{array, array_mut, c_optional, c_text, pointer, text};

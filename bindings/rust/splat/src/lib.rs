@@ -19,7 +19,6 @@ mod evaluator;
 pub mod image;
 mod load;
 pub mod log;
-mod lpips;
 mod model;
 mod module;
 mod object;
@@ -52,11 +51,10 @@ pub use dataset::{
 pub use device::{Canceller, Device, DeviceDesc};
 pub use error::{Error, Result};
 pub use evaluator::{EvaluatedViews, Evaluator, EvaluatorDesc};
-pub use image::{Image, ImageView, ImageViewMut};
+pub use image::{Image, ImageView, ImageViewMut, Lpips};
 pub use load::{
     build_info, check_library, set_decode_limits, version, version_string, DecodeLimits,
 };
-pub use lpips::Lpips;
 pub use model::{Model, ModelDesc, ModelGradients, ModelInput};
 pub use module::{Module, ModuleDesc};
 pub use op::{op_list, Op, OpDesc};
