@@ -125,7 +125,7 @@ class Uses {
         const gaussians::SetDesc set{2, 0, false};
         EXPECT_OK(gaussians::set_statistics(
             recorder_, set, {row(24), row(8), set.gaussians},
-            row(gaussians::set_statistics_bytes(set.gaussians) / sizeof(float))));
+            view({}, gaussians::set_statistics_bytes(set.gaussians) / sizeof(float))));
     }
 
     std::set<std::string> shaders() {
