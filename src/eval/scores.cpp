@@ -112,9 +112,15 @@ Result<EvaluatedViews> evaluated_views_from(std::uint32_t source, std::uint32_t 
 Result<std::vector<float>> draw_object(vk::Context& context, predict::Predictor& predictor,
                                        const predict::Views& views, ObjectScores& scores) {
     const Stopwatch predicting;
+    std::uint64_t version = 0;
+    const auto predict = [&]() -> Status {
+        SPLAT_TRY(predictor.predict(views));
+        version = predictor.model().sets().version;
+        return {};
+    };
     {
         const std::lock_guard lock(context.mutex);
-        SPLAT_TRY(predictor.predict(views));
+        SPLAT_TRY(predict());
         scores.ledger.take(predictor.ledger());
     }
     scores.predict_seconds = predicting.seconds();
@@ -125,6 +131,8 @@ Result<std::vector<float>> draw_object(vk::Context& context, predict::Predictor&
         const std::size_t count =
             std::min<std::size_t>(predictor.kDrawnAtOnce, cameras.size() - first);
         const std::lock_guard lock(context.mutex);
+        // Another thread has predicted meanwhile; the same inputs give the same bits.
+        if (predictor.model().sets().version != version) SPLAT_TRY(predict());
         SPLAT_ASSIGN(const std::vector<float> drawn, predictor.draw(cameras.subspan(first, count)));
         images.insert(images.end(), drawn.begin(), drawn.end());
     }

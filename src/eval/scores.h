@@ -75,7 +75,7 @@ Result<EvaluatedViews> evaluated_views(std::uint32_t views_of_object,
                                        std::uint32_t most);
 
 /// Predict an object and draw all of `views`: images [n,3,R,R]. Sets the times and the ledger of `scores`.
-/// Locks the context for each operation of the device.
+/// Locks the context for each operation of the device; other threads may use the predictor in between.
 Result<std::vector<float>> draw_object(vk::Context& context, predict::Predictor& predictor,
                                        const predict::Views& views, ObjectScores& scores);
 

@@ -291,8 +291,8 @@ Status Model::forward() {
     input_changed_ = false;
     outside_writes_ = outside_->writes;
     if (!exchange_.empty()) SPLAT_TRY(context_.run(exchange_));
+    version_ = gaussians::next_version();  // a pass that fails may have written a part
     SPLAT_TRY(sliced_ == nullptr ? executor_->forward() : sliced_->forward());
-    version_ = gaussians::next_version();
     if (rows_ != nullptr) SPLAT_TRY(context_.run(rows_->unpack));
     Ledger ledger;
     SPLAT_TRY(counts_->measure(ledger));

@@ -9,6 +9,22 @@
 namespace splat::ops {
 namespace {
 
+constexpr struct {
+    const char* name;
+    std::uint32_t HeadForm::*value;
+    std::uint32_t least, most;
+} kHeadBounds[] = {{"sh_degree", &HeadForm::sh_degree, 0, 1},
+                   {"positions", &HeadForm::positions, kHeadRayDepth, kHeadBox},
+                   {"scales", &HeadForm::scales, kHeadExp, kHeadSoftplus},
+                   {"per_pixel", &HeadForm::per_pixel, 1, kMostGaussiansPerPixel}};
+
+Status expect_bounded(const char* name, std::int64_t value, std::uint32_t least,
+                      std::uint32_t most) {
+    if (value >= least && value <= most) return {};
+    return error(Code::kInvalidArgument, "gaussian_head: %s is %lld, expected %u to %u", name,
+                 static_cast<long long>(value), least, most);
+}
+
 std::vector<vk::SpecConstant> constants_of(const HeadLayout& layout, std::uint32_t size) {
     std::vector<vk::SpecConstant> constants = {
         {params::kWorkgroupSizeId, size},
@@ -32,6 +48,10 @@ Status record(vk::Recorder& recorder, const char* kernel, const GaussianHeadDesc
     SPLAT_TRY(gaussian_head_check(desc));
     const bool focal = cameras.focal.block != nullptr;
     const bool origin = cameras.origin.block != nullptr;
+    if (desc.layout.positions == kHeadInputDepth && !origin)
+        return error(Code::kInvalidArgument,
+                     "gaussian_head: positions is %u, which needs origin, the depth of each pixel",
+                     desc.layout.positions);
     std::vector<vk::Access> accesses = {
         vk::read(net_out),
         vk::read(cameras.rays),
@@ -63,9 +83,8 @@ Status record(vk::Recorder& recorder, const char* kernel, const GaussianHeadDesc
 
 Status gaussian_head_check(const GaussianHeadDesc& desc) {
     const HeadLayout& layout = desc.layout;
-    if (layout.sh_degree > 1)
-        return error(Code::kInvalidArgument, "gaussian_head: sh_degree is %u, expected 0 or 1",
-                     layout.sh_degree);
+    for (const auto& [name, value, least, most] : kHeadBounds)
+        SPLAT_TRY(expect_bounded(name, layout.*value, least, most));
     if (layout.direct && layout.sh_degree > 0)
         return error(Code::kInvalidArgument,
                      "gaussian_head: sh_degree is %u, expected 0 with direct colours",
@@ -152,16 +171,6 @@ constexpr Attribute kGaussianHeadAttributes[] = {
     {"per_pixel", "integer", "1", "Gaussians of a pixel, 1 to 4, each with channels of its own"},
 };
 
-Result<std::uint32_t> bounded(const Attributes& attributes, const char* name, std::int64_t least,
-                              std::int64_t most) {
-    const std::int64_t value = attributes.integer(name);
-    if (value < least || value > most)
-        return error(Code::kInvalidArgument, "gaussian_head: %s is %lld, expected %lld to %lld",
-                     name, static_cast<long long>(value), static_cast<long long>(least),
-                     static_cast<long long>(most));
-    return static_cast<std::uint32_t>(value);
-}
-
 Result<GaussianHeadDesc> head_desc(const Attributes& attributes, const Shape& net_out) {
     if (net_out.rank() != 4)
         return error(Code::kShape,
@@ -171,12 +180,14 @@ Result<GaussianHeadDesc> head_desc(const Attributes& attributes, const Shape& ne
     desc.images = net_out[0];
     desc.channels = net_out[1];
     desc.pixels = net_out[2] * net_out[3];
-    SPLAT_ASSIGN(desc.views, bounded(attributes, "views", 1, desc.images));
+    SPLAT_TRY(expect_bounded("views", attributes.integer("views"), 1, desc.images));
+    desc.views = static_cast<std::uint32_t>(attributes.integer("views"));
     HeadForm form;
-    SPLAT_ASSIGN(form.sh_degree, bounded(attributes, "sh_degree", 0, 1));
-    SPLAT_ASSIGN(form.positions, bounded(attributes, "positions", kHeadRayDepth, kHeadBox));
-    SPLAT_ASSIGN(form.scales, bounded(attributes, "scales", kHeadExp, kHeadSoftplus));
-    SPLAT_ASSIGN(form.per_pixel, bounded(attributes, "per_pixel", 1, kMostGaussiansPerPixel));
+    for (const auto& [name, value, least, most] : kHeadBounds) {
+        // What 32 bits do not hold would be another number to gaussian_head_check.
+        SPLAT_TRY(expect_bounded(name, attributes.integer(name), least, most));
+        form.*value = static_cast<std::uint32_t>(attributes.integer(name));
+    }
     form.least = static_cast<float>(attributes.number("znear"));
     form.most = static_cast<float>(attributes.number("zfar"));
     form.offset = attributes.boolean("offset");

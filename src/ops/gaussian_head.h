@@ -47,7 +47,8 @@ struct GaussianHeadCameras {
 ///
 /// net_out      [images,channels,H,W] float32 as quads: the layout's blocks
 /// set          a batch of scenes, each view by view and pixel by pixel
-/// Errors       those of gaussian_head_check; nothing is recorded on error
+/// Errors       those of gaussian_head_check; kInvalidArgument for kHeadInputDepth without `origin`; nothing
+///              is recorded on error
 /// Precision    a few roundings (tests/ops/gaussian_head_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       Szymanowicz et al. 2024, arXiv:2312.13150, section 3, and its published code

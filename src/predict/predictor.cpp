@@ -84,6 +84,7 @@ Status Predictor::predict(const Views& views) {
 Result<std::vector<float>> Predictor::draw(std::span<const scene::Camera> cameras) {
     SPLAT_ASSERT(cameras.size() <= kDrawnAtOnce);
     if (cameras.empty()) return std::vector<float>();
+    SPLAT_ASSERT(model_->sets().version != 0);  // predict() comes first
     if (rasterizer_ == nullptr) {
         raster::RasterDesc desc;
         static_cast<gaussians::SetDesc&>(desc) = model_->set_desc();

@@ -47,8 +47,8 @@ class Predictor {
     /// within what float32 holds; else the Gaussians mean nothing.
     [[nodiscard]] model::Ledger ledger() const { return model_->ledger(); }
 
-    /// Images [n,3,R,R] of the prediction, of at most kDrawnAtOnce cameras. Errors: those of raster::pack_views
-    /// and of the rasterizer.
+    /// Images [n,3,R,R] of the latest prediction, which there must be, of at most kDrawnAtOnce cameras. Errors:
+    /// those of raster::pack_views and of the rasterizer.
     Result<std::vector<float>> draw(std::span<const scene::Camera> cameras);
 
     /// CRC-32 of the configuration and of all parameters, as hexadecimal text. Errors: those of Context::read.

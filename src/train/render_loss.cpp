@@ -110,9 +110,11 @@ Status RenderLoss::add_part(const char* op, const LossTerm* term) {
         SPLAT_TRY(make(part.buffers.emplace_back(), vk::quad_bytes(shape.elements())));
         part.views.saved.push_back(part.buffers.back().view(shape));
     }
-    SPLAT_TRY(make(part.buffers.emplace_back(),
-                   std::max(plan.forward_workspace, plan.backward_workspace)));
-    part.views.workspace = part.buffers.back().range();
+    if (const std::uint64_t bytes = std::max(plan.forward_workspace, plan.backward_workspace);
+        bytes > 0) {
+        SPLAT_TRY(make(part.buffers.emplace_back(), bytes));
+        part.views.workspace = part.buffers.back().range();
+    }
     part.views.outputs = {scalar(losses_, parts_.size())};
     part.views.grad_outputs = {scalar(weights_, parts_.size())};
     part.views.grad_inputs.resize(part.row->inputs.size());

@@ -250,10 +250,8 @@ void CommandList::Objects::encode(VkCommandBuffer to, const Command& command) {
             const VkMemoryBarrier barrier =
                 memory_barrier(VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT,
                                VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT |
-                                   VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT |
-                                   VK_ACCESS_INDIRECT_COMMAND_READ_BIT);
-            vk.vkCmdPipelineBarrier(to, work, work | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT, 0, 1,
-                                    &barrier, 0, nullptr, 0, nullptr);
+                                   VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT);
+            vk.vkCmdPipelineBarrier(to, work, work, 0, 1, &barrier, 0, nullptr, 0, nullptr);
             break;
         }
         case CommandKind::kToHost: {

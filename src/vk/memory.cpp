@@ -25,8 +25,7 @@ std::uint64_t default_budget(const DeviceInfo& info) {
 
 constexpr VkBufferUsageFlags kUsage =
     VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT |
-    VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
-    VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 
 void fill_words(std::byte* at, std::uint64_t bytes, std::uint32_t word) {
     for (std::uint64_t i = 0; i + 4 <= bytes; i += 4) std::memcpy(at + i, &word, 4);

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
 
 #include "core/json.h"
 #include "eval/json_number.h"
+#include "eval/saved_objects.h"
 #include "support/expect_status.h"
 
 namespace splat::eval {
@@ -155,6 +157,29 @@ TEST(Evaluation, AnObjectThatIsNotFiniteLeavesNoMean) {
     EXPECT_TRUE(std::isnan(summary.novel.psnr));
     EXPECT_EQ(summary.objects_not_finite, 1U);
     EXPECT_NE(results_text(all).find("\"psnr\": null"), std::string::npos);
+}
+
+TEST(Evaluation, CountsOfImagesHave32Bits) {
+    const std::string folder = testing::TempDir();
+    Evaluation all;
+    all.objects[0] = object("a", 20);
+    const auto loaded = [&] {
+        std::ofstream(folder + "/" + kObjectsFile) << objects_text(all);
+        return load_objects(folder, all, [](const std::string&) { return std::optional(0U); });
+    };
+    for (const auto& [name, count] : {std::pair{"images_not_finite", &Ledger::images_not_finite},
+                                      {"images_blank", &Ledger::images_blank}}) {
+        std::uint64_t& images = all.objects[0].ledger.*count;
+        images = 4294967295;
+        const auto most = loaded();
+        ASSERT_OK(most.status());
+        EXPECT_EQ(most.value().at(0).ledger.*count, 4294967295);
+        images = 4294967296;
+        EXPECT_ERROR(loaded().status(), Code::kFormat, name);
+        images = 0;
+    }
+    all.objects[0].ledger.gaussians = 4294967296;
+    EXPECT_OK(loaded().status());
 }
 
 TEST(Evaluation, AFolderThatCannotBeMadeIsAnError) {

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
+#include <thread>
 
 #include "model/small_model.h"
 #include "support/expect_status.h"
@@ -44,6 +46,30 @@ class EvaluatorTest : public testing::Test {
         return made;
     }
 
+    /// The first view's inputs, with a full group of cameras and a part of one.
+    predict::Views many_views() {
+        Evaluator made = evaluator(false);
+        auto read = made.read(0);
+        EXPECT_OK(read.status());
+        predict::Views views = std::move(read.value());
+        const scene::Camera first = views.cameras[0];
+        views.cameras.assign(predict::Predictor::kDrawnAtOnce + 4, first);
+        for (std::size_t i = 0; i < views.cameras.size(); ++i)
+            views.cameras[i].world_to_camera[3] += 0.01 * static_cast<double>(i);
+        return views;
+    }
+    /// A prediction, and the images of its cameras, each drawn alone.
+    std::vector<float> drawn_alone(const predict::Views& views) {
+        EXPECT_OK(network_->predict(views));
+        std::vector<float> images;
+        for (const scene::Camera& camera : views.cameras) {
+            const auto image = network_->draw(std::span(&camera, 1));
+            EXPECT_OK(image.status());
+            images.insert(images.end(), image.value().begin(), image.value().end());
+        }
+        return images;
+    }
+
     test::SampleFolder folder_;
     vk::Context* context_ = nullptr;
     config::Settings settings_;
@@ -77,6 +103,55 @@ TEST_F(EvaluatorTest, ScoresWhatItDraws) {
     EXPECT_NEAR(s.novel.psnr, psnr, 1e-9);
     EXPECT_EQ(made.evaluation().objects.size(), 1U);
     EXPECT_ERROR(made.score(1).status(), Code::kInvalidArgument, "object 1 does not exist");
+}
+
+TEST_F(EvaluatorTest, DrawsMoreCamerasThanOneGroup) {
+    ASSERT_NO_FATAL_FAILURE(fill(0.01F));
+    const predict::Views views = many_views();
+    ObjectScores scores;
+    const auto images = draw_object(*context_, *network_, views, scores);
+    ASSERT_OK(images.status());
+    EXPECT_EQ(images.value(), drawn_alone(views));
+    EXPECT_EQ(scores.drawn, 20U);
+    EXPECT_EQ(scores.ledger.gaussians, 256U);
+}
+
+/// Predicts another picture when the mutex is free, which is where draw_object() lets others in.
+struct OtherPrediction : vk::DeferredWork {
+    OtherPrediction(predict::Predictor& taken, const predict::Views& given, std::atomic<int>& done)
+        : predictor(taken), views(given), count(done) {}
+    ~OtherPrediction() override {
+        EXPECT_OK(predictor.predict(views));
+        ++count;
+    }
+    predict::Predictor& predictor;
+    const predict::Views& views;
+    std::atomic<int>& count;
+};
+
+TEST_F(EvaluatorTest, DrawsItsObjectBesideOtherPredictions) {
+    ASSERT_NO_FATAL_FAILURE(fill(0.01F));
+    const predict::Views views = many_views();
+    predict::Views other = views;
+    for (float& value : other.inputs) value = 1 - value;
+    const std::vector<float> expected = drawn_alone(views);
+    ASSERT_NE(drawn_alone(other), expected);
+    std::atomic<bool> drawn = false;
+    std::atomic<int> predictions = 0;
+    std::jthread beside([&] {
+        while (!drawn) {
+            const int before = predictions;
+            context_->mutex.defer(std::make_unique<OtherPrediction>(*network_, other, predictions));
+            while (predictions == before) std::this_thread::yield();
+        }
+    });
+    while (predictions == 0) std::this_thread::yield();
+    ObjectScores scores;
+    const auto images = draw_object(*context_, *network_, views, scores);
+    drawn = true;
+    ASSERT_OK(images.status());
+    EXPECT_EQ(images.value(), expected);
+    EXPECT_GT(predictions, 1);
 }
 
 TEST_F(EvaluatorTest, WeightsThatOverflowHaveNoScore) {

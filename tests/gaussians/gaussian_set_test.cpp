@@ -118,29 +118,35 @@ TEST(GaussianSet, DegreesAreCutAndPadded) {
     }
 }
 
-/// Five Gaussians of which an image can show the first and the last.
+/// Nine Gaussians of which an image can show the first, the fifth, and the last two until their opacities change.
 scene::Gaussians doubtful_gaussians() {
-    scene::Gaussians g = scene::make_gaussians(5, 0);
-    const double opacities[] = {0.5, 1.0 / 300, 0.9, 0.9, 1.0 / 200};
-    for (std::size_t i = 0; i < 5; ++i) {
+    scene::Gaussians g = scene::make_gaussians(9, 0);
+    const double opacities[] = {0.5, 1.0 / 300, 0.9, 0.9, 1.0 / 200, 0.9, 0.9, 0.9, 0.9};
+    for (std::size_t i = 0; i < 9; ++i) {
         g.means[3 * i] = static_cast<float>(i);
         g.rotations[4 * i] = 1;
         g.opacity_logits[i] = static_cast<float>(scene::logit_of(opacities[i]));
     }
     g.means[3 * 2] = std::numeric_limits<float>::quiet_NaN();
     g.log_scales[3 * 3] = std::numeric_limits<float>::infinity();
+    g.rotations[4 * 5] = 0;
+    g.sh[3 * 6 + 2] = std::numeric_limits<float>::quiet_NaN();
     return g;
 }
 
 TEST(GaussianSet, DownloadsWhatAnImageCanShow) {
     vk::Context* context = shared_context();
     ASSERT_NE(context, nullptr);
-    auto set = gaussians::allocate_set(*context, desc_of(5, 0));
+    auto set = gaussians::allocate_set(*context, desc_of(9, 0));
     ASSERT_OK(set.status());
     ASSERT_OK(gaussians::upload(*context, doubtful_gaussians(), set.value()));
+    std::vector<float> packed = download(*context, set.value().gaussians.range(), 9 * 12);
+    packed[12 * 7 + 3] = 1.5F;  // no logit gives these
+    packed[12 * 8 + 3] = -0.5F;
+    ASSERT_OK(context->write(set.value().gaussians.range(), packed.data(), packed.size() * 4));
     const auto shown = gaussians::download(*context, set.value().desc, set.value().views(), false);
     ASSERT_OK(shown.status());
-    EXPECT_EQ(shown.value().not_finite, 2U);
+    EXPECT_EQ(shown.value().not_finite, 6U);
     EXPECT_EQ(shown.value().faint, 1U);
     ASSERT_EQ(shown.value().gaussians.count(), 2U);
     EXPECT_EQ(shown.value().gaussians.means[0], 0.0F);

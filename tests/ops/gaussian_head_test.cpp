@@ -212,6 +212,31 @@ TEST_P(GaussianHead, RejectsWhatDoesNotFit) {
                  Code::kShape, "net_out");
 }
 
+/// Callers of the host function, who pass no row of the table.
+TEST_P(GaussianHead, ChecksItsLayout) {
+    const auto refused = [&](const HeadForm& form, const char* message) {
+        ops::GaussianHeadDesc desc;
+        desc.layout = HeadLayout(form);
+        desc.channels = desc.layout.channels();
+        EXPECT_ERROR(ops::gaussian_head_check(desc), Code::kInvalidArgument, message);
+    };
+    refused({.positions = kHeadBox + 1}, "positions is 3, expected 0 to 2");
+    refused({.scales = kHeadSigmoid}, "scales is 1, expected 2 to 3");
+    refused({.scales = kHeadTanh}, "scales is 4");
+    refused({.sh_degree = 2}, "sh_degree is 2");
+    refused({.per_pixel = 0}, "per_pixel is 0");
+    refused({.per_pixel = 5}, "per_pixel is 5, expected 1 to 4");
+    ops::GaussianHeadDesc desc;
+    desc.layout = HeadLayout({.positions = kHeadInputDepth});
+    desc.channels = desc.layout.channels();
+    EXPECT_OK(ops::gaussian_head_check(desc));
+    vk::Recorder recorder(context());
+    EXPECT_ERROR(ops::gaussian_head_forward(recorder, desc, {}, {}, {}), Code::kInvalidArgument,
+                 "needs origin");
+    EXPECT_ERROR(ops::gaussian_head_backward(recorder, desc, {}, {}, {}, {}),
+                 Code::kInvalidArgument, "needs origin");
+}
+
 TEST(GaussianHeadReference, GradcheckFloat64) {
     std::uint64_t seed = 400;
     for (HeadCase c : head_cases()) {

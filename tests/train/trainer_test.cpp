@@ -7,6 +7,7 @@
 
 #include "model/lpips_weights.h"
 #include "ops/op_harness.h"
+#include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
 #include "support/rng_fill.h"
 
@@ -255,6 +256,33 @@ TEST_P(TrainerRules, PassesOfAnySizeGiveTheSameGradient) {
         norm += std::pow(static_cast<double>(gb[i]), 2);
     }
     EXPECT_LE(std::sqrt(difference / norm), 1e-4) << "sums of a larger pass are tiled otherwise";
+}
+
+/// What others see of a step's gradients is what the set holds, with rows made after the step and before it.
+TEST_P(TrainerRules, RowsOfGradientsAreThoseOfTheSet) {
+    for (const std::uint32_t objects : {1U, 2U}) {
+        TrainConfig training = small_training();
+        training.micro_batch = objects;
+        const auto trainer = make(small_network(), training);
+        ASSERT_TRUE(trainer);
+        for (const std::uint64_t seed : {3U, 4U}) {
+            run(*trainer, Batch(small_network(), training, seed));
+            const gaussians::SetViews set = trainer->model().sets(true);
+            const std::vector<float> quads = download(context(), set.gaussians, 12 * set.count);
+            const auto r = trainer->model().output_gradients().value();
+            std::vector<float> packed(quads.size());
+            const std::tuple<vk::BufferView, std::size_t, std::size_t> parts[] = {
+                {r.means, 3, 0}, {r.opacities, 1, 3}, {r.scales, 3, 4}, {r.rotations, 4, 8}};
+            for (const auto& [view, width, at] : parts) {
+                const std::vector<float> values = download(context(), view, width * set.count);
+                for (std::size_t i = 0; i < values.size(); ++i)
+                    packed[i / width * 12 + at + i % width] = values[i];
+            }
+            EXPECT_TRUE(packed == quads && quads != std::vector<float>(quads.size()));
+            EXPECT_EQ(download(context(), r.sh, 12 * set.count),
+                      download(context(), set.colors, 12 * set.count));
+        }
+    }
 }
 
 /// CO3D's terms, means over the outliers of the batch: one object has more of them than the other.

@@ -1260,8 +1260,8 @@ namespace Splat.Interop
         /// "grad:tokens", shaped as in splat_model_input.
         /// values    out, `bytes` bytes, at least those of the values
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, too few bytes),
-        ///   SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (before the first pass, or no
-        ///   gradient)
+        ///   SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (before the first pass, no
+        ///   gradient, a tensor of the model is mapped), and errors of the device
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_model_read(

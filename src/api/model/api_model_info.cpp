@@ -89,6 +89,7 @@ splat_result splat_model_tensor(splat_model model, const char* name, splat_tenso
             const std::lock_guard lock(object->context->mutex);
             SPLAT_ASSIGN(api::ModelTensor found,
                          api::find_model_tensor(*object->model, object->objects, name));
+            SPLAT_TRY(api::bind_model_tensor(*object->model, found));
             made->view = found.view;
             made->use = std::move(found.use);
         }

@@ -214,7 +214,7 @@ splat_result splat_model_zero_gradients(splat_model model) {
 splat_result splat_model_read(splat_model model, const char* name, float* values, size_t bytes) {
     return with_model(model, [&](api::ModelObject& object) -> Status {
         SPLAT_TRY(api::require(name, "name", values, "values"));
-        SPLAT_ASSIGN(const api::ModelTensor found,
+        SPLAT_ASSIGN(api::ModelTensor found,
                      api::find_model_tensor(*object.model, object.objects, name));
         if (found.of_pass) SPLAT_TRY(api::expect_ran(object));
         if (found.of_backward && !object.has_input_gradients)
@@ -224,6 +224,7 @@ splat_result splat_model_read(splat_model model, const char* name, float* values
             return error(Code::kInvalidArgument, "bytes is %zu, but '%s' takes %zu", bytes, name,
                          needed);
         SPLAT_TRY(object.model->check_unmapped());
+        SPLAT_TRY(api::bind_model_tensor(*object.model, found));
         return object.context->read(found.view, values, needed);
     });
 }

@@ -35,16 +35,17 @@ TensorName parse_name(const std::string& text) {
     return name;
 }
 
-/// Object `i` of a tensor whose first dimension is that of the objects, or of their images, which then stays.
-Result<vk::BufferView> object_part(const vk::BufferView& all, vk::Context& context,
-                                   std::uint32_t objects, std::uint32_t i, bool images,
-                                   const char* name) {
+/// Object `i` of a tensor whose first dimension is that of the objects, or of their images, which then stays. Sets
+/// shape, place and length alone.
+Status take_object(ModelTensor& found, vk::Context& context, std::uint32_t objects, std::uint32_t i,
+                   bool images, const char* name) {
     if (i >= objects)
         return error(Code::kInvalidArgument, "'%s': expected an object less than %u", name,
                      objects);
+    const Shape all = found.view.shape;
     std::vector<std::int64_t> dims;
-    if (images || all.shape[0] != objects) dims.push_back(all.shape[0] / objects);
-    for (std::uint32_t axis = 1; axis < all.shape.rank(); ++axis) dims.push_back(all.shape[axis]);
+    if (images || all[0] != objects) dims.push_back(all[0] / objects);
+    for (std::uint32_t axis = 1; axis < all.rank(); ++axis) dims.push_back(all[axis]);
     if (dims.back() == 1) dims.pop_back();
     SPLAT_ASSIGN(const Shape shape, Shape::create(dims, name));
     const std::uint64_t bytes = shape.elements() * sizeof(float);
@@ -55,9 +56,12 @@ Result<vk::BufferView> object_part(const vk::BufferView& all, vk::Context& conte
                      "the tensor of all objects",
                      name, static_cast<unsigned long long>(bytes),
                      static_cast<unsigned long long>(alignment));
-    vk::BufferView part = objects > 1 ? all.part(i * bytes, bytes) : all;
-    part.shape = shape;
-    return part;
+    if (objects > 1) {
+        found.offset = i * bytes;
+        if (found.rows == nullptr) found.view = found.view.part(found.offset, bytes);
+    }
+    found.view.shape = shape;
+    return {};
 }
 
 Status no_gradients() {
@@ -81,7 +85,8 @@ Status expect_ran(const ModelObject& object) {
 
 std::vector<ModelOutput> model_outputs(const Model& network) {
     const std::uint32_t m = network.set_desc().gaussians;
-    const std::uint32_t n = network.sets().count / m;
+    // Not from sets(), whose version a pass on another thread changes.
+    const std::uint32_t n = network.raw_output().shape[0] / network.config().views;
     using Rows = Model::Outputs;
     return {{"means", {n, m, 3}, &Rows::means},
             {"opacities", {n, m, 1}, &Rows::opacities},
@@ -97,18 +102,15 @@ Result<ModelTensor> find_model_tensor(Model& network, std::uint32_t objects,
     for (const ModelOutput& output : model_outputs(network)) {
         if (name.base != output.name || (name.gradient && output.rows == nullptr)) continue;
         if (name.gradient && !network.has_gradients()) return no_gradients();
-        ModelTensor found{network.raw_output(),
-                          name.gradient ? network.outside_gradients() : network.outside(),
-                          !name.gradient, false};
-        if (output.rows != nullptr) {
-            SPLAT_ASSIGN(const Model::Outputs rows,
-                         name.gradient ? network.output_gradients() : network.outputs());
-            found.view = rows.*output.rows;
-        }
-        if (name.object) {
-            SPLAT_ASSIGN(found.view, object_part(found.view, network.context(), objects,
-                                                 *name.object, name.base == "raw", text.c_str()));
-        }
+        ModelTensor found;
+        found.use = name.gradient ? network.outside_gradients() : network.outside();
+        found.of_pass = !name.gradient;
+        found.rows = output.rows;
+        if (output.rows == nullptr) found.view = network.raw_output();
+        found.view.shape = output.shape;
+        if (name.object)
+            SPLAT_TRY(take_object(found, network.context(), objects, *name.object,
+                                  output.rows == nullptr, text.c_str()));
         return found;
     }
     if (!name.object) {
@@ -137,6 +139,18 @@ Result<ModelTensor> find_model_tensor(Model& network, std::uint32_t objects,
         "'means[0]'), an input (%s), a parameter, or a gradient ('grad:' and the name of a "
         "result, a parameter, images, embedding or tokens)",
         text.c_str(), inputs.c_str() + 2);
+}
+
+Status bind_model_tensor(Model& network, ModelTensor& tensor) {
+    if (tensor.rows == nullptr) return {};
+    SPLAT_ASSIGN(const Model::Outputs rows,
+                 tensor.of_pass ? network.outputs() : network.output_gradients());
+    const Shape shape = tensor.view.shape;
+    const vk::BufferView& all = rows.*tensor.rows;
+    const bool whole = shape.elements() == all.shape.elements();
+    tensor.view = whole ? all : all.part(tensor.offset, shape.elements() * sizeof(float));
+    tensor.view.shape = shape;
+    return {};
 }
 
 }  // namespace splat::api
