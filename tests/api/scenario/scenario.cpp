@@ -13,7 +13,6 @@ class Scenario : ScenarioCalls {
     Scenario& operator=(const Scenario&) = delete;
 
     ~Scenario() {
-        destroy("splat_optimizer_destroy", splat_optimizer_destroy, optimizer_);
         for (const splat_op op : ops_) destroy("splat_op_destroy", splat_op_destroy, op);
         // Some tensors outlive their device, others do not.
         bool first = true;
@@ -29,8 +28,7 @@ class Scenario : ScenarioCalls {
         profiled_ = (desc.flags & SPLAT_DEVICE_PROFILE) != 0;
         return create("splat_device_create", device_,
                       [&desc](splat_device* out) { return splat_device_create(&desc, out); }) &&
-               create_tensors() && create_ops() && compute() && read_back() && gather() &&
-               describe() && tell();
+               create_tensors() && create_ops() && compute() && read_back() && describe() && tell();
     }
 
     ScenarioResults results;
@@ -57,8 +55,7 @@ class Scenario : ScenarioCalls {
                fill("beta", {8}, 8, 3) && fill("grad_y", {2, 8, 4, 4}, 256, 4) &&
                make("y", {2, 8, 4, 4}) && make("grad_x", {2, 8, 4, 4}) && make("grad_gamma", {8}) &&
                make("grad_beta", {8}) && fill("rows", {3, 8}, 24, 5) &&
-               fill("weight", {5, 8}, 40, 6) && fill("bias", {5}, 5, 7) && make("out", {3, 5}) &&
-               fill("grad_rows", {3, 8}, 24, 8);
+               fill("weight", {5, 8}, 40, 6) && fill("bias", {5}, 5, 7) && make("out", {3, 5});
     }
 
     bool create_op(const OpRequest& request) {
@@ -107,29 +104,6 @@ class Scenario : ScenarioCalls {
         const std::int64_t channels_last[] = {128, 1, 32, 8};
         return read("y", 256, channels_last) && read("grad_x", 256) && read("grad_gamma", 8) &&
                read("grad_beta", 8) && map("out", 15);
-    }
-
-    /// Rows are gathered with their moments and averages, or stay. Called again after that, the call would find too few.
-    bool gather() {
-        const splat_optimizer_item item = {"rows", nullptr, nullptr, tensors_["rows"],
-                                           tensors_["grad_rows"]};
-        auto desc = sized<splat_optimizer_desc>();
-        desc.items = &item;
-        desc.item_count = 1;
-        desc.ema_decay = 0.9;
-        const std::int64_t rows[] = {2, 0};
-        const auto step = [&] {
-            return call("splat_optimizer_step",
-                        [&] { return splat_optimizer_step(optimizer_, nullptr); });
-        };
-        return create("splat_optimizer_create", optimizer_,
-                      [&](splat_optimizer* out) {
-                          return splat_optimizer_create(device_, &desc, out);
-                      }) &&
-               step() &&
-               call("splat_optimizer_gather_rows",
-                    [&] { return splat_optimizer_gather_rows(optimizer_, "rows", rows, 2); }) &&
-               step() && read("rows", 24);
     }
 
     bool map(const char* name, std::size_t count) {
@@ -214,7 +188,6 @@ class Scenario : ScenarioCalls {
     splat_device device_ = nullptr;
     std::map<std::string, splat_tensor> tensors_;
     std::vector<splat_op> ops_;
-    splat_optimizer optimizer_ = nullptr;
 };
 
 }  // namespace
