@@ -24,9 +24,10 @@
  *               capacity the text is cut and the result is SPLAT_INCOMPLETE.
  *   Threads     each kind of object says whether its calls may run at once. Calls on one device are
  *               serialised by the library. But any thread may call *_destroy, *_get_info, *_report,
- *               splat_evaluator_summary and splat_device_get_memory beside any other call, and they
- *               never wait for one (splat_scene_get_info waits for changes of its scene): they tell
- *               what the last one left; memory of what is destroyed beside a call is freed at its end.
+ *               splat_evaluator_summary, splat_training_last_step and splat_device_get_memory beside
+ *               any other call, and they never wait for one (splat_scene_get_info waits for changes of
+ *               its scene): they tell what the last one left; memory of what is destroyed beside a call
+ *               is freed at its end.
  *               The library compiles shaders on up to four threads of its own, which never call the
  *               caller's code.
  *   Fork        in a forked child, objects of a device that the parent opened are refused with

@@ -27,7 +27,7 @@ extern "C" {
 /* ---- Runs ------------------------------------------------------------------------------------ */
 
 /* A task with its folder, one piece of work per call. The caller synchronises calls on one run, except
- * splat_run_interrupt and splat_run_report. */
+ * splat_run_interrupt, splat_run_report and splat_training_last_step. */
 
 typedef int32_t splat_run_event_kind;
 enum {
@@ -52,7 +52,8 @@ typedef struct splat_number {
     double value; /* 1 or 0 where metrics.jsonl has true or false */
 } splat_number;
 
-/* What a call of splat_run_next did. Pointers are valid until the next call on the run. */
+/* What a call of splat_run_next did. Pointers are valid until the next splat_run_next or
+ * splat_run_destroy of the run. */
 typedef struct splat_run_event {
     uint32_t struct_size;
     splat_run_event_kind kind;
@@ -70,7 +71,7 @@ typedef struct splat_run_event {
     double steps_per_second;
     /* With the names of metrics.jsonl. Of a step: "loss", "averaged_loss" (over the latest steps of this
      * session), then the task's. Of a validation: "val_psnr" (dB; NaN without a score),
-     * "best_val_psnr" (of those with as many pieces and views), then the task's. */
+     * "best_val_psnr" (of those with as many pieces and views), then the task's. NULL: none. */
     const splat_number* numbers;
     uint64_t number_count;
     const char* name; /* name of the validated piece, else NULL */

@@ -437,8 +437,8 @@ SPLAT_API splat_result splat_training_open(splat_device device, const splat_trai
 /* Describe the latest attempt of a step in this session, skipped or not.
  * run       of splat_training_open
  * info      in/out, struct_size set
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
- *   SPLAT_ERROR_INVALID_STATE (before the first step) */
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL; a run of another
+ *   task), SPLAT_ERROR_INVALID_STATE (before the first step) */
 SPLAT_API splat_result splat_training_last_step(splat_run run, splat_trainer_info* info);
 
 /* Return the network in training.

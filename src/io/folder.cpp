@@ -31,6 +31,28 @@ Status cannot_list(int number, const std::string& folder) {
     return system_error(number, "list the folder", folder);
 }
 
+struct Listed {
+    std::string name;
+    unsigned char type = DT_UNKNOWN;  ///< as readdir() says
+};
+
+Result<std::vector<Listed>> list(const std::string& folder) {
+    const std::unique_ptr<DIR, CloseFolder> open(
+        SPLAT_FAULT("io.list") ? (errno = EACCES, nullptr) : ::opendir(folder.c_str()));
+    if (open == nullptr) return cannot_list(errno, folder);
+    std::vector<Listed> all;
+    while (true) {
+        errno = 0;
+        const dirent* const found = ::readdir(open.get());
+        if (found == nullptr) break;
+        if (found->d_name[0] != '.') all.push_back({found->d_name, found->d_type});
+    }
+    if (errno != 0) return cannot_list(errno, folder);
+    std::sort(all.begin(), all.end(),
+              [](const Listed& a, const Listed& b) { return a.name < b.name; });
+    return all;
+}
+
 }  // namespace
 
 Result<PathKind> kind_of(const std::string& path) {
@@ -49,27 +71,25 @@ Result<bool> has_file(const std::string& path) {
     return kind == PathKind::kFile;
 }
 
+Result<std::vector<std::string>> names_in(const std::string& folder) {
+    SPLAT_ASSIGN(const std::vector<Listed> all, list(folder));
+    std::vector<std::string> names;
+    for (const Listed& listed : all) names.push_back(listed.name);
+    return names;
+}
+
 Result<std::vector<FolderEntry>> entries_in(const std::string& folder) {
-    const std::unique_ptr<DIR, CloseFolder> open(
-        SPLAT_FAULT("io.list") ? (errno = EACCES, nullptr) : ::opendir(folder.c_str()));
-    if (open == nullptr) return cannot_list(errno, folder);
+    SPLAT_ASSIGN(const std::vector<Listed> all, list(folder));
     std::vector<FolderEntry> entries;
-    while (true) {
-        errno = 0;
-        const dirent* const found = ::readdir(open.get());
-        if (found == nullptr) break;
-        FolderEntry entry{found->d_name, PathKind::kNothing};
-        if (entry.name.starts_with('.')) continue;
-        if (found->d_type == DT_REG || found->d_type == DT_DIR) {
-            entry.kind = found->d_type == DT_REG ? PathKind::kFile : PathKind::kFolder;
+    for (const Listed& listed : all) {
+        FolderEntry entry{listed.name, PathKind::kNothing};
+        if (listed.type == DT_REG || listed.type == DT_DIR) {
+            entry.kind = listed.type == DT_REG ? PathKind::kFile : PathKind::kFolder;
         } else {
-            SPLAT_ASSIGN(entry.kind, kind_of(folder + "/" + entry.name));
+            SPLAT_ASSIGN(entry.kind, kind_of(folder + "/" + listed.name));
         }
         entries.push_back(std::move(entry));
     }
-    if (errno != 0) return cannot_list(errno, folder);
-    std::sort(entries.begin(), entries.end(),
-              [](const FolderEntry& a, const FolderEntry& b) { return a.name < b.name; });
     return entries;
 }
 

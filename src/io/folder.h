@@ -22,6 +22,9 @@ Result<PathKind> kind_of(const std::string& path);
 /// True if a regular file is there. Errors: as kind_of().
 Result<bool> has_file(const std::string& path);
 
+/// Names in a folder, as entries_in(), but no entry is looked at.
+Result<std::vector<std::string>> names_in(const std::string& folder);
+
 /// The entries of a folder, sorted by name, without those that start with '.'. Errors: as system_error(), also if an
 /// entry cannot be looked at: a list is whole or an error.
 Result<std::vector<FolderEntry>> entries_in(const std::string& folder);

@@ -133,7 +133,7 @@ Status Run::tell(Event& event) {
 }
 
 Status Run::step(Event& event) {
-    const auto begins = std::chrono::steady_clock::now();
+    const Stopwatch begins;
     Step done;
     SPLAT_TRY(task_->step(done));
     if (!begun_) begun_ = begins;
@@ -237,7 +237,8 @@ Status Run::end(EventKind kind, Event& event) {
     switch (kind) {
         case EventKind::kInterrupted:
             state = "interrupted";
-            text = format("interrupted after step %llu; --resume continues it", wide(step_));
+            text = format("interrupted after step %llu; %s", wide(step_),
+                          plan_.if_interrupted.c_str());
             break;
         case EventKind::kNotFinite:
             state = "not finite";
@@ -255,7 +256,8 @@ Status Run::end(EventKind kind, Event& event) {
             state = "done";
             text = format("done: %llu steps", wide(step_));
             if (!std::isnan(averaged_loss_)) text += format(", loss %.6f", averaged_loss_);
-            if (plan_.pieces > 0) text += format(", best validation PSNR %.2f dB", best_psnr_);
+            if (plan_.pieces > 0)
+                text += format(", best %s %.2f dB", plan_.score.c_str(), best_psnr_);
     }
     error_.clear();  // this call is not a failure
     SPLAT_TRY(write_run(state.c_str()));
@@ -282,8 +284,7 @@ Figures Run::figures() const {
 }
 
 double Run::seconds() const {
-    if (!begun_) return 0;
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - *begun_).count();
+    return begun_ ? begun_->seconds() : 0;
 }
 
 }  // namespace splat::run

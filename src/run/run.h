@@ -1,11 +1,11 @@
 #pragma once
 
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <optional>
 
 #include "core/interrupt.h"
+#include "core/stopwatch.h"
 #include "run/run_folder.h"
 #include "run/task.h"
 
@@ -128,8 +128,7 @@ class Run {
     double last_psnr_ = NAN;                   ///< until a validation of the run
     double loss_ = NAN, averaged_loss_ = NAN;  ///< until a step of this process
     std::optional<Numbers> ledger_;
-    std::optional<std::chrono::steady_clock::time_point>
-        begun_;  ///< the first step of this process
+    std::optional<Stopwatch> begun_;  ///< since the first step of this process
     std::uint64_t begun_at_ = 0;
     const Interrupt& interrupt_;
     const std::uint64_t raised_before_ = interrupt_.count();

@@ -54,13 +54,10 @@ Status cannot(const char* doing, const fs::path& path, const std::string& reason
     return error(Code::kIo, "cannot %s '%s': %s", doing, path.c_str(), reason.c_str());
 }
 
-/// Names in a folder; none if it is not there, or no folder. Errors: as io::entries_in().
+/// Names in a folder; none if it is not there, or no folder. Errors: kIo.
 Result<std::vector<std::string>> names_in(const fs::path& folder) {
-    std::vector<std::string> names;
-    SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(folder.string()));
-    if (kind != io::PathKind::kFolder) return names;
-    SPLAT_ASSIGN(const std::vector<io::FolderEntry> entries, io::entries_in(folder.string()));
-    for (const io::FolderEntry& entry : entries) names.push_back(entry.name);
+    auto names = io::names_in(folder.string());
+    if (names.status().code() == Code::kNotFound) return std::vector<std::string>();
     return names;
 }
 

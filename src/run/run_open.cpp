@@ -71,8 +71,7 @@ Status Run::resume() {
                  folder_->path("checkpoints").c_str());
 }
 
-/// Take over the validations of the run, from the latest one on that saw other numbers of objects or views than
-/// those to come.
+/// Take over the validations of the run since the latest one of another protocol than those to come.
 Status Run::restore_validations() {
     bool others = false;  // was the latest one another
     SPLAT_ASSIGN(const std::vector<MetricLine> lines, folder_->metrics());
@@ -93,11 +92,14 @@ Status Run::restore_validations() {
         if (line.step > 0) best_psnr_ = std::max(best_psnr_, last_psnr_);
         if (line.step == step_) validated_ = step_;
     }
-    if (others)
-        messages_.push_back(
-            {"warning: the validations so far saw other numbers of objects or views, so the best "
-             "validation PSNR and weights_best.safetensors begin anew",
-             true});
+    if (!others) return {};
+    std::string anew = plan_.score;
+    for (const std::string& result : plan_.results)
+        anew += " and " + std::filesystem::path(folder_->best_path(result)).filename().string();
+    messages_.push_back({format("warning: the validations so far saw other %s, so the best %s "
+                                "begin anew",
+                                plan_.protocol_text.c_str(), anew.c_str()),
+                         true});
     return {};
 }
 

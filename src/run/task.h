@@ -40,9 +40,12 @@ struct Plan {
     std::uint32_t pieces = 0;  ///< pieces of a validation; 0: there is none
     /// Members of a validation's line: scores of validations with other ones are not compared.
     Numbers protocol;
+    std::string protocol_text;         ///< what it counts, after "other"
+    std::string score;                 ///< what Validation::psnr is called in messages
     std::vector<std::string> results;  ///< names of results()
     /// What to do about many steps in a row that are not finite, or that drew nothing.
     std::string if_not_finite, if_not_drawn;
+    std::string if_interrupted;  ///< how a run goes on
 };
 
 struct Progress {
@@ -115,6 +118,7 @@ class Task {
     virtual Status step(Step& step) = 0;
     /// Begin a validation of results(), which live until its end.
     virtual Status begin_validation(const std::vector<NamedWeights>& results) = 0;
+    /// The pieces come in order. The latest one comes again if the run could not take what was done.
     virtual Status validate(std::uint32_t piece, Piece& done) = 0;
     [[nodiscard]] virtual Validation validation() const = 0;  ///< after its last piece
 

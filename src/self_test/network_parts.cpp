@@ -33,7 +33,7 @@ Result<vk::BufferView> prepared_weight(Trial& trial, const Convolution& of, bool
 
 /// 16 channels in 4 groups of 63 pixels.
 struct Norm {
-    static constexpr std::size_t kC = 16, kP = 63, kGroup = 4 * kP;
+    static constexpr std::size_t kC = 16, kP = 63;
     ops::GroupNormDesc desc{{1, kC, kP}, 4, 1e-6F, false};
     Floats x = integers(kC * kP, 4), gamma = integers(kC, 5), beta = integers(kC, 6);
     Floats grad_y = integers(kC * kP, 11);

@@ -59,7 +59,7 @@ Result<Optimiser> Optimiser::create(vk::Context& context, OptimiserDesc desc) {
     Optimiser optimiser(context, std::move(desc));
     optimiser.make_runs();
     SPLAT_TRY(optimiser.allocate());
-    SPLAT_ASSIGN(optimiser.lists_, optimiser.record());
+    SPLAT_ASSIGN(optimiser.lists_, optimiser.record(optimiser.used()));
     return optimiser;
 }
 
@@ -102,19 +102,21 @@ Status Optimiser::allocate() {
     return {};
 }
 
-Result<Optimiser::Lists> Optimiser::record() {
+Result<Optimiser::Lists> Optimiser::record(std::span<const Used> runs) {
     Lists lists;
-    if (runs_.empty()) return lists;
+    if (runs.empty()) return lists;
     vk::Recorder adam(*context_);
     vk::Recorder ema(*context_);
     vk::Recorder stats(*context_);
-    for (const Run& run : runs_) {
-        const auto used = [&](const vk::Buffer& buffer) {
-            return buffer.range().part(0, run.values.bytes);
-        };
-        SPLAT_TRY(ops::adam(adam, {}, run.values, run.grads, used(run.m), used(run.v)));
-        SPLAT_TRY(ops::tensor_stats(stats, run.elements, run.grads, run.partial.range()));
-        if (desc_.ema) SPLAT_TRY(ops::ema(ema, 0, run.values, used(run.average)));
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        const auto& [values, grads, elements] = runs[i];
+        const Run& run = runs_[i];
+        const vk::BufferView m = run.m.range().part(0, values.bytes);
+        const vk::BufferView v = run.v.range().part(0, values.bytes);
+        SPLAT_TRY(ops::adam(adam, {}, values, grads, m, v));
+        SPLAT_TRY(ops::tensor_stats(stats, elements, grads, run.partial.range()));
+        if (desc_.ema)
+            SPLAT_TRY(ops::ema(ema, 0, values, run.average.range().part(0, values.bytes)));
     }
     SPLAT_ASSIGN(lists.adam, adam.finish());
     SPLAT_ASSIGN(lists.stats, stats.finish());

@@ -138,16 +138,24 @@ class Optimiser {
     Status load_state(const io::WeightsFile& file);
 
   private:
-    /// Parameters that one dispatch updates, and their state in the layout of the values.
-    struct Run {
+    /// What is updated of a run.
+    struct Used {
         vk::BufferView values, grads;
-        std::size_t rule = 0;
         std::uint64_t elements = 0;  ///< gradients to measure
+    };
+    /// Parameters that one dispatch updates, and their state in the layout of the values.
+    struct Run : Used {
+        std::size_t rule = 0;
         vk::Buffer m, v, average, partial;
     };
     /// Run i is dispatch i of each.
     struct Lists {
         vk::CommandList adam, ema, stats;
+    };
+    /// Other numbers of rows in use: the runs, and lists for them.
+    struct Rows {
+        std::vector<Used> runs;
+        Lists lists;
     };
     struct Kind {
         const char* prefix;
@@ -158,7 +166,8 @@ class Optimiser {
         : context_(&context), desc_(std::move(desc)) {}
     void make_runs();
     Status allocate();
-    Result<Lists> record();
+    Result<Lists> record(std::span<const Used> runs);
+    [[nodiscard]] std::vector<Used> used() const { return {runs_.begin(), runs_.end()}; }
     Result<GradientStats> measure_gradients();
     Status update(double rate);
     Status read(const vk::BufferView& view, LargeVector<float>& values);
@@ -170,10 +179,11 @@ class Optimiser {
                       std::span<const std::int64_t> rows) const;
     Result<vk::CommandList> record_gather(std::span<const std::size_t> parameters,
                                           const vk::BufferView& rows, const vk::BufferView& before);
-    /// Set how many rows of a parameter are in use.
-    void set_rows(std::size_t index, std::uint32_t rows);
-    /// Do it for several, and record lists for them; all or nothing.
-    Status use_rows(std::span<const std::size_t> parameters, std::span<const std::uint32_t> rows);
+    /// What use_rows() takes, for rows[i] rows of parameters[i]; changes nothing.
+    Result<Rows> make_rows(std::span<const std::size_t> parameters,
+                           std::span<const std::uint32_t> rows);
+    /// Set how many rows of parameters are in use.
+    void use_rows(std::span<const std::size_t> parameters, Rows rows) noexcept;
 
     vk::Context* context_;
     OptimiserDesc desc_;

@@ -92,37 +92,41 @@ Status Optimiser::gather_rows(std::span<const std::size_t> parameters,
     SPLAT_TRY(context_->write(index.range(), words.data(), words.size() * sizeof(std::uint32_t)));
     SPLAT_ASSIGN(vk::CommandList list,
                  record_gather(parameters, index.view({count}), before.range()));
+    SPLAT_ASSIGN(Rows made,
+                 make_rows(parameters, std::vector<std::uint32_t>(parameters.size(), count)));
     SPLAT_TRY(context_->make_ready(list));
     const vk::Uncancelled whole(context_->mutex);
-    SPLAT_TRY(use_rows(parameters, std::vector<std::uint32_t>(parameters.size(), count)));
     SPLAT_TRY(context_->run(list));
+    use_rows(parameters, std::move(made));
     for (nn::Parameters* container : desc_.containers) container->changed();
     return {};
 }
 
-void Optimiser::set_rows(std::size_t index, std::uint32_t rows) {
-    OptimiserParameter& parameter = desc_.parameters[index];
-    Run& run = runs_[run_of_[index]];
-    parameter.value = run.values = parameter.rows_of(parameter.value, rows);
-    parameter.grad = run.grads = parameter.rows_of(parameter.grad, rows);
-    parameter.shape = parameter.value.shape;
-    run.elements = parameter.shape.elements();
+Result<Optimiser::Rows> Optimiser::make_rows(std::span<const std::size_t> parameters,
+                                             std::span<const std::uint32_t> rows) {
+    Rows made;
+    made.runs = used();
+    for (std::size_t i = 0; i < parameters.size(); ++i) {
+        const OptimiserParameter& parameter = desc_.parameters[parameters[i]];
+        Used& run = made.runs[run_of_[parameters[i]]];
+        run.values = parameter.rows_of(parameter.value, rows[i]);
+        run.grads = parameter.rows_of(parameter.grad, rows[i]);
+        run.elements = run.values.shape.elements();
+    }
+    SPLAT_ASSIGN(made.lists, record(made.runs));
+    return made;
 }
 
-Status Optimiser::use_rows(std::span<const std::size_t> parameters,
-                           std::span<const std::uint32_t> rows) {
-    std::vector<std::uint32_t> before;
-    for (std::size_t i = 0; i < parameters.size(); ++i) {
-        before.push_back(desc_.parameters[parameters[i]].rows());
-        set_rows(parameters[i], rows[i]);
+void Optimiser::use_rows(std::span<const std::size_t> parameters, Rows rows) noexcept {
+    for (const std::size_t index : parameters) {
+        OptimiserParameter& parameter = desc_.parameters[index];
+        const Used& run = rows.runs[run_of_[index]];
+        parameter.value = run.values;
+        parameter.grad = run.grads;
+        parameter.shape = run.values.shape;
+        static_cast<Used&>(runs_[run_of_[index]]) = run;
     }
-    Result<Lists> lists = record();
-    if (lists.ok()) {
-        lists_ = std::move(lists.value());
-        return {};
-    }
-    for (std::size_t i = 0; i < parameters.size(); ++i) set_rows(parameters[i], before[i]);
-    return lists.status();
+    lists_ = std::move(rows.lists);
 }
 
 }  // namespace splat::train

@@ -103,7 +103,10 @@ Status Optimiser::load(const io::WeightsFile& file, std::uint64_t steps) {
         changed.push_back(i);
         rows.push_back(wanted);
     }
-    if (!changed.empty()) SPLAT_TRY(use_rows(changed, rows));
+    if (!changed.empty()) {
+        SPLAT_ASSIGN(Rows made, make_rows(changed, rows));
+        use_rows(changed, std::move(made));
+    }
     for (std::size_t i = 0; i < desc_.parameters.size(); ++i) {
         for (const Kind& kind : kinds()) {
             const io::TensorValues& values =

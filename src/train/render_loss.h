@@ -15,8 +15,8 @@ namespace splat::train {
 /// operator computes it. What is weighed, measured and told goes through this table.
 struct LossTerm {
     const char* name;  ///< name in metrics
-    const char*
-        op;  ///< operator of two images and maybe weights of pixels; nullptr: model::LpipsNet
+    /// Operator of two images and maybe weights of pixels; nullptr: model::LpipsNet.
+    const char* op;
     double config::TrainConfig::*weight;
     bool similarity = false;  ///< grows when images agree: the loss is 1 - value
     bool replaces = false;    ///< takes its weight from the pixel loss

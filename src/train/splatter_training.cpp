@@ -74,6 +74,7 @@ Status SplatterTraining::validate(std::uint32_t piece, run::Piece& done) {
     done.inputs = static_cast<std::uint32_t>(views.conditioning.size());
     done.views = static_cast<std::uint32_t>(views.all().size());
     done.width = done.height = settings_.network.resolution;
+    scores_.resize(piece);  // without those of a piece that is done again
     scores_.push_back(scores);
     return {};
 }

@@ -87,7 +87,10 @@ Result<run::Plan> SplatterTraining::prepare(const std::string* config, run::Mess
     plan.pieces = validated_objects();
     plan.protocol = {{"val_objects", static_cast<double>(plan.pieces)},
                      {"val_views_asked", static_cast<double>(c.validation_views)}};
+    plan.protocol_text = "numbers of objects or views";
+    plan.score = "validation PSNR";
     plan.results = {"weights"};
+    plan.if_interrupted = "--resume continues it";
     plan.if_not_finite = "lower opt.base_lr, or look at the data ('vkrun data check')";
     plan.if_not_drawn =
         "look at data.znear, data.zfar and the poses of the data, or raise model.opacity_bias and "

@@ -7,6 +7,7 @@
 
 #include "api/host_memory.h"
 #include "api/scenario/scenario.h"
+#include "support/rng_fill.h"
 #include "vk/context.h"
 
 namespace splat::test {
@@ -196,6 +197,50 @@ TEST_F(ApiOom, SeesWhatIsLeftBehind) {
     provoked_ = vk::validation_messages();
     EXPECT_GT(provoked_, before) << "a fence was left, and the validation layer did not report it";
     listen_to_log();
+}
+
+/// Rows are gathered or stay, whichever allocation fails.
+TEST_F(ApiOom, SparesRowsThatAreNotGathered) {
+    const Device device = open_device();
+    const std::vector<float> values = normal_fill(24, 1);
+    const Tensor value = upload(device, {3, 8}, values);
+    const Tensor grad = upload(device, {3, 8}, normal_fill(24, 2));
+    const splat_optimizer_item item = {"rows", nullptr, nullptr, value, grad};
+    auto desc = sized<splat_optimizer_desc>();
+    desc.items = &item;
+    desc.item_count = 1;
+    desc.ema_decay = 0.9;
+    Optimizer optimizer;
+    ASSERT_DONE(splat_optimizer_create(device, &desc, optimizer.out()));
+    const auto gather = [&](const std::vector<std::int64_t>& rows) {
+        host_memory::watch();
+        const splat_result result =
+            splat_optimizer_gather_rows(optimizer, "rows", rows.data(), rows.size());
+        host_memory::unwatch();
+        return result;
+    };
+    std::vector<float> gathered(values.begin() + 16, values.end());
+    gathered.insert(gathered.end(), values.begin(), values.begin() + 8);
+    std::uint64_t n = 0;
+    for (bool failed = true; failed && !HasFailure();) {
+        SCOPED_TRACE("allocation " + std::to_string(++n) + " fails");
+        EXPECT_DONE(splat_tensor_write(value, values.data(), 96, nullptr));
+        host_memory::fail(n, 1);
+        const splat_result result = gather({2, 0});
+        failed = host_memory::failed() > 0;
+        host_memory::fail_none();
+        if (result != SPLAT_OK) {
+            EXPECT_EQ(result, SPLAT_ERROR_OUT_OF_HOST_MEMORY) << splat_last_error_message();
+            EXPECT_EQ(download(value), values);
+            EXPECT_DONE(gather({2, 0}));
+        }
+        std::vector<float> found = download(value);
+        found.resize(16);
+        EXPECT_EQ(found, gathered);
+        EXPECT_DONE(splat_optimizer_step(optimizer, nullptr));
+        EXPECT_DONE(gather({0, 1, -1}));
+    }
+    EXPECT_GT(n, 20U) << "the library's allocations are not seen";
 }
 
 TEST_F(ApiOom, SomeAllocations) {

@@ -208,6 +208,10 @@ TEST_F(RunFolderTest, WhatCannotBeListedIsAnError) {
     }
     const auto resumed = open(Mode::kResume);
     ASSERT_NE(resumed, nullptr);
+    fs::create_symlink("x", path() + "/link");
+    fault::arm("io.stat", 1, fault::kForever);
+    EXPECT_OK(resumed->begin("{}", {}).status()) << "what a link names does not matter";
+    fault::disarm();
     fault::arm("io.list", 1);
     EXPECT_ERROR(resumed->begin("{}", {}).status(), Code::kIo, "cannot list the folder '");
     EXPECT_EQ(fault::disarm(), 1U);
@@ -249,6 +253,25 @@ TEST_F(RunFolderTest, SetsAsideAStateThatCannotBeRead) {
     EXPECT_EQ(test::file_text(folder->state_path(2) + ".unreadable"), "state");
     ASSERT_EQ(folder->states().value().size(), 1U);
     EXPECT_ERROR(folder->set_aside(folder->state_path(2)), Code::kIo, "cannot rename");
+}
+
+/// For example beside a process that clears the folder.
+TEST_F(RunFolderTest, NoFolderHoldsNoStates) {
+    make_run();
+    const auto folder = open(Mode::kResume);
+    ASSERT_NE(folder, nullptr);
+    fs::remove_all(path() + "/checkpoints");
+    const auto is_empty = [&] {
+        const auto states = folder->states();
+        EXPECT_OK(states.status());
+        return states.ok() && states.value().empty();
+    };
+    EXPECT_TRUE(is_empty());
+    fs::create_symlink("nothing", path() + "/checkpoints");
+    EXPECT_TRUE(is_empty());
+    fs::remove(path() + "/checkpoints");
+    put_text(path() + "/checkpoints", "a file");
+    EXPECT_TRUE(is_empty());
 }
 
 TEST_F(RunFolderTest, SaysWhyItCannotWrite) {

@@ -32,7 +32,10 @@ class Toy : public Task {
         plan.validate_every = plan.save_every = desc_.validate_every;
         plan.pieces = desc_.pieces;
         plan.protocol = {{"val_pieces", static_cast<double>(desc_.pieces)}};
+        plan.protocol_text = "numbers of pieces";
+        plan.score = "toy PSNR";
         plan.results = {"toy"};
+        plan.if_interrupted = "play on";
         plan.if_not_finite = "play less";
         plan.if_not_drawn = "play more";
         return plan;
@@ -158,7 +161,7 @@ TEST_F(RunTest, PlaysATask) {
         << record;
     EXPECT_EQ(file("toy/log.txt"),
               "starts\nplays\nstep 0: validated\nstep 2: validated\nstep 4: validated\n"
-              "done: 4 steps, loss 0.958196, best validation PSNR 16.00 dB\n");
+              "done: 4 steps, loss 0.958196, best toy PSNR 16.00 dB\n");
 }
 
 TEST_F(RunTest, GivesNumbersByName) {
@@ -212,7 +215,11 @@ TEST_F(RunTest, OtherValidationsBeginAnew) {
     ToyDesc other;
     other.pieces = 1;
     EXPECT_EQ(play("toy", Mode::kResume, other), "...ovd");
-    EXPECT_NE(file("toy/log.txt").find("begin anew"), std::string::npos);
+    EXPECT_NE(file("toy/log.txt")
+                  .find("warning: the validations so far saw other numbers of pieces, "
+                        "so the best toy PSNR and toy_best.safetensors begin anew"),
+              std::string::npos)
+        << file("toy/log.txt");
 }
 
 TEST_F(RunTest, EndsWhereNothingIsLearned) {
@@ -244,6 +251,8 @@ TEST_F(RunTest, IsInterrupted) {
     interrupt_.raise();
     EXPECT_EQ(play(*opened.value()), "ci");
     EXPECT_NE(file("toy/run.json").find("\"interrupted\""), std::string::npos);
+    EXPECT_NE(file("toy/log.txt").find("interrupted after step 1; play on\n"), std::string::npos)
+        << file("toy/log.txt");
 }
 
 }  // namespace

@@ -2270,8 +2270,8 @@ namespace Splat.Interop
         /// Describe the latest attempt of a step in this session, skipped or not.
         /// run       of splat_training_open
         /// info      in/out, struct_size set
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
-        ///   SPLAT_ERROR_INVALID_STATE (before the first step)
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL; a run of another
+        ///   task), SPLAT_ERROR_INVALID_STATE (before the first step)
         /// </summary>
         [DllImport(Lib, CallingConvention = C)]
         public static extern ResultCode splat_training_last_step(
@@ -3783,7 +3783,10 @@ namespace Splat.Interop
         public double value;
     }
 
-    /// <summary>What a call of splat_run_next did. Pointers are valid until the next call on the run.</summary>
+    /// <summary>
+    /// What a call of splat_run_next did. Pointers are valid until the next splat_run_next or
+    /// splat_run_destroy of the run.
+    /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_run_event
     {
@@ -3812,7 +3815,7 @@ namespace Splat.Interop
         /// <summary>since the first step of this session</summary>
         public double seconds;
         public double steps_per_second;
-        /// <summary>With the names of metrics.jsonl. Of a step: "loss", "averaged_loss" (over the latest steps of this session), then the task's. Of a validation: "val_psnr" (dB; NaN without a score), "best_val_psnr" (of those with as many pieces and views), then the task's.</summary>
+        /// <summary>With the names of metrics.jsonl. Of a step: "loss", "averaged_loss" (over the latest steps of this session), then the task's. Of a validation: "val_psnr" (dB; NaN without a score), "best_val_psnr" (of those with as many pieces and views), then the task's. NULL: none.</summary>
         public splat_number* numbers;
         public ulong number_count;
         /// <summary>name of the validated piece, else NULL</summary>

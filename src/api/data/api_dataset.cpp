@@ -96,7 +96,8 @@ splat_result splat_dataset_report(splat_dataset dataset, char* buffer, size_t ca
 splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const uint32_t* views,
                                 uint32_t count, splat_dataset_views* out) {
     return api::with<api::Datasets>(dataset, "dataset", [&](const auto& found) -> Status {
-        if (count > 0) SPLAT_TRY(api::require(views, "views", out, "out"));
+        if (count > 0) SPLAT_TRY(api::require(views, "views"));
+        SPLAT_TRY(api::require(out, "out"));
         SPLAT_TRY(api::check_size(*out, "splat_dataset_views", sizeof(splat_dataset_views)));
         SPLAT_TRY(check_views(*out, count, found->dataset->resolution()));
         return found->dataset->read(

@@ -61,6 +61,15 @@ Result<train::TrainingDesc> desc_of(const splat_training_desc& given) {
     return desc;
 }
 
+/// Errors: also kInvalidArgument for a run of another task.
+Result<std::shared_ptr<api::RunObject>> training_of(splat_run run) {
+    SPLAT_ASSIGN(auto object, api::Runs::find(run, "run"));
+    if (object->trainer == nullptr)
+        return error(Code::kInvalidArgument,
+                     "run is no training, expected a run of splat_training_open");
+    return object;
+}
+
 }  // namespace
 
 splat_result splat_training_open(splat_device device, const splat_training_desc* desc,
@@ -87,7 +96,7 @@ splat_result splat_training_open(splat_device device, const splat_training_desc*
 
 splat_result splat_training_last_step(splat_run run, splat_trainer_info* info) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Runs::find(run, "run"));
+        SPLAT_ASSIGN(const auto object, training_of(run));
         SPLAT_TRY(api::check_info(info, "splat_trainer_info", sizeof(splat_trainer_info)));
         const auto last = object->trainer->last();
         if (!last)
@@ -101,7 +110,7 @@ splat_result splat_training_last_step(splat_run run, splat_trainer_info* info) {
 
 splat_result splat_training_model(splat_run run, splat_model* model) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Runs::find(run, "run"));
+        SPLAT_ASSIGN(const auto object, training_of(run));
         SPLAT_TRY(api::require(model, "model"));
         *model = api::Models::add(api::model_of(object->context, object->trainer));
         return {};

@@ -37,6 +37,8 @@ void MisuseTable::dataset_rows() {
     static const std::uint32_t high[] = {0, 3};
     add("splat_dataset_read", "count", "a view beyond the count", kArgument,
         [this] { return read_one(dataset_, 0, high, 2); });
+    add("splat_dataset_read", "out", "NULL with count 0", kArgument,
+        [this] { return splat_dataset_read(dataset_, 0, nullptr, 0, nullptr); });
     add("splat_dataset_read", "out", "an array that is too short", kArgument, [this] {
         auto out = sized<splat_dataset_views>();
         float focals[2] = {};

@@ -21,6 +21,12 @@ void MisuseTable::weights_rows() {
         add("splat_weights_load", "flags", "unknown", kArgument, [this, flags] {
             return splat_weights_load(kNoWeightsFile, flags, out<splat_weights>());
         });
+    add("splat_weights_save", "flags", "of loading", kArgument,
+        [this] { return splat_weights_save(weights_, "/nonexistent/a.npz", SPLAT_WEIGHTS_COPY); });
+    add("splat_weights_save_memory", "flags", "of loading", kArgument, [this] {
+        return splat_weights_save_memory(weights_, "npz", SPLAT_WEIGHTS_COPY, nullptr, 0,
+                                         out<std::size_t>());
+    });
     for (const char* name : {"", "c", "A"})
         add("splat_weights_find", "name", "none", kNotFound,
             [this, name] { return splat_weights_find(weights_, name, out<std::uint32_t>()); });

@@ -43,7 +43,7 @@ std::optional<ScenarioResults> run_raster_scenario(Observer& observer,
                                                    const splat_device_desc& device);
 
 /// A third life: create a device and a trainer, take steps, save its state and weights, continue
-/// from the state, load the weights into a model, predict, destroy.
+/// from the state, load the weights into a model, predict, gather rows of an optimizer, destroy.
 std::optional<ScenarioResults> run_train_scenario(Observer& observer,
                                                   const splat_device_desc& device);
 

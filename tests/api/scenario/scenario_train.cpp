@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "api/scenario/scenario_calls.h"
+#include "support/rng_fill.h"
 
 namespace splat::test {
 namespace {
@@ -23,6 +24,9 @@ class TrainScenario : ScenarioCalls {
         for (const splat_weights weights : {stored_, loaded_})
             if (weights != nullptr)
                 destroy("splat_weights_destroy", splat_weights_destroy, weights);
+        destroy("splat_optimizer_destroy", splat_optimizer_destroy, optimizer_);
+        for (const splat_tensor tensor : {rows_, grad_rows_})
+            destroy("splat_tensor_destroy", splat_tensor_destroy, tensor);
         // Objects of the device outlive it, and the trainer's model outlives the trainer.
         destroy("splat_device_destroy", splat_device_destroy, device_);
         destroy("splat_trainer_destroy", splat_trainer_destroy, trainer_);
@@ -34,7 +38,7 @@ class TrainScenario : ScenarioCalls {
     bool run(const splat_device_desc& desc) {
         return create("splat_device_create", device_,
                       [&desc](splat_device* out) { return splat_device_create(&desc, out); }) &&
-               make_trainer() && step() && save() && step() && go_on() && predict();
+               make_trainer() && step() && save() && step() && go_on() && predict() && gather();
     }
 
     ScenarioResults results;
@@ -109,10 +113,50 @@ class TrainScenario : ScenarioCalls {
                read(fresh_, "means", kObjects * kImage * 3);
     }
 
+    bool upload(splat_tensor& tensor, std::uint64_t seed) {
+        const std::vector<float> values = normal_fill(24, seed);
+        const splat_tensor_desc desc = tensor_desc({3, 8}, "rows");
+        return create("splat_tensor_from_host", tensor, [&](splat_tensor* out) {
+            return splat_tensor_from_host(device_, &desc, values.data(), 96, nullptr, out);
+        });
+    }
+
+    bool update() {
+        return call("splat_optimizer_step",
+                    [&] { return splat_optimizer_step(optimizer_, nullptr); });
+    }
+
+    /// Repeated after some rows were dropped, the call would refuse the third.
+    bool gather() {
+        if (!upload(rows_, 1) || !upload(grad_rows_, 2)) return false;
+        const splat_optimizer_item item = {"rows", nullptr, nullptr, rows_, grad_rows_};
+        auto desc = sized<splat_optimizer_desc>();
+        desc.items = &item;
+        desc.item_count = 1;
+        desc.ema_decay = 0.9;
+        const std::int64_t rows[] = {2, 0};
+        std::vector<float> values(24);
+        const bool done =
+            create("splat_optimizer_create", optimizer_,
+                   [&](splat_optimizer* out) {
+                       return splat_optimizer_create(device_, &desc, out);
+                   }) &&
+            update() &&
+            call("splat_optimizer_gather_rows",
+                 [&] { return splat_optimizer_gather_rows(optimizer_, "rows", rows, 2); }) &&
+            update() && call("splat_tensor_read", [&] {
+                return splat_tensor_read(rows_, values.data(), 96, nullptr);
+            });
+        results.tensors.push_back(std::move(values));
+        return done;
+    }
+
     const TrainerBatch batch_;
     const std::string state_ = file("splat_life_state_");
     const std::string weights_ = file("splat_life_weights_");
     splat_device device_ = nullptr;
+    splat_tensor rows_ = nullptr, grad_rows_ = nullptr;
+    splat_optimizer optimizer_ = nullptr;
     splat_trainer trainer_ = nullptr;
     splat_model trained_ = nullptr;
     splat_model fresh_ = nullptr;

@@ -626,7 +626,7 @@ pub struct splat_run_s {
 }
 /// ```text
 /// A task with its folder, one piece of work per call. The caller synchronises calls on one run, except
-/// splat_run_interrupt and splat_run_report.
+/// splat_run_interrupt, splat_run_report and splat_training_last_step.
 /// ```
 pub type splat_run = *mut splat_run_s;
 
@@ -2160,7 +2160,10 @@ impl Default for splat_number {
     }
 }
 
-/// What a call of splat_run_next did. Pointers are valid until the next call on the run.
+/// ```text
+/// What a call of splat_run_next did. Pointers are valid until the next splat_run_next or
+/// splat_run_destroy of the run.
+/// ```
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct splat_run_event {
@@ -2189,7 +2192,7 @@ pub struct splat_run_event {
     /// since the first step of this session
     pub seconds: f64,
     pub steps_per_second: f64,
-    /// With the names of metrics.jsonl. Of a step: "loss", "averaged_loss" (over the latest steps of this session), then the task's. Of a validation: "val_psnr" (dB; NaN without a score), "best_val_psnr" (of those with as many pieces and views), then the task's.
+    /// With the names of metrics.jsonl. Of a step: "loss", "averaged_loss" (over the latest steps of this session), then the task's. Of a validation: "val_psnr" (dB; NaN without a score), "best_val_psnr" (of those with as many pieces and views), then the task's. NULL: none.
     pub numbers: *const splat_number,
     pub number_count: u64,
     /// name of the validated piece, else NULL
@@ -5250,8 +5253,8 @@ extern "C" {
     /// Describe the latest attempt of a step in this session, skipped or not.
     /// run       of splat_training_open
     /// info      in/out, struct_size set
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
-    ///   SPLAT_ERROR_INVALID_STATE (before the first step)
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL; a run of another
+    ///   task), SPLAT_ERROR_INVALID_STATE (before the first step)
     /// ```
     pub fn splat_training_last_step(run: splat_run, info: *mut splat_trainer_info) -> splat_result;
 

@@ -157,7 +157,7 @@ impl Run {
         let _lock = self.serial.lock();
         let mut raw = sys::splat_run_event::default();
         call!(splat_run_next(self.handle, &mut raw))?;
-        // SAFETY: the pointers live until the next call on the run.
+        // SAFETY: the pointers live until the next splat_run_next or splat_run_destroy.
         let event = unsafe { RunEvent::from_raw(&raw) };
         self.ended = event.is_end();
         Ok(event)
