@@ -63,21 +63,29 @@ Status check_tail(const void* given, std::size_t size, const char* type, std::si
 /// Errors: kInvalidArgument for a member that a later version may give a meaning.
 Status check_reserved(std::uint32_t reserved, const char* type);
 
+/// Check the struct_size of a struct to fill. A later version's is accepted, see give().
+template <class Struct>
+Status check_filled(const Struct& to_fill) {
+    return check_struct_size(to_fill.struct_size, kStructName<Struct>, kFirstVersionBytes<Struct>,
+                             sizeof(Struct));
+}
+
 /// Check a struct that the library reads. Errors: those of check_struct_size(), check_reserved() of its
 /// member of that name, and check_tail().
 template <class Struct>
-Status check_size(const Struct& given, const char* type, std::size_t first_version_size) {
-    SPLAT_TRY(check_struct_size(given.struct_size, type, first_version_size, sizeof(Struct)));
+Status check_size(const Struct& given) {
+    const char* const type = kStructName<Struct>;
+    SPLAT_TRY(check_filled(given));
     if constexpr (requires { given.reserved; }) SPLAT_TRY(check_reserved(given.reserved, type));
     return check_tail(&given, given.struct_size, type, sizeof(Struct));
 }
 
 /// Check the members that every *_desc starts with. Flags outside `known_flags` are refused.
 template <class Desc>
-Status check_desc(const Desc* desc, const char* type, std::size_t first_version_size,
-                  std::uint32_t known_flags) {
+Status check_desc(const Desc* desc, std::uint32_t known_flags) {
+    const char* const type = kStructName<Desc>;
     if (desc == nullptr) return error(Code::kInvalidArgument, "desc is NULL, expected a %s", type);
-    SPLAT_TRY(check_size(*desc, type, first_version_size));
+    SPLAT_TRY(check_size(*desc));
     if ((desc->flags & ~known_flags) != 0)
         return error(Code::kInvalidArgument, "%s.flags has unknown bits %#x", type,
                      desc->flags & ~known_flags);
@@ -87,52 +95,26 @@ Status check_desc(const Desc* desc, const char* type, std::size_t first_version_
     return {};
 }
 
-/// The same of a struct of the headers, by its name there.
-template <class Desc>
-Status check_desc(const Desc* desc, std::uint32_t known_flags) {
-    return check_desc(desc, kStructName<Desc>, kFirstVersionBytes<Desc>, known_flags);
-}
-
 /// Errors: kInvalidArgument for flags outside `known`, naming `argument`.
 Status check_flags(std::uint32_t flags, std::uint32_t known, const char* argument = "flags");
 
 /// Copy as much of a caller's input struct as its version has; the rest becomes zeros.
 template <class Input>
-Status take_input(const Input* given, const char* argument, const char* type,
-                  std::size_t first_version_size, Input& taken) {
+Status take_input(const Input* given, const char* argument, Input& taken) {
     SPLAT_TRY(require(given, argument));
-    SPLAT_TRY(check_size(*given, type, first_version_size));
+    SPLAT_TRY(check_size(*given));
     const std::size_t size = given->struct_size;
     __builtin_memcpy(&taken, given, size < sizeof(Input) ? size : sizeof(Input));
     return {};
 }
 
-/// The same of a struct of the headers, by its name there.
-template <class Input>
-Status take_input(const Input* given, const char* argument, Input& taken) {
-    return take_input(given, argument, kStructName<Input>, kFirstVersionBytes<Input>, taken);
-}
-
-/// Check the struct_size of a struct to fill. A later version's is accepted, see give().
-template <class Struct>
-Status check_filled(const Struct& to_fill, const char* type, std::size_t first_version_size) {
-    return check_struct_size(to_fill.struct_size, type, first_version_size, sizeof(Struct));
-}
-
-/// The same for an *_info.
-template <class Info>
-Status check_info(const Info* info, const char* type, std::size_t first_version_size) {
-    if (info == nullptr) return error(Code::kInvalidArgument, "info is NULL, expected a %s", type);
-    return check_filled(*info, type, first_version_size);
-}
-
-/// The same of a struct of the headers; names `argument` if it is NULL.
+/// The same of a struct that may be NULL, which is an error that names `argument`.
 template <class Info>
 Status check_fill(const Info* to_fill, const char* argument) {
     if (to_fill == nullptr)
         return error(Code::kInvalidArgument, "%s is NULL, expected a %s", argument,
                      kStructName<Info>);
-    return check_filled(*to_fill, kStructName<Info>, kFirstVersionBytes<Info>);
+    return check_filled(*to_fill);
 }
 
 /// Copy as much of `filled` as the caller's version of the struct has; its struct_size stays, and so do

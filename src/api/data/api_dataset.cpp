@@ -98,7 +98,7 @@ splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const ui
     return api::with<api::Datasets>(dataset, "dataset", [&](const auto& found) -> Status {
         if (count > 0) SPLAT_TRY(api::require(views, "views"));
         SPLAT_TRY(api::require(out, "out"));
-        SPLAT_TRY(api::check_size(*out, "splat_dataset_views", sizeof(splat_dataset_views)));
+        SPLAT_TRY(api::check_size(*out));
         SPLAT_TRY(check_views(*out, count, found->dataset->resolution()));
         return found->dataset->read(
             object, {views, count},

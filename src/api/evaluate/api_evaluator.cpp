@@ -230,7 +230,7 @@ splat_result splat_evaluator_read(splat_evaluator evaluator, uint32_t object,
                                   splat_evaluated_views* views) {
     return api::with<api::Evaluators>(evaluator, "evaluator", [&](const auto& found) -> Status {
         SPLAT_TRY(api::require(views, "views"));
-        SPLAT_TRY(api::check_size(*views, "splat_evaluated_views", sizeof *views));
+        SPLAT_TRY(api::check_size(*views));
         return read_views(*found->evaluator, object, *views);
     });
 }

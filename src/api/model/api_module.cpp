@@ -116,8 +116,7 @@ splat_result splat_module_create(splat_device device, const splat_module_desc* d
         SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
         SPLAT_TRY(api::require(module, "module"));
         SPLAT_TRY(api::check_desc(
-            desc, "splat_module_desc", sizeof(splat_module_desc),
-            SPLAT_MODULE_GRADIENTS | SPLAT_MODULE_INPUT_GRADIENTS | SPLAT_MODULE_TRAINING));
+            desc, SPLAT_MODULE_GRADIENTS | SPLAT_MODULE_INPUT_GRADIENTS | SPLAT_MODULE_TRAINING));
         SPLAT_ASSIGN(const model::ModuleDesc wanted, desc_of(*desc));
         constexpr std::uint32_t kBackward = SPLAT_MODULE_GRADIENTS | SPLAT_MODULE_INPUT_GRADIENTS;
         SPLAT_TRY(

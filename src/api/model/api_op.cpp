@@ -72,7 +72,7 @@ Status check_counts(const ops::OpRow& row, const splat_op_desc& desc) {
 
 Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_op_desc* desc) {
     SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
-    SPLAT_TRY(api::check_desc(desc, "splat_op_desc", sizeof(splat_op_desc), SPLAT_OP_ACCUMULATE));
+    SPLAT_TRY(api::check_desc(desc, SPLAT_OP_ACCUMULATE));
     SPLAT_TRY(api::require(desc->type, "splat_op_desc.type"));
     SPLAT_ASSIGN(const ops::OpRow* row, ops::find_op(desc->type));
     SPLAT_TRY(check_counts(*row, *desc));

@@ -216,8 +216,7 @@ splat_result predict_with(splat_predictor predictor, splat_scene* scene,
     const splat_result result = api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Predictors::find(predictor, "predictor"));
         SPLAT_TRY(api::require(scene, "scene"));
-        if (prediction != nullptr)
-            SPLAT_TRY(api::check_size(*prediction, "splat_prediction", sizeof(splat_prediction)));
+        if (prediction != nullptr) SPLAT_TRY(api::check_size(*prediction));
         Stopwatch clock;
         Predicted made;
         SPLAT_TRY(read(*object, made));
@@ -249,7 +248,7 @@ splat_result splat_predictor_create(splat_device device, const splat_predictor_d
         SPLAT_TRY(api::require(predictor, "predictor"));
         splat_predictor_desc full{};
         if (desc != nullptr) {
-            SPLAT_TRY(api::check_desc(desc, "splat_predictor_desc", sizeof full, 0));
+            SPLAT_TRY(api::check_desc(desc, 0));
             full = *desc;
         }
         SPLAT_ASSIGN(PredictorPointer object, make_predictor(device, full));
@@ -261,7 +260,7 @@ splat_result splat_predictor_create(splat_device device, const splat_predictor_d
 splat_result splat_predictor_get_info(splat_predictor predictor, splat_predictor_info* info) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Predictors::find(predictor, "predictor"));
-        SPLAT_TRY(api::check_info(info, "splat_predictor_info", sizeof(splat_predictor_info)));
+        SPLAT_TRY(api::check_fill(info, "info"));
         const config::ModelConfig& network = object->settings.network;
         splat_predictor_info filled{};
         filled.views = network.views;
@@ -331,8 +330,7 @@ splat_result splat_prediction_report(const splat_prediction* prediction, char* b
                                      size_t capacity, size_t* needed) {
     return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
         splat_prediction taken{};
-        SPLAT_TRY(api::take_input(prediction, "prediction", "splat_prediction",
-                                  sizeof(splat_prediction), taken));
+        SPLAT_TRY(api::take_input(prediction, "prediction", taken));
         SPLAT_ASSIGN(const std::string text, api::prediction_text(taken));
         return give(text);
     });

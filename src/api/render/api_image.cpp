@@ -55,8 +55,7 @@ void give_image_size(const io::Image& from, splat_image& to) {
 }
 
 Status read_into(io::Bytes file, splat_image& image, splat_image_info* info) {
-    if (info != nullptr)
-        SPLAT_TRY(api::check_info(info, "splat_image_info", sizeof(splat_image_info)));
+    if (info != nullptr) SPLAT_TRY(api::check_fill(info, "info"));
     const bool header_only = image.pixels == nullptr;
     api::ImageView view;
     if (!header_only) {
@@ -202,7 +201,7 @@ splat_result splat_image_compare(const splat_image* a, const splat_image* b,
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const api::ImageView first, api::image_to_read(a, "a"));
         SPLAT_ASSIGN(const api::ImageView second, api::image_to_read(b, "b"));
-        SPLAT_TRY(api::check_info(scores, "splat_image_scores", sizeof(splat_image_scores)));
+        SPLAT_TRY(api::check_fill(scores, "scores"));
         SPLAT_TRY(api::check_image_size(second, "b", first.width, first.height, first.channels));
         SPLAT_ASSIGN(const eval::ImageScores made,
                      eval::compare_images(api::planes_of(first), api::planes_of(second),

@@ -319,8 +319,7 @@ splat_result splat_rasterizer_create(splat_device device, const splat_rasterizer
         SPLAT_TRY(api::require(rasterizer, "rasterizer"));
         SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
         constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_NORMALS - 1;
-        SPLAT_TRY(
-            api::check_desc(desc, "splat_rasterizer_desc", sizeof(splat_rasterizer_desc), kKnown));
+        SPLAT_TRY(api::check_desc(desc, kKnown));
         SPLAT_ASSIGN(RasterizerPointer object, api::make_rasterizer(*owner, *desc));
         *rasterizer = api::Rasterizers::add(std::move(object));
         return {};
@@ -359,8 +358,7 @@ splat_result splat_rasterizer_forward(splat_rasterizer rasterizer, splat_raster_
                                       const float* background) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
-        SPLAT_TRY(
-            api::check_desc(gaussians, "splat_gaussians_desc", sizeof(splat_gaussians_desc), 0));
+        SPLAT_TRY(api::check_desc(gaussians, 0));
         raster::RasterDesc desc = object->rasterizer->desc();
         SPLAT_ASSIGN(const raster::PackedViews views,
                      views_of_call(*object, cameras, count, background));
@@ -383,7 +381,7 @@ splat_result splat_rasterizer_get_info(splat_rasterizer rasterizer, splat_raster
                                        splat_rasterizer_info* info) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
-        SPLAT_TRY(api::check_info(info, "splat_rasterizer_info", sizeof(splat_rasterizer_info)));
+        SPLAT_TRY(api::check_fill(info, "info"));
         api::give(object->info.get(), info);
         return {};
     });

@@ -108,8 +108,7 @@ splat_result splat_rasterizer_backward(splat_rasterizer rasterizer, splat_raster
                                        const splat_gradients_desc* gradients) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
-        SPLAT_TRY(api::check_desc(gradients, "splat_gradients_desc", sizeof(splat_gradients_desc),
-                                  SPLAT_GRADIENTS_ACCUMULATE));
+        SPLAT_TRY(api::check_desc(gradients, SPLAT_GRADIENTS_ACCUMULATE));
         SPLAT_TRY(check_purpose(object->rasterizer->desc(), *gradients));
         api::TensorArguments arguments(*object->context, "rasterizer");
         GradientTensors tensors;

@@ -58,7 +58,7 @@ splat_result splat_run_next(splat_run run, splat_run_event* event) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::Runs::find(run, "run"));
         SPLAT_TRY(api::require(event, "event"));
-        SPLAT_TRY(api::check_filled(*event, "splat_run_event", sizeof(splat_run_event)));
+        SPLAT_TRY(api::check_filled(*event));
         const vk::DeviceCall call(object->context->mutex);
         const Status done = object->run->next(object->event);
         object->figures.set(object->run->figures());

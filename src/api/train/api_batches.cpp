@@ -53,7 +53,7 @@ splat_result splat_batches_create(splat_dataset dataset, const char* config, uin
 splat_result splat_batches_next(splat_batches batches, uint64_t step, splat_trainer_batch* batch) {
     return api::with<api::AllBatches>(batches, "batches", [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(batch, "batch"));
-        SPLAT_TRY(api::check_filled(*batch, "splat_trainer_batch", sizeof(splat_trainer_batch)));
+        SPLAT_TRY(api::check_filled(*batch));
         SPLAT_ASSIGN(object->batch, object->source->get(step));
         object->cameras.clear();
         for (const scene::Camera& camera : object->batch.cameras)

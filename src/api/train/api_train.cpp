@@ -141,7 +141,7 @@ splat_result splat_trainer_create(splat_device device, const splat_trainer_desc*
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
         SPLAT_TRY(api::require(trainer, "trainer"));
-        SPLAT_TRY(api::check_desc(desc, "splat_trainer_desc", sizeof(splat_trainer_desc), 0));
+        SPLAT_TRY(api::check_desc(desc, 0));
         SPLAT_ASSIGN(const config::Settings made,
                      api::training_settings_of(desc->config, config::VectorsFrom::kCaller));
         SPLAT_TRY(owner->test(api::kAllKernels));
@@ -170,9 +170,8 @@ splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch
                                 splat_trainer_info* info) {
     return locked(trainer, [&](api::TrainerObject& object) -> Status {
         splat_trainer_batch taken{};
-        SPLAT_TRY(api::take_input(batch, "batch", "splat_trainer_batch",
-                                  sizeof(splat_trainer_batch), taken));
-        SPLAT_TRY(api::check_info(info, "splat_trainer_info", sizeof(splat_trainer_info)));
+        SPLAT_TRY(api::take_input(batch, "batch", taken));
+        SPLAT_TRY(api::check_fill(info, "info"));
         Arrays arrays;
         SPLAT_TRY(take(taken, object.trainer->model().config(), object.trainer->config(), arrays));
         train::TrainStep step;

@@ -77,8 +77,7 @@ splat_result splat_training_open(splat_device device, const splat_training_desc*
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
         SPLAT_TRY(api::require(run, "run"));
-        SPLAT_TRY(api::check_desc(desc, "splat_training_desc", sizeof(splat_training_desc),
-                                  SPLAT_TRAINING_RESUME | SPLAT_TRAINING_OVERWRITE));
+        SPLAT_TRY(api::check_desc(desc, SPLAT_TRAINING_RESUME | SPLAT_TRAINING_OVERWRITE));
         SPLAT_ASSIGN(const run::RunDesc made, run_desc_of(*desc));
         SPLAT_ASSIGN(train::TrainingDesc asked, desc_of(*desc));
         SPLAT_TRY(owner->test(api::kAllKernels));
@@ -97,7 +96,7 @@ splat_result splat_training_open(splat_device device, const splat_training_desc*
 splat_result splat_training_last_step(splat_run run, splat_trainer_info* info) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, training_of(run));
-        SPLAT_TRY(api::check_info(info, "splat_trainer_info", sizeof(splat_trainer_info)));
+        SPLAT_TRY(api::check_fill(info, "info"));
         const auto last = object->trainer->last();
         if (!last)
             return error(Code::kInvalidState,
