@@ -64,10 +64,10 @@ Result<ObjectScores> object_of(const JsonTree& json, std::size_t place) {
     each_number(object, [&](const std::string& key, auto& value) {
         if (!take_number(json.find(key), value) && lacking.empty()) lacking = key;
     });
+    // splat_ledger holds these counts in 32 bits.
     for (const auto& [key, count] : {std::pair{"images_not_finite", &Ledger::images_not_finite},
                                      {"images_blank", &Ledger::images_blank}})
-        if (object.ledger.*count > UINT32_MAX && lacking.empty())  // as splat_ledger counts them
-            lacking = key;
+        if (object.ledger.*count > UINT32_MAX && lacking.empty()) lacking = key;
     if (!lacking.empty())
         return error(Code::kFormat, "object '%s' has no number '%s'", shown(object.name).c_str(),
                      lacking.c_str());
