@@ -33,7 +33,7 @@ Status cannot_list(int number, const std::string& folder) {
 
 struct Listed {
     std::string name;
-    unsigned char type = DT_UNKNOWN;  ///< as readdir() says
+    unsigned char type = DT_UNKNOWN;  ///< type that readdir() gives
 };
 
 Result<std::vector<Listed>> list(const std::string& folder) {

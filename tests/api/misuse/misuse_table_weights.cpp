@@ -24,8 +24,8 @@ void MisuseTable::weights_rows() {
     add("splat_weights_save", "flags", "of loading", kArgument,
         [this] { return splat_weights_save(weights_, "/nonexistent/a.npz", SPLAT_WEIGHTS_COPY); });
     add("splat_weights_save_memory", "flags", "of loading", kArgument, [this] {
-        return splat_weights_save_memory(weights_, SPLAT_WEIGHTS_NPZ, SPLAT_WEIGHTS_COPY, nullptr,
-                                         0, out<std::size_t>());
+        return splat_weights_save_memory(weights_, SPLAT_WEIGHTS_NPZ, SPLAT_WEIGHTS_COPY,
+                                         values_out(), 64, out<std::size_t>());
     });
     for (const char* name : {"", "c", "A"})
         add("splat_weights_find", "name", "none", kNotFound,
