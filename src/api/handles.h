@@ -82,6 +82,19 @@ splat_result create(Handle* handle, const char* argument, Make&& make) {
     });
 }
 
+/// An entry point that makes an object of a live one, `source`: stores its handle, if `make(source)`
+/// returns one. Nothing is locked when it does: if add() throws, the object is destroyed, which locks.
+template <class Source, class Kind, class From, class Handle, class Make>
+splat_result create_of(From source, const char* source_argument, Handle* handle,
+                       const char* argument, Make&& make) {
+    return with<Source>(source, source_argument, [&](const auto& from) -> Status {
+        SPLAT_TRY(require(handle, argument));
+        SPLAT_ASSIGN(auto object, typename Kind::Made(make(from)));
+        *handle = Kind::add(std::move(object));
+        return {};
+    });
+}
+
 /// An entry point that fills a struct of a live object: `body(object)` returns it, or a Result of it.
 template <class Kind, class Handle, class Info, class Body>
 splat_result describe(Handle handle, const char* argument, Info* info, const char* info_argument,

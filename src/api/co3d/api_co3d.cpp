@@ -8,9 +8,8 @@ namespace {
 
 Result<data::Co3dPreparation> preparation_of(const splat_co3d_desc* desc) {
     SPLAT_TRY(api::check_desc(desc, SPLAT_CO3D_STORED_POSES));
-    SPLAT_TRY(api::require(desc->raw, "desc.raw"));
-    SPLAT_TRY(api::require(desc->out, "desc.out"));
-    SPLAT_TRY(api::require(desc->category, "desc.category"));
+    SPLAT_TRY(api::require(desc->raw, "desc.raw", desc->out, "desc.out", desc->category,
+                           "desc.category"));
     data::Co3dPreparation value;
     value.raw = desc->raw;
     value.out = desc->out;

@@ -90,15 +90,15 @@ struct PipelineSaving : vk::DeferredWork {
 
 splat_result give_profile(splat_device device, char* buffer, size_t capacity, size_t* needed,
                           std::string (vk::Profile::*text)(const std::string&) const) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto object, api::Devices::find(device, "device"));
-        vk::Context& context = *object->context;
+    const auto profile = [&](api::DeviceObject& object) -> Result<std::string> {
+        vk::Context& context = *object.context;
         if (context.profile() == nullptr)
             return error(
                 Code::kInvalidState,
                 "the device was created without SPLAT_DEVICE_PROFILE, so it has no profile");
-        return give((context.profile()->*text)(context.device().info().name));
-    });
+        return (context.profile()->*text)(context.device().info().name);
+    };
+    return api::report<api::Devices>(device, "device", buffer, capacity, needed, profile);
 }
 
 }  // namespace
@@ -144,8 +144,7 @@ splat_result splat_device_create(const splat_device_desc* desc, splat_device* de
             SPLAT_TRY(api::check_desc(desc, SPLAT_DEVICE_VALIDATION | SPLAT_DEVICE_PROFILE));
             complete = *desc;
         }
-        SPLAT_ASSIGN(auto object, api::open_device(complete));
-        return object;
+        return api::open_device(complete);
     });
 }
 
@@ -174,17 +173,14 @@ splat_result splat_device_get_info(splat_device device, splat_device_info* info)
 }
 
 splat_result splat_device_get_memory(splat_device device, splat_memory_info* info) {
-    return api::with<api::Devices>(device, "device", [&](const auto& object) -> Status {
-        SPLAT_TRY(api::check_fill(info, "info"));
-        const vk::MemoryUse use = object->context->memory().use();
-        api::give({.struct_size = 0,
-                   .allocations = use.allocations,
-                   .used_bytes = use.used,
-                   .live_bytes = use.live,
-                   .peak_bytes = use.peak,
-                   .budget_bytes = use.budget},
-                  info);
-        return {};
+    return api::describe<api::Devices>(device, "device", info, "info", [](auto& object) {
+        const vk::MemoryUse use = object.context->memory().use();
+        return splat_memory_info{.struct_size = 0,
+                                 .allocations = use.allocations,
+                                 .used_bytes = use.used,
+                                 .live_bytes = use.live,
+                                 .peak_bytes = use.peak,
+                                 .budget_bytes = use.budget};
     });
 }
 

@@ -150,10 +150,7 @@ Result<ops::TensorStats> measure(api::TensorObject& tensor) {
 
 splat_result splat_tensor_create(splat_device device, const splat_tensor_desc* desc,
                                  splat_tensor* tensor) {
-    return api::create<api::Tensors>(tensor, "tensor", [&]() -> api::Tensors::Made {
-        SPLAT_ASSIGN(TensorPointer object, create(device, desc));
-        return object;
-    });
+    return api::create<api::Tensors>(tensor, "tensor", [&] { return create(device, desc); });
 }
 
 splat_result splat_tensor_from_host(splat_device device, const splat_tensor_desc* desc,

@@ -108,8 +108,7 @@ Result<config::Precision> api::precision_of(splat_precision precision, const cha
 
 splat_result splat_model_create(splat_device device, const splat_model_desc* desc,
                                 splat_model* model) {
-    return api::with<api::Devices>(device, "device", [&](const auto& owner) -> Status {
-        SPLAT_TRY(api::require(model, "model"));
+    const auto make = [&](const auto& owner) -> api::Models::Made {
         SPLAT_TRY(api::check_desc(desc, SPLAT_MODEL_GRADIENTS | SPLAT_MODEL_TRAINING |
                                             SPLAT_MODEL_LOW_MEMORY | SPLAT_MODEL_RECOMPUTE |
                                             SPLAT_MODEL_INPUT_GRADIENTS));
@@ -137,13 +136,11 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
         auto object = std::make_shared<api::ModelObject>(owner->context);
         object->objects = options.objects;
         object->flags = desc->flags;
-        {
-            const std::lock_guard lock(object->context->mutex);
-            SPLAT_ASSIGN(object->model, model::Model::create(*object->context, config, options));
-        }  // unlocked: if add() throws, the object is destroyed, which locks
-        *model = api::Models::add(std::move(object));
-        return {};
-    });
+        const std::lock_guard lock(object->context->mutex);
+        SPLAT_ASSIGN(object->model, model::Model::create(*object->context, config, options));
+        return object;
+    };
+    return api::create_of<api::Devices, api::Models>(device, "device", model, "model", make);
 }
 
 splat_result splat_model_init(splat_model model, uint64_t seed) {

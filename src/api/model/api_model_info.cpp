@@ -66,19 +66,14 @@ Result<std::vector<splat_port>> ports_of(const api::ModelObject& object, splat_p
 }  // namespace
 
 splat_result splat_model_get_info(splat_model model, splat_model_info* info) {
-    return api::with<api::Models>(model, "model", [&](const auto& object) -> Status {
-        SPLAT_TRY(api::check_fill(info, "info"));
-        api::give(info_of(*object), info);
-        return {};
-    });
+    return api::describe<api::Models>(model, "model", info, "info",
+                                      [](auto& object) { return info_of(object); });
 }
 
 splat_result splat_model_ports(splat_model model, splat_port_kind kind, splat_port* ports,
                                uint32_t capacity, uint32_t* count) {
-    return api::guarded_ports(ports, capacity, count, [&]() -> Result<std::vector<splat_port>> {
-        SPLAT_ASSIGN(const auto object, api::Models::find(model, "model"));
-        return ports_of(*object, kind);
-    });
+    return api::list_ports<api::Models>(model, "model", ports, capacity, count,
+                                        [&](auto& object) { return ports_of(object, kind); });
 }
 
 splat_result splat_model_tensor(splat_model model, const char* name, splat_tensor* tensor) {

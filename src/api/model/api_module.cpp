@@ -112,9 +112,7 @@ Result<std::vector<splat_port>> module_ports(model::Module& module, splat_port_k
 
 splat_result splat_module_create(splat_device device, const splat_module_desc* desc,
                                  splat_module* module) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
-        SPLAT_TRY(api::require(module, "module"));
+    const auto make = [&](const auto& owner) -> api::Modules::Made {
         SPLAT_TRY(api::check_desc(
             desc, SPLAT_MODULE_GRADIENTS | SPLAT_MODULE_INPUT_GRADIENTS | SPLAT_MODULE_TRAINING));
         SPLAT_ASSIGN(const model::ModuleDesc wanted, desc_of(*desc));
@@ -123,13 +121,11 @@ splat_result splat_module_create(splat_device device, const splat_module_desc* d
             owner->test(api::kNetworkKernels |
                         ((desc->flags & kBackward) != 0 ? api::kNetworkGradientKernels : 0U)));
         auto object = std::make_shared<api::ModuleObject>(owner->context);
-        {
-            const std::lock_guard lock(object->context->mutex);
-            SPLAT_ASSIGN(object->module, model::Module::create(*object->context, wanted));
-        }  // unlocked: if add() throws, the object is destroyed, which locks
-        *module = api::Modules::add(std::move(object));
-        return {};
-    });
+        const std::lock_guard lock(object->context->mutex);
+        SPLAT_ASSIGN(object->module, model::Module::create(*object->context, wanted));
+        return object;
+    };
+    return api::create_of<api::Devices, api::Modules>(device, "device", module, "module", make);
 }
 
 splat_result splat_module_init(splat_module module, uint64_t seed) {
@@ -138,33 +134,28 @@ splat_result splat_module_init(splat_module module, uint64_t seed) {
 
 splat_result splat_module_report(splat_module module, char* buffer, size_t capacity,
                                  size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto object, api::Modules::find(module, "module"));
-        return give(report_of(*object->module));
-    });
+    return api::report<api::Modules>(module, "module", buffer, capacity, needed,
+                                     [](auto& object) { return report_of(*object.module); });
 }
 
 splat_result splat_module_ports(splat_module module, splat_port_kind kind, splat_port* ports,
                                 uint32_t capacity, uint32_t* count) {
-    return api::guarded_ports(ports, capacity, count, [&]() -> Result<std::vector<splat_port>> {
-        SPLAT_ASSIGN(const auto object, api::Modules::find(module, "module"));
-        return module_ports(*object->module, kind);
-    });
+    return api::list_ports<api::Modules>(
+        module, "module", ports, capacity, count,
+        [&](auto& object) { return module_ports(*object.module, kind); });
 }
 
 splat_result splat_module_write(splat_module module, const char* name, const float* values,
                                 size_t bytes) {
     return locked(module, [&](api::ModuleObject& object) -> Status {
-        SPLAT_TRY(api::require(name, "name"));
-        SPLAT_TRY(api::require(values, "values"));
+        SPLAT_TRY(api::require(name, "name", values, "values"));
         return object.module->write(name, values, bytes);
     });
 }
 
 splat_result splat_module_read(splat_module module, const char* name, float* values, size_t bytes) {
     return locked(module, [&](api::ModuleObject& object) -> Status {
-        SPLAT_TRY(api::require(name, "name"));
-        SPLAT_TRY(api::require(values, "values"));
+        SPLAT_TRY(api::require(name, "name", values, "values"));
         return object.module->read(name, values, bytes);
     });
 }

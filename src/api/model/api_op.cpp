@@ -111,8 +111,7 @@ Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_o
 
 splat_result run_op(splat_op op, Status (nn::OpInstance::*pass)(),
                     std::vector<TensorPointer> api::OpObject::*written) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Ops::find(op, "op"));
+    return api::with<api::Ops>(op, "op", [&](const auto& object) -> Status {
         const std::lock_guard lock(object->context->mutex);
         for (const TensorPointer& tensor : object->tensors) SPLAT_TRY(api::check_unmapped(*tensor));
         for (const TensorPointer& tensor : (*object).*written) tensor->written();
@@ -157,12 +156,7 @@ splat_result splat_op_list(char* buffer, size_t capacity, size_t* needed) {
 }
 
 splat_result splat_op_create(splat_device device, const splat_op_desc* desc, splat_op* op) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(op, "op"));
-        SPLAT_ASSIGN(std::shared_ptr<api::OpObject> object, create(device, desc));
-        *op = api::Ops::add(std::move(object));
-        return {};
-    });
+    return api::create<api::Ops>(op, "op", [&] { return create(device, desc); });
 }
 
 splat_result splat_op_forward(splat_op op) {

@@ -19,11 +19,8 @@ Result<std::shared_ptr<api::WeightsObject>> api::weights_to_use(splat_weights we
 
 namespace {
 
-/// A tensor of live weights. `object` keeps it alive.
-Result<const io::NamedTensor*> tensor_of(splat_weights weights, std::uint32_t index,
-                                         std::shared_ptr<api::WeightsObject>& object) {
-    SPLAT_ASSIGN(object, api::Weights::find(weights, "weights"));
-    const io::NamedTensors& tensors = object->file.tensors;
+Result<const io::NamedTensor*> tensor_of(const api::WeightsObject& object, std::uint32_t index) {
+    const io::NamedTensors& tensors = object.file.tensors;
     if (index < tensors.size()) return &tensors[index];
     return error(Code::kInvalidArgument,
                  "index is %u, expected less than %zu, the number of tensors", index,
@@ -56,12 +53,12 @@ std::string weights_report(const api::WeightsObject& object) {
     return json.end().text();
 }
 
-splat_weights add_weights(io::WeightsFile file, const char* path = "") {
+std::shared_ptr<api::WeightsObject> weights_of(io::WeightsFile file, const char* path = "") {
     auto object = std::make_shared<api::WeightsObject>();
     object->file = std::move(file);
     object->from = io::weights_format_name(object->file.format);
     object->path = path;
-    return api::Weights::add(std::move(object));
+    return object;
 }
 
 /// A copy of an array. Errors: kInvalidArgument, kShape, naming `argument`.
@@ -88,25 +85,23 @@ Result<io::NamedTensor> named_tensor(const splat_named_array& array, const std::
 }  // namespace
 
 splat_result splat_weights_load(const char* path, uint32_t flags, splat_weights* weights) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(weights, "weights", path, "path"));
+    return api::create<api::Weights>(weights, "weights", [&]() -> api::Weights::Made {
+        SPLAT_TRY(api::require(path, "path"));
         SPLAT_TRY(api::check_flags(flags, SPLAT_WEIGHTS_COPY));
         SPLAT_ASSIGN(const std::string file_path, predict::weights_named(path));
         const bool mapped = (flags & SPLAT_WEIGHTS_COPY) == 0;
         SPLAT_ASSIGN(io::WeightsFile file, io::load_weights(file_path, decode_limits(), mapped));
-        *weights = add_weights(std::move(file), file_path.c_str());
-        return {};
+        return weights_of(std::move(file), file_path.c_str());
     });
 }
 
 splat_result splat_weights_load_memory(const void* data, size_t bytes, splat_weights* weights) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(weights, "weights", data, "data"));
+    return api::create<api::Weights>(weights, "weights", [&]() -> api::Weights::Made {
+        SPLAT_TRY(api::require(data, "data"));
         SPLAT_ASSIGN(io::WeightsFile file,
                      io::read_weights(
                          io::MemorySource({static_cast<const std::byte*>(data), bytes}), "memory"));
-        *weights = add_weights(std::move(file));
-        return {};
+        return weights_of(std::move(file));
     });
 }
 
@@ -158,9 +153,8 @@ splat_result splat_weights_count(splat_weights weights, uint32_t* count) {
 
 splat_result splat_weights_get_info(splat_weights weights, uint32_t index,
                                     splat_weights_info* info) {
-    return api::guarded([&]() -> Status {
-        std::shared_ptr<api::WeightsObject> object;
-        SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(weights, index, object));
+    return api::with<api::Weights>(weights, "weights", [&](const auto& object) -> Status {
+        SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(*object, index));
         SPLAT_TRY(api::check_fill(info, "info"));
         splat_weights_info filled{};
         filled.rank = static_cast<std::uint32_t>(tensor->dims.size());
@@ -187,9 +181,8 @@ splat_result splat_weights_find(splat_weights weights, const char* name, uint32_
 
 splat_result splat_weights_read(splat_weights weights, uint32_t index, float* values,
                                 size_t bytes) {
-    return api::guarded([&]() -> Status {
-        std::shared_ptr<api::WeightsObject> object;
-        SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(weights, index, object));
+    return api::with<api::Weights>(weights, "weights", [&](const auto& object) -> Status {
+        SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(*object, index));
         const std::size_t wanted = tensor->values.size() * sizeof(float);
         if (wanted > 0 || bytes > 0) SPLAT_TRY(api::require(values, "values"));
         if (bytes < wanted)
@@ -203,9 +196,8 @@ splat_result splat_weights_read(splat_weights weights, uint32_t index, float* va
 
 splat_result splat_weights_data(splat_weights weights, uint32_t index, const float** values,
                                 uint64_t* count) {
-    return api::guarded([&]() -> Status {
-        std::shared_ptr<api::WeightsObject> object;
-        SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(weights, index, object));
+    return api::with<api::Weights>(weights, "weights", [&](const auto& object) -> Status {
+        SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(*object, index));
         SPLAT_TRY(api::require(values, "values"));
         SPLAT_TRY(object->file.tensors.unchanged());
         *values = tensor->values.empty() ? nullptr : tensor->values.data();

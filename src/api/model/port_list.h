@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "api/api_guard.h"
+#include "api/handles.h"
 #include "core/shape.h"
 
 namespace splat::api {
@@ -19,13 +19,13 @@ splat_port port_of(const char* name, const Shape& shape, PortFlags flags);
 /// kInvalidArgument.
 Status unknown_port_kind(splat_port_kind kind);
 
-/// Run the body of an entry point that lists ports: `body()` returns all of them.
-template <class Body>
-splat_result guarded_ports(splat_port* ports, std::uint32_t capacity, std::uint32_t* count,
-                           Body&& body) noexcept {
+/// An entry point that lists ports of a live object: `body(object)` returns all of them.
+template <class Kind, class Handle, class Body>
+splat_result list_ports(Handle handle, const char* argument, splat_port* ports,
+                        std::uint32_t capacity, std::uint32_t* count, Body&& body) {
     bool cut = false;
-    const splat_result result = guarded([&]() -> Status {
-        SPLAT_ASSIGN(const std::vector<splat_port> all, body());
+    const splat_result result = with<Kind>(handle, argument, [&](const auto& object) -> Status {
+        SPLAT_ASSIGN(const std::vector<splat_port> all, body(*object));
         if (capacity > 0) SPLAT_TRY(require(ports, "ports"));
         std::copy_n(all.begin(), std::min<std::size_t>(all.size(), capacity), ports);
         if (count != nullptr) *count = static_cast<std::uint32_t>(all.size());

@@ -213,8 +213,7 @@ template <class Read>
 splat_result predict_with(splat_predictor predictor, splat_scene* scene,
                           splat_prediction* prediction, Read&& read) {
     bool fitted = true;
-    const splat_result result = api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Predictors::find(predictor, "predictor"));
+    const auto predict = [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(scene, "scene"));
         if (prediction != nullptr) SPLAT_TRY(api::check_size(*prediction));
         Stopwatch clock;
@@ -227,7 +226,8 @@ splat_result predict_with(splat_predictor predictor, splat_scene* scene,
         added->gaussians = std::move(visible.gaussians);
         *scene = api::Scenes::add(std::move(added));
         return {};
-    });
+    };
+    const splat_result result = api::with<api::Predictors>(predictor, "predictor", predict);
     return result == SPLAT_OK && !fitted ? SPLAT_INCOMPLETE : result;
 }
 
@@ -244,24 +244,19 @@ splat_result splat_builtin_weights(const char* name, char* buffer, size_t capaci
 
 splat_result splat_predictor_create(splat_device device, const splat_predictor_desc* desc,
                                     splat_predictor* predictor) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(predictor, "predictor"));
+    return api::create<api::Predictors>(predictor, "predictor", [&]() -> Result<PredictorPointer> {
         splat_predictor_desc full{};
         if (desc != nullptr) {
             SPLAT_TRY(api::check_desc(desc, 0));
             full = *desc;
         }
-        SPLAT_ASSIGN(PredictorPointer object, make_predictor(device, full));
-        *predictor = api::Predictors::add(std::move(object));
-        return {};
+        return make_predictor(device, full);
     });
 }
 
 splat_result splat_predictor_get_info(splat_predictor predictor, splat_predictor_info* info) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Predictors::find(predictor, "predictor"));
-        SPLAT_TRY(api::check_fill(info, "info"));
-        const config::ModelConfig& network = object->settings.network;
+    return api::describe<api::Predictors>(predictor, "predictor", info, "info", [](auto& object) {
+        const config::ModelConfig& network = object.settings.network;
         splat_predictor_info filled{};
         filled.views = network.views;
         filled.resolution = network.resolution;
@@ -273,20 +268,17 @@ splat_result splat_predictor_get_info(splat_predictor predictor, splat_predictor
         filled.sh_degree = network.sh_degree;
         filled.gaussians = network.gaussians();
         filled.fov_degrees = static_cast<double>(network.fov_degrees);
-        const std::array<float, 3> background = predict::background_of(object->settings);
+        const std::array<float, 3> background = predict::background_of(object.settings);
         std::copy(background.begin(), background.end(), filled.background);
-        filled.category = object->settings.training.category.c_str();
-        api::give(filled, info);
-        return {};
+        filled.category = object.settings.training.category.c_str();
+        return filled;
     });
 }
 
 splat_result splat_predictor_report(splat_predictor predictor, char* buffer, size_t capacity,
                                     size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto object, api::Predictors::find(predictor, "predictor"));
-        return give(object->report);
-    });
+    return api::report<api::Predictors>(predictor, "predictor", buffer, capacity, needed,
+                                        [](auto& object) { return object.report; });
 }
 
 splat_result splat_predictor_predict(splat_predictor predictor, const splat_picture* pictures,

@@ -135,8 +135,7 @@ Result<io::Buffer> animation_of(const splat_image* frames, std::uint32_t count,
 
 splat_result splat_image_load(const char* path, splat_image* image, splat_image_info* info) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(path, "path"));
-        SPLAT_TRY(api::require(image, "image"));
+        SPLAT_TRY(api::require(path, "path", image, "image"));
         SPLAT_ASSIGN(const io::Buffer file, io::read_file(path, kMaxImageFileBytes));
         const Status read = read_into(file, *image, info);
         if (read.ok() || read.code() == Code::kInvalidArgument) return read;
@@ -147,8 +146,7 @@ splat_result splat_image_load(const char* path, splat_image* image, splat_image_
 splat_result splat_image_load_memory(const void* data, size_t bytes, splat_image* image,
                                      splat_image_info* info) {
     return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(data, "data"));
-        SPLAT_TRY(api::require(image, "image"));
+        SPLAT_TRY(api::require(data, "data", image, "image"));
         return read_into({static_cast<const std::byte*>(data), bytes}, *image, info);
     });
 }

@@ -18,8 +18,7 @@ Status check_finite(const char* name, std::span<const float> values) {
 
 splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* desc,
                                 splat_lpips* lpips) {
-    return api::with<api::Devices>(device, "device", [&](const auto& owner) -> Status {
-        SPLAT_TRY(api::require(lpips, "lpips"));
+    const auto make = [&](const auto& owner) -> api::Lpipses::Made {
         SPLAT_TRY(api::check_desc(desc, 0));
         if (desc->weight_count == 0)
             return error(Code::kInvalidArgument,
@@ -39,15 +38,13 @@ splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* des
         model::LpipsDesc wanted;
         wanted.side = desc->side;
         wanted.gradients = false;
-        {
-            const std::lock_guard lock(object->context->mutex);
-            SPLAT_TRY(object->context->device().alive());
-            for (const io::NamedTensors* given : tensors) SPLAT_TRY(given->unchanged());
-            SPLAT_ASSIGN(object->net, model::LpipsNet::create(*object->context, wanted, tensors));
-        }  // unlocked: if add() throws, the object is destroyed, which locks
-        *lpips = api::Lpipses::add(std::move(object));
-        return {};
-    });
+        const std::lock_guard lock(object->context->mutex);
+        SPLAT_TRY(object->context->device().alive());
+        for (const io::NamedTensors* given : tensors) SPLAT_TRY(given->unchanged());
+        SPLAT_ASSIGN(object->net, model::LpipsNet::create(*object->context, wanted, tensors));
+        return object;
+    };
+    return api::create_of<api::Devices, api::Lpipses>(device, "device", lpips, "lpips", make);
 }
 
 splat_result splat_lpips_compare(splat_lpips lpips, const splat_image* a, const splat_image* b,

@@ -154,10 +154,10 @@ Status check_gaussians(api::TensorArguments& arguments, const raster::RasterDesc
                       from.rotations != nullptr || from.opacities != nullptr ||
                       from.sh != nullptr || from.colors != nullptr;
     if (some) {
-        SPLAT_TRY(api::require(from.means, "splat_gaussians_desc.means"));
-        SPLAT_TRY(api::require(from.scales, "splat_gaussians_desc.scales"));
-        SPLAT_TRY(api::require(from.rotations, "splat_gaussians_desc.rotations"));
-        SPLAT_TRY(api::require(from.opacities, "splat_gaussians_desc.opacities"));
+        SPLAT_TRY(api::require(from.means, "splat_gaussians_desc.means", from.scales,
+                               "splat_gaussians_desc.scales", from.rotations,
+                               "splat_gaussians_desc.rotations", from.opacities,
+                               "splat_gaussians_desc.opacities"));
         SPLAT_TRY(desc.direct_colors ? api::require(from.colors, "splat_gaussians_desc.colors")
                                      : api::require(from.sh, "splat_gaussians_desc.sh"));
     }
@@ -315,25 +315,19 @@ Result<std::shared_ptr<api::RasterStateObject>> api::find_state(splat_rasterizer
 
 splat_result splat_rasterizer_create(splat_device device, const splat_rasterizer_desc* desc,
                                      splat_rasterizer* rasterizer) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(rasterizer, "rasterizer"));
-        SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
-        constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_NORMALS - 1;
-        SPLAT_TRY(api::check_desc(desc, kKnown));
-        SPLAT_ASSIGN(RasterizerPointer object, api::make_rasterizer(*owner, *desc));
-        *rasterizer = api::Rasterizers::add(std::move(object));
-        return {};
-    });
+    return api::create<api::Rasterizers>(
+        rasterizer, "rasterizer", [&]() -> Result<RasterizerPointer> {
+            SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+            constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_NORMALS - 1;
+            SPLAT_TRY(api::check_desc(desc, kKnown));
+            return api::make_rasterizer(*owner, *desc);
+        });
 }
 
 splat_result splat_raster_state_create(splat_rasterizer rasterizer, splat_raster_state* state) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Rasterizers::find(rasterizer, "rasterizer"));
-        SPLAT_TRY(api::require(state, "state"));
-        SPLAT_ASSIGN(StatePointer made, make_state(*object));
-        *state = api::RasterStates::add(std::move(made));
-        return {};
-    });
+    return api::create_of<api::Rasterizers, api::RasterStates>(
+        rasterizer, "rasterizer", state, "state",
+        [](const auto& object) { return make_state(*object); });
 }
 
 splat_result splat_raster_state_destroy(splat_raster_state state) {

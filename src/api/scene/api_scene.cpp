@@ -55,10 +55,10 @@ Result<scene::Gaussians> gaussians_of(const splat_scene_desc& desc) {
     return gaussians;
 }
 
-splat_scene add_scene(scene::Gaussians gaussians) {
+std::shared_ptr<api::SceneObject> scene_of(scene::Gaussians gaussians) {
     auto object = std::make_shared<api::SceneObject>();
     object->gaussians = std::move(gaussians);
-    return api::Scenes::add(std::move(object));
+    return object;
 }
 
 /// Replace the Gaussians of a scene by the result of `make`. On failure the scene stays as it was.
@@ -128,22 +128,17 @@ Result<std::vector<scene::Gaussians>> copies_of(const splat_scene* scenes, std::
 }  // namespace
 
 splat_result splat_scene_create(const splat_scene_desc* desc, splat_scene* scene) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(scene, "scene"));
+    return api::create<api::Scenes>(scene, "scene", [&]() -> api::Scenes::Made {
         SPLAT_TRY(api::check_desc(desc, 0));
         SPLAT_ASSIGN(scene::Gaussians gaussians, gaussians_of(*desc));
-        *scene = add_scene(std::move(gaussians));
-        return {};
+        return scene_of(std::move(gaussians));
     });
 }
 
 splat_result splat_scene_load_report(splat_scene scene, char* buffer, size_t capacity,
                                      size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
-        const std::string& report = object->report;
-        return give(report);
-    });
+    return api::report<api::Scenes>(scene, "scene", buffer, capacity, needed,
+                                    [](auto& object) { return object.report; });
 }
 
 splat_result splat_scene_read(splat_scene scene, const char* name, float* values, size_t bytes) {
@@ -176,8 +171,7 @@ splat_result splat_scene_to_tensor(splat_scene scene, const char* name, splat_de
     desc.struct_size = sizeof desc;
     desc.name = name;
     std::vector<float> values;
-    const splat_result result = api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+    const auto read = [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(name, "name"));
         SPLAT_ASSIGN(const api::SceneAttribute* attribute, api::find_attribute(name));
         const std::shared_lock lock(object->mutex);
@@ -186,7 +180,8 @@ splat_result splat_scene_to_tensor(splat_scene scene, const char* name, splat_de
         for (std::uint32_t axis = 0; axis < desc.rank; ++axis) desc.dims[axis] = shape[axis];
         values = api::attribute_values(*attribute, object->gaussians);
         return {};
-    });
+    };
+    const splat_result result = api::with<api::Scenes>(scene, "scene", read);
     if (result != SPLAT_OK) return result;
     return splat_tensor_from_host(device, &desc, values.data(), values.size() * sizeof(float),
                                   nullptr, tensor);
@@ -233,13 +228,11 @@ splat_result splat_scene_filter(splat_scene scene, uint32_t flags, double min_op
 }
 
 splat_result splat_scene_merge(const splat_scene* scenes, uint32_t count, splat_scene* scene) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(scene, "scene"));
+    return api::create<api::Scenes>(scene, "scene", [&]() -> api::Scenes::Made {
         if (count > 0) SPLAT_TRY(api::require(scenes, "scenes"));
         SPLAT_ASSIGN(const std::vector<scene::Gaussians> copies, copies_of(scenes, count));
         SPLAT_ASSIGN(scene::Gaussians merged, scene::merge(copies));
-        *scene = add_scene(std::move(merged));
-        return {};
+        return scene_of(std::move(merged));
     });
 }
 

@@ -76,7 +76,7 @@ std::string formats_text() {
     return json.end().text();
 }
 
-Result<splat_scene> load(io::Bytes file, const char* name, const splat_scene_file_desc& desc) {
+api::Scenes::Made load(io::Bytes file, const char* name, const splat_scene_file_desc& desc) {
     io::LoadOptions options;
     options.frame = frame_of(desc);
     if (desc.max_count != 0) options.max_count = desc.max_count;
@@ -93,7 +93,7 @@ Result<splat_scene> load(io::Bytes file, const char* name, const splat_scene_fil
         object->gaussians = scene::with_sh_degree(loaded.gaussians, *degree);
     else
         object->gaussians = std::move(loaded.gaussians);
-    return api::Scenes::add(std::move(object));
+    return object;
 }
 
 Result<io::Buffer> file_of(api::SceneObject& object, const io::SceneFormat& format,
@@ -120,23 +120,20 @@ splat_result splat_scene_formats(char* buffer, size_t capacity, size_t* needed) 
 
 splat_result splat_scene_load(const char* path, const splat_scene_file_desc* desc,
                               splat_scene* scene) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(scene, "scene", path, "path"));
+    return api::create<api::Scenes>(scene, "scene", [&]() -> api::Scenes::Made {
+        SPLAT_TRY(api::require(path, "path"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         SPLAT_ASSIGN(const io::Buffer file, io::read_file(path));
-        SPLAT_ASSIGN(*scene, load(file, path, full));
-        return {};
+        return load(file, path, full);
     });
 }
 
 splat_result splat_scene_load_memory(const void* data, size_t bytes,
                                      const splat_scene_file_desc* desc, splat_scene* scene) {
-    return api::guarded([&]() -> Status {
-        SPLAT_TRY(api::require(scene, "scene", data, "data"));
+    return api::create<api::Scenes>(scene, "scene", [&]() -> api::Scenes::Made {
+        SPLAT_TRY(api::require(data, "data"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
-        const io::Bytes file{static_cast<const std::byte*>(data), bytes};
-        SPLAT_ASSIGN(*scene, load(file, "memory", full));
-        return {};
+        return load({static_cast<const std::byte*>(data), bytes}, "memory", full);
     });
 }
 

@@ -34,8 +34,7 @@ splat_trainer_batch batch_of(const api::BatchesObject& object) {
 
 splat_result splat_batches_create(splat_dataset dataset, const char* config, uint64_t seed,
                                   splat_batches* batches) {
-    return api::with<api::Datasets>(dataset, "dataset", [&](const auto& found) -> Status {
-        SPLAT_TRY(api::require(batches, "batches"));
+    const auto make = [&](const auto& found) -> api::AllBatches::Made {
         SPLAT_ASSIGN(const config::Settings settings,
                      api::training_settings_of(config, config::VectorsFrom::kFiles));
         SPLAT_ASSIGN(auto views, predict::ViewSource::open(settings, api::dataset_of(found)));
@@ -45,9 +44,10 @@ splat_result splat_batches_create(splat_dataset dataset, const char* config, uin
         object->channels = settings.network.input_channels();
         object->objects = settings.training.batch_size;
         SPLAT_ASSIGN(object->source, train::Prefetch::create(std::move(source), kBatchesAhead));
-        *batches = api::AllBatches::add(std::move(object));
-        return {};
-    });
+        return object;
+    };
+    return api::create_of<api::Datasets, api::AllBatches>(dataset, "dataset", batches, "batches",
+                                                          make);
 }
 
 splat_result splat_batches_next(splat_batches batches, uint64_t step, splat_trainer_batch* batch) {

@@ -186,8 +186,7 @@ splat_result give_weights(splat_optimizer optimizer, const char* argument, splat
 
 splat_result splat_optimizer_create(splat_device device, const splat_optimizer_desc* desc,
                                     splat_optimizer* optimizer) {
-    return api::with<api::Devices>(device, "device", [&](const auto& owner) -> Status {
-        SPLAT_TRY(api::require(optimizer, "optimizer"));
+    const auto make = [&](const auto& owner) -> api::Optimizers::Made {
         SPLAT_TRY(api::check_desc(desc, 0));
         SPLAT_TRY(check_schedule(*desc));
         if (desc->item_count > 0)
@@ -207,17 +206,16 @@ splat_result splat_optimizer_create(splat_device device, const splat_optimizer_d
         object->models = std::move(items.models);
         object->modules = std::move(items.modules);
         object->tensors = std::move(items.tensors);
-        {
-            const std::lock_guard lock(object->context->mutex);
-            SPLAT_TRY(object->context->device().alive());
-            SPLAT_ASSIGN(train::Optimiser made,
-                         train::Optimiser::create(*object->context, std::move(items.adam)));
-            object->optimiser = std::make_unique<train::Optimiser>(std::move(made));
-            describe(*object);
-        }  // unlocked: if add() throws, the object is destroyed, which locks
-        *optimizer = api::Optimizers::add(std::move(object));
-        return {};
-    });
+        const std::lock_guard lock(object->context->mutex);
+        SPLAT_TRY(object->context->device().alive());
+        SPLAT_ASSIGN(train::Optimiser made,
+                     train::Optimiser::create(*object->context, std::move(items.adam)));
+        object->optimiser = std::make_unique<train::Optimiser>(std::move(made));
+        describe(*object);
+        return object;
+    };
+    return api::create_of<api::Devices, api::Optimizers>(device, "device", optimizer, "optimizer",
+                                                         make);
 }
 
 splat_result splat_optimizer_step(splat_optimizer optimizer, splat_optimizer_info* info) {

@@ -138,32 +138,25 @@ splat_result splat_config_merge(const char* text, const char* const* values, siz
 
 splat_result splat_trainer_create(splat_device device, const splat_trainer_desc* desc,
                                   splat_trainer* trainer) {
-    return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
-        SPLAT_TRY(api::require(trainer, "trainer"));
+    const auto make = [&](const auto& owner) -> api::Trainers::Made {
         SPLAT_TRY(api::check_desc(desc, 0));
         SPLAT_ASSIGN(const config::Settings made,
                      api::training_settings_of(desc->config, config::VectorsFrom::kCaller));
         SPLAT_TRY(owner->test(api::kAllKernels));
         auto object = std::make_shared<api::TrainerObject>(owner->context);
-        {
-            const std::lock_guard lock(object->context->mutex);
-            SPLAT_TRY(object->context->device().alive());
-            SPLAT_ASSIGN(object->trainer,
-                         train::Trainer::create(*object->context, made.network, made.training));
-        }  // unlocked: if add() throws, the object is destroyed, which locks
-        *trainer = api::Trainers::add(std::move(object));
-        return {};
-    });
+        const std::lock_guard lock(object->context->mutex);
+        SPLAT_TRY(object->context->device().alive());
+        SPLAT_ASSIGN(object->trainer,
+                     train::Trainer::create(*object->context, made.network, made.training));
+        return object;
+    };
+    return api::create_of<api::Devices, api::Trainers>(device, "device", trainer, "trainer", make);
 }
 
 splat_result splat_trainer_model(splat_trainer trainer, splat_model* model) {
-    return api::guarded([&]() -> Status {  // not locked: if add() throws, the model is destroyed
-        SPLAT_ASSIGN(const auto object, api::Trainers::find(trainer, "trainer"));
-        SPLAT_TRY(api::require(model, "model"));
-        *model = api::Models::add(api::model_of(object->context, object->trainer));
-        return {};
-    });
+    return api::create_of<api::Trainers, api::Models>(
+        trainer, "trainer", model, "model",
+        [](const auto& object) { return api::model_of(object->context, object->trainer); });
 }
 
 splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch* batch,
@@ -185,10 +178,8 @@ splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch
 
 splat_result splat_trainer_report(splat_trainer trainer, char* buffer, size_t capacity,
                                   size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto object, api::Trainers::find(trainer, "trainer"));
-        return give(report_of(*object));
-    });
+    return api::report<api::Trainers>(trainer, "trainer", buffer, capacity, needed,
+                                      [](auto& object) { return report_of(object); });
 }
 
 splat_result splat_trainer_store(splat_trainer trainer, splat_weights* weights) {
