@@ -60,6 +60,7 @@ constexpr NumberTypeRow kNumberTypes[] = {
     plain_row<std::uint16_t>("uint16", "U16", "u2"),
     plain_row<std::uint32_t>("uint32", "U32", "u4"),
     plain_row<std::uint64_t>("uint64", "U64", "u8")};
+static_assert(std::size(kNumberTypes) == static_cast<std::size_t>(NumberType::kU64) + 1);
 
 }  // namespace
 

@@ -1,6 +1,5 @@
 #include "scene/sh.h"
 
-#include <algorithm>
 #include <numbers>
 
 namespace splat::scene {

@@ -129,6 +129,7 @@ class StoreWriter {
     Result<FileLock> lock_start() const;
     Status check(bool replace);
     Status read_journals();
+    [[nodiscard]] Status claim() const;  ///< a journal of no tables
     [[nodiscard]] Journal journal_of(const Part& part) const;
     [[nodiscard]] bool is_done(const Part& part) const;
     Status open_records();

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <regex>
 
+#include "core/fault.h"
 #include "core/log.h"
 #include "tables/journal.h"
 #include "tables/store.h"
@@ -34,6 +35,15 @@ std::vector<std::string> names_in(const fs::path& folder, const std::string& exp
         if (std::regex_match(name, wanted)) names.push_back(std::move(name));
     }
     return names;
+}
+
+Status remove_file(const fs::path& path) {
+    std::error_code failed;
+    if (SPLAT_FAULT("tables.remove"))
+        failed = std::make_error_code(std::errc::io_error);
+    else
+        fs::remove(path, failed);
+    return failed ? io::system_error(failed.value(), "remove", path.string()) : Status();
 }
 
 }  // namespace
@@ -88,8 +98,8 @@ Status StoreWriter::check(bool replace) {
                 folder_.c_str());
         log(LogLevel::kWarning,
             format("'%s' was imported from other tables, and is imported again", folder_.c_str()));
-        fs::remove(folder / kStoreFile, failed);
-        if (failed) return io::system_error(failed.value(), "remove", folder / kStoreFile);
+        SPLAT_TRY(claim());
+        SPLAT_TRY(remove_file(folder / kStoreFile));
     } else if (has_store ||
                (names_in(folder, kJournals).empty() &&
                 names_in(folder, R"([\s\S]*)").size() != names_in(folder, kLocks).size())) {
@@ -116,13 +126,17 @@ Status StoreWriter::read_journals() {
     }
     if (begun_) return is_done(part_) ? Status() : journal_of(part_).write(false);
     // Space of other shapes is given back before any is taken.
-    for (const std::string& name :
-         names_in(folder,
-                  R"((frame|pose|rgb|depth|normal|mask)(_crc)?\.npy|)" + std::string(kJournals))) {
-        std::error_code none;
-        fs::remove(folder / name, none);
-    }
+    SPLAT_TRY(claim());
+    const std::string own = part_name("import", part_, ".json");
+    for (const std::string& name : names_in(
+             folder, R"((frame|pose|rgb|depth|normal|mask)(_crc)?\.npy|)" + std::string(kJournals)))
+        if (name != own) SPLAT_TRY(remove_file(folder / name));
     return journal_of(part_).write(false);
+}
+
+/// Without a journal the folder would not be taken for a store's if this process ended while it is cleared.
+Status StoreWriter::claim() const {
+    return Journal(folder_, part_name("import", part_, ".json"), "").write(false);
 }
 
 Journal StoreWriter::journal_of(const Part& part) const {

@@ -28,10 +28,20 @@ struct FileColumn {
             " TINYINT SMALLINT INTEGER BIGINT UTINYINT USMALLINT UINTEGER UBIGINT ";
         return types.find(" " + type + " ") != std::string_view::npos;
     }
-    /// A struct with a blob named "bytes".
+    /// A struct with a blob named "bytes", not within a list or another struct.
     [[nodiscard]] bool has_bytes() const {
-        return type.starts_with("STRUCT(bytes BLOB") ||
-               (type.starts_with("STRUCT(") && type.find(", bytes BLOB") != std::string::npos);
+        constexpr std::string_view kField = "bytes BLOB";
+        if (!type.starts_with("STRUCT(") || !type.ends_with(')')) return false;
+        int depth = 0;
+        for (std::size_t i = 0; i < type.size(); ++i) {
+            const bool starts = type[i] == '(' || (type[i] == ',' && type[i + 1] == ' ');
+            depth += type[i] == '(' ? 1 : type[i] == ')' ? -1 : 0;
+            const std::size_t field = i + (type[i] == ',' ? 2 : 1);
+            if (starts && depth == 1 && type.compare(field, kField.size(), kField) == 0 &&
+                (type[field + kField.size()] == ',' || type[field + kField.size()] == ')'))
+                return true;
+        }
+        return false;
     }
     [[nodiscard]] bool is_binary() const { return type == "BLOB" || has_bytes(); }
 };

@@ -224,11 +224,13 @@ TEST(DecodeBomb, WebpOfManyPixels) {
     expect_harmless("webp", file, "webp: 16383 x 16383 pixels", image_status);
 }
 
-/// libwebp builds tables of 5 KB for codes of 20 bits, of at most 65,536 groups.
+/// libwebp builds tables of 5 KB for codes of 20 bits, of 13 KB for those of 77, of at most 65,536 groups.
 TEST(DecodeBomb, WebpOfManyPrefixCodes) {
-    constexpr std::uint64_t kMostCodes = 400'000'000;  ///< bytes that read_webp() allows
+    constexpr std::uint64_t kMostCodes = 1'400'000'000;  ///< bytes that read_webp() allows
     expect_harmless("webp codes", test::sample_webp_groups(256, 256), "read", image_status,
                     kMostCodes);
+    expect_harmless("webp large", test::sample_webp_groups(256, 256, test::Codes::kLarge), "read",
+                    image_status, kMostCodes);
     expect_harmless("webp fewer", test::sample_webp_groups(65, 80), "read", image_status);
 
     constexpr int kWidth = 1024;

@@ -27,16 +27,19 @@ void put_vp8l_header(BitWriter& to, std::uint32_t width, std::uint32_t height) {
 
 namespace {
 
-/// The code of 256 symbols of 8 bits each: the bits of a symbol, the highest first.
-void put_bytes_code(BitWriter& to, bool green) {
+/// The code of the first 2^bits symbols, of 8 or 11 bits each: those of a symbol, the highest first. `all`: there are
+/// no other symbols.
+void put_equal_code(BitWriter& to, std::uint32_t bits, bool all) {
+    const std::uint32_t lengths = bits + 4;  // 17, 18, 0, 1, 2, 3, 4, 5, 16, 6, 7, 8, 9, 10, 11
     to.put(0, 1);
-    to.put(12 - 4, 4);
-    for (int i = 0; i < 11; ++i) to.put(0, 3);
-    to.put(1, 3);  // the 12th length is 8, and has the one symbol
-    to.put(green ? 1 : 0, 1);
-    if (!green) return;
-    to.put(3, 3);  // a number of 2 + 2 x 3 bits follows: 256 lengths of 280
-    to.put(256 - 2, 8);
+    to.put(lengths - 4, 4);
+    for (std::uint32_t i = 1; i < lengths; ++i) to.put(0, 3);
+    to.put(1, 3);  // the one length that occurs: it takes no bits
+    to.put(all ? 0 : 1, 1);
+    if (all) return;
+    const std::uint32_t half = bits / 2 - (bits == 8 ? 1 : 0);
+    to.put(half, 3);  // a number of 2 + 2 x half bits follows
+    to.put((1U << bits) - 2, 2 + 2 * half);
 }
 
 void put_byte(BitWriter& to, std::uint32_t value) {
@@ -45,20 +48,31 @@ void put_byte(BitWriter& to, std::uint32_t value) {
 
 }  // namespace
 
-void put_vp8l_groups(BitWriter& to, std::uint32_t columns, std::uint32_t rows) {
+void put_vp8l_groups(BitWriter& to, std::uint32_t columns, std::uint32_t rows, Codes codes) {
+    constexpr std::uint32_t kMostBits =
+        11;  // A colour cache of 2^11 symbols, which green has, too.
+    const bool large = codes == Codes::kLarge;
     to.put(0, 1);  // no transform
-    to.put(0, 1);  // no colour cache
+    to.put(large ? 1 : 0, 1);
+    if (large) to.put(kMostBits, 4);
     to.put(1, 1);  // an entropy image of blocks of 2^2 pixels
     to.put(0, 3);
     to.put(0, 1);
-    put_bytes_code(to, true);
-    put_bytes_code(to, false);
+    put_equal_code(to, 8, false);
+    put_equal_code(to, 8, true);
     for (int code = 2; code < 5; ++code) to.put_single(0);
     for (std::uint32_t group = 0; group < columns * rows; ++group) {
         put_byte(to, group & 0xFFU);
         put_byte(to, group >> 8U);
     }
-    for (std::uint32_t code = 0; code < 5 * columns * rows; ++code) to.put(1, 4);  // 0 alone
+    for (std::uint32_t code = 0; code < 5 * columns * rows; ++code) {
+        if (large && code % 5 == 0)
+            put_equal_code(to, kMostBits, false);
+        else
+            to.put(1, 4);  // 0 alone
+    }
+    if (!large) return;
+    for (std::uint32_t pixel = 0; pixel < 16 * columns * rows; ++pixel) to.put(0, kMostBits);
 }
 
 Buffer sample_webp(const std::vector<std::pair<std::string_view, Bytes>>& chunks) {
@@ -77,10 +91,10 @@ Buffer sample_webp(const std::vector<std::pair<std::string_view, Bytes>>& chunks
     return file;
 }
 
-Buffer sample_webp_groups(std::uint32_t columns, std::uint32_t rows) {
+Buffer sample_webp_groups(std::uint32_t columns, std::uint32_t rows, Codes codes) {
     BitWriter stream;
     put_vp8l_header(stream, 4 * columns, 4 * rows);
-    put_vp8l_groups(stream, columns, rows);
+    put_vp8l_groups(stream, columns, rows, codes);
     return sample_webp({{"VP8L", stream.bytes()}});
 }
 

@@ -26,14 +26,19 @@ class BitWriter {
 /// What precedes the stream of a lossless image.
 void put_vp8l_header(BitWriter& to, std::uint32_t width, std::uint32_t height);
 
+/// Prefix codes of green: of one symbol, which takes no bits, or of 2,048 symbols of 11 bits, told in 61 bits.
+enum class Codes { kSmall, kLarge };
+
 /// The stream of columns x rows blocks of 4 x 4 pixels, at most 65,536 blocks, each with a group of prefix codes of
-/// its own; those take no bits. Every pixel is 0.
-void put_vp8l_groups(BitWriter& to, std::uint32_t columns, std::uint32_t rows);
+/// its own. Every pixel is 0.
+void put_vp8l_groups(BitWriter& to, std::uint32_t columns, std::uint32_t rows,
+                     Codes codes = Codes::kSmall);
 
 /// A WebP file of these chunks, tag and content.
 io::Buffer sample_webp(const std::vector<std::pair<std::string_view, io::Bytes>>& chunks);
 
-io::Buffer sample_webp_groups(std::uint32_t columns, std::uint32_t rows);
+io::Buffer sample_webp_groups(std::uint32_t columns, std::uint32_t rows,
+                              Codes codes = Codes::kSmall);
 
 /// A lossy file with alpha from the chunks of one without.
 io::Buffer with_webp_alpha(io::Bytes lossy, std::uint32_t width, std::uint32_t height,

@@ -44,12 +44,14 @@ std::vector<std::uint8_t> picture(Look look, int width, int height, std::uint32_
 }
 
 Buffer encode(const std::vector<std::uint8_t>& rgba, int width, int height, bool alpha,
-              const WebPConfig& config) {
+              const WebPConfig& config, std::uint32_t* features = nullptr) {
     WebPPicture image;
+    WebPAuxStats stats{};
     EXPECT_NE(WebPPictureInit(&image), 0);
     image.use_argb = config.lossless;
     image.width = width;
     image.height = height;
+    image.stats = &stats;
     WebPMemoryWriter writer;
     WebPMemoryWriterInit(&writer);
     image.writer = WebPMemoryWrite;
@@ -57,6 +59,7 @@ Buffer encode(const std::vector<std::uint8_t>& rgba, int width, int height, bool
     EXPECT_NE(
         (alpha ? WebPPictureImportRGBA : WebPPictureImportRGBX)(&image, rgba.data(), 4 * width), 0);
     EXPECT_NE(WebPEncode(&config, &image), 0);
+    if (features != nullptr) *features |= stats.lossless_features;
     WebPPictureFree(&image);
     const auto* const first = reinterpret_cast<const std::byte*>(writer.mem);
     const Buffer file(first, first + writer.size);
@@ -93,6 +96,7 @@ bool decodes(const Buffer& file) {
 }
 
 TEST(Webp, KeepsLosslessPixels) {
+    std::uint32_t features = 0;
     const std::pair<Look, std::uint32_t> looks[] = {
         {Look::kFlat, 1},    {Look::kNoise, 1},   {Look::kSmooth, 1},  {Look::kPatches, 7},
         {Look::kColors, 2},  {Look::kColors, 3},  {Look::kColors, 4},  {Look::kColors, 5},
@@ -108,8 +112,8 @@ TEST(Webp, KeepsLosslessPixels) {
                 SCOPED_TRACE(testing::Message()
                              << "look " << static_cast<int>(look) << " of " << colors << " colors, "
                              << width << " x " << height << ", method " << method);
-                const auto image =
-                    read_webp(encode(rgba, width, height, true, lossless_config(method, quality)));
+                const auto image = read_webp(
+                    encode(rgba, width, height, true, lossless_config(method, quality), &features));
                 ASSERT_OK(image.status());
                 if (image.value().channels == 4) {
                     EXPECT_EQ(image.value().samples,
@@ -117,6 +121,7 @@ TEST(Webp, KeepsLosslessPixels) {
                 }
             }
         }
+    EXPECT_EQ(features, 15U) << "each transform occurs";
 }
 
 TEST(Webp, ReadsAlphaOfLossyFiles) {
@@ -134,10 +139,10 @@ TEST(Webp, ReadsAlphaOfLossyFiles) {
                 }
 }
 
-/// The budget holds the samples, and what libwebp keeps of the pixels.
-TEST(Webp, TakesTheBudgetOfItsPixels) {
+/// The budget holds the samples.
+TEST(Webp, TakesTheBudgetOfItsSamples) {
     constexpr std::uint32_t kWidth = 12, kHeight = 20;
-    constexpr std::uint64_t kPixels = std::uint64_t{kWidth} * kHeight, kRows = 17 * kWidth;
+    constexpr std::uint64_t kPixels = std::uint64_t{kWidth} * kHeight;
     const auto status = [](const Buffer& file, std::uint64_t budget) {
         return read_webp(file, {.limits = {.times_file = 0, .besides = budget}}).status();
     };
@@ -145,14 +150,55 @@ TEST(Webp, TakesTheBudgetOfItsPixels) {
     lossy.lossless = 0;
     const auto rgba = picture(Look::kNoise, kWidth, kHeight, 1);
     const std::pair<Buffer, std::uint64_t> files[] = {
-        {test::sample_webp_groups(kWidth / 4, kHeight / 4),
-         kPixels * 3 * 2 + 4 * (kPixels + kRows)},
-        {encode(rgba, kWidth, kHeight, true, lossy), kPixels * (4 * 2 + 1) + 4 * (kPixels + kRows)},
+        {test::sample_webp_groups(kWidth / 4, kHeight / 4), kPixels * 3 * 2},
+        {encode(rgba, kWidth, kHeight, true, lossy), kPixels * 4 * 2},
         {encode(rgba, kWidth, kHeight, false, lossy), kPixels * 3 * 2}};
     for (const auto& [file, bytes] : files) {
         EXPECT_OK(status(file, bytes));
         EXPECT_ERROR(status(file, bytes - 1), Code::kFormat, "are too many");
     }
+}
+
+/// A mask of two colours, and one in the alpha of a lossy image: few bytes for many pixels.
+TEST(Webp, MasksOfManyPixelsAreRead) {
+    for (const auto& [side, alpha] : {std::pair(3000, false), {2800, true}}) {
+        std::vector<std::uint8_t> rgba(std::size_t{4} * side * side);
+        for (std::size_t i = 0; i < rgba.size(); ++i) {
+            const std::size_t row = i / 4 / side, column = i / 4 % side;
+            const bool inside = row / 500 % 2 == column / 700 % 2;
+            rgba[i] = alpha && i % 4 < 3 ? 100 : inside || (!alpha && i % 4 == 3) ? 255 : 0;
+        }
+        WebPConfig config = lossless_config(0, 50);
+        config.lossless = alpha ? 0 : 1;
+        const Buffer file = encode(rgba, side, side, alpha, config);
+        EXPECT_LT(file.size(), 400'000U);
+        const auto image = read_webp(file);
+        ASSERT_OK(image.status());
+        const std::size_t channels = image.value().channels;
+        ASSERT_EQ(channels, alpha ? 4U : 3U);
+        for (std::size_t i = 0; i < rgba.size() / 4; ++i)
+            ASSERT_EQ(image.value().samples[channels * (i + 1) - 1], rgba[4 * i + (alpha ? 3 : 2)]);
+    }
+}
+
+/// libwebp reads zeros behind a stream of fewer than 8 bytes.
+TEST(Webp, ShortStreamsEndInZeros) {
+    constexpr std::uint32_t kWidth = 12, kHeight = 20;
+    test::BitWriter alpha;
+    alpha.put(1, 8);
+    alpha.put(0, 1);
+    alpha.put(1, 1);  // a cache of 2^3 colours
+    alpha.put(3, 4);
+    alpha.put(0, 1);
+    for (int code = 0; code < 5; ++code) alpha.put(1, code < 4 ? 4 : 1);
+    ASSERT_EQ(alpha.count(), 4 * 8U);
+    WebPConfig lossy = lossless_config(4, 50);
+    lossy.lossless = 0;
+    const std::vector<std::uint8_t> gray(std::size_t{4} * kWidth * kHeight, 100);
+    const Buffer file = test::with_webp_alpha(encode(gray, kWidth, kHeight, false, lossy), kWidth,
+                                              kHeight, alpha.bytes());
+    EXPECT_TRUE(decodes(file));
+    EXPECT_OK(read_webp(file).status());
 }
 
 /// Nothing is refused but what libwebp refuses. Returns whether it is read.

@@ -133,8 +133,10 @@ TEST(Transform, RefusesInvalidSimilarities) {
 }
 
 TEST(Frame, NamesAreThoseOfTheAxes) {
-    EXPECT_STREQ(frame_name(Frame::kRdf), "RDF");
-    EXPECT_STREQ(frame_name(Frame::kLdf), "LDF");
+    const std::pair<Frame, const char*> names[] = {
+        {Frame::kRdf, "RDF"}, {Frame::kRub, "RUB"}, {Frame::kLuf, "LUF"}, {Frame::kRuf, "RUF"},
+        {Frame::kLdb, "LDB"}, {Frame::kRdb, "RDB"}, {Frame::kLub, "LUB"}, {Frame::kLdf, "LDF"}};
+    for (const auto& [frame, name] : names) EXPECT_STREQ(frame_name(frame), name);
 }
 
 TEST(Frame, MirrorsMeansCovariancesAndColours) {

@@ -245,6 +245,45 @@ TEST(Resume, StoreInUseIsRefused) {
                  Code::kInvalidArgument, "is no store");
 }
 
+/// Wherever the removal of another import ends, complete or begun, the folder is taken again.
+TEST(Resume, StoreIsTakenAfterItsClearingEnded) {
+    for (const bool complete : {false, true}) {
+        std::uint64_t removed = 0;
+        for (std::uint64_t hit = 1; hit == 1 || removed >= hit - 1; ++hit) {
+            const SampleFolder folder;
+            const std::string path = (folder.path() / "store").string();
+            StoreIndex index;
+            index.split = "train";
+            index.source = "x";
+            index.resolution = 4;
+            index.maps = {Table::kRgb};
+            index.objects = {{"a", "4 2 2 0\n0 0 0\n1\n4 4\n", 2}};
+            index.frames = {0, 1};
+            {
+                const auto first = StoreWriter::open(path, index, false);
+                ASSERT_OK(first.status());
+                if (complete) {
+                    ASSERT_OK(first.value()->finish());
+                }
+            }
+            index.source = "y";
+            fault::arm("tables.remove", hit);
+            const Status status = StoreWriter::open(path, index, true).status();
+            removed = fault::disarm();
+            if (removed < hit) {
+                EXPECT_OK(status);
+                break;
+            }
+            EXPECT_ERROR(status, Code::kIo, "cannot remove");
+            index.source = "z";
+            const auto again = StoreWriter::open(path, index, true);
+            ASSERT_OK(again.status());
+            EXPECT_FALSE(again.value()->is_begun());
+        }
+        EXPECT_GE(removed, 4U) << "arrays and their checksums";
+    }
+}
+
 TEST(Resume, StoreOfTooManyObjectsIsRefusedBeforeItBegins) {
     const SampleFolder folder;
     StoreIndex index;

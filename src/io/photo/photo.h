@@ -14,8 +14,10 @@ Result<Image> read_jpeg(Bytes file, const ImageOptions& options = {});
 
 /// A WebP file, lossy or lossless, as RGB, or RGBA if it has an alpha channel.
 ///
-/// Memory       libwebp takes up to 400 MB on top of the decode budget: it makes tables of at most 65,536 groups of
-///              prefix codes, 6 KB for a group of the fewest bits, and no header says how many groups there are
+/// Memory       the decode budget holds the samples, 6 or 8 bytes a pixel. On top of it libwebp takes up to 5 bytes a
+///              pixel, of at most 16,383 x 16,383, and up to 1.4 GB for the prefix codes of a lossless stream: at most
+///              65,536 groups of 5 to 21 KB. A code of many symbols may take a few bits, and no header tells their
+///              number, so neither the file's size nor its header bounds them further
 /// Errors       kFormat if it is not a WebP, damaged or truncated; kUnsupported for animations;
 ///              as check_header()
 Result<Image> read_webp(Bytes file, const ImageOptions& options = {});

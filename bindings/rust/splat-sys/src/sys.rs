@@ -698,8 +698,8 @@ pub type splat_progress_callback =
 
 /// ```text
 /// What a file may cost when it is read, by this process and whatever reads it: a small file can ask
-/// for all memory or for hours. A size is compared before it is allocated, but for the tables of a
-/// WebP file's codes, which take up to 400 MB.
+/// for all memory or for hours. A size is compared before it is allocated, but for what libwebp keeps
+/// of a WebP file: up to 5 bytes a pixel, and up to 1.4 GB for tables of its prefix codes.
 /// ```
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
