@@ -160,8 +160,9 @@ SPLAT_API splat_result splat_log_set_callback(splat_log_callback callback, void*
 /* ---- Limits of decoding ---------------------------------------------------------------------- */
 
 /* What a file may cost when it is read, by this process and whatever reads it: a small file can ask
- * for all memory or for hours. A size is compared before it is allocated, but for what libwebp keeps
- * of a WebP file: up to 5 bytes a pixel, and up to 1.4 GB for tables of its prefix codes. */
+ * for all memory or for hours. Sizes are compared with these limits before memory is allocated. The
+ * limits leave out what libwebp takes besides: up to 5 bytes a pixel, and up to 1.4 GB for the tables
+ * of prefix codes. */
 typedef struct splat_decode_limits {
     uint32_t struct_size;
     uint32_t flags;            /* 0 */

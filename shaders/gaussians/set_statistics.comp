@@ -14,9 +14,8 @@ layout(set = 0, binding = 2, std430) writeonly buffer Partial { uvec4 partial[];
 layout(push_constant) uniform Push { SetStatisticsParams dims; };
 
 #include "finite.glsl"
+#include "raster_constants.h"
 #include "reduce.glsl"
-
-const float kLeastOpacity = 1.0 / 255.0;
 
 float not_finite(vec4 v) {
     float count = 0;
@@ -34,7 +33,7 @@ void main() {
         const vec4 mean = LD4(gaussians, 3 * i);
         float bad = not_finite(mean) + not_finite(LD4(gaussians, 3 * i + 1)) + not_finite(LD4(gaussians, 3 * i + 2));
         for (uint q = 0; q < dims.color_quads; ++q) bad += not_finite(LD4(colors, dims.color_quads * i + q));
-        const float faint = finite(mean.w) && mean.w < kLeastOpacity ? 1.0 : 0.0;
+        const float faint = finite(mean.w) && mean.w < kAlphaMin ? 1.0 : 0.0;
         counts += vec4(bad, min(bad, 1.0), faint, bad > 0 ? 0.0 : faint);
     }
     counts = workgroup_sum(counts);

@@ -142,6 +142,26 @@ TEST(Safetensors, NumbersOfOtherTypesAreConverted) {
     EXPECT_EQ(read.value().tensors.find("half")->values, TensorValues({1, -2}));
 }
 
+TEST(Safetensors, WholeNumbersKeepTheirSignAndSize) {
+    Buffer bytes;
+    const std::string header = R"({"a":{"dtype":"U16","shape":[1],"data_offsets":[0,2]},)"
+                               R"("b":{"dtype":"I16","shape":[1],"data_offsets":[2,4]},)"
+                               R"("c":{"dtype":"U32","shape":[1],"data_offsets":[4,8]},)"
+                               R"("d":{"dtype":"U64","shape":[1],"data_offsets":[8,16]}})";
+    put(bytes, std::uint64_t{header.size()});
+    put_text(bytes, header);
+    put(bytes, std::uint16_t{0xFFFF});
+    put(bytes, std::uint16_t{0xFFFF});
+    put(bytes, std::uint32_t{0x80000000});
+    put(bytes, std::uint64_t{1} << 63U);
+    const auto file = read(bytes);
+    ASSERT_OK(file.status());
+    const float values[] = {65535, -1, 0x1p31F, 0x1p63F};
+    ASSERT_EQ(file.value().tensors.size(), std::size(values));
+    for (std::size_t i = 0; i < std::size(values); ++i)
+        EXPECT_EQ(file.value().tensors[i].values, TensorValues({values[i]})) << i;
+}
+
 TEST(Safetensors, RefusesWhatItCannotWrite) {
     NamedTensors large;
     ASSERT_OK(large.add({"w", {2}, NumberType::kF32, {1, 65520}}));

@@ -52,13 +52,19 @@ TEST(WeightsNpz, ReadsEveryTypeAndIgnoresText) {
         sample_zip({{"half.npy", npy("<f2", {2}, std::string("\0\x3c\0\xbc", 4)), true},
                     {"big.npy", npy(">i4", {1}, std::string("\0\0\1\0", 4))},
                     {"bool.npy", npy("|b1", {1, 1}, "\1")},
+                    {"u2.npy", npy("<u2", {1}, std::string(2, '\xFF'))},
+                    {"u4.npy", npy("<u4", {1}, std::string("\0\0\0\x80", 4))},
+                    {"u8.npy", npy(">u8", {1}, std::string("\x80\0\0\0\0\0\0\0", 8))},
                     {"text.npy", npy("<U1", {1}, std::string("x\0\0\0", 4))}}));
     ASSERT_OK(file.status());
     const NamedTensors& tensors = file.value().tensors;
-    ASSERT_EQ(tensors.size(), 3U);
+    ASSERT_EQ(tensors.size(), 6U);
     EXPECT_EQ(tensors[0].values, (std::vector<float>{1, -1}));
     EXPECT_EQ(tensors[1].values, (std::vector<float>{256}));
     EXPECT_EQ(tensors[2].type, NumberType::kBool);
+    EXPECT_EQ(tensors[3].values, (std::vector<float>{65535}));
+    EXPECT_EQ(tensors[4].values, (std::vector<float>{0x1p31F}));
+    EXPECT_EQ(tensors[5].values, (std::vector<float>{0x1p63F}));
     EXPECT_EQ(file.value().warnings,
               (std::vector<std::string>{"'text' holds text and is ignored"}));
 }

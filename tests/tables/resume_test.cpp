@@ -223,8 +223,8 @@ TEST(Resume, ParquetExportOntoAFullDiskLeavesNoTable) {
     EXPECT_OK(convert(folder.path() / "srn", "train", Layout::kTables, folder.path() / "out"));
 }
 
-TEST(Resume, StoreInUseIsRefused) {
-    const SampleFolder folder;
+/// The store of one object.
+StoreIndex index_of_two_views() {
     StoreIndex index;
     index.split = "train";
     index.source = "x";
@@ -232,6 +232,12 @@ TEST(Resume, StoreInUseIsRefused) {
     index.maps = {Table::kRgb};
     index.objects = {{"a", "4 2 2 0\n0 0 0\n1\n4 4\n", 2}};
     index.frames = {0, 1};
+    return index;
+}
+
+TEST(Resume, StoreInUseIsRefused) {
+    const SampleFolder folder;
+    const StoreIndex index = index_of_two_views();
     const std::string path = (folder.path() / "store").string();
     {
         const auto first = StoreWriter::open(path, index, false);
@@ -252,13 +258,7 @@ TEST(Resume, StoreIsTakenAfterItsClearingEnded) {
         for (std::uint64_t hit = 1; hit == 1 || removed >= hit - 1; ++hit) {
             const SampleFolder folder;
             const std::string path = (folder.path() / "store").string();
-            StoreIndex index;
-            index.split = "train";
-            index.source = "x";
-            index.resolution = 4;
-            index.maps = {Table::kRgb};
-            index.objects = {{"a", "4 2 2 0\n0 0 0\n1\n4 4\n", 2}};
-            index.frames = {0, 1};
+            StoreIndex index = index_of_two_views();
             {
                 const auto first = StoreWriter::open(path, index, false);
                 ASSERT_OK(first.status());

@@ -2735,8 +2735,9 @@ namespace Splat.Interop
 
     /// <summary>
     /// What a file may cost when it is read, by this process and whatever reads it: a small file can ask
-    /// for all memory or for hours. A size is compared before it is allocated, but for what libwebp keeps
-    /// of a WebP file: up to 5 bytes a pixel, and up to 1.4 GB for tables of its prefix codes.
+    /// for all memory or for hours. Sizes are compared with these limits before memory is allocated. The
+    /// limits leave out what libwebp takes besides: up to 5 bytes a pixel, and up to 1.4 GB for the tables
+    /// of prefix codes.
     /// </summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_decode_limits

@@ -698,8 +698,9 @@ pub type splat_progress_callback =
 
 /// ```text
 /// What a file may cost when it is read, by this process and whatever reads it: a small file can ask
-/// for all memory or for hours. A size is compared before it is allocated, but for what libwebp keeps
-/// of a WebP file: up to 5 bytes a pixel, and up to 1.4 GB for tables of its prefix codes.
+/// for all memory or for hours. Sizes are compared with these limits before memory is allocated. The
+/// limits leave out what libwebp takes besides: up to 5 bytes a pixel, and up to 1.4 GB for the tables
+/// of prefix codes.
 /// ```
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
