@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <new>
 
 #include "core/fault.h"
 #include "core/log.h"
@@ -43,7 +44,11 @@ Status Queue::run(CommandList& list, Profile* profile) {
     SPLAT_TRY(wait(list.objects_, objects.submitted, left_ns));
     SPLAT_TRY(mutex_.check());
     if (profile == nullptr || objects.queries == VK_NULL_HANDLE) return {};
-    return read_times(objects, *profile);
+    try {
+        return read_times(objects, *profile);
+    } catch (const std::bad_alloc&) {
+        return {};  // the list has run: a caller told of a failure would run it again
+    }
 }
 
 Status Queue::submit(CommandList::Objects& objects, std::size_t segment) {

@@ -26,7 +26,8 @@ class Queue {
     /// Run a list to its end, one segment ahead of the device. Errors: kTimeout if the device did not finish
     /// (it may later; the next call first waits for it, and buffers freed meanwhile are not reused; segments
     /// not yet submitted do not run), kDeviceLost for ever after a loss, kCancelled if the call was cancelled,
-    /// once the segments submitted have ended, and the driver's.
+    /// once the segments submitted have ended, and the driver's. A profile lacks times that host memory does not
+    /// hold.
     Status run(CommandList& list, Profile* profile);
 
     /// Wait for a list that timed out before, if there is one. Errors: those of run().

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 std::vector<TextFile> read_repository() {
     const fs::path root = SPLAT_SOURCE_DIR;
-    const std::set<std::string> skipped = {".git", ".cache", "build", "shared"};
+    const std::set<std::string> skipped = {".git", ".cache", "build", "out", "shared"};
     // What the tools of other languages leave anywhere in bindings/.
     const std::set<std::string> made = {"__pycache__", ".mypy_cache", "build", "dist", "target"};
     std::vector<TextFile> files;
