@@ -120,7 +120,7 @@ bool backward_reads(const OpRow& row, std::size_t i, const std::vector<bool>& wa
 /// Remove the buffers of inputs that backward does not read, so that recording a read of one fails.
 void drop_unread(const OpRow& row, const std::vector<bool>& wanted, OpViews& views);
 
-/// All operators, by name: each `const OpRow kFooRow` of this layer (cmake/SplatOps.cmake).
+/// All operators, by name: each `const OpRow kFooRow` of this layer (cmake/SplatRows.cmake).
 std::span<const OpRow* const> op_table();
 
 /// Errors: kInvalidArgument, listing the known names.

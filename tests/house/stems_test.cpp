@@ -45,7 +45,7 @@ Findings check_stems(const std::string& table, const std::vector<TextFile>& file
     return findings;
 }
 
-/// Every row of `rows` begins a line as cmake/OpTable.cmake finds it.
+/// Every row of `rows` begins a line as cmake/RowTable.cmake finds it.
 Findings check_listed(const std::string& rows) {
     static const std::regex pattern("^const OpRow k[A-Za-z0-9]+Row .*");
     const std::vector<std::string> lines = lines_of(rows);

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "ref/every/every_op_ref.h"
+#include "ref/op_ref.h"
 #include "support/expect_status.h"
 
 namespace splat::test {
@@ -84,7 +84,7 @@ void GraphReference::add_gradient(ValueId id, const std::vector<double>& grad) {
 void GraphReference::forward() {
     gradients_.clear();
     for (const nn::Node& node : graph_.nodes()) {
-        const ref::EveryOp* op = ref::find_op(node.row->name);
+        const ref::OpRef* op = ref::find_op(node.row->name);
         ASSERT_NE(op, nullptr) << node.row->name;
         const ref::Sums outputs = op->forward(arguments(*this, graph_, node));
         for (std::size_t i = 0; i < outputs.size(); ++i)

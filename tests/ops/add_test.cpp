@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ops/every/op_samples.h"
-#include "ref/add_ref.h"
+#include "ops/op_harness.h"
 
 namespace splat::test {
 namespace {
@@ -19,15 +18,9 @@ OpCall add_call(const Shape& shape, double scale, std::uint64_t seed) {
 TEST_P(Add, MatchesFloat64) {
     std::uint64_t seed = 10;
     for (const Shape& shape : image_shapes()) {
-        const OpCall call = add_call(shape, seed % 2 == 0 ? 1 : 0.70710678, seed);
+        expect_float64(context(), add_call(shape, seed % 2 == 0 ? 1 : 0.70710678, seed),
+                       shape.text());
         seed += 3;
-        const auto scale =
-            static_cast<double>(static_cast<float>(call.attributes["scale"].get<double>()));
-        const auto grad = ref::add_backward(scale, to_double(call.grad_outputs[0].values));
-        expect_matches(context(), call,
-                       {ref::add_forward(scale, to_double(call.inputs[0].values),
-                                         to_double(call.inputs[1].values))},
-                       {grad, grad}, shape.text());
     }
 }
 
@@ -42,13 +35,11 @@ TEST_P(Add, IntegersAreExact) {
         ASSERT_OK(gpu.status) << shape.text();
         const std::string how = reproduce(shape.text());
         const bool tiny = shape.elements() < 10;  // a ninth of the integers is 0
-        const auto grad = ref::add_backward(0.5, to_double(call.grad_outputs[0].values));
-        EXPECT_TRUE(exact(gpu.outputs[0],
-                          ref::add_forward(0.5, to_double(call.inputs[0].values),
-                                           to_double(call.inputs[1].values)),
-                          {"y", how, false, tiny}));
-        EXPECT_TRUE(exact(gpu.grad_inputs[0], grad, {"grad_a", how, true, tiny}));
-        EXPECT_TRUE(exact(gpu.grad_inputs[1], grad, {"grad_b", how, true, tiny}));
+        const OpExpected expected = expected_of(call);
+        EXPECT_TRUE(exact(gpu.outputs[0], expected.outputs[0], {"y", how, false, tiny}));
+        for (std::size_t i = 0; i < 2; ++i)
+            EXPECT_TRUE(exact(gpu.grad_inputs[i], expected.grad_inputs[i],
+                              {i == 0 ? "grad_a" : "grad_b", how, true, tiny}));
     }
 }
 
@@ -60,12 +51,7 @@ TEST_P(Add, RejectsBadShapes) {
 }
 
 TEST(AddReference, GradcheckFloat64) {
-    const Arrays inputs = {to_double(normal_fill(12, 1)), to_double(normal_fill(12, 2))};
-    const std::vector<double> grad_y = to_double(normal_fill(12, 3));
-    const auto grad = ref::add_backward(0.3, grad_y).value;
-    expect_gradcheck(
-        inputs, [](const Arrays& in) { return Arrays{ref::add_forward(0.3, in[0], in[1]).value}; },
-        {grad_y}, {grad, grad});
+    expect_gradcheck(add_call({2, 3, 2}, 0.3, 1));
 }
 
 }  // namespace

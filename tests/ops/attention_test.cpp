@@ -4,8 +4,7 @@
 
 #include <iterator>
 
-#include "ops/every/op_samples.h"
-#include "ref/attention_ref.h"
+#include "ops/op_harness.h"
 #include "support/golden_file.h"
 
 namespace splat::test {
@@ -28,16 +27,6 @@ struct AttentionShape {
              normal_tensor({n, c, keys}, seed + 2)},
             {Shape{n, c, queries}});
     }
-    [[nodiscard]] ref::AttentionInput<double> reference(const OpCall& call) const {
-        return {n,
-                c,
-                heads,
-                queries,
-                keys,
-                to_double(call.inputs[0].values),
-                to_double(call.inputs[1].values),
-                to_double(call.inputs[2].values)};
-    }
     [[nodiscard]] std::string text() const {
         return "n=" + std::to_string(n) + " c=" + std::to_string(c) +
                " heads=" + std::to_string(heads) + " queries=" + std::to_string(queries) +
@@ -57,14 +46,10 @@ constexpr AttentionShape kShapes[] = {
 static_assert(std::size(kShapes) >= 24);
 
 void expect_matches(vk::Context& context, const AttentionShape& shape, const OpCall& call) {
-    const auto input = shape.reference(call);
-    const auto grad = ref::attention_backward(input, to_double(call.grad_outputs[0].values));
+    OpExpected expected = expected_of(call);
     // A single key has weight 1: the gradients of its score are zero.
-    const ref::Summed<double> none;
-    const bool single = shape.keys == 1;
-    expect_matches(context, call, {ref::attention_forward(input)},
-                   {single ? none : grad.grad_q, single ? none : grad.grad_k, grad.grad_v},
-                   shape.text());
+    if (shape.keys == 1) expected.grad_inputs[0] = expected.grad_inputs[1] = {};
+    expect_matches(context, call, expected.outputs, expected.grad_inputs, shape.text());
 }
 
 TEST_P(Attention, MatchesFloat64) {
@@ -163,21 +148,8 @@ TEST_P(Attention, RejectsBadShapes) {
 
 TEST(AttentionReference, GradcheckFloat64) {
     for (const AttentionShape& shape :
-         {AttentionShape{1, 3, 1, 4, 5}, AttentionShape{2, 8, 2, 3, 2}}) {
-        const OpCall call = shape.call(500);
-        const auto input = shape.reference(call);
-        const std::vector<double> grad_y = to_double(call.grad_outputs[0].values);
-        const auto grad = ref::attention_backward(input, grad_y);
-        expect_gradcheck({input.q, input.k, input.v},
-                         [&](const Arrays& in) {
-                             auto changed = input;
-                             changed.q = in[0];
-                             changed.k = in[1];
-                             changed.v = in[2];
-                             return Arrays{ref::attention_forward(changed).value};
-                         },
-                         {grad_y}, {grad.grad_q.value, grad.grad_k.value, grad.grad_v.value});
-    }
+         {AttentionShape{1, 3, 1, 4, 5}, AttentionShape{2, 8, 2, 3, 2}})
+        expect_gradcheck(shape.call(500));
 }
 
 TEST(AttentionCheck, RefusesWhatIsTooLarge) {

@@ -5,7 +5,7 @@
 #include <bit>
 
 #include "core/rng.h"
-#include "ops/every/op_samples.h"
+#include "ops/op_harness.h"
 #include "ref/dropout_ref.h"
 
 namespace splat::test {
@@ -33,15 +33,7 @@ TEST_P(Dropout, MatchesFloat64) {
         const Counter counter{0xDEADBEEFU, 0x12345678U, 1000U + static_cast<std::uint32_t>(stream),
                               0xFFFFFFFEU};
         const double p = stream % 2 == 0 ? 0.1 : 0.5;
-        const OpCall call = dropout_call(shape, p, ++stream, counter);
-        const ref::DropoutShape dims{shape[0], shape[1],
-                                     shape.elements() / (std::size_t{shape[0]} * shape[1])};
-        const auto of = [&](const std::vector<float>& values) {
-            return ref::dropout(dims, p, static_cast<std::uint32_t>(stream), counter,
-                                to_double(values));
-        };
-        expect_matches(context(), call, {of(call.inputs[0].values)},
-                       {of(call.grad_outputs[0].values)}, shape.text());
+        expect_float64(context(), dropout_call(shape, p, ++stream, counter), shape.text());
     }
 }
 
@@ -102,13 +94,7 @@ TEST(DropoutReference, PhiloxGivesTheKnownAnswers) {
 }
 
 TEST(DropoutReference, GradcheckFloat64) {
-    const std::vector<double> x = to_double(normal_fill(24, 1));
-    const std::vector<double> grad_y = to_double(normal_fill(24, 2));
-    const auto map = [](const std::vector<double>& values) {
-        return ref::dropout({2, 3, 4}, 0.4, 1, {1, 2, 3, 4}, values).value;
-    };
-    expect_gradcheck({x}, [&](const Arrays& in) { return Arrays{map(in[0])}; }, {grad_y},
-                     {map(grad_y)});
+    expect_gradcheck(dropout_call({2, 3, 4}, 0.4, 1, {1, 2, 3, 4}));
 }
 
 }  // namespace

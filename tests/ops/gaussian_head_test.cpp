@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ops/every/op_samples.h"
-#include "ref/every/op_arguments_ref.h"
+#include "ops/op_harness.h"
 #include "support/golden_file.h"
 
 namespace splat::test {
@@ -12,40 +11,48 @@ namespace {
 class GaussianHead : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(GaussianHead);
 
-ref::GaussianHeadInput head_reference(const OpCall& call) {
-    const Shape& net_out = call.inputs[0].shape;
-    ref::OpArguments given;
-    for (const auto& [name, value] : call.attributes.items())
-        given.attributes[name] =
-            value.is_boolean() ? (value.get<bool>() ? 1 : 0) : value.get<double>();
-    ref::GaussianHeadInput in;
-    in.shape = {net_out[0], std::size_t{net_out[2]} * net_out[3], ref::every::head_layout(given)};
-    std::vector<double>* const tensors[] = {&in.net_out,    &in.rays,  &in.view_to_world,
-                                            &in.quaternion, &in.focal, &in.origin};
-    for (std::size_t i = 0; i < 6; ++i) *tensors[i] = to_double(call.inputs[i].values);
-    return in;
-}
+/// Which optional tensors a head's call has, and whether its matrices are perspective.
+struct HeadCameras {
+    bool focal;
+    bool origin;
+    bool projective;
+};
 
-ref::GaussianHeadOutputs<double> grads_of(const OpCall& call) {
-    ref::GaussianHeadOutputs<double> grads;
-    for (std::size_t i = 0; i < grads.size(); ++i)
-        grads[i] = to_double(call.grad_outputs[i].values);
-    return grads;
-}
-
-void expect_head(vk::Context& context, const OpCall& call, const std::string& what) {
-    const ref::GaussianHeadInput in = head_reference(call);
-    std::vector<ref::Summed<double>> outputs;
-    for (const auto& values : ref::gaussian_head_forward<ref::Rounded>(in))
-        outputs.push_back(ref::summed(values));
-    expect_matches(context, call, outputs,
-                   {ref::summed(ref::gaussian_head_backward<ref::Rounded>(in, grads_of(call))),
-                    {},
-                    {},
-                    {},
-                    {},
-                    {}},
-                   what);
+/// A call of gaussian_head with cameras at random: `images` is [images, height, width].
+OpCall head_sample(const Shape& images, std::uint32_t views, const HeadForm& form,
+                   const HeadCameras& with, std::uint64_t seed) {
+    const HeadLayout layout(form);
+    const std::uint32_t n = images[0];
+    const std::uint32_t batch = n / views;
+    const std::uint32_t each = views * images[1] * images[2] * form.per_pixel;
+    HostTensor rays = normal_tensor({3, images[1], images[2]}, seed + 1, 0, with.focal ? 40 : 0.5);
+    std::fill(rays.values.end() - images[1] * images[2], rays.values.end(), 1.0F);
+    HostTensor matrices = normal_tensor({n, 4, 4}, seed + 2);
+    for (std::size_t i = 3; i < matrices.values.size(); i += 4) {  // the column that gives w
+        const float w = i % 16 == 15 ? 1.0F : 0.0F;
+        matrices.values[i] = with.projective ? 4 * w + 0.2F * matrices.values[i] : w;
+    }
+    Json attributes;
+    for (const JsonScalar& attribute : ops::gaussian_head_attributes(form, views))
+        std::visit([&](const auto& value) { attributes[attribute.name] = value; }, attribute.value);
+    OpCall call = sample("gaussian_head", attributes,
+                         {normal_tensor({n, layout.channels(), images[1], images[2]}, seed),
+                          rays,
+                          matrices,
+                          normal_tensor({n, 4}, seed + 3),
+                          normal_tensor({n, 2}, seed + 4, 40, 2),
+                          {}},
+                         {Shape{batch, each, 3},
+                          {batch, each, 1},
+                          {batch, each, 3},
+                          {batch, each, 4},
+                          {batch, each, layout.coefficients(), 3}});
+    if (!with.focal) call.inputs[4] = {};
+    if (form.positions == kHeadInputDepth)
+        call.inputs[5] = normal_tensor(images, seed + 5, 2, 0.1);
+    else if (with.origin)
+        call.inputs[5] = normal_tensor({n}, seed + 5, 2, 0.1);
+    return call;
 }
 
 struct HeadCase {
@@ -115,7 +122,7 @@ OpCall call_of(const HeadCase& c, std::uint64_t seed) {
 TEST_P(GaussianHead, MatchesFloat64) {
     std::uint64_t seed = 100;
     for (const HeadCase& c : sized_head_cases())
-        expect_head(context(), call_of(c, seed += 20), c.images.text());
+        expect_float64(context(), call_of(c, seed += 20), c.images.text());
 }
 
 TEST_P(GaussianHead, RotationsNearZeroStayFinite) {
@@ -126,7 +133,7 @@ TEST_P(GaussianHead, RotationsNearZeroStayFinite) {
             const float tiny[] = {0, 1e-14F, 1e-8F};
             call.inputs[0].values[c * pixels + i] = tiny[i];
         }
-    expect_head(context(), call, "rotations near zero");
+    expect_float64(context(), call, "rotations near zero");
 }
 
 TEST_P(GaussianHead, MatchesFloat64WhereSquaresOfRotationsOverflow) {
@@ -136,7 +143,7 @@ TEST_P(GaussianHead, MatchesFloat64WhereSquaresOfRotationsOverflow) {
         const std::size_t channel = i / pixels % call.inputs[0].shape[1];
         if (channel >= 8 && channel < 12) call.inputs[0].values[i] *= i % 2 == 0 ? 1e20F : 1e30F;
     }
-    expect_head(context(), call, "long rotations");
+    expect_float64(context(), call, "long rotations");
 }
 
 TEST_P(GaussianHead, ExtremesStayFinite) {
@@ -175,7 +182,7 @@ TEST_P(GaussianHead, LimitsOfActivations) {
     OpCall call = head_sample({1, 1, std::size(values)}, 1, form, kNone, 345);
     for (std::size_t i = 0; i < call.inputs[0].values.size(); ++i)
         call.inputs[0].values[i] = values[(i + i / std::size(values)) % std::size(values)];
-    expect_head(context(), call, "limits");
+    expect_float64(context(), call, "limits");
 }
 
 TEST_P(GaussianHead, RejectsWhatDoesNotFit) {
@@ -241,17 +248,7 @@ TEST(GaussianHeadReference, GradcheckFloat64) {
     std::uint64_t seed = 400;
     for (HeadCase c : head_cases()) {
         if (c.images[1] > 8) c.images = {c.images[0], 2, 3};
-        const OpCall call = call_of(c, seed += 20);
-        const ref::GaussianHeadInput in = head_reference(call);
-        const ref::GaussianHeadOutputs<double> grads = grads_of(call);
-        const auto forward = [&](const Arrays& inputs) {
-            ref::GaussianHeadInput changed = in;
-            changed.net_out = inputs[0];
-            const auto out = ref::gaussian_head_forward<double>(changed);
-            return Arrays(out.begin(), out.end());
-        };
-        expect_gradcheck({in.net_out}, forward, Arrays(grads.begin(), grads.end()),
-                         {ref::gaussian_head_backward<double>(in, grads)});
+        expect_gradcheck(call_of(c, seed += 20));
     }
 }
 

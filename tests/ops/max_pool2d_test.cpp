@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ops/every/op_samples.h"
-#include "ref/max_pool2d_ref.h"
+#include "ops/op_harness.h"
 
 namespace splat::test {
 namespace {
@@ -13,10 +12,6 @@ SPLAT_INSTANTIATE_KERNELS(MaxPool2d);
 
 Shape half(const Shape& shape) {
     return {shape[0], shape[1], shape[2] / 2, shape[3] / 2};
-}
-
-ref::PoolShape pool_shape(const Shape& x) {
-    return {std::size_t{x[0]} * x[1], x[2], x[3]};
 }
 
 TEST_P(MaxPool2d, MatchesFloat64) {
@@ -29,17 +24,14 @@ TEST_P(MaxPool2d, MatchesFloat64) {
     for (const Shape& shape : shapes) {
         const OpCall call =
             sample("max_pool2d", Json::object(), {normal_tensor(shape, ++seed)}, {half(shape)});
-        const std::vector<double> x = to_double(call.inputs[0].values);
+        const OpExpected expected = expected_of(call);
         const OpResult gpu = run_op(context(), call);
         ASSERT_OK(gpu.status) << shape.text();
-        const Subject y{"y", reproduce(shape.text())};
-        EXPECT_TRUE(exact(gpu.outputs[0], ref::max_pool2d_forward(pool_shape(shape), x), y));
+        const std::string how = reproduce(shape.text());
+        EXPECT_TRUE(exact(gpu.outputs[0], expected.outputs[0], {"y", how}));
         // Three of four gradients are zero, and more at odd edges.
-        const Subject grad{"grad_x", reproduce(shape.text()), true, true};
-        EXPECT_TRUE(exact(
-            gpu.grad_inputs[0],
-            ref::max_pool2d_backward(pool_shape(shape), x, to_double(call.grad_outputs[0].values)),
-            grad));
+        EXPECT_TRUE(
+            exact(gpu.grad_inputs[0], expected.grad_inputs[0], {"grad_x", how, true, true}));
     }
 }
 
@@ -66,12 +58,8 @@ TEST_P(MaxPool2d, RejectsBadShapes) {
 }
 
 TEST(MaxPool2dReference, GradcheckFloat64) {
-    const ref::PoolShape shape{2, 5, 4};
-    const std::vector<double> x = to_double(normal_fill(40, 1, 0, 3));
-    const std::vector<double> grad_y = to_double(normal_fill(8, 2));
-    expect_gradcheck(
-        {x}, [&](const Arrays& in) { return Arrays{ref::max_pool2d_forward(shape, in[0]).value}; },
-        {grad_y}, {ref::max_pool2d_backward(shape, x, grad_y).value});
+    expect_gradcheck(sample("max_pool2d", Json::object(), {normal_tensor({1, 2, 5, 4}, 1, 0, 3)},
+                            {Shape{1, 2, 2, 2}}));
 }
 
 }  // namespace

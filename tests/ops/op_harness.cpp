@@ -5,7 +5,6 @@
 #include "support/gpu_buffers.h"
 #include "support/gradcheck.h"
 #include "support/require_vulkan.h"
-#include "support/rng_fill.h"
 #include "support/shapes.h"
 
 namespace splat::test {
@@ -100,6 +99,48 @@ Status run(Context& context, const OpCall& call, OpResult& result) {
 
 }  // namespace
 
+OpCall sample(const std::string& op, const Json& attributes, const std::vector<HostTensor>& inputs,
+              const std::vector<HostTensor>& grad_outputs) {
+    OpCall call;
+    call.op = op;
+    call.attributes = attributes;
+    call.inputs = inputs;
+    call.grad_outputs = grad_outputs;
+    return call;
+}
+
+OpCall sample(const std::string& op, const Json& attributes, const std::vector<HostTensor>& inputs,
+              const std::vector<Shape>& outputs) {
+    std::vector<HostTensor> grads;
+    for (const Shape& shape : outputs) grads.push_back(normal_tensor(shape, 90 + grads.size()));
+    return sample(op, attributes, inputs, grads);
+}
+
+std::vector<OpCall> op_samples() {
+    const auto shape_of = [](const ref::Dims& dims) {
+        return Shape::create(std::vector<std::int64_t>(dims.begin(), dims.end()), "sample").value();
+    };
+    std::vector<OpCall> calls;
+    for (const ref::OpRef* op : ref::op_refs())
+        for (const ref::OpExample& example : op->examples()) {
+            std::vector<HostTensor> inputs;
+            std::vector<std::vector<float>> values;
+            for (const ref::OpInput& input : example.inputs) {
+                inputs.push_back({});
+                if (!input.dims.empty())
+                    inputs.back() = normal_tensor(shape_of(input.dims), inputs.size(), input.mean,
+                                                  input.deviation);
+                values.push_back(inputs.back().values);
+            }
+            if (example.change != nullptr) example.change(values);
+            for (std::size_t i = 0; i < values.size(); ++i) inputs[i].values = values[i];
+            std::vector<Shape> outputs;
+            for (const ref::Dims& dims : example.outputs) outputs.push_back(shape_of(dims));
+            calls.push_back(sample(op->name, Json::parse(example.attributes), inputs, outputs));
+        }
+    return calls;
+}
+
 OpResult run_op(Context& context, const OpCall& call) {
     OpResult result;
     result.status = run(context, call, result);
@@ -148,6 +189,67 @@ void expect_matches(vk::Context& context, const OpCall& call,
     for (std::size_t i = 0; i < gradients.size(); ++i)
         compare(gpu.grad_inputs[i], gradients[i],
                 std::string("grad_") + row.value()->inputs[i].name, true);
+}
+
+namespace {
+
+ref::OpArguments arguments_of(const OpCall& call) {
+    ref::OpArguments in;
+    for (const HostTensor& input : call.inputs) {
+        in.inputs.push_back({{}, to_double(input.values)});
+        for (std::uint32_t axis = 0; axis < input.shape.rank(); ++axis)
+            in.inputs.back().dims.push_back(input.shape[axis]);
+    }
+    for (const ops::Attribute& of : ops::find_op(call.op).value()->attributes) {
+        const Json value =
+            call.attributes.contains(of.name) ? call.attributes[of.name] : Json::parse(of.fallback);
+        in.attributes[of.name] =
+            value.is_boolean() ? (value.get<bool>() ? 1 : 0) : value.get<double>();
+    }
+    return in;
+}
+
+ref::Grads grads_of(const OpCall& call) {
+    ref::Grads grads;
+    for (const HostTensor& grad : call.grad_outputs) grads.push_back(to_double(grad.values));
+    return grads;
+}
+
+Arrays values_of(const ref::Sums& sums) {
+    Arrays values;
+    for (const auto& sum : sums) values.push_back(sum.value);
+    return values;
+}
+
+}  // namespace
+
+OpExpected expected_of(const OpCall& call) {
+    const ref::OpRef& op = *ref::find_op(call.op);
+    const ref::OpArguments in = arguments_of(call);
+    return {op.forward(in),
+            call.grad_outputs.empty() ? ref::Sums{} : op.backward(in, grads_of(call))};
+}
+
+void expect_float64(Context& context, const OpCall& call, const std::string& what) {
+    const OpExpected expected = expected_of(call);
+    expect_matches(context, call, expected.outputs, expected.grad_inputs, what);
+}
+
+void expect_gradcheck(const OpCall& call) {
+    const ref::OpRef& op = *ref::find_op(call.op);
+    const ref::OpArguments in = arguments_of(call);
+    Arrays inputs;
+    for (const ref::OpTensor& input : in.inputs) inputs.push_back(input.values);
+    Arrays gradients = values_of(op.backward(in, grads_of(call)));
+    gradients.resize(inputs.size());
+    expect_gradcheck(
+        inputs,
+        [&](const Arrays& values) {
+            ref::OpArguments changed = in;
+            for (std::size_t i = 0; i < values.size(); ++i) changed.inputs[i].values = values[i];
+            return values_of(op.forward(changed));
+        },
+        grads_of(call), gradients);
 }
 
 void expect_gradcheck(const Arrays& inputs, const std::function<Arrays(const Arrays&)>& forward,

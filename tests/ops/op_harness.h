@@ -7,10 +7,12 @@
 #include <vector>
 
 #include "nn/op_instance.h"
+#include "ref/op_ref.h"
 #include "support/compare.h"
 #include "support/expect_status.h"
 #include "support/gpu_env.h"
 #include "support/npz.h"
+#include "support/rng_fill.h"
 
 namespace splat::test {
 
@@ -30,6 +32,17 @@ struct OpCall {
     std::vector<std::string> unwanted = {};  ///< inputs whose gradients are not requested
     int runs = 1;                            ///< forward and backward are run so often
 };
+
+OpCall sample(const std::string& op, const Json& attributes, const std::vector<HostTensor>& inputs,
+              const std::vector<HostTensor>& grad_outputs);
+
+/// With gradients of every output, for outputs of the given shapes.
+OpCall sample(const std::string& op, const Json& attributes, const std::vector<HostTensor>& inputs,
+              const std::vector<Shape>& outputs);
+
+/// The examples of every operator's reference, for the properties of all operators: the same bits on every run and
+/// with any number of threads, each gradient alone, sums into the gradients of parameters, every kernel in use.
+std::vector<OpCall> op_samples();
 
 /// The tensors after the last run. Absent tensors are empty.
 struct OpResult {
@@ -53,12 +66,25 @@ void expect_matches(vk::Context& context, const OpCall& call,
                     const std::vector<ref::Summed<double>>& outputs,
                     const std::vector<ref::Summed<double>>& gradients, const std::string& what);
 
+/// Results of the operator's reference for a call.
+struct OpExpected {
+    ref::Sums outputs;
+    ref::Sums grad_inputs;  ///< nothing where the call has no gradients
+};
+OpExpected expected_of(const OpCall& call);
+
+/// expect_matches() with those.
+void expect_float64(vk::Context& context, const OpCall& call, const std::string& what);
+
 using Arrays = std::vector<std::vector<double>>;
 
 /// Each of `gradients` that is not empty is the central difference of the sum of grad_outputs *
 /// forward(inputs).
 void expect_gradcheck(const Arrays& inputs, const std::function<Arrays(const Arrays&)>& forward,
                       const Arrays& grad_outputs, const Arrays& gradients);
+
+/// The same of the reference of the call's operator.
+void expect_gradcheck(const OpCall& call);
 
 /// For operators without groups or parameters: the images of kNormShapes (odd sizes, batches of one
 /// to three, some beyond the size of a vector, quad or workgroup), matrices, and a line.

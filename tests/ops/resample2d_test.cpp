@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ops/every/op_samples.h"
-#include "ref/resample2d_ref.h"
+#include "ops/op_harness.h"
 #include "support/golden_file.h"
 #include "support/shapes.h"
 
@@ -47,19 +46,7 @@ TEST_P(Resample2d, MatchesFloat64) {
     std::uint64_t seed = 10;
     for (const bool up : {false, true})
         for (const ResampleCase& c : resample_cases(up)) {
-            const OpCall call = c.call(++seed);
-            const ref::ResampleShape shape{c.small[0] * c.small[1], c.small[2], c.small[3]};
-            const std::vector<double> filter =
-                c.filter.empty() ? std::vector<double>{1, 1} : to_double(c.filter);
-            const double gain = up ? 4 : 1;
-            const std::vector<double> x = to_double(call.inputs[0].values);
-            const std::vector<double> grad = to_double(call.grad_outputs[0].values);
-            if (up)
-                expect_matches(context(), call, {ref::resample2d_up(shape, filter, gain, x)},
-                               {ref::resample2d_down(shape, filter, gain, grad)}, c.text());
-            else
-                expect_matches(context(), call, {ref::resample2d_down(shape, filter, gain, x)},
-                               {ref::resample2d_up(shape, filter, gain, grad)}, c.text());
+            expect_float64(context(), c.call(++seed), c.text());
         }
 }
 
@@ -74,19 +61,12 @@ TEST_P(Resample2d, IntegersAreExact) {
             call.grad_outputs[0].values = integer_fill(call.grad_outputs[0].values.size(), ++seed);
             const OpResult gpu = run_op(context(), call);
             ASSERT_OK(gpu.status) << c.text();
-            const ref::ResampleShape shape{std::size_t{c.small[0]} * c.small[1], c.small[2],
-                                           c.small[3]};
-            const std::vector<double> x = to_double(call.inputs[0].values);
-            const std::vector<double> grad = to_double(call.grad_outputs[0].values);
-            const std::vector<double> box = {1, 1};
-            const auto y = up ? ref::resample2d_up(shape, box, 4., x)
-                              : ref::resample2d_down(shape, box, 1., x);
-            const auto grad_x = up ? ref::resample2d_down(shape, box, 4., grad)
-                                   : ref::resample2d_up(shape, box, 1., grad);
+            const OpExpected expected = expected_of(call);
             const bool tiny = c.small.elements() < 10;  // a ninth of the integers is 0
             const std::string how = reproduce(c.text());
-            EXPECT_TRUE(exact(gpu.outputs[0], y, {"y", how, false, tiny}));
-            EXPECT_TRUE(exact(gpu.grad_inputs[0], grad_x, {"grad_x", how, true, tiny}));
+            EXPECT_TRUE(exact(gpu.outputs[0], expected.outputs[0], {"y", how, false, tiny}));
+            EXPECT_TRUE(
+                exact(gpu.grad_inputs[0], expected.grad_inputs[0], {"grad_x", how, true, tiny}));
         }
 }
 
@@ -138,20 +118,8 @@ TEST_P(Resample2d, RejectsBadShapes) {
 }
 
 TEST(Resample2dReference, GradcheckFloat64) {
-    const ref::ResampleShape shape{2, 3, 2};
-    const std::vector<double> filter = {1, 3, 3, 1};
-    const std::vector<double> large = to_double(normal_fill(48, 1));
-    const std::vector<double> small = to_double(normal_fill(12, 2));
-    expect_gradcheck({large},
-                     [&](const Arrays& in) {
-                         return Arrays{ref::resample2d_down(shape, filter, 1., in[0]).value};
-                     },
-                     {small}, {ref::resample2d_up(shape, filter, 1., small).value});
-    expect_gradcheck({small},
-                     [&](const Arrays& in) {
-                         return Arrays{ref::resample2d_up(shape, filter, 4., in[0]).value};
-                     },
-                     {large}, {ref::resample2d_down(shape, filter, 4., large).value});
+    for (const bool up : {false, true})
+        expect_gradcheck(ResampleCase{{1, 2, 3, 2}, up, {1, 3, 3, 1}}.call(1));
 }
 
 TEST(Resample2dCheck, RefusesResultsBeyond31Bits) {

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ops/every/op_samples.h"
-#include "ref/split3_ref.h"
+#include "ops/op_harness.h"
 
 namespace splat::test {
 namespace {
@@ -22,12 +21,7 @@ TEST_P(Split3, MovesEveryElement) {
         const OpCall call =
             sample("split3", Json::object(),
                    {normal_tensor({part[0], 3 * part[1], part[2]}, ++seed)}, {part, part, part});
-        const auto parts = ref::split3_forward(part[2], to_double(call.inputs[0].values));
-        const auto grad =
-            ref::split3_backward<double>(part[2], {to_double(call.grad_outputs[0].values),
-                                                   to_double(call.grad_outputs[1].values),
-                                                   to_double(call.grad_outputs[2].values)});
-        expect_matches(context(), call, {parts[0], parts[1], parts[2]}, {grad}, part.text());
+        expect_float64(context(), call, part.text());
     }
 }
 
@@ -42,16 +36,9 @@ TEST_P(Split3, RejectsBadShapes) {
 }
 
 TEST(Split3Reference, GradcheckFloat64) {
-    const std::vector<double> x = to_double(normal_fill(2 * 9 * 4, 1));
-    Arrays grads;
-    for (std::uint64_t j = 0; j < 3; ++j) grads.push_back(to_double(normal_fill(24, 2 + j)));
-    expect_gradcheck({x},
-                     [](const Arrays& in) {
-                         const auto parts = ref::split3_forward(4, in[0]);
-                         return Arrays{parts[0].value, parts[1].value, parts[2].value};
-                     },
-                     grads,
-                     {ref::split3_backward<double>(4, {grads[0], grads[1], grads[2]}).value});
+    const Shape part{2, 3, 4};
+    expect_gradcheck(
+        sample("split3", Json::object(), {normal_tensor({2, 9, 4}, 1)}, {part, part, part}));
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// Dot-product attention, per image and head (of D = C / heads neighbouring channels):
 ///
@@ -128,5 +128,31 @@ AttentionBackward<Real> attention_backward(const AttentionInput<Real>& in,
         }
     return result;
 }
+
+inline AttentionInput<double> attention_input(const OpArguments& in) {
+    return {in.inputs[0].dim(0),   in.inputs[0].dim(1), in.count("heads"), in.inputs[0].pixels(),
+            in.inputs[1].pixels(), in.values(0),        in.values(1),      in.values(2)};
+}
+
+inline constexpr OpRef kAttentionRef{
+    .name = "attention",
+    .forward = [](const OpArguments& in) -> Sums {
+        return {attention_forward(attention_input(in))};
+    },
+    .backward = [](const OpArguments& in, const Grads& grads) -> Sums {
+        const auto grad = attention_backward(attention_input(in), grads[0]);
+        return {grad.grad_q, grad.grad_k, grad.grad_v};
+    },
+    .examples = []() -> std::vector<OpExample> {
+        const Dims q{2, 8, 5, 7}, k{2, 8, 33};
+        return {{.inputs = {{q}, {k}, {k}}, .outputs = {q}, .attributes = R"({"heads": 2})"}};
+    },
+    .sizes =
+        [] {
+            std::vector<OpExample> all;
+            for (const Dims& dims : {Dims{1, 256, 16, 16}, Dims{1, 256, 32, 16}})
+                all.push_back({.inputs = {{dims}, {dims}, {dims}}, .outputs = {dims}});
+            return all;
+        }};
 
 }  // namespace splat::ref

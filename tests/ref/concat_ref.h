@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// y[n] = (a[n], b[n]) along the channels; each gradient is its part of grad_y.
 namespace splat::ref {
@@ -29,5 +29,30 @@ Summed<Real> concat_backward(std::size_t n, std::size_t offset, std::size_t size
         grad.add(i, grad_y[i / size * (grad_y.size() / n) + offset + i % size]);
     return grad;
 }
+
+inline OpExample concat_example(const Dims& a, const Dims& b) {
+    Dims y = a;
+    y[1] += b[1];
+    return {.inputs = {{a}, {b}}, .outputs = {y}, .title = text_of(a) + " " + text_of(b)};
+}
+
+inline constexpr OpRef kConcatRef{
+    .name = "concat",
+    .forward = [](const OpArguments& in) -> Sums {
+        return {concat_forward(in.inputs[0].dim(0), in.values(0), in.values(1))};
+    },
+    .backward = [](const OpArguments& in, const Grads& grads) -> Sums {
+        const std::size_t n = in.inputs[0].dim(0);
+        const std::size_t a = in.values(0).size() / n;
+        return {concat_backward(n, 0, a, grads[0]),
+                concat_backward(n, a, in.values(1).size() / n, grads[0])};
+    },
+    .examples =
+        [] {  // copies, and kernels
+            return std::vector{concat_example({2, 4, 6}, {2, 6, 6}),
+                               concat_example({2, 5, 6}, {2, 6, 6})};
+        },
+    .sizes =
+        [] { return at_image_sizes([](const Dims& dims) { return concat_example(dims, dims); }); }};
 
 }  // namespace splat::ref

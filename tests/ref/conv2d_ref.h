@@ -1,11 +1,12 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// Convolution of stride 1 with R / 2 zeros on each side, forward and backward, in plain loops.
 ///
@@ -110,5 +111,71 @@ Summed<Real> mixed(Summed<Real> sums) {
     std::fill(sums.magnitude.begin(), sums.magnitude.end(), largest);
     return sums;
 }
+
+inline Conv2dInput<double> conv2d_input(const OpArguments& in) {
+    const OpTensor& x = in.inputs[0];
+    const OpTensor& weight = in.inputs[1];
+    return {{x.dim(0), x.dim(1), x.dim(2), x.dim(3), weight.dim(0), weight.dim(2)},
+            in.single("scale"),
+            x.values,
+            weight.values,
+            in.values(2),
+            in.values(3)};
+}
+
+/// With outputs of order 1.
+inline OpExample conv2d_example(const Conv2dShape& s, int winograd, bool plain = true,
+                                double scale = 1) {
+    const Dims x{s.N, s.C, s.H, s.W}, y{s.N, s.K, s.H, s.W};
+    const double deviation = 1 / std::sqrt(static_cast<double>(s.R * s.R * s.C));
+    return {.inputs = {{x}, {{s.K, s.C, s.R, s.R}, 0, deviation}, {{s.K}, 0, 0.25}, {y}},
+            .outputs = {y},
+            .attributes = "{\"scale\": " + std::to_string(scale) +
+                          ", \"winograd\": " + std::to_string(winograd) + "}",
+            .title = text_of(x) + " -> " + std::to_string(s.K) +
+                     (s.R == 1        ? " 1x1"
+                      : winograd == 0 ? ""
+                      : winograd == 2 ? " F(2x2)"
+                                      : " F(4x4)"),
+            .plain = plain};
+}
+
+/// The sizes of the network. Plain kernels, which take seconds, run once per size. The 1x1 cases are two of
+/// attention and a skip; the last two are an adapter of rank 4.
+inline std::vector<OpExample> conv2d_sizes() {
+    std::vector<OpExample> all;
+    for (const auto& [in, side, out] : {std::array<std::size_t, 3>{128, 128, 128},
+                                        {256, 64, 256},
+                                        {256, 32, 256},
+                                        {512, 32, 256},
+                                        {512, 16, 256},
+                                        {256, 16, 256}})
+        for (const int winograd : {0, 2, 4})
+            all.push_back(conv2d_example({1, in, side, side, out, 3}, winograd, winograd == 0));
+    for (const Conv2dShape& shape :
+         {Conv2dShape{1, 256, 16, 16, 768, 1}, Conv2dShape{1, 256, 16, 16, 256, 1},
+          Conv2dShape{1, 512, 32, 32, 256, 1}, Conv2dShape{1, 256, 32, 32, 4, 3},
+          Conv2dShape{1, 4, 32, 32, 256, 1}})
+        all.push_back(conv2d_example(shape, 0));
+    return all;
+}
+
+inline constexpr OpRef kConv2dRef{
+    .name = "conv2d",
+    .forward = [](const OpArguments& in) -> Sums { return {conv2d_forward(conv2d_input(in))}; },
+    .backward = [](const OpArguments& in, const Grads& grads) -> Sums {
+        const auto grad = conv2d_backward(conv2d_input(in), grads[0]);
+        return {grad.grad_x, grad.grad_weight, grad.grad_bias, grad.grad_residual};
+    },
+    .examples =
+        [] {
+            std::vector all = {conv2d_example({1, 17, 9, 9, 12, 3}, 2)};
+            for (const int winograd : {0, 2, 4})  // 0: by taps
+                all.push_back(conv2d_example({2, 9, 9, 8, 15, 3}, winograd, true, 0.5));
+            all.push_back(conv2d_example({2, 9, 9, 8, 17, 3}, 0, true, 0.5));  // directly
+            all.push_back(conv2d_example({2, 6, 5, 7, 10, 1}, 0, true, 0.5));
+            return all;
+        },
+    .sizes = conv2d_sizes};
 
 }  // namespace splat::ref

@@ -1,11 +1,12 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// y = mask x / (1 - p); the gradient is the same map of grad_y. The mask of element (n, c, p) is word
 /// c % 4 of philox((quad, step, stream + offset, 0), seed) for its quad in the layout [c/4][n*p].
@@ -47,5 +48,37 @@ Summed<Real> dropout(const DropoutShape& shape, double probability, std::uint32_
     }
     return y;
 }
+
+inline Summed<double> dropout_of(const OpArguments& in, const Values& values) {
+    std::array<std::uint32_t, 4> counter{};
+    for (std::size_t i = 0; i < 4; ++i)  // words in the bits of floats
+        counter[i] = std::bit_cast<std::uint32_t>(static_cast<float>(in.values(1)[i]));
+    const OpTensor& x = in.inputs[0];
+    return dropout({x.dim(0), x.dim(1), x.pixels()}, in.attribute("p"),
+                   static_cast<std::uint32_t>(in.attribute("stream")), counter, values);
+}
+
+inline OpExample dropout_example(const Dims& dims) {
+    return {.inputs = {{dims}, {{4}, 0, 0, true}},
+            .outputs = {dims},
+            .attributes = R"({"p": 0.1})",
+            .change = [](std::vector<std::vector<float>>& inputs) {
+                // Words of the counter are bits: small floats of other value.
+                inputs[1] = {std::bit_cast<float>(7U), std::bit_cast<float>(9U),
+                             std::bit_cast<float>(3U), std::bit_cast<float>(0U)};
+            }};
+}
+
+inline constexpr OpRef kDropoutRef{
+    .name = "dropout",
+    .forward = [](const OpArguments& in) -> Sums { return {dropout_of(in, in.values(0))}; },
+    .backward = [](const OpArguments& in, const Grads& grads) -> Sums {
+        return {dropout_of(in, grads[0]), {}};
+    },
+    .examples =
+        [] {
+            return std::vector{dropout_example({2, 6, 4, 6})};
+        },
+    .sizes = [] { return at_image_sizes(dropout_example); }};
 
 }  // namespace splat::ref

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// y[n,c,p] = gamma[n,c] x[n,c,p] + beta[n,c] with modulation [n, 2c] = (gamma, beta), or
 /// y = x + beta with modulation [n, c] = beta. By the product rule
@@ -59,5 +59,28 @@ FilmBackward<Real> film_backward(const FilmInput<Real>& input, const std::vector
     }
     return result;
 }
+
+inline FilmInput<double> film_input(const OpArguments& in) {
+    const OpTensor& x = in.inputs[0];
+    return {x.dim(0), x.dim(1),    x.pixels(), in.inputs[1].dim(1) != x.dim(1),
+            x.values, in.values(1)};
+}
+
+inline OpExample film_example(const Dims& x, bool scaled = true) {
+    return {.inputs = {{x}, {{x[0], scaled ? 2 * x[1] : x[1]}}}, .outputs = {x}};
+}
+
+inline constexpr OpRef kFilmRef{
+    .name = "film",
+    .forward = [](const OpArguments& in) -> Sums { return {film_forward(film_input(in))}; },
+    .backward = [](const OpArguments& in, const Grads& grads) -> Sums {
+        const auto grad = film_backward(film_input(in), grads[0]);
+        return {grad.grad_x, grad.grad_modulation};
+    },
+    .examples =
+        [] {
+            return std::vector{film_example({2, 6, 4, 6}), film_example({2, 6, 4, 6}, false)};
+        },
+    .sizes = [] { return at_image_sizes([](const Dims& x) { return film_example(x); }); }};
 
 }  // namespace splat::ref

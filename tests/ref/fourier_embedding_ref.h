@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// y[r, s 2W + j] = cos(2 pi x f_j), y[r, s 2W + W + j] = sin(2 pi x f_j) for feature s and j < W. Backward
 /// by the derivatives of sine and cosine. Whole turns are taken off the product first, which is exact in
@@ -56,5 +56,27 @@ Summed<Real> fourier_embedding_backward(const FourierShape& shape, const std::ve
     });
     return grad_x;
 }
+
+inline FourierShape fourier_shape(const OpArguments& in) {
+    return {in.inputs[0].dim(0), in.inputs[0].dim(1), in.inputs[1].dim(0)};
+}
+
+inline std::vector<OpExample> fourier_example(std::size_t rows, std::size_t features,
+                                              std::size_t waves) {
+    return {{.inputs = {{{rows, features}}, {{waves}, 0, 16, true}},
+             .outputs = {{rows, features * 2 * waves}}}};
+}
+
+inline constexpr OpRef kFourierEmbeddingRef{
+    .name = "fourier_embedding",
+    .forward = [](const OpArguments& in) -> Sums {
+        return {fourier_embedding_forward(fourier_shape(in), in.values(0), in.values(1))};
+    },
+    .backward = [](const OpArguments& in, const Grads& grads) -> Sums {
+        return {fourier_embedding_backward(fourier_shape(in), in.values(0), in.values(1), grads[0]),
+                {}};
+    },
+    .examples = [] { return fourier_example(3, 6, 5); },
+    .sizes = [] { return fourier_example(64, 1, 128); }};
 
 }  // namespace splat::ref

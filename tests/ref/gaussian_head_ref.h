@@ -1,11 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
 #include "params/gaussian_head_params.h"
+#include "ref/op_ref.h"
 #include "ref/rounded.h"
 
 /// Turns network output into Gaussians, in plain loops; Number is double, or Rounded for the magnitudes too.
@@ -326,5 +328,79 @@ std::vector<Number> gaussian_head_backward(const GaussianHeadInput& in,
     }
     return grad;
 }
+
+inline HeadLayout head_layout(const OpArguments& in) {
+    HeadForm form;
+    form.positions = static_cast<std::uint32_t>(in.count("positions"));
+    form.offset = in.flag("offset");
+    form.least = static_cast<float>(in.attribute("znear"));
+    form.most = static_cast<float>(in.attribute("zfar"));
+    form.scales = static_cast<std::uint32_t>(in.count("scales"));
+    form.isotropic = in.flag("isotropic");
+    form.sh_degree = static_cast<std::uint32_t>(in.count("sh_degree"));
+    form.direct = in.flag("direct");
+    form.activate = in.flag("activate");
+    form.per_pixel = static_cast<std::uint32_t>(in.count("per_pixel"));
+    return HeadLayout(form);
+}
+
+inline GaussianHeadInput head_input(const OpArguments& in) {
+    const OpTensor& x = in.inputs[0];
+    return {{x.dim(0), x.pixels(), head_layout(in)},
+            x.values,
+            in.values(1),
+            in.values(2),
+            in.values(3),
+            in.values(4),
+            in.values(5)};
+}
+
+/// The usual head, with cameras at random: in focus of an origin, or of neither.
+inline OpExample head_example(std::size_t n, std::size_t h, std::size_t w, std::size_t views,
+                              bool focal) {
+    const std::size_t batch = n / views, each = views * h * w;
+    return {.inputs = {{{n, HeadLayout(HeadForm()).channels(), h, w}},
+                       {{3, h, w}, 0, focal ? 40.0 : 1.0, true},
+                       {{n, 4, 4}, 0, 0.5, true},
+                       {{n, 4}, 0.5, 0.25, true},
+                       {focal ? Dims{n, 2} : Dims{}, 40, 2, true},
+                       {focal ? Dims{n} : Dims{}, 2, 0.1, true}},
+            .outputs = {{batch, each, 3},
+                        {batch, each, 1},
+                        {batch, each, 3},
+                        {batch, each, 4},
+                        {batch, each, 4, 3}},
+            .attributes = "{\"views\": " + std::to_string(views) + "}",
+            .title = text_of({n, HeadLayout(HeadForm()).channels(), h, w}),
+            .change = [](std::vector<std::vector<float>>& inputs) {
+                // The last column of a pose gives w = 1; rays of pixels end at 1.
+                for (std::size_t i = 3; i < inputs[2].size(); i += 4)
+                    inputs[2][i] = i % 16 == 15 ? 1.0F : 0.0F;
+                if (!inputs[4].empty())
+                    std::fill(inputs[1].end() - static_cast<std::ptrdiff_t>(inputs[1].size() / 3),
+                              inputs[1].end(), 1.0F);
+            }};
+}
+
+inline constexpr OpRef kGaussianHeadRef{
+    .name = "gaussian_head",
+    .forward = [](const OpArguments& in) -> Sums {
+        Sums outputs;
+        for (const auto& values : gaussian_head_forward<Rounded>(head_input(in)))
+            outputs.push_back(summed(values));
+        return outputs;
+    },
+    .backward = [](const OpArguments& in, const Grads& grads) -> Sums {
+        GaussianHeadOutputs<double> given;
+        for (std::size_t i = 0; i < given.size(); ++i) given[i] = grads[i];
+        Sums sums(in.inputs.size());
+        sums[0] = summed(gaussian_head_backward<Rounded>(head_input(in), given));
+        return sums;
+    },
+    .examples =
+        [] {
+            return std::vector{head_example(2, 5, 7, 1, false), head_example(4, 5, 7, 2, true)};
+        },
+    .sizes = [] { return std::vector{head_example(1, 128, 128, 1, false)}; }};
 
 }  // namespace splat::ref

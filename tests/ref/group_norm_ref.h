@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// Group normalisation with an optional fused SiLU, forward and backward, in plain loops.
 ///
@@ -188,5 +188,48 @@ GroupNormBackward<Real> group_norm_backward(const GroupNormInput<Real>& in,
     }
     return out;
 }
+
+inline GroupNormInput<double> group_norm_input(const OpArguments& in) {
+    const OpTensor& x = in.inputs[0];
+    return {{x.dim(0), x.dim(1), x.pixels(), in.count("groups")},
+            in.single("eps"),
+            in.flag("silu"),
+            x.values,
+            in.values(1),
+            in.values(2)};
+}
+
+inline OpExample group_norm_example(const Dims& x, std::size_t groups, bool silu) {
+    const std::string count = std::to_string(groups);
+    return {.inputs = {{x, 0.5, 1}, {{x[1]}, 1, 0.25}, {{x[1]}, 0, 0.25}},
+            .outputs = {x},
+            .attributes = "{\"groups\": " + count +
+                          ", \"eps\": 1e-6, \"silu\": " + (silu ? "true}" : "false}"),
+            .title = text_of(x) + " G=" + count + (silu ? " silu" : "")};
+}
+
+inline constexpr OpRef kGroupNormRef{
+    .name = "group_norm",
+    .forward = [](const OpArguments& in) -> Sums {
+        return {group_norm_forward(group_norm_input(in)).y};
+    },
+    .backward = [](const OpArguments& in, const Grads& grads) -> Sums {
+        const auto grad = group_norm_backward(group_norm_input(in), grads[0]);
+        return {grad.grad_x, grad.grad_gamma, grad.grad_beta};
+    },
+    .examples =
+        [] {  // whole quads per group, and not
+            return std::vector{group_norm_example({2, 8, 5, 7}, 2, true),
+                               group_norm_example({2, 6, 5, 7}, 2, true)};
+        },
+    .sizes =
+        [] {
+            std::vector<OpExample> all;
+            for (const bool silu : {false, true})
+                for (const Dims& x : {Dims{1, 128, 128, 128}, Dims{1, 256, 32, 32},
+                                      Dims{8, 256, 16, 16}, Dims{1, 512, 16, 16}})
+                    all.push_back(group_norm_example(x, 32, silu));
+            return all;
+        }};
 
 }  // namespace splat::ref

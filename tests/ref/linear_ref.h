@@ -1,9 +1,10 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// Linear layer, forward and backward, in plain loops.
 ///
@@ -70,5 +71,39 @@ LinearBackward<Real> linear_backward(const LinearInput<Real>& input,
         }
     return result;
 }
+
+inline LinearInput<double> linear_input(const OpArguments& in) {
+    return {{in.inputs[0].dim(0), in.inputs[0].dim(1), in.inputs[1].dim(0)},
+            in.values(0),
+            in.values(1),
+            in.values(2)};
+}
+
+/// With outputs of order 1.
+inline OpExample linear_example(std::size_t rows, std::size_t in, std::size_t out) {
+    return {
+        .inputs = {{{rows, in}},
+                   {{out, in}, 0, 1 / std::sqrt(static_cast<double>(in))},
+                   {{out}, 0, 0.25}},
+        .outputs = {{rows, out}},
+        .title = std::to_string(rows) + " x " + std::to_string(in) + "->" + std::to_string(out)};
+}
+
+inline constexpr OpRef kLinearRef{
+    .name = "linear",
+    .forward = [](const OpArguments& in) -> Sums { return {linear_forward(linear_input(in))}; },
+    .backward = [](const OpArguments& in, const Grads& grads) -> Sums {
+        const auto grad = linear_backward(linear_input(in), grads[0]);
+        return {grad.grad_x, grad.grad_weight, grad.grad_bias};
+    },
+    .examples =
+        [] {  // parts of blocks and tiles in every direction
+            return std::vector{linear_example(17, 15, 31), linear_example(67, 63, 33)};
+        },
+    .sizes =
+        [] {  // FiLM of a batch of 4, two layers on the pixels of 32x32 and 64x64 images, and an odd one
+            return std::vector{linear_example(4, 512, 512), linear_example(1024, 256, 768),
+                               linear_example(4096, 256, 256), linear_example(257, 130, 129)};
+        }};
 
 }  // namespace splat::ref

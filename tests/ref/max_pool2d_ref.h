@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// y[i,j] = the greatest of x[2i..2i+1, 2j..2j+1] of each plane; its gradient goes to the first of them.
 namespace splat::ref {
@@ -49,5 +49,31 @@ Summed<Real> max_pool2d_backward(const PoolShape& s, const std::vector<Real>& x,
                 grad_x.add(pool_winner(s, x, plane, i, j), grad_y[at++]);
     return grad_x;
 }
+
+inline PoolShape pool_shape(const OpArguments& in) {
+    const OpTensor& x = in.inputs[0];
+    return {x.dim(0) * x.dim(1), x.dim(2), x.dim(3)};
+}
+
+inline std::vector<OpExample> pool_example(const Dims& x) {
+    return {{.inputs = {{x}}, .outputs = {{x[0], x[1], x[2] / 2, x[3] / 2}}}};
+}
+
+inline constexpr OpRef kMaxPool2dRef{
+    .name = "max_pool2d",
+    .forward = [](const OpArguments& in) -> Sums {
+        return {max_pool2d_forward(pool_shape(in), in.values(0))};
+    },
+    .backward = [](const OpArguments& in, const Grads& grads) -> Sums {
+        return {max_pool2d_backward(pool_shape(in), in.values(0), grads[0])};
+    },
+    .examples =
+        [] {
+            return pool_example({2, 6, 5, 6});
+        },
+    .sizes =
+        [] {
+            return pool_example({1, 64, 128, 128});
+        }};
 
 }  // namespace splat::ref

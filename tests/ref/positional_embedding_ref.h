@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// y[r, s D + j] = cos(x f_j), y[r, s D + D/2 + j] = sin(x f_j) for feature s and j < D/2, with
 /// f_j = 10000^(-2j/D); the halves of a row change places if `swap`. Backward by the derivatives of
@@ -56,5 +56,25 @@ Summed<Real> positional_embedding_backward(const EmbeddingShape& shape, const st
     });
     return grad_x;
 }
+
+inline EmbeddingShape embedding_shape(const OpArguments& in) {
+    return {in.inputs[0].dim(0), in.inputs[0].dim(1), in.count("dimension"),
+            in.flag("swap_halves")};
+}
+
+inline std::vector<OpExample> embedding_example(std::size_t rows, const char* attributes) {
+    return {{.inputs = {{{rows, 6}}}, .outputs = {{rows, 60}}, .attributes = attributes}};
+}
+
+inline constexpr OpRef kPositionalEmbeddingRef{
+    .name = "positional_embedding",
+    .forward = [](const OpArguments& in) -> Sums {
+        return {positional_embedding_forward(embedding_shape(in), in.values(0))};
+    },
+    .backward = [](const OpArguments& in, const Grads& grads) -> Sums {
+        return {positional_embedding_backward(embedding_shape(in), in.values(0), grads[0])};
+    },
+    .examples = [] { return embedding_example(3, R"({"dimension": 10, "swap_halves": true})"); },
+    .sizes = [] { return embedding_example(64, R"({"dimension": 10})"); }};
 
 }  // namespace splat::ref

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// Resampling by 2 with F = outer(f, f) / sum(f)^2 and p = (taps - 1) / 2; both directions walk over
 /// the pairs (small image at i, large image at 2i + r - p), and the gradient of one is the other:
@@ -61,5 +61,46 @@ Summed<Real> resample2d_up(const ResampleShape& shape, const std::vector<Real>& 
     });
     return large;
 }
+
+/// `from` is the small image if `up`, else the large one. The backward pass of up is down.
+inline Summed<double> resample2d(const OpArguments& in, const Values& from, bool up) {
+    const OpTensor& x = in.inputs[0];
+    const std::size_t divisor = in.flag("up") ? 1 : 2;
+    const ResampleShape small{x.dim(0) * x.dim(1), x.dim(2) / divisor, x.dim(3) / divisor};
+    const Values filter = in.values(1).empty() ? Values{1, 1} : in.values(1);
+    const double gain = in.flag("up") ? 4 : 1;
+    return up ? resample2d_up(small, filter, gain, from)
+              : resample2d_down(small, filter, gain, from);
+}
+
+inline OpExample resample2d_example(const Dims& x, bool up) {
+    return {.inputs = {{x}, {{}, 0, 1, true}},
+            .outputs = {{x[0], x[1], up ? 2 * x[2] : x[2] / 2, up ? 2 * x[3] : x[3] / 2}},
+            .attributes = up ? R"({"up": true})" : R"({"down": true})"};
+}
+
+inline constexpr OpRef kResample2dRef{
+    .name = "resample2d",
+    .forward = [](const OpArguments& in) -> Sums {
+        return {resample2d(in, in.values(0), in.flag("up"))};
+    },
+    .backward = [](const OpArguments& in, const Grads& grads) -> Sums {
+        return {resample2d(in, grads[0], !in.flag("up")), {}};
+    },
+    .examples =
+        [] {
+            std::vector both = {resample2d_example({2, 6, 4, 6}, true),
+                                resample2d_example({2, 6, 4, 6}, false)};
+            both[0].inputs[1].dims = {4};
+            both[0].change = [](std::vector<std::vector<float>>& inputs) {
+                inputs[1] = {1, 3, 3, 1};
+            };
+            return both;
+        },
+    .sizes =
+        [] {
+            return std::vector{resample2d_example({1, 256, 32, 32}, true),
+                               resample2d_example({1, 128, 128, 128}, false)};
+        }};
 
 }  // namespace splat::ref

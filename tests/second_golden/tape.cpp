@@ -3,7 +3,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "ref/every/every_op_ref.h"
+#include "ref/op_ref.h"
 
 namespace splat::golden {
 
@@ -30,7 +30,7 @@ Tape::Id Tape::leaf(const Dims& dims, const Values& values) {
 std::vector<Tape::Id> Tape::op(const char* name, const std::vector<Id>& inputs,
                                const std::map<std::string, double>& attributes,
                                const std::vector<Dims>& dims) {
-    const ref::EveryOp* op = ref::find_op(name);
+    const ref::OpRef* op = ref::find_op(name);
     if (op == nullptr) throw std::logic_error(std::string("no reference of ") + name);
     ref::OpArguments in;
     for (const Id id : inputs)

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "ref/every/every_op_ref.h"
+#include "ref/op_ref.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/doctor/op_case.h"
 

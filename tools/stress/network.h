@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "ref/every/op_arguments_ref.h"
+#include "ref/op_ref.h"
 #include "ref/summed.h"
 #include "stress/stress.h"
 #include "vkrun/cli/json.h"

@@ -4,6 +4,8 @@
 #include <limits>
 
 #include "bench/ops/op_bench.h"
+#include "ref/group_norm_ref.h"
+#include "ref/linear_ref.h"
 #include "vkrun/cli/text.h"
 
 namespace vkrun::stress {
@@ -14,12 +16,7 @@ using Dims = std::vector<std::size_t>;
 /// Shapes of one operator with their own values.
 OpCase made(const char* op, Json attributes, std::vector<CaseTensor> inputs,
             std::vector<CaseTensor> outputs) {
-    OpCase op_case;
-    op_case.op = op;
-    op_case.attributes = std::move(attributes);
-    op_case.inputs = std::move(inputs);
-    op_case.outputs = std::move(outputs);
-    return op_case;
+    return {op, "", std::move(attributes), std::move(inputs), std::move(outputs)};
 }
 
 CaseTensor uniform(const char* name, const Dims& dims, std::uint64_t seed) {
@@ -35,6 +32,14 @@ CaseTensor filled_with(const char* name, const Dims& dims, float value) {
     CaseTensor tensor = filled(name, dims, 1, 0, 0);
     for (float& element : tensor.values) element = value;
     return tensor;
+}
+
+OpCase group_norm(const Dims& x, std::size_t groups, bool silu) {
+    return example_case("group_norm", splat::ref::group_norm_example(x, groups, silu));
+}
+
+OpCase linear(std::size_t rows, std::size_t in, std::size_t out) {
+    return example_case("linear", splat::ref::linear_example(rows, in, out));
 }
 
 /// Numbers where exponentials overflow, vanish, or leave nothing of a sum.
@@ -75,20 +80,20 @@ void add_group_norm(std::vector<OpStress>& families, bool quick) {
     const auto add = [&](const std::string& name, const std::string& input, const OpCase& op_case) {
         families.push_back({"group_norm/" + name, input, op_case});
     };
-    OpCase flat = group_norm_case(1, 8, 5, 6, 2, false);
+    OpCase flat = group_norm({1, 8, 5, 6}, 2, false);
     flat.inputs[0] = filled_with("x", {1, 8, 5, 6}, 1234.5F);
     add("flat", "every element 1234.5: no deviation at all", flat);
-    OpCase outlier = group_norm_case(1, 8, 5, 6, 2, false);
+    OpCase outlier = group_norm({1, 8, 5, 6}, 2, false);
     outlier.inputs[0].values[0] = 1e6F;
     add("outlier", "one element of 1e6 among normal ones", outlier);
-    add("one", "groups of one element", group_norm_case(2, 4, 1, 1, 4, false));
-    OpCase silu = group_norm_case(1, 8, 5, 6, 2, true);
+    add("one", "groups of one element", group_norm({2, 4, 1, 1}, 4, false));
+    OpCase silu = group_norm({1, 8, 5, 6}, 2, true);
     for (float& gamma : silu.inputs[1].values) gamma *= 100;
     add("silu_1e2", "SiLU of values up to about 300", silu);
     for (const int exponent : quick ? std::vector<int>{4} : std::vector<int>{2, 3, 4, 5, 6}) {
         const auto side = static_cast<std::size_t>(std::lround(std::sqrt(std::pow(10, exponent))));
         add(format("sum_1e%d", exponent), format("groups of about 1e%d elements", exponent),
-            group_norm_case(1, 2, side, side, 2, false));
+            group_norm({1, 2, side, side}, 2, false));
     }
 }
 
@@ -106,11 +111,11 @@ void add_sums(std::vector<OpStress>& families, const std::string& op, bool quick
         if (op == "linear" && exponent > 6) continue;  // rows are padded to four numbers
         families.push_back({op + format("/sum_1e%d", exponent),
                             format("sums of 1e%d terms", exponent),
-                            op == "linear" ? linear_case(terms, 1, 2) : loss(terms)});
+                            op == "linear" ? linear(terms, 1, 2) : loss(terms)});
     }
     if (op != "linear") return;
-    families.push_back({"linear/inner_1e4", "rows of 1e4 terms", linear_case(3, 10000, 4)});
-    OpCase alternate = linear_case(3, 1000, 4);
+    families.push_back({"linear/inner_1e4", "rows of 1e4 terms", linear(3, 10000, 4)});
+    OpCase alternate = linear(3, 1000, 4);
     for (std::size_t i = 0; i < alternate.inputs[0].values.size(); ++i)
         alternate.inputs[0].values[i] = i % 2 == 0 ? 1e4F : -1e4F;
     families.push_back({"linear/alternating", "terms of 1e4 and -1e4 in turn", alternate});

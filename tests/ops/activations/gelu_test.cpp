@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "ops/every/op_samples.h"
+#include "ops/op_harness.h"
 #include "ref/activations/gelu_ref.h"
 
 namespace splat::test {
@@ -24,19 +24,6 @@ class Gelu : public KernelsTest {
     }
 };
 SPLAT_INSTANTIATE_KERNELS(Gelu);
-
-TEST_P(Gelu, MatchesFloat64) {
-    std::uint64_t seed = 10;
-    for (const bool by_tanh : {false, true})
-        for (const Shape& shape : image_shapes()) {
-            const OpCall call =
-                sample("gelu", {{"tanh", by_tanh}}, {normal_tensor(shape, ++seed, 0, 3)}, {shape});
-            const std::vector<double> x = to_double(call.inputs[0].values);
-            expect_matches(context(), call, {ref::gelu_forward(x, by_tanh)},
-                           {ref::gelu_backward(x, to_double(call.grad_outputs[0].values), by_tanh)},
-                           shape.text() + (by_tanh ? " by tanh" : ""));
-        }
-}
 
 /// Values of the definition with 16 digits, from tables of the normal distribution and of tanh.
 TEST_P(Gelu, HasTheValuesOfTheDefinition) {
@@ -89,22 +76,6 @@ TEST_P(Gelu, PassesNanOn) {
         EXPECT_EQ(gpu[0][2], inf);
         EXPECT_EQ(gpu[1][2], 1);
     }
-}
-
-TEST_P(Gelu, RejectsBadShapes) {
-    EXPECT_ERROR(
-        run_op(context(), sample("gelu", Json::object(), {normal_tensor({6}, 1)}, {Shape{6}}))
-            .status,
-        Code::kShape, "channels");
-}
-
-TEST(GeluReference, GradcheckFloat64) {
-    const std::vector<double> x = to_double(normal_fill(40, 1, 0, 2));
-    const std::vector<double> grad_y = to_double(normal_fill(40, 2));
-    for (const bool by_tanh : {false, true})
-        expect_gradcheck(
-            {x}, [&](const Arrays& in) { return Arrays{ref::gelu_forward(in[0], by_tanh).value}; },
-            {grad_y}, {ref::gelu_backward(x, grad_y, by_tanh).value});
 }
 
 }  // namespace

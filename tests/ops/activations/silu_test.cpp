@@ -6,8 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "ops/every/op_samples.h"
-#include "ref/activations/silu_ref.h"
+#include "ops/op_harness.h"
 #include "support/golden_file.h"
 
 namespace splat::test {
@@ -15,18 +14,6 @@ namespace {
 
 class Silu : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(Silu);
-
-TEST_P(Silu, MatchesFloat64) {
-    std::uint64_t seed = 10;
-    for (const Shape& shape : image_shapes()) {
-        const OpCall call =
-            sample("silu", Json::object(), {normal_tensor(shape, ++seed, 0, 3)}, {shape});
-        const std::vector<double> x = to_double(call.inputs[0].values);
-        expect_matches(context(), call, {ref::silu_forward(x)},
-                       {ref::silu_backward(x, to_double(call.grad_outputs[0].values))},
-                       shape.text());
-    }
-}
 
 TEST_P(Silu, SurvivesAnyFiniteInput) {
     OpCall call =
@@ -73,20 +60,6 @@ TEST_P(Silu, GoldenNet) {
         EXPECT_TRUE(close(gpu.grad_inputs[0], golden.doubles("silu.d_x64"), kGoldenLayer,
                           kGoldenLayer, {"grad_x", how, true}));
     });
-}
-
-TEST_P(Silu, RejectsBadShapes) {
-    EXPECT_ERROR(
-        run_op(context(), sample("silu", Json::object(), {normal_tensor({6}, 1)}, {Shape{6}}))
-            .status,
-        Code::kShape, "channels");
-}
-
-TEST(SiluReference, GradcheckFloat64) {
-    const std::vector<double> x = to_double(normal_fill(40, 1, 0, 3));
-    const std::vector<double> grad_y = to_double(normal_fill(40, 2));
-    expect_gradcheck({x}, [](const Arrays& in) { return Arrays{ref::silu_forward(in[0]).value}; },
-                     {grad_y}, {ref::silu_backward(x, grad_y).value});
 }
 
 }  // namespace

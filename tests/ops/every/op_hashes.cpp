@@ -3,8 +3,8 @@
 #include <cstdio>
 
 #include "ops/conv2d_case.h"
-#include "ops/every/op_samples.h"
 #include "ops/group_norm_case.h"
+#include "ops/op_harness.h"
 
 namespace splat::test {
 namespace {

@@ -1,11 +1,9 @@
-// What every operator of the table must do, on the calls of op_samples.h.
-#include "ops/every/op_samples.h"
+// What every operator of the table must do, on the examples of its reference.
+#include "ops/op_harness.h"
 
 #include <gtest/gtest.h>
 
 #include <set>
-
-#include "ref/every/every_op_ref.h"
 
 namespace splat::test {
 namespace {
@@ -17,43 +15,26 @@ TEST(OpSamplesTable, HoldEveryOperator) {
     std::set<std::string> names;
     for (const OpCall& call : op_samples()) names.insert(call.op);
     for (const ops::OpRow* row : ops::op_table())
-        EXPECT_TRUE(names.contains(row->name)) << row->name << " has no call in op_samples.h";
+        EXPECT_TRUE(names.contains(row->name)) << row->name << " has no row in tests/ref";
 }
 
-/// The table of references calls each as its own test does.
-TEST_P(OpSamples, MatchTheReferenceOfTheirName) {
+TEST_P(OpSamples, MatchTheirReference) {
     for (const OpCall& call : op_samples()) {
-        const ref::EveryOp* op = ref::find_op(call.op);
-        ASSERT_NE(op, nullptr) << call.op << " is not in every_op_ref.h";
-        const ops::OpRow& row = *ops::find_op(call.op).value();
-        ref::OpArguments in;
-        for (const HostTensor& input : call.inputs) {
-            in.inputs.push_back({{}, to_double(input.values)});
-            for (std::uint32_t axis = 0; axis < input.shape.rank(); ++axis)
-                in.inputs.back().dims.push_back(input.shape[axis]);
-        }
-        for (const ops::Attribute& of : row.attributes) {
-            const Json value = call.attributes.contains(of.name) ? call.attributes[of.name]
-                                                                 : Json::parse(of.fallback);
-            in.attributes[of.name] =
-                value.is_boolean() ? (value.get<bool>() ? 1 : 0) : value.get<double>();
-        }
-        std::vector<ref::Values> grads;
-        for (const HostTensor& grad : call.grad_outputs) grads.push_back(to_double(grad.values));
+        const OpExpected expected = expected_of(call);
         const OpResult gpu = run_op(context(), call);
         ASSERT_OK(gpu.status) << call.op;
-        const auto compare = [&](const auto& got, const ref::Sums& expected) {
-            ASSERT_EQ(got.size(), expected.size()) << call.op;
+        const auto compare = [&](const auto& got, const ref::Sums& sums) {
+            ASSERT_EQ(got.size(), sums.size()) << call.op;
             for (std::size_t i = 0; i < got.size(); ++i) {
                 // Winograd's algorithms round like their neighbours: 5e-6, see tolerances.h.
                 const Tolerance whole{call.op, "sample", 1e9, 5e-6, ""};
-                if (expected[i].value.empty()) continue;
-                EXPECT_TRUE(matches(got[i], expected[i], whole,
+                if (sums[i].value.empty()) continue;
+                EXPECT_TRUE(matches(got[i], sums[i], whole,
                                     {std::to_string(i), reproduce(call.op), false, true}));
             }
         };
-        compare(gpu.outputs, op->forward(in));
-        compare(gpu.grad_inputs, op->backward(in, grads));
+        compare(gpu.outputs, expected.outputs);
+        compare(gpu.grad_inputs, expected.grad_inputs);
     }
 }
 

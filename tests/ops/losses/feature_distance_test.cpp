@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ops/every/op_samples.h"
-#include "ref/losses/feature_distance_ref.h"
+#include "ops/op_harness.h"
 
 namespace splat::test {
 namespace {
@@ -19,21 +18,6 @@ OpCall distance_call(const Shape& shape, std::uint64_t seed) {
                   {Shape{shape[0], 1}});
 }
 
-ref::FeatureShape feature_shape(const Shape& shape) {
-    return {shape[0], shape[1], shape.elements() / shape[0] / shape[1]};
-}
-
-void expect_distance(vk::Context& context, const OpCall& call, const std::string& what) {
-    const ref::FeatureShape shape = feature_shape(call.inputs[0].shape);
-    const std::vector<double> a = to_double(call.inputs[0].values);
-    const std::vector<double> b = to_double(call.inputs[1].values);
-    const std::vector<double> w = to_double(call.inputs[2].values);
-    expect_matches(
-        context, call, {ref::feature_distance_forward(shape, a, b, w)},
-        {ref::feature_distance_backward(shape, a, b, w, to_double(call.grad_outputs[0].values))},
-        what);
-}
-
 TEST_P(FeatureDistance, MatchesFloat64) {
     std::uint64_t seed = 10;
     std::vector<Shape> shapes = {Shape{2, 64, 9, 7}, Shape{1, 130, 5, 5}, Shape{2, 7, 70, 3}};
@@ -41,7 +25,7 @@ TEST_P(FeatureDistance, MatchesFloat64) {
         if (shape.rank() == 4 && shape[1] > 1) shapes.push_back(shape);
     ASSERT_GE(shapes.size(), 24U);
     for (const Shape& shape : shapes)
-        expect_distance(context(), distance_call(shape, seed += 3), shape.text());
+        expect_float64(context(), distance_call(shape, seed += 3), shape.text());
 }
 
 /// Where the directions are almost the same, their difference is mostly rounding, which the bound
@@ -51,16 +35,12 @@ TEST_P(FeatureDistance, MatchesFloat64NearEqualImages) {
     call.inputs[1] = call.inputs[0];
     for (std::size_t i = 0; i < call.inputs[1].values.size(); ++i)
         call.inputs[1].values[i] *= i % 3 == 0 ? 1.001F : 1;
-    const ref::FeatureShape shape = feature_shape(call.inputs[0].shape);
     const OpResult gpu = run_op(context(), call);
     ASSERT_OK(gpu.status);
-    const auto inputs = [&](std::size_t i) { return to_double(call.inputs[i].values); };
-    EXPECT_TRUE(within_bound(gpu.outputs[0],
-                             ref::feature_distance_forward(shape, inputs(0), inputs(1), inputs(2)),
+    const OpExpected expected = expected_of(call);
+    EXPECT_TRUE(within_bound(gpu.outputs[0], expected.outputs[0],
                              tolerance("feature_distance", "y"), {"y", reproduce("near")}));
-    EXPECT_TRUE(within_bound(gpu.grad_inputs[0],
-                             ref::feature_distance_backward(shape, inputs(0), inputs(1), inputs(2),
-                                                            to_double(call.grad_outputs[0].values)),
+    EXPECT_TRUE(within_bound(gpu.grad_inputs[0], expected.grad_inputs[0],
                              tolerance("feature_distance", "grad_a"),
                              {"grad_a", reproduce("near"), true}));
 }
@@ -69,7 +49,7 @@ TEST_P(FeatureDistance, MatchesFloat64WhereSquaresOverflowOrVanish) {
     for (const float factor : {1e20F, 1e30F, 1e-25F}) {
         OpCall call = distance_call({2, 7, 5, 3}, 45);
         for (float& value : call.inputs[0].values) value *= factor;
-        expect_distance(context(), call, "a times " + std::to_string(factor));
+        expect_float64(context(), call, "a times " + std::to_string(factor));
     }
 }
 
@@ -99,16 +79,7 @@ TEST_P(FeatureDistance, RejectsBadShapes) {
 }
 
 TEST(FeatureDistanceReference, GradcheckFloat64) {
-    const ref::FeatureShape shape{2, 5, 3};
-    const std::vector<double> a = to_double(normal_fill(30, 1, 0.5));
-    const std::vector<double> b = to_double(normal_fill(30, 2, 0.5));
-    const std::vector<double> w = to_double(normal_fill(5, 3));
-    const std::vector<double> grad_y = to_double(normal_fill(2, 4));
-    expect_gradcheck({a},
-                     [&](const Arrays& in) {
-                         return Arrays{ref::feature_distance_forward(shape, in[0], b, w).value};
-                     },
-                     {grad_y}, {ref::feature_distance_backward(shape, a, b, w, grad_y).value});
+    expect_gradcheck(distance_call({2, 5, 3}, 1));
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// y = x Phi(x);  dy/dx = Phi(x) + x phi(x), because dPhi/dx = phi(x) = exp(-x^2 / 2) / sqrt(2 pi).
 /// By tanh: y = x (1 + tanh(u)) / 2 = x s, s = sigmoid(v), v = 2 u = 2 sqrt(2 / pi) (x + 0.044715 x^3);
@@ -63,5 +63,14 @@ Summed<Real> gelu_backward(const std::vector<Real>& x, const std::vector<Real>& 
     }
     return grad_x;
 }
+
+inline constexpr char kGeluTanh[] = R"({"tanh": true})";
+
+inline constexpr OpRef kGeluRef = elementwise_ref<kGeluTanh>(
+    "gelu",
+    [](const OpArguments& in) -> Sums { return {gelu_forward(in.values(0), in.flag("tanh"))}; },
+    [](const OpArguments& in, const Grads& grads) -> Sums {
+        return {gelu_backward(in.values(0), grads[0], in.flag("tanh"))};
+    });
 
 }  // namespace splat::ref

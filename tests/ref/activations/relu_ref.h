@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// y = max(x, 0);  dy/dx = 1 for x > 0, else 0.
 namespace splat::ref {
@@ -21,5 +21,11 @@ Summed<Real> relu_backward(const std::vector<Real>& x, const std::vector<Real>& 
     for (std::size_t i = 0; i < x.size(); ++i) grad_x.add(i, x[i] > 0 ? grad_y[i] : Real(0));
     return grad_x;
 }
+
+inline constexpr OpRef kReluRef = elementwise_ref<>(
+    "relu", [](const OpArguments& in) -> Sums { return {relu_forward(in.values(0))}; },
+    [](const OpArguments& in, const Grads& grads) -> Sums {
+        return {relu_backward(in.values(0), grads[0])};
+    });
 
 }  // namespace splat::ref

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// y = x s, s = sigmoid(x);  dy/dx = s + x s (1 - s), because ds/dx = s (1 - s).
 ///
@@ -35,5 +35,11 @@ Summed<Real> silu_backward(const std::vector<Real>& x, const std::vector<Real>& 
     }
     return grad_x;
 }
+
+inline constexpr OpRef kSiluRef = elementwise_ref<>(
+    "silu", [](const OpArguments& in) -> Sums { return {silu_forward(in.values(0))}; },
+    [](const OpArguments& in, const Grads& grads) -> Sums {
+        return {silu_backward(in.values(0), grads[0])};
+    });
 
 }  // namespace splat::ref

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// Difference of edges, forward and backward:
 ///
@@ -87,5 +87,37 @@ inline Summed<double> edge_loss_backward(const EdgeLossInput& in, double grad_lo
     }
     return grad_a;
 }
+
+inline EdgeLossInput edge_loss_input(const OpArguments& in) {
+    const OpTensor& a = in.inputs[0];
+    return {a.dim(0),          a.dim(1), a.dim(2),     a.dim(3),
+            in.flag("scharr"), a.values, in.values(1), in.values(2)};
+}
+
+inline OpExample edge_loss_example(OpExample of, const OpInput& weight, const char* attributes) {
+    of.inputs.push_back(weight);
+    of.attributes = attributes;
+    return of;
+}
+
+inline constexpr OpRef kEdgeLossRef{
+    .name = "edge_loss",
+    .forward = [](const OpArguments& in) -> Sums {
+        return {edge_loss_forward(edge_loss_input(in))};
+    },
+    .backward = [](const OpArguments& in, const Grads& grads) -> Sums {
+        return {edge_loss_backward(edge_loss_input(in), grads[0][0]), {}, {}};
+    },
+    .examples =
+        [] {
+            const OpExample images = image_loss_examples()[0];
+            return std::vector{
+                edge_loss_example(images, {{}, 0, 1, true}, "{}"),
+                edge_loss_example(images, {{2, 1, 9, 13}, 1, 1, true}, R"({"scharr": true})")};
+        },
+    .sizes =
+        [] {
+            return std::vector{edge_loss_example(image_loss_sizes()[0], {{}, 0, 1, true}, "{}")};
+        }};
 
 }  // namespace splat::ref

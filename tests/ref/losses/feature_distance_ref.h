@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// y[n] = 1/P sum_p sum_c w_c d_c^2, d = a / (|a| + eps) - b / (|b| + eps), |.| over the channels.
 ///
@@ -90,5 +90,35 @@ Summed<Real> feature_distance_backward(const FeatureShape& s, const std::vector<
         }
     return grad;
 }
+
+inline FeatureShape feature_shape(const OpArguments& in) {
+    return {in.inputs[0].dim(0), in.inputs[0].dim(1), in.inputs[0].pixels()};
+}
+
+inline OpExample feature_example(const Dims& dims) {
+    return {.inputs = {{dims}, {dims, 0, 1, true}, {{dims[1]}, 1, 0.1, true}},
+            .outputs = {{dims[0], 1}}};
+}
+
+inline constexpr OpRef kFeatureDistanceRef{
+    .name = "feature_distance",
+    .forward = [](const OpArguments& in) -> Sums {
+        return {
+            feature_distance_forward(feature_shape(in), in.values(0), in.values(1), in.values(2))};
+    },
+    .backward = [](const OpArguments& in, const Grads& grads) -> Sums {
+        return {feature_distance_backward(feature_shape(in), in.values(0), in.values(1),
+                                          in.values(2), grads[0]),
+                {},
+                {}};
+    },
+    .examples =
+        [] {
+            return std::vector{feature_example({2, 6, 5, 6})};
+        },
+    .sizes =
+        [] {
+            return std::vector{feature_example({1, 64, 128, 128}), feature_example({1, 512, 8, 8})};
+        }};
 
 }  // namespace splat::ref

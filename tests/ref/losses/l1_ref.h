@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// loss = mean |a - b|, and by a, with g the gradient by the loss:  g sign(a - b) / elements, 0 where a = b.
 /// The rounding of a - b, which |a| + |b| bounds, is in the magnitudes.
@@ -32,5 +32,7 @@ Summed<Real> l1_backward(const std::vector<Real>& a, const std::vector<Real>& b,
     }
     return grad_a;
 }
+
+inline constexpr OpRef kL1Ref = image_loss_ref<l1_forward<double>, l1_backward<double>>("l1");
 
 }  // namespace splat::ref

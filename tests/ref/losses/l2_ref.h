@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 
 /// loss = mean (a - b)^2, and by a, with g the gradient by the loss:  g 2 (a - b) / elements.
 /// The rounding of a - b, which |a| + |b| bounds, is in the magnitudes.
@@ -33,5 +33,7 @@ Summed<Real> l2_backward(const std::vector<Real>& a, const std::vector<Real>& b,
     }
     return grad_a;
 }
+
+inline constexpr OpRef kL2Ref = image_loss_ref<l2_forward<double>, l2_backward<double>>("l2");
 
 }  // namespace splat::ref

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "ref/op_ref.h"
 #include "ref/rounded.h"
 
 /// Structural similarity, forward and backward, with the window's 121 taps in one sum; Number is double,
@@ -103,5 +104,21 @@ std::vector<Number> ssim_backward(const SsimInput& in, double grad_loss) {
     }
     return grad_a;
 }
+
+inline SsimInput ssim_input(const OpArguments& in) {
+    const OpTensor& a = in.inputs[0];
+    return {a.dim(0) * a.dim(1), a.dim(2), a.dim(3), a.values, in.values(1)};
+}
+
+inline constexpr OpRef kSsimRef{
+    .name = "ssim",
+    .forward = [](const OpArguments& in) -> Sums {
+        return {summed(ssim_forward<Rounded>(ssim_input(in)), in.values(0).size())};
+    },
+    .backward = [](const OpArguments& in, const Grads& grads) -> Sums {
+        return {summed(ssim_backward<Rounded>(ssim_input(in), grads[0][0]), kSsimTerms), {}};
+    },
+    .examples = image_loss_examples,
+    .sizes = image_loss_sizes};
 
 }  // namespace splat::ref

@@ -4,11 +4,13 @@
 #include <cstring>
 #include <limits>
 
-#include "vkrun/doctor/op_case.h"
+#include "ref/group_norm_ref.h"
+#include "ref/linear_ref.h"
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/doctor/doctor.h"
+#include "vkrun/doctor/op_case.h"
 
 namespace vkrun {
 namespace {
@@ -37,7 +39,8 @@ Finding errors_finding(const std::string& check, const std::string& what,
 
 /// Odd sizes, and sizes that suit the fast kernels.
 std::vector<OpCase> self_test_cases() {
-    return {group_norm_case(2, 32, 9, 7, 4, true), linear_case(37, 28, 19)};
+    return {example_case("group_norm", splat::ref::group_norm_example({2, 32, 9, 7}, 4, true)),
+            example_case("linear", splat::ref::linear_example(37, 28, 19))};
 }
 
 Findings check_operator(splat_device device, const char* kernels, const OpCase& op_case) {
@@ -47,10 +50,10 @@ Findings check_operator(splat_device device, const char* kernels, const OpCase& 
     run.forward();
     const std::vector<float> first = run.output(0);
     run.backward();
-    Findings findings{errors_finding(name, "forward " + op_case.title,
-                                     forward_errors(op_case, run, reference)),
-                      errors_finding(name, "backward " + op_case.title,
-                                     backward_errors(op_case, run, reference))};
+    Findings findings{
+        errors_finding(name, "forward " + op_case.title, forward_errors(op_case, run, reference)),
+        errors_finding(name, "backward " + op_case.title,
+                       backward_errors(op_case, run, reference))};
     run.forward();
     if (!same_bits(first, run.output(0)))
         findings.push_back({name, State::kError, "two runs gave different bits", kWrong});

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "ref/every/every_op_ref.h"
+#include "ref/op_ref.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/text.h"
 
@@ -35,6 +35,14 @@ class Normal {
     std::uint64_t state_;
 };
 
+/// The row of the library's list.
+const Json& library_op(const std::string& name) {
+    static const Json ops = library_json(splat_op_list);
+    for (const Json& op : ops)
+        if (op.at("name") == name) return op;
+    throw Failure(kFailed, "no operator '" + name + "'");
+}
+
 /// The larger one, or NaN if either is NaN.
 double larger(double a, double b) {
     return a > b || std::isnan(a) ? a : b;
@@ -45,7 +53,7 @@ double larger(double a, double b) {
 CaseTensor filled(const char* name, const std::vector<std::size_t>& dims, std::uint64_t seed,
                   double mean, double deviation) {
     CaseTensor tensor{name, {}, {}};
-    std::size_t elements = 1;
+    std::size_t elements = dims.empty() ? 0 : 1;
     for (const std::size_t size : dims) {
         tensor.dims.push_back(static_cast<std::int64_t>(size));
         elements *= size;
@@ -56,51 +64,46 @@ CaseTensor filled(const char* name, const std::vector<std::size_t>& dims, std::u
     return tensor;
 }
 
-OpCase group_norm_case(std::size_t N, std::size_t C, std::size_t H, std::size_t W,
-                       std::size_t groups, bool silu) {
-    OpCase result;
-    result.op = "group_norm";
-    result.title = format("[%zu,%zu,%zu,%zu] G=%zu%s", N, C, H, W, groups, silu ? " silu" : "");
-    result.attributes["groups"] = groups;
-    result.attributes["eps"] = 1e-6;
-    result.attributes["silu"] = silu;
-    result.inputs = {filled("x", {N, C, H, W}, 1, 0.5, 1), filled("gamma", {C}, 2, 1, 0.25),
-                     filled("beta", {C}, 3, 0, 0.25)};
-    result.outputs = {filled("y", {N, C, H, W}, 4, 0, 1)};
-    return result;
-}
-
-OpCase linear_case(std::size_t rows, std::size_t in, std::size_t out) {
-    OpCase result;
-    result.op = "linear";
-    result.title = format("%zu x %zu->%zu", rows, in, out);
-    result.attributes = Json::object();
-    const double deviation = 1 / std::sqrt(static_cast<double>(in));  // y is of order 1
-    result.inputs = {filled("x", {rows, in}, 1, 0, 1), filled("weight", {out, in}, 2, 0, deviation),
-                     filled("bias", {out}, 3, 0, 0.25)};
-    result.outputs = {filled("y", {rows, out}, 4, 0, 1)};
-    return result;
+OpCase example_case(const std::string& op_name, const ref::OpExample& example) {
+    const Json& op = library_op(op_name);
+    OpCase made{op_name, example.title, Json::parse(example.attributes), {}, {}, example.plain};
+    std::vector<std::vector<float>> values;
+    for (const ref::OpInput& input : example.inputs) {
+        auto name = op.at("inputs").at(values.size()).get<std::string>();
+        if (name.back() == '?') name.pop_back();  // an optional one
+        made.inputs.push_back(
+            filled(name.c_str(), input.dims, values.size() + 1, input.mean, input.deviation));
+        made.inputs.back().constant = input.constant;
+        values.push_back(std::move(made.inputs.back().values));
+    }
+    if (example.change != nullptr) example.change(values);
+    for (std::size_t i = 0; i < values.size(); ++i) made.inputs[i].values = std::move(values[i]);
+    for (const ref::Dims& dims : example.outputs) {
+        const std::size_t i = made.outputs.size();
+        const auto name = op.at("outputs").at(i).get<std::string>();
+        made.outputs.push_back(filled(name.c_str(), dims, 10 + i, 0, 1));
+    }
+    if (!made.title.empty()) return made;
+    made.title = ref::text_of(example.inputs[0].dims);
+    for (const auto& [name, value] : made.attributes.items())
+        made.title += " " + name + "=" + value.dump();
+    return made;
 }
 
 std::map<std::string, double> attributes_of(const std::string& op_name, const Json& given) {
-    static const Json ops = library_json(splat_op_list);
     std::map<std::string, double> attributes;
-    for (const Json& op : ops) {
-        if (op.at("name") != op_name) continue;
-        for (const Json& attribute : op.at("attributes")) {
-            const auto name = attribute.at("name").get<std::string>();
-            const Json value = given.contains(name) ? given.at(name) : attribute.at("default");
-            attributes[name] =
-                value.is_boolean() ? (value.get<bool>() ? 1 : 0) : value.get<double>();
-        }
+    for (const Json& attribute : library_op(op_name).at("attributes")) {
+        const auto name = attribute.at("name").get<std::string>();
+        const Json value = given.contains(name) ? given.at(name) : attribute.at("default");
+        attributes[name] = value.is_boolean() ? (value.get<bool>() ? 1 : 0) : value.get<double>();
     }
     return attributes;
 }
 
 CaseReference reference_of(const OpCase& op_case) {
-    const ref::EveryOp* op = ref::find_op(op_case.op);
+    const ref::OpRef* op = ref::find_op(op_case.op);
     if (op == nullptr)
-        throw Failure(kFailed, "operator '" + op_case.op + "' has no reference in tests/ref/every");
+        throw Failure(kFailed, "operator '" + op_case.op + "' has no row in tests/ref");
     ref::OpArguments in;
     for (const CaseTensor& input : op_case.inputs)
         in.inputs.push_back(

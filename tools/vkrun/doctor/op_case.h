@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "ref/summed.h"
+#include "ref/op_ref.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
 
@@ -36,9 +36,8 @@ struct OpCase {
 CaseTensor filled(const char* name, const std::vector<std::size_t>& dims, std::uint64_t seed,
                   double mean, double deviation);
 
-OpCase group_norm_case(std::size_t N, std::size_t C, std::size_t H, std::size_t W,
-                       std::size_t groups, bool silu);
-OpCase linear_case(std::size_t rows, std::size_t in, std::size_t out);
+/// A call of a reference's row, with values, and gradients of outputs.
+OpCase example_case(const std::string& op_name, const splat::ref::OpExample& example);
 
 /// The float64 result of some elements of a tensor.
 struct Samples {
