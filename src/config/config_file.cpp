@@ -137,12 +137,18 @@ Status check_training(const TrainConfig& c, const char* what) {
         return wrong("opt.micro_batch", c.micro_batch,
                      format("a divisor of opt.batch_size, %u", c.batch_size));
     if (c.ema && c.ema_every == 0) return wrong("opt.ema.update_every", 0, "at least 1");
-    if (c.ssim_weight + c.lpips_weight > 1)
-        return error(
-            Code::kInvalidArgument,
-            "%s: 'opt.lambda_ssim' and 'opt.lambda_lpips' are %g and %g, expected a sum of "
-            "at most 1",
-            what, c.ssim_weight, c.lpips_weight);
+    double sum = 0;
+    std::string keys, weights;
+    for (const LossTerm& term : kLossTerms) {
+        if (!term.replaces) continue;
+        sum += c.*term.weight;
+        const char* const joint = keys.empty() ? "" : " and ";
+        keys += joint + format("'%s'", term.key);
+        weights += joint + format("%g", c.*term.weight);
+    }
+    if (sum > 1)
+        return error(Code::kInvalidArgument, "%s: %s are %s, expected a sum of at most 1", what,
+                     keys.c_str(), weights.c_str());
     return {};
 }
 

@@ -350,17 +350,24 @@ constexpr Key kOptimiserKeys[] = {
                      "step or not given. Never: -1."}),
     {"opt.loss", kTraining<&T::pixel_loss>, words("l2, l1"), kPublished,
      "Difference of pixels: its square, or its magnitude."},
-    {"opt.lambda_ssim", kTraining<&T::ssim_weight>, kFraction, kOurs,
-     "Weight of 1 - SSIM; at most 1 together with opt.lambda_lpips."},
-    {"opt.lambda_edge", kTraining<&T::edge_weight>, Values{0, 1e6}, kOurs,
-     "Weight of the difference of edges, added to the other terms: mean |Dx (a - b)| + |Dy (a - "
-     "b)|."},
+};
+
+template <std::size_t... I>
+constexpr std::array<Key, sizeof...(I)> term_keys(std::index_sequence<I...>) {
+    return {{{kLossTerms[I].key,
+              kTraining<kLossTerms[I].weight>,
+              {0, kLossTerms[I].most},
+              kLossTerms[I].published ? kPublished : kOurs,
+              kLossTerms[I].about}...}};
+}
+constexpr auto kTermKeys = term_keys(std::make_index_sequence<std::size(kLossTerms)>());
+
+constexpr Key kUpdateKeys[] = {
     where(kEdges, {"opt.edge_filter", kTraining<&T::edge_filter>, words("sobel, scharr"), kOurs,
                    "Derivative of the difference of edges."}),
     where(kEdges,
           {"opt.edge_by_size", kTraining<&T::edge_by_size>, kAll, kOurs,
            "Weigh the difference of edges by the size of the Gaussians that a pixel shows."}),
-    {"opt.lambda_lpips", kTraining<&T::lpips_weight>, kFraction, kPublished, "Weight of LPIPS."},
     where(kLpips, {"opt.start_lpips_after", kTraining<&T::lpips_after>, kSteps, kPublished,
                    "Updates before LPIPS is part of the loss."}),
     where(kLpips, {"opt.lpips_weights", kTraining<&T::lpips_weights>, kAll, kOurs,
@@ -413,17 +420,17 @@ constexpr Key kRunKeys[] = {
     unused<std::uint32_t>("general.num_devices", "How many GPUs; one device is used."),
 };
 
-template <std::size_t... Counts>
-constexpr auto join(const Key (&... sections)[Counts]) {
-    std::array<Key, (Counts + ...)> all{};
+template <class... Sections>
+constexpr auto join(const Sections&... sections) {
+    std::array<Key, ((sizeof(Sections) / sizeof(Key)) + ...)> all{};
     auto end = all.begin();
-    ((end = std::copy(sections, sections + Counts, end)), ...);
+    ((end = std::copy(std::begin(sections), std::end(sections), end)), ...);
     return all;
 }
 
 /// Constant, so that it needs no allocation, which could fail.
 constexpr auto kKeys = join(kDataKeys, kListKeys, kSourceKeys, kEmbeddingKeys, kModelKeys,
-                            kAdapterKeys, kOptimiserKeys, kRunKeys);
+                            kAdapterKeys, kOptimiserKeys, kTermKeys, kUpdateKeys, kRunKeys);
 
 }  // namespace
 

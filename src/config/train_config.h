@@ -3,6 +3,7 @@
 #include <array>
 
 #include "config/model_config.h"
+#include "core/json.h"
 
 namespace splat::config {
 
@@ -36,11 +37,12 @@ struct TrainConfig {
     std::uint64_t step_lr_at = 0;  ///< step at which Schedule::kStep lowers the rate
 
     PixelLoss pixel_loss = PixelLoss::kL2;
+    /// Weights of kLossTerms.
     double ssim_weight = 0;
     double edge_weight = 0;
+    double lpips_weight = 0;
     EdgeFilter edge_filter = EdgeFilter::kSobel;
     bool edge_by_size = false;  ///< weigh edges by the size of the Gaussians there: train::SizeMap
-    double lpips_weight = 0;
     std::uint64_t lpips_after = 0;           ///< steps before LPIPS takes part
     std::vector<std::string> lpips_weights;  ///< files of VGG16 and of LPIPS, see model::LpipsNet
     bool scale_terms = false;                ///< CO3D: hold scales between 1e-5 and 20
@@ -72,5 +74,52 @@ struct TrainConfig {
     /// The learning rate of a step, counted from 1.
     [[nodiscard]] double rate(std::uint64_t step) const;
 };
+
+inline std::vector<JsonScalar> edge_attributes(const TrainConfig& config) {
+    return {{"scharr", config.edge_filter == EdgeFilter::kScharr}};
+}
+
+/// A term of the loss besides that of pixels: a line in kLossTerms and a weight in TrainConfig make one, and the
+/// operator computes it. What is weighed, measured and told goes through this table, and so does the weight's key.
+struct LossTerm {
+    const char* name;  ///< in metrics
+    const char*
+        op;  ///< operator of two images and maybe weights of pixels; nullptr: model::LpipsNet
+    double TrainConfig::*weight;
+    const char* key;    ///< of the weight
+    const char* about;  ///< one sentence on the weight
+    double most = 1e6;  ///< largest weight
+    bool published = false;
+    bool similarity = false;  ///< grows when images agree: the loss is 1 - value
+    bool replaces =
+        false;  ///< takes its weight from the pixel loss; all of these add up to 1 at most
+    std::vector<JsonScalar> (*attributes)(const TrainConfig&) = nullptr;
+};
+
+/// In the order in which their gradients are added.
+inline constexpr LossTerm kLossTerms[] = {
+    {.name = "ssim",
+     .op = "ssim",
+     .weight = &TrainConfig::ssim_weight,
+     .key = "opt.lambda_ssim",
+     .about = "Weight of 1 - SSIM; at most 1 together with opt.lambda_lpips.",
+     .most = 1,
+     .similarity = true,
+     .replaces = true},
+    {.name = "edge",
+     .op = "edge_loss",
+     .weight = &TrainConfig::edge_weight,
+     .key = "opt.lambda_edge",
+     .about = "Weight of the difference of edges, added to the other terms: mean |Dx (a - b)| + "
+              "|Dy (a - b)|.",
+     .attributes = edge_attributes},
+    {.name = "lpips",
+     .op = nullptr,
+     .weight = &TrainConfig::lpips_weight,
+     .key = "opt.lambda_lpips",
+     .about = "Weight of LPIPS.",
+     .most = 1,
+     .published = true,
+     .replaces = true}};
 
 }  // namespace splat::config

@@ -11,25 +11,8 @@
 
 namespace splat::train {
 
-/// A term of the loss besides that of pixels: a line here, a weight in TrainConfig and its key make one, and the
-/// operator computes it. What is weighed, measured and told goes through this table.
-struct LossTerm {
-    const char* name;  ///< name in metrics
-    /// Operator of two images and maybe weights of pixels; nullptr: model::LpipsNet.
-    const char* op;
-    double config::TrainConfig::*weight;
-    bool similarity = false;  ///< grows when images agree: the loss is 1 - value
-    bool replaces = false;    ///< takes its weight from the pixel loss
-    std::vector<JsonScalar> (*attributes)(const config::TrainConfig&) = nullptr;
-};
-inline std::vector<JsonScalar> edge_attributes(const config::TrainConfig& config) {
-    return {{"scharr", config.edge_filter == config::EdgeFilter::kScharr}};
-}
-/// In the order in which their gradients are added.
-inline constexpr LossTerm kLossTerms[] = {
-    {"ssim", "ssim", &config::TrainConfig::ssim_weight, true, true},
-    {"edge", "edge_loss", &config::TrainConfig::edge_weight, false, false, edge_attributes},
-    {"lpips", nullptr, &config::TrainConfig::lpips_weight, false, true}};
+using config::kLossTerms;
+using config::LossTerm;
 
 struct RenderLossDesc {
     std::uint32_t views = 1;
