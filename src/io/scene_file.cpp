@@ -10,17 +10,6 @@
 namespace splat::io {
 namespace {
 
-constexpr SceneFormat kSceneFormats[] = {
-    {"ply", ".ply", "all of a scene, as 3DGS writes it", "the line 'ply'", is_plain_ply, read_ply,
-     write_ply, scene::kMaxShDegree, scene::Frame::kRdf},
-    {"compressed ply", ".ply", "quantised chunks of 256, as SuperSplat writes them",
-     "the line 'ply'", is_compressed_ply, read_compressed_ply, nullptr, scene::kMaxShDegree,
-     scene::Frame::kRdf},
-    {"splat", ".splat", "8-bit colours without view dependence", nullptr, nullptr, read_splat,
-     write_splat, 0, scene::Frame::kRdf},
-    {"spz", ".spz", "quantised", "gzip or 'NGSP'", is_spz, read_spz, write_spz, scene::kMaxShDegree,
-     kSpzFrame}};
-
 /// Formats that are known by their mark or extension, but not read.
 struct UnreadFormat {
     const char* name;
@@ -33,7 +22,7 @@ constexpr UnreadFormat kUnread[] = {
 /// ".ply, .splat or .spz": extensions of all formats that are read, or of those that are written.
 std::string extension_list(bool written) {
     std::vector<std::string> extensions;
-    for (const SceneFormat& format : kSceneFormats)
+    for (const SceneFormat& format : scene_formats())
         if ((!written || format.write != nullptr) &&
             std::find(extensions.begin(), extensions.end(), format.extension) == extensions.end())
             extensions.emplace_back(format.extension);
@@ -50,7 +39,7 @@ Status unread(const std::string& name, const UnreadFormat& format) {
 
 /// The format whose mark the file starts with; null for none. Errors: see SceneFormat::detect.
 Result<const SceneFormat*> marked_format(Bytes file) {
-    for (const SceneFormat& format : kSceneFormats) {
+    for (const SceneFormat& format : scene_formats()) {
         if (format.detect == nullptr) continue;
         SPLAT_ASSIGN(const bool found, format.detect(file));
         if (found) return &format;
@@ -61,7 +50,14 @@ Result<const SceneFormat*> marked_format(Bytes file) {
 }  // namespace
 
 std::span<const SceneFormat> scene_formats() {
-    return kSceneFormats;
+    static const std::vector<SceneFormat> ordered = [] {
+        std::vector<SceneFormat> formats;
+        for (const SceneFormat* row : scene_format_rows()) formats.push_back(*row);
+        std::sort(formats.begin(), formats.end(),
+                  [](const SceneFormat& a, const SceneFormat& b) { return a.id < b.id; });
+        return formats;
+    }();
+    return ordered;
 }
 
 Result<const SceneFormat*> detect_scene_format(Bytes file, const std::string& name) {
@@ -73,7 +69,7 @@ Result<const SceneFormat*> detect_scene_format(Bytes file, const std::string& na
         if (format.mark.empty() ? extension == format.extension
                                 : as_text(file).starts_with(format.mark))
             return unread(name, format);
-    for (const SceneFormat& format : kSceneFormats) {
+    for (const SceneFormat& format : scene_formats()) {
         if (extension != format.extension) continue;
         if (format.detect == nullptr) return &format;
         return error(Code::kFormat, "'%s' is not a %s file: its first bytes differ; expected %s",
@@ -85,7 +81,7 @@ Result<const SceneFormat*> detect_scene_format(Bytes file, const std::string& na
 
 Result<const SceneFormat*> written_scene_format(const std::string& name) {
     const std::string extension = extension_of(name);
-    for (const SceneFormat& format : kSceneFormats)
+    for (const SceneFormat& format : scene_formats())
         if (format.write != nullptr && extension == format.extension) return &format;
     return error(Code::kUnsupported, "'%s': extension '%s', expected %s", name.c_str(),
                  extension.c_str(), extension_list(true).c_str());

@@ -7,23 +7,30 @@
 
 namespace splat::io {
 
-/// One format of scene files.
+/// One format of scene files: `extern const SceneFormat kFooFormat = {` at the beginning of a line of a file in scenes/,
+/// where CMake finds it.
 struct SceneFormat {
-    const char* name;       ///< in reports and messages
-    const char* extension;  ///< with the point, in lower case
-    const char* holds;      ///< for help texts: what the format keeps of a scene
-    const char* mark;       ///< the first bytes, for messages; null where the format has none
+    std::int32_t id;             ///< SPLAT_SCENE_* of splat.h
+    const char* name;            ///< in reports and messages
+    const char* extension;       ///< with the point, in lower case
+    const char* holds;           ///< for help texts: what the format keeps of a scene
+    const char* mark = nullptr;  ///< the first bytes, for messages; null where the format has none
     /// True if the first bytes are the mark; null where the format has none. Errors: of a header that
     /// starts with the mark and is damaged.
-    Result<bool> (*detect)(Bytes file);
+    Result<bool> (*detect)(Bytes file) = nullptr;
     Result<LoadedScene> (*read)(Bytes file, const LoadOptions& options);
     /// Null where the format is only read.
-    Result<Buffer> (*write)(const scene::Gaussians& gaussians, const SaveOptions& options);
-    std::uint32_t max_sh_degree;
-    scene::Frame frame;  ///< axes of a file, unless LoadOptions or SaveOptions name others
+    Result<Buffer> (*write)(const scene::Gaussians& gaussians,
+                            const SaveOptions& options) = nullptr;
+    std::uint32_t max_sh_degree = scene::kMaxShDegree;
+    /// Axes of a file, unless LoadOptions or SaveOptions name others.
+    scene::Frame frame = scene::Frame::kRdf;
 };
 
-/// All formats, ordered as SPLAT_SCENE_* in splat.h: the first one has the value 1.
+/// The rows as CMake finds them.
+std::span<const SceneFormat* const> scene_format_rows();
+
+/// All formats by id: the first one has 1.
 std::span<const SceneFormat> scene_formats();
 
 /// By the first bytes; by the extension of `name` where no format's mark fits.

@@ -1,3 +1,4 @@
+#include "io/scene_file.h"
 #include "io/scene_formats.h"
 
 #include <algorithm>
@@ -221,5 +222,14 @@ Result<LoadedScene> read_compressed_ply(Bytes file, const LoadOptions& options) 
     SPLAT_ASSIGN(report.left_out, rows.rest(options.lenient));
     return finish_load(decode(packed), std::move(report), scene::Frame::kRdf, options);
 }
+
+extern const SceneFormat kCompressedPlyFormat = {
+    .id = 2,
+    .name = "compressed ply",
+    .extension = ".ply",
+    .holds = "quantised chunks of 256, as SuperSplat writes them",
+    .mark = "the line 'ply'",
+    .detect = is_compressed_ply,
+    .read = read_compressed_ply};
 
 }  // namespace splat::io

@@ -1,3 +1,4 @@
+#include "io/scene_file.h"
 #include "io/scene_formats.h"
 
 #include <algorithm>
@@ -100,5 +101,13 @@ Result<Buffer> write_splat(const Gaussians& gaussians, const SaveOptions& option
     }
     return file;
 }
+
+extern const SceneFormat kSplatFormat = {.id = 3,
+                                         .name = "splat",
+                                         .extension = ".splat",
+                                         .holds = "8-bit colours without view dependence",
+                                         .read = read_splat,
+                                         .write = write_splat,
+                                         .max_sh_degree = 0};
 
 }  // namespace splat::io

@@ -1,3 +1,4 @@
+#include "io/scene_file.h"
 #include "io/scene_formats.h"
 
 #include <algorithm>
@@ -445,5 +446,15 @@ Result<Buffer> write_spz(const Gaussians& gaussians, const SaveOptions& options)
     SPLAT_ASSIGN(header.fraction_bits, choose_fraction_bits(scene));
     return header.version == 4 ? pack_streams(scene, header) : pack_whole(scene, header);
 }
+
+extern const SceneFormat kSpzFormat = {.id = 4,
+                                       .name = "spz",
+                                       .extension = ".spz",
+                                       .holds = "quantised",
+                                       .mark = "gzip or 'NGSP'",
+                                       .detect = is_spz,
+                                       .read = read_spz,
+                                       .write = write_spz,
+                                       .frame = kSpzFrame};
 
 }  // namespace splat::io

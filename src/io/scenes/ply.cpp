@@ -1,3 +1,4 @@
+#include "io/scene_file.h"
 #include "io/scene_formats.h"
 
 #include <algorithm>
@@ -156,5 +157,14 @@ Result<Buffer> write_ply(const Gaussians& gaussians, const SaveOptions& options)
                  "Gaussians have a value that is not finite, and keep it");
     return file;
 }
+
+extern const SceneFormat kPlyFormat = {.id = 1,
+                                       .name = "ply",
+                                       .extension = ".ply",
+                                       .holds = "all of a scene, as 3DGS writes it",
+                                       .mark = "the line 'ply'",
+                                       .detect = is_plain_ply,
+                                       .read = read_ply,
+                                       .write = write_ply};
 
 }  // namespace splat::io
