@@ -1,28 +1,24 @@
 #include "ops/add.h"
 
 #include "params/add_params.h"
-#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
 
 Status record(vk::Recorder& recorder, const char* kernel, const AddDesc& desc,
               std::vector<vk::Access> accesses) {
-    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = vk::groups_for(recorder.device(), desc.x.quads(), size);
     const double bytes = static_cast<double>(desc.x.bytes());
     const double tensors = static_cast<double>(accesses.size());
-    return recorder.dispatch({
-        .op = kernel,
-        .shader = kernel,
-        .constants = {{params::kWorkgroupSizeId, size}},
-        .push =
-            params::AddParams{static_cast<std::uint32_t>(desc.x.quads()), desc.scale, groups[0]},
-        .accesses = std::move(accesses),
-        .groups = groups,
-        .work = {.flops = bytes / 2, .bytes = tensors * bytes},
-        .may_alias = true,
-    });
+    return record_each(recorder,
+                       {.kernel = kernel,
+                        .items = desc.x.quads(),
+                        .accesses = std::move(accesses),
+                        .work = {.flops = bytes / 2, .bytes = tensors * bytes},
+                        .may_alias = true},
+                       [&](std::uint32_t groups_x) {
+                           return params::AddParams{static_cast<std::uint32_t>(desc.x.quads()),
+                                                    desc.scale, groups_x};
+                       });
 }
 
 }  // namespace

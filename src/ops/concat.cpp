@@ -2,7 +2,6 @@
 
 #include "core/checked_math.h"
 #include "params/concat_params.h"
-#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -24,18 +23,16 @@ Status check(const ConcatDesc& desc) {
 
 Status record(vk::Recorder& recorder, const char* kernel, const ConcatDesc& desc,
               std::uint32_t offset, std::uint32_t count, std::vector<vk::Access> accesses) {
-    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const std::uint64_t bytes = bytes_of(desc, count);
-    const vk::Groups groups = vk::groups_for(recorder.device(), bytes / 16, size);
-    return recorder.dispatch({
-        .op = kernel,
-        .shader = kernel,
-        .constants = {{params::kWorkgroupSizeId, size}},
-        .push = params::ConcatParams{desc.columns, desc.a, desc.b, offset, count, groups[0]},
-        .accesses = std::move(accesses),
-        .groups = groups,
-        .work = {.flops = 0, .bytes = 2 * static_cast<double>(bytes)},
-    });
+    return record_each(recorder,
+                       {.kernel = kernel,
+                        .items = bytes / 16,
+                        .accesses = std::move(accesses),
+                        .work = {.flops = 0, .bytes = 2 * static_cast<double>(bytes)}},
+                       [&](std::uint32_t groups_x) {
+                           return params::ConcatParams{desc.columns, desc.a, desc.b,
+                                                       offset,       count,  groups_x};
+                       });
 }
 
 }  // namespace

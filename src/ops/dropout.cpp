@@ -3,7 +3,6 @@
 #include <limits>
 
 #include "params/dropout_params.h"
-#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -11,21 +10,19 @@ namespace {
 Status record(vk::Recorder& recorder, const char* kernel, const DropoutDesc& desc,
               const vk::BufferView& from, const vk::BufferView& counter, const vk::BufferView& to) {
     SPLAT_TRY(dropout_check(desc));
-    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = vk::groups_for(recorder.device(), desc.x.quads(), size);
     const double bytes = static_cast<double>(desc.x.bytes());
-    return recorder.dispatch({
-        .op = kernel,
-        .shader = kernel,
-        .constants = {{params::kWorkgroupSizeId, size}},
-        .push = params::DropoutParams{static_cast<std::uint32_t>(desc.x.quads()), desc.stream,
-                                      dropout_threshold(desc.p),
-                                      static_cast<float>(1 / (1 - desc.p)), groups[0]},
-        .accesses = {vk::read(from), vk::read(counter), vk::write(to)},
-        .groups = groups,
-        .work = {.flops = 5 * bytes, .bytes = 2 * bytes},
-        .may_alias = true,
-    });
+    return record_each(recorder,
+                       {.kernel = kernel,
+                        .items = desc.x.quads(),
+                        .accesses = {vk::read(from), vk::read(counter), vk::write(to)},
+                        .work = {.flops = 5 * bytes, .bytes = 2 * bytes},
+                        .may_alias = true},
+                       [&](std::uint32_t groups_x) {
+                           return params::DropoutParams{static_cast<std::uint32_t>(desc.x.quads()),
+                                                        desc.stream, dropout_threshold(desc.p),
+                                                        static_cast<float>(1 / (1 - desc.p)),
+                                                        groups_x};
+                       });
 }
 
 }  // namespace
@@ -38,17 +35,6 @@ Status dropout_check(const DropoutDesc& desc) {
 
 std::uint32_t dropout_threshold(double p) {
     return static_cast<std::uint32_t>(p * 0x1p32);
-}
-
-Status dropout_forward(vk::Recorder& recorder, const DropoutDesc& desc, const vk::BufferView& x,
-                       const vk::BufferView& counter, const vk::BufferView& y) {
-    return record(recorder, "dropout_forward", desc, x, counter, y);
-}
-
-Status dropout_backward(vk::Recorder& recorder, const DropoutDesc& desc,
-                        const vk::BufferView& counter, const vk::BufferView& grad_y,
-                        const vk::BufferView& grad_x) {
-    return record(recorder, "dropout_backward", desc, grad_y, counter, grad_x);
 }
 
 namespace {
@@ -81,14 +67,15 @@ Result<OpPlan> dropout_plan(const vk::Recorder&, const Attributes& attributes,
 
 Status dropout_row_forward(vk::Recorder& recorder, const Attributes& attributes, const OpViews& v) {
     SPLAT_ASSIGN(const DropoutDesc desc, dropout_desc(attributes, v.inputs[0].shape));
-    return dropout_forward(recorder, desc, v.inputs[0], v.inputs[1], v.outputs[0]);
+    return record(recorder, "dropout_forward", desc, v.inputs[0], v.inputs[1], v.outputs[0]);
 }
 
 Status dropout_row_backward(vk::Recorder& recorder, const Attributes& attributes,
                             const OpViews& v) {
     if (!present(v.grad_inputs[0])) return {};
     SPLAT_ASSIGN(const DropoutDesc desc, dropout_desc(attributes, v.inputs[0].shape));
-    return dropout_backward(recorder, desc, v.inputs[1], v.grad_outputs[0], v.grad_inputs[0]);
+    return record(recorder, "dropout_backward", desc, v.grad_outputs[0], v.inputs[1],
+                  v.grad_inputs[0]);
 }
 
 }  // namespace

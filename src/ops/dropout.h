@@ -28,15 +28,9 @@ std::uint32_t dropout_threshold(double p);
 /// Precision    one rounding
 /// Determinism  bit-exact for any thread count; the same mask on every device
 /// Source       Srivastava et al. 2014 (inverted form); core/rng.h
-Status dropout_forward(vk::Recorder& recorder, const DropoutDesc& desc, const vk::BufferView& x,
-                       const vk::BufferView& counter, const vk::BufferView& y);
-
+///
 /// The gradient: grad_x = grad_y / (1 - p) where kept, else 0, with the same counter. The rest as in
 /// the forward pass.
-Status dropout_backward(vk::Recorder& recorder, const DropoutDesc& desc,
-                        const vk::BufferView& counter, const vk::BufferView& grad_y,
-                        const vk::BufferView& grad_x);
-
 extern const OpRow kDropoutRow;
 
 }  // namespace splat::ops

@@ -6,22 +6,21 @@
 namespace splat::ops {
 namespace {
 
+params::FilmParams film_params(const FilmDesc& desc, std::uint32_t groups_x) {
+    return {desc.x.n, desc.x.c, desc.x.p, desc.scaled ? 0U : 1U, groups_x};
+}
+
 /// A kernel with one invocation per quad of x.
 Status record(vk::Recorder& recorder, const char* kernel, const FilmDesc& desc,
               std::vector<vk::Access> accesses) {
-    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = vk::groups_for(recorder.device(), desc.x.quads(), size);
     const double bytes = static_cast<double>(desc.x.bytes());
-    return recorder.dispatch({
-        .op = kernel,
-        .shader = kernel,
-        .constants = {{params::kWorkgroupSizeId, size}},
-        .push = params::FilmParams{desc.x.n, desc.x.c, desc.x.p, desc.scaled ? 0U : 1U, groups[0]},
-        .accesses = std::move(accesses),
-        .groups = groups,
-        .work = {.flops = bytes / 2, .bytes = 2 * bytes},
-        .may_alias = true,
-    });
+    return record_each(recorder,
+                       {.kernel = kernel,
+                        .items = desc.x.quads(),
+                        .accesses = std::move(accesses),
+                        .work = {.flops = bytes / 2, .bytes = 2 * bytes},
+                        .may_alias = true},
+                       [&](std::uint32_t groups_x) { return film_params(desc, groups_x); });
 }
 
 }  // namespace
@@ -35,25 +34,11 @@ Status film_check(const vk::DeviceInfo& device, const FilmDesc& desc) {
     return {};
 }
 
-Status film_forward(vk::Recorder& recorder, const FilmDesc& desc, const vk::BufferView& x,
-                    const vk::BufferView& modulation, const vk::BufferView& y) {
-    SPLAT_TRY(film_check(recorder.device(), desc));
-    return record(recorder, "film_forward", desc,
-                  {vk::read(x), vk::read(modulation), vk::write(y)});
-}
-
-Status film_backward_input(vk::Recorder& recorder, const FilmDesc& desc,
-                           const vk::BufferView& modulation, const vk::BufferView& grad_y,
-                           const vk::BufferView& grad_x) {
-    SPLAT_TRY(film_check(recorder.device(), desc));
-    return record(recorder, "film_backward_input", desc,
-                  {vk::read(modulation), vk::read(grad_y), vk::write(grad_x)});
-}
+namespace {
 
 Status film_backward_modulation(vk::Recorder& recorder, const FilmDesc& desc,
                                 const vk::BufferView& x, const vk::BufferView& grad_y,
                                 const vk::BufferView& grad_modulation) {
-    SPLAT_TRY(film_check(recorder.device(), desc));
     // One subgroup on CPU devices, as in group_norm.cpp.
     const std::uint32_t lanes = recorder.kernels() == vk::Kernels::kCpu ? 8 : 64;
     const double bytes = static_cast<double>(desc.x.bytes());
@@ -62,14 +47,12 @@ Status film_backward_modulation(vk::Recorder& recorder, const FilmDesc& desc,
         .shader = "film_backward_modulation",
         .constants = {{params::kWorkgroupSizeId,
                        vk::workgroup_size(recorder.device(), lanes, desc.x.p)}},
-        .push = params::FilmParams{desc.x.n, desc.x.c, desc.x.p, desc.scaled ? 0U : 1U, 0},
+        .push = film_params(desc, 0),
         .accesses = {vk::read(x), vk::read(grad_y), vk::write(grad_modulation)},
         .groups = {(desc.x.c + 3) / 4, desc.x.n, 1},
         .work = {.flops = bytes, .bytes = 2 * bytes},
     });
 }
-
-namespace {
 
 constexpr Port kFilmInputs[] = {{"x"}, {"modulation"}};
 
@@ -95,7 +78,8 @@ Result<OpPlan> film_plan(const vk::Recorder& recorder, const Attributes&,
 
 Status film_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
     SPLAT_ASSIGN(const FilmDesc desc, film_desc(v.inputs[0].shape, v.inputs[1].shape));
-    return film_forward(recorder, desc, v.inputs[0], v.inputs[1], v.outputs[0]);
+    return record(recorder, "film_forward", desc,
+                  {vk::read(v.inputs[0]), vk::read(v.inputs[1]), vk::write(v.outputs[0])});
 }
 
 Status film_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
@@ -104,7 +88,9 @@ Status film_row_backward(vk::Recorder& recorder, const Attributes&, const OpView
         SPLAT_TRY(film_backward_modulation(recorder, desc, v.inputs[0], v.grad_outputs[0],
                                            v.grad_inputs[1]));
     if (!present(v.grad_inputs[0])) return {};
-    return film_backward_input(recorder, desc, v.inputs[1], v.grad_outputs[0], v.grad_inputs[0]);
+    return record(
+        recorder, "film_backward_input", desc,
+        {vk::read(v.inputs[1]), vk::read(v.grad_outputs[0]), vk::write(v.grad_inputs[0])});
 }
 
 }  // namespace

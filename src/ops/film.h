@@ -21,9 +21,7 @@ Status film_check(const vk::DeviceInfo& device, const FilmDesc& desc);
 /// Precision    two roundings
 /// Determinism  bit-exact for any thread count
 /// Source       Perez et al. 2017, arXiv:1709.07871, eq. 2
-Status film_forward(vk::Recorder& recorder, const FilmDesc& desc, const vk::BufferView& x,
-                    const vk::BufferView& modulation, const vk::BufferView& y);
-
+///
 /// The gradients:  grad_x = gamma * grad_y,  grad_gamma = sum_p grad_y * x,  grad_beta = sum_p grad_y
 ///
 /// grad_x           as quads, overwritten; may be grad_y
@@ -31,13 +29,6 @@ Status film_forward(vk::Recorder& recorder, const FilmDesc& desc, const vk::Buff
 /// Precision        grad_modulation 2e-6 relative L2 (tests/ops/film_test.cpp)
 /// Errors, Determinism  as the forward pass
 /// Source           derived in tests/ref/film_ref.h
-Status film_backward_input(vk::Recorder& recorder, const FilmDesc& desc,
-                           const vk::BufferView& modulation, const vk::BufferView& grad_y,
-                           const vk::BufferView& grad_x);
-Status film_backward_modulation(vk::Recorder& recorder, const FilmDesc& desc,
-                                const vk::BufferView& x, const vk::BufferView& grad_y,
-                                const vk::BufferView& grad_modulation);
-
 extern const OpRow kFilmRow;
 
 }  // namespace splat::ops

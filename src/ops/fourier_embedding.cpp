@@ -3,7 +3,6 @@
 #include "core/checked_math.h"
 #include "core/shape.h"
 #include "params/fourier_embedding_params.h"
-#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -14,19 +13,16 @@ constexpr std::uint32_t kMaxFrequencies = 16000;
 Status record(vk::Recorder& recorder, const char* name, const FourierEmbeddingDesc& desc,
               std::uint32_t channels, std::vector<vk::Access> accesses) {
     SPLAT_TRY(fourier_embedding_check(desc));
-    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
-    const vk::Groups groups =
-        vk::groups_for(recorder.device(), ceil_div(channels, 4) * desc.rows, size);
     const double values = 2.0 * desc.rows * desc.features * desc.waves;
-    return recorder.dispatch({
-        .op = name,
-        .shader = name,
-        .constants = {{params::kWorkgroupSizeId, size}},
-        .push = params::FourierEmbeddingParams{desc.rows, desc.features, desc.waves, groups[0]},
-        .accesses = std::move(accesses),
-        .groups = groups,
-        .work = {.flops = 60 * values, .bytes = 4 * values},
-    });
+    return record_each(
+        recorder,
+        {.kernel = name,
+         .items = ceil_div(channels, 4) * desc.rows,
+         .accesses = std::move(accesses),
+         .work = {.flops = 60 * values, .bytes = 4 * values}},
+        [&](std::uint32_t groups_x) {
+            return params::FourierEmbeddingParams{desc.rows, desc.features, desc.waves, groups_x};
+        });
 }
 
 }  // namespace
@@ -43,20 +39,6 @@ Status fourier_embedding_check(const FourierEmbeddingDesc& desc) {
         return error(Code::kUnsupported, "fourier_embedding: %u frequencies, expected at most %u",
                      desc.waves, kMaxFrequencies);
     return {};
-}
-
-Status fourier_embedding_forward(vk::Recorder& recorder, const FourierEmbeddingDesc& desc,
-                                 const vk::BufferView& x, const vk::BufferView& frequencies,
-                                 const vk::BufferView& y) {
-    return record(recorder, "fourier_embedding_forward", desc, 2 * desc.features * desc.waves,
-                  {vk::read(x), vk::read(frequencies), vk::write(y)});
-}
-
-Status fourier_embedding_backward(vk::Recorder& recorder, const FourierEmbeddingDesc& desc,
-                                  const vk::BufferView& x, const vk::BufferView& frequencies,
-                                  const vk::BufferView& grad_y, const vk::BufferView& grad_x) {
-    return record(recorder, "fourier_embedding_backward", desc, desc.features,
-                  {vk::read(x), vk::read(frequencies), vk::read(grad_y), vk::write(grad_x)});
 }
 
 namespace {
@@ -85,15 +67,17 @@ Result<OpPlan> fourier_embedding_plan(const vk::Recorder&, const Attributes&,
 Status fourier_embedding_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
     SPLAT_ASSIGN(const FourierEmbeddingDesc desc,
                  fourier_desc(v.inputs[0].shape, v.inputs[1].shape));
-    return fourier_embedding_forward(recorder, desc, v.inputs[0], v.inputs[1], v.outputs[0]);
+    return record(recorder, "fourier_embedding_forward", desc, 2 * desc.features * desc.waves,
+                  {vk::read(v.inputs[0]), vk::read(v.inputs[1]), vk::write(v.outputs[0])});
 }
 
 Status fourier_embedding_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
     if (!present(v.grad_inputs[0])) return {};
     SPLAT_ASSIGN(const FourierEmbeddingDesc desc,
                  fourier_desc(v.inputs[0].shape, v.inputs[1].shape));
-    return fourier_embedding_backward(recorder, desc, v.inputs[0], v.inputs[1], v.grad_outputs[0],
-                                      v.grad_inputs[0]);
+    return record(recorder, "fourier_embedding_backward", desc, desc.features,
+                  {vk::read(v.inputs[0]), vk::read(v.inputs[1]), vk::read(v.grad_outputs[0]),
+                   vk::write(v.grad_inputs[0])});
 }
 
 }  // namespace

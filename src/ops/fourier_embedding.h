@@ -1,6 +1,7 @@
 #pragma once
 
 #include "ops/op_table.h"
+#include "ops/quads.h"
 
 namespace splat::ops {
 
@@ -22,16 +23,9 @@ Status fourier_embedding_check(const FourierEmbeddingDesc& desc);
 ///              turns before it is multiplied by 2 pi
 /// Determinism  bit-exact for any thread count
 /// Source       Tancik et al. 2020, arXiv:2006.10739; Song et al. 2021, arXiv:2011.13456
-Status fourier_embedding_forward(vk::Recorder& recorder, const FourierEmbeddingDesc& desc,
-                                 const vk::BufferView& x, const vk::BufferView& frequencies,
-                                 const vk::BufferView& y);
-
+///
 /// The gradient:  grad_x = sum_j 2 pi f_j (cos(2 pi s f_j) grad_sin_j - sin(2 pi s f_j) grad_cos_j); the
 /// rest as in the forward pass.
-Status fourier_embedding_backward(vk::Recorder& recorder, const FourierEmbeddingDesc& desc,
-                                  const vk::BufferView& x, const vk::BufferView& frequencies,
-                                  const vk::BufferView& grad_y, const vk::BufferView& grad_x);
-
 extern const OpRow kFourierEmbeddingRow;
 
 }  // namespace splat::ops

@@ -24,15 +24,9 @@ Status max_pool2d_check(const MaxPool2dDesc& desc);
 /// Precision    exact; undefined for NaN
 /// Determinism  bit-exact for any thread count
 /// Source       the definition, as in torch.nn.MaxPool2d(2, 2)
-Status max_pool2d_forward(vk::Recorder& recorder, const MaxPool2dDesc& desc,
-                          const vk::BufferView& x, const vk::BufferView& y);
-
+///
 /// The gradient: that of y goes to the first maximum of its window, row by row; pixels of a last odd row or
 /// column get 0.
-Status max_pool2d_backward(vk::Recorder& recorder, const MaxPool2dDesc& desc,
-                           const vk::BufferView& x, const vk::BufferView& grad_y,
-                           const vk::BufferView& grad_x);
-
 extern const OpRow kMaxPool2dRow;
 
 }  // namespace splat::ops

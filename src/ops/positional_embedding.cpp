@@ -5,7 +5,6 @@
 #include "core/checked_math.h"
 #include "core/shape.h"
 #include "params/positional_embedding_params.h"
-#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -15,22 +14,21 @@ constexpr std::uint32_t kMaxDimension = 64;
 Status record(vk::Recorder& recorder, const char* name, const PositionalEmbeddingDesc& desc,
               std::uint32_t channels, std::vector<vk::Access> accesses) {
     SPLAT_TRY(positional_embedding_check(desc));
-    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
-    const vk::Groups groups =
-        vk::groups_for(recorder.device(), ceil_div(channels, 4) * desc.rows, size);
     const double values = static_cast<double>(desc.rows) * desc.features * desc.dimension;
-    return recorder.dispatch({
-        .op = name,
-        .shader = name,
-        .constants = {{params::kWorkgroupSizeId, size}},
-        .push =
-            params::PositionalEmbeddingParams{
-                desc.rows, desc.features, desc.dimension, desc.swap_halves ? 1U : 0U,
-                static_cast<float>(std::pow(10000.0, -2.0 / desc.dimension)), groups[0]},
-        .accesses = std::move(accesses),
-        .groups = groups,
-        .work = {.flops = 40 * values, .bytes = 8 * values},
-    });
+    return record_each(recorder,
+                       {.kernel = name,
+                        .items = ceil_div(channels, 4) * desc.rows,
+                        .accesses = std::move(accesses),
+                        .work = {.flops = 40 * values, .bytes = 8 * values}},
+                       [&](std::uint32_t groups_x) {
+                           return params::PositionalEmbeddingParams{
+                               desc.rows,
+                               desc.features,
+                               desc.dimension,
+                               desc.swap_halves ? 1U : 0U,
+                               static_cast<float>(std::pow(10000.0, -2.0 / desc.dimension)),
+                               groups_x};
+                       });
 }
 
 }  // namespace
@@ -46,19 +44,6 @@ Status positional_embedding_check(const PositionalEmbeddingDesc& desc) {
                      "positional_embedding: %u rows of %u features have 2^31 values or more",
                      desc.rows, desc.features);
     return {};
-}
-
-Status positional_embedding_forward(vk::Recorder& recorder, const PositionalEmbeddingDesc& desc,
-                                    const vk::BufferView& x, const vk::BufferView& y) {
-    return record(recorder, "positional_embedding_forward", desc, desc.features * desc.dimension,
-                  {vk::read(x), vk::write(y)});
-}
-
-Status positional_embedding_backward(vk::Recorder& recorder, const PositionalEmbeddingDesc& desc,
-                                     const vk::BufferView& x, const vk::BufferView& grad_y,
-                                     const vk::BufferView& grad_x) {
-    return record(recorder, "positional_embedding_backward", desc, desc.features,
-                  {vk::read(x), vk::read(grad_y), vk::write(grad_x)});
 }
 
 namespace {
@@ -93,7 +78,8 @@ Status positional_embedding_row_forward(vk::Recorder& recorder, const Attributes
                                         const OpViews& v) {
     SPLAT_ASSIGN(const PositionalEmbeddingDesc desc,
                  positional_desc(attributes, v.inputs[0].shape));
-    return positional_embedding_forward(recorder, desc, v.inputs[0], v.outputs[0]);
+    return record(recorder, "positional_embedding_forward", desc, desc.features * desc.dimension,
+                  {vk::read(v.inputs[0]), vk::write(v.outputs[0])});
 }
 
 Status positional_embedding_row_backward(vk::Recorder& recorder, const Attributes& attributes,
@@ -101,8 +87,9 @@ Status positional_embedding_row_backward(vk::Recorder& recorder, const Attribute
     if (!present(v.grad_inputs[0])) return {};
     SPLAT_ASSIGN(const PositionalEmbeddingDesc desc,
                  positional_desc(attributes, v.inputs[0].shape));
-    return positional_embedding_backward(recorder, desc, v.inputs[0], v.grad_outputs[0],
-                                         v.grad_inputs[0]);
+    return record(
+        recorder, "positional_embedding_backward", desc, desc.features,
+        {vk::read(v.inputs[0]), vk::read(v.grad_outputs[0]), vk::write(v.grad_inputs[0])});
 }
 
 }  // namespace

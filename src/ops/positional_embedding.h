@@ -1,6 +1,7 @@
 #pragma once
 
 #include "ops/op_table.h"
+#include "ops/quads.h"
 
 namespace splat::ops {
 
@@ -23,15 +24,9 @@ Status positional_embedding_check(const PositionalEmbeddingDesc& desc);
 ///              factors), its sine and cosine are within 2^-22
 /// Determinism  bit-exact for any thread count
 /// Source       Vaswani et al. 2017, arXiv:1706.03762, section 3.5
-Status positional_embedding_forward(vk::Recorder& recorder, const PositionalEmbeddingDesc& desc,
-                                    const vk::BufferView& x, const vk::BufferView& y);
-
+///
 /// The gradient:  grad_x = sum_j f_j (cos(s f_j) grad_sin_j - sin(s f_j) grad_cos_j); the rest as in
 /// the forward pass.
-Status positional_embedding_backward(vk::Recorder& recorder, const PositionalEmbeddingDesc& desc,
-                                     const vk::BufferView& x, const vk::BufferView& grad_y,
-                                     const vk::BufferView& grad_x);
-
 extern const OpRow kPositionalEmbeddingRow;
 
 }  // namespace splat::ops

@@ -1,7 +1,6 @@
 #include "ops/quads.h"
 
 #include "params/quads_params.h"
-#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -9,17 +8,14 @@ namespace {
 Status convert(vk::Recorder& recorder, const char* name, const vk::BufferView& x,
                const vk::BufferView& y) {
     SPLAT_ASSIGN(const QuadDims dims, quad_dims(x.shape));
-    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = vk::groups_for(recorder.device(), dims.quads(), size);
-    return recorder.dispatch({
-        .op = name,
-        .shader = name,
-        .constants = {{params::kWorkgroupSizeId, size}},
-        .push = params::QuadsParams{dims.n, dims.c, dims.p, groups[0]},
-        .accesses = {vk::read(x), vk::write(y)},
-        .groups = groups,
-        .work = {.flops = 0, .bytes = 2.0 * static_cast<double>(dims.bytes())},
-    });
+    return record_each(recorder,
+                       {.kernel = name,
+                        .items = dims.quads(),
+                        .accesses = {vk::read(x), vk::write(y)},
+                        .work = {.flops = 0, .bytes = 2.0 * static_cast<double>(dims.bytes())}},
+                       [&](std::uint32_t groups_x) {
+                           return params::QuadsParams{dims.n, dims.c, dims.p, groups_x};
+                       });
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "vk/recorder.h"
+#include "vk/launch.h"
 
 namespace splat::ops {
 
@@ -33,5 +33,31 @@ Result<QuadDims> quad_dims(const Shape& shape);
 /// Source       src/ops/README.md, "Layout"
 Status quads_pack(vk::Recorder& recorder, const vk::BufferView& x, const vk::BufferView& y);
 Status quads_unpack(vk::Recorder& recorder, const vk::BufferView& x, const vk::BufferView& y);
+
+/// A kernel with one invocation for each of `items`, such as quads.
+struct EachItem {
+    const char* kernel;
+    std::uint64_t items;
+    std::vector<vk::Access> accesses;
+    vk::Work work;
+    bool may_alias = false;
+    std::vector<vk::SpecConstant> constants = {};  ///< besides the size of workgroups
+};
+
+/// Record it; `push` makes its push constants from the number of workgroups per row of the dispatch.
+template <class Push>
+Status record_each(vk::Recorder& recorder, EachItem of, const Push& push) {
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
+    const vk::Groups groups = vk::groups_for(recorder.device(), of.items, size);
+    of.constants.insert(of.constants.begin(), {params::kWorkgroupSizeId, size});
+    return recorder.dispatch({.op = of.kernel,
+                              .shader = of.kernel,
+                              .constants = std::move(of.constants),
+                              .push = push(groups[0]),
+                              .accesses = std::move(of.accesses),
+                              .groups = groups,
+                              .work = of.work,
+                              .may_alias = of.may_alias});
+}
 
 }  // namespace splat::ops

@@ -4,7 +4,6 @@
 
 #include "core/checked_math.h"
 #include "params/resample2d_params.h"
-#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -14,30 +13,29 @@ constexpr std::uint32_t kMaxTaps = 16;
 /// One dispatch from an image of height x width.
 Status record(vk::Recorder& recorder, const char* kernel, const Resample2dDesc& desc, bool up,
               std::uint32_t height, std::uint32_t width, std::vector<vk::Access> accesses) {
-    params::Resample2dParams params{};
-    params.planes = (desc.c + 3) / 4 * desc.n;
-    params.height = height;
-    params.width = width;
-    params.taps = desc.taps;
-    params.gain = desc.up ? 4.0F : 1.0F;
-    const std::uint64_t in = std::uint64_t{params.planes} * height * width;
+    const std::uint32_t planes = (desc.c + 3) / 4 * desc.n;
+    const std::uint64_t in = std::uint64_t{planes} * height * width;
     const std::uint64_t out = up ? 4 * in : in / 4;
-    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = vk::groups_for(recorder.device(), out, size);
-    params.groups_x = groups[0];
     const double taps = std::max(2U, desc.taps);
-    return recorder.dispatch({
-        .op = kernel,
-        .shader = kernel,
-        .constants = {{params::kWorkgroupSizeId, size},
-                      {params::kResample2dBoxId, desc.taps == 0 ? 1U : 0U},
-                      {params::kResample2dUpId, up ? 1U : 0U}},
-        .push = params,
-        .accesses = std::move(accesses),
-        .groups = groups,
-        .work = {.flops = 8.0 * taps * taps * static_cast<double>(std::min(in, out)),
-                 .bytes = 16.0 * static_cast<double>(in + out)},
-    });
+    return record_each(
+        recorder,
+        {.kernel = kernel,
+         .items = out,
+         .accesses = std::move(accesses),
+         .work = {.flops = 8.0 * taps * taps * static_cast<double>(std::min(in, out)),
+                  .bytes = 16.0 * static_cast<double>(in + out)},
+         .constants = {{params::kResample2dBoxId, desc.taps == 0 ? 1U : 0U},
+                       {params::kResample2dUpId, up ? 1U : 0U}}},
+        [&](std::uint32_t groups_x) {
+            params::Resample2dParams params{};
+            params.planes = planes;
+            params.height = height;
+            params.width = width;
+            params.taps = desc.taps;
+            params.gain = desc.up ? 4.0F : 1.0F;
+            params.groups_x = groups_x;
+            return params;
+        });
 }
 
 }  // namespace
@@ -58,23 +56,6 @@ Status resample2d_check(const Resample2dDesc& desc) {
                      "resample2d: [%u, %u, %u, %u] or its result has 2^31 elements or more", desc.n,
                      desc.c, desc.height, desc.width);
     return {};
-}
-
-Status resample2d_forward(vk::Recorder& recorder, const Resample2dDesc& desc,
-                          const vk::BufferView& x, const vk::BufferView& filter,
-                          const vk::BufferView& y) {
-    SPLAT_TRY(resample2d_check(desc));
-    return record(recorder, "resample2d_forward", desc, desc.up, desc.height, desc.width,
-                  {vk::read(x), vk::read(filter), vk::write(y)});
-}
-
-Status resample2d_backward(vk::Recorder& recorder, const Resample2dDesc& desc,
-                           const vk::BufferView& filter, const vk::BufferView& grad_y,
-                           const vk::BufferView& grad_x) {
-    SPLAT_TRY(resample2d_check(desc));
-    const auto other = [&](std::uint32_t size) { return desc.up ? 2 * size : size / 2; };
-    return record(recorder, "resample2d_backward", desc, !desc.up, other(desc.height),
-                  other(desc.width), {vk::read(grad_y), vk::read(filter), vk::write(grad_x)});
 }
 
 namespace {
@@ -114,8 +95,9 @@ Status resample2d_row_forward(vk::Recorder& recorder, const Attributes& attribut
                               const OpViews& v) {
     SPLAT_ASSIGN(const Resample2dDesc desc,
                  resample2d_desc(attributes, v.inputs[0].shape, v.inputs[1].shape));
-    return resample2d_forward(recorder, desc, v.inputs[0],
-                              present(v.inputs[1]) ? v.inputs[1] : v.inputs[0], v.outputs[0]);
+    const vk::BufferView& filter = present(v.inputs[1]) ? v.inputs[1] : v.inputs[0];
+    return record(recorder, "resample2d_forward", desc, desc.up, desc.height, desc.width,
+                  {vk::read(v.inputs[0]), vk::read(filter), vk::write(v.outputs[0])});
 }
 
 Status resample2d_row_backward(vk::Recorder& recorder, const Attributes& attributes,
@@ -123,9 +105,11 @@ Status resample2d_row_backward(vk::Recorder& recorder, const Attributes& attribu
     if (!present(v.grad_inputs[0])) return {};
     SPLAT_ASSIGN(const Resample2dDesc desc,
                  resample2d_desc(attributes, v.inputs[0].shape, v.inputs[1].shape));
-    return resample2d_backward(recorder, desc,
-                               present(v.inputs[1]) ? v.inputs[1] : v.grad_outputs[0],
-                               v.grad_outputs[0], v.grad_inputs[0]);
+    const vk::BufferView& filter = present(v.inputs[1]) ? v.inputs[1] : v.grad_outputs[0];
+    const auto other = [&](std::uint32_t size) { return desc.up ? 2 * size : size / 2; };
+    return record(recorder, "resample2d_backward", desc, !desc.up, other(desc.height),
+                  other(desc.width),
+                  {vk::read(v.grad_outputs[0]), vk::read(filter), vk::write(v.grad_inputs[0])});
 }
 
 }  // namespace

@@ -31,16 +31,9 @@ Status resample2d_check(const Resample2dDesc& desc);
 /// Precision    a sum of taps^2 terms; exact for the nearest neighbour
 /// Determinism  bit-exact for any thread count
 /// Source       the resampling of the convolutions of Karras et al. 2022, arXiv:2206.00364
-Status resample2d_forward(vk::Recorder& recorder, const Resample2dDesc& desc,
-                          const vk::BufferView& x, const vk::BufferView& filter,
-                          const vk::BufferView& y);
-
+///
 /// The gradient, the adjoint: resampling the other way with the same filter. `desc` and the rest as
 /// in the forward pass.
-Status resample2d_backward(vk::Recorder& recorder, const Resample2dDesc& desc,
-                           const vk::BufferView& filter, const vk::BufferView& grad_y,
-                           const vk::BufferView& grad_x);
-
 extern const OpRow kResample2dRow;
 
 }  // namespace splat::ops

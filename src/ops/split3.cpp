@@ -1,42 +1,21 @@
 #include "ops/split3.h"
 
 #include "params/split3_params.h"
-#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
 
 Status record_split3(vk::Recorder& recorder, const char* kernel, const QuadDims& dims,
                      std::vector<vk::Access> accesses) {
-    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = vk::groups_for(recorder.device(), dims.quads(), size);
-    return recorder.dispatch({
-        .op = kernel,
-        .shader = kernel,
-        .constants = {{params::kWorkgroupSizeId, size}},
-        .push = params::Split3Params{dims.n * dims.p, dims.c, groups[0]},
-        .accesses = std::move(accesses),
-        .groups = groups,
-        .work = {.flops = 0, .bytes = 6 * static_cast<double>(dims.bytes())},
-    });
+    return record_each(recorder,
+                       {.kernel = kernel,
+                        .items = dims.quads(),
+                        .accesses = std::move(accesses),
+                        .work = {.flops = 0, .bytes = 6 * static_cast<double>(dims.bytes())}},
+                       [&](std::uint32_t groups_x) {
+                           return params::Split3Params{dims.n * dims.p, dims.c, groups_x};
+                       });
 }
-
-}  // namespace
-
-Status split3_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& x,
-                      const vk::BufferView& a, const vk::BufferView& b, const vk::BufferView& c) {
-    return record_split3(recorder, "split3_forward", dims,
-                         {vk::read(x), vk::write(a), vk::write(b), vk::write(c)});
-}
-
-Status split3_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& grad_a,
-                       const vk::BufferView& grad_b, const vk::BufferView& grad_c,
-                       const vk::BufferView& grad_x) {
-    return record_split3(recorder, "split3_backward", dims,
-                         {vk::read(grad_a), vk::read(grad_b), vk::read(grad_c), vk::write(grad_x)});
-}
-
-namespace {
 
 constexpr Port kSplit3Outputs[] = {{"a"}, {"b"}, {"c"}};
 
@@ -62,14 +41,17 @@ Result<OpPlan> split3_plan(const vk::Recorder&, const Attributes&, std::span<con
 
 Status split3_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
     SPLAT_ASSIGN(const QuadDims dims, part_dims(v.inputs[0].shape));
-    return split3_forward(recorder, dims, v.inputs[0], v.outputs[0], v.outputs[1], v.outputs[2]);
+    return record_split3(recorder, "split3_forward", dims,
+                         {vk::read(v.inputs[0]), vk::write(v.outputs[0]), vk::write(v.outputs[1]),
+                          vk::write(v.outputs[2])});
 }
 
 Status split3_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
     if (!present(v.grad_inputs[0])) return {};
     SPLAT_ASSIGN(const QuadDims dims, part_dims(v.inputs[0].shape));
-    return split3_backward(recorder, dims, v.grad_outputs[0], v.grad_outputs[1], v.grad_outputs[2],
-                           v.grad_inputs[0]);
+    return record_split3(recorder, "split3_backward", dims,
+                         {vk::read(v.grad_outputs[0]), vk::read(v.grad_outputs[1]),
+                          vk::read(v.grad_outputs[2]), vk::write(v.grad_inputs[0])});
 }
 
 }  // namespace

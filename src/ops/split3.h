@@ -14,14 +14,8 @@ namespace splat::ops {
 /// Determinism  bit-exact for any thread count
 /// Source       the order of channels of the U-Net's qkv projection (Karras et al. 2022,
 ///              arXiv:2206.00364)
-Status split3_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& x,
-                      const vk::BufferView& a, const vk::BufferView& b, const vk::BufferView& c);
-
+///
 /// The gradient:  grad_x[n, 3c + j] = grad_part_j[n,c]; the rest as in the forward pass.
-Status split3_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& grad_a,
-                       const vk::BufferView& grad_b, const vk::BufferView& grad_c,
-                       const vk::BufferView& grad_x);
-
 extern const OpRow kSplit3Row;
 
 }  // namespace splat::ops

@@ -2,7 +2,6 @@
 
 #include "ops/quads.h"
 #include "params/activation_params.h"
-#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -10,20 +9,18 @@ namespace {
 Status record_activation(vk::Recorder& recorder, const char* kernel, const Shape& shape,
                          std::vector<vk::Access> accesses, double flops, std::uint32_t form) {
     SPLAT_ASSIGN(const QuadDims dims, quad_dims(shape));
-    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = vk::groups_for(recorder.device(), dims.quads(), size);
     const double bytes = static_cast<double>(dims.bytes());
     const double tensors = static_cast<double>(accesses.size());
-    return recorder.dispatch({
-        .op = kernel,
-        .shader = kernel,
-        .constants = {{params::kWorkgroupSizeId, size}},
-        .push = params::ActivationParams{static_cast<std::uint32_t>(dims.quads()), groups[0], form},
-        .accesses = std::move(accesses),
-        .groups = groups,
-        .work = {.flops = flops * bytes / 4, .bytes = tensors * bytes},
-        .may_alias = true,
-    });
+    return record_each(recorder,
+                       {.kernel = kernel,
+                        .items = dims.quads(),
+                        .accesses = std::move(accesses),
+                        .work = {.flops = flops * bytes / 4, .bytes = tensors * bytes},
+                        .may_alias = true},
+                       [&](std::uint32_t groups_x) {
+                           return params::ActivationParams{static_cast<std::uint32_t>(dims.quads()),
+                                                           groups_x, form};
+                       });
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "ops/losses/feature_distance.h"
 
 #include "params/feature_distance_params.h"
-#include "vk/launch.h"
 
 namespace splat::ops {
 namespace {
@@ -32,58 +31,6 @@ std::uint64_t feature_distance_partial_bytes(const QuadDims& dims) {
     return vk::quad_bytes(std::uint64_t{dims.n} * dims.p);
 }
 
-Status feature_distance_forward(vk::Recorder& recorder, const QuadDims& dims,
-                                const vk::BufferView& a, const vk::BufferView& b,
-                                const vk::BufferView& weight, const vk::BufferView& partial,
-                                const vk::BufferView& y) {
-    SPLAT_TRY(feature_distance_check(dims));
-    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
-    const std::uint64_t pixels = std::uint64_t{dims.n} * dims.p;
-    const vk::Groups groups = vk::groups_for(recorder.device(), pixels, size);
-    const double bytes = static_cast<double>(dims.bytes());
-    SPLAT_TRY(recorder.dispatch({
-        .op = "feature_distance_forward",
-        .shader = "feature_distance_forward",
-        .constants = {{params::kWorkgroupSizeId, size}},
-        .push = params_of(dims, groups[0]),
-        .accesses = {vk::read(a), vk::read(b), vk::read(weight), vk::write(partial)},
-        .groups = groups,
-        .work = {.flops = 2.5 * bytes, .bytes = 2 * bytes},
-    }));
-    const vk::Groups images = vk::groups_for(recorder.device(), dims.n, 1);
-    const double sums = static_cast<double>(pixels);
-    return recorder.dispatch({
-        .op = "feature_distance_forward_sum",
-        .shader = "feature_distance_forward_sum",
-        .constants = {{params::kWorkgroupSizeId, size}},
-        .push = params_of(dims, images[0]),
-        .accesses = {vk::read(partial), vk::write(y)},
-        .groups = images,
-        .work = {.flops = sums, .bytes = 4 * sums},
-    });
-}
-
-Status feature_distance_backward(vk::Recorder& recorder, const QuadDims& dims,
-                                 const vk::BufferView& a, const vk::BufferView& b,
-                                 const vk::BufferView& weight, const vk::BufferView& grad_y,
-                                 const vk::BufferView& grad_a) {
-    SPLAT_TRY(feature_distance_check(dims));
-    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
-    const vk::Groups groups =
-        vk::groups_for(recorder.device(), std::uint64_t{dims.n} * dims.p, size);
-    const double bytes = static_cast<double>(dims.bytes());
-    return recorder.dispatch({
-        .op = "feature_distance_backward",
-        .shader = "feature_distance_backward",
-        .constants = {{params::kWorkgroupSizeId, size}},
-        .push = params_of(dims, groups[0]),
-        .accesses = {vk::read(a), vk::read(b), vk::read(weight), vk::read(grad_y),
-                     vk::write(grad_a)},
-        .groups = groups,
-        .work = {.flops = 6 * bytes, .bytes = 3 * bytes},
-    });
-}
-
 namespace {
 
 constexpr Port kFeatureDistanceInputs[] = {
@@ -101,16 +48,41 @@ Result<OpPlan> feature_distance_plan(const vk::Recorder&, const Attributes&,
 
 Status feature_distance_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
     SPLAT_ASSIGN(const QuadDims dims, quad_dims(v.inputs[0].shape));
-    return feature_distance_forward(recorder, dims, v.inputs[0], v.inputs[1], v.inputs[2],
-                                    v.workspace.part(0, feature_distance_partial_bytes(dims)),
-                                    v.outputs[0]);
+    const vk::BufferView partial = v.workspace.part(0, feature_distance_partial_bytes(dims));
+    const std::uint64_t pixels = std::uint64_t{dims.n} * dims.p;
+    const double bytes = static_cast<double>(dims.bytes());
+    SPLAT_TRY(record_each(recorder,
+                          {.kernel = "feature_distance_forward",
+                           .items = pixels,
+                           .accesses = {vk::read(v.inputs[0]), vk::read(v.inputs[1]),
+                                        vk::read(v.inputs[2]), vk::write(partial)},
+                           .work = {.flops = 2.5 * bytes, .bytes = 2 * bytes}},
+                          [&](std::uint32_t groups_x) { return params_of(dims, groups_x); }));
+    const vk::Groups images = vk::groups_for(recorder.device(), dims.n, 1);
+    const double sums = static_cast<double>(pixels);
+    return recorder.dispatch({
+        .op = "feature_distance_forward_sum",
+        .shader = "feature_distance_forward_sum",
+        .constants = {{params::kWorkgroupSizeId, vk::workgroup_size(recorder.device(), 64)}},
+        .push = params_of(dims, images[0]),
+        .accesses = {vk::read(partial), vk::write(v.outputs[0])},
+        .groups = images,
+        .work = {.flops = sums, .bytes = 4 * sums},
+    });
 }
 
 Status feature_distance_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
     if (!present(v.grad_inputs[0])) return {};
     SPLAT_ASSIGN(const QuadDims dims, quad_dims(v.inputs[0].shape));
-    return feature_distance_backward(recorder, dims, v.inputs[0], v.inputs[1], v.inputs[2],
-                                     v.grad_outputs[0], v.grad_inputs[0]);
+    const double bytes = static_cast<double>(dims.bytes());
+    return record_each(
+        recorder,
+        {.kernel = "feature_distance_backward",
+         .items = std::uint64_t{dims.n} * dims.p,
+         .accesses = {vk::read(v.inputs[0]), vk::read(v.inputs[1]), vk::read(v.inputs[2]),
+                      vk::read(v.grad_outputs[0]), vk::write(v.grad_inputs[0])},
+         .work = {.flops = 6 * bytes, .bytes = 3 * bytes}},
+        [&](std::uint32_t groups_x) { return params_of(dims, groups_x); });
 }
 
 }  // namespace

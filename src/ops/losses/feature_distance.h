@@ -26,17 +26,8 @@ std::uint64_t feature_distance_partial_bytes(const QuadDims& dims);
 ///              (tests/ops/losses/feature_distance_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       Zhang et al. 2018, arXiv:1801.03924, equation 1, with weights outside the square
-Status feature_distance_forward(vk::Recorder& recorder, const QuadDims& dims,
-                                const vk::BufferView& a, const vk::BufferView& b,
-                                const vk::BufferView& weight, const vk::BufferView& partial,
-                                const vk::BufferView& y);
-
+///
 /// The gradient with respect to a, overwritten; 0 at pixels where all of a is 0 and has no direction.
-Status feature_distance_backward(vk::Recorder& recorder, const QuadDims& dims,
-                                 const vk::BufferView& a, const vk::BufferView& b,
-                                 const vk::BufferView& weight, const vk::BufferView& grad_y,
-                                 const vk::BufferView& grad_a);
-
 extern const OpRow kFeatureDistanceRow;
 
 }  // namespace splat::ops

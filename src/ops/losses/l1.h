@@ -13,15 +13,8 @@ namespace splat::ops {
 /// Precision    relative 1e-6 (tests/ops/losses/l1_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       the definition
-Status l1_forward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& a,
-                  const vk::BufferView& b, const vk::BufferView& partial,
-                  const vk::BufferView& loss);
-
+///
 /// The gradient with respect to a, overwritten:  grad_a = grad_loss * sign(a - b) / elements, 0 if a equals b
-Status l1_backward(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferView& a,
-                   const vk::BufferView& b, const vk::BufferView& grad_loss,
-                   const vk::BufferView& grad_a);
-
 extern const OpRow kL1Row;
 
 }  // namespace splat::ops

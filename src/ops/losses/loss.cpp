@@ -40,9 +40,9 @@ Status loss_sum(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferVi
     });
 }
 
-Status pixel_loss_forward(vk::Recorder& recorder, const char* kernel, const QuadDims& dims,
-                          const vk::BufferView& a, const vk::BufferView& b,
-                          const vk::BufferView& partial, const vk::BufferView& loss) {
+Status pixel_loss_forward(vk::Recorder& recorder, const char* kernel, const OpViews& v) {
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(v.inputs[0].shape));
+    const vk::BufferView partial = v.workspace.part(0, loss_partial_bytes(dims));
     const vk::Groups groups = vk::groups_for(recorder.device(), loss_chunks(dims), 1);
     const double bytes = static_cast<double>(dims.bytes());
     SPLAT_TRY(recorder.dispatch({
@@ -50,28 +50,24 @@ Status pixel_loss_forward(vk::Recorder& recorder, const char* kernel, const Quad
         .shader = kernel,
         .constants = {{params::kWorkgroupSizeId, vk::workgroup_size(recorder.device(), 64)}},
         .push = loss_params(dims, groups[0]),
-        .accesses = {vk::read(a), vk::read(b), vk::write(partial)},
+        .accesses = {vk::read(v.inputs[0]), vk::read(v.inputs[1]), vk::write(partial)},
         .groups = groups,
         .work = {.flops = 0.75 * bytes, .bytes = 2 * bytes},
     }));
-    return loss_sum(recorder, dims, partial, loss);
+    return loss_sum(recorder, dims, partial, v.outputs[0]);
 }
 
-Status pixel_loss_backward(vk::Recorder& recorder, const char* kernel, const QuadDims& dims,
-                           const vk::BufferView& a, const vk::BufferView& b,
-                           const vk::BufferView& grad_loss, const vk::BufferView& grad_a) {
-    const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
-    const vk::Groups groups = vk::groups_for(recorder.device(), dims.quads(), size);
+Status pixel_loss_backward(vk::Recorder& recorder, const char* kernel, const OpViews& v) {
+    if (!present(v.grad_inputs[0])) return {};
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(v.inputs[0].shape));
     const double bytes = static_cast<double>(dims.bytes());
-    return recorder.dispatch({
-        .op = kernel,
-        .shader = kernel,
-        .constants = {{params::kWorkgroupSizeId, size}},
-        .push = loss_params(dims, groups[0]),
-        .accesses = {vk::read(a), vk::read(b), vk::read(grad_loss), vk::write(grad_a)},
-        .groups = groups,
-        .work = {.flops = 0.75 * bytes, .bytes = 3 * bytes},
-    });
+    return record_each(recorder,
+                       {.kernel = kernel,
+                        .items = dims.quads(),
+                        .accesses = {vk::read(v.inputs[0]), vk::read(v.inputs[1]),
+                                     vk::read(v.grad_outputs[0]), vk::write(v.grad_inputs[0])},
+                        .work = {.flops = 0.75 * bytes, .bytes = 3 * bytes}},
+                       [&](std::uint32_t groups_x) { return loss_params(dims, groups_x); });
 }
 
 Result<OpPlan> loss_plan(const char* op, std::span<const Shape> inputs) {

@@ -26,34 +26,13 @@ Status loss_sum(vk::Recorder& recorder, const QuadDims& dims, const vk::BufferVi
 /// 1 / elements.
 float loss_scale(const QuadDims& dims);
 
-/// Both passes of a loss that is the mean of a term of a - b, by the kernel of that stem.
-Status pixel_loss_forward(vk::Recorder& recorder, const char* kernel, const QuadDims& dims,
-                          const vk::BufferView& a, const vk::BufferView& b,
-                          const vk::BufferView& partial, const vk::BufferView& loss);
-Status pixel_loss_backward(vk::Recorder& recorder, const char* kernel, const QuadDims& dims,
-                           const vk::BufferView& a, const vk::BufferView& b,
-                           const vk::BufferView& grad_loss, const vk::BufferView& grad_a);
-
 /// Rows of losses: b is constant.
 inline constexpr Port kLossInputs[] = {{"a"}, {"b", Layout::kQuads, false, true}};
 inline constexpr Port kLossOutputs[] = {{"loss", Layout::kRowMajor}};
 Result<OpPlan> loss_plan(const char* op, std::span<const Shape> inputs);
 
-using LossPass = Status (*)(vk::Recorder&, const QuadDims&, const vk::BufferView&,
-                            const vk::BufferView&, const vk::BufferView&, const vk::BufferView&);
-
-template <LossPass pass>
-Status loss_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
-    SPLAT_ASSIGN(const QuadDims dims, quad_dims(v.inputs[0].shape));
-    return pass(recorder, dims, v.inputs[0], v.inputs[1],
-                v.workspace.part(0, loss_partial_bytes(dims)), v.outputs[0]);
-}
-
-template <LossPass pass>
-Status loss_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
-    if (!present(v.grad_inputs[0])) return {};
-    SPLAT_ASSIGN(const QuadDims dims, quad_dims(v.inputs[0].shape));
-    return pass(recorder, dims, v.inputs[0], v.inputs[1], v.grad_outputs[0], v.grad_inputs[0]);
-}
+/// Both passes of a loss that is the mean of a term of a - b, by the kernel of that name.
+Status pixel_loss_forward(vk::Recorder& recorder, const char* kernel, const OpViews& v);
+Status pixel_loss_backward(vk::Recorder& recorder, const char* kernel, const OpViews& v);
 
 }  // namespace splat::ops
