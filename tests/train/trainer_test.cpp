@@ -104,8 +104,7 @@ class TrainerRules : public KernelsTest {
         return values;
     }
     void expect_gradient_of_the_loss(const model::ModelConfig& network, TrainConfig training) {
-        SCOPED_TRACE(format("pixel loss %d, ssim %g, edge %g", static_cast<int>(training.pixel_loss),
-                            training.ssim_weight, training.edge_weight));
+        SCOPED_TRACE(format("pixel loss %d", static_cast<int>(training.pixel_loss)));
         training.learning_rate = 0;
         const auto trainer = make(network, training);
         ASSERT_TRUE(trainer);
@@ -173,10 +172,14 @@ TEST_P(TrainerRules, GradientIsThatOfTheLoss) {
         training.ssim_weight = kind == config::PixelLoss::kL1 ? 0.3 : 0;
         expect_gradient_of_the_loss(small_network(), training);
     }
-    TrainConfig training = small_training();
-    training.edge_weight = 0.5;
-    training.edge_filter = config::EdgeFilter::kScharr;
-    expect_gradient_of_the_loss(small_network(), training);
+    for (const config::LossTerm& term : config::kLossTerms) {
+        if (term.op == nullptr) continue;
+        SCOPED_TRACE(term.name);
+        TrainConfig training = small_training();
+        training.*term.weight = 0.5;
+        training.edge_filter = config::EdgeFilter::kScharr;
+        expect_gradient_of_the_loss(small_network(), training);
+    }
 }
 
 /// The weights have the mean 1, so they move the term between pixels and keep its size.
