@@ -84,14 +84,12 @@ Status check_size(const Struct& given) {
 template <class Desc>
 Status check_desc(const Desc* desc, std::uint32_t known_flags) {
     const char* const type = kStructName<Desc>;
-    if (desc == nullptr) return error(Code::kInvalidArgument, "desc is NULL, expected a %s", type);
+    if (desc == nullptr) return invalid("desc is NULL, expected a %s", type);
     SPLAT_TRY(check_size(*desc));
     if ((desc->flags & ~known_flags) != 0)
-        return error(Code::kInvalidArgument, "%s.flags has unknown bits %#x", type,
-                     desc->flags & ~known_flags);
+        return invalid("%s.flags has unknown bits %#x", type, desc->flags & ~known_flags);
     if (desc->next != nullptr)
-        return error(Code::kInvalidArgument,
-                     "%s.next is not NULL: this version knows no extensions", type);
+        return invalid("%s.next is not NULL: this version knows no extensions", type);
     return {};
 }
 
@@ -112,8 +110,7 @@ Status take_input(const Input* given, const char* argument, Input& taken) {
 template <class Info>
 Status check_fill(const Info* to_fill, const char* argument) {
     if (to_fill == nullptr)
-        return error(Code::kInvalidArgument, "%s is NULL, expected a %s", argument,
-                     kStructName<Info>);
+        return invalid("%s is NULL, expected a %s", argument, kStructName<Info>);
     return check_filled(*to_fill);
 }
 

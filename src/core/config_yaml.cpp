@@ -220,8 +220,8 @@ class YamlReader {
 
 Result<Config> read_yaml_config(std::string_view text, const std::string& what) {
     if (text.size() > kMaxConfigBytes)
-        return error(Code::kInvalidArgument, "%s: %zu bytes of YAML, expected at most %zu",
-                     what.c_str(), text.size(), kMaxConfigBytes);
+        return invalid("%s: %zu bytes of YAML, expected at most %zu", what.c_str(), text.size(),
+                       kMaxConfigBytes);
     SPLAT_TRY(check_no_nul(text, what.c_str()));
     return YamlReader(text, what).run();
 }

@@ -42,8 +42,7 @@ void set_decode_limits(const DecodeLimits& limits) {
 Status DecodeBudget::take(std::uint64_t count, std::uint64_t each, std::string_view what) {
     const auto bytes = checked_mul(count, each);
     if (!bytes || *bytes > left_)
-        return error(
-            Code::kFormat,
+        return damaged(
             "%.*s: %llu x %llu bytes are too many for a file of %llu bytes, which may take "
             "%llu; it is damaged or made to harm, or the limits must be raised "
             "(splat_decode_set_limits, --decode-scale)",

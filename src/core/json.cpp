@@ -128,23 +128,22 @@ std::string invalid_json(const Json::exception& reason) {
 
 Status check_json_text(std::string_view text, const char* what) {
     if (text.size() > kMaxJsonBytes)
-        return error(Code::kInvalidArgument, "%s: %zu bytes of JSON, expected at most %zu", what,
-                     text.size(), kMaxJsonBytes);
+        return invalid("%s: %zu bytes of JSON, expected at most %zu", what, text.size(),
+                       kMaxJsonBytes);
     SPLAT_TRY(check_no_nul(text, what));
     const std::size_t nul = find_escaped_nul(text);
     if (nul == std::string_view::npos) return {};
-    return error(Code::kInvalidArgument,
-                 "%s: an escaped NUL (\\u0000) at byte %zu of %zu, expected a text without one",
-                 what, nul, text.size());
+    return invalid("%s: an escaped NUL (\\u0000) at byte %zu of %zu, expected a text without one",
+                   what, nul, text.size());
 }
 
 Status check_no_nul(std::string_view text, const char* what) {
     const std::size_t nul = text.find('\0');
     if (nul == std::string_view::npos) return {};
-    return error(Code::kInvalidArgument,
-                 "%s: a NUL at byte %zu of %zu, expected text; is the file damaged, or of another "
-                 "format?",
-                 what, nul, text.size());
+    return invalid(
+        "%s: a NUL at byte %zu of %zu, expected text; is the file damaged, or of another "
+        "format?",
+        what, nul, text.size());
 }
 
 Result<std::vector<JsonScalar>> parse_flat_json(std::string_view text, const char* what) {
@@ -154,13 +153,11 @@ Result<std::vector<JsonScalar>> parse_flat_json(std::string_view text, const cha
         using Kind = JsonEvent::Kind;
         if (event.path.empty()) {
             if (event.kind == Kind::kObject) return {};
-            return error(Code::kInvalidArgument, "%s: %s, expected a JSON object", what,
-                         kind_of(event));
+            return invalid("%s: %s, expected a JSON object", what, kind_of(event));
         }
         const std::string& name = event.path[0].key;
         if (!names.insert(name).second)
-            return error(Code::kInvalidArgument, "%s: '%s' appears twice", what,
-                         shown(name).c_str());
+            return invalid("%s: '%s' appears twice", what, shown(name).c_str());
         if (event.kind == Kind::kBool)
             members.push_back({name, event.integer != 0});
         else if (event.kind == Kind::kInteger)
@@ -168,8 +165,8 @@ Result<std::vector<JsonScalar>> parse_flat_json(std::string_view text, const cha
         else if (event.kind == Kind::kReal)
             members.push_back({name, event.real});
         else
-            return error(Code::kInvalidArgument, "%s: '%s' is %s, expected a number, true or false",
-                         what, shown(name).c_str(), kind_of(event));
+            return invalid("%s: '%s' is %s, expected a number, true or false", what,
+                           shown(name).c_str(), kind_of(event));
         return {};
     }));
     return members;
@@ -181,7 +178,7 @@ Status visit_json(std::string_view text, const char* what,
     PathReader reader(visit);
     if (Json::sax_parse(text, &reader)) return {};
     if (!reader.refusal.ok()) return reader.refusal;
-    return error(Code::kInvalidArgument, "%s: %s", what, reader.problem.c_str());
+    return invalid("%s: %s", what, reader.problem.c_str());
 }
 
 Status check_json_name(std::string_view name, const char* what) {
@@ -194,9 +191,8 @@ Status check_json_name(std::string_view name, const char* what) {
             const auto byte = static_cast<unsigned char>(c);
             text += byte < 0x80 ? std::string(1, c) : format("\\x%02x", unsigned{byte});
         }
-        return error(Code::kInvalidArgument,
-                     "%s '%s' is not UTF-8, expected a name that JSON can hold; rename it", what,
-                     shown(text).c_str());
+        return invalid("%s '%s' is not UTF-8, expected a name that JSON can hold; rename it", what,
+                       shown(text).c_str());
     }
 }
 
@@ -215,12 +211,10 @@ Result<Json> parse_json(std::string_view text, const char* what) {
     };
     try {
         Json value = Json::parse(text, guard);
-        if (too_deep)
-            return error(Code::kInvalidArgument, "%s: JSON nests deeper than %d levels", what,
-                         kMaxJsonDepth);
+        if (too_deep) return invalid("%s: JSON nests deeper than %d levels", what, kMaxJsonDepth);
         return value;
     } catch (const Json::exception& e) {
-        return error(Code::kInvalidArgument, "%s: %s", what, invalid_json(e).c_str());
+        return invalid("%s: %s", what, invalid_json(e).c_str());
     }
 }
 

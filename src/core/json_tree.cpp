@@ -113,8 +113,7 @@ const JsonTree* JsonTree::find(std::string_view name) const {
 Result<JsonTree> parse_json_tree(std::string_view text, const char* what) {
     SPLAT_TRY(check_json_text(text, what));
     TreeReader reader;
-    if (!Json::sax_parse(text, &reader))
-        return error(Code::kInvalidArgument, "%s: %s", what, reader.problem.c_str());
+    if (!Json::sax_parse(text, &reader)) return invalid("%s: %s", what, reader.problem.c_str());
     return std::move(reader.root);
 }
 

@@ -14,20 +14,19 @@ Shape::Shape(std::initializer_list<std::uint32_t> dims)
 
 Result<Shape> Shape::create(std::span<const std::int64_t> dims, const std::string& what) {
     if (dims.size() > kMaxRank)
-        return error(Code::kInvalidArgument, "%s: rank is %zu, expected at most %u", what.c_str(),
-                     dims.size(), kMaxRank);
+        return invalid("%s: rank is %zu, expected at most %u", what.c_str(), dims.size(), kMaxRank);
     Shape shape;
     std::uint64_t elements = 1;
     for (const std::int64_t dim : dims) {
         if (dim < 1)
-            return error(Code::kInvalidArgument, "%s: dims[%u] is %lld, expected at least 1",
-                         what.c_str(), shape.rank_, static_cast<long long>(dim));
+            return invalid("%s: dims[%u] is %lld, expected at least 1", what.c_str(), shape.rank_,
+                           static_cast<long long>(dim));
         const auto product = checked_mul(elements, static_cast<std::uint64_t>(dim));
         if (!product || *product > kMaxElements)
-            return error(Code::kInvalidArgument,
-                         "%s: more than 2^31 - 1 elements up to dims[%u] = %lld; split the tensor "
-                         "along an outer dimension",
-                         what.c_str(), shape.rank_, static_cast<long long>(dim));
+            return invalid(
+                "%s: more than 2^31 - 1 elements up to dims[%u] = %lld; split the tensor "
+                "along an outer dimension",
+                what.c_str(), shape.rank_, static_cast<long long>(dim));
         elements = *product;
         shape.dims_[shape.rank_++] = static_cast<std::uint32_t>(dim);
     }

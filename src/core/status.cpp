@@ -87,20 +87,31 @@ const char* code_sentence(Code code) {
                           : "This number is not a result code of this library version.";
 }
 
+// The formatted arguments after `pattern` of a variadic function.
+#define SPLAT_VFORMAT(text)                    \
+    std::va_list args;                         \
+    va_start(args, pattern);                   \
+    std::string text = vformat(pattern, args); \
+    va_end(args)
+
 std::string format(const char* pattern, ...) {
-    std::va_list args;
-    va_start(args, pattern);
-    std::string text = vformat(pattern, args);
-    va_end(args);
+    SPLAT_VFORMAT(text);
     return text;
 }
 
 Status error(Code code, const char* pattern, ...) {
-    std::va_list args;
-    va_start(args, pattern);
-    std::string text = vformat(pattern, args);
-    va_end(args);
+    SPLAT_VFORMAT(text);
     return {code, std::move(text)};
+}
+
+Status invalid(const char* pattern, ...) {
+    SPLAT_VFORMAT(text);
+    return {Code::kInvalidArgument, std::move(text)};
+}
+
+Status damaged(const char* pattern, ...) {
+    SPLAT_VFORMAT(text);
+    return {Code::kFormat, std::move(text)};
 }
 
 void assertion_failed(const char* condition, const char* file, int line) {

@@ -79,6 +79,10 @@ class [[nodiscard]] Result {
 /// An error with a formatted sentence.
 [[gnu::format(printf, 2, 3)]] Status error(Code code, const char* pattern, ...);
 
+/// The same of the two most frequent codes: kInvalidArgument, and kFormat.
+[[gnu::format(printf, 1, 2)]] Status invalid(const char* pattern, ...);
+[[gnu::format(printf, 1, 2)]] Status damaged(const char* pattern, ...);
+
 /// Called by SPLAT_ASSERT: logs and aborts. A failed assertion is a defect of the library, never
 /// bad input.
 [[noreturn]] void assertion_failed(const char* condition, const char* file, int line);

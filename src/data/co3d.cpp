@@ -53,9 +53,8 @@ Status examine(FrameArray& array) {
     if (header.column_major || header.dtype != "f4" || header.order != std::endian::little ||
         shape.size() != 4 || shape[1] != array.channels || shape[2] != shape[3] || shape[2] == 0 ||
         shape[2] > 16384 || source->size() - header.start != header.elements * sizeof(float))
-        return error(Code::kFormat,
-                     "'%s': expected float32 [frames,%zu,side,side] in C order and as many bytes",
-                     array.path.c_str(), array.channels);
+        return damaged("'%s': expected float32 [frames,%zu,side,side] in C order and as many bytes",
+                       array.path.c_str(), array.channels);
     array.frames = shape[0];
     array.side = shape[2];
     array.start = header.start;
@@ -145,8 +144,7 @@ class Co3dReader : public ObjectsReader<Sequence> {
         if (r == nullptr || t == nullptr || r->values.size() != sequence.frames() * 9 ||
             t->values.size() != sequence.frames() * 3 ||
             focals.values.size() != sequence.frames() * 2)
-            return error(
-                Code::kFormat,
+            return damaged(
                 "sequence '%s': %zu frames, but %zu rotations, %zu translations and %zu focal "
                 "lengths",
                 sequence.name.c_str(), sequence.frames(), r == nullptr ? 0 : r->values.size() / 9,
@@ -161,10 +159,10 @@ class Co3dReader : public ObjectsReader<Sequence> {
                                                  static_cast<double>(focals.values[i * 2 + 1])};
             for (const double value : focal)
                 if (!(value >= kLeastFocal && value <= kMostFocal))
-                    return error(Code::kFormat,
-                                 "'%s': frame %zu has the focal length %g, expected %g to %g half "
-                                 "widths of the image",
-                                 sequence.focals.c_str(), i, value, kLeastFocal, kMostFocal);
+                    return damaged(
+                        "'%s': frame %zu has the focal length %g, expected %g to %g half "
+                        "widths of the image",
+                        sequence.focals.c_str(), i, value, kLeastFocal, kMostFocal);
             views.push_back({pose, focal[0] / 2, focal[1] / 2, origin_distance(pose)});
         }
         return views;
@@ -194,8 +192,8 @@ class Co3dReader : public ObjectsReader<Sequence> {
         std::set<std::string> names(folders.begin(), folders.end());
         for (const io::NamedTensor& tensor : rotations_.tensors) {
             if (!is_folder_name(tensor.name))
-                return error(Code::kFormat, "'%s': '%s' is not the name of a folder",
-                             (root / "camera_Rs.npz").c_str(), shown(tensor.name).c_str());
+                return damaged("'%s': '%s' is not the name of a folder",
+                               (root / "camera_Rs.npz").c_str(), shown(tensor.name).c_str());
             names.insert(tensor.name);
         }
         return std::vector<std::string>(names.begin(), names.end());
@@ -208,8 +206,7 @@ class Co3dReader : public ObjectsReader<Sequence> {
         };
         if (parts.empty() && rotations_.tensors.find(name) == nullptr) return false;
         Sequence sequence{name, folder / "focal_lengths.npy", {}};
-        if (!has("focal_lengths"))
-            return error(Code::kFormat, "there is no '%s'", sequence.focals.c_str());
+        if (!has("focal_lengths")) return damaged("there is no '%s'", sequence.focals.c_str());
         const bool masked = has("images_fg");
         const char* const files[] = {masked ? "images_fg.npy" : "images_full.npy", "depths.npy",
                                      "normals.npy", "masks.npy"};
@@ -226,8 +223,8 @@ class Co3dReader : public ObjectsReader<Sequence> {
             }
             Status status = examine(array);
             if (status.ok() && array.frames != sequence.frames())
-                status = error(Code::kFormat, "'%s': %zu frames, expected %zu as the images",
-                               array.path.c_str(), array.frames, sequence.frames());
+                status = damaged("'%s': %zu frames, expected %zu as the images", array.path.c_str(),
+                                 array.frames, sequence.frames());
             if (!status.ok() && !desc_.lenient) return status;
             if (!status.ok()) problems.push_back(status.message());
         }

@@ -46,13 +46,12 @@ Result<PreparedFrame> read_frame(const Co3dPreparation& preparation, const RawFr
     SPLAT_ASSIGN(const io::Image mask, load_bytes(mask_path, {}));
     const auto check = [&frame](const io::Image& found, const fs::path& path) {
         if (found.width == frame.width && found.height == frame.height) return Status();
-        return error(Code::kFormat, "'%s': %u x %u pixels, its annotation has %u x %u",
-                     path.c_str(), found.width, found.height, frame.width, frame.height);
+        return damaged("'%s': %u x %u pixels, its annotation has %u x %u", path.c_str(),
+                       found.width, found.height, frame.width, frame.height);
     };
     SPLAT_TRY(check(image, image_path));
     SPLAT_TRY(check(mask, mask_path));
-    if (image.channels < 3)
-        return error(Code::kFormat, "'%s': an image without colours", image_path.c_str());
+    if (image.channels < 3) return damaged("'%s': an image without colours", image_path.c_str());
     const Planes probability = planes_of(mask);
     SPLAT_ASSIGN(const auto box,
                  in_file(crop_box(frame.box ? *frame.box : foreground_box(probability), frame.width,
@@ -145,10 +144,10 @@ Status collect_cameras(const fs::path& root, const char* name, const char* targe
 Status check_preparation(const Co3dPreparation& preparation) {
     SPLAT_TRY(check_split(preparation.split));
     if (preparation.size == 0 || preparation.size > 4096)
-        return error(Code::kInvalidArgument, "size is %u, expected 1 to 4096", preparation.size);
+        return invalid("size is %u, expected 1 to 4096", preparation.size);
     if (preparation.category.empty() || preparation.category.find('/') != std::string::npos)
-        return error(Code::kInvalidArgument, "category is '%s', expected a name such as 'hydrant'",
-                     preparation.category.c_str());
+        return invalid("category is '%s', expected a name such as 'hydrant'",
+                       preparation.category.c_str());
     return {};
 }
 
@@ -164,18 +163,18 @@ Status check_manifest(const Co3dPreparation& preparation, const fs::path& root) 
     if (!is_begun) {
         SPLAT_ASSIGN(const std::vector<std::string> sequences, io::folders_in(root.string()));
         if (sequences.empty()) return io::write_file(path.string(), io::as_bytes(expected));
-        return error(Code::kInvalidArgument,
-                     "'%s' holds sequences, but no prepared.json that tells with which values they "
-                     "were made, as of an earlier version: use another folder, or remove them",
-                     root.c_str());
+        return invalid(
+            "'%s' holds sequences, but no prepared.json that tells with which values they "
+            "were made, as of an earlier version: use another folder, or remove them",
+            root.c_str());
     }
     SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string(), kMaxManifestBytes));
     const std::string found(io::as_text(file));
     if (found == expected) return {};
-    return error(Code::kInvalidArgument,
-                 "'%s' holds sequences made with other values: %sexpected: %suse another folder, "
-                 "or the same values to add sequences",
-                 root.c_str(), found.c_str(), expected.c_str());
+    return invalid(
+        "'%s' holds sequences made with other values: %sexpected: %suse another folder, "
+        "or the same values to add sequences",
+        root.c_str(), found.c_str(), expected.c_str());
 }
 
 }  // namespace
@@ -191,8 +190,8 @@ Result<Co3dPrepared> prepare_co3d(const Co3dPreparation& preparation,
     std::set<std::string> folders;
     for (const RawSequence& sequence : sequences)
         if (!folders.insert(PathName(sequence.name).text()).second)
-            return error(Code::kFormat, "two sequences would have the folder '%s'",
-                         PathName(sequence.name).text().c_str());
+            return damaged("two sequences would have the folder '%s'",
+                           PathName(sequence.name).text().c_str());
     const fs::path root = fs::path(preparation.out) / ("co3d_" + preparation.category + "_for_gs") /
                           preparation.split;
     SPLAT_TRY(make_folders(root));

@@ -52,9 +52,7 @@ Result<JsonTree> element_of(std::string_view text, DecodeBudget budget) {
 /// Calls `each` for every element of a JSON array of any size, whose elements are parsed one by one.
 Status each_element(std::string_view text, const DecodeBudget& budget,
                     const std::function<Status(const JsonTree&)>& each) {
-    const auto broken = [](std::size_t at) {
-        return error(Code::kFormat, "no JSON array: byte %zu", at);
-    };
+    const auto broken = [](std::size_t at) { return damaged("no JSON array: byte %zu", at); };
     std::size_t at = text.find_first_not_of(" \t\r\n");
     if (at == std::string_view::npos || text[at] != '[') return broken(0);
     std::size_t start = ++at;
@@ -75,8 +73,7 @@ Status each_element(std::string_view text, const DecodeBudget& budget,
             if (!empty) {
                 const auto tree = element_of(element, budget);
                 if (!tree.ok())
-                    return error(Code::kFormat, "byte %zu: %s", start,
-                                 tree.status().message().c_str());
+                    return damaged("byte %zu: %s", start, tree.status().message().c_str());
                 SPLAT_TRY(each(tree.value()));
             }
             if (c == ']') return {};
@@ -89,7 +86,7 @@ Status each_element(std::string_view text, const DecodeBudget& budget,
 }
 
 Status no_member(const char* name) {
-    return error(Code::kFormat, "an annotation without a valid '%s'", name);
+    return damaged("an annotation without a valid '%s'", name);
 }
 
 /// The member at "a.b"; null if it is not there.
@@ -149,9 +146,9 @@ Status read_lens(const JsonTree& tree, RawFrame& frame) {
         format == nullptr || format->text() == nullptr ? "ndc_norm_image_bounds" : *format->text();
     const bool isotropic = name == "ndc_isotropic";
     if (!isotropic && name != "ndc_norm_image_bounds")
-        return error(Code::kFormat,
-                     "the intrinsics_format '%s', expected ndc_isotropic or ndc_norm_image_bounds",
-                     shown(name).c_str());
+        return damaged(
+            "the intrinsics_format '%s', expected ndc_isotropic or ndc_norm_image_bounds",
+            shown(name).c_str());
     const double half[] = {frame.width / 2.0, frame.height / 2.0};
     for (std::size_t i = 0; i < 2; ++i) {
         const double scale = isotropic ? std::min(half[0], half[1]) : half[i];
@@ -197,13 +194,12 @@ Result<std::map<FrameKey, std::size_t>> read_split(const std::string& path,
     const std::size_t key = text.find("\"" + split + "\"");
     const std::size_t start = key == std::string_view::npos ? key : text.find('[', key);
     if (start == std::string_view::npos)
-        return error(Code::kFormat, "'%s' has no list '%s'", path.c_str(), split.c_str());
+        return damaged("'%s' has no list '%s'", path.c_str(), split.c_str());
     const auto add = [&](const JsonTree& element) -> Status {
         const JsonTree::List* list = element.list();
         if (list == nullptr || list->size() < 2 || (*list)[0].text() == nullptr ||
             !(*list)[1].count())
-            return error(Code::kFormat, "element %zu is not [sequence, frame number, path]",
-                         places.size());
+            return damaged("element %zu is not [sequence, frame number, path]", places.size());
         places.emplace(FrameKey{*(*list)[0].text(), static_cast<std::int64_t>(*(*list)[1].count())},
                        places.size());
         return {};
@@ -240,8 +236,8 @@ Result<std::vector<RawSequence>> read_raw_co3d(const std::string& root, const st
     SPLAT_TRY(
         in_file(each_element(io::as_text(frames.text), frames.budget, add_frame), frames_path));
     if (found != places.size())
-        return error(Code::kFormat, "'%s' has %zu of the %zu frames of the split '%s'",
-                     frames_path.c_str(), found, places.size(), split.c_str());
+        return damaged("'%s' has %zu of the %zu frames of the split '%s'", frames_path.c_str(),
+                       found, places.size(), split.c_str());
     const std::string sequences_path = (folder / "sequence_annotations.jgz").string();
     SPLAT_ASSIGN(const Annotations file, read_annotations(sequences_path));
     const auto name_sequence = [&](const JsonTree& tree) -> Status {
@@ -259,8 +255,7 @@ Result<std::vector<RawSequence>> read_raw_co3d(const std::string& root, const st
     std::vector<RawSequence> all;
     for (auto& [name, sequence] : sequences) {
         if (sequence.name.empty())
-            return error(Code::kFormat, "'%s' has no sequence '%s'", sequences_path.c_str(),
-                         name.c_str());
+            return damaged("'%s' has no sequence '%s'", sequences_path.c_str(), name.c_str());
         std::sort(sequence.frames.begin(), sequence.frames.end(),
                   [](const RawFrame& a, const RawFrame& b) {
                       return std::tie(a.time, a.number) < std::tie(b.time, b.number);

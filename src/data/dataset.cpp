@@ -48,8 +48,8 @@ Result<const Format*> format_of(const DatasetDesc& desc) {
     if (!desc.format.empty()) {
         for (const Format& format : kFormats)
             if (desc.format == format.name) return &format;
-        return error(Code::kInvalidArgument, "format is '%s', expected one of %s",
-                     desc.format.c_str(), format_names().c_str());
+        return invalid("format is '%s', expected one of %s", desc.format.c_str(),
+                       format_names().c_str());
     }
     SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(desc.path));
     if (kind == io::PathKind::kNothing)
@@ -65,11 +65,10 @@ Result<const Format*> format_of(const DatasetDesc& desc) {
     SPLAT_TRY(unreadable);
     const std::string lack = kind == io::PathKind::kFolder ? lack_of_cameras(desc.path) : "";
     if (!lack.empty())
-        return error(Code::kFormat, "'%s' is not a data set of a known format: %s",
-                     shown(desc.path, PATH_MAX).c_str(), lack.c_str());
-    return error(Code::kFormat,
-                 "'%s' is not a data set of a known format (%s); if it is one, name its format",
-                 shown(desc.path, PATH_MAX).c_str(), format_names().c_str());
+        return damaged("'%s' is not a data set of a known format: %s",
+                       shown(desc.path, PATH_MAX).c_str(), lack.c_str());
+    return damaged("'%s' is not a data set of a known format (%s); if it is one, name its format",
+                   shown(desc.path, PATH_MAX).c_str(), format_names().c_str());
 }
 
 std::string map_list(std::uint32_t maps) {
@@ -134,8 +133,7 @@ Result<ReaderDesc> reader_desc(const DatasetDesc& desc, const char* format) {
                  {"views_file", "nmr", reader.views_file}};
     for (const auto& list : lists) {
         if (!list.path.empty() && std::string(format) != list.format)
-            return error(
-                Code::kInvalidArgument,
+            return invalid(
                 "%s is '%s', expected none: it is for data of the format %s, and '%s' is %s",
                 list.name, list.path.c_str(), list.format, desc.path.c_str(), format);
         list.path = list_path(list.path, desc.path);
@@ -180,12 +178,10 @@ Dataset::Dataset(const DatasetDesc& desc, std::unique_ptr<DatasetReader> reader)
 Result<std::unique_ptr<Dataset>> Dataset::open(const DatasetDesc& desc) {
     SPLAT_TRY(check_split(desc.split));
     if (desc.resolution > kMaxResolution)
-        return error(Code::kInvalidArgument, "resolution is %u, expected at most %u",
-                     desc.resolution, kMaxResolution);
+        return invalid("resolution is %u, expected at most %u", desc.resolution, kMaxResolution);
     for (const float value : desc.background)
         if (!(value >= 0 && value <= 1))
-            return error(Code::kInvalidArgument, "background is %g, expected 0 to 1",
-                         static_cast<double>(value));
+            return invalid("background is %g, expected 0 to 1", static_cast<double>(value));
     SPLAT_ASSIGN(const Format* format, format_of(desc));
     SPLAT_ASSIGN(const ReaderDesc wanted, reader_desc(desc, format->name));
     SPLAT_ASSIGN(auto reader, format->open(wanted));
@@ -279,13 +275,12 @@ Status Dataset::read(std::uint32_t object, std::span<const std::uint32_t> views,
                      const ViewArrays& out) {
     const DatasetIndex& all = index();
     if (object >= all.names.size())
-        return error(Code::kInvalidArgument,
-                     "object is %u, expected less than %zu, the number of objects", object,
-                     all.names.size());
+        return invalid("object is %u, expected less than %zu, the number of objects", object,
+                       all.names.size());
     for (const std::uint32_t view : views)
         if (view >= all.views_of[object])
-            return error(Code::kInvalidArgument, "view is %u, but object %u ('%s') has %u views",
-                         view, object, all.names[object].c_str(), all.views_of[object]);
+            return invalid("view is %u, but object %u ('%s') has %u views", view, object,
+                           all.names[object].c_str(), all.views_of[object]);
     SPLAT_TRY(read_cameras(object, views, out));
     SPLAT_TRY(read_map(object, views, MapKind::kRgb, out.images));
     SPLAT_TRY(read_map(object, views, MapKind::kDepth, out.depths));

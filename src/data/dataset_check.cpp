@@ -118,9 +118,8 @@ class Checker {
 Result<ObjectCheck> check_object(const Dataset& dataset, std::uint32_t object) {
     const std::size_t objects = dataset.index().names.size();
     if (object >= objects)
-        return error(Code::kInvalidArgument,
-                     "object is %u, expected less than %zu, the number of objects", object,
-                     objects);
+        return invalid("object is %u, expected less than %zu, the number of objects", object,
+                       objects);
     return Checker(dataset, object).run();
 }
 

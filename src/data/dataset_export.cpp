@@ -24,23 +24,20 @@ using tables::Table;
 
 Status check_name(const char* what, const std::string& name) {
     if (!name.empty() && name[0] != '.' && name.find('/') == std::string::npos) return {};
-    return error(Code::kInvalidArgument, "%s is '%s', expected the name of a folder", what,
-                 name.c_str());
+    return invalid("%s is '%s', expected the name of a folder", what, name.c_str());
 }
 
 Status check_export(const Dataset& dataset, const ExportDesc& desc) {
-    if (desc.path.empty()) return error(Code::kInvalidArgument, "path is empty, expected a folder");
+    if (desc.path.empty()) return invalid("path is empty, expected a folder");
     SPLAT_TRY(check_name("category", desc.category));
     if (desc.part.count > 1 && desc.layout != Layout::kStore)
-        return error(Code::kInvalidArgument,
-                     "%u shards, expected 1: only stores are written in more", desc.part.count);
+        return invalid("%u shards, expected 1: only stores are written in more", desc.part.count);
     SPLAT_TRY(check_split(desc.split));
     std::set<std::uint32_t> seen;
     for (const std::uint32_t object : desc.objects)
         if (object >= dataset.index().names.size() || !seen.insert(object).second)
-            return error(Code::kInvalidArgument,
-                         "object %u occurs twice, or is not among the %zu objects", object,
-                         dataset.index().names.size());
+            return invalid("object %u occurs twice, or is not among the %zu objects", object,
+                           dataset.index().names.size());
     return {};
 }
 

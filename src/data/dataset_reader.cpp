@@ -30,8 +30,7 @@ const char* map_name(MapKind kind) {
 Status check_same(const std::string& folder, const char* kind,
                   const std::vector<std::string>& cameras, const std::vector<std::string>& images) {
     if (cameras == images) return {};
-    return error(
-        Code::kFormat,
+    return damaged(
         "'%s': %zu poses and %zu images in %s; poses without image: %s, images without pose: %s",
         folder.c_str(), cameras.size(), images.size(), kind, only_in(cameras, images).c_str(),
         only_in(images, cameras).c_str());
@@ -53,9 +52,8 @@ Result<std::vector<std::string>> DatasetIndex::add(const std::string& name,
                           views.images.end(), std::back_inserter(both));
     Status few;
     if (both.size() < 2)
-        few = error(Code::kFormat,
-                    "'%s': %zu views, expected 2 or more: one as input and one to compare with",
-                    folder.c_str(), both.size());
+        few = damaged("'%s': %zu views, expected 2 or more: one as input and one to compare with",
+                      folder.c_str(), both.size());
     std::vector<std::string> found;
     for (const Status& status : {check_same(folder, "rgb", views.cameras, views.images), few}) {
         if (!status.ok() && !lenient) return status;
@@ -91,10 +89,10 @@ Status DatasetIndex::take(const ReaderDesc& desc, const std::string& name,
     }
     if (!incomplete) return problem;
     if (!desc.allow_missing)
-        return error(Code::kFormat,
-                     "%s; the object '%s' is incomplete or damaged: repair it, or allow missing "
-                     "objects, which leaves it out",
-                     problem.message().c_str(), name.c_str());
+        return damaged(
+            "%s; the object '%s' is incomplete or damaged: repair it, or allow missing "
+            "objects, which leaves it out",
+            problem.message().c_str(), name.c_str());
     names.resize(count);
     folders.resize(count);
     views_of.resize(count);
@@ -174,8 +172,8 @@ Status no_split(const ReaderDesc& desc, Status status) {
 
 Status DatasetIndex::check_any() const {
     if (!names.empty() || missing.empty()) return {};
-    return error(Code::kFormat, "all %zu objects of the split %s are incomplete, the first: %s",
-                 missing.size(), split.c_str(), missing.front().second.c_str());
+    return damaged("all %zu objects of the split %s are incomplete, the first: %s", missing.size(),
+                   split.c_str(), missing.front().second.c_str());
 }
 
 Status DatasetIndex::find_resolution(const DatasetReader& reader, bool lenient) {
@@ -208,11 +206,11 @@ Result<io::Image> DatasetReader::map(std::uint32_t object, std::uint32_t view, M
     SPLAT_ASSIGN(const io::Image found, image(object, view, MapKind::kRgb, false));
     const std::uint32_t channels = found.channels;
     if (channels != 2 && channels != 4)
-        return error(Code::kFormat,
-                     "object '%s', view %u: an image without alpha, which is the mask in the first "
-                     "image of the data "
-                     "set",
-                     index().names[object].c_str(), view);
+        return damaged(
+            "object '%s', view %u: an image without alpha, which is the mask in the first "
+            "image of the data "
+            "set",
+            index().names[object].c_str(), view);
     io::Image alpha{found.width, found.height, 1, found.bits, {}};
     for (std::size_t i = channels - 1; i < found.samples.size(); i += channels)
         alpha.samples.push_back(found.samples[i]);

@@ -102,9 +102,9 @@ Result<std::vector<PathName>> folder_names(const ExportRows& rows) {
         names.emplace_back(name);
         const auto [other, fresh] = used.emplace(names.back().text(), name);
         if (!fresh)
-            return error(Code::kFormat, "the objects '%s' and '%s' would have the same folder '%s'",
-                         shown(other->second).c_str(), shown(name).c_str(),
-                         names.back().text().c_str());
+            return damaged("the objects '%s' and '%s' would have the same folder '%s'",
+                           shown(other->second).c_str(), shown(name).c_str(),
+                           names.back().text().c_str());
         if (names.back().text() != name && changed++ == 0)
             log(LogLevel::kWarning,
                 format("the object '%s' and others like it get a folder of another name, '%s'",

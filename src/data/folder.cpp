@@ -44,13 +44,12 @@ Status as_damage(const Status& status) {
 
 Status check_link(io::PathKind kind, const fs::path& path) {
     if (kind != io::PathKind::kBrokenLink) return {};
-    return error(Code::kFormat, "'%s' is a link to what does not exist", path.c_str());
+    return damaged("'%s' is a link to what does not exist", path.c_str());
 }
 
 Status check_split(const std::string& split) {
     if (split == "train" || split == "val" || split == "test") return {};
-    return error(Code::kInvalidArgument, "split is '%s', expected train, val or test",
-                 split.c_str());
+    return invalid("split is '%s', expected train, val or test", split.c_str());
 }
 
 Status write_folder(const fs::path& folder, const fs::path& temporary,
@@ -90,8 +89,7 @@ Result<std::vector<std::string>> candidates_in(const fs::path& folder) {
 
 Result<scene::Mat4> affine(std::span<const float> values) {
     if (values.size() != 12 && values.size() != 16)
-        return error(Code::kFormat, "a pose of %zu numbers, expected 3 x 4 or 4 x 4",
-                     values.size());
+        return damaged("a pose of %zu numbers, expected 3 x 4 or 4 x 4", values.size());
     scene::Mat4 pose{};
     std::copy(values.begin(), values.end(), pose.begin());
     pose[15] = 1;
@@ -126,8 +124,7 @@ Status check_pose(const scene::Mat4& camera_to_world, const std::string& place) 
     const auto& m = camera_to_world;
     const double distance = std::hypot(m[3], m[7], m[11]);
     if (distance <= kMostDistance) return {};
-    return error(
-        Code::kFormat,
+    return damaged(
         "camera '%s': the camera is %g from the origin, expected at most %g; is the file damaged?",
         place.c_str(), distance, kMostDistance);
 }

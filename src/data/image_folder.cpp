@@ -82,10 +82,9 @@ Result<io::Image> first_image(const fs::path& folder, std::string_view text) {
     SPLAT_ASSIGN(const JsonTree tree, io::from_file(parse_json_tree(text, "transforms.json")));
     const JsonTree* frames = tree.find("frames");
     const JsonTree::List* list = frames == nullptr ? nullptr : frames->list();
-    if (list == nullptr || list->empty()) return error(Code::kFormat, "there are no frames");
+    if (list == nullptr || list->empty()) return damaged("there are no frames");
     const JsonTree* name = list->front().find("file_path");
-    if (name == nullptr || name->text() == nullptr)
-        return error(Code::kFormat, "frame 0 has no file_path");
+    if (name == nullptr || name->text() == nullptr) return damaged("frame 0 has no file_path");
     SPLAT_ASSIGN(const std::string path, image_path(folder, *name->text()));
     return load_bytes(path, {.header_only = true});
 }
@@ -148,8 +147,8 @@ Result<std::vector<ListedCamera>> listed_cameras(const io::CameraSet& set,
     }
     for (const std::string& name : names)
         if (!found.contains(name))
-            return error(Code::kFormat, "%s_filenames has '%s', which no frame has", split.c_str(),
-                         shown(name).c_str());
+            return damaged("%s_filenames has '%s', which no frame has", split.c_str(),
+                           shown(name).c_str());
     std::sort(listed.begin(), listed.end(),
               [](const auto& a, const auto& b) { return a.camera.name < b.camera.name; });
     return listed;
@@ -181,8 +180,8 @@ Result<std::uint32_t> maps_named_by_all(const FolderPhotos& photos) {
         const auto without = std::find_if(photos.begin(), photos.end(), lacks);
         if (without == photos.end() && !photos.empty()) given |= flag_of(kind);
         if (without != photos.end() && !std::all_of(photos.begin(), photos.end(), lacks))
-            return error(Code::kFormat, "'%s' has no %s map, though other frames name theirs",
-                         without->path.c_str(), map_name(kind));
+            return damaged("'%s' has no %s map, though other frames name theirs",
+                           without->path.c_str(), map_name(kind));
     }
     return given;
 }
@@ -196,8 +195,8 @@ Result<FolderPhoto> photograph_of(const fs::path& folder, const ListedCamera& li
     const double half =
         std::min({camera.cx, camera.width - camera.cx, camera.cy, camera.height - camera.cy});
     if (!(half >= 1))
-        return error(Code::kFormat, "camera '%s': the principal point is not in the image",
-                     shown(camera.name).c_str());
+        return damaged("camera '%s': the principal point is not in the image",
+                       shown(camera.name).c_str());
     photo.width = camera.width;
     photo.height = camera.height;
     photo.side = static_cast<std::uint32_t>(std::floor(2 * half));
@@ -326,8 +325,8 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
         };
         SPLAT_ASSIGN(io::Image whole, load({.header_only = true}));
         if (whole.width != photo.width || whole.height != photo.height)
-            return error(Code::kFormat, "'%s': %u x %u pixels, its camera has %u x %u",
-                         path.c_str(), whole.width, whole.height, photo.width, photo.height);
+            return damaged("'%s': %u x %u pixels, its camera has %u x %u", path.c_str(),
+                           whole.width, whole.height, photo.width, photo.height);
         io::Image square{photo.side, photo.side, whole.channels, 8, {}};
         if (header_only) return square;
         SPLAT_ASSIGN(whole, load({}));
@@ -364,9 +363,8 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
         SPLAT_ASSIGN(const bool is_pictured, has_pictures(folder));
         if (!is_posed && !is_pictured) return false;
         if (!is_posed)
-            return error(Code::kFormat,
-                         "'%s' has pictures, but neither transforms.json nor a COLMAP model",
-                         folder.c_str());
+            return damaged("'%s' has pictures, but neither transforms.json nor a COLMAP model",
+                           folder.c_str());
         SPLAT_ASSIGN(const io::CameraSet set, load_cameras(folder, desc_.split));
         if (!set.splits.empty()) index_.has_splits = true;
         const auto own = set.splits.find(desc_.split);

@@ -62,9 +62,8 @@ Status add_bytes(std::vector<float>& values, MapKind kind, DepthNumbers numbers,
     const auto bad = std::find_if_not(values.begin(), values.end(),
                                       [](float value) { return std::isfinite(value); });
     if (bad != values.end())
-        return error(Code::kFormat,
-                     "number %zu is %g, expected finite ones: write 0 where there is none",
-                     static_cast<std::size_t>(bad - values.begin()), static_cast<double>(*bad));
+        return damaged("number %zu is %g, expected finite ones: write 0 where there is none",
+                       static_cast<std::size_t>(bad - values.begin()), static_cast<double>(*bad));
     double least = 0, most = 1;
     if (kind == MapKind::kNormal) least = -1;
     if (kind == MapKind::kDepth) {
@@ -90,8 +89,8 @@ Status add_bytes(std::vector<float>& values, MapKind kind, DepthNumbers numbers,
 Status add_samples(const std::vector<float>& values, MapKind kind, io::Image& image) {
     const auto [least, most] = std::minmax_element(values.begin(), values.end());
     if (*least < 0 || *most > 65535)
-        return error(Code::kFormat, "whole numbers from %g to %g, expected 0 to 65535",
-                     static_cast<double>(*least), static_cast<double>(*most));
+        return damaged("whole numbers from %g to %g, expected 0 to 65535",
+                       static_cast<double>(*least), static_cast<double>(*most));
     if (kind == MapKind::kMask && *most <= 255) image.bits = 8;
     image.samples.assign(values.begin(), values.end());
     return {};
@@ -118,9 +117,9 @@ Result<io::Image> load_numbers(const fs::path& path, MapKind kind, const io::Ima
                  io::read_number_image(file, options.header_only ? io::NumberPart::kHeader
                                                                  : io::NumberPart::kValues));
     if (found.channels != channels_of(kind) || (options.square && found.width != found.height))
-        return error(Code::kFormat, "%u x %u numbers of %u channels, expected %u channels%s",
-                     found.width, found.height, found.channels, channels_of(kind),
-                     options.square ? " and a square" : "");
+        return damaged("%u x %u numbers of %u channels, expected %u channels%s", found.width,
+                       found.height, found.channels, channels_of(kind),
+                       options.square ? " and a square" : "");
     io::Image image{
         found.width, found.height, found.channels, found.bits == 0 ? 8 : found.bits, {}};
     if (options.header_only) return image;
@@ -146,11 +145,10 @@ Status find_map_files(const fs::path& folder, const std::vector<std::string>& st
             index.add_lacking(kind, (folder / map_name(kind)).string());
             continue;
         }
-        const Status same =
-            twin == found.end()
-                ? check_same(folder.string(), map_name(kind), expected, found)
-                : error(Code::kFormat, "'%s': two files are the %s of view '%s'; remove one",
-                        folder.c_str(), map_name(kind), twin->c_str());
+        const Status same = twin == found.end()
+                                ? check_same(folder.string(), map_name(kind), expected, found)
+                                : damaged("'%s': two files are the %s of view '%s'; remove one",
+                                          folder.c_str(), map_name(kind), twin->c_str());
         if (!same.ok() && !lenient) return same;
         if (!same.ok()) index.problems.back().push_back(same.message());
     }

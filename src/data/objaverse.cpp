@@ -131,8 +131,7 @@ Result<std::unique_ptr<DatasetReader>> open_gso(const ReaderDesc& desc) {
 
 Result<scene::Mat4> pose_of_objaverse(std::span<const float> world_to_camera) {
     if (world_to_camera.size() != 12)
-        return error(Code::kFormat, "a pose of %zu numbers, expected 3 x 4",
-                     world_to_camera.size());
+        return damaged("a pose of %zu numbers, expected 3 x 4", world_to_camera.size());
     scene::Mat4 matrix{};
     for (std::size_t i = 0; i < 12; ++i)
         matrix[i] = static_cast<double>(world_to_camera[i]) * (i / 4 == 0 ? 1 : -1);

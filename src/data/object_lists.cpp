@@ -52,18 +52,16 @@ Result<std::vector<std::string>> load_object_list(const std::string& path) {
                  in_file(io::from_file(parse_json_tree(io::as_text(file), "objects")), path));
     const JsonTree::List* list = tree.list();
     if (list == nullptr || list->empty())
-        return error(Code::kFormat, "'%s': expected a JSON array of the names of objects",
-                     path.c_str());
+        return damaged("'%s': expected a JSON array of the names of objects", path.c_str());
     std::vector<std::string> names;
     std::set<std::string> seen;
     for (std::size_t i = 0; i < list->size(); ++i) {
         const std::string* name = (*list)[i].text();
         if (name == nullptr || !is_folder_name(*name))
-            return error(Code::kFormat, "'%s': element %zu is not the name of a folder",
-                         path.c_str(), i);
+            return damaged("'%s': element %zu is not the name of a folder", path.c_str(), i);
         if (!seen.insert(*name).second)
-            return error(Code::kFormat, "'%s': element %zu, '%s', occurs twice", path.c_str(), i,
-                         shown(*name).c_str());
+            return damaged("'%s': element %zu, '%s', occurs twice", path.c_str(), i,
+                           shown(*name).c_str());
         names.push_back(*name);
     }
     return names;
@@ -83,8 +81,7 @@ Result<std::set<std::string>> load_excluded_sequences(const std::string& path) {
         at = end + 1;
     }
     if (!names.empty()) return names;
-    return error(Code::kFormat, "'%s' holds no names of sequences, such as 106_12648_23157",
-                 path.c_str());
+    return damaged("'%s' holds no names of sequences, such as 106_12648_23157", path.c_str());
 }
 
 Result<std::vector<SourceView>> load_source_views(const std::string& path) {
@@ -103,15 +100,14 @@ Result<std::vector<SourceView>> load_source_views(const std::string& path) {
         const bool three = words >> view.object >> number && !(words >> more);
         if (!three || !read_whole(number, view.view) || !is_folder_name(view.category) ||
             !is_folder_name(view.object))
-            return error(Code::kFormat, "'%s': line %zu is not 'category object view'",
-                         path.c_str(), line);
+            return damaged("'%s': line %zu is not 'category object view'", path.c_str(), line);
         if (!seen.insert(view.category + "/" + view.object).second)
-            return error(Code::kFormat, "'%s': line %zu names an object for the second time",
-                         path.c_str(), line);
+            return damaged("'%s': line %zu names an object for the second time", path.c_str(),
+                           line);
         views.push_back(std::move(view));
     }
     if (!views.empty()) return views;
-    return error(Code::kFormat, "'%s' holds no lines 'category object view'", path.c_str());
+    return damaged("'%s' holds no lines 'category object view'", path.c_str());
 }
 
 }  // namespace splat::data

@@ -56,8 +56,8 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     const std::string wanted = "srn_" + desc.category.substr(0, desc.category.find("_priors"));
     const bool chosen = std::find(categories.begin(), categories.end(), wanted) != categories.end();
     if (categories.size() > 1 && !chosen)
-        return error(Code::kInvalidArgument, "'%s' holds %s; give the path of one of them",
-                     folder.c_str(), joined(categories).c_str());
+        return invalid("'%s' holds %s; give the path of one of them", folder.c_str(),
+                       joined(categories).c_str());
     if (!categories.empty()) {
         folder /= chosen ? wanted : categories.front();
         SPLAT_ASSIGN(names, candidates_in(folder));
@@ -71,8 +71,8 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
             desc, error(Code::kNotFound, "'%s' has no folder <category>_%s; folders of splits: %s",
                         folder.c_str(), desc.split.c_str(), joined(splits).c_str()));
     if (found.size() > 1)
-        return error(Code::kInvalidArgument, "'%s' holds %s; give the path of one of them",
-                     folder.c_str(), joined(found).c_str());
+        return invalid("'%s' holds %s; give the path of one of them", folder.c_str(),
+                       joined(found).c_str());
     folder /= found.front();
     SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(folder.string()));
     SPLAT_TRY(check_link(kind, folder));
@@ -83,7 +83,7 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
         SPLAT_ASSIGN(const bool is_below, has_srn_objects(folder / name));
         if (is_below) return folder / name;
     }
-    return error(Code::kFormat, "'%s' holds no folder with intrinsics.txt", folder.c_str());
+    return damaged("'%s' holds no folder with intrinsics.txt", folder.c_str());
 }
 
 Result<std::string> text_of_file(const fs::path& path) {
@@ -149,8 +149,7 @@ class SrnReader : public FilesReader {
                                [part](const io::FolderEntry& each) { return each.name == part; });
         };
         if (!has("rgb") && !has("pose") && !has("intrinsics.txt")) return false;
-        if (!has("intrinsics.txt"))
-            return error(Code::kFormat, "'%s' has no intrinsics.txt", folder.c_str());
+        if (!has("intrinsics.txt")) return damaged("'%s' has no intrinsics.txt", folder.c_str());
         ViewNames names;
         SPLAT_ASSIGN(names.cameras, stems_in(folder / "pose", ".txt"));
         SPLAT_ASSIGN(names.images, stems_in(folder / "rgb", ".png"));

@@ -56,8 +56,7 @@ std::vector<std::pair<const char*, std::string>> labels_of(const Evaluation& eva
 
 Result<ObjectScores> object_of(const JsonTree& json, std::size_t place) {
     const JsonTree* const name = json.find("object");
-    if (name == nullptr || name->text() == nullptr)
-        return error(Code::kFormat, "object %zu has no name", place);
+    if (name == nullptr || name->text() == nullptr) return damaged("object %zu has no name", place);
     ObjectScores object;
     object.name = *name->text();
     std::string lacking;
@@ -69,8 +68,8 @@ Result<ObjectScores> object_of(const JsonTree& json, std::size_t place) {
                                      {"images_blank", &Ledger::images_blank}})
         if (object.ledger.*count > UINT32_MAX && lacking.empty()) lacking = key;
     if (!lacking.empty())
-        return error(Code::kFormat, "object '%s' has no number '%s'", shown(object.name).c_str(),
-                     lacking.c_str());
+        return damaged("object '%s' has no number '%s'", shown(object.name).c_str(),
+                       lacking.c_str());
     return object;
 }
 
@@ -103,20 +102,20 @@ Result<std::map<std::uint32_t, ObjectScores>> load_objects(
     for (const auto& [key, expected] : labels_of(like)) {
         const JsonTree* const found = tree.value().find(key);
         if (found == nullptr || found->text() == nullptr)
-            return error(Code::kFormat,
-                         "'%s' has no text '%s': it is damaged, or of an earlier version; score "
-                         "the objects again",
-                         path.c_str(), key);
+            return damaged(
+                "'%s' has no text '%s': it is damaged, or of an earlier version; score "
+                "the objects again",
+                path.c_str(), key);
         if (*found->text() != expected)
-            return error(Code::kInvalidArgument, "'%s' has scores of %s '%s', expected '%s'%s",
-                         path.c_str(), key, shown(*found->text()).c_str(), expected.c_str(),
-                         std::string_view(key) == "network"
-                             ? ": the checksum of weights, adapters and configuration"
-                             : "");
+            return invalid("'%s' has scores of %s '%s', expected '%s'%s", path.c_str(), key,
+                           shown(*found->text()).c_str(), expected.c_str(),
+                           std::string_view(key) == "network"
+                               ? ": the checksum of weights, adapters and configuration"
+                               : "");
     }
     const JsonTree* const list = tree.value().find("objects");
     if (list == nullptr || list->list() == nullptr)
-        return error(Code::kFormat, "'%s' has no list of objects", path.c_str());
+        return damaged("'%s' has no list of objects", path.c_str());
     std::map<std::uint32_t, ObjectScores> objects;
     for (std::size_t i = 0; i < list->list()->size(); ++i) {
         auto object = object_of((*list->list())[i], i);
@@ -124,8 +123,8 @@ Result<std::map<std::uint32_t, ObjectScores>> load_objects(
             return Status(Code::kFormat, "'" + path + "': " + object.status().message());
         const auto number = number_of(object.value().name);
         if (!number)
-            return error(Code::kInvalidArgument, "'%s': object '%s' is not among those to score",
-                         path.c_str(), shown(object.value().name).c_str());
+            return invalid("'%s': object '%s' is not among those to score", path.c_str(),
+                           shown(object.value().name).c_str());
         objects[*number] = std::move(object.value());
     }
     return objects;

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Status refuse_line(const std::string& path, std::size_t line, const std::string& problem) {
-    return error(Code::kFormat, "'%s', line %zu: %s", path.c_str(), line, problem.c_str());
+    return damaged("'%s', line %zu: %s", path.c_str(), line, problem.c_str());
 }
 
 std::string table_path(const std::string& path) {
@@ -230,9 +230,8 @@ Status check_same_views(const ScoreTable& a, const ScoreTable& b) {
     constexpr const char* kRemedy =
         "their difference may come from the views: evaluate both with the same options";
     if (!a.protocol.empty() && !b.protocol.empty() && a.protocol != b.protocol)
-        return error(Code::kInvalidArgument,
-                     "A is scored with other views than B, A with '%s', B with '%s'; %s",
-                     a.protocol.c_str(), b.protocol.c_str(), kRemedy);
+        return invalid("A is scored with other views than B, A with '%s', B with '%s'; %s",
+                       a.protocol.c_str(), b.protocol.c_str(), kRemedy);
     std::size_t others = 0;
     std::string first;
     for (const auto& [name, views] : a.views) {
@@ -243,8 +242,8 @@ Status check_same_views(const ScoreTable& a, const ScoreTable& b) {
                 format("'%s' has %g in A and %g in B", shown(name).c_str(), views, found->second);
     }
     if (others == 0) return {};
-    return error(Code::kInvalidArgument, "%zu objects are scored in other numbers of views: %s; %s",
-                 others, first.c_str(), kRemedy);
+    return invalid("%zu objects are scored in other numbers of views: %s; %s", others,
+                   first.c_str(), kRemedy);
 }
 
 Result<ScoreTable> read_scores(const std::string& path) {
@@ -265,8 +264,7 @@ Result<ScoreTable> read_scores(const std::string& path) {
     }
     TableLines lines(table, std::move(columns));
     for (const Row& row : rows) SPLAT_TRY(lines.take(row));
-    if (table.objects.empty())
-        return error(Code::kFormat, "'%s' holds no scores", table.path.c_str());
+    if (table.objects.empty()) return damaged("'%s' holds no scores", table.path.c_str());
     list_metrics(table);
     if (!table.views.empty()) table.protocol = protocol_beside(table.path);
     return table;

@@ -84,17 +84,16 @@ Result<EvaluatedViews> evaluated_views(std::uint32_t count,
                                        std::span<const std::uint32_t> conditioning,
                                        std::uint32_t most) {
     if (count <= conditioning.size())
-        return error(Code::kFormat, "an object has %u views, expected more than %zu", count,
-                     conditioning.size());
+        return damaged("an object has %u views, expected more than %zu", count,
+                       conditioning.size());
     EvaluatedViews views;
     for (const std::uint32_t view : conditioning) {
         if (view >= count)
-            return error(Code::kInvalidArgument,
-                         "conditioning view %u does not exist: an object has %u views", view,
-                         count);
+            return invalid("conditioning view %u does not exist: an object has %u views", view,
+                           count);
         if (std::find(views.conditioning.begin(), views.conditioning.end(), view) !=
             views.conditioning.end())
-            return error(Code::kInvalidArgument, "conditioning view %u is given twice", view);
+            return invalid("conditioning view %u is given twice", view);
         views.conditioning.push_back(view);
     }
     choose_novel(count, most, views);

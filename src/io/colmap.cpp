@@ -76,18 +76,18 @@ Status add_camera(const Lenses& lenses, const ColmapPose& pose, const CameraOpti
                   CameraSet& set) {
     const auto found = lenses.find(pose.camera);
     if (found == lenses.end())
-        return error(Code::kFormat, "COLMAP: image '%s' names camera %llu, which does not exist",
-                     shown(pose.name).c_str(), static_cast<unsigned long long>(pose.camera));
+        return damaged("COLMAP: image '%s' names camera %llu, which does not exist",
+                       shown(pose.name).c_str(), static_cast<unsigned long long>(pose.camera));
     if (set.cameras.size() >= options.max_cameras)
         return error(Code::kUnsupported, "COLMAP: more than %llu images",
                      static_cast<unsigned long long>(options.max_cameras));
     const ColmapLens& lens = found->second;
     const std::vector<double>& p = lens.parameters;
     if (lens.width > scene::kMaxImageSide || lens.height > scene::kMaxImageSide)
-        return error(Code::kFormat, "COLMAP: camera %llu of %llu x %llu pixels",
-                     static_cast<unsigned long long>(pose.camera),
-                     static_cast<unsigned long long>(lens.width),
-                     static_cast<unsigned long long>(lens.height));
+        return damaged("COLMAP: camera %llu of %llu x %llu pixels",
+                       static_cast<unsigned long long>(pose.camera),
+                       static_cast<unsigned long long>(lens.width),
+                       static_cast<unsigned long long>(lens.height));
     const std::size_t center = lens.model->one_focal ? 1 : 2;
     scene::Camera camera;
     camera.name = pose.name;
@@ -107,8 +107,8 @@ Status add_camera(const Lenses& lenses, const ColmapPose& pose, const CameraOpti
         {pose.rotation[0], pose.rotation[1], pose.rotation[2], pose.rotation[3]},
         {pose.translation[0], pose.translation[1], pose.translation[2]});
     if (!matrix.ok())
-        return error(Code::kFormat, "COLMAP: image '%s': %s", shown(pose.name).c_str(),
-                     matrix.status().message().c_str());
+        return damaged("COLMAP: image '%s': %s", shown(pose.name).c_str(),
+                       matrix.status().message().c_str());
     camera.world_to_camera = matrix.value();
     SPLAT_TRY(from_file(scene::check_camera(camera)));
     set.cameras.push_back(std::move(camera));
@@ -172,16 +172,15 @@ Status need_count(const Reader& reader, std::uint64_t count, std::uint64_t least
 
 Status need_end(const Reader& reader, std::uint64_t count) {
     if (reader.left() == 0) return {};
-    return error(Code::kFormat,
-                 "%s: %zu bytes after the last of %llu records, at byte %zu, expected none: the "
-                 "count is too small, or something was appended to the file",
-                 reader.what().c_str(), reader.left(), static_cast<unsigned long long>(count),
-                 reader.position());
+    return damaged(
+        "%s: %zu bytes after the last of %llu records, at byte %zu, expected none: the "
+        "count is too small, or something was appended to the file",
+        reader.what().c_str(), reader.left(), static_cast<unsigned long long>(count),
+        reader.position());
 }
 
 Status appears_twice(const Reader& reader, const char* kind, std::uint32_t id, std::size_t at) {
-    return error(Code::kFormat, "%s: %s id %u, at byte %zu, appears twice", reader.what().c_str(),
-                 kind, id, at);
+    return damaged("%s: %s id %u, at byte %zu, appears twice", reader.what().c_str(), kind, id, at);
 }
 
 Result<Lenses> read_binary_lenses(Bytes file) {
@@ -221,7 +220,7 @@ Status check_points(std::string_view line, const Lines& lines, const std::string
 }
 
 Status need_images(const CameraSet& set, const char* what) {
-    return set.cameras.empty() ? error(Code::kFormat, "%s: there is no image", what) : Status();
+    return set.cameras.empty() ? damaged("%s: there is no image", what) : Status();
 }
 
 /// The path of a file of a model, .bin before .txt; empty if there is none.

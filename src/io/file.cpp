@@ -137,10 +137,9 @@ Status read_all(int fd, std::uint64_t offset, std::span<std::byte> to, const std
 
 Status check_range(std::uint64_t size, std::uint64_t offset, std::uint64_t count) {
     if (offset <= size && count <= size - offset) return {};
-    return error(Code::kFormat,
-                 "%llu bytes requested at byte %llu of %llu; the file is truncated or damaged",
-                 static_cast<unsigned long long>(count), static_cast<unsigned long long>(offset),
-                 static_cast<unsigned long long>(size));
+    return damaged("%llu bytes requested at byte %llu of %llu; the file is truncated or damaged",
+                   static_cast<unsigned long long>(count), static_cast<unsigned long long>(offset),
+                   static_cast<unsigned long long>(size));
 }
 
 class OpenFile : public Source, public std::enable_shared_from_this<OpenFile> {

@@ -14,7 +14,7 @@ constexpr std::size_t kAlignment = 64;
 constexpr std::size_t kMaxDims = 32;
 
 Status bad_npy(const std::string& problem) {
-    return error(Code::kFormat, "npy: %s", problem.c_str());
+    return damaged("npy: %s", problem.c_str());
 }
 
 /// The text after 'key': in the header, which is a Python dict literal.
@@ -167,8 +167,7 @@ Result<FloatArray> read_npy(Bytes file) {
 
 Result<Buffer> write_npy(const FloatArray& array) {
     if (array.shape.size() > kMaxDims || elements(array.shape) != array.values.size())
-        return error(Code::kInvalidArgument, "npy: %zu values do not fit the shape",
-                     array.values.size());
+        return invalid("npy: %zu values do not fit the shape", array.values.size());
     Buffer file = write_npy_header("<f4", array.shape);
     put_bytes(file, std::as_bytes(std::span(array.values)));
     return file;

@@ -79,11 +79,11 @@ class Reader {
     Status need(std::uint64_t count, std::uint64_t each, const char* field) const {
         const auto bytes = checked_mul(count, each);
         if (bytes && *bytes <= left()) return {};
-        return error(Code::kFormat,
-                     "%s: '%s' at byte %zu needs %llu x %llu bytes, but %zu are left; the file is "
-                     "truncated or its header is damaged",
-                     what_.c_str(), field, position_, static_cast<unsigned long long>(count),
-                     static_cast<unsigned long long>(each), left());
+        return damaged(
+            "%s: '%s' at byte %zu needs %llu x %llu bytes, but %zu are left; the file is "
+            "truncated or its header is damaged",
+            what_.c_str(), field, position_, static_cast<unsigned long long>(count),
+            static_cast<unsigned long long>(each), left());
     }
 
     /// Bytes up to a NUL; also advances over the NUL. Errors as take().
@@ -133,7 +133,7 @@ class Lines {
 
     /// kFormat, naming this line.
     [[nodiscard]] Status bad(const std::string& problem) const {
-        return error(Code::kFormat, "%s line %zu: %s", what_, number_, problem.c_str());
+        return damaged("%s line %zu: %s", what_, number_, problem.c_str());
     }
 
   private:

@@ -23,7 +23,7 @@ constexpr std::size_t kSizeBytes = 8;
 constexpr std::uint64_t kManyBytes = std::uint64_t{1} << 20;
 
 Status bad_safetensors(const std::string& problem) {
-    return error(Code::kFormat, "safetensors: %s", problem.c_str());
+    return damaged("safetensors: %s", problem.c_str());
 }
 
 /// A tensor as the header describes it.
@@ -226,8 +226,7 @@ Result<FilePieces> write_safetensors(const NamedTensors& tensors, const Metadata
     std::uint64_t end = 0;
     for (const NamedTensor& tensor : tensors) {
         if (tensor.name == kMetadata)
-            return error(Code::kInvalidArgument,
-                         "safetensors: no tensor may be named '__metadata__'");
+            return invalid("safetensors: no tensor may be named '__metadata__'");
         SPLAT_TRY(check_json_name(tensor.name, "safetensors: the tensor"));
         const std::uint64_t begin = end;
         end += tensor.values.size() * (half ? 2 : 4);
@@ -238,8 +237,8 @@ Result<FilePieces> write_safetensors(const NamedTensors& tensors, const Metadata
     std::string header = json.end().text();
     header.append(round_up(header.size(), kSizeBytes) - header.size(), ' ');
     if (header.size() > kMaxJsonBytes)
-        return error(Code::kInvalidArgument, "safetensors: a header of %zu bytes, the limit is %zu",
-                     header.size(), kMaxJsonBytes);
+        return invalid("safetensors: a header of %zu bytes, the limit is %zu", header.size(),
+                       kMaxJsonBytes);
     FilePieces file;
     Buffer start;
     put(start, std::uint64_t{header.size()});

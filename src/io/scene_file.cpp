@@ -76,11 +76,11 @@ Result<const SceneFormat*> detect_scene_format(Bytes file, const std::string& na
     for (const SceneFormat& format : kSceneFormats) {
         if (extension != format.extension) continue;
         if (format.detect == nullptr) return &format;
-        return error(Code::kFormat, "'%s' is not a %s file: its first bytes differ; expected %s",
-                     name.c_str(), format.extension, format.mark);
+        return damaged("'%s' is not a %s file: its first bytes differ; expected %s", name.c_str(),
+                       format.extension, format.mark);
     }
-    return error(Code::kFormat, "'%s' is not a scene of a known format; expected %s", name.c_str(),
-                 extension_list(false).c_str());
+    return damaged("'%s' is not a scene of a known format; expected %s", name.c_str(),
+                   extension_list(false).c_str());
 }
 
 Result<const SceneFormat*> written_scene_format(const std::string& name) {
@@ -99,8 +99,8 @@ Result<LoadedScene> read_scene(Bytes file, const std::string& name, const LoadOp
         // A format without a mark may begin with any bytes, another one's mark included.
         const auto marked = marked_format(file);
         if (marked.ok() && marked.value() != nullptr && marked.value() != format)
-            return error(Code::kFormat, "'%s' is of the format %s, expected %s", name.c_str(),
-                         marked.value()->name, format->name);
+            return damaged("'%s' is of the format %s, expected %s", name.c_str(),
+                           marked.value()->name, format->name);
     }
     SPLAT_ASSIGN(LoadedScene loaded, in_file(format->read(file, options), name));
     loaded.report.format = format->name;
@@ -113,8 +113,8 @@ Result<Buffer> write_scene(const scene::Gaussians& gaussians, const SceneFormat&
         return error(Code::kUnsupported, "%s is read only; write %s", format.name,
                      extension_list(true).c_str());
     if (options.sh_degree.value_or(0) > format.max_sh_degree)
-        return error(Code::kInvalidArgument, "sh_degree %u to write, but %s holds at most %u",
-                     *options.sh_degree, format.name, format.max_sh_degree);
+        return invalid("sh_degree %u to write, but %s holds at most %u", *options.sh_degree,
+                       format.name, format.max_sh_degree);
     return format.write(gaussians, options);
 }
 

@@ -45,8 +45,7 @@ Result<scene::Gaussians> prepare_save(const scene::Gaussians& gaussians, scene::
     SPLAT_TRY(scene::check_arrays(gaussians));
     const std::uint32_t degree = options.sh_degree.value_or(gaussians.sh_degree);
     if (degree > scene::kMaxShDegree)
-        return error(Code::kInvalidArgument, "sh_degree %u to write, expected 0 to %u", degree,
-                     scene::kMaxShDegree);
+        return invalid("sh_degree %u to write, expected 0 to %u", degree, scene::kMaxShDegree);
     scene::Gaussians copy = scene::with_sh_degree(gaussians, degree);
     scene::convert_frame(copy, scene::Frame::kRdf, options.frame.value_or(usual));
     return copy;

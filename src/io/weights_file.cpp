@@ -48,8 +48,7 @@ Result<WeightsFormat> format_of(const Source& source, const DecodeLimits& limits
     }
     if (is_safetensors(head)) return WeightsFormat::kSafetensors;
     if (is_legacy_pth(head)) return WeightsFormat::kPth;
-    return error(
-        Code::kFormat,
+    return damaged(
         "not weights of a known format; expected .safetensors, .pth of torch.save(), .npz");
 }
 

@@ -66,8 +66,8 @@ class DirectoryReader {
     };
 
     [[nodiscard]] Status bad(const std::string& problem) const {
-        return error(Code::kFormat, "%s: %s; the archive is truncated or damaged", what_.c_str(),
-                     problem.c_str());
+        return damaged("%s: %s; the archive is truncated or damaged", what_.c_str(),
+                       problem.c_str());
     }
 
     [[nodiscard]] Status unsupported(const std::string& problem) const {
@@ -260,8 +260,7 @@ Result<Zip> Zip::open(const Source& source, const std::string& what, const Decod
     SPLAT_ASSIGN(zip.entries_, DirectoryReader(source, what).run(limits));
     for (std::size_t i = 0; i < zip.entries_.size(); ++i)
         if (!zip.places_.emplace(zip.entries_[i].name, i).second)
-            return error(Code::kFormat, "%s: '%s' appears twice", what.c_str(),
-                         zip.entries_[i].name.c_str());
+            return damaged("%s: '%s' appears twice", what.c_str(), zip.entries_[i].name.c_str());
     return zip;
 }
 
@@ -280,8 +279,8 @@ Status Zip::read(const ZipEntry& entry, Buffer& to) const {
         SPLAT_TRY(inflate_raw(packed, to, what_ + ": '" + entry.name + "'"));
     }
     if (const std::uint32_t crc = crc32_of(to); crc != entry.crc)
-        return error(Code::kFormat, "%s: '%s' has the CRC %08x, expected %08x; its data is damaged",
-                     what_.c_str(), entry.name.c_str(), crc, entry.crc);
+        return damaged("%s: '%s' has the CRC %08x, expected %08x; its data is damaged",
+                       what_.c_str(), entry.name.c_str(), crc, entry.crc);
     return {};
 }
 

@@ -25,8 +25,8 @@ Status expect_count(const char* name, std::size_t got, std::size_t expected) {
 Status expect_finite(const char* name, std::span<const float> values) {
     const std::size_t bad = find_not_finite(values);
     if (bad == values.size()) return {};
-    return error(Code::kInvalidArgument, "model: '%s' holds %g at %zu, expected finite numbers",
-                 name, static_cast<double>(values[bad]), bad);
+    return invalid("model: '%s' holds %g at %zu, expected finite numbers", name,
+                   static_cast<double>(values[bad]), bad);
 }
 
 /// Copies of the vectors of `from` into `to` with the first `head` numbers moved behind the others.
@@ -176,11 +176,10 @@ Status Model::build() {
     if (!options_.gradients ||
         std::any_of(values.begin(), values.end(), [](const nn::Value& v) { return v.trainable; }))
         return {};
-    return error(Code::kInvalidArgument,
-                 "configuration: %s leave no parameter to be trained, but gradients are requested",
-                 config_.lora.rank == 0
-                     ? "the names of opt.freeze"
-                     : "opt.lora_targets, opt.train_with_adapters and opt.freeze");
+    return invalid(
+        "configuration: %s leave no parameter to be trained, but gradients are requested",
+        config_.lora.rank == 0 ? "the names of opt.freeze"
+                               : "opt.lora_targets, opt.train_with_adapters and opt.freeze");
 }
 
 /// The vector that modulates blocks, with its halves exchanged as the published network takes it.
@@ -239,10 +238,10 @@ Status Model::add_images(std::span<const float> all, std::vector<InputValues>& i
         const auto planes = all.subspan(image * given, given);
         const auto last = planes.subspan(seen);
         if (std::any_of(last.begin(), last.end(), [&](float d) { return d != last[0]; }))
-            return error(Code::kInvalidArgument,
-                         "model: the origin distance of image %zu varies, expected one number "
-                         "in the whole plane",
-                         image);
+            return invalid(
+                "model: the origin distance of image %zu varies, expected one number "
+                "in the whole plane",
+                image);
         shown.insert(shown.end(), planes.begin(),
                      planes.begin() + static_cast<std::ptrdiff_t>(seen));
         distances.push_back(last[0]);

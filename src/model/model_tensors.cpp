@@ -43,8 +43,8 @@ Result<vk::BufferView> Model::input_tensor(std::string_view name) {
         SPLAT_TRY(start_inputs());
         return id == tokens_ ? without_last_axis(input(id)) : input(id);
     }
-    return error(Code::kInvalidArgument, "'%s' is not an input of this model:%s",
-                 std::string(name).c_str(), known.c_str());
+    return invalid("'%s' is not an input of this model:%s", std::string(name).c_str(),
+                   known.c_str());
 }
 
 /// Zeros, identity poses, and focal lengths of R pixels where the caller has given nothing.

@@ -45,8 +45,7 @@ class BlockBuilder : public SongUnet {
 };
 
 Status wrong_attribute(const char* name, double got, const char* expected) {
-    return error(Code::kInvalidArgument, "%s: attribute '%s' is %g, expected %s", kResidualBlock,
-                 name, got, expected);
+    return invalid("%s: attribute '%s' is %g, expected %s", kResidualBlock, name, got, expected);
 }
 
 Status check_groups(const char* what, std::uint32_t channels) {
@@ -76,8 +75,7 @@ Status check_block(const ops::Attributes& a, const Shape& x) {
         if (a.integer(name) < 0 || a.integer(name) > (1 << 20))
             return wrong_attribute(name, a.number(name), "0 to 1048576");
     if (a.boolean("up") && a.boolean("down"))
-        return error(Code::kInvalidArgument, "%s: both 'up' and 'down' are set, expected one",
-                     kResidualBlock);
+        return invalid("%s: both 'up' and 'down' are set, expected one", kResidualBlock);
     if (a.integer("views") < 1 || x[0] % a.integer("views") != 0)
         return wrong_attribute("views", a.number("views"), "a divisor of the images of x");
     SPLAT_TRY(check_groups("port 'x'", x[1]));
@@ -100,11 +98,10 @@ Status Module::check_ports(const std::vector<std::string>& known) const {
     for (const std::string& name : known) list += " " + name;
     for (const ModulePort& given : desc_.ports) {
         if (std::find(known.begin(), known.end(), given.name) == known.end())
-            return error(Code::kInvalidArgument, "%s: no port '%s'; there are:%s",
-                         desc_.type.c_str(), given.name.c_str(), list.c_str());
+            return invalid("%s: no port '%s'; there are:%s", desc_.type.c_str(), given.name.c_str(),
+                           list.c_str());
         if (port(given.name) != &given)
-            return error(Code::kInvalidArgument, "%s: port '%s' is given twice", desc_.type.c_str(),
-                         given.name.c_str());
+            return invalid("%s: port '%s' is given twice", desc_.type.c_str(), given.name.c_str());
     }
     return {};
 }
@@ -126,10 +123,10 @@ void Module::add_output(const std::string& name, ValueId value) {
 Status Module::build_operator() {
     SPLAT_ASSIGN(const ops::OpRow* row, ops::find_op(desc_.type));
     if (desc_.build.training || desc_.build.precision != Precision::kBalanced)
-        return error(Code::kInvalidArgument,
-                     "%s: training and precision apply to %s; an operator does what its attributes "
-                     "say",
-                     desc_.type.c_str(), kResidualBlock);
+        return invalid(
+            "%s: training and precision apply to %s; an operator does what its attributes "
+            "say",
+            desc_.type.c_str(), kResidualBlock);
     std::vector<std::string> known;
     for (const ops::Port& p : row->inputs) known.emplace_back(p.name);
     SPLAT_TRY(check_ports(known));
@@ -177,10 +174,10 @@ Status Module::build_block() {
                      "%s: port 'random_counter' is absent, and dropout acts: give it, of shape [4]",
                      kResidualBlock);
     if (!random && port("random_counter") != nullptr)
-        return error(Code::kInvalidArgument,
-                     "%s: port 'random_counter' is given, but nothing is random: set dropout and "
-                     "training",
-                     kResidualBlock);
+        return invalid(
+            "%s: port 'random_counter' is given, but nothing is random: set dropout and "
+            "training",
+            kResidualBlock);
     const std::uint32_t images = x->shape[0];
     SPLAT_TRY(check_port(port("embedding"), images, 2, "[N,E]"));
     SPLAT_TRY(check_port(port("tokens"), images, 4, "[N,D,T,1]"));
@@ -214,10 +211,10 @@ Result<std::unique_ptr<Module>> Module::create(vk::Context& context, const Modul
     const bool trained =
         std::any_of(all.begin(), all.end(), [](const nn::Parameter& p) { return p.trainable; });
     if (desc.gradients && !desc.input_gradients && !trained)
-        return error(Code::kInvalidArgument,
-                     "%s: no parameter of it is trained: gradients need "
-                     "SPLAT_MODULE_INPUT_GRADIENTS",
-                     desc.type.c_str());
+        return invalid(
+            "%s: no parameter of it is trained: gradients need "
+            "SPLAT_MODULE_INPUT_GRADIENTS",
+            desc.type.c_str());
     nn::ExecutorDesc executor;
     executor.backward = desc.gradients;
     for (const auto& [name, value] : made->outputs_) executor.outputs.push_back(value);
@@ -313,8 +310,8 @@ Status Module::write(const std::string& name, const float* values, std::size_t b
                                             input->second) == differentiable_.end();
     const std::size_t bad = constant ? given.size() : find_not_finite(given);
     if (bad < given.size())
-        return error(Code::kInvalidArgument, "'%s' holds %g at %zu, expected finite numbers",
-                     name.c_str(), static_cast<double>(given[bad]), bad);
+        return invalid("'%s' holds %g at %zu, expected finite numbers", name.c_str(),
+                       static_cast<double>(given[bad]), bad);
     if (const nn::Parameter* parameter = parameters_->find(name))
         return parameters_->write(*parameter, given);
     if (input != inputs_.end()) input_changed_ = true;

@@ -54,10 +54,10 @@ ValueId SongUnet::norm(const std::string& name, ValueId x, bool silu, int times)
     const std::uint32_t c = channels(x);
     const std::uint32_t groups = norm_groups(c);
     if (c % groups != 0)
-        graph_.fail(error(Code::kInvalidArgument,
-                          "configuration: layer '%s' has %u channels, which do not divide into its "
-                          "%u groups; model.base_dim is %u, a multiple of 32 divides everywhere",
-                          name.c_str(), c, groups, config_.base_dim));
+        graph_.fail(
+            invalid("configuration: layer '%s' has %u channels, which do not divide into its "
+                    "%u groups; model.base_dim is %u, a multiple of 32 divides everywhere",
+                    name.c_str(), c, groups, config_.base_dim));
     const ValueId gamma = parameter(name + ".weight", {c}, kOne);
     const ValueId beta = parameter(name + ".bias", {c}, kZero);
     for (int time = 0; time < times; ++time)
@@ -276,10 +276,10 @@ Status SongUnet::check_parts() const {
             if (std::none_of(inits_.begin(), inits_.end(), [&](const auto& named) {
                     return named.first.ends_with(end) && contains_any(named.first, {part});
                 }))
-                return error(Code::kInvalidArgument,
-                             "configuration: %s has '%s', expected a part of the name of a "
-                             "parameter that it can choose",
-                             key, part.c_str());
+                return invalid(
+                    "configuration: %s has '%s', expected a part of the name of a "
+                    "parameter that it can choose",
+                    key, part.c_str());
         return {};
     };
     SPLAT_TRY(check("opt.freeze", config_.frozen, ""));

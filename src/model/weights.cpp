@@ -116,10 +116,10 @@ Status check_rays(const Model& model, const NamedTensors& tensors, const LoadOpt
             report.rays_differ = true;
     }
     if (!report.rays_differ || options.graft || options.take_rays) return {};
-    return error(Code::kInvalidArgument,
-                 "the file's ray_dirs are those of another field of view than the configuration's "
-                 "%g degrees; set the field of view, or ask to take over the file's rays",
-                 static_cast<double>(model.config().fov_degrees));
+    return invalid(
+        "the file's ray_dirs are those of another field of view than the configuration's "
+        "%g degrees; set the field of view, or ask to take over the file's rays",
+        static_cast<double>(model.config().fov_degrees));
 }
 
 }  // namespace
@@ -171,9 +171,8 @@ Status load_state(Model& model, const NamedTensors& given, const LoadOptions& op
         const NamedTensor* tensor = tensors.find(parameter.name);
         if (tensor == nullptr) {
             if (!may_be_fresh(parameter.name))
-                return error(Code::kInvalidArgument,
-                             "the file has no tensor '%s' %s: it is of another network",
-                             parameter.name.c_str(), parameter.shape.text().c_str());
+                return invalid("the file has no tensor '%s' %s: it is of another network",
+                               parameter.name.c_str(), parameter.shape.text().c_str());
             made.fresh.push_back(parameter.name);
             continue;
         }
@@ -203,13 +202,12 @@ Status load_state(Model& model, const NamedTensors& given, const LoadOptions& op
         const auto unknown =
             std::find_if_not(made.left_out.begin(), made.left_out.end(), is_of_earlier_networks);
         const bool earlier = unknown == made.left_out.end();
-        return error(Code::kInvalidArgument,
-                     "the file has %zu tensors that this network lacks, one is '%s'%s",
-                     made.left_out.size(),
-                     shown(earlier ? made.left_out.front() : *unknown).c_str(),
-                     earlier ? "; networks of earlier versions also attended to tokens in the "
-                               "encoder: graft the file to leave that out"
-                             : "");
+        return invalid("the file has %zu tensors that this network lacks, one is '%s'%s",
+                       made.left_out.size(),
+                       shown(earlier ? made.left_out.front() : *unknown).c_str(),
+                       earlier ? "; networks of earlier versions also attended to tokens in the "
+                                 "encoder: graft the file to leave that out"
+                               : "");
     }
     SPLAT_TRY(check_rays(model, tensors, options, made));
 

@@ -98,12 +98,11 @@ Result<double> adapters_alpha(const io::WeightsFile& adapters, const config::Mod
         if (key != "lora_alpha") continue;
         const auto alpha = decimal_number(value);
         if (alpha && std::isfinite(*alpha)) return *alpha;
-        return error(Code::kFormat, "the adapters' metadata has lora_alpha '%s', expected a number",
-                     value.c_str());
+        return damaged("the adapters' metadata has lora_alpha '%s', expected a number",
+                       value.c_str());
     }
     if (network.lora.rank > 0) return static_cast<double>(network.lora.alpha);
-    return error(Code::kInvalidArgument,
-                 "neither the adapters' metadata nor the configuration says lora_alpha: give it");
+    return invalid("neither the adapters' metadata nor the configuration says lora_alpha: give it");
 }
 
 std::optional<double> field_of_view(const io::NamedTensors& tensors) {

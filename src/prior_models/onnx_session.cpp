@@ -132,8 +132,8 @@ Status OnnxSession::read_ports() {
 Result<OnnxTensor> OnnxSession::read_output(OrtValue* value, const std::string& name) const {
     const OrtApi& api = runtime_->api();
     const auto refused = [&](const std::string& got) {
-        return error(Code::kFormat, "'%s': output '%s' is %s, expected float32 or float16",
-                     path_.c_str(), name.c_str(), got.c_str());
+        return damaged("'%s': output '%s' is %s, expected float32 or float16", path_.c_str(),
+                       name.c_str(), got.c_str());
     };
     int tensor = 0;
     SPLAT_TRY(check(api.IsTensor(value, &tensor), "output"));

@@ -84,9 +84,9 @@ Result<Planes> point_depth(const Planes& points, const MapSource& source, const 
         SPLAT_ASSIGN(const Planes mask,
                      planes_of(*source.mask, {false, 0, 1, source.picture}, of_mask));
         if (mask.size != points.size)
-            return error(Code::kFormat, "%s is %u x %u pixels, expected the points' %u x %u",
-                         of_mask.c_str(), mask.size.width, mask.size.height, points.size.width,
-                         points.size.height);
+            return damaged("%s is %u x %u pixels, expected the points' %u x %u", of_mask.c_str(),
+                           mask.size.width, mask.size.height, points.size.width,
+                           points.size.height);
         for (std::size_t i = 0; i < area; ++i) valid[i] = mask.values[i] > 0.5F;
     }
     double scale = 1;

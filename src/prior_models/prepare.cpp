@@ -89,8 +89,7 @@ Result<Extent> input_extent(const PresetInput& input, Extent picture) {
 
 Result<OnnxTensor> prepare(const PresetInput& input, const io::Image& picture, Extent size) {
     SPLAT_TRY(io::check_image(picture));
-    if (picture.bits != 8)
-        return error(Code::kInvalidArgument, "a picture of %u bits, expected 8", picture.bits);
+    if (picture.bits != 8) return invalid("a picture of %u bits, expected 8", picture.bits);
     SPLAT_ASSIGN(const std::vector<double> values, resized(input, picture, size));
     constexpr double kLeastMaximum = 1e-6;
     const double scale =

@@ -208,8 +208,7 @@ Result<Preset> read_preset(const JsonTree& tree) {
         const std::string place = format("the preset.outputs[%zu]", i);
         PresetOutput output = read_output((*outputs)[i], place, of);
         if (preset.find(output.map) != nullptr)
-            of.take(error(Code::kInvalidArgument, "%s is a second %s map", place.c_str(),
-                          data::map_name(output.map)));
+            of.take(invalid("%s is a second %s map", place.c_str(), data::map_name(output.map)));
         preset.outputs.push_back(std::move(output));
     }
     if (of.has("file")) {
@@ -224,9 +223,8 @@ Result<Preset> read_preset(const JsonTree& tree) {
             digit = static_cast<char>(std::tolower(static_cast<unsigned char>(digit)));
         const bool digits = hash.find_first_not_of("0123456789abcdef") == std::string::npos;
         if (!hash.empty() && (hash.size() != 64 || !digits))
-            of.take(error(Code::kInvalidArgument,
-                          "%s.sha256 is '%s', expected 64 hexadecimal digits",
-                          of.place("file").c_str(), shown(hash).c_str()));
+            of.take(invalid("%s.sha256 is '%s', expected 64 hexadecimal digits",
+                            of.place("file").c_str(), shown(hash).c_str()));
     }
     const Status& status = of.status();
     if (status.ok()) return preset;

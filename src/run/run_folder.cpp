@@ -89,7 +89,7 @@ Status write_process(int lock, const fs::path& path) {
 }  // namespace
 
 Result<std::unique_ptr<RunFolder>> RunFolder::open(const std::string& path, Mode mode) {
-    if (path.empty()) return error(Code::kInvalidArgument, "the folder of the run has no name");
+    if (path.empty()) return invalid("the folder of the run has no name");
     std::unique_ptr<RunFolder> self(new RunFolder(path, mode));
     SPLAT_TRY(self->check());
     // A new folder is made and locked by begin(), once everything else is known to be right.

@@ -69,11 +69,11 @@ Status check_manifest(const WriterDesc& desc, const fs::path& folder) {
     if (!fs::exists(path, code)) return io::write_file(path.string(), io::as_bytes(expected));
     SPLAT_ASSIGN(const io::Buffer found, io::read_file(path.string(), 1U << 16));
     if (io::as_text(found) == expected) return {};
-    return error(Code::kInvalidArgument,
-                 "'%s' holds data made with other values: %.*sexpected: %suse another folder, "
-                 "or the same values to add objects",
-                 folder.c_str(), static_cast<int>(found.size()), io::as_text(found).data(),
-                 expected.c_str());
+    return invalid(
+        "'%s' holds data made with other values: %.*sexpected: %suse another folder, "
+        "or the same values to add objects",
+        folder.c_str(), static_cast<int>(found.size()), io::as_text(found).data(),
+        expected.c_str());
 }
 
 struct Place {
@@ -89,9 +89,8 @@ Result<Place> place_of(const WriterDesc& desc, std::uint32_t index) {
         if (object < count) return Place{split, object};
         object -= count;
     }
-    return error(Code::kInvalidArgument,
-                 "index is %u, expected less than %u + %u + %u, the objects", index,
-                 desc.train_objects, desc.val_objects, desc.test_objects);
+    return invalid("index is %u, expected less than %u + %u + %u, the objects", index,
+                   desc.train_objects, desc.val_objects, desc.test_objects);
 }
 
 struct Shape {
@@ -189,24 +188,21 @@ const char* split_name(Split split) {
 }
 
 Status check_desc(const WriterDesc& desc) {
-    if (desc.path.empty()) return error(Code::kInvalidArgument, "path is empty, expected a folder");
+    if (desc.path.empty()) return invalid("path is empty, expected a folder");
     if (desc.category != "cars" && desc.category != "chairs" && desc.category != "mixed")
-        return error(Code::kInvalidArgument, "category is '%s', expected cars, chairs or mixed",
-                     desc.category.c_str());
+        return invalid("category is '%s', expected cars, chairs or mixed", desc.category.c_str());
     if (desc.resolution < 8)
-        return error(Code::kInvalidArgument, "resolution is %u, expected 8 to 2048",
-                     desc.resolution);
+        return invalid("resolution is %u, expected 8 to 2048", desc.resolution);
     if (desc.resolution > 2048)
         return error(Code::kUnsupported, "resolution is %u, expected 8 to 2048", desc.resolution);
     for (const std::uint32_t views : {desc.train_views, desc.test_views})
         if (views < 1 || views > 100000)
-            return error(Code::kInvalidArgument, "%u views of an object, expected 1 to 100000",
-                         views);
+            return invalid("%u views of an object, expected 1 to 100000", views);
     const std::uint64_t objects =
         std::uint64_t{desc.train_objects} + desc.val_objects + desc.test_objects;
     if (objects < 1 || objects > 1000000)
-        return error(Code::kInvalidArgument, "%llu objects, expected 1 to 1000000",
-                     static_cast<unsigned long long>(objects));
+        return invalid("%llu objects, expected 1 to 1000000",
+                       static_cast<unsigned long long>(objects));
     return {};
 }
 

@@ -70,19 +70,18 @@ Result<Journal> Journal::of_export(const std::string& folder, const std::string&
     if (!fs::exists(journal.path_, failed)) {
         for (const std::string& target : targets)
             if (fs::exists(target, failed))
-                return error(Code::kInvalidArgument,
-                             "'%s' is there and is no export: choose another folder",
-                             target.c_str());
+                return invalid("'%s' is there and is no export: choose another folder",
+                               target.c_str());
         SPLAT_TRY(journal.write(false));
         return journal;
     }
     const auto found = read(folder, export_name(split));
     if (found && found->source_ == source) return *found;
-    return error(Code::kInvalidArgument,
-                 "'%s' holds another export of the split %s (%s), expected %s: choose another "
-                 "folder",
-                 folder.c_str(), split.c_str(), found ? found->source_.c_str() : "unreadable",
-                 source.c_str());
+    return invalid(
+        "'%s' holds another export of the split %s (%s), expected %s: choose another "
+        "folder",
+        folder.c_str(), split.c_str(), found ? found->source_.c_str() : "unreadable",
+        source.c_str());
 }
 
 Status Journal::verify(const std::string& folder, const std::string& split) {
@@ -91,15 +90,14 @@ Status Journal::verify(const std::string& folder, const std::string& split) {
     if (!fs::exists(path, none)) return {};
     const auto journal = read(folder, export_name(split));
     if (!journal)
-        return error(Code::kFormat, "'%s' is damaged: remove it to read the tables unchecked",
-                     path.c_str());
+        return damaged("'%s' is damaged: remove it to read the tables unchecked", path.c_str());
     for (const File& file : journal->files_)
         if (!journal->holds(file.path))
-            return error(Code::kFormat,
-                         "'%s/%s' is not the file of %llu bytes and CRC-32 %08x that '%s' lists: "
-                         "it is damaged, or was written by something else",
-                         folder.c_str(), file.path.c_str(),
-                         static_cast<unsigned long long>(file.bytes), file.crc, path.c_str());
+            return damaged(
+                "'%s/%s' is not the file of %llu bytes and CRC-32 %08x that '%s' lists: "
+                "it is damaged, or was written by something else",
+                folder.c_str(), file.path.c_str(), static_cast<unsigned long long>(file.bytes),
+                file.crc, path.c_str());
     return {};
 }
 

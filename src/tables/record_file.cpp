@@ -56,12 +56,11 @@ Result<std::shared_ptr<const io::Source>> open_checked(const std::string& path,
     io::Buffer found(std::min<std::uint64_t>(header.size(), file->size()));
     SPLAT_TRY(file->read(0, found));
     if (found != header)
-        return error(Code::kFormat, "'%s' is not the .npy file that its store.json describes",
-                     path.c_str());
+        return damaged("'%s' is not the .npy file that its store.json describes", path.c_str());
     if (file->size() == header.size() + bytes) return file;
-    return error(Code::kFormat, "'%s' has %llu bytes, expected %llu: it is truncated or damaged",
-                 path.c_str(), static_cast<unsigned long long>(file->size()),
-                 static_cast<unsigned long long>(header.size() + bytes));
+    return damaged("'%s' has %llu bytes, expected %llu: it is truncated or damaged", path.c_str(),
+                   static_cast<unsigned long long>(file->size()),
+                   static_cast<unsigned long long>(header.size() + bytes));
 }
 
 }  // namespace
@@ -125,10 +124,10 @@ Status RecordFile::read(std::uint64_t record, std::span<std::byte> to) const {
     SPLAT_ASSERT(to.size() == bytes_ && record < crcs_.size());
     SPLAT_TRY(source_->read(header_.size() + record * bytes_, to));
     if (io::crc32_of(to) == crcs_[record]) return {};
-    return error(Code::kFormat,
-                 "'%s': record %llu does not have its checksum; the file is damaged: remove the "
-                 "store and import again",
-                 path_.c_str(), static_cast<unsigned long long>(record));
+    return damaged(
+        "'%s': record %llu does not have its checksum; the file is damaged: remove the "
+        "store and import again",
+        path_.c_str(), static_cast<unsigned long long>(record));
 }
 
 }  // namespace splat::tables

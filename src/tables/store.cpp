@@ -16,8 +16,7 @@ constexpr const char* kStoreFormat = "libsplat store";
 constexpr int kStoreVersion = 1;
 
 Status bad_store(const std::string& path, const std::string& problem) {
-    return error(Code::kFormat, "'%s': %s; remove the store and import again", path.c_str(),
-                 problem.c_str());
+    return damaged("'%s': %s; remove the store and import again", path.c_str(), problem.c_str());
 }
 
 /// A whole number of a member, from 0 to `most`.
@@ -25,15 +24,15 @@ Result<std::uint64_t> count_in(const JsonTree& tree, const char* name, std::uint
     const JsonTree* const found = tree.find(name);
     const auto count = found == nullptr ? std::nullopt : found->count();
     if (!count || *count > most)
-        return error(Code::kFormat, "'%s' is missing or no whole number from 0 to %llu", name,
-                     static_cast<unsigned long long>(most));
+        return damaged("'%s' is missing or no whole number from 0 to %llu", name,
+                       static_cast<unsigned long long>(most));
     return *count;
 }
 
 Result<std::string> text_in(const JsonTree& tree, const char* name) {
     const JsonTree* const found = tree.find(name);
     if (found == nullptr || found->text() == nullptr)
-        return error(Code::kFormat, "'%s' is missing or not a text", name);
+        return damaged("'%s' is missing or not a text", name);
     return *found->text();
 }
 
@@ -47,14 +46,14 @@ Result<std::vector<Table>> maps_in(const JsonTree& tree) {
                 *name.text() == kind_of(table).map)
                 maps.push_back(table);
     if (!maps.empty() && maps.front() == Table::kRgb) return maps;
-    return error(Code::kFormat, "'maps' has no rgb");
+    return damaged("'maps' has no rgb");
 }
 
 Result<StoreIndex> index_in(const JsonTree& tree) {
     StoreIndex index;
     SPLAT_ASSIGN(const std::string name, text_in(tree, "format"));
     SPLAT_ASSIGN(const std::uint64_t version, count_in(tree, "version", 1'000'000));
-    if (name != kStoreFormat) return error(Code::kFormat, "'format' is '%s'", shown(name).c_str());
+    if (name != kStoreFormat) return damaged("'format' is '%s'", shown(name).c_str());
     if (version != kStoreVersion)
         return error(Code::kUnsupported, "version %llu, expected %d",
                      static_cast<unsigned long long>(version), kStoreVersion);
@@ -76,9 +75,8 @@ Result<StoreIndex> index_in(const JsonTree& tree) {
         index.objects.push_back(std::move(object));
     }
     if (rows == 0 || rows > kMaxRows || resolution == 0)
-        return error(Code::kFormat, "%llu rows of %llu pixels a side",
-                     static_cast<unsigned long long>(rows),
-                     static_cast<unsigned long long>(resolution));
+        return damaged("%llu rows of %llu pixels a side", static_cast<unsigned long long>(rows),
+                       static_cast<unsigned long long>(resolution));
     index.frames.resize(rows);
     return index;
 }

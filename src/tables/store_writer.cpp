@@ -91,8 +91,7 @@ Status StoreWriter::check(bool replace) {
         complete_ = found.ok() && found.value().source == index_.source;
         if (complete_) return {};
         if (!replace)
-            return error(
-                Code::kInvalidArgument,
+            return invalid(
                 "'%s' holds another import, or one of files that have changed since or of an "
                 "earlier version: remove it, or choose another folder",
                 folder_.c_str());
@@ -103,8 +102,7 @@ Status StoreWriter::check(bool replace) {
     } else if (has_store ||
                (names_in(folder, kJournals).empty() &&
                 names_in(folder, R"([\s\S]*)").size() != names_in(folder, kLocks).size())) {
-        return error(Code::kInvalidArgument, "'%s' is there and is no store: choose another folder",
-                     folder_.c_str());
+        return invalid("'%s' is there and is no store: choose another folder", folder_.c_str());
     }
     return read_journals();
 }
@@ -118,10 +116,10 @@ Status StoreWriter::read_journals() {
         const auto journal = Journal::read(folder_, name);
         if (!name.ends_with(".json") || !journal || journal->source() != index_.source) continue;
         if (!std::regex_match(name, own_parts))
-            return error(Code::kInvalidArgument,
-                         "'%s' holds '%s': the same import, begun in another number of shards; go "
-                         "on with that number, or remove the folder",
-                         folder_.c_str(), name.c_str());
+            return invalid(
+                "'%s' holds '%s': the same import, begun in another number of shards; go "
+                "on with that number, or remove the folder",
+                folder_.c_str(), name.c_str());
         begun_ = true;
     }
     if (begun_) return is_done(part_) ? Status() : journal_of(part_).write(false);
@@ -162,7 +160,7 @@ Status StoreWriter::put(Table table, std::uint64_t row, io::Bytes bytes) {
     RecordFile& records = *records_.at(table);
     if (table != Table::kPoses) return records.put(row, bytes);
     if (bytes.size() > kMaxPoseBytes)
-        return error(Code::kFormat, "%zu bytes, expected at most %zu", bytes.size(), kMaxPoseBytes);
+        return damaged("%zu bytes, expected at most %zu", bytes.size(), kMaxPoseBytes);
     std::byte padded[kMaxPoseBytes] = {};
     std::copy(bytes.begin(), bytes.end(), padded);
     return records.put(row, padded);

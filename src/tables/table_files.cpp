@@ -41,9 +41,8 @@ std::string stem_of(const std::string& file) {
 }
 
 Status several(const std::string& folder, Table table, const std::string& a, const std::string& b) {
-    return error(Code::kInvalidArgument,
-                 "'%s' holds two tables %s, '%s' and '%s': keep each data set in its own folder",
-                 folder.c_str(), kind_of(table).name, a.c_str(), b.c_str());
+    return invalid("'%s' holds two tables %s, '%s' and '%s': keep each data set in its own folder",
+                   folder.c_str(), kind_of(table).name, a.c_str(), b.c_str());
 }
 
 /// The folder of a table; empty if there is none.

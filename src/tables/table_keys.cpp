@@ -28,9 +28,9 @@ std::vector<std::int64_t> TableKeys::frames() const {
 Result<std::uint64_t> TableKeys::key_of(const TableRow& row) const {
     const auto found = numbers_.find(row.uuid);
     if (found == numbers_.end())
-        return error(Code::kFormat, "uuid '%.*s' is not in the table %s",
-                     static_cast<int>(std::min<std::size_t>(row.uuid.size(), 128)), row.uuid.data(),
-                     kind_of(Table::kIntrinsics).name);
+        return damaged("uuid '%.*s' is not in the table %s",
+                       static_cast<int>(std::min<std::size_t>(row.uuid.size(), 128)),
+                       row.uuid.data(), kind_of(Table::kIntrinsics).name);
     return (std::uint64_t{found->second} << kFrameBits) | static_cast<std::uint64_t>(row.frame);
 }
 
@@ -38,8 +38,8 @@ Result<std::uint64_t> TableKeys::place_of(const TableRow& row) const {
     SPLAT_ASSIGN(const std::uint64_t key, key_of(row));
     const auto found = std::lower_bound(keys_.begin(), keys_.end(), key);
     if (found == keys_.end() || *found != key)
-        return error(Code::kFormat, "%s is not in the table %s", name_of(key).c_str(),
-                     kind_of(Table::kPoses).name);
+        return damaged("%s is not in the table %s", name_of(key).c_str(),
+                       kind_of(Table::kPoses).name);
     return static_cast<std::uint64_t>(found - keys_.begin());
 }
 
@@ -62,14 +62,12 @@ Status TableKeys::read_objects(const TableReader& intrinsics, DecodeBudget& budg
             file, 0, intrinsics.rows(file), kMaxIntrinsicsBytes,
             [&](const TableRow& row) -> Status {
                 Status status = focal_of(row.value).status();
-                if (status.ok() && row.uuid.empty())
-                    status = error(Code::kFormat, "the uuid is empty");
+                if (status.ok() && row.uuid.empty()) status = damaged("the uuid is empty");
                 if (status.ok())
                     status = budget.take(kObjectBytes + 4 * (row.uuid.size() + row.value.size()), 1,
                                          "objects");
                 if (status.ok() && !texts.emplace(row.uuid, row.value).second)
-                    status = error(Code::kFormat, "uuid '%s' occurs twice",
-                                   std::string(row.uuid).c_str());
+                    status = damaged("uuid '%s' occurs twice", std::string(row.uuid).c_str());
                 return status.ok() ? status : intrinsics.in_row(file, row.number, status);
             }));
     if (texts.empty())
@@ -99,13 +97,13 @@ Status TableKeys::read_poses(const TableReader& poses, DecodeBudget& budget) {
     std::sort(keys_.begin(), keys_.end());
     const auto twice = std::adjacent_find(keys_.begin(), keys_.end());
     if (twice != keys_.end())
-        return error(Code::kFormat, "table %s: %s occurs twice", kind_of(Table::kPoses).name,
-                     name_of(*twice).c_str());
+        return damaged("table %s: %s occurs twice", kind_of(Table::kPoses).name,
+                       name_of(*twice).c_str());
     for (const StoreObject& object : objects_)
         if (object.views == 0)
-            return error(Code::kFormat, "table %s: uuid '%s' of the table %s has no rows",
-                         kind_of(Table::kPoses).name, object.name.c_str(),
-                         kind_of(Table::kIntrinsics).name);
+            return damaged("table %s: uuid '%s' of the table %s has no rows",
+                           kind_of(Table::kPoses).name, object.name.c_str(),
+                           kind_of(Table::kIntrinsics).name);
     return {};
 }
 
@@ -119,17 +117,17 @@ Status TableKeys::compare(const TableReader& table) const {
             if (seen[place.value()])
                 return table.in_row(
                     file, row.number,
-                    error(Code::kFormat, "%s occurs twice", name_of(keys_[place.value()]).c_str()));
+                    damaged("%s occurs twice", name_of(keys_[place.value()]).c_str()));
             seen[place.value()] = true;
             ++rows;
             return {};
         }));
     if (rows == keys_.size()) return {};
     const auto missing = std::find(seen.begin(), seen.end(), false) - seen.begin();
-    return error(Code::kFormat, "table %s: %llu rows, but %s has %zu; the first missing: %s",
-                 kind_of(table.table()).name, static_cast<unsigned long long>(rows),
-                 kind_of(Table::kPoses).name, keys_.size(),
-                 name_of(keys_[static_cast<std::size_t>(missing)]).c_str());
+    return damaged("table %s: %llu rows, but %s has %zu; the first missing: %s",
+                   kind_of(table.table()).name, static_cast<unsigned long long>(rows),
+                   kind_of(Table::kPoses).name, keys_.size(),
+                   name_of(keys_[static_cast<std::size_t>(missing)]).c_str());
 }
 
 }  // namespace splat::tables

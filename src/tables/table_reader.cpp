@@ -61,17 +61,17 @@ constexpr Expected kBytes = {"bytes or struct{bytes, path}",
 Status other_type(const std::string& column, const Expected& expected) {
     std::string remedy = expected.remedy;
     remedy.replace(remedy.find("%s"), 2, column);
-    return error(Code::kFormat,
-                 "column %s holds values of another type than %s: write it so, in pandas by "
-                 "df['%s'] = %s",
-                 column.c_str(), expected.what, column.c_str(), remedy.c_str());
+    return damaged(
+        "column %s holds values of another type than %s: write it so, in pandas by "
+        "df['%s'] = %s",
+        column.c_str(), expected.what, column.c_str(), remedy.c_str());
 }
 
 Status no_column(const char* name, const FileColumns& columns) {
     std::string names;
     for (const FileColumn& column : columns) names += (names.empty() ? "" : ", ") + column.name;
-    return error(Code::kFormat, "there is no column %s; columns: %s", name,
-                 names.empty() ? "none" : names.c_str());
+    return damaged("there is no column %s; columns: %s", name,
+                   names.empty() ? "none" : names.c_str());
 }
 
 FileColumns::const_iterator column_named(const FileColumns& columns, std::string_view name) {
@@ -170,10 +170,9 @@ Status TableReader::take_row(const Rows& rows, std::size_t row, std::size_t file
     TableRow out;
     out.number = static_cast<std::uint64_t>(rows.integer(0, row));
     const auto bad = [&](const char* column, const std::string& problem) {
-        return error(Code::kFormat, "table %s, column %s, row %llu of '%s': %s",
-                     kind_of(table_.table).name, column,
-                     static_cast<unsigned long long>(out.number), table_.files[file].c_str(),
-                     problem.c_str());
+        return damaged("table %s, column %s, row %llu of '%s': %s", kind_of(table_.table).name,
+                       column, static_cast<unsigned long long>(out.number),
+                       table_.files[file].c_str(), problem.c_str());
     };
     if (rows.is_null(1, row)) return bad("uuid", "the value is missing");
     out.uuid = rows.text(1, row);
@@ -232,9 +231,9 @@ Status TableReader::keys(std::size_t file, const Take& take) const {
     const std::uint64_t rows = columns_[file].rows;
     SPLAT_TRY(scan(file, kNoValue, 0, 0, rows, take, count));
     if (table_.split_column || count == rows) return {};
-    return error(Code::kFormat, "table %s, '%s': %llu rows, but its footer says %llu",
-                 kind_of(table_.table).name, table_.files[file].c_str(),
-                 static_cast<unsigned long long>(count), static_cast<unsigned long long>(rows));
+    return damaged("table %s, '%s': %llu rows, but its footer says %llu",
+                   kind_of(table_.table).name, table_.files[file].c_str(),
+                   static_cast<unsigned long long>(count), static_cast<unsigned long long>(rows));
 }
 
 Status TableReader::values(std::size_t file, std::uint64_t first, std::uint64_t last,

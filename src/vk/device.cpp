@@ -244,9 +244,8 @@ Result<Kernels> kernels_from_environment(Kernels fallback) {
     if (!text || *text == "auto") return fallback;
     for (const Kernels k : {Kernels::kPlain, Kernels::kCpu, Kernels::kGpu})
         if (*text == kernels_name(k)) return k;
-    return error(Code::kInvalidArgument,
-                 "environment variable SPLAT_KERNELS is '%s', expected auto, plain, cpu or gpu",
-                 text->c_str());
+    return invalid("environment variable SPLAT_KERNELS is '%s', expected auto, plain, cpu or gpu",
+                   text->c_str());
 }
 
 }  // namespace

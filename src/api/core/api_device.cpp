@@ -52,8 +52,7 @@ splat_device_info info_of(const vk::DeviceInfo& device) {
 
 Status check_range(const char* field, std::int32_t value, std::int32_t most) {
     if (value >= 0 && value <= most) return {};
-    return error(Code::kInvalidArgument, "splat_device_desc.%s is %d, expected 0 to %d", field,
-                 value, most);
+    return invalid("splat_device_desc.%s is %d, expected 0 to %d", field, value, most);
 }
 
 Result<vk::ContextDesc> context_desc(const splat_device_desc& desc) {
@@ -61,8 +60,7 @@ Result<vk::ContextDesc> context_desc(const splat_device_desc& desc) {
     SPLAT_TRY(check_range("kind", desc.kind, SPLAT_DEVICE_KIND_DISCRETE));
     SPLAT_TRY(check_range("kernels", desc.kernels, SPLAT_KERNELS_GPU));
     if (desc.select == SPLAT_SELECT_BY_KIND && desc.kind == 0)
-        return error(Code::kInvalidArgument,
-                     "splat_device_desc.kind is 0, expected a kind, because select is BY_KIND");
+        return invalid("splat_device_desc.kind is 0, expected a kind, because select is BY_KIND");
     vk::ContextDesc context;
     context.device.select = static_cast<vk::DeviceSelect>(desc.select);
     context.device.index = desc.index;
@@ -128,9 +126,8 @@ splat_result splat_device_describe(uint32_t index, splat_device_info* info) {
         SPLAT_ASSIGN(const auto instance, vk::Instance::get(false));
         SPLAT_ASSIGN(const auto devices, vk::describe_devices(*instance));
         if (index >= devices.size())
-            return error(Code::kInvalidArgument,
-                         "index is %u, expected less than %zu, the number of devices", index,
-                         devices.size());
+            return invalid("index is %u, expected less than %zu, the number of devices", index,
+                           devices.size());
         api::give(info_of(devices[index]), info);
         return {};
     });

@@ -18,11 +18,11 @@ Result<TensorPointer> create(splat_device device, const splat_tensor_desc* desc)
     SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
     SPLAT_TRY(api::check_desc(desc, 0));
     if (desc->dtype < 0 || desc->dtype > SPLAT_DTYPE_U32)
-        return error(Code::kInvalidArgument, "splat_tensor_desc.dtype is %d, expected 0 to %d",
-                     desc->dtype, SPLAT_DTYPE_U32);
+        return invalid("splat_tensor_desc.dtype is %d, expected 0 to %d", desc->dtype,
+                       SPLAT_DTYPE_U32);
     if (desc->rank > SPLAT_MAX_RANK)
-        return error(Code::kInvalidArgument, "splat_tensor_desc.rank is %u, expected at most %d",
-                     desc->rank, SPLAT_MAX_RANK);
+        return invalid("splat_tensor_desc.rank is %u, expected at most %d", desc->rank,
+                       SPLAT_MAX_RANK);
     auto tensor = std::make_shared<api::TensorObject>(owner->context);
     tensor->name = desc->name != nullptr ? desc->name : "unnamed";
     tensor->dtype = desc->dtype == 0 ? SPLAT_DTYPE_F32 : desc->dtype;
@@ -85,8 +85,8 @@ Status read(api::TensorObject& tensor, void* data, std::size_t bytes, const std:
 Status map(api::TensorObject& tensor, splat_access access, void** pointer, std::size_t* bytes) {
     SPLAT_TRY(api::require(pointer, "pointer"));
     if (access < SPLAT_ACCESS_READ || access > SPLAT_ACCESS_READ_WRITE)
-        return error(Code::kInvalidArgument, "access is %d, expected %d to %d", access,
-                     SPLAT_ACCESS_READ, SPLAT_ACCESS_READ_WRITE);
+        return invalid("access is %d, expected %d to %d", access, SPLAT_ACCESS_READ,
+                       SPLAT_ACCESS_READ_WRITE);
     vk::Context& context = *tensor.context;
     const std::lock_guard lock(context.mutex);
     SPLAT_TRY(api::check_unmapped(tensor));
@@ -131,8 +131,8 @@ Result<ops::TensorStats> measure(api::TensorObject& tensor) {
     const std::lock_guard lock(context.mutex);
     SPLAT_TRY(api::check_unmapped(tensor));
     if (tensor.dtype != SPLAT_DTYPE_F32)
-        return error(Code::kInvalidArgument, "tensor '%s' has dtype %d, expected SPLAT_DTYPE_F32",
-                     tensor.name.c_str(), tensor.dtype);
+        return invalid("tensor '%s' has dtype %d, expected SPLAT_DTYPE_F32", tensor.name.c_str(),
+                       tensor.dtype);
     const std::uint64_t elements = tensor.view.shape.elements();
     const std::uint64_t bytes = ops::tensor_stats_partial_bytes(elements);
     SPLAT_ASSIGN(const vk::Buffer partial,

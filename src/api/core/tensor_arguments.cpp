@@ -23,11 +23,9 @@ Result<std::shared_ptr<TensorObject>> find_tensor(splat_tensor tensor, const cha
                                                   const vk::Context& context, const char* owner) {
     SPLAT_ASSIGN(std::shared_ptr<TensorObject> object, Tensors::find(tensor, argument));
     if (object->context.get() != &context)
-        return error(Code::kInvalidArgument, "%s is on another device than the %s", argument,
-                     owner);
+        return invalid("%s is on another device than the %s", argument, owner);
     if (object->dtype != SPLAT_DTYPE_F32)
-        return error(Code::kInvalidArgument, "%s has dtype %d, expected SPLAT_DTYPE_F32", argument,
-                     object->dtype);
+        return invalid("%s has dtype %d, expected SPLAT_DTYPE_F32", argument, object->dtype);
     return object;
 }
 
@@ -61,11 +59,9 @@ Status TensorArguments::write(splat_tensor tensor, const char* name,
     if (tensor == nullptr) return {};
     for (std::size_t i = 0; i + 1 < arguments_.size(); ++i) {
         if (arguments_[i].tensor == arguments_.back().tensor)
-            return error(Code::kInvalidArgument, "%s is the same tensor as %s", name,
-                         arguments_[i].name);
+            return invalid("%s is the same tensor as %s", name, arguments_[i].name);
         if (arguments_[i].tensor->view.overlaps(view))
-            return error(Code::kInvalidArgument, "%s shares its memory with %s", name,
-                         arguments_[i].name);
+            return invalid("%s shares its memory with %s", name, arguments_[i].name);
     }
     arguments_.back().written = true;
     return {};

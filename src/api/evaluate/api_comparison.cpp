@@ -17,12 +17,10 @@ namespace {
 /// The scores of a file or an array; `name` is "a" or "b".
 Result<eval::ScoreTable> score_table(const splat_score_set& set, const char* name) {
     if (set.path != nullptr && set.score_count != 0)
-        return error(Code::kInvalidArgument,
-                     "splat_compare_desc.%s has a path and scores, expected one of them", name);
+        return invalid("splat_compare_desc.%s has a path and scores, expected one of them", name);
     if (set.path != nullptr) return eval::read_scores(set.path);
     if (set.score_count == 0)
-        return error(Code::kInvalidArgument,
-                     "splat_compare_desc.%s has no scores, expected a path or an array", name);
+        return invalid("splat_compare_desc.%s has no scores, expected a path or an array", name);
     SPLAT_TRY(api::require(set.scores, format("desc.%s.scores", name).c_str()));
     eval::ScoreTable table;
     for (std::uint64_t i = 0; i < set.score_count; ++i) {
@@ -31,9 +29,8 @@ Result<eval::ScoreTable> score_table(const splat_score_set& set, const char* nam
                                                     static_cast<unsigned long long>(i))
                                                  .c_str()));
         if (!table.objects.insert(score.object).second)
-            return error(Code::kInvalidArgument,
-                         "splat_compare_desc.%s has the object '%s' twice, expected it once", name,
-                         score.object);
+            return invalid("splat_compare_desc.%s has the object '%s' twice, expected it once",
+                           name, score.object);
         const double values[] = {score.psnr, score.ssim, score.lpips};
         for (std::size_t metric = 0; metric < std::size(values); ++metric)
             if (std::isfinite(values[metric]))
@@ -55,8 +52,7 @@ splat_result with_metric(splat_comparison comparison, std::uint32_t index, Body&
     return api::with<api::Comparisons>(comparison, "comparison", [&](const auto& found) -> Status {
         const std::vector<eval::MetricFinding>& metrics = found->comparison.metrics;
         if (index >= metrics.size())
-            return error(Code::kInvalidArgument, "index is %u, expected less than %zu metrics",
-                         index, metrics.size());
+            return invalid("index is %u, expected less than %zu metrics", index, metrics.size());
         return body(metrics[index]);
     });
 }
@@ -64,8 +60,8 @@ splat_result with_metric(splat_comparison comparison, std::uint32_t index, Body&
 Status check_samples(const double* samples, std::uint64_t room, std::size_t needed,
                      const char* argument) {
     if (samples == nullptr || room >= needed) return {};
-    return error(Code::kInvalidArgument, "%s is %llu, expected %zu or more", argument,
-                 static_cast<unsigned long long>(room), needed);
+    return invalid("%s is %llu, expected %zu or more", argument,
+                   static_cast<unsigned long long>(room), needed);
 }
 
 }  // namespace

@@ -80,9 +80,8 @@ splat_result locked(splat_model model, Body&& body) {
 Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t index) {
     SPLAT_TRY(api::expect_ran(object));
     if (index >= object.objects)
-        return error(Code::kInvalidArgument,
-                     "object is %u, expected less than %u, the objects of the model", index,
-                     object.objects);
+        return invalid("object is %u, expected less than %u, the objects of the model", index,
+                       object.objects);
     SPLAT_ASSIGN(gaussians::Downloaded read,
                  gaussians::download(*object.context, object.model->set_desc(),
                                      object.model->set(index), true));
@@ -101,8 +100,7 @@ Result<config::Precision> api::precision_of(splat_precision precision, const cha
         case SPLAT_PRECISION_FAST:
             return config::Precision::kFast;
         default:
-            return error(Code::kInvalidArgument, "%s is %d, expected 0 to %d", field, precision,
-                         SPLAT_PRECISION_FAST);
+            return invalid("%s is %d, expected 0 to %d", field, precision, SPLAT_PRECISION_FAST);
     }
 }
 
@@ -114,17 +112,16 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
                                             SPLAT_MODEL_INPUT_GRADIENTS));
         constexpr std::uint32_t kBackward = SPLAT_MODEL_RECOMPUTE | SPLAT_MODEL_INPUT_GRADIENTS;
         if ((desc->flags & kBackward) != 0 && (desc->flags & SPLAT_MODEL_GRADIENTS) == 0)
-            return error(Code::kInvalidArgument,
-                         "splat_model_desc.flags is %#x: SPLAT_MODEL_RECOMPUTE and "
-                         "_INPUT_GRADIENTS need SPLAT_MODEL_GRADIENTS",
-                         desc->flags);
+            return invalid(
+                "splat_model_desc.flags is %#x: SPLAT_MODEL_RECOMPUTE and "
+                "_INPUT_GRADIENTS need SPLAT_MODEL_GRADIENTS",
+                desc->flags);
         model::ModelOptions options;
         SPLAT_ASSIGN(options.build.precision,
                      api::precision_of(desc->precision, "splat_model_desc.precision"));
         SPLAT_ASSIGN(const config::ModelConfig config, config_of(desc->config));
         if (desc->objects > 4096)
-            return error(Code::kInvalidArgument,
-                         "splat_model_desc.objects is %u, expected at most 4096", desc->objects);
+            return invalid("splat_model_desc.objects is %u, expected at most 4096", desc->objects);
         options.objects = desc->objects == 0 ? 1 : desc->objects;
         options.gradients = (desc->flags & SPLAT_MODEL_GRADIENTS) != 0;
         options.build.training = (desc->flags & SPLAT_MODEL_TRAINING) != 0;
@@ -158,8 +155,7 @@ splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t
         };
         if ((flags & SPLAT_LOAD_ADAPTERS) != 0) {
             if (flags != SPLAT_LOAD_ADAPTERS)
-                return error(Code::kInvalidArgument,
-                             "flags is %#x, expected SPLAT_LOAD_ADAPTERS alone", flags);
+                return invalid("flags is %#x, expected SPLAT_LOAD_ADAPTERS alone", flags);
             return loaded(model::load_adapters(*object.model, file->file, report));
         }
         model::LoadOptions options;
@@ -187,7 +183,7 @@ splat_result splat_model_export(splat_model model, splat_export what, splat_weig
     return locked(model, [&](api::ModelObject& object) -> Status {
         SPLAT_TRY(api::require(weights, "weights"));
         if (what != SPLAT_EXPORT_ADAPTERS && what != SPLAT_EXPORT_MERGED)
-            return error(Code::kInvalidArgument, "what is %d, expected SPLAT_EXPORT_*", what);
+            return invalid("what is %d, expected SPLAT_EXPORT_*", what);
         auto made = std::make_shared<api::WeightsObject>();
         SPLAT_ASSIGN(made->file, model::save_adapters(*object.model));
         if (what == SPLAT_EXPORT_MERGED) {

@@ -22,8 +22,7 @@ Status expect_no_arrays(const char* type, std::initializer_list<const void*> arr
     const bool given = std::any_of(arrays.begin(), arrays.end(),
                                    [](const void* array) { return array != nullptr; });
     if (!given) return {};
-    return error(Code::kInvalidArgument,
-                 "%s.flags has SPLAT_PASS_TENSORS, but an array is given; expected NULL", type);
+    return invalid("%s.flags has SPLAT_PASS_TENSORS, but an array is given; expected NULL", type);
 }
 
 /// The planes of N images from the caller's pictures.
@@ -66,9 +65,8 @@ struct HostInput {
 Status take_images(const splat_model_input& from, const config::ModelConfig& c, std::size_t images,
                    HostInput& to) {
     if (from.pictures == nullptr && from.picture_count > 0)
-        return error(Code::kInvalidArgument,
-                     "splat_model_input.pictures is NULL, but picture_count is %u",
-                     from.picture_count);
+        return invalid("splat_model_input.pictures is NULL, but picture_count is %u",
+                       from.picture_count);
     if (from.pictures == nullptr) {
         SPLAT_TRY(api::require(from.images, "splat_model_input.images"));
         SPLAT_ASSIGN(
@@ -78,8 +76,7 @@ Status take_images(const splat_model_input& from, const config::ModelConfig& c, 
         return {};
     }
     if (from.images != nullptr)
-        return error(Code::kInvalidArgument,
-                     "splat_model_input.images and pictures are both given, expected one");
+        return invalid("splat_model_input.images and pictures are both given, expected one");
     SPLAT_ASSIGN(to.planes, planes_of_pictures(from, c, images));
     to.input.images = to.planes;
     return {};
@@ -90,9 +87,9 @@ Status take(const splat_model_input& from, const config::ModelConfig& c, std::ui
     const std::size_t n = std::size_t{objects} * c.views;
     SPLAT_TRY(take_images(from, c, n, to));
     if ((from.view_to_world == nullptr) != (from.quaternions == nullptr))
-        return error(Code::kInvalidArgument,
-                     "splat_model_input.view_to_world and quaternions: one is NULL, expected both "
-                     "or neither");
+        return invalid(
+            "splat_model_input.view_to_world and quaternions: one is NULL, expected both "
+            "or neither");
     SPLAT_TRY(api::check_network_arrays({"splat_model_input", from.focals, from.embedding,
                                          from.tokens, from.channels, from.objects},
                                         c, objects));
@@ -157,9 +154,8 @@ Status write_gradients(api::ModelObject& object, const splat_model_gradients& fr
         SPLAT_ASSIGN(arrays[i],
                      api::host_array("splat_model_gradients", outputs[i].name, given[i], dims));
         if (const std::size_t bad = find_not_finite(arrays[i]); bad < arrays[i].size())
-            return error(Code::kInvalidArgument,
-                         "splat_model_gradients.%s holds %g at %zu, expected finite numbers",
-                         outputs[i].name, static_cast<double>(arrays[i][bad]), bad);
+            return invalid("splat_model_gradients.%s holds %g at %zu, expected finite numbers",
+                           outputs[i].name, static_cast<double>(arrays[i][bad]), bad);
     }
     SPLAT_ASSIGN(const model::Model::Outputs gradients, object.model->output_gradients());
     for (std::size_t i = 0; i < 5; ++i) {
@@ -220,9 +216,7 @@ splat_result splat_model_read(splat_model model, const char* name, float* values
         if (found.of_backward && !object.has_input_gradients)
             return error(Code::kInvalidState, "'%s': call splat_model_backward first", name);
         const std::size_t needed = found.view.shape.elements() * sizeof(float);
-        if (bytes < needed)
-            return error(Code::kInvalidArgument, "bytes is %zu, but '%s' takes %zu", bytes, name,
-                         needed);
+        if (bytes < needed) return invalid("bytes is %zu, but '%s' takes %zu", bytes, name, needed);
         SPLAT_TRY(object.model->check_unmapped());
         SPLAT_TRY(api::bind_model_tensor(*object.model, found));
         return object.context->read(found.view, values, needed);
@@ -244,8 +238,8 @@ splat_result splat_model_write(splat_model model, const char* name, const float*
                          parameter->shape.text().c_str(), needed);
         const std::span<const float> given(values, bytes / sizeof(float));
         if (const std::size_t bad = find_not_finite(given); bad < given.size())
-            return error(Code::kInvalidArgument, "'%s' holds %g at %zu, expected finite numbers",
-                         name, static_cast<double>(given[bad]), bad);
+            return invalid("'%s' holds %g at %zu, expected finite numbers", name,
+                           static_cast<double>(given[bad]), bad);
         SPLAT_TRY(object.model->check_unmapped());
         return parameters.write(*parameter, given);
     });

@@ -16,8 +16,7 @@ splat_result locked(splat_module module, Body&& body) {
 Result<model::ModuleDesc> desc_of(const splat_module_desc& given) {
     SPLAT_TRY(api::require(given.type, "splat_module_desc.type"));
     if (given.port_count > 64)
-        return error(Code::kInvalidArgument,
-                     "splat_module_desc.port_count is %u, expected at most 64", given.port_count);
+        return invalid("splat_module_desc.port_count is %u, expected at most 64", given.port_count);
     if (given.port_count > 0) SPLAT_TRY(api::require(given.ports, "splat_module_desc.ports"));
     model::ModuleDesc desc;
     desc.type = given.type;
@@ -30,11 +29,10 @@ Result<model::ModuleDesc> desc_of(const splat_module_desc& given) {
         const std::string what = format("splat_module_desc.ports[%u]", i);
         SPLAT_TRY(api::require(port.name, (what + ".name").c_str()));
         if (port.flags != 0)
-            return error(Code::kInvalidArgument, "%s.flags is %#x, expected 0", what.c_str(),
-                         port.flags);
+            return invalid("%s.flags is %#x, expected 0", what.c_str(), port.flags);
         if (port.rank < 1 || port.rank > SPLAT_MAX_RANK)
-            return error(Code::kInvalidArgument, "%s.rank is %u, expected 1 to %d", what.c_str(),
-                         port.rank, SPLAT_MAX_RANK);
+            return invalid("%s.rank is %u, expected 1 to %d", what.c_str(), port.rank,
+                           SPLAT_MAX_RANK);
         SPLAT_ASSIGN(const Shape shape,
                      Shape::create({port.dims, port.rank}, format("port '%s'", port.name)));
         desc.ports.push_back({port.name, shape, false, false});
@@ -43,10 +41,10 @@ Result<model::ModuleDesc> desc_of(const splat_module_desc& given) {
     desc.input_gradients = (given.flags & SPLAT_MODULE_INPUT_GRADIENTS) != 0;
     desc.build.training = (given.flags & SPLAT_MODULE_TRAINING) != 0;
     if (desc.input_gradients && !desc.gradients)
-        return error(Code::kInvalidArgument,
-                     "splat_module_desc.flags is %#x: SPLAT_MODULE_INPUT_GRADIENTS needs "
-                     "SPLAT_MODULE_GRADIENTS",
-                     given.flags);
+        return invalid(
+            "splat_module_desc.flags is %#x: SPLAT_MODULE_INPUT_GRADIENTS needs "
+            "SPLAT_MODULE_GRADIENTS",
+            given.flags);
     SPLAT_ASSIGN(desc.build.precision,
                  api::precision_of(given.precision, "splat_module_desc.precision"));
     return desc;

@@ -29,9 +29,8 @@ class TensorList {
         if (written != nullptr) {
             for (const TensorPointer& other : *written)
                 if (other->view.overlaps(object->view))
-                    return error(Code::kInvalidArgument,
-                                 "%s: tensor '%s%s' shares its memory with another result", op_,
-                                 prefix, name);
+                    return invalid("%s: tensor '%s%s' shares its memory with another result", op_,
+                                   prefix, name);
             written->push_back(object);
         }
         tensors.push_back(std::move(object));
@@ -50,21 +49,20 @@ Status check_distinct(const char* op, const char* field, std::span<const splat_t
     for (std::size_t i = 0; i < tensors.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
             if (tensors[i] != nullptr && tensors[i] == tensors[j])
-                return error(Code::kInvalidArgument, "%s: %s[%zu] and %s[%zu] are the same tensor",
-                             op, field, j, field, i);
+                return invalid("%s: %s[%zu] and %s[%zu] are the same tensor", op, field, j, field,
+                               i);
     return {};
 }
 
 Status check_counts(const ops::OpRow& row, const splat_op_desc& desc) {
     if (desc.input_count != row.inputs.size() || desc.inputs == nullptr)
-        return error(Code::kInvalidArgument, "%s: input_count is %u, expected %zu tensors",
-                     row.name, desc.input_count, row.inputs.size());
+        return invalid("%s: input_count is %u, expected %zu tensors", row.name, desc.input_count,
+                       row.inputs.size());
     if (desc.output_count != row.outputs.size() || desc.outputs == nullptr)
-        return error(Code::kInvalidArgument, "%s: output_count is %u, expected %zu tensors",
-                     row.name, desc.output_count, row.outputs.size());
+        return invalid("%s: output_count is %u, expected %zu tensors", row.name, desc.output_count,
+                       row.outputs.size());
     if ((desc.grad_outputs == nullptr) != (desc.grad_inputs == nullptr))
-        return error(Code::kInvalidArgument,
-                     "%s: grad_outputs and grad_inputs must be given together", row.name);
+        return invalid("%s: grad_outputs and grad_inputs must be given together", row.name);
     SPLAT_TRY(check_distinct(row.name, "outputs", {desc.outputs, desc.output_count}));
     if (desc.grad_inputs == nullptr) return {};
     return check_distinct(row.name, "grad_inputs", {desc.grad_inputs, desc.input_count});

@@ -22,9 +22,8 @@ namespace {
 Result<const io::NamedTensor*> tensor_of(const api::WeightsObject& object, std::uint32_t index) {
     const io::NamedTensors& tensors = object.file.tensors;
     if (index < tensors.size()) return &tensors[index];
-    return error(Code::kInvalidArgument,
-                 "index is %u, expected less than %zu, the number of tensors", index,
-                 tensors.size());
+    return invalid("index is %u, expected less than %zu, the number of tensors", index,
+                   tensors.size());
 }
 
 Result<io::WeightsFormat> format_to_write(splat_weights_format format) {
@@ -36,10 +35,10 @@ Result<io::WeightsFormat> format_to_write(splat_weights_format format) {
         case SPLAT_WEIGHTS_PTH:
             return io::WeightsFormat::kPth;
         default:
-            return error(Code::kInvalidArgument,
-                         "format is %d, expected SPLAT_WEIGHTS_SAFETENSORS, SPLAT_WEIGHTS_NPZ or "
-                         "SPLAT_WEIGHTS_PTH",
-                         format);
+            return invalid(
+                "format is %d, expected SPLAT_WEIGHTS_SAFETENSORS, SPLAT_WEIGHTS_NPZ or "
+                "SPLAT_WEIGHTS_PTH",
+                format);
     }
 }
 
@@ -66,8 +65,8 @@ Result<io::NamedTensor> named_tensor(const splat_named_array& array, const std::
     SPLAT_TRY(api::require(array.name, (argument + ".name").c_str()));
     SPLAT_TRY(api::check_reserved(array.reserved, argument.c_str()));
     if (array.rank > SPLAT_MAX_RANK)
-        return error(Code::kInvalidArgument, "%s.rank is %u, expected at most %d", argument.c_str(),
-                     array.rank, SPLAT_MAX_RANK);
+        return invalid("%s.rank is %u, expected at most %d", argument.c_str(), array.rank,
+                       SPLAT_MAX_RANK);
     io::NamedTensor tensor;
     tensor.name = array.name;
     tensor.dims.assign(array.dims, array.dims + array.rank);
@@ -186,8 +185,8 @@ splat_result splat_weights_read(splat_weights weights, uint32_t index, float* va
         const std::size_t wanted = tensor->values.size() * sizeof(float);
         if (wanted > 0 || bytes > 0) SPLAT_TRY(api::require(values, "values"));
         if (bytes < wanted)
-            return error(Code::kInvalidArgument, "bytes is %zu, the tensor '%s' has %zu", bytes,
-                         tensor->name.c_str(), wanted);
+            return invalid("bytes is %zu, the tensor '%s' has %zu", bytes, tensor->name.c_str(),
+                           wanted);
         SPLAT_TRY(object->file.tensors.unchanged());
         if (wanted != 0) std::memcpy(values, tensor->values.data(), wanted);
         return {};
@@ -220,12 +219,11 @@ splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, d
         if (adapters != nullptr) {
             SPLAT_ASSIGN(given, api::weights_to_use(adapters, "adapters"));
         }
-        if (!std::isfinite(alpha))
-            return error(Code::kInvalidArgument, "alpha is %g, expected a finite number", alpha);
+        if (!std::isfinite(alpha)) return invalid("alpha is %g, expected a finite number", alpha);
         SPLAT_TRY(api::check_flags(flags, SPLAT_FOLD_OUT));
         if (!model::has_adapters(given->file.tensors))
-            return error(
-                Code::kInvalidArgument, "%s no tensors '<layer>.lora_A'",
+            return invalid(
+                "%s no tensors '<layer>.lora_A'",
                 adapters == nullptr ? "adapters is NULL, and weights has" : "adapters has");
         auto made = std::make_shared<api::WeightsObject>();
         SPLAT_ASSIGN(made->file.tensors,

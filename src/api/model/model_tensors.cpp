@@ -39,9 +39,7 @@ TensorName parse_name(const std::string& text) {
 /// shape, place and length alone.
 Status take_object(ModelTensor& found, vk::Context& context, std::uint32_t objects, std::uint32_t i,
                    bool images, const char* name) {
-    if (i >= objects)
-        return error(Code::kInvalidArgument, "'%s': expected an object less than %u", name,
-                     objects);
+    if (i >= objects) return invalid("'%s': expected an object less than %u", name, objects);
     const Shape all = found.view.shape;
     std::vector<std::int64_t> dims;
     if (images || all[0] != objects) dims.push_back(all[0] / objects);

@@ -49,8 +49,7 @@ Result<config::Settings> predictor_settings(const char* text, const io::WeightsF
                                             const std::string& weights, const char* adapters) {
     if (text != nullptr) return predict::settings_of(text, "configuration");
     if (weights.empty())
-        return error(
-            Code::kInvalidArgument,
+        return invalid(
             "splat_predictor_desc.config is NULL, expected a text with a handle of weights");
     const auto path = predict::config_beside(weights, adapters == nullptr ? "" : adapters);
     if (path.status().code() == Code::kNotFound)
@@ -71,18 +70,17 @@ Result<WeightsPointer> with_adapters(const WeightsPointer& weights,
                                      const splat_predictor_desc& desc,
                                      const config::ModelConfig& network) {
     if (desc.adapters_path != nullptr && desc.adapters != nullptr)
-        return error(Code::kInvalidArgument,
-                     "splat_predictor_desc: adapters_path and adapters are both given, expected "
-                     "one of them");
+        return invalid(
+            "splat_predictor_desc: adapters_path and adapters are both given, expected "
+            "one of them");
     if (!std::isfinite(desc.adapters_alpha))
-        return error(Code::kInvalidArgument,
-                     "splat_predictor_desc.adapters_alpha is %g, expected a finite number",
-                     desc.adapters_alpha);
+        return invalid("splat_predictor_desc.adapters_alpha is %g, expected a finite number",
+                       desc.adapters_alpha);
     SPLAT_ASSIGN(const WeightsPointer adapters,
                  predictor_weights(desc.adapters_path, desc.adapters, "adapters"));
     if (adapters == nullptr) return weights;
     if (!model::has_adapters(adapters->tensors))
-        return error(Code::kFormat, "the adapters have no tensors '<layer>.lora_A'");
+        return damaged("the adapters have no tensors '<layer>.lora_A'");
     double alpha = desc.adapters_alpha;
     if (alpha == 0) {
         SPLAT_ASSIGN(alpha, predict::adapters_alpha(*adapters, network));
@@ -307,9 +305,8 @@ splat_result splat_predictor_predict_object(splat_predictor predictor, splat_dat
         SPLAT_TRY(api::require(views, "views"));
         const std::uint32_t inputs = from.settings.network.views;
         if (count < inputs)
-            return error(Code::kInvalidArgument,
-                         "count is %u, expected at least %u, the network's input views", count,
-                         inputs);
+            return invalid("count is %u, expected at least %u, the network's input views", count,
+                           inputs);
         SPLAT_ASSIGN(const auto source,
                      predict::ViewSource::open(from.settings, {data, data->dataset.get()}));
         SPLAT_ASSIGN(made.views, source->read(object, {views, count}, inputs));

@@ -108,12 +108,10 @@ splat_result splat_prior_model_create(const splat_prior_model_desc* desc,
         SPLAT_TRY(api::check_desc(desc, SPLAT_PRIOR_MODEL_NUMBERS));
         constexpr std::uint32_t kMostThreads = 1024;
         if (desc->threads > kMostThreads)
-            return error(Code::kInvalidArgument,
-                         "splat_prior_model_desc.threads is %u, expected at most %u", desc->threads,
-                         kMostThreads);
+            return invalid("splat_prior_model_desc.threads is %u, expected at most %u",
+                           desc->threads, kMostThreads);
         if (desc->preset == nullptr && desc->model_path == nullptr)
-            return error(Code::kInvalidArgument,
-                         "splat_prior_model_desc has neither a preset nor a model_path");
+            return invalid("splat_prior_model_desc has neither a preset nor a model_path");
         auto object = std::make_shared<api::PriorModelObject>();
         object->numbers = (desc->flags & SPLAT_PRIOR_MODEL_NUMBERS) != 0;
         object->generation = fork_generation();
@@ -148,7 +146,7 @@ splat_result splat_prior_model_run(splat_prior_model model, const splat_image* p
                                    const splat_prior_maps* maps, uint32_t count) {
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::require(pictures, "pictures", maps, "maps"));
-        if (count == 0) return error(Code::kInvalidArgument, "count is 0, expected at least 1");
+        if (count == 0) return invalid("count is 0, expected at least 1");
         SPLAT_ASSIGN(const auto object, api::PriorModels::find(model, "model"));
         return run_model(*object, {pictures, count}, {maps, count});
     });

@@ -60,8 +60,7 @@ Result<prior_scores::Gradient> gradient_of(splat_map_filter filter) {
         case SPLAT_MAP_FILTER_PREWITT:
             return prior_scores::Gradient::kPrewitt;
         default:
-            return error(Code::kInvalidArgument, "filter is %d, expected a SPLAT_MAP_FILTER_ value",
-                         filter);
+            return invalid("filter is %d, expected a SPLAT_MAP_FILTER_ value", filter);
     }
 }
 

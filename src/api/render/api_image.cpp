@@ -61,8 +61,7 @@ Status read_into(io::Bytes file, splat_image& image, splat_image_info* info) {
     if (!header_only) {
         SPLAT_ASSIGN(view, api::image_to_fill(&image, "image"));
     } else if (image.type != 0 && api::pixel_bytes(image.type) == 0) {
-        return error(Code::kInvalidArgument, "image.type is %d, expected 0 or a SPLAT_PIXEL_ type",
-                     image.type);
+        return invalid("image.type is %d, expected 0 or a SPLAT_PIXEL_ type", image.type);
     }
     SPLAT_ASSIGN(const ImageFile read, read_image_file(file, header_only));
     if (header_only) {
@@ -98,7 +97,7 @@ Status no_format(const char* name, const char* expected) {
 }
 
 Status bad_format(splat_image_format format, const char* expected) {
-    return error(Code::kInvalidArgument, "format is %d, expected %s", format, expected);
+    return invalid("format is %d, expected %s", format, expected);
 }
 
 Result<io::Buffer> image_file_of(const splat_image* image, splat_image_format format) {
@@ -118,7 +117,7 @@ bool is_animation(splat_image_format format) {
 Result<io::Buffer> animation_of(const splat_image* frames, std::uint32_t count,
                                 std::uint32_t milliseconds, splat_image_format format) {
     SPLAT_TRY(api::require(frames, "frames"));
-    if (count == 0) return error(Code::kInvalidArgument, "count is 0, expected at least 1");
+    if (count == 0) return invalid("count is 0, expected at least 1");
     std::vector<io::Image> images;
     for (std::uint32_t i = 0; i < count; ++i) {
         SPLAT_ASSIGN(const api::ImageView view,

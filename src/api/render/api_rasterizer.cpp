@@ -18,25 +18,21 @@ using CopyPointer = std::shared_ptr<api::SceneCopy>;
 Status check_raster_flags(const splat_rasterizer_desc& desc) {
     const auto is_set = [&](std::uint32_t bit) { return (desc.flags & bit) != 0; };
     if (desc.convention < 0 || desc.convention > SPLAT_CONVENTION_GSPLAT)
-        return error(Code::kInvalidArgument,
-                     "splat_rasterizer_desc.convention is %d, expected 0 to %d", desc.convention,
-                     SPLAT_CONVENTION_GSPLAT);
+        return invalid("splat_rasterizer_desc.convention is %d, expected 0 to %d", desc.convention,
+                       SPLAT_CONVENTION_GSPLAT);
     const bool gsplat = desc.convention == SPLAT_CONVENTION_GSPLAT;
     if (is_set(SPLAT_RASTERIZER_GRAD_POSE) && !gsplat)
-        return error(Code::kInvalidArgument,
-                     "splat_rasterizer_desc.flags: GRAD_POSE needs SPLAT_CONVENTION_GSPLAT");
+        return invalid("splat_rasterizer_desc.flags: GRAD_POSE needs SPLAT_CONVENTION_GSPLAT");
     if (is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT) && gsplat)
-        return error(Code::kInvalidArgument,
-                     "splat_rasterizer_desc.flags: ORIGINAL_GRADIENT needs SPLAT_CONVENTION_3DGS");
+        return invalid(
+            "splat_rasterizer_desc.flags: ORIGINAL_GRADIENT needs SPLAT_CONVENTION_3DGS");
     if (is_set(SPLAT_RASTERIZER_DIRECT_COLORS) && desc.sh_degree != 0)
-        return error(Code::kInvalidArgument,
-                     "splat_rasterizer_desc.sh_degree is %u, expected 0 with DIRECT_COLORS",
-                     desc.sh_degree);
+        return invalid("splat_rasterizer_desc.sh_degree is %u, expected 0 with DIRECT_COLORS",
+                       desc.sh_degree);
     constexpr std::uint32_t kSkips = 2 * SPLAT_SKIP_BLOCKS - 1;
     if ((desc.disabled_skips & ~kSkips) != 0)
-        return error(Code::kInvalidArgument,
-                     "splat_rasterizer_desc.disabled_skips has unknown bits %#x",
-                     desc.disabled_skips & ~kSkips);
+        return invalid("splat_rasterizer_desc.disabled_skips has unknown bits %#x",
+                       desc.disabled_skips & ~kSkips);
     return {};
 }
 
@@ -86,9 +82,8 @@ Result<raster::PackedViews> views_of_call(const api::RasterStateObject& object,
         SPLAT_TRY(raster::check_desc(object.context->device().info(), desc));
     }
     if (count > desc.views)
-        return error(Code::kInvalidArgument,
-                     "count is %u, but the rasterizer was made for at most %u views", count,
-                     desc.views);
+        return invalid("count is %u, but the rasterizer was made for at most %u views", count,
+                       desc.views);
     return api::pack_cameras(desc, cameras, 0, count, background);
 }
 
@@ -117,9 +112,8 @@ Result<CopyPointer> copy_of(api::SceneObject& scene, const api::RasterStateObjec
                      "harmonics");
     const std::shared_lock reading(scene.mutex);
     if (scene.gaussians.count() > desc.gaussians)
-        return error(Code::kInvalidArgument,
-                     "the scene has %zu Gaussians, but the rasterizer was made for at most %u",
-                     scene.gaussians.count(), desc.gaussians);
+        return invalid("the scene has %zu Gaussians, but the rasterizer was made for at most %u",
+                       scene.gaussians.count(), desc.gaussians);
     desc.gaussians = static_cast<std::uint32_t>(scene.gaussians.count());
     const std::lock_guard lock(scene.copies_mutex);
     for (const CopyPointer& copy : scene.copies)
@@ -162,10 +156,10 @@ Status check_gaussians(api::TensorArguments& arguments, const raster::RasterDesc
                                      : api::require(from.sh, "splat_gaussians_desc.sh"));
     }
     if ((desc.direct_colors ? from.sh : from.colors) != nullptr)
-        return error(Code::kInvalidArgument,
-                     "splat_gaussians_desc.%s is not NULL, but the rasterizer was made %s direct "
-                     "colours",
-                     desc.direct_colors ? "sh" : "colors", desc.direct_colors ? "for" : "without");
+        return invalid(
+            "splat_gaussians_desc.%s is not NULL, but the rasterizer was made %s direct "
+            "colours",
+            desc.direct_colors ? "sh" : "colors", desc.direct_colors ? "for" : "without");
     SPLAT_TRY(arguments.read(from.means, "means", {n, 3}, to.means));
     SPLAT_TRY(arguments.read(from.scales, "scales", {n, 3}, to.scales));
     SPLAT_TRY(arguments.read(from.rotations, "rotations", {n, 4}, to.rotations));
@@ -265,8 +259,8 @@ Result<raster::PackedViews> api::pack_cameras(const raster::RasterDesc& desc,
     std::array<float, 3> color{};
     for (std::size_t k = 0; background != nullptr && k < 3; ++k) {
         if (!std::isfinite(background[k]))
-            return error(Code::kInvalidArgument, "background[%zu] is %g, expected a finite number",
-                         k, static_cast<double>(background[k]));
+            return invalid("background[%zu] is %g, expected a finite number", k,
+                           static_cast<double>(background[k]));
         color[k] = background[k];
     }
     return raster::pack_views(desc, views, color);
@@ -307,9 +301,9 @@ Result<std::shared_ptr<api::RasterStateObject>> api::find_state(splat_rasterizer
     if (state == nullptr) return object->default_state;
     SPLAT_ASSIGN(const auto found, RasterStates::find(state, "state"));
     if (found->gradients != object->gradients)
-        return error(Code::kInvalidArgument,
-                     "state was made for another rasterizer, expected one of "
-                     "splat_raster_state_create(rasterizer, ...) or NULL");
+        return invalid(
+            "state was made for another rasterizer, expected one of "
+            "splat_raster_state_create(rasterizer, ...) or NULL");
     return found;
 }
 

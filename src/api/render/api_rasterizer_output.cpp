@@ -37,8 +37,7 @@ static_assert(std::size(kOutputs) == SPLAT_OUTPUT_NORMALS);
 
 Result<const OutputRow*> find_output(const raster::RasterDesc& desc, splat_output output) {
     if (output < 1 || output > SPLAT_OUTPUT_NORMALS)
-        return error(Code::kInvalidArgument, "output is %d, expected 1 to %d", output,
-                     SPLAT_OUTPUT_NORMALS);
+        return invalid("output is %d, expected 1 to %d", output, SPLAT_OUTPUT_NORMALS);
     const OutputRow& row = kOutputs[output - 1];
     const bool depth = row.flag == SPLAT_RASTERIZER_DEPTH;
     if (row.flag != 0 && !(depth ? desc.extra : desc.normals))
@@ -139,8 +138,7 @@ Result<api::ImageView> api::image_of_output(splat_output output, const raster::R
                                             const splat_image& image, const char* name) {
     SPLAT_ASSIGN(const OutputRow* row, find_output(desc, output));
     if (!row->per_pixel)
-        return error(Code::kInvalidArgument, "output %s is no image: use splat_rasterizer_read",
-                     row->name);
+        return invalid("output %s is no image: use splat_rasterizer_read", row->name);
     const bool rgb = output == SPLAT_OUTPUT_RGB;
     SPLAT_ASSIGN(const ImageView view, image_to_fill(&image, name));
     const std::uint32_t channels = rgb && view.channels == 4 ? 4 : row->channels;
@@ -190,8 +188,8 @@ splat_result splat_rasterizer_read(splat_rasterizer rasterizer, splat_raster_sta
         const std::uint64_t needed =
             elements_of(object->rasterizer->drawn_desc(), *row) * row->channels * sizeof(float);
         if (bytes < needed)
-            return error(Code::kInvalidArgument, "bytes is %zu, but output %s takes %llu", bytes,
-                         row->name, static_cast<unsigned long long>(needed));
+            return invalid("bytes is %zu, but output %s takes %llu", bytes, row->name,
+                           static_cast<unsigned long long>(needed));
         return read_output(*object, *row, values);
     });
 }
@@ -214,9 +212,9 @@ splat_result splat_rasterizer_read_images(splat_rasterizer rasterizer, splat_ras
             views.push_back(view);
         }
         if (std::uint64_t{first} + count > drawn.views)
-            return error(
-                Code::kInvalidArgument, "views %u to %llu, but the last forward call drew %u",
-                first, static_cast<unsigned long long>(std::uint64_t{first} + count), drawn.views);
+            return invalid("views %u to %llu, but the last forward call drew %u", first,
+                           static_cast<unsigned long long>(std::uint64_t{first} + count),
+                           drawn.views);
         return api::fill_images(*object, output, first, views);
     });
 }

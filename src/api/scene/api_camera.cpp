@@ -74,9 +74,8 @@ Result<io::CameraSet> load(const splat_camera_bytes* files, const splat_camera_f
     };
     const io::Bytes cameras = bytes(given.cameras, given.camera_bytes);
     if (given.images == nullptr && given.image_bytes != 0)
-        return error(Code::kInvalidArgument,
-                     "splat_camera_bytes.images is NULL, but image_bytes is %zu",
-                     given.image_bytes);
+        return invalid("splat_camera_bytes.images is NULL, but image_bytes is %zu",
+                       given.image_bytes);
     if (given.images == nullptr)
         return io::read_transforms_json(cameras, reading.width, reading.height, reading.options);
     return io::read_colmap(cameras, bytes(given.images, given.image_bytes), reading.options);

@@ -25,22 +25,20 @@ Status check_count(std::uint64_t count) {
 
 Result<scene::Gaussians> gaussians_of(const splat_scene_desc& desc) {
     if (desc.sh_degree > scene::kMaxShDegree)
-        return error(Code::kInvalidArgument, "splat_scene_desc.sh_degree is %u, expected 0 to %u",
-                     desc.sh_degree, scene::kMaxShDegree);
+        return invalid("splat_scene_desc.sh_degree is %u, expected 0 to %u", desc.sh_degree,
+                       scene::kMaxShDegree);
     SPLAT_TRY(check_count(desc.count));
     const auto count = static_cast<std::size_t>(desc.count);
     scene::Gaussians gaussians = scene::make_gaussians(count, desc.sh_degree);
     const auto fill = [](const char* name, const float* from, std::uint64_t length,
                          std::vector<float>& to) -> Status {
         if (from == nullptr && length != 0)
-            return error(Code::kInvalidArgument,
-                         "splat_scene_desc.%s is NULL, but its length is %llu", name,
-                         static_cast<unsigned long long>(length));
+            return invalid("splat_scene_desc.%s is NULL, but its length is %llu", name,
+                           static_cast<unsigned long long>(length));
         if (from == nullptr) return {};
         if (length != 0 && length < to.size())
-            return error(Code::kInvalidArgument,
-                         "splat_scene_desc.%s has %llu floats, its Gaussians take %zu", name,
-                         static_cast<unsigned long long>(length), to.size());
+            return invalid("splat_scene_desc.%s has %llu floats, its Gaussians take %zu", name,
+                           static_cast<unsigned long long>(length), to.size());
         std::copy_n(from, to.size(), to.begin());
         return {};
     };
@@ -74,8 +72,7 @@ splat_result replace(splat_scene scene, Make&& make) {
 
 Status check_bytes(const char* name, std::size_t elements, std::size_t bytes) {
     if (bytes >= elements * sizeof(float)) return {};
-    return error(Code::kInvalidArgument, "bytes is %zu, but '%s' takes %zu", bytes, name,
-                 elements * sizeof(float));
+    return invalid("bytes is %zu, but '%s' takes %zu", bytes, name, elements * sizeof(float));
 }
 
 /// The attribute that a call names. Errors: NULL arguments, an unknown name, too few bytes.
@@ -212,7 +209,7 @@ splat_result splat_scene_filter(splat_scene scene, uint32_t flags, double min_op
     return replace(scene, [&](const scene::Gaussians& from) -> Result<scene::Gaussians> {
         SPLAT_TRY(api::check_flags(flags, SPLAT_FILTER_FINITE | SPLAT_FILTER_SORT));
         if (!(min_opacity >= 0 && min_opacity <= 1))
-            return error(Code::kInvalidArgument, "min_opacity is %g, expected 0 to 1", min_opacity);
+            return invalid("min_opacity is %g, expected 0 to 1", min_opacity);
         scene::Gaussians kept = from;
         if ((flags & SPLAT_FILTER_FINITE) != 0) {
             SPLAT_ASSIGN(kept, scene::remove_invalid(kept));

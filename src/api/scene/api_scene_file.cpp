@@ -19,9 +19,9 @@ static_assert(static_cast<int>(scene::Frame::kLdf) + 1 == SPLAT_FRAME_LDF);
 
 Status check_range(const char* field, std::int64_t value, std::int64_t least, std::int64_t most) {
     if (value >= least && value <= most) return {};
-    return error(Code::kInvalidArgument, "splat_scene_file_desc.%s is %lld, expected %lld to %lld",
-                 field, static_cast<long long>(value), static_cast<long long>(least),
-                 static_cast<long long>(most));
+    return invalid("splat_scene_file_desc.%s is %lld, expected %lld to %lld", field,
+                   static_cast<long long>(value), static_cast<long long>(least),
+                   static_cast<long long>(most));
 }
 
 /// The caller's desc, or the default one.
@@ -99,9 +99,8 @@ api::Scenes::Made load(io::Bytes file, const char* name, const splat_scene_file_
 Result<io::Buffer> file_of(api::SceneObject& object, const io::SceneFormat& format,
                            const splat_scene_file_desc& desc) {
     if (desc.spz_version != 0 && format.write != io::write_spz)
-        return error(Code::kInvalidArgument,
-                     "splat_scene_file_desc.spz_version is %u, but the file is a %s; leave it 0",
-                     desc.spz_version, format.name);
+        return invalid("splat_scene_file_desc.spz_version is %u, but the file is a %s; leave it 0",
+                       desc.spz_version, format.name);
     io::SaveOptions options;
     options.frame = frame_of(desc);
     options.sh_degree = degree_of(desc);
@@ -158,9 +157,9 @@ splat_result splat_scene_save_memory(splat_scene scene, const splat_scene_file_d
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         const io::SceneFormat* const format = format_of(full);
         if (format == nullptr)
-            return error(Code::kInvalidArgument,
-                         "splat_scene_file_desc.format is 0, but memory has no extension; name a "
-                         "SPLAT_SCENE_ format");
+            return invalid(
+                "splat_scene_file_desc.format is 0, but memory has no extension; name a "
+                "SPLAT_SCENE_ format");
         SPLAT_ASSIGN(const io::Buffer file, file_of(*object, *format, full));
         return give(file);
     });

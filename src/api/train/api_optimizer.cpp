@@ -19,8 +19,7 @@ struct OptimizerItems {
 
 Status on_device(const api::OfDevice& object, const vk::Context& context, const std::string& what) {
     if (object.context.get() == &context) return {};
-    return error(Code::kInvalidArgument, "%s is on another device than the optimizer",
-                 what.c_str());
+    return invalid("%s is on another device than the optimizer", what.c_str());
 }
 
 Status add_tensor(const splat_optimizer_item& item, const std::string& what,
@@ -33,8 +32,7 @@ Status add_tensor(const splat_optimizer_item& item, const std::string& what,
     SPLAT_ASSIGN(auto grad, api::find_tensor(item.gradient, (what + ".gradient").c_str(), context,
                                              "optimizer"));
     if (value == grad)
-        return error(Code::kInvalidArgument, "%s.gradient is the same tensor as its parameter",
-                     what.c_str());
+        return invalid("%s.gradient is the same tensor as its parameter", what.c_str());
     if (!(value->view.shape == grad->view.shape))
         return error(Code::kShape, "%s.gradient has the shape %s, expected %s", what.c_str(),
                      grad->view.shape.text().c_str(), value->view.shape.text().c_str());
@@ -55,9 +53,8 @@ Status add_item(const splat_optimizer_item& item, const std::string& what,
     const bool tensor = item.parameter != nullptr || item.gradient != nullptr;
     const int kinds = (item.model != nullptr) + (item.module != nullptr) + (tensor ? 1 : 0);
     if (kinds != 1)
-        return error(Code::kInvalidArgument,
-                     "%s has %d of a model, a module and a tensor, expected one of them",
-                     what.c_str(), kinds);
+        return invalid("%s has %d of a model, a module and a tensor, expected one of them",
+                       what.c_str(), kinds);
     if (tensor) return add_tensor(item, what, context, to);
     const std::string prefix = item.name == nullptr ? "" : item.name;
     if (item.model != nullptr) {
@@ -86,9 +83,8 @@ Status add_groups(const splat_optimizer_desc& desc, OptimizerItems& to) {
         const std::string what = format("groups[%llu]", static_cast<unsigned long long>(i));
         SPLAT_TRY(api::require(group.pattern, (what + ".pattern").c_str()));
         if (!std::isfinite(group.rate_factor) || group.rate_factor < 0)
-            return error(Code::kInvalidArgument,
-                         "%s.rate_factor is %g, expected a finite number of 0 or more",
-                         what.c_str(), group.rate_factor);
+            return invalid("%s.rate_factor is %g, expected a finite number of 0 or more",
+                           what.c_str(), group.rate_factor);
         groups.push_back({group.pattern, group.rate_factor, {group.beta1, group.beta2}, group.eps});
     }
     train::OptimiserRule base;
@@ -101,7 +97,7 @@ Status add_groups(const splat_optimizer_desc& desc, OptimizerItems& to) {
 /// Errors: kInvalidArgument for a number that is out of range, missing or without effect.
 Status check_schedule(const splat_optimizer_desc& desc) {
     const auto refuse = [](const char* field, const char* why) {
-        return error(Code::kInvalidArgument, "splat_optimizer_desc.%s %s", field, why);
+        return invalid("splat_optimizer_desc.%s %s", field, why);
     };
     const bool cosine = desc.schedule == SPLAT_SCHEDULE_COSINE;
     const bool step = desc.schedule == SPLAT_SCHEDULE_STEP;
@@ -255,8 +251,7 @@ splat_result splat_optimizer_zero_gradients(splat_optimizer optimizer) {
 splat_result splat_optimizer_set_rate(splat_optimizer optimizer, double rate) {
     return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
         if (!std::isfinite(rate) || rate < 0)
-            return error(Code::kInvalidArgument,
-                         "rate is %g, expected a finite number of 0 or more", rate);
+            return invalid("rate is %g, expected a finite number of 0 or more", rate);
         object.optimiser->set_rate(rate);
         describe(object);
         return {};

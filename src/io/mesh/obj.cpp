@@ -31,9 +31,9 @@ class ObjReader {
         std::string_view line;
         while (lines_.next_record(line)) SPLAT_TRY(read_line(line));
         if (farthest_ > mesh_.vertices.size())
-            return error(
-                Code::kFormat, "OBJ line %zu: the face names vertex %llu, but the file has %zu",
-                farthest_line_, static_cast<unsigned long long>(farthest_), mesh_.vertices.size());
+            return damaged("OBJ line %zu: the face names vertex %llu, but the file has %zu",
+                           farthest_line_, static_cast<unsigned long long>(farthest_),
+                           mesh_.vertices.size());
         return std::move(mesh_);
     }
 

@@ -104,8 +104,7 @@ Result<Image> read_image(Bytes file, const ImageOptions& options) {
     for (const Format& format : kFormats)
         if (has_signature(file, format.offset, format.signature)) return format.read(file, options);
     const std::string other = unread_image(file);
-    return error(Code::kFormat, "%s",
-                 other.empty() ? "not a PNG, JPEG, WebP, PGM or PPM file" : other.c_str());
+    return damaged("%s", other.empty() ? "not a PNG, JPEG, WebP, PGM or PPM file" : other.c_str());
 }
 
 }  // namespace splat::io

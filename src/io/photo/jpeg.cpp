@@ -107,7 +107,7 @@ class JpegReader {
 };
 
 Status bad(const char* message) {
-    return error(Code::kFormat, "jpeg: %s", message);
+    return damaged("jpeg: %s", message);
 }
 
 }  // namespace
@@ -123,8 +123,8 @@ Result<Image> read_jpeg(Bytes file, const ImageOptions& options) {
     const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
     // Every block of 8 x 8 pixels takes at least one bit.
     if (pixels / 512 > file.size())
-        return error(Code::kFormat, "jpeg: %u x %u pixels cannot come from %zu bytes", image.width,
-                     image.height, file.size());
+        return damaged("jpeg: %u x %u pixels cannot come from %zu bytes", image.width, image.height,
+                       file.size());
     const Exif exif = exif_of(file, image.width, image.height);
     const bool turned = options.upright && exif.orientation != 1;
     const std::uint64_t copy = turned ? pixels * image.channels * sizeof image.samples[0] : 0;

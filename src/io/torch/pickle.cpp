@@ -65,7 +65,7 @@ class Unpickler {
     }
 
     [[nodiscard]] Status bad(const std::string& problem) const {
-        return error(Code::kFormat, "pickle: byte %zu: %s", at_, problem.c_str());
+        return damaged("pickle: byte %zu: %s", at_, problem.c_str());
     }
 
     std::uint32_t node(PickleNode value) {
@@ -466,7 +466,7 @@ const std::array<Unpickler::Run, 256>& Unpickler::handlers() {
 
 Result<Pickle> Pickle::read(Buffer bytes, DecodeBudget& budget, std::size_t count) {
     if (bytes.size() > kMaxBytes)
-        return error(Code::kFormat, "pickle: %zu bytes, the limit is %zu", bytes.size(), kMaxBytes);
+        return damaged("pickle: %zu bytes, the limit is %zu", bytes.size(), kMaxBytes);
     Pickle pickle;
     pickle.bytes_ = std::move(bytes);
     SPLAT_TRY(Unpickler(pickle, budget).run(count));

@@ -13,7 +13,7 @@ namespace {
 using Kind = PickleNode::Kind;
 
 Status bad_pth(const std::string& problem) {
-    return error(Code::kFormat, "pth: %s", problem.c_str());
+    return damaged("pth: %s", problem.c_str());
 }
 
 /// A tensor's place in its storage.

@@ -22,7 +22,7 @@ constexpr std::int64_t kLegacyProtocol = 1001;
 enum LegacyPickle : std::size_t { kProtocol, kMachine, kSaved, kKeys, kLegacyPickles };
 
 Status bad_archive(const std::string& problem) {
-    return error(Code::kFormat, "pth: %s", problem.c_str());
+    return damaged("pth: %s", problem.c_str());
 }
 
 Status big_endian(const std::string& order) {
