@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "api/structs.h"
+#include "core/no_copy.h"
 #include "core/status.h"
 #include "splat.h"
 
@@ -19,12 +20,10 @@ splat_result fail_out_of_memory() noexcept;
 
 /// One entry point. The log's messages wait until the outermost one ends, when no lock is held; they
 /// leave the last error as it is.
-class EntryPoint {
+class EntryPoint : NoCopy {
   public:
     EntryPoint() noexcept;
     ~EntryPoint();
-    EntryPoint(const EntryPoint&) = delete;
-    EntryPoint& operator=(const EntryPoint&) = delete;
 };
 
 /// Run the body of an entry point and turn errors and exceptions into a splat_result.

@@ -6,16 +6,14 @@
 
 #include "core/config.h"
 #include "core/json.h"
+#include "core/no_copy.h"
 
 namespace splat {
 namespace {
 
 /// An event of the parser, freed at the end.
-class Event {
+class Event : NoCopy {
   public:
-    Event() = default;
-    Event(const Event&) = delete;
-    Event& operator=(const Event&) = delete;
     ~Event() { yaml_event_delete(&event_); }
 
     yaml_event_t* operator->() { return &event_; }
@@ -75,7 +73,7 @@ ConfigScalar scalar_of(std::string_view text, bool plain) {
     return std::string(text);
 }
 
-class YamlReader {
+class YamlReader : NoCopy {
   public:
     YamlReader(std::string_view text, const std::string& what) : config_(what) {
         started_ = yaml_parser_initialize(&parser_) == 1;
@@ -84,8 +82,6 @@ class YamlReader {
         yaml_parser_set_input_string(&parser_, reinterpret_cast<const unsigned char*>(text.data()),
                                      text.size());
     }
-    YamlReader(const YamlReader&) = delete;
-    YamlReader& operator=(const YamlReader&) = delete;
     ~YamlReader() {
         if (started_) yaml_parser_delete(&parser_);
     }

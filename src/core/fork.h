@@ -4,6 +4,8 @@
 #include <mutex>
 #include <shared_mutex>
 
+#include "core/no_copy.h"
+
 namespace splat {
 
 /// How many forks lie between the process that loaded the library and this one.
@@ -15,12 +17,10 @@ void at_fork_in_child(void (*function)()) noexcept;
 
 /// A shared mutex that a forked child finds free and with whole data: a fork waits while a thread
 /// holds it exclusively.
-class ForkMutex {
+class ForkMutex : NoCopy {
   public:
     ForkMutex();
     ~ForkMutex();
-    ForkMutex(const ForkMutex&) = delete;
-    ForkMutex& operator=(const ForkMutex&) = delete;
 
     void lock() { mutex_->lock(); }
     bool try_lock() { return mutex_->try_lock(); }

@@ -63,10 +63,8 @@ Sink& sink() {
 }
 
 /// Counts a running call, during which messages of this thread are dropped.
-struct Running {
+struct Running : NoCopy {
     explicit Running(Registration& to) : registration(to) { this_thread().inside = true; }
-    Running(const Running&) = delete;
-    Running& operator=(const Running&) = delete;
     ~Running() {
         this_thread().inside = false;
         if (registration.running.fetch_sub(1) == 1) registration.running.notify_all();

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/no_copy.h"
 #include "core/status.h"
 #include "data/resample.h"
 #include "io/image.h"
@@ -162,10 +163,8 @@ struct ReaderDesc {
 };
 
 /// One format of data sets. Thread-safe once opened.
-class DatasetReader {
+class DatasetReader : NoCopy {
   public:
-    DatasetReader(const DatasetReader&) = delete;
-    DatasetReader& operator=(const DatasetReader&) = delete;
     virtual ~DatasetReader() = default;
 
     [[nodiscard]] const DatasetIndex& index() const { return index_; }

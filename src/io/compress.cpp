@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "core/no_copy.h"
+
 namespace splat::io {
 namespace {
 
@@ -24,13 +26,11 @@ Status check_ratio(Bytes packed, std::uint64_t bytes, std::uint64_t ratio,
                    static_cast<unsigned long long>(bytes), packed.size());
 }
 
-class Inflater {
+class Inflater : NoCopy {
   public:
     explicit Inflater(Bytes packed, int window = kGzipWindow) : packed_(packed) {
         started_ = inflateInit2(&stream_, window) == Z_OK;
     }
-    Inflater(const Inflater&) = delete;
-    Inflater& operator=(const Inflater&) = delete;
     ~Inflater() {
         if (started_) inflateEnd(&stream_);
     }

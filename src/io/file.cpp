@@ -24,11 +24,9 @@ namespace {
 #define SPLAT_SYSTEM(point, number, call) \
     (SPLAT_FAULT(point) ? (errno = (number), decltype(call){-1}) : (call))
 
-class Descriptor {
+class Descriptor : NoCopy {
   public:
     explicit Descriptor(int fd) : fd_(fd) {}
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
     ~Descriptor() { static_cast<void>(release()); }
 
     [[nodiscard]] int get() const { return fd_; }

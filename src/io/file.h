@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "core/no_copy.h"
 #include "core/status.h"
 #include "io/bytes.h"
 
@@ -43,11 +44,8 @@ Status append_file(const std::string& path, Bytes bytes);
 
 /// A file mapped into memory. Writes of other processes are visible, and reading what they truncated ends this
 /// process: call unchanged() before each use.
-class MappedFile {
+class MappedFile : NoCopy {
   public:
-    MappedFile() = default;
-    MappedFile(const MappedFile&) = delete;
-    MappedFile& operator=(const MappedFile&) = delete;
     virtual ~MappedFile() = default;
 
     [[nodiscard]] virtual Bytes bytes() const = 0;
@@ -58,11 +56,8 @@ class MappedFile {
 };
 
 /// Bytes read in pieces, so that large files never lie in memory as a whole.
-class Source {
+class Source : NoCopy {
   public:
-    Source() = default;
-    Source(const Source&) = delete;
-    Source& operator=(const Source&) = delete;
     virtual ~Source() = default;
 
     [[nodiscard]] virtual std::uint64_t size() const = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/no_copy.h"
 #include "io/animation.h"
 
 namespace splat::io {
@@ -76,11 +77,9 @@ int append(GifFileType* gif, const GifByteType* bytes, int count) {
 }
 
 /// giflib's objects.
-class Encoder {
+class Encoder : NoCopy {
   public:
     explicit Encoder(GifTarget& target) : gif_(EGifOpen(&target, append, &error_)) {}
-    Encoder(const Encoder&) = delete;
-    Encoder& operator=(const Encoder&) = delete;
     ~Encoder() { static_cast<void>(close()); }
 
     [[nodiscard]] bool open() const { return gif_ != nullptr; }

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "core/checked_math.h"
+#include "core/no_copy.h"
 #include "io/bytes.h"
 #include "io/compress.h"
 
@@ -76,15 +77,13 @@ void on_write(png_structp png, png_bytep from, std::size_t count) {
 void on_flush(png_structp) {}
 
 /// libpng's objects for one direction: reading `in`, or writing to `out` if there is one.
-class Png {
+class Png : NoCopy {
   public:
     Png(Bytes in, Buffer* out) : state{in, out} {
         png_ = (out != nullptr ? png_create_write_struct : png_create_read_struct)(
             PNG_LIBPNG_VER_STRING, &state, on_error, on_warning);
         if (png_ != nullptr) info_ = png_create_info_struct(png_);
     }
-    Png(const Png&) = delete;
-    Png& operator=(const Png&) = delete;
     ~Png() {
         if (state.out != nullptr)
             png_destroy_write_struct(&png_, &info_);

@@ -10,13 +10,11 @@
 namespace splat::vk {
 
 /// The Vulkan objects of one command list; private to command_list.cpp and submit.cpp.
-struct CommandList::Objects {
+struct CommandList::Objects : NoCopy {
     using Segment = CommandSpan;  ///< commands of one submit
 
     Objects() = default;
     ~Objects();
-    Objects(const Objects&) = delete;
-    Objects& operator=(const Objects&) = delete;
 
     Status make_sets();
     Status make_set(Command& command);

@@ -105,7 +105,7 @@ std::uint32_t validation_layer() {
 }
 
 /// What the layer is asked to check. Points into itself.
-class LayerFeatures {
+class LayerFeatures : NoCopy {
   public:
     /// Adds the extension that the settings need, if any.
     LayerFeatures(std::uint32_t layer_version, std::vector<const char*>& extensions) {
@@ -123,8 +123,6 @@ class LayerFeatures {
         static_cast<void>(extensions);
 #endif
     }
-    LayerFeatures(const LayerFeatures&) = delete;
-    LayerFeatures& operator=(const LayerFeatures&) = delete;
 
     [[nodiscard]] const void* chain() const {
         return &features_;

@@ -1,3 +1,4 @@
+#include "core/no_copy.h"
 #include "io/photo/photo.h"
 
 #include <csetjmp>
@@ -45,7 +46,7 @@ void on_progress(j_common_ptr jpeg) {
     std::longjmp(state->escape, 1);
 }
 
-class JpegReader {
+class JpegReader : NoCopy {
   public:
     JpegReader(Bytes file, std::uint32_t max_scans) : file_(file) {
         jpeg_.err = jpeg_std_error(&state.errors);
@@ -54,8 +55,6 @@ class JpegReader {
         state.progress.progress_monitor = on_progress;
         state.max_scans = max_scans;
     }
-    JpegReader(const JpegReader&) = delete;
-    JpegReader& operator=(const JpegReader&) = delete;
     ~JpegReader() { jpeg_destroy_decompress(&jpeg_); }
 
     /// Fills all but the samples.
