@@ -1,12 +1,12 @@
 #include <yaml.h>
 
-#include <charconv>
 #include <limits>
 #include <optional>
 
 #include "core/config.h"
 #include "core/json.h"
 #include "core/no_copy.h"
+#include "core/number_in.h"
 
 namespace splat {
 namespace {
@@ -48,20 +48,15 @@ std::optional<ConfigScalar> number_of(std::string_view text) {
     if (text == ".nan" || text == ".NaN" || text == ".NAN")
         return std::numeric_limits<double>::quiet_NaN();
     if (is_digits(size) && (size == "0" || size[0] != '0')) {
-        std::int64_t whole = 0;
-        const std::string_view shown = negative ? text : size;
-        const auto [end, failed] =
-            std::from_chars(shown.data(), shown.data() + shown.size(), whole);
-        if (failed == std::errc()) return whole;
+        if (const auto whole = number_in<std::int64_t>(negative ? text : size)) return *whole;
     }
     const std::string_view start = size.substr(size.starts_with('.') ? 1 : 0, 1);
     if (!is_digits(start) || size.find_first_not_of("0123456789.eE+-") != std::string_view::npos)
         return std::nullopt;
     if (size.size() > 1 && size[0] == '0' && is_digits(size)) return std::nullopt;
-    double value = 0;
-    const auto [end, failed] = std::from_chars(size.data(), size.data() + size.size(), value);
-    if (failed != std::errc() || end != size.data() + size.size()) return std::nullopt;
-    return negative ? -value : value;
+    const auto value = number_in<double>(size);
+    if (!value) return std::nullopt;
+    return negative ? -*value : *value;
 }
 
 ConfigScalar scalar_of(std::string_view text, bool plain) {

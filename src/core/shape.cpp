@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/checked_math.h"
+#include "core/shown.h"
 
 namespace splat {
 
@@ -40,12 +41,8 @@ std::uint64_t Shape::elements() const {
 }
 
 std::string Shape::text() const {
-    std::string text = "[";
-    for (std::uint32_t axis = 0; axis < rank_; ++axis) {
-        if (axis > 0) text += ", ";
-        text += std::to_string(dims_[axis]);
-    }
-    return text + "]";
+    const auto text_of = [](std::uint32_t dim) { return std::to_string(dim); };
+    return "[" + joined(std::span(dims_).first(rank_), text_of) + "]";
 }
 
 }  // namespace splat

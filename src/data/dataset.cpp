@@ -38,10 +38,7 @@ constexpr Format kFormats[] = {{"store", tables::is_store, open_store},
                                {"images", is_image_folder, open_image_folder}};
 
 std::string format_names() {
-    std::string names;
-    for (const Format& format : kFormats)
-        names += (names.empty() ? "" : ", ") + std::string(format.name);
-    return names;
+    return joined(kFormats, &Format::name);
 }
 
 Result<const Format*> format_of(const DatasetDesc& desc) {

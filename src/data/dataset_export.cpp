@@ -3,12 +3,12 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <numeric>
 #include <set>
 
 #include "core/log.h"
+#include "core/number_in.h"
 #include "data/export_rows.h"
 #include "data/folder.h"
 #include "data/formats.h"
@@ -74,11 +74,8 @@ Result<std::string> stamps_below(const fs::path& folder, const fs::path& out) {
 
 /// The number of a stem of digits.
 std::optional<std::int64_t> number_of(const std::string& stem) {
-    std::int64_t number = 0;
-    const char* const end = stem.data() + stem.size();
-    const auto [at, code] = std::from_chars(stem.data(), end, number);
-    if (code != std::errc() || at != end || number < 0 || number > 0x7FFFFFFF) return std::nullopt;
-    return number;
+    const auto number = number_in<std::int64_t>(stem);
+    return number && *number >= 0 && *number <= 0x7FFFFFFF ? number : std::nullopt;
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 #include "data/object_lists.h"
 
-#include <charconv>
 #include <sstream>
 
 #include "core/json_tree.h"
+#include "core/number_in.h"
 #include "core/shown.h"
 #include "data/folder.h"
 #include "io/file.h"
@@ -13,12 +13,6 @@ namespace splat::data {
 namespace {
 
 constexpr std::uint64_t kMaxListFileBytes = 1U << 26;
-
-bool read_whole(std::string_view text, std::uint32_t& number) {
-    const char* const end = text.data() + text.size();
-    const auto [stopped, code] = std::from_chars(text.data(), end, number);
-    return code == std::errc() && stopped == end;
-}
 
 /// Three numbers with '_' between them.
 bool is_sequence_name(std::string_view word) {
@@ -98,12 +92,13 @@ Result<std::vector<SourceView>> load_source_views(const std::string& path) {
         std::string number, more;
         if (!(words >> view.category)) continue;
         const bool three = words >> view.object >> number && !(words >> more);
-        if (!three || !read_whole(number, view.view) || !is_folder_name(view.category) ||
-            !is_folder_name(view.object))
+        const auto index = number_in<std::uint32_t>(number);
+        if (!three || !index || !is_folder_name(view.category) || !is_folder_name(view.object))
             return damaged("'%s': line %zu is not 'category object view'", path.c_str(), line);
         if (!seen.insert(view.category + "/" + view.object).second)
             return damaged("'%s': line %zu names an object for the second time", path.c_str(),
                            line);
+        view.view = *index;
         views.push_back(std::move(view));
     }
     if (!views.empty()) return views;

@@ -5,6 +5,8 @@
 #include <iterator>
 #include <numbers>
 
+#include "core/shown.h"
+
 namespace splat::data {
 namespace {
 
@@ -237,9 +239,7 @@ std::optional<ValueFilter> value_filter_of(const std::string& name) {
 }
 
 std::string value_filter_names() {
-    std::string names;
-    for (const char* name : kNames) names += (names.empty() ? "" : ", ") + std::string(name);
-    return names;
+    return joined(kNames);
 }
 
 template <class T>

@@ -1,3 +1,4 @@
+#include "core/shown.h"
 #include "data/formats.h"
 
 #include <algorithm>
@@ -40,10 +41,8 @@ std::vector<std::string> splits_in(std::vector<std::string> names) {
     return names;
 }
 
-std::string joined(const std::vector<std::string>& words) {
-    std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-    return text.empty() ? "none" : text;
+std::string list_of(const std::vector<std::string>& words) {
+    return words.empty() ? "none" : joined(words);
 }
 
 /// The folder of the objects of a split.
@@ -57,7 +56,7 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     const bool chosen = std::find(categories.begin(), categories.end(), wanted) != categories.end();
     if (categories.size() > 1 && !chosen)
         return invalid("'%s' holds %s; give the path of one of them", folder.c_str(),
-                       joined(categories).c_str());
+                       list_of(categories).c_str());
     if (!categories.empty()) {
         folder /= chosen ? wanted : categories.front();
         SPLAT_ASSIGN(names, candidates_in(folder));
@@ -69,10 +68,10 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     if (found.empty())
         return no_split(
             desc, error(Code::kNotFound, "'%s' has no folder <category>_%s; folders of splits: %s",
-                        folder.c_str(), desc.split.c_str(), joined(splits).c_str()));
+                        folder.c_str(), desc.split.c_str(), list_of(splits).c_str()));
     if (found.size() > 1)
         return invalid("'%s' holds %s; give the path of one of them", folder.c_str(),
-                       joined(found).c_str());
+                       list_of(found).c_str());
     folder /= found.front();
     SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(folder.string()));
     SPLAT_TRY(check_link(kind, folder));

@@ -5,6 +5,7 @@
 #include <span>
 #include <unordered_set>
 
+#include "core/shown.h"
 #include "io/file.h"
 #include "io/folder.h"
 #include "io/reader.h"
@@ -63,13 +64,6 @@ const LensModel* find_lens_model(std::string_view name) {
     for (const LensModel& model : kLensModels)
         if (model.name == name) return &model;
     return nullptr;
-}
-
-std::string supported_models() {
-    std::string list;
-    for (const LensModel& model : kLensModels)
-        list += (list.empty() ? "" : ", ") + std::string(model.name);
-    return list;
 }
 
 Status add_camera(const Lenses& lenses, const ColmapPose& pose, const CameraOptions& options,
@@ -140,7 +134,7 @@ Status read_pose_numbers(Source& source, ColmapPose& pose) {
 Status unsupported_model(const std::string& name) {
     return error(Code::kUnsupported,
                  "COLMAP: camera model %s, expected one of %s; undistort the images", name.c_str(),
-                 supported_models().c_str());
+                 joined(kLensModels, &LensModel::name).c_str());
 }
 
 Result<Lenses> read_text_lenses(Bytes file) {

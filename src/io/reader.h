@@ -1,11 +1,10 @@
 #pragma once
 
-#include <charconv>
-#include <optional>
 #include <string>
 #include <utility>
 
 #include "core/checked_math.h"
+#include "core/number_in.h"
 #include "core/shown.h"
 #include "core/status.h"
 #include "io/bytes.h"
@@ -34,15 +33,6 @@ template <class T>
 Result<T> in_file(Result<T> read, const std::string& name) {
     if (read.ok()) return read;
     return in_file(read.status(), name);
-}
-
-/// The number that all of the text is; nothing if it is none.
-template <class T>
-std::optional<T> number_in(std::string_view text) {
-    T value{};
-    const char* const end = text.data() + text.size();
-    const auto [stop, failed] = std::from_chars(text.data(), end, value);
-    return failed == std::errc() && stop == end ? std::optional(value) : std::nullopt;
 }
 
 /// A cursor over untrusted bytes. All parsers read through it, so that every offset and count of a file

@@ -32,9 +32,7 @@ Result<std::uint64_t> count_elements(std::span<const std::int64_t> dims, const s
 }
 
 std::string dims_text(std::span<const std::int64_t> dims) {
-    std::string text = "[";
-    for (const std::int64_t dim : dims) text += (text.size() > 1 ? ", " : "") + std::to_string(dim);
-    return text + "]";
+    return "[" + joined(dims, [](std::int64_t dim) { return std::to_string(dim); }) + "]";
 }
 
 Status NamedTensors::add(NamedTensor tensor) {

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "config/presets.h"
+#include "core/shown.h"
 #include "core/status.h"
 #include "model/model.h"
 #include "predict/weights_place.h"
@@ -25,9 +26,7 @@ std::string text_of(std::int64_t number) {
 
 template <class Number>
 std::string list_of(const std::vector<Number>& numbers) {
-    std::string list;
-    for (const Number number : numbers) list += (list.empty() ? "" : ", ") + std::to_string(number);
-    return "[" + list + "]";
+    return "[" + joined(numbers, [](Number number) { return std::to_string(number); }) + "]";
 }
 
 std::int64_t dim_of(const NamedTensor* tensor, std::size_t axis) {
@@ -123,12 +122,6 @@ std::vector<std::string> differences_of(const Traits& file, const Known& known) 
 bool is_official_name(const std::string& path, const std::string& name) {
     const std::string stem = std::filesystem::path(path).stem().string();
     return stem == "model_" + name || (stem == "model_latest" && name == "objaverse");
-}
-
-std::string joined(const std::vector<std::string>& parts, const char* between) {
-    std::string text;
-    for (const std::string& part : parts) text += (text.empty() ? "" : between) + part;
-    return text;
 }
 
 }  // namespace
@@ -233,13 +226,12 @@ PublishedFit published_fit(const NamedTensors& tensors, const std::string& path)
 
 std::string PublishedFit::sentence() const {
     if (names.size() == 1) return "its tensors fit the published configuration " + names[0];
-    if (!names.empty())
-        return "its tensors fit the published configurations " + joined(names, ", ");
+    if (!names.empty()) return "its tensors fit the published configurations " + joined(names);
     if (nearest.empty())
         return "it is no network of Splatter Image: it has no tensor "
                "'network_with_offset.encoder.enc.RxR_conv.weight'";
     return "its tensors fit no published configuration; the nearest is " + nearest + ", but " +
-           joined(differences, ", ");
+           joined(differences);
 }
 
 void PublishedFit::write(JsonWriter& json) const {

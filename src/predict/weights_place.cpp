@@ -8,6 +8,7 @@
 #include "config/config_file.h"
 #include "core/c_locale.h"
 #include "core/environment.h"
+#include "core/shown.h"
 
 namespace splat::predict {
 namespace {
@@ -39,9 +40,7 @@ std::string names_in(const std::vector<fs::path>& folders) {
         for (fs::directory_iterator entry(folder, none), end; !none && entry != end;
              entry.increment(none))
             if (is_file(entry->path() / kFile)) names.insert(entry->path().filename().string());
-    std::string list;
-    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-    return list;
+    return joined(names);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "core/config.h"
 #include "core/environment.h"
+#include "core/shown.h"
 #include "prior_models/embedded_presets.h"
 #include "prior_models/preset_reader.h"
 
@@ -12,12 +13,6 @@ namespace splat::prior_models {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string list_of(const std::vector<std::string>& names) {
-    std::string list;
-    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-    return list;
-}
 
 bool is_json(const std::string& text) {
     const std::size_t first = text.find_first_not_of(" \t\r\n");
@@ -57,7 +52,7 @@ Result<std::string> preset_text(const std::string& name) {
     const std::string nearest = nearest_name(name, names);
     return error(Code::kNotFound, "there is no preset '%s'%s", name.c_str(),
                  nearest.empty()
-                     ? (", expected " + list_of(names) + ", or JSON that starts with '{'").c_str()
+                     ? (", expected " + joined(names) + ", or JSON that starts with '{'").c_str()
                      : ("; did you mean '" + nearest + "'?").c_str());
 }
 
@@ -74,7 +69,7 @@ Result<Preset> preset_of_file(const std::string& path) {
     }
     return error(Code::kNotFound,
                  "no preset has a file '%s': name the model's preset, expected %s, or JSON",
-                 file.c_str(), list_of(preset_names()).c_str());
+                 file.c_str(), joined(preset_names()).c_str());
 }
 
 std::string models_folder() {

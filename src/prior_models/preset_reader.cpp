@@ -83,9 +83,8 @@ class Members {
         text(name, value, required);
         const auto* const found = std::find(std::begin(words), std::end(words), value);
         if (found != std::end(words)) return static_cast<std::size_t>(found - std::begin(words));
-        std::string all;
-        for (const char* const one : words) all += (all.empty() ? "" : ", ") + std::string(one);
-        refuse(std::string("has the ") + name + " '" + shown(value) + "', expected one of " + all);
+        refuse(std::string("has the ") + name + " '" + shown(value) + "', expected one of " +
+               joined(words));
         return 0;
     }
 

@@ -1,9 +1,10 @@
 #include "tables/table_reader.h"
 
 #include <algorithm>
-#include <charconv>
 
 #include "core/log.h"
+#include "core/number_in.h"
+#include "core/shown.h"
 
 namespace splat::tables {
 namespace {
@@ -68,8 +69,7 @@ Status other_type(const std::string& column, const Expected& expected) {
 }
 
 Status no_column(const char* name, const FileColumns& columns) {
-    std::string names;
-    for (const FileColumn& column : columns) names += (names.empty() ? "" : ", ") + column.name;
+    const std::string names = joined(columns, &FileColumn::name);
     return damaged("there is no column %s; columns: %s", name,
                    names.empty() ? "none" : names.c_str());
 }
@@ -183,9 +183,8 @@ Status TableReader::take_row(const Rows& rows, std::size_t row, std::size_t file
         const std::string_view text = rows.text(2, row);
         if (text.size() > kMaxFrameBytes)
             return bad("frame_id", format("more than %zu bytes", kMaxFrameBytes));
-        const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), out.frame);
-        if (code != std::errc() || end != text.data() + text.size() || out.frame < 0 ||
-            out.frame > kMaxFrame)
+        out.frame = number_in<std::int64_t>(text).value_or(-1);
+        if (out.frame < 0 || out.frame > kMaxFrame)
             return bad("frame_id",
                        format("'%.*s' is no number from 0 to %lld", static_cast<int>(text.size()),
                               text.data(), static_cast<long long>(kMaxFrame)));

@@ -1,9 +1,8 @@
 // Trainer::checkpoint and resume: one file of weights with the whole state of a training.
 
-#include <charconv>
-
 #include "config/config_file.h"
 #include "core/json.h"
+#include "core/number_in.h"
 #include "io/compress.h"
 #include "train/trainer.h"
 
@@ -25,9 +24,7 @@ std::uint32_t checksum(const io::NamedTensors& tensors) {
 Result<std::uint64_t> number_of(const io::Metadata& metadata, const std::string& key) {
     for (const auto& [name, text] : metadata) {
         if (name != key) continue;
-        std::uint64_t value = 0;
-        const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (failed == std::errc() && end == text.data() + text.size()) return value;
+        if (const auto value = number_in<std::uint64_t>(text)) return *value;
     }
     return error(Code::kFormat,
                  "checkpoint: no number '%s' in its metadata: the file is not a training state",

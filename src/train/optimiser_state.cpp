@@ -1,8 +1,8 @@
 // What an optimiser knows besides parameters and gradients: as tensors, as one file, and back.
 
-#include <charconv>
 #include <cmath>
 
+#include "core/number_in.h"
 #include "train/optimiser.h"
 
 namespace splat::train {
@@ -22,11 +22,11 @@ const std::string* find_text(const io::Metadata& metadata, const std::string& ke
 /// A number of the file's metadata. Errors: kInvalidArgument if there is none.
 template <class Number>
 Status take_number(const io::Metadata& metadata, const char* key, Number& number) {
-    if (const std::string* text = find_text(metadata, key)) {
-        const char* const last = text->data() + text->size();
-        const auto [end, failed] = std::from_chars(text->data(), last, number);
-        if (failed == std::errc() && end == last) return {};
-    }
+    if (const std::string* text = find_text(metadata, key))
+        if (const auto found = number_in<Number>(*text)) {
+            number = *found;
+            return {};
+        }
     return error(Code::kInvalidArgument,
                  "optimizer state: no number '%s' in its metadata: the weights are no state", key);
 }

@@ -3,12 +3,6 @@
 namespace splat::api {
 namespace {
 
-std::string text_of(std::initializer_list<std::int64_t> dims) {
-    std::string text;
-    for (const std::int64_t size : dims) text += (text.empty() ? "" : ", ") + std::to_string(size);
-    return "[" + text + "]";
-}
-
 bool has_shape(const Shape& shape, std::initializer_list<std::int64_t> dims) {
     if (shape.rank() != dims.size()) return false;
     std::uint32_t axis = 0;
@@ -47,7 +41,8 @@ Status TensorArguments::read(splat_tensor tensor, const char* name,
     SPLAT_ASSIGN(std::shared_ptr<TensorObject> object, find_tensor(tensor, name, context_, owner_));
     if (!has_shape(object->view.shape, dims))
         return error(Code::kShape, "%s has the shape %s, expected %s", name,
-                     object->view.shape.text().c_str(), text_of(dims).c_str());
+                     object->view.shape.text().c_str(),
+                     io::dims_text({dims.begin(), dims.size()}).c_str());
     view = object->view;
     arguments_.push_back({name, std::move(object), false});
     return {};

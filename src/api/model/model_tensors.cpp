@@ -1,7 +1,8 @@
 #include "api/model/model_tensors.h"
 
-#include <charconv>
 #include <optional>
+
+#include "core/number_in.h"
 
 namespace splat::api {
 namespace {
@@ -26,12 +27,9 @@ TensorName parse_name(const std::string& text) {
     name.base = name.gradient ? text.substr(5) : text;
     const std::size_t open = name.base.find('[');
     if (open == std::string::npos || !name.base.ends_with(']')) return name;
-    std::uint32_t object = 0;
-    const char* const end = name.base.data() + name.base.size() - 1;
-    const auto [stop, fault] = std::from_chars(name.base.data() + open + 1, end, object);
-    if (fault != std::errc() || stop != end) return name;
-    name.object = object;
-    name.base.resize(open);
+    const std::string_view index(&name.base[open + 1], name.base.size() - open - 2);
+    name.object = number_in<std::uint32_t>(index);
+    if (name.object) name.base.resize(open);
     return name;
 }
 
