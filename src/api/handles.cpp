@@ -30,8 +30,7 @@ struct Registry {
 
 /// Never destroyed: the process may destroy handles while it exits.
 Registry& registry() {
-    static Registry* const instance = new Registry;
-    return *instance;
+    return for_ever<Registry>();
 }
 
 template <class Object>

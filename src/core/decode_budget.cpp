@@ -8,15 +8,9 @@
 namespace splat {
 namespace {
 
-/// Never destroyed: files are read until the end of the process.
 struct SharedLimits {
     ForkMutex mutex;
     DecodeLimits limits;
-
-    static SharedLimits& get() {
-        static SharedLimits* const instance = new SharedLimits;
-        return *instance;
-    }
 };
 
 }  // namespace
@@ -28,13 +22,13 @@ std::uint64_t DecodeLimits::allowed(std::uint64_t file_bytes) const {
 }
 
 DecodeLimits decode_limits() {
-    SharedLimits& shared = SharedLimits::get();
+    auto& shared = for_ever<SharedLimits>();
     const std::lock_guard lock(shared.mutex);
     return shared.limits;
 }
 
 void set_decode_limits(const DecodeLimits& limits) {
-    SharedLimits& shared = SharedLimits::get();
+    auto& shared = for_ever<SharedLimits>();
     const std::lock_guard lock(shared.mutex);
     shared.limits = limits;
 }

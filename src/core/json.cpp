@@ -200,22 +200,4 @@ std::string json_quote(std::string_view text) {
     return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-Result<Json> parse_json(std::string_view text, const char* what) {
-    SPLAT_TRY(check_json_text(text, what));
-    bool too_deep = false;
-    const auto guard = [&too_deep](int depth, Json::parse_event_t event, Json&) {
-        const bool opens =
-            event == Json::parse_event_t::object_start || event == Json::parse_event_t::array_start;
-        too_deep = too_deep || (opens && depth >= kMaxJsonDepth);
-        return !too_deep;
-    };
-    try {
-        Json value = Json::parse(text, guard);
-        if (too_deep) return invalid("%s: JSON nests deeper than %d levels", what, kMaxJsonDepth);
-        return value;
-    } catch (const Json::exception& e) {
-        return invalid("%s: %s", what, invalid_json(e).c_str());
-    }
-}
-
 }  // namespace splat

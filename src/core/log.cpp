@@ -53,13 +53,8 @@ void count_in_child() {
     if (sink().current != nullptr) sink().current->running = this_thread().inside ? 1 : 0;
 }
 
-/// Never destroyed: threads may log while the process ends.
 Sink& sink() {
-    static Sink* const instance = [] {
-        at_fork_in_child(count_in_child);
-        return new Sink;
-    }();
-    return *instance;
+    return for_ever<Sink>(count_in_child);
 }
 
 /// Counts a running call, during which messages of this thread are dropped.

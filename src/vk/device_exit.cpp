@@ -26,11 +26,7 @@ void forget_devices() {
 }
 
 Validated& validated() {
-    static Validated* const all = [] {
-        at_fork_in_child(forget_devices);
-        return new Validated;
-    }();
-    return *all;
+    return for_ever<Validated>(forget_devices);
 }
 
 std::atomic<bool> g_ended{false};

@@ -26,12 +26,9 @@ void forget_instances() {
 }
 
 /// Guards g_instances and g_opened_by. Never destroyed: devices may live until the end of the process.
-ForkMutex& instances_mutex() {
-    static ForkMutex* const mutex = [] {
-        at_fork_in_child(forget_instances);
-        return new ForkMutex;
-    }();
-    return *mutex;
+struct InstancesMutex : ForkMutex {};
+InstancesMutex& instances_mutex() {
+    return for_ever<InstancesMutex>(forget_instances);
 }
 
 /// The layer's warnings of itself, from 1.3.280 on: its speed, and what it adds to the device for its own shaders.

@@ -23,11 +23,7 @@ void forget_compilers() {
 }
 
 Living& living() {
-    static Living* const all = [] {
-        at_fork_in_child(forget_compilers);
-        return new Living;
-    }();
-    return *all;
+    return for_ever<Living>(forget_compilers);
 }
 
 /// Ends their threads before the driver's static objects, which were constructed earlier, are destroyed, and
