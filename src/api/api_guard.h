@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <new>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "api/structs.h"
@@ -126,17 +127,15 @@ void give(const Info& filled, Info* info) {
 splat_result give_text(std::string_view text, char* buffer, std::size_t capacity,
                        std::size_t* needed);
 
-/// Run the body of an entry point that fills a caller's text buffer: `body(give)` calls
-/// `give(text)`.
+/// Run the body of an entry point that fills a caller's text buffer: `body()` returns the text, or a Result of it.
 template <class Body>
 splat_result guarded_text(char* buffer, std::size_t capacity, std::size_t* needed,
                           Body&& body) noexcept {
     splat_result given = SPLAT_OK;
     const splat_result result = guarded([&]() -> Status {
-        return body([&](std::string_view text) -> Status {
-            given = give_text(text, buffer, capacity, needed);
-            return {};
-        });
+        SPLAT_ASSIGN(const std::string text, Result<std::string>(body()));
+        given = give_text(text, buffer, capacity, needed);
+        return {};
     });
     return result != SPLAT_OK ? result : given;
 }

@@ -12,8 +12,8 @@ namespace {
 
 template <class Object>
 constexpr const char* kKind = nullptr;
-#define SPLAT_HANDLE_NAME(kind, object, handle) \
-    template <>                                 \
+#define SPLAT_HANDLE_NAME(kind, object, handle, argument) \
+    template <>                                           \
     constexpr const char* kKind<object> = #handle;
 SPLAT_HANDLE_KINDS(SPLAT_HANDLE_NAME)
 
@@ -125,7 +125,15 @@ bool Handles<Object, Handle>::interrupt(Handle handle) noexcept {
     return Interrupt::raise(reinterpret_cast<std::uintptr_t>(handle), kKind<Object>);
 }
 
-#define SPLAT_HANDLE_CODE(kind, object, handle) template struct Handles<object, handle>;
+#define SPLAT_HANDLE_CODE(kind, object, handle, argument) template struct Handles<object, handle>;
 SPLAT_HANDLE_KINDS(SPLAT_HANDLE_CODE)
 
 }  // namespace splat::api
+
+// splat_tensor_destroy and so on. The object lives on while others need it.
+#define SPLAT_HANDLE_DESTROY(kind, object, handle, argument)                         \
+    splat_result handle##_destroy(handle argument) {                                 \
+        return splat::api::guarded(                                                  \
+            [&] { return splat::api::kind::remove(argument, #argument).status(); }); \
+    }
+SPLAT_KINDS_BUT_DEVICES(SPLAT_HANDLE_DESTROY)

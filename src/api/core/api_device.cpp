@@ -96,7 +96,7 @@ splat_result give_profile(splat_device device, char* buffer, size_t capacity, si
                 "the device was created without SPLAT_DEVICE_PROFILE, so it has no profile");
         return (context.profile()->*text)(context.device().info().name);
     };
-    return api::report<api::Devices>(device, "device", buffer, capacity, needed, profile);
+    return api::report(device, buffer, capacity, needed, profile);
 }
 
 }  // namespace
@@ -134,7 +134,7 @@ splat_result splat_device_describe(uint32_t index, splat_device_info* info) {
 }
 
 splat_result splat_device_create(const splat_device_desc* desc, splat_device* device) {
-    return api::create<api::Devices>(device, "device", [&]() -> api::Devices::Made {
+    return api::create(device, [&]() -> api::Devices::Made {
         splat_device_desc complete{};
         complete.struct_size = sizeof complete;
         if (desc != nullptr) {
@@ -158,11 +158,11 @@ splat_result splat_device_destroy(splat_device device) {
 
 splat_result splat_device_cancel(splat_device device) {
     if (api::Devices::interrupt(device)) return SPLAT_OK;
-    return api::guarded([&] { return api::Devices::find(device, "device").status(); });
+    return api::guarded([&] { return api::find(device).status(); });
 }
 
 splat_result splat_device_get_info(splat_device device, splat_device_info* info) {
-    return api::describe<api::Devices>(device, "device", info, "info", [&](auto& object) {
+    return api::describe(device, info, "info", [&](auto& object) {
         splat_device_info filled = info_of(object.context->device().info());
         filled.kernels = static_cast<splat_kernels>(object.context->device().kernels());
         return filled;
@@ -170,7 +170,7 @@ splat_result splat_device_get_info(splat_device device, splat_device_info* info)
 }
 
 splat_result splat_device_get_memory(splat_device device, splat_memory_info* info) {
-    return api::describe<api::Devices>(device, "device", info, "info", [](auto& object) {
+    return api::describe(device, info, "info", [](auto& object) {
         const vk::MemoryUse use = object.context->memory().use();
         return splat_memory_info{.struct_size = 0,
                                  .allocations = use.allocations,
@@ -192,7 +192,7 @@ splat_result splat_device_profile_table(splat_device device, char* buffer, size_
 }
 
 splat_result splat_device_profile_reset(splat_device device) {
-    return api::with<api::Devices>(device, "device", [&](const auto& object) -> Status {
+    return api::with(device, [&](const auto& object) -> Status {
         if (object->context->profile() == nullptr)
             return error(
                 Code::kInvalidState,

@@ -15,7 +15,7 @@ namespace {
 using TensorPointer = std::shared_ptr<api::TensorObject>;
 
 Result<TensorPointer> create(splat_device device, const splat_tensor_desc* desc) {
-    SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+    SPLAT_ASSIGN(const auto owner, api::find(device));
     SPLAT_TRY(api::check_desc(desc, 0));
     if (desc->dtype < 0 || desc->dtype > SPLAT_DTYPE_U32)
         return invalid("splat_tensor_desc.dtype is %d, expected 0 to %d", desc->dtype,
@@ -150,13 +150,13 @@ Result<ops::TensorStats> measure(api::TensorObject& tensor) {
 
 splat_result splat_tensor_create(splat_device device, const splat_tensor_desc* desc,
                                  splat_tensor* tensor) {
-    return api::create<api::Tensors>(tensor, "tensor", [&] { return create(device, desc); });
+    return api::create(tensor, [&] { return create(device, desc); });
 }
 
 splat_result splat_tensor_from_host(splat_device device, const splat_tensor_desc* desc,
                                     const void* data, size_t bytes, const int64_t* strides,
                                     splat_tensor* tensor) {
-    return api::create<api::Tensors>(tensor, "tensor", [&]() -> api::Tensors::Made {
+    return api::create(tensor, [&]() -> api::Tensors::Made {
         SPLAT_TRY(api::require(data, "data"));
         SPLAT_ASSIGN(TensorPointer object, create(device, desc));
         SPLAT_TRY(write(*object, data, bytes, strides));
@@ -166,32 +166,28 @@ splat_result splat_tensor_from_host(splat_device device, const splat_tensor_desc
 
 splat_result splat_tensor_write(splat_tensor tensor, const void* data, size_t bytes,
                                 const int64_t* strides) {
-    return api::with<api::Tensors>(tensor, "tensor", [&](const auto& object) -> Status {
-        return write(*object, data, bytes, strides);
-    });
+    return api::with(
+        tensor, [&](const auto& object) -> Status { return write(*object, data, bytes, strides); });
 }
 
 splat_result splat_tensor_read(splat_tensor tensor, void* data, size_t bytes,
                                const int64_t* strides) {
-    return api::with<api::Tensors>(tensor, "tensor", [&](const auto& object) -> Status {
-        return read(*object, data, bytes, strides);
-    });
+    return api::with(
+        tensor, [&](const auto& object) -> Status { return read(*object, data, bytes, strides); });
 }
 
 splat_result splat_tensor_map(splat_tensor tensor, splat_access access, void** pointer,
                               size_t* bytes) {
-    return api::with<api::Tensors>(tensor, "tensor", [&](const auto& object) -> Status {
-        return map(*object, access, pointer, bytes);
-    });
+    return api::with(
+        tensor, [&](const auto& object) -> Status { return map(*object, access, pointer, bytes); });
 }
 
 splat_result splat_tensor_unmap(splat_tensor tensor) {
-    return api::with<api::Tensors>(tensor, "tensor",
-                                   [&](const auto& object) -> Status { return unmap(*object); });
+    return api::with(tensor, [&](const auto& object) -> Status { return unmap(*object); });
 }
 
 splat_result splat_tensor_host_pointer(splat_tensor tensor, void** pointer, size_t* bytes) {
-    return api::with<api::Tensors>(tensor, "tensor", [&](const auto& object) -> Status {
+    return api::with(tensor, [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(pointer, "pointer"));
         SPLAT_TRY(api::check_unmapped(*object));
         SPLAT_ASSIGN(void* const host, api::host_pointer(*object));
@@ -203,7 +199,7 @@ splat_result splat_tensor_host_pointer(splat_tensor tensor, void** pointer, size
 }
 
 splat_result splat_tensor_to_dlpack(splat_tensor tensor, DLManagedTensorVersioned** managed) {
-    return api::with<api::Tensors>(tensor, "tensor", [&](const auto& object) -> Status {
+    return api::with(tensor, [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(managed, "managed"));
         SPLAT_TRY(api::check_unmapped(*object));
         SPLAT_ASSIGN(*managed, api::dlpack_of(object));
@@ -213,7 +209,7 @@ splat_result splat_tensor_to_dlpack(splat_tensor tensor, DLManagedTensorVersione
 }
 
 splat_result splat_tensor_get_info(splat_tensor tensor, splat_tensor_info* info) {
-    return api::describe<api::Tensors>(tensor, "tensor", info, "info", [&](auto& object) {
+    return api::describe(tensor, info, "info", [&](auto& object) {
         splat_tensor_info filled{};
         const Shape& shape = object.view.shape;
         filled.dtype = object.dtype;
@@ -229,19 +225,14 @@ splat_result splat_tensor_get_info(splat_tensor tensor, splat_tensor_info* info)
 }
 
 splat_result splat_tensor_check(splat_tensor tensor, splat_tensor_stats* stats) {
-    return api::describe<api::Tensors>(
-        tensor, "tensor", stats, "stats", [&](auto& object) -> Result<splat_tensor_stats> {
-            SPLAT_ASSIGN(const ops::TensorStats measured, measure(object));
-            splat_tensor_stats filled{};
-            filled.nan_count = measured.nan_count;
-            filled.inf_count = measured.inf_count;
-            filled.min = measured.min;
-            filled.max = measured.max;
-            filled.mean = measured.mean;
-            return filled;
-        });
-}
-
-splat_result splat_tensor_destroy(splat_tensor tensor) {
-    return api::destroy<api::Tensors>(tensor, "tensor");
+    return api::describe(tensor, stats, "stats", [&](auto& object) -> Result<splat_tensor_stats> {
+        SPLAT_ASSIGN(const ops::TensorStats measured, measure(object));
+        splat_tensor_stats filled{};
+        filled.nan_count = measured.nan_count;
+        filled.inf_count = measured.inf_count;
+        filled.min = measured.min;
+        filled.max = measured.max;
+        filled.mean = measured.mean;
+        return filled;
+    });
 }

@@ -61,7 +61,7 @@ Status check_views(const splat_dataset_views& views, std::uint64_t n, std::uint6
 }  // namespace
 
 splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* dataset) {
-    return api::create<api::Datasets>(dataset, "dataset", [&]() -> api::Datasets::Made {
+    return api::create(dataset, [&]() -> api::Datasets::Made {
         SPLAT_TRY(api::check_desc(desc, kMapFlags | SPLAT_DATA_LENIENT | SPLAT_DATA_ALLOW_MISSING));
         SPLAT_TRY(api::require(desc->path, "desc.path"));
         data::DatasetDesc value;
@@ -88,13 +88,13 @@ splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* d
 
 splat_result splat_dataset_report(splat_dataset dataset, char* buffer, size_t capacity,
                                   size_t* needed) {
-    return api::report<api::Datasets>(dataset, "dataset", buffer, capacity, needed,
-                                      [](auto& object) { return object.report; });
+    return api::report(dataset, buffer, capacity, needed,
+                       [](auto& object) { return object.report; });
 }
 
 splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const uint32_t* views,
                                 uint32_t count, splat_dataset_views* out) {
-    return api::with<api::Datasets>(dataset, "dataset", [&](const auto& found) -> Status {
+    return api::with(dataset, [&](const auto& found) -> Status {
         if (count > 0) SPLAT_TRY(api::require(views, "views"));
         SPLAT_TRY(api::require(out, "out"));
         SPLAT_TRY(api::check_size(*out));
@@ -108,22 +108,15 @@ splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const ui
 
 splat_result splat_dataset_check(splat_dataset dataset, uint32_t object, char* buffer,
                                  size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto found, api::Datasets::find(dataset, "dataset"));
-        SPLAT_ASSIGN(const std::string text, data::check_text(*found->dataset, object));
-        return give(text);
-    });
+    return api::report(dataset, buffer, capacity, needed,
+                       [object](auto& found) { return data::check_text(*found.dataset, object); });
 }
 
 splat_result splat_path_name(const char* name, char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
         SPLAT_TRY(api::require(name, "name"));
-        return give(PathName(name).text());
+        return PathName(name).text();
     });
-}
-
-splat_result splat_dataset_destroy(splat_dataset dataset) {
-    return api::destroy<api::Datasets>(dataset, "dataset");
 }
 
 splat_result splat_synthetic_write(const splat_synthetic_desc* desc, uint32_t index) {

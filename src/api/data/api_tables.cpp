@@ -63,7 +63,7 @@ splat_result splat_dataset_import(const splat_dataset_import_desc* desc,
 
 splat_result splat_dataset_export(splat_dataset dataset, const splat_dataset_export_desc* desc,
                                   splat_progress_callback callback, void* user) {
-    return api::with<api::Datasets>(dataset, "dataset", [&](const auto& found) -> Status {
+    return api::with(dataset, [&](const auto& found) -> Status {
         SPLAT_TRY(api::check_desc(desc, 0));
         SPLAT_TRY(api::require(desc->path, "desc.path"));
         if (desc->object_count > 0) SPLAT_TRY(api::require(desc->objects, "desc.objects"));

@@ -49,7 +49,7 @@ splat_metric metric_of(const std::string& name) {
 /// Call `body(finding)` with the comparison in one metric.
 template <class Body>
 splat_result with_metric(splat_comparison comparison, std::uint32_t index, Body&& body) {
-    return api::with<api::Comparisons>(comparison, "comparison", [&](const auto& found) -> Status {
+    return api::with(comparison, [&](const auto& found) -> Status {
         const std::vector<eval::MetricFinding>& metrics = found->comparison.metrics;
         if (index >= metrics.size())
             return invalid("index is %u, expected less than %zu metrics", index, metrics.size());
@@ -67,7 +67,7 @@ Status check_samples(const double* samples, std::uint64_t room, std::size_t need
 }  // namespace
 
 splat_result splat_compare_scores(const splat_compare_desc* desc, splat_comparison* comparison) {
-    return api::create<api::Comparisons>(comparison, "comparison", [&]() -> api::Comparisons::Made {
+    return api::create(comparison, [&]() -> api::Comparisons::Made {
         SPLAT_TRY(api::check_desc(desc, SPLAT_COMPARE_UNPAIRED));
         SPLAT_ASSIGN(const eval::ScoreTable a, score_table(desc->a, "a"));
         SPLAT_ASSIGN(const eval::ScoreTable b, score_table(desc->b, "b"));
@@ -83,18 +83,17 @@ splat_result splat_compare_scores(const splat_compare_desc* desc, splat_comparis
 }
 
 splat_result splat_comparison_get_info(splat_comparison comparison, splat_comparison_info* info) {
-    return api::describe<api::Comparisons>(
-        comparison, "comparison", info, "info", [&](auto& object) {
-            const eval::ScoreComparison& found = object.comparison;
-            splat_comparison_info filled{};
-            filled.metrics = static_cast<std::uint32_t>(found.metrics.size());
-            filled.objects_a = found.objects_a;
-            filled.objects_b = found.objects_b;
-            filled.shared_objects = found.shared;
-            filled.unpaired = found.unpaired ? 1 : 0;
-            filled.comparable = found.comparable ? 1 : 0;
-            return filled;
-        });
+    return api::describe(comparison, info, "info", [&](auto& object) {
+        const eval::ScoreComparison& found = object.comparison;
+        splat_comparison_info filled{};
+        filled.metrics = static_cast<std::uint32_t>(found.metrics.size());
+        filled.objects_a = found.objects_a;
+        filled.objects_b = found.objects_b;
+        filled.shared_objects = found.shared;
+        filled.unpaired = found.unpaired ? 1 : 0;
+        filled.comparable = found.comparable ? 1 : 0;
+        return filled;
+    });
 }
 
 splat_result splat_comparison_metric(splat_comparison comparison, uint32_t index,
@@ -138,11 +137,6 @@ splat_result splat_comparison_samples(splat_comparison comparison, uint32_t inde
 
 splat_result splat_comparison_report(splat_comparison comparison, char* buffer, size_t capacity,
                                      size_t* needed) {
-    return api::report<api::Comparisons>(
-        comparison, "comparison", buffer, capacity, needed,
-        [](auto& object) { return eval::comparison_text(object.comparison); });
-}
-
-splat_result splat_comparison_destroy(splat_comparison comparison) {
-    return api::destroy<api::Comparisons>(comparison, "comparison");
+    return api::report(comparison, buffer, capacity, needed,
+                       [](auto& object) { return eval::comparison_text(object.comparison); });
 }

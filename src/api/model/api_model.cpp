@@ -68,12 +68,10 @@ std::string report_of(api::ModelObject& object) {
 
 /// A live model and its device, locked while `body` runs. No tensor of the model is mapped.
 template <class Body>
-splat_result locked(splat_model model, Body&& body) {
-    return api::guarded([&] {
-        return api::use<api::Models>(model, "model", [&](api::ModelObject& object) -> Status {
-            SPLAT_TRY(object.model->check_unmapped());
-            return body(object);
-        });
+splat_result unmapped(splat_model model, Body&& body) {
+    return api::locked(model, [&](auto& object) -> Status {
+        SPLAT_TRY(object.model->check_unmapped());
+        return body(object);
     });
 }
 
@@ -137,15 +135,15 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
         SPLAT_ASSIGN(object->model, model::Model::create(*object->context, config, options));
         return object;
     };
-    return api::create_of<api::Devices, api::Models>(device, "device", model, "model", make);
+    return api::create_of(device, model, make);
 }
 
 splat_result splat_model_init(splat_model model, uint64_t seed) {
-    return locked(model, [&](api::ModelObject& object) { return object.model->init(seed); });
+    return unmapped(model, [&](api::ModelObject& object) { return object.model->init(seed); });
 }
 
 splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t flags) {
-    return locked(model, [&](api::ModelObject& object) -> Status {
+    return unmapped(model, [&](api::ModelObject& object) -> Status {
         SPLAT_ASSIGN(const auto file, api::weights_to_use(weights, "weights"));
         SPLAT_TRY(api::check_flags(flags, 2 * SPLAT_LOAD_ADAPTERS - 1));
         model::LoadReport report = object.load.get();
@@ -169,7 +167,7 @@ splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t
 }
 
 splat_result splat_model_store(splat_model model, splat_weights* weights) {
-    return locked(model, [&](api::ModelObject& object) -> Status {
+    return unmapped(model, [&](api::ModelObject& object) -> Status {
         SPLAT_TRY(api::require(weights, "weights"));
         auto made = std::make_shared<api::WeightsObject>();
         SPLAT_ASSIGN(made->file.tensors, model::save_state(*object.model));
@@ -180,7 +178,7 @@ splat_result splat_model_store(splat_model model, splat_weights* weights) {
 }
 
 splat_result splat_model_export(splat_model model, splat_export what, splat_weights* weights) {
-    return locked(model, [&](api::ModelObject& object) -> Status {
+    return unmapped(model, [&](api::ModelObject& object) -> Status {
         SPLAT_TRY(api::require(weights, "weights"));
         if (what != SPLAT_EXPORT_ADAPTERS && what != SPLAT_EXPORT_MERGED)
             return invalid("what is %d, expected SPLAT_EXPORT_*", what);
@@ -200,20 +198,16 @@ splat_result splat_model_export(splat_model model, splat_export what, splat_weig
 }
 
 splat_result splat_model_report(splat_model model, char* buffer, size_t capacity, size_t* needed) {
-    return api::report<api::Models>(model, "model", buffer, capacity, needed,
-                                    [](auto& object) { return report_of(object); });
+    return api::report(model, buffer, capacity, needed,
+                       [](auto& object) { return report_of(object); });
 }
 
 splat_result splat_model_scene(splat_model model, uint32_t object, splat_scene* scene) {
-    return locked(model, [&](api::ModelObject& from) -> Status {
+    return unmapped(model, [&](api::ModelObject& from) -> Status {
         SPLAT_TRY(api::require(scene, "scene"));
         auto made = std::make_shared<api::SceneObject>();
         SPLAT_ASSIGN(made->gaussians, gaussians_of(from, object));
         *scene = api::Scenes::add(std::move(made));
         return {};
     });
-}
-
-splat_result splat_model_destroy(splat_model model) {
-    return api::destroy<api::Models>(model, "model");
 }

@@ -66,18 +66,17 @@ Result<std::vector<splat_port>> ports_of(const api::ModelObject& object, splat_p
 }  // namespace
 
 splat_result splat_model_get_info(splat_model model, splat_model_info* info) {
-    return api::describe<api::Models>(model, "model", info, "info",
-                                      [](auto& object) { return info_of(object); });
+    return api::describe(model, info, "info", [](auto& object) { return info_of(object); });
 }
 
 splat_result splat_model_ports(splat_model model, splat_port_kind kind, splat_port* ports,
                                uint32_t capacity, uint32_t* count) {
-    return api::list_ports<api::Models>(model, "model", ports, capacity, count,
-                                        [&](auto& object) { return ports_of(object, kind); });
+    return api::list_ports(model, ports, capacity, count,
+                           [&](auto& object) { return ports_of(object, kind); });
 }
 
 splat_result splat_model_tensor(splat_model model, const char* name, splat_tensor* tensor) {
-    return api::with<api::Models>(model, "model", [&](const auto& object) -> Status {
+    return api::with(model, [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(name, "name", tensor, "tensor"));
         auto made = std::make_shared<api::TensorObject>(object->context);
         {

@@ -12,12 +12,6 @@ using namespace splat;
 
 namespace {
 
-/// A live model and its device, locked while `body` runs.
-template <class Body>
-splat_result with_model(splat_model model, Body&& body) {
-    return api::guarded([&] { return api::use<api::Models>(model, "model", body); });
-}
-
 Status expect_no_arrays(const char* type, std::initializer_list<const void*> arrays) {
     const bool given = std::any_of(arrays.begin(), arrays.end(),
                                    [](const void* array) { return array != nullptr; });
@@ -170,7 +164,7 @@ Status write_gradients(api::ModelObject& object, const splat_model_gradients& fr
 }  // namespace
 
 splat_result splat_model_forward(splat_model model, const splat_model_input* input) {
-    return with_model(model, [&](api::ModelObject& object) -> Status {
+    return api::locked(model, [&](auto& object) -> Status {
         splat_model_input taken{};
         SPLAT_TRY(api::take_input(input, "input", taken));
         return run_model(object, taken);
@@ -178,7 +172,7 @@ splat_result splat_model_forward(splat_model model, const splat_model_input* inp
 }
 
 splat_result splat_model_backward(splat_model model, const splat_model_gradients* gradients) {
-    return with_model(model, [&](api::ModelObject& object) -> Status {
+    return api::locked(model, [&](auto& object) -> Status {
         splat_model_gradients taken{};
         SPLAT_TRY(api::take_input(gradients, "gradients", taken));
         SPLAT_TRY(api::check_flags(taken.flags, SPLAT_PASS_TENSORS, "splat_model_gradients.flags"));
@@ -201,14 +195,14 @@ splat_result splat_model_backward(splat_model model, const splat_model_gradients
 }
 
 splat_result splat_model_zero_gradients(splat_model model) {
-    return with_model(model, [&](api::ModelObject& object) -> Status {
+    return api::locked(model, [&](auto& object) -> Status {
         SPLAT_TRY(object.model->check_unmapped());
         return object.model->parameters().zero_gradients();
     });
 }
 
 splat_result splat_model_read(splat_model model, const char* name, float* values, size_t bytes) {
-    return with_model(model, [&](api::ModelObject& object) -> Status {
+    return api::locked(model, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(name, "name", values, "values"));
         SPLAT_ASSIGN(api::ModelTensor found,
                      api::find_model_tensor(*object.model, object.objects, name));
@@ -225,7 +219,7 @@ splat_result splat_model_read(splat_model model, const char* name, float* values
 
 splat_result splat_model_write(splat_model model, const char* name, const float* values,
                                size_t bytes) {
-    return with_model(model, [&](api::ModelObject& object) -> Status {
+    return api::locked(model, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(name, "name", values, "values"));
         nn::Parameters& parameters = object.model->parameters();
         const nn::Parameter* parameter = parameters.find(name);

@@ -7,12 +7,6 @@ using namespace splat;
 
 namespace {
 
-/// A live module and its device, locked while `body` runs.
-template <class Body>
-splat_result locked(splat_module module, Body&& body) {
-    return api::guarded([&] { return api::use<api::Modules>(module, "module", body); });
-}
-
 Result<model::ModuleDesc> desc_of(const splat_module_desc& given) {
     SPLAT_TRY(api::require(given.type, "splat_module_desc.type"));
     if (given.port_count > 64)
@@ -123,55 +117,49 @@ splat_result splat_module_create(splat_device device, const splat_module_desc* d
         SPLAT_ASSIGN(object->module, model::Module::create(*object->context, wanted));
         return object;
     };
-    return api::create_of<api::Devices, api::Modules>(device, "device", module, "module", make);
+    return api::create_of(device, module, make);
 }
 
 splat_result splat_module_init(splat_module module, uint64_t seed) {
-    return locked(module, [&](api::ModuleObject& object) { return object.module->init(seed); });
+    return api::locked(module, [&](auto& object) { return object.module->init(seed); });
 }
 
 splat_result splat_module_report(splat_module module, char* buffer, size_t capacity,
                                  size_t* needed) {
-    return api::report<api::Modules>(module, "module", buffer, capacity, needed,
-                                     [](auto& object) { return report_of(*object.module); });
+    return api::report(module, buffer, capacity, needed,
+                       [](auto& object) { return report_of(*object.module); });
 }
 
 splat_result splat_module_ports(splat_module module, splat_port_kind kind, splat_port* ports,
                                 uint32_t capacity, uint32_t* count) {
-    return api::list_ports<api::Modules>(
-        module, "module", ports, capacity, count,
-        [&](auto& object) { return module_ports(*object.module, kind); });
+    return api::list_ports(module, ports, capacity, count,
+                           [&](auto& object) { return module_ports(*object.module, kind); });
 }
 
 splat_result splat_module_write(splat_module module, const char* name, const float* values,
                                 size_t bytes) {
-    return locked(module, [&](api::ModuleObject& object) -> Status {
+    return api::locked(module, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(name, "name", values, "values"));
         return object.module->write(name, values, bytes);
     });
 }
 
 splat_result splat_module_read(splat_module module, const char* name, float* values, size_t bytes) {
-    return locked(module, [&](api::ModuleObject& object) -> Status {
+    return api::locked(module, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(name, "name", values, "values"));
         return object.module->read(name, values, bytes);
     });
 }
 
 splat_result splat_module_forward(splat_module module) {
-    return locked(module, [](api::ModuleObject& object) { return object.module->forward(); });
+    return api::locked(module, [](auto& object) { return object.module->forward(); });
 }
 
 splat_result splat_module_backward(splat_module module) {
-    return locked(module, [](api::ModuleObject& object) { return object.module->backward(); });
+    return api::locked(module, [](auto& object) { return object.module->backward(); });
 }
 
 splat_result splat_module_zero_gradients(splat_module module) {
-    return locked(module, [](api::ModuleObject& object) {
-        return object.module->parameters().zero_gradients();
-    });
-}
-
-splat_result splat_module_destroy(splat_module module) {
-    return api::destroy<api::Modules>(module, "module");
+    return api::locked(module,
+                       [](auto& object) { return object.module->parameters().zero_gradients(); });
 }

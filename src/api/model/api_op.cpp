@@ -69,7 +69,7 @@ Status check_counts(const ops::OpRow& row, const splat_op_desc& desc) {
 }
 
 Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_op_desc* desc) {
-    SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+    SPLAT_ASSIGN(const auto owner, api::find(device));
     SPLAT_TRY(api::check_desc(desc, SPLAT_OP_ACCUMULATE));
     SPLAT_TRY(api::require(desc->type, "splat_op_desc.type"));
     SPLAT_ASSIGN(const ops::OpRow* row, ops::find_op(desc->type));
@@ -109,7 +109,7 @@ Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_o
 
 splat_result run_op(splat_op op, Status (nn::OpInstance::*pass)(),
                     std::vector<TensorPointer> api::OpObject::*written) {
-    return api::with<api::Ops>(op, "op", [&](const auto& object) -> Status {
+    return api::with(op, [&](const auto& object) -> Status {
         const std::lock_guard lock(object->context->mutex);
         for (const TensorPointer& tensor : object->tensors) SPLAT_TRY(api::check_unmapped(*tensor));
         for (const TensorPointer& tensor : (*object).*written) tensor->written();
@@ -149,12 +149,11 @@ std::string make_list() {
 }  // namespace
 
 splat_result splat_op_list(char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed,
-                             [&](auto give) -> Status { return give(make_list()); });
+    return api::guarded_text(buffer, capacity, needed, [] { return make_list(); });
 }
 
 splat_result splat_op_create(splat_device device, const splat_op_desc* desc, splat_op* op) {
-    return api::create<api::Ops>(op, "op", [&] { return create(device, desc); });
+    return api::create(op, [&] { return create(device, desc); });
 }
 
 splat_result splat_op_forward(splat_op op) {
@@ -163,8 +162,4 @@ splat_result splat_op_forward(splat_op op) {
 
 splat_result splat_op_backward(splat_op op) {
     return run_op(op, &nn::OpInstance::backward, &api::OpObject::grad_inputs);
-}
-
-splat_result splat_op_destroy(splat_op op) {
-    return api::destroy<api::Ops>(op, "op");
 }

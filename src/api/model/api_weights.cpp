@@ -84,7 +84,7 @@ Result<io::NamedTensor> named_tensor(const splat_named_array& array, const std::
 }  // namespace
 
 splat_result splat_weights_load(const char* path, uint32_t flags, splat_weights* weights) {
-    return api::create<api::Weights>(weights, "weights", [&]() -> api::Weights::Made {
+    return api::create(weights, [&]() -> api::Weights::Made {
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_TRY(api::check_flags(flags, SPLAT_WEIGHTS_COPY));
         SPLAT_ASSIGN(const std::string file_path, predict::weights_named(path));
@@ -95,7 +95,7 @@ splat_result splat_weights_load(const char* path, uint32_t flags, splat_weights*
 }
 
 splat_result splat_weights_load_memory(const void* data, size_t bytes, splat_weights* weights) {
-    return api::create<api::Weights>(weights, "weights", [&]() -> api::Weights::Made {
+    return api::create(weights, [&]() -> api::Weights::Made {
         SPLAT_TRY(api::require(data, "data"));
         SPLAT_ASSIGN(io::WeightsFile file,
                      io::read_weights(
@@ -106,7 +106,7 @@ splat_result splat_weights_load_memory(const void* data, size_t bytes, splat_wei
 
 splat_result splat_weights_from_arrays(const splat_named_array* arrays, uint64_t count,
                                        splat_weights* weights) {
-    return api::create<api::Weights>(weights, "weights", [&]() -> api::Weights::Made {
+    return api::create(weights, [&]() -> api::Weights::Made {
         if (count > 0) SPLAT_TRY(api::require(arrays, "arrays"));
         auto object = std::make_shared<api::WeightsObject>();
         for (std::uint64_t i = 0; i < count; ++i) {
@@ -143,7 +143,7 @@ splat_result splat_weights_save_memory(splat_weights weights, splat_weights_form
 }
 
 splat_result splat_weights_count(splat_weights weights, uint32_t* count) {
-    return api::with<api::Weights>(weights, "weights", [&](const auto& object) -> Status {
+    return api::with(weights, [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(count, "count"));
         *count = static_cast<std::uint32_t>(object->file.tensors.size());
         return {};
@@ -152,7 +152,7 @@ splat_result splat_weights_count(splat_weights weights, uint32_t* count) {
 
 splat_result splat_weights_get_info(splat_weights weights, uint32_t index,
                                     splat_weights_info* info) {
-    return api::with<api::Weights>(weights, "weights", [&](const auto& object) -> Status {
+    return api::with(weights, [&](const auto& object) -> Status {
         SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(*object, index));
         SPLAT_TRY(api::check_fill(info, "info"));
         splat_weights_info filled{};
@@ -167,7 +167,7 @@ splat_result splat_weights_get_info(splat_weights weights, uint32_t index,
 }
 
 splat_result splat_weights_find(splat_weights weights, const char* name, uint32_t* index) {
-    return api::with<api::Weights>(weights, "weights", [&](const auto& object) -> Status {
+    return api::with(weights, [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(name, "name", index, "index"));
         const io::NamedTensors& tensors = object->file.tensors;
         const io::NamedTensor* found = tensors.find(name);
@@ -180,7 +180,7 @@ splat_result splat_weights_find(splat_weights weights, const char* name, uint32_
 
 splat_result splat_weights_read(splat_weights weights, uint32_t index, float* values,
                                 size_t bytes) {
-    return api::with<api::Weights>(weights, "weights", [&](const auto& object) -> Status {
+    return api::with(weights, [&](const auto& object) -> Status {
         SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(*object, index));
         const std::size_t wanted = tensor->values.size() * sizeof(float);
         if (wanted > 0 || bytes > 0) SPLAT_TRY(api::require(values, "values"));
@@ -195,7 +195,7 @@ splat_result splat_weights_read(splat_weights weights, uint32_t index, float* va
 
 splat_result splat_weights_data(splat_weights weights, uint32_t index, const float** values,
                                 uint64_t* count) {
-    return api::with<api::Weights>(weights, "weights", [&](const auto& object) -> Status {
+    return api::with(weights, [&](const auto& object) -> Status {
         SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(*object, index));
         SPLAT_TRY(api::require(values, "values"));
         SPLAT_TRY(object->file.tensors.unchanged());
@@ -207,13 +207,13 @@ splat_result splat_weights_data(splat_weights weights, uint32_t index, const flo
 
 splat_result splat_weights_report(splat_weights weights, char* buffer, size_t capacity,
                                   size_t* needed) {
-    return api::report<api::Weights>(weights, "weights", buffer, capacity, needed,
-                                     [](auto& object) { return weights_report(object); });
+    return api::report(weights, buffer, capacity, needed,
+                       [](auto& object) { return weights_report(object); });
 }
 
 splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, double alpha,
                                 uint32_t flags, splat_weights* folded) {
-    return api::create<api::Weights>(folded, "folded", [&]() -> api::Weights::Made {
+    return api::create(folded, "folded", [&]() -> api::Weights::Made {
         SPLAT_ASSIGN(const auto from, api::weights_to_use(weights, "weights"));
         auto given = from;
         if (adapters != nullptr) {
@@ -237,8 +237,4 @@ splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, d
         made->from = "model";
         return made;
     });
-}
-
-splat_result splat_weights_destroy(splat_weights weights) {
-    return api::destroy<api::Weights>(weights, "weights");
 }

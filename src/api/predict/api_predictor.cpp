@@ -126,7 +126,7 @@ std::string predictor_report(const api::PredictorObject& object, const io::Weigh
 }
 
 Result<PredictorPointer> make_predictor(splat_device device, const splat_predictor_desc& desc) {
-    SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+    SPLAT_ASSIGN(const auto owner, api::find(device));
     auto object = std::make_shared<api::PredictorObject>(owner->context);
     if (desc.weights_path != nullptr) object->path = desc.weights_path;
     if (desc.weights == nullptr) {
@@ -225,7 +225,7 @@ splat_result predict_with(splat_predictor predictor, splat_scene* scene,
         *scene = api::Scenes::add(std::move(added));
         return {};
     };
-    const splat_result result = api::with<api::Predictors>(predictor, "predictor", predict);
+    const splat_result result = api::with(predictor, predict);
     return result == SPLAT_OK && !fitted ? SPLAT_INCOMPLETE : result;
 }
 
@@ -233,16 +233,14 @@ splat_result predict_with(splat_predictor predictor, splat_scene* scene,
 
 splat_result splat_builtin_weights(const char* name, char* buffer, size_t capacity,
                                    size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const std::string path,
-                     predict::builtin_weights(name == nullptr ? predict::kDefaultWeights : name));
-        return give(path);
+    return api::guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
+        return predict::builtin_weights(name == nullptr ? predict::kDefaultWeights : name);
     });
 }
 
 splat_result splat_predictor_create(splat_device device, const splat_predictor_desc* desc,
                                     splat_predictor* predictor) {
-    return api::create<api::Predictors>(predictor, "predictor", [&]() -> Result<PredictorPointer> {
+    return api::create(predictor, [&]() -> Result<PredictorPointer> {
         splat_predictor_desc full{};
         if (desc != nullptr) {
             SPLAT_TRY(api::check_desc(desc, 0));
@@ -253,7 +251,7 @@ splat_result splat_predictor_create(splat_device device, const splat_predictor_d
 }
 
 splat_result splat_predictor_get_info(splat_predictor predictor, splat_predictor_info* info) {
-    return api::describe<api::Predictors>(predictor, "predictor", info, "info", [](auto& object) {
+    return api::describe(predictor, info, "info", [](auto& object) {
         const config::ModelConfig& network = object.settings.network;
         splat_predictor_info filled{};
         filled.views = network.views;
@@ -275,8 +273,8 @@ splat_result splat_predictor_get_info(splat_predictor predictor, splat_predictor
 
 splat_result splat_predictor_report(splat_predictor predictor, char* buffer, size_t capacity,
                                     size_t* needed) {
-    return api::report<api::Predictors>(predictor, "predictor", buffer, capacity, needed,
-                                        [](auto& object) { return object.report; });
+    return api::report(predictor, buffer, capacity, needed,
+                       [](auto& object) { return object.report; });
 }
 
 splat_result splat_predictor_predict(splat_predictor predictor, const splat_picture* pictures,
@@ -301,7 +299,7 @@ splat_result splat_predictor_predict_object(splat_predictor predictor, splat_dat
                                             uint32_t object, const uint32_t* views, uint32_t count,
                                             splat_scene* scene, splat_prediction* prediction) {
     const auto read = [&](const api::PredictorObject& from, Predicted& made) -> Status {
-        SPLAT_ASSIGN(const auto data, api::Datasets::find(dataset, "dataset"));
+        SPLAT_ASSIGN(const auto data, api::find(dataset));
         SPLAT_TRY(api::require(views, "views"));
         const std::uint32_t inputs = from.settings.network.views;
         if (count < inputs)
@@ -317,14 +315,9 @@ splat_result splat_predictor_predict_object(splat_predictor predictor, splat_dat
 
 splat_result splat_prediction_report(const splat_prediction* prediction, char* buffer,
                                      size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
         splat_prediction taken{};
         SPLAT_TRY(api::take_input(prediction, "prediction", taken));
-        SPLAT_ASSIGN(const std::string text, api::prediction_text(taken));
-        return give(text);
+        return api::prediction_text(taken);
     });
-}
-
-splat_result splat_predictor_destroy(splat_predictor predictor) {
-    return api::destroy<api::Predictors>(predictor, "predictor");
 }

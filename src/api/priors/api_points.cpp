@@ -107,7 +107,7 @@ splat_result splat_points_from_depth(const splat_image* depth, const splat_camer
 splat_result splat_scene_compare_points(splat_scene scene, double min_opacity, const float* points,
                                         uint64_t count, double threshold,
                                         splat_point_scores* scores) {
-    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
+    return api::with(scene, [&](const auto& object) -> Status {
         if (!(min_opacity >= 0 && min_opacity <= 1))
             return invalid("min_opacity is %g, expected 0 to 1", min_opacity);
         SPLAT_TRY(api::require(points, "points"));

@@ -309,23 +309,17 @@ Result<std::shared_ptr<api::RasterStateObject>> api::find_state(splat_rasterizer
 
 splat_result splat_rasterizer_create(splat_device device, const splat_rasterizer_desc* desc,
                                      splat_rasterizer* rasterizer) {
-    return api::create<api::Rasterizers>(
-        rasterizer, "rasterizer", [&]() -> Result<RasterizerPointer> {
-            SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
-            constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_NORMALS - 1;
-            SPLAT_TRY(api::check_desc(desc, kKnown));
-            return api::make_rasterizer(*owner, *desc);
-        });
+    return api::create(rasterizer, [&]() -> Result<RasterizerPointer> {
+        SPLAT_ASSIGN(const auto owner, api::find(device));
+        constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_NORMALS - 1;
+        SPLAT_TRY(api::check_desc(desc, kKnown));
+        return api::make_rasterizer(*owner, *desc);
+    });
 }
 
 splat_result splat_raster_state_create(splat_rasterizer rasterizer, splat_raster_state* state) {
-    return api::create_of<api::Rasterizers, api::RasterStates>(
-        rasterizer, "rasterizer", state, "state",
-        [](const auto& object) { return make_state(*object); });
-}
-
-splat_result splat_raster_state_destroy(splat_raster_state state) {
-    return api::destroy<api::RasterStates>(state, "state");
+    return api::create_of(rasterizer, state,
+                          [](const auto& object) { return make_state(*object); });
 }
 
 splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_raster_state state,
@@ -333,7 +327,7 @@ splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_r
                                             uint32_t count, const float* background) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
-        SPLAT_ASSIGN(const auto from, api::Scenes::find(scene, "scene"));
+        SPLAT_ASSIGN(const auto from, api::find(scene));
         SPLAT_ASSIGN(const raster::PackedViews views,
                      views_of_call(*object, cameras, count, background));
         return api::draw_scene(*object, *from, views);
@@ -373,8 +367,4 @@ splat_result splat_rasterizer_get_info(splat_rasterizer rasterizer, splat_raster
         api::give(object->info.get(), info);
         return {};
     });
-}
-
-splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer) {
-    return api::destroy<api::Rasterizers>(rasterizer, "rasterizer");
 }

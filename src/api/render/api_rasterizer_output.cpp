@@ -165,7 +165,7 @@ splat_result splat_rasterizer_output(splat_rasterizer rasterizer, splat_raster_s
                                      splat_output output, splat_tensor tensor) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
-        SPLAT_TRY(api::Tensors::find(tensor, "tensor").status());
+        SPLAT_TRY(api::find(tensor).status());
         SPLAT_ASSIGN(const OutputRow* row, find_output(object->rasterizer->desc(), output));
         api::TensorArguments arguments(*object->context, "rasterizer");
         vk::BufferView view;

@@ -56,7 +56,7 @@ splat_run_event value_of(api::RunObject& object) {
 
 splat_result splat_run_next(splat_run run, splat_run_event* event) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Runs::find(run, "run"));
+        SPLAT_ASSIGN(const auto object, api::find(run));
         SPLAT_TRY(api::require(event, "event"));
         SPLAT_TRY(api::check_filled(*event));
         const vk::DeviceCall call(object->context->mutex);
@@ -70,16 +70,10 @@ splat_result splat_run_next(splat_run run, splat_run_event* event) {
 
 splat_result splat_run_interrupt(splat_run run) {
     if (api::Runs::interrupt(run)) return SPLAT_OK;
-    return api::guarded([&] { return api::Runs::find(run, "run").status(); });
+    return api::guarded([&] { return api::find(run).status(); });
 }
 
 splat_result splat_run_report(splat_run run, char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto object, api::Runs::find(run, "run"));
-        return give(run::figures_json(object->figures.get()));
-    });
-}
-
-splat_result splat_run_destroy(splat_run run) {
-    return api::destroy<api::Runs>(run, "run");
+    return api::report(run, buffer, capacity, needed,
+                       [](auto& object) { return run::figures_json(object.figures.get()); });
 }

@@ -165,7 +165,7 @@ splat_result splat_camera_to_opengl(const splat_camera* camera, double* camera_t
 
 splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc, uint32_t count,
                                 splat_camera* cameras) {
-    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
+    return api::with(scene, [&](const auto& object) -> Status {
         if (count > 0) SPLAT_TRY(api::require(cameras, "cameras"));
         SPLAT_ASSIGN(scene::OrbitOptions options, orbit_options(desc));
         if (count == 0) return {};
@@ -191,18 +191,18 @@ splat_result splat_camera_load_memory(const splat_camera_bytes* files,
 
 splat_result splat_camera_load_report(const char* path, const splat_camera_file_desc* desc,
                                       char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
         SPLAT_ASSIGN(const io::CameraSet set, load(path, desc));
-        return give(report_of(set));
+        return report_of(set);
     });
 }
 
 splat_result splat_camera_load_memory_report(const splat_camera_bytes* files,
                                              const splat_camera_file_desc* desc, char* buffer,
                                              size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
         SPLAT_ASSIGN(const io::CameraSet set, load(files, desc));
-        return give(report_of(set));
+        return report_of(set);
     });
 }
 

@@ -62,7 +62,7 @@ std::shared_ptr<api::SceneObject> scene_of(scene::Gaussians gaussians) {
 /// Replace the Gaussians of a scene by the result of `make`. On failure the scene stays as it was.
 template <class Make>
 splat_result replace(splat_scene scene, Make&& make) {
-    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
+    return api::with(scene, [&](const auto& object) -> Status {
         const std::lock_guard lock(object->mutex);
         SPLAT_ASSIGN(object->gaussians, make(std::as_const(object->gaussians)));
         object->copies.clear();
@@ -125,7 +125,7 @@ Result<std::vector<scene::Gaussians>> copies_of(const splat_scene* scenes, std::
 }  // namespace
 
 splat_result splat_scene_create(const splat_scene_desc* desc, splat_scene* scene) {
-    return api::create<api::Scenes>(scene, "scene", [&]() -> api::Scenes::Made {
+    return api::create(scene, [&]() -> api::Scenes::Made {
         SPLAT_TRY(api::check_desc(desc, 0));
         SPLAT_ASSIGN(scene::Gaussians gaussians, gaussians_of(*desc));
         return scene_of(std::move(gaussians));
@@ -134,12 +134,11 @@ splat_result splat_scene_create(const splat_scene_desc* desc, splat_scene* scene
 
 splat_result splat_scene_load_report(splat_scene scene, char* buffer, size_t capacity,
                                      size_t* needed) {
-    return api::report<api::Scenes>(scene, "scene", buffer, capacity, needed,
-                                    [](auto& object) { return object.report; });
+    return api::report(scene, buffer, capacity, needed, [](auto& object) { return object.report; });
 }
 
 splat_result splat_scene_read(splat_scene scene, const char* name, float* values, size_t bytes) {
-    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
+    return api::with(scene, [&](const auto& object) -> Status {
         const std::shared_lock lock(object->mutex);
         SPLAT_ASSIGN(const api::SceneAttribute* attribute,
                      attribute_of(*object, name, values, bytes));
@@ -151,7 +150,7 @@ splat_result splat_scene_read(splat_scene scene, const char* name, float* values
 
 splat_result splat_scene_write(splat_scene scene, const char* name, const float* values,
                                size_t bytes) {
-    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
+    return api::with(scene, [&](const auto& object) -> Status {
         const std::lock_guard lock(object->mutex);
         SPLAT_ASSIGN(const api::SceneAttribute* attribute,
                      attribute_of(*object, name, values, bytes));
@@ -178,7 +177,7 @@ splat_result splat_scene_to_tensor(splat_scene scene, const char* name, splat_de
         values = api::attribute_values(*attribute, object->gaussians);
         return {};
     };
-    const splat_result result = api::with<api::Scenes>(scene, "scene", read);
+    const splat_result result = api::with(scene, read);
     if (result != SPLAT_OK) return result;
     return splat_tensor_from_host(device, &desc, values.data(), values.size() * sizeof(float),
                                   nullptr, tensor);
@@ -225,7 +224,7 @@ splat_result splat_scene_filter(splat_scene scene, uint32_t flags, double min_op
 }
 
 splat_result splat_scene_merge(const splat_scene* scenes, uint32_t count, splat_scene* scene) {
-    return api::create<api::Scenes>(scene, "scene", [&]() -> api::Scenes::Made {
+    return api::create(scene, [&]() -> api::Scenes::Made {
         if (count > 0) SPLAT_TRY(api::require(scenes, "scenes"));
         SPLAT_ASSIGN(const std::vector<scene::Gaussians> copies, copies_of(scenes, count));
         SPLAT_ASSIGN(scene::Gaussians merged, scene::merge(copies));
@@ -234,14 +233,9 @@ splat_result splat_scene_merge(const splat_scene* scenes, uint32_t count, splat_
 }
 
 splat_result splat_scene_get_info(splat_scene scene, splat_scene_info* info) {
-    return api::describe<api::Scenes>(
-        scene, "scene", info, "info", [&](auto& object) -> Result<splat_scene_info> {
-            const std::shared_lock lock(object.mutex);
-            SPLAT_ASSIGN(const scene::Statistics measured, scene::statistics(object.gaussians));
-            return info_of(measured);
-        });
-}
-
-splat_result splat_scene_destroy(splat_scene scene) {
-    return api::destroy<api::Scenes>(scene, "scene");
+    return api::describe(scene, info, "info", [&](auto& object) -> Result<splat_scene_info> {
+        const std::shared_lock lock(object.mutex);
+        SPLAT_ASSIGN(const scene::Statistics measured, scene::statistics(object.gaussians));
+        return info_of(measured);
+    });
 }

@@ -113,13 +113,12 @@ Result<io::Buffer> file_of(api::SceneObject& object, const io::SceneFormat& form
 }  // namespace
 
 splat_result splat_scene_formats(char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed,
-                             [](auto give) { return give(formats_text()); });
+    return api::guarded_text(buffer, capacity, needed, [] { return formats_text(); });
 }
 
 splat_result splat_scene_load(const char* path, const splat_scene_file_desc* desc,
                               splat_scene* scene) {
-    return api::create<api::Scenes>(scene, "scene", [&]() -> api::Scenes::Made {
+    return api::create(scene, [&]() -> api::Scenes::Made {
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         SPLAT_ASSIGN(const io::Buffer file, io::read_file(path));
@@ -129,7 +128,7 @@ splat_result splat_scene_load(const char* path, const splat_scene_file_desc* des
 
 splat_result splat_scene_load_memory(const void* data, size_t bytes,
                                      const splat_scene_file_desc* desc, splat_scene* scene) {
-    return api::create<api::Scenes>(scene, "scene", [&]() -> api::Scenes::Made {
+    return api::create(scene, [&]() -> api::Scenes::Made {
         SPLAT_TRY(api::require(data, "data"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         return load({static_cast<const std::byte*>(data), bytes}, "memory", full);
@@ -138,7 +137,7 @@ splat_result splat_scene_load_memory(const void* data, size_t bytes,
 
 splat_result splat_scene_save(splat_scene scene, const char* path,
                               const splat_scene_file_desc* desc) {
-    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
+    return api::with(scene, [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         const io::SceneFormat* format = format_of(full);
@@ -153,7 +152,7 @@ splat_result splat_scene_save(splat_scene scene, const char* path,
 splat_result splat_scene_save_memory(splat_scene scene, const splat_scene_file_desc* desc,
                                      void* buffer, size_t capacity, size_t* needed) {
     return api::guarded_bytes(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+        SPLAT_ASSIGN(const auto object, api::find(scene));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         const io::SceneFormat* const format = format_of(full);
         if (format == nullptr)

@@ -157,17 +157,11 @@ Status check_tensors(const api::OptimizerObject& object) {
     return {};
 }
 
-/// A live optimizer, its device locked while `body` runs.
-template <class Body>
-splat_result with_optimizer(splat_optimizer optimizer, Body&& body) {
-    return api::guarded([&] { return api::use<api::Optimizers>(optimizer, "optimizer", body); });
-}
-
 /// Weights made by `make(object, weights)`, as a new handle.
 template <class Make>
 splat_result give_weights(splat_optimizer optimizer, const char* argument, splat_weights* weights,
                           const Make& make) {
-    return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
+    return api::locked(optimizer, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(weights, argument));
         SPLAT_TRY(check_tensors(object));
         auto made = std::make_shared<api::WeightsObject>();
@@ -210,12 +204,11 @@ splat_result splat_optimizer_create(splat_device device, const splat_optimizer_d
         describe(*object);
         return object;
     };
-    return api::create_of<api::Devices, api::Optimizers>(device, "device", optimizer, "optimizer",
-                                                         make);
+    return api::create_of(device, optimizer, make);
 }
 
 splat_result splat_optimizer_step(splat_optimizer optimizer, splat_optimizer_info* info) {
-    return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
+    return api::locked(optimizer, [&](auto& object) -> Status {
         if (info != nullptr) SPLAT_TRY(api::check_fill(info, "info"));
         SPLAT_TRY(check_tensors(object));
         for (const auto& tensor : object.tensors) tensor->written();
@@ -229,7 +222,7 @@ splat_result splat_optimizer_step(splat_optimizer optimizer, splat_optimizer_inf
 
 splat_result splat_optimizer_gather_rows(splat_optimizer optimizer, const char* pattern,
                                          const int64_t* rows, uint64_t count) {
-    return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
+    return api::locked(optimizer, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(pattern, "pattern", rows, "rows"));
         SPLAT_ASSIGN(const std::vector<std::size_t> found,
                      train::find_parameters(object.optimiser->parameters(), pattern));
@@ -242,14 +235,14 @@ splat_result splat_optimizer_gather_rows(splat_optimizer optimizer, const char* 
 }
 
 splat_result splat_optimizer_zero_gradients(splat_optimizer optimizer) {
-    return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
+    return api::locked(optimizer, [&](auto& object) -> Status {
         SPLAT_TRY(check_tensors(object));
         return object.optimiser->zero_gradients();
     });
 }
 
 splat_result splat_optimizer_set_rate(splat_optimizer optimizer, double rate) {
-    return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
+    return api::locked(optimizer, [&](auto& object) -> Status {
         if (!std::isfinite(rate) || rate < 0)
             return invalid("rate is %g, expected a finite number of 0 or more", rate);
         object.optimiser->set_rate(rate);
@@ -259,7 +252,7 @@ splat_result splat_optimizer_set_rate(splat_optimizer optimizer, double rate) {
 }
 
 splat_result splat_optimizer_get_info(splat_optimizer optimizer, splat_optimizer_info* info) {
-    return api::describe<api::Optimizers>(optimizer, "optimizer", info, "info", [](auto& object) {
+    return api::describe(optimizer, info, "info", [](auto& object) {
         const std::lock_guard lock(object.info_mutex);
         return object.info;
     });
@@ -282,7 +275,7 @@ splat_result splat_optimizer_save(splat_optimizer optimizer, splat_weights* stat
 }
 
 splat_result splat_optimizer_load(splat_optimizer optimizer, splat_weights state) {
-    return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
+    return api::locked(optimizer, [&](auto& object) -> Status {
         SPLAT_ASSIGN(const auto weights, api::weights_to_use(state, "state"));
         SPLAT_TRY(object.optimiser->load_state(weights->file));
         object.stepped = false;
@@ -290,8 +283,4 @@ splat_result splat_optimizer_load(splat_optimizer optimizer, splat_weights state
         describe(object);
         return {};
     });
-}
-
-splat_result splat_optimizer_destroy(splat_optimizer optimizer) {
-    return api::destroy<api::Optimizers>(optimizer, "optimizer");
 }

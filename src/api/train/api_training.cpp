@@ -62,7 +62,7 @@ Result<train::TrainingDesc> desc_of(const splat_training_desc& given) {
 
 /// Errors: also kInvalidArgument for a run of another task.
 Result<std::shared_ptr<api::RunObject>> training_of(splat_run run) {
-    SPLAT_ASSIGN(auto object, api::Runs::find(run, "run"));
+    SPLAT_ASSIGN(auto object, api::find(run));
     if (object->trainer == nullptr)
         return invalid("run is no training, expected a run of splat_training_open");
     return object;
@@ -73,7 +73,7 @@ Result<std::shared_ptr<api::RunObject>> training_of(splat_run run) {
 splat_result splat_training_open(splat_device device, const splat_training_desc* desc,
                                  splat_run* run) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+        SPLAT_ASSIGN(const auto owner, api::find(device));
         SPLAT_TRY(api::require(run, "run"));
         SPLAT_TRY(api::check_desc(desc, SPLAT_TRAINING_RESUME | SPLAT_TRAINING_OVERWRITE));
         SPLAT_ASSIGN(const run::RunDesc made, run_desc_of(*desc));
