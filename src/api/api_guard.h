@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "api/copy_members.h"
 #include "api/structs.h"
 #include "core/no_copy.h"
 #include "core/status.h"

@@ -23,20 +23,13 @@ void copy_text(char (&to)[N], const std::string& from) {
 
 splat_device_info info_of(const vk::DeviceInfo& device) {
     splat_device_info info{};
-    info.index = device.index;
+    SPLAT_COPY(info, device, index, vendor_id, device_id, vulkan_version, driver_version);
     info.kind = static_cast<splat_device_kind>(device.kind);
     info.usable = device.usable() ? 1 : 0;
-    info.vendor_id = device.vendor_id;
-    info.device_id = device.device_id;
-    info.vulkan_version = device.vulkan_version;
-    info.driver_version = device.driver_version;
     std::copy(device.uuid.begin(), device.uuid.end(), info.uuid);
-    info.heap_bytes = device.limits.heap_bytes;
-    info.max_allocation_bytes = device.limits.max_allocation_bytes;
-    info.max_storage_buffer_bytes = device.limits.max_storage_buffer_bytes;
+    SPLAT_COPY(info, device.limits, heap_bytes, max_allocation_bytes, max_storage_buffer_bytes,
+               shared_memory_bytes, subgroup_size);
     info.max_workgroup_invocations = device.limits.max_group_invocations;
-    info.shared_memory_bytes = device.limits.shared_memory_bytes;
-    info.subgroup_size = device.limits.subgroup_size;
     const auto flag = [](bool set, std::uint32_t bit) { return set ? bit : 0U; };
     info.features = flag(device.limits.timestamp_ns > 0, SPLAT_FEATURE_TIMESTAMPS) |
                     flag(device.features.subgroup_shuffle, SPLAT_FEATURE_SUBGROUP_SHUFFLE) |

@@ -228,11 +228,7 @@ splat_result splat_tensor_check(splat_tensor tensor, splat_tensor_stats* stats) 
     return api::describe(tensor, stats, "stats", [&](auto& object) -> Result<splat_tensor_stats> {
         SPLAT_ASSIGN(const ops::TensorStats measured, measure(object));
         splat_tensor_stats filled{};
-        filled.nan_count = measured.nan_count;
-        filled.inf_count = measured.inf_count;
-        filled.min = measured.min;
-        filled.max = measured.max;
-        filled.mean = measured.mean;
+        SPLAT_COPY(filled, measured, nan_count, inf_count, min, max, mean);
         return filled;
     });
 }

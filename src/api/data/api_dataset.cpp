@@ -24,13 +24,10 @@ Result<synthetic::WriterDesc> synthetic_desc(const splat_synthetic_desc* desc) {
     synthetic::WriterDesc value;
     value.path = desc->path;
     if (desc->category != nullptr) value.category = desc->category;
-    value.seed = desc->seed;
+    SPLAT_COPY(value, *desc, seed, train_objects, val_objects, test_objects);
     value.resolution = value_or(desc->resolution, value.resolution);
     value.train_views = value_or(desc->train_views, value.train_views);
     value.test_views = value_or(desc->test_views, value.test_views);
-    value.train_objects = desc->train_objects;
-    value.val_objects = desc->val_objects;
-    value.test_objects = desc->test_objects;
     return value;
 }
 
@@ -75,9 +72,7 @@ splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* d
         value.maps = desc->flags & kMapFlags;
         value.lenient = (desc->flags & SPLAT_DATA_LENIENT) != 0;
         value.allow_missing = (desc->flags & SPLAT_DATA_ALLOW_MISSING) != 0;
-        value.resolution = desc->resolution;
-        value.limit = desc->limit;
-        value.cache_bytes = desc->cache_bytes;
+        SPLAT_COPY(value, *desc, resolution, limit, cache_bytes);
         for (std::size_t i = 0; i < 3; ++i) value.background[i] = desc->background[i];
         auto object = std::make_shared<api::DatasetObject>();
         SPLAT_ASSIGN(object->dataset, data::Dataset::open(value));

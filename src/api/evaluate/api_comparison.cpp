@@ -87,11 +87,8 @@ splat_result splat_comparison_get_info(splat_comparison comparison, splat_compar
         const eval::ScoreComparison& found = object.comparison;
         splat_comparison_info filled{};
         filled.metrics = static_cast<std::uint32_t>(found.metrics.size());
-        filled.objects_a = found.objects_a;
-        filled.objects_b = found.objects_b;
+        SPLAT_COPY(filled, found, objects_a, objects_b, unpaired, comparable);
         filled.shared_objects = found.shared;
-        filled.unpaired = found.unpaired ? 1 : 0;
-        filled.comparable = found.comparable ? 1 : 0;
         return filled;
     });
 }
@@ -104,16 +101,10 @@ splat_result splat_comparison_metric(splat_comparison comparison, uint32_t index
         splat_metric_comparison filled{};
         filled.metric = metric_of(finding.samples.metric);
         filled.verdict = static_cast<splat_verdict>(finding.verdict);
-        filled.exact = c.exact ? 1 : 0;
+        SPLAT_COPY(filled, c, exact, difference, p_permutation, p_parametric, low, high, effect);
         filled.mean_a = eval::mean(finding.samples.a);
         filled.mean_b = eval::mean(finding.samples.b);
-        filled.difference = c.difference;
-        filled.p_permutation = c.p_permutation;
-        filled.p_parametric = c.p_parametric;
         filled.p_holm = finding.p_holm;
-        filled.low = c.low;
-        filled.high = c.high;
-        filled.effect = c.effect;
         filled.n_a = finding.samples.a.size();
         filled.n_b = finding.samples.b.size();
         filled.lacking_a = finding.samples.lacking_a;

@@ -239,14 +239,12 @@ splat_result splat_evaluator_summary(splat_evaluator evaluator, splat_evaluation
     return api::describe(evaluator, summary, "summary", [&](auto& found) {
         const eval::Summary made = eval::summary_of(found.evaluator->evaluation());
         splat_evaluation_summary filled{};
-        filled.objects = made.objects;
+        SPLAT_COPY(filled, made, objects, objects_not_finite, predictions_per_second,
+                   images_per_second);
         filled.novel = value_of(made.novel);
         filled.conditioning = value_of(made.conditioning);
         filled.ledger = value_of(made.ledger);
         filled.empty_views = made.empty;
-        filled.objects_not_finite = made.objects_not_finite;
-        filled.predictions_per_second = made.predictions_per_second;
-        filled.images_per_second = made.images_per_second;
         return filled;
     });
 }

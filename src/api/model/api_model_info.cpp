@@ -15,16 +15,12 @@ splat_model_info info_of(const api::ModelObject& object) {
     splat_model_info info{};
     info.flags = object.flags;
     info.objects = object.objects;
-    info.views = c.views;
-    info.resolution = c.resolution;
+    SPLAT_COPY(info, c, views, resolution, sh_degree, token_dim, tokens);
     info.channels = c.input_channels();
     info.image_channels = c.image_channels();
     info.output_channels = network.raw_output().shape[1];
     info.gaussians = c.gaussians();
-    info.sh_degree = c.sh_degree;
     info.embedding_length = c.embedding == config::Embedding::kCustom ? c.embedding_length() : 0;
-    info.token_dim = c.token_dim;
-    info.tokens = c.tokens;
     info.slices = network.slices();
     info.fov = c.fov_degrees;
     info.parameters = network.parameters().elements();

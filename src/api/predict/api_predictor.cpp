@@ -254,14 +254,9 @@ splat_result splat_predictor_get_info(splat_predictor predictor, splat_predictor
     return api::describe(predictor, info, "info", [](auto& object) {
         const config::ModelConfig& network = object.settings.network;
         splat_predictor_info filled{};
-        filled.views = network.views;
-        filled.resolution = network.resolution;
+        SPLAT_COPY(filled, network, views, resolution, depth, normal, mask, origin_distance,
+                   sh_degree);
         filled.channels = network.input_channels();
-        filled.depth = network.depth ? 1 : 0;
-        filled.normal = network.normal ? 1 : 0;
-        filled.mask = network.mask ? 1 : 0;
-        filled.origin_distance = network.origin_distance ? 1 : 0;
-        filled.sh_degree = network.sh_degree;
         filled.gaussians = network.gaussians();
         filled.fov_degrees = static_cast<double>(network.fov_degrees);
         const std::array<float, 3> background = predict::background_of(object.settings);

@@ -122,13 +122,8 @@ splat_result splat_scene_compare_points(splat_scene scene, double min_opacity, c
                      prior_scores::compare_points(means, points_of(points, count), threshold));
         splat_point_scores filled{};
         filled.gaussians = means.size();
-        filled.accuracy = made.accuracy;
-        filled.completeness = made.completeness;
-        filled.chamfer = made.chamfer;
-        filled.chamfer_squared = made.chamfer_squared;
-        filled.precision = made.precision;
-        filled.recall = made.recall;
-        filled.f_score = made.f_score;
+        SPLAT_COPY(filled, made, accuracy, completeness, chamfer, chamfer_squared, precision,
+                   recall, f_score);
         api::give(filled, scores);
         return {};
     });

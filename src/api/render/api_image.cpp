@@ -47,9 +47,7 @@ Result<ImageFile> read_image_file(io::Bytes file, bool header_only) {
 
 /// Set the sizes of a picture without pixels.
 void give_image_size(const io::Image& from, splat_image& to) {
-    to.width = from.width;
-    to.height = from.height;
-    to.channels = from.channels;
+    SPLAT_COPY(to, from, width, height, channels);
     if (to.type == 0) to.type = from.bits == 8 ? SPLAT_PIXEL_U8 : SPLAT_PIXEL_F32;
     to.bytes = std::size_t{to.width} * to.height * to.channels * api::pixel_bytes(to.type);
 }
@@ -204,9 +202,7 @@ splat_result splat_image_compare(const splat_image* a, const splat_image* b,
                      eval::compare_images(api::planes_of(first), api::planes_of(second),
                                           first.channels, first.height, first.width));
         splat_image_scores filled{};
-        filled.squared_error = made.squared_error;
-        filled.psnr = made.psnr;
-        filled.ssim = made.ssim;
+        SPLAT_COPY(filled, made, squared_error, psnr, ssim);
         api::give(filled, scores);
         return {};
     });

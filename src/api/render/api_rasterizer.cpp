@@ -209,11 +209,8 @@ Result<raster::RasterDesc> api::raster_desc_of(const splat_rasterizer_desc& from
     const auto is_set = [&](std::uint32_t bit) { return (from.flags & bit) != 0; };
     const auto skips = [&](std::uint32_t bit) { return (from.disabled_skips & bit) == 0; };
     raster::RasterDesc desc;
-    desc.gaussians = from.gaussians;
+    SPLAT_COPY(desc, from, gaussians, width, height, sh_degree);
     desc.views = from.views == 0 ? 1 : from.views;
-    desc.width = from.width;
-    desc.height = from.height;
-    desc.sh_degree = from.sh_degree;
     desc.direct_colors = is_set(SPLAT_RASTERIZER_DIRECT_COLORS);
     const bool gsplat = from.convention == SPLAT_CONVENTION_GSPLAT;
     desc.convention = gsplat ? raster::Convention::kGsplat : raster::Convention::k3dgs;
@@ -280,15 +277,8 @@ void api::RasterStateObject::describe() {
     splat_rasterizer_info filled{};
     filled.bytes = rasterizer->workspace().bytes() + inputs.bytes() + gradients->bytes();
     if (rasterizer->drawn()) {
-        filled.passes = stats.passes;
-        filled.visible = stats.visible;
-        filled.culled = stats.culled;
-        filled.non_finite = stats.non_finite;
-        filled.pairs = stats.pairs;
-        filled.longest = stats.longest;
-        filled.tiles = stats.tiles;
-        filled.empty_tiles = stats.empty_tiles;
-        filled.runs = stats.runs;
+        SPLAT_COPY(filled, stats, passes, visible, culled, non_finite, pairs, longest, tiles,
+                   empty_tiles, runs);
         filled.gaussians = rasterizer->drawn_desc().gaussians;
         filled.views = rasterizer->drawn_desc().views;
     }

@@ -26,9 +26,7 @@ Result<scene::OrbitOptions> orbit_options(const splat_orbit_desc* desc) {
     if (desc->width != 0) options.width = desc->width;
     if (desc->height != 0) options.height = desc->height;
     if (desc->fov_x != 0) options.fov_x = desc->fov_x;
-    options.elevation = desc->elevation;
-    options.start = desc->start;
-    options.distance = desc->distance;
+    SPLAT_COPY(options, *desc, elevation, start, distance);
     const scene::Vec3 up = vec3(desc->up);
     if (up != scene::Vec3{}) options.up = up;
     return options;

@@ -93,17 +93,13 @@ splat_scene_info info_of(const scene::Statistics& s) {
     std::copy_n(glm::value_ptr(s.bounds.low), 3, info.low);
     std::copy_n(glm::value_ptr(s.bounds.high), 3, info.high);
     std::copy_n(glm::value_ptr(s.center), 3, info.center);
-    info.radius = s.radius;
+    SPLAT_COPY(info, s, radius, non_finite, bad_rotations, degenerate, invisible);
     info.scale_min = s.scales.min;
     info.scale_max = s.scales.max;
     info.scale_mean = s.scales.mean;
     info.opacity_min = s.opacities.min;
     info.opacity_max = s.opacities.max;
     info.opacity_mean = s.opacities.mean;
-    info.non_finite = s.non_finite;
-    info.bad_rotations = s.bad_rotations;
-    info.degenerate = s.degenerate;
-    info.invisible = s.invisible;
     return info;
 }
 

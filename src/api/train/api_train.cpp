@@ -86,9 +86,7 @@ std::string report_of(const api::TrainerObject& object) {
 
 splat_trainer_info api::info_of(const train::TrainStep& step) {
     splat_trainer_info info{};
-    info.skipped = step.skipped ? 1 : 0;
-    info.step = step.step;
-    info.pairs = step.pairs;
+    SPLAT_COPY(info, step, skipped, step, pairs, visible, culled, non_finite, gradients_zero, rate);
     info.loss = step.loss.total;
     info.squared_error = step.loss.squared;
     info.pixel_loss = step.loss.pixel;
@@ -98,11 +96,6 @@ splat_trainer_info api::info_of(const train::TrainStep& step) {
     info.update_ms = 1e3 * step.update_seconds;
     info.edge_loss = step.loss.of("edge");
     info.lpips = step.loss.of("lpips");
-    info.visible = step.visible;
-    info.culled = step.culled;
-    info.non_finite = step.non_finite;
-    info.gradients_zero = step.gradients_zero ? 1 : 0;
-    info.rate = step.rate;
     return info;
 }
 
