@@ -251,33 +251,13 @@ Result<Kernels> kernels_from_environment(Kernels fallback) {
 }  // namespace
 
 const char* kernels_name(Kernels kernels) {
-    switch (kernels) {
-        case Kernels::kAuto:
-            return "auto";
-        case Kernels::kPlain:
-            return "plain";
-        case Kernels::kCpu:
-            return "cpu";
-        case Kernels::kGpu:
-            return "gpu";
-    }
-    return "unknown";
+    constexpr const char* kNames[] = {"auto", "plain", "cpu", "gpu"};
+    return kNames[static_cast<std::size_t>(kernels)];
 }
 
 const char* device_kind_name(DeviceKind kind) {
-    switch (kind) {
-        case DeviceKind::kDiscrete:
-            return "discrete";
-        case DeviceKind::kIntegrated:
-            return "integrated";
-        case DeviceKind::kVirtual:
-            return "virtual";
-        case DeviceKind::kCpu:
-            return "cpu";
-        case DeviceKind::kOther:
-            return "other";
-    }
-    return "unknown";
+    constexpr const char* kNames[] = {"other", "cpu", "virtual", "integrated", "discrete"};
+    return kNames[static_cast<std::size_t>(kind) - 1];
 }
 
 Result<std::vector<DeviceInfo>> describe_devices(const Instance& instance) {

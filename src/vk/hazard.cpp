@@ -4,15 +4,8 @@ namespace splat::vk {
 namespace {
 
 const char* use_name(Use use) {
-    switch (use) {
-        case Use::kRead:
-            return "read";
-        case Use::kWrite:
-            return "write";
-        case Use::kReadWrite:
-            return "read-modify-write";
-    }
-    return "unknown";
+    constexpr const char* kNames[] = {"read", "write", "read-modify-write"};
+    return kNames[static_cast<std::size_t>(use)];
 }
 
 Status check_pair(std::span<const Command> commands, std::size_t earlier, std::size_t later) {
