@@ -42,7 +42,7 @@ std::string section_of(const std::string& key) {
 }
 
 bool is_in(const std::string& word, const std::vector<std::string>& words) {
-    return std::find(words.begin(), words.end(), word) != words.end();
+    return std::ranges::find(words, word) != words.end();
 }
 
 /// `kind`: "key", "section"
@@ -169,7 +169,7 @@ Status Config::refuse_unknown(const std::vector<std::string>& known,
             return invalid("%s: '%s' is %s, expected keys below it", what_.c_str(), section.c_str(),
                            entry.list ? "a list" : kind_of(entry.values[0]));
         }
-        const bool leads_on = entry.map && std::any_of(known.begin(), known.end(), [&](auto& key) {
+        const bool leads_on = entry.map && std::ranges::any_of(known, [&](auto& key) {
                                   return key.starts_with(entry.key + ".");
                               });
         if (!leads_on) return unknown(what_, "key", entry.key, known);
@@ -251,9 +251,8 @@ void write_map(JsonWriter& json, const std::vector<ConfigEntry>& entries, const 
         if (is_in(name, done)) continue;
         done.push_back(name);
         const std::string inside = prefix + name + ".";
-        const bool nested = std::any_of(entries.begin(), entries.end(), [&](const ConfigEntry& e) {
-            return e.key.starts_with(inside);
-        });
+        const bool nested = std::ranges::any_of(
+            entries, [&](const ConfigEntry& e) { return e.key.starts_with(inside); });
         json.newline(indent + 2).key(name);
         if (nested)
             write_map(json, entries, inside, indent + 2);

@@ -40,9 +40,8 @@ Status DecodeBudget::take(std::uint64_t count, std::uint64_t each, std::string_v
             "%.*s: %llu x %llu bytes are too many for a file of %llu bytes, which may take "
             "%llu; it is damaged or made to harm, or the limits must be raised "
             "(splat_decode_set_limits, --decode-scale)",
-            static_cast<int>(what.size()), what.data(), static_cast<unsigned long long>(count),
-            static_cast<unsigned long long>(each), static_cast<unsigned long long>(file_bytes_),
-            static_cast<unsigned long long>(limits_.allowed(file_bytes_)));
+            static_cast<int>(what.size()), what.data(), llu(count), llu(each), llu(file_bytes_),
+            llu(limits_.allowed(file_bytes_)));
     left_ -= *bytes;
     return {};
 }

@@ -76,8 +76,8 @@ class TreeReader : public nlohmann::json_sax<Json> {
     bool check_names(const JsonTree::Object& members) {
         names_.clear();
         for (const JsonTree::Member& member : members) names_.emplace_back(member.name);
-        std::sort(names_.begin(), names_.end());
-        const auto twice = std::adjacent_find(names_.begin(), names_.end());
+        std::ranges::sort(names_);
+        const auto twice = std::ranges::adjacent_find(names_);
         if (twice == names_.end()) return true;
         problem = "'" + shown(*twice) + "' appears twice in an object";
         return false;

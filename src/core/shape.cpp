@@ -10,7 +10,7 @@ namespace splat {
 Shape::Shape(std::initializer_list<std::uint32_t> dims)
     : rank_(static_cast<std::uint32_t>(dims.size())) {
     SPLAT_ASSERT(dims.size() <= kMaxRank);
-    std::copy(dims.begin(), dims.end(), dims_.begin());
+    std::ranges::copy(dims, dims_.begin());
 }
 
 Result<Shape> Shape::create(std::span<const std::int64_t> dims, const std::string& what) {
@@ -21,13 +21,13 @@ Result<Shape> Shape::create(std::span<const std::int64_t> dims, const std::strin
     for (const std::int64_t dim : dims) {
         if (dim < 1)
             return invalid("%s: dims[%u] is %lld, expected at least 1", what.c_str(), shape.rank_,
-                           static_cast<long long>(dim));
+                           lld(dim));
         const auto product = checked_mul(elements, static_cast<std::uint64_t>(dim));
         if (!product || *product > kMaxElements)
             return invalid(
                 "%s: more than 2^31 - 1 elements up to dims[%u] = %lld; split the tensor "
                 "along an outer dimension",
-                what.c_str(), shape.rank_, static_cast<long long>(dim));
+                what.c_str(), shape.rank_, lld(dim));
         elements = *product;
         shape.dims_[shape.rank_++] = static_cast<std::uint32_t>(dim);
     }

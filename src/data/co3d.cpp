@@ -84,7 +84,7 @@ Result<fs::path> category_folder(const ReaderDesc& desc) {
     // The published categories are plurals: "hydrants".
     const std::string wanted =
         "co3d_" + category.substr(0, category.empty() ? 0 : category.size() - 1) + "_for_gs";
-    if (std::find(found.begin(), found.end(), wanted) != found.end()) return path / wanted;
+    if (std::ranges::find(found, wanted) != found.end()) return path / wanted;
     const Status status = error(
         !found.empty() ? Code::kInvalidArgument
         : there        ? Code::kFormat
@@ -107,9 +107,8 @@ class Co3dReader : public ObjectsReader<Sequence> {
 
     Status open() {
         std::set<std::string> excluded;
-        if (!desc_.excluded_file.empty()) {
-            SPLAT_ASSIGN(excluded, load_excluded_sequences(desc_.excluded_file));
-        }
+        if (!desc_.excluded_file.empty())
+            SPLAT_SET(excluded, load_excluded_sequences(desc_.excluded_file));
         SPLAT_ASSIGN(const fs::path category, category_folder(desc_));
         const fs::path root = category / desc_.split;
         index_.files = {root / "camera_Rs.npz", root / "camera_Ts.npz"};
@@ -202,7 +201,7 @@ class Co3dReader : public ObjectsReader<Sequence> {
     Result<bool> add(const fs::path& folder, const std::string& name) {
         SPLAT_ASSIGN(const std::vector<std::string> parts, stems_in(folder, ".npy"));
         const auto has = [&parts](const char* part) {
-            return std::find(parts.begin(), parts.end(), part) != parts.end();
+            return std::ranges::find(parts, part) != parts.end();
         };
         if (parts.empty() && rotations_.tensors.find(name) == nullptr) return false;
         Sequence sequence{name, folder / "focal_lengths.npy", {}};
@@ -230,7 +229,7 @@ class Co3dReader : public ObjectsReader<Sequence> {
         }
         std::vector<std::string> frames;
         for (std::size_t i = 0; i < sequence.frames(); ++i) frames.push_back(std::to_string(i));
-        std::sort(frames.begin(), frames.end());
+        std::ranges::sort(frames);
         SPLAT_TRY(index_.add(name, folder.string(), {frames, frames}, desc_.lenient).status());
         objects_.push_back(sequence);
         index_.problems.back().insert(index_.problems.back().end(), problems.begin(),

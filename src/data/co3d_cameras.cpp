@@ -40,8 +40,7 @@ Mat3 eigenvectors(Mat3 a) {
             for (std::size_t k = 0; k < 3; ++k) rotate(v[p][k], v[q][k]);
         }
     std::array<std::size_t, 3> order = {0, 1, 2};
-    std::sort(order.begin(), order.end(),
-              [&a](std::size_t i, std::size_t j) { return a[i][i] > a[j][j]; });
+    std::ranges::sort(order, [&a](std::size_t i, std::size_t j) { return a[i][i] > a[j][j]; });
     return {v[order[0]], v[order[1]], v[order[2]]};
 }
 

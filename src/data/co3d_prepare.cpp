@@ -35,7 +35,7 @@ struct PreparedSequence {
 };
 
 bool all_finite(const std::vector<float>& values) {
-    return std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
+    return std::ranges::all_of(values, [](float v) { return std::isfinite(v); });
 }
 
 Result<PreparedFrame> read_frame(const Co3dPreparation& preparation, const RawFrame& frame,

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <unordered_map>
 
 #include "core/decode_budget.h"
 #include "core/json_tree.h"
@@ -43,7 +42,7 @@ Result<Annotations> read_annotations(const std::string& path) {
 Result<JsonTree> element_of(std::string_view text, DecodeBudget budget) {
     constexpr std::size_t kGrowth = 3;  // while a list grows, its old and its new place exist
     const auto starts = [](char c) { return c == ',' || c == ':' || c == '[' || c == '{'; };
-    const auto values = std::count_if(text.begin(), text.end(), starts);
+    const auto values = std::ranges::count_if(text, starts);
     SPLAT_TRY(
         budget.take(static_cast<std::uint64_t>(values), kGrowth * sizeof(JsonTree), "JSON values"));
     return io::from_file(parse_json_tree(text, "element"));
@@ -123,8 +122,7 @@ template <std::size_t Count>
 Result<std::array<double, Count>> numbers_at(const JsonTree& tree, const char* path) {
     std::vector<double> found;
     const std::function<bool(const JsonTree&)> add = [&](const JsonTree& each) {
-        if (const JsonTree::List* list = each.list())
-            return std::all_of(list->begin(), list->end(), add);
+        if (const JsonTree::List* list = each.list()) return std::ranges::all_of(*list, add);
         if (each.number()) found.push_back(*each.number());
         return each.number().has_value();
     };
@@ -132,7 +130,7 @@ Result<std::array<double, Count>> numbers_at(const JsonTree& tree, const char* p
     if (list == nullptr || list->list() == nullptr || !add(*list) || found.size() != Count)
         return no_member(path);
     std::array<double, Count> numbers;
-    std::copy(found.begin(), found.end(), numbers.begin());
+    std::ranges::copy(found, numbers.begin());
     return numbers;
 }
 
@@ -256,10 +254,9 @@ Result<std::vector<RawSequence>> read_raw_co3d(const std::string& root, const st
     for (auto& [name, sequence] : sequences) {
         if (sequence.name.empty())
             return damaged("'%s' has no sequence '%s'", sequences_path.c_str(), name.c_str());
-        std::sort(sequence.frames.begin(), sequence.frames.end(),
-                  [](const RawFrame& a, const RawFrame& b) {
-                      return std::tie(a.time, a.number) < std::tie(b.time, b.number);
-                  });
+        std::ranges::sort(sequence.frames, [](const RawFrame& a, const RawFrame& b) {
+            return std::tie(a.time, a.number) < std::tie(b.time, b.number);
+        });
         all.push_back(std::move(sequence));
     }
     return all;

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <climits>
-#include <cmath>
 #include <filesystem>
 
 #include "core/log.h"
@@ -147,8 +145,9 @@ std::vector<std::uint8_t> flattened(const io::Image& image, std::uint32_t channe
     const std::size_t count = std::size_t{image.width} * image.height;
     std::vector<std::uint8_t> out(count * channels);
     if (!has_alpha && colors == channels) {
-        std::transform(image.samples.begin(), image.samples.end(), out.begin(),
-                       [](std::uint16_t sample) { return static_cast<std::uint8_t>(sample); });
+        std::ranges::transform(image.samples, out.begin(), [](std::uint16_t sample) {
+            return static_cast<std::uint8_t>(sample);
+        });
         return out;
     }
     for (std::size_t i = 0; i < count; ++i) {
@@ -215,9 +214,8 @@ Result<ImageCache::Pixels> Dataset::pixels(std::uint32_t object, std::uint32_t v
                               static_cast<std::uint32_t>(kind);
     if (ImageCache::Pixels found = cache_.find(key)) return found;
     SPLAT_ASSIGN(io::Image image, reader_->map(object, view, kind));
-    if (image.width != resolution_ || image.height != resolution_) {
-        SPLAT_ASSIGN(image, resample(image, resolution_, resolution_, index().filter));
-    }
+    if (image.width != resolution_ || image.height != resolution_)
+        SPLAT_SET(image, resample(image, resolution_, resolution_, index().filter));
     auto flat = std::make_shared<const std::vector<std::uint8_t>>(
         flattened(image, channels_of(kind), background_, index().ignores_alpha));
     cache_.add(key, flat);
@@ -253,11 +251,9 @@ Status Dataset::read_cameras(std::uint32_t object, std::span<const std::uint32_t
     for (std::size_t i = 0; i < views.size(); ++i) {
         const StoredView& view = (*stored)[views[i]];
         if (out.view_to_world != nullptr)
-            std::copy(relative[i].view_to_world.begin(), relative[i].view_to_world.end(),
-                      out.view_to_world + i * 16);
+            std::ranges::copy(relative[i].view_to_world, out.view_to_world + i * 16);
         if (out.quaternions != nullptr)
-            std::copy(relative[i].quaternion.begin(), relative[i].quaternion.end(),
-                      out.quaternions + i * 4);
+            std::ranges::copy(relative[i].quaternion, out.quaternions + i * 4);
         if (out.focals != nullptr) {
             out.focals[i * 2] = static_cast<float>(view.focal_x * resolution_);
             out.focals[i * 2 + 1] = static_cast<float>(view.focal_y * resolution_);

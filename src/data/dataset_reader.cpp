@@ -142,8 +142,8 @@ void DatasetIndex::add_lacking(MapKind kind, const std::string& place) {
 }
 
 std::string DatasetIndex::lacking(MapKind kind) const {
-    const auto first = std::find_if(lacks.begin(), lacks.end(),
-                                    [kind](const Lack& lack) { return lack.kind == kind; });
+    const auto first =
+        std::ranges::find_if(lacks, [kind](const Lack& lack) { return lack.kind == kind; });
     return first == lacks.end() ? "" : first->place;
 }
 
@@ -152,10 +152,9 @@ void DatasetIndex::compare_maps() {
         const auto counts = [&](const Lack& lack) {
             return lack.kind == kind && views_of[lack.object] > 0;
         };
-        const auto without =
-            static_cast<std::size_t>(std::count_if(lacks.begin(), lacks.end(), counts));
-        const auto read = static_cast<std::size_t>(std::count_if(
-            views_of.begin(), views_of.end(), [](std::uint32_t views) { return views > 0; }));
+        const auto without = static_cast<std::size_t>(std::ranges::count_if(lacks, counts));
+        const auto read = static_cast<std::size_t>(
+            std::ranges::count_if(views_of, [](std::uint32_t views) { return views > 0; }));
         if (without == 0 || without >= read) continue;
         for (const Lack& lack : lacks)
             if (counts(lack))
@@ -198,8 +197,8 @@ Result<io::Image> DatasetReader::map(std::uint32_t object, std::uint32_t view, M
     if (kind != MapKind::kMask || !index().alpha_masks) {
         SPLAT_ASSIGN(io::Image found, image(object, view, kind, false));
         const bool binary =
-            kind == MapKind::kMask && std::none_of(found.samples.begin(), found.samples.end(),
-                                                   [](std::uint16_t sample) { return sample > 1; });
+            kind == MapKind::kMask &&
+            std::ranges::none_of(found.samples, [](std::uint16_t sample) { return sample > 1; });
         for (std::uint16_t& sample : found.samples) sample = binary ? sample * 255 : sample;
         return found;
     }

@@ -29,7 +29,7 @@ Status write_image(ExportRows& rows, std::uint32_t object, std::uint32_t view, T
 }
 
 std::string view_name(std::int64_t frame) {
-    return format("%06lld", static_cast<long long>(frame));
+    return format("%06lld", lld(frame));
 }
 
 /// Write images and maps of an object's views.

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "io/file.h"
-#include "io/folder.h"
 #include "io/photo/image_file.h"
 #include "scene/camera_pose.h"
 
@@ -91,7 +90,7 @@ Result<scene::Mat4> affine(std::span<const float> values) {
     if (values.size() != 12 && values.size() != 16)
         return damaged("a pose of %zu numbers, expected 3 x 4 or 4 x 4", values.size());
     scene::Mat4 pose{};
-    std::copy(values.begin(), values.end(), pose.begin());
+    std::ranges::copy(values, pose.begin());
     pose[15] = 1;
     return pose;
 }

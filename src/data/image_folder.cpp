@@ -149,8 +149,8 @@ Result<std::vector<ListedCamera>> listed_cameras(const io::CameraSet& set,
         if (!found.contains(name))
             return damaged("%s_filenames has '%s', which no frame has", split.c_str(),
                            shown(name).c_str());
-    std::sort(listed.begin(), listed.end(),
-              [](const auto& a, const auto& b) { return a.camera.name < b.camera.name; });
+    std::ranges::sort(listed,
+                      [](const auto& a, const auto& b) { return a.camera.name < b.camera.name; });
     return listed;
 }
 
@@ -177,9 +177,9 @@ Result<std::uint32_t> maps_named_by_all(const FolderPhotos& photos) {
         const auto lacks = [kind](const FolderPhoto& photo) {
             return photo.maps[static_cast<std::size_t>(kind)].empty();
         };
-        const auto without = std::find_if(photos.begin(), photos.end(), lacks);
+        const auto without = std::ranges::find_if(photos, lacks);
         if (without == photos.end() && !photos.empty()) given |= flag_of(kind);
-        if (without != photos.end() && !std::all_of(photos.begin(), photos.end(), lacks))
+        if (without != photos.end() && !std::ranges::all_of(photos, lacks))
             return damaged("'%s' has no %s map, though other frames name theirs",
                            without->path.c_str(), map_name(kind));
     }
@@ -316,9 +316,8 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
             kind == MapKind::kRgb ? photo.path : photo.maps[static_cast<std::size_t>(kind)];
         const DepthNumbers numbers =
             path.empty() ? DepthNumbers::kNearness : DepthNumbers::kDistance;
-        if (path.empty()) {
-            SPLAT_ASSIGN(path, map_file(photo.folder, kind, fs::path(photo.path).stem().string()));
-        }
+        if (path.empty())
+            SPLAT_SET(path, map_file(photo.folder, kind, fs::path(photo.path).stem().string()));
         const auto load = [&](const io::ImageOptions& options) {
             return kind == MapKind::kRgb ? load_bytes(path, options)
                                          : load_map(path, kind, options, numbers);
@@ -348,9 +347,9 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
             const auto own = io::has_file((folder / name).string());
             return own.ok() && own.value();
         };
-        const auto without = std::find_if_not(folders.begin(), folders.end(), has);
+        const auto without = std::ranges::find_if_not(folders, has);
         index_.has_splits = without == folders.end();
-        if (!index_.has_splits && std::any_of(folders.begin(), folders.end(), has))
+        if (!index_.has_splits && std::ranges::any_of(folders, has))
             log(LogLevel::kWarning,
                 format("'%s' has no %s, which other objects have; the data set counts as one "
                        "without splits",

@@ -53,14 +53,14 @@ Result<std::vector<std::string>> stems_of_maps(const fs::path& folder, MapKind k
                 index.add_unread((folder / name / entry.name).string());
         }
     }
-    std::sort(found.begin(), found.end());
+    std::ranges::sort(found);
     return found;
 }
 
 /// Adds [height,width,channels] of numbers as bytes.
 Status add_bytes(std::vector<float>& values, MapKind kind, DepthNumbers numbers, io::Image& image) {
-    const auto bad = std::find_if_not(values.begin(), values.end(),
-                                      [](float value) { return std::isfinite(value); });
+    const auto bad =
+        std::ranges::find_if_not(values, [](float value) { return std::isfinite(value); });
     if (bad != values.end())
         return damaged("number %zu is %g, expected finite ones: write 0 where there is none",
                        static_cast<std::size_t>(bad - values.begin()), static_cast<double>(*bad));
@@ -87,7 +87,7 @@ Status add_bytes(std::vector<float>& values, MapKind kind, DepthNumbers numbers,
 
 /// Whole numbers are samples of 8 or 16 bits; those of masks of 8 where none is greater. Errors: kFormat for others.
 Status add_samples(const std::vector<float>& values, MapKind kind, io::Image& image) {
-    const auto [least, most] = std::minmax_element(values.begin(), values.end());
+    const auto [least, most] = std::ranges::minmax_element(values);
     if (*least < 0 || *most > 65535)
         return damaged("whole numbers from %g to %g, expected 0 to 65535",
                        static_cast<double>(*least), static_cast<double>(*most));
@@ -136,11 +136,11 @@ Result<io::Image> load_numbers(const fs::path& path, MapKind kind, const io::Ima
 Status find_map_files(const fs::path& folder, const std::vector<std::string>& stems, bool lenient,
                       DatasetIndex& index, std::uint32_t given) {
     std::vector<std::string> expected = stems;
-    std::sort(expected.begin(), expected.end());
+    std::ranges::sort(expected);
     for (const MapKind kind : kMaps) {
         if ((given & flag_of(kind)) != 0) continue;
         SPLAT_ASSIGN(std::vector<std::string> found, stems_of_maps(folder, kind, expected, index));
-        const auto twin = std::adjacent_find(found.begin(), found.end());
+        const auto twin = std::ranges::adjacent_find(found);
         if (found.empty()) {
             index.add_lacking(kind, (folder / map_name(kind)).string());
             continue;

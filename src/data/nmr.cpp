@@ -88,7 +88,7 @@ class NmrReader : public FilesReader {
             const fs::path folder = fs::path(desc_.path) / category;
             std::vector<std::string> lists;
             const auto has = [&lists](const std::string& split) {
-                return std::find(lists.begin(), lists.end(), "softras_" + split) != lists.end();
+                return std::ranges::find(lists, "softras_" + split) != lists.end();
             };
             const auto find_lists = [&]() -> Result<bool> {
                 SPLAT_TRY(io::entries_in(folder.string()).status());

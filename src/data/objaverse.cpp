@@ -45,7 +45,7 @@ class RenderReader : public FilesReader {
         if (desc_.objects_file.empty()) {
             SPLAT_ASSIGN(names, candidates_in(desc_.path));
         } else {
-            SPLAT_ASSIGN(names, load_object_list(desc_.objects_file));
+            SPLAT_SET(names, load_object_list(desc_.objects_file));
         }
         if (split_) {
             const auto train = static_cast<std::ptrdiff_t>(names.size() * 99 / 100);
@@ -60,10 +60,9 @@ class RenderReader : public FilesReader {
             const fs::path folder = below_.empty() ? object : object / below_;
             SPLAT_TRY(take(name, folder, [&]() -> Result<bool> {
                 SPLAT_ASSIGN(const auto parts, io::entries_in(object.string()));
-                const bool is_begun =
-                    std::any_of(parts.begin(), parts.end(), [&](const auto& part) {
-                        return !below_.empty() && part.name == below_.begin()->string();
-                    });
+                const bool is_begun = std::ranges::any_of(parts, [&](const auto& part) {
+                    return !below_.empty() && part.name == below_.begin()->string();
+                });
                 return add_object(folder, name, !desc_.objects_file.empty() || is_begun);
             }));
         }

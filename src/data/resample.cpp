@@ -233,7 +233,7 @@ Result<io::Image> resample(const io::Image& image, std::uint32_t width, std::uin
 }
 
 std::optional<ValueFilter> value_filter_of(const std::string& name) {
-    const auto* const found = std::find(std::begin(kNames), std::end(kNames), name);
+    const auto* const found = std::ranges::find(kNames, name);
     if (found == std::end(kNames)) return std::nullopt;
     return static_cast<ValueFilter>(found - std::begin(kNames));
 }

@@ -53,7 +53,7 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     if (is_split) return folder;
     const std::vector<std::string> categories = categories_in(names);
     const std::string wanted = "srn_" + desc.category.substr(0, desc.category.find("_priors"));
-    const bool chosen = std::find(categories.begin(), categories.end(), wanted) != categories.end();
+    const bool chosen = std::ranges::find(categories, wanted) != categories.end();
     if (categories.size() > 1 && !chosen)
         return invalid("'%s' holds %s; give the path of one of them", folder.c_str(),
                        list_of(categories).c_str());
@@ -144,8 +144,8 @@ class SrnReader : public FilesReader {
     Result<bool> add_object(const fs::path& folder, const std::string& name) {
         SPLAT_ASSIGN(const std::vector<io::FolderEntry> parts, io::entries_in(folder.string()));
         const auto has = [&parts](const char* part) {
-            return std::any_of(parts.begin(), parts.end(),
-                               [part](const io::FolderEntry& each) { return each.name == part; });
+            return std::ranges::any_of(
+                parts, [part](const io::FolderEntry& each) { return each.name == part; });
         };
         if (!has("rgb") && !has("pose") && !has("intrinsics.txt")) return false;
         if (!has("intrinsics.txt")) return damaged("'%s' has no intrinsics.txt", folder.c_str());

@@ -94,7 +94,7 @@ class StoreReader : public DatasetReader {
 
   private:
     [[nodiscard]] std::string view_name(std::uint64_t row) const {
-        return format("%06lld", static_cast<long long>(store_->index().frames[row]));
+        return format("%06lld", lld(store_->index().frames[row]));
     }
 
     std::string folder_;

@@ -12,9 +12,8 @@ constexpr const char* kApart =
     "says";
 
 std::size_t shared_objects(const ScoreTable& a, const ScoreTable& b) {
-    return static_cast<std::size_t>(
-        std::count_if(a.objects.begin(), a.objects.end(),
-                      [&b](const std::string& name) { return b.objects.contains(name); }));
+    return static_cast<std::size_t>(std::ranges::count_if(
+        a.objects, [&b](const std::string& name) { return b.objects.contains(name); }));
 }
 
 Verdict verdict_of(const MetricFinding& finding, const ScoreComparison& found) {

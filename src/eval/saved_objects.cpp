@@ -1,6 +1,5 @@
 #include "eval/saved_objects.h"
 
-#include <cmath>
 #include <limits>
 #include <type_traits>
 

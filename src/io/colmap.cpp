@@ -71,17 +71,14 @@ Status add_camera(const Lenses& lenses, const ColmapPose& pose, const CameraOpti
     const auto found = lenses.find(pose.camera);
     if (found == lenses.end())
         return damaged("COLMAP: image '%s' names camera %llu, which does not exist",
-                       shown(pose.name).c_str(), static_cast<unsigned long long>(pose.camera));
+                       shown(pose.name).c_str(), llu(pose.camera));
     if (set.cameras.size() >= options.max_cameras)
-        return error(Code::kUnsupported, "COLMAP: more than %llu images",
-                     static_cast<unsigned long long>(options.max_cameras));
+        return error(Code::kUnsupported, "COLMAP: more than %llu images", llu(options.max_cameras));
     const ColmapLens& lens = found->second;
     const std::vector<double>& p = lens.parameters;
     if (lens.width > scene::kMaxImageSide || lens.height > scene::kMaxImageSide)
-        return damaged("COLMAP: camera %llu of %llu x %llu pixels",
-                       static_cast<unsigned long long>(pose.camera),
-                       static_cast<unsigned long long>(lens.width),
-                       static_cast<unsigned long long>(lens.height));
+        return damaged("COLMAP: camera %llu of %llu x %llu pixels", llu(pose.camera),
+                       llu(lens.width), llu(lens.height));
     const std::size_t center = lens.model->one_focal ? 1 : 2;
     scene::Camera camera;
     camera.name = pose.name;
@@ -169,8 +166,7 @@ Status need_end(const Reader& reader, std::uint64_t count) {
     return damaged(
         "%s: %zu bytes after the last of %llu records, at byte %zu, expected none: the "
         "count is too small, or something was appended to the file",
-        reader.what().c_str(), reader.left(), static_cast<unsigned long long>(count),
-        reader.position());
+        reader.what().c_str(), reader.left(), llu(count), reader.position());
 }
 
 Status appears_twice(const Reader& reader, const char* kind, std::uint32_t id, std::size_t at) {

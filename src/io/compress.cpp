@@ -22,8 +22,8 @@ constexpr int kRawWindow = -MAX_WBITS;
 Status check_ratio(Bytes packed, std::uint64_t bytes, std::uint64_t ratio,
                    const std::string& what) {
     if (bytes / ratio <= packed.size()) return {};
-    return damaged("%s: %llu bytes cannot come from %zu compressed ones", what.c_str(),
-                   static_cast<unsigned long long>(bytes), packed.size());
+    return damaged("%s: %llu bytes cannot come from %zu compressed ones", what.c_str(), llu(bytes),
+                   packed.size());
 }
 
 class Inflater : NoCopy {
@@ -120,7 +120,7 @@ Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what
     const std::size_t filled = inflater.fill(out);
     if (filled < bytes)
         return damaged("%s: the gzip data is damaged or truncated after %zu of %llu bytes",
-                       what.c_str(), filled, static_cast<unsigned long long>(bytes));
+                       what.c_str(), filled, llu(bytes));
     GzipRest found;
     if (inflater.at_end()) {
         found.behind = packed.size() - inflater.used();
@@ -130,7 +130,7 @@ Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what
     }
     if (!inflater.at_end() && !(found.inside && rest != nullptr))
         return damaged("%s: the gzip data does not end after %llu bytes, or its checksum is wrong",
-                       what.c_str(), static_cast<unsigned long long>(bytes));
+                       what.c_str(), llu(bytes));
     if (found.behind != 0 && rest == nullptr)
         return damaged("%s: %zu bytes after the gzip data", what.c_str(), found.behind);
     if (rest != nullptr) *rest = found;
@@ -160,15 +160,14 @@ Result<Buffer> unzstd(Bytes packed, std::uint64_t bytes, const std::string& what
     const unsigned long long promised = ZSTD_getFrameContentSize(packed.data(), packed.size());
     if (promised == ZSTD_CONTENTSIZE_ERROR ||
         (promised != ZSTD_CONTENTSIZE_UNKNOWN && promised != bytes))
-        return damaged("%s: not a zstd frame of %llu bytes", what.c_str(),
-                       static_cast<unsigned long long>(bytes));
+        return damaged("%s: not a zstd frame of %llu bytes", what.c_str(), llu(bytes));
     Buffer out(bytes);
     const std::size_t got = ZSTD_decompress(out.data(), out.size(), packed.data(), packed.size());
     if (ZSTD_isError(got) != 0)
         return damaged("%s: the zstd data is damaged: %s", what.c_str(), ZSTD_getErrorName(got));
     if (got != bytes)
         return damaged("%s: the zstd data holds %zu bytes, expected %llu", what.c_str(), got,
-                       static_cast<unsigned long long>(bytes));
+                       llu(bytes));
     return out;
 }
 

@@ -8,7 +8,6 @@
 #include <atomic>
 #include <cctype>
 #include <cerrno>
-#include <climits>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -108,8 +107,7 @@ Result<std::uint64_t> checked_size(const Descriptor& file, const std::string& pa
     const auto size = static_cast<std::uint64_t>(info.st_size);
     if (size > max_bytes)
         return error(Code::kUnsupported, "'%s' has %llu bytes, the limit is %llu", path.c_str(),
-                     static_cast<unsigned long long>(size),
-                     static_cast<unsigned long long>(max_bytes));
+                     llu(size), llu(max_bytes));
     return size;
 }
 
@@ -136,8 +134,7 @@ Status read_all(int fd, std::uint64_t offset, std::span<std::byte> to, const std
 Status check_range(std::uint64_t size, std::uint64_t offset, std::uint64_t count) {
     if (offset <= size && count <= size - offset) return {};
     return damaged("%llu bytes requested at byte %llu of %llu; the file is truncated or damaged",
-                   static_cast<unsigned long long>(count), static_cast<unsigned long long>(offset),
-                   static_cast<unsigned long long>(size));
+                   llu(count), llu(offset), llu(size));
 }
 
 class OpenFile : public Source, public std::enable_shared_from_this<OpenFile> {
@@ -270,7 +267,7 @@ Result<std::shared_ptr<const Source>> open_source(const std::string& path, std::
 Status MemorySource::read(std::uint64_t offset, std::span<std::byte> to) const {
     SPLAT_TRY(check_range(bytes_.size(), offset, to.size()));
     const Bytes from = bytes_.subspan(offset, to.size());
-    std::copy(from.begin(), from.end(), to.begin());
+    std::ranges::copy(from, to.begin());
     return {};
 }
 

@@ -48,8 +48,7 @@ Result<std::vector<Listed>> list(const std::string& folder) {
         if (found->d_name[0] != '.') all.push_back({found->d_name, found->d_type});
     }
     if (errno != 0) return cannot_list(errno, folder);
-    std::sort(all.begin(), all.end(),
-              [](const Listed& a, const Listed& b) { return a.name < b.name; });
+    std::ranges::sort(all, [](const Listed& a, const Listed& b) { return a.name < b.name; });
     return all;
 }
 
@@ -86,7 +85,7 @@ Result<std::vector<FolderEntry>> entries_in(const std::string& folder) {
         if (listed.type == DT_REG || listed.type == DT_DIR) {
             entry.kind = listed.type == DT_REG ? PathKind::kFile : PathKind::kFolder;
         } else {
-            SPLAT_ASSIGN(entry.kind, kind_of(folder + "/" + listed.name));
+            SPLAT_SET(entry.kind, kind_of(folder + "/" + listed.name));
         }
         entries.push_back(std::move(entry));
     }

@@ -9,7 +9,6 @@
 
 #include "core/checked_math.h"
 #include "core/no_copy.h"
-#include "io/bytes.h"
 #include "io/compress.h"
 
 namespace splat::io {
@@ -171,7 +170,7 @@ Status check_header(const Image& image, const ImageOptions& options, std::uint64
         return error(Code::kUnsupported,
                      "%s: %u x %u pixels of %u channels, the limit is %u on a side, %llu samples",
                      format, image.width, image.height, image.channels, options.max_side,
-                     static_cast<unsigned long long>(options.max_samples));
+                     llu(options.max_samples));
     if (options.square && image.width != image.height)
         return damaged("%s: %u x %u pixels, expected a square", format, image.width, image.height);
     const std::string what = splat::format("%s: %u x %u pixels", format, image.width, image.height);
@@ -200,7 +199,7 @@ Status check_image(const Image& image) {
     if (pixels == 0 || !samples || *samples != image.samples.size())
         return invalid("image of %u x %u x %u with %zu samples", image.width, image.height,
                        image.channels, image.samples.size());
-    const auto largest = std::max_element(image.samples.begin(), image.samples.end());
+    const auto largest = std::ranges::max_element(image.samples);
     if (image.bits == 8 && *largest > 255)
         return invalid("image of 8 bits with the sample %u", *largest);
     return {};

@@ -1,7 +1,6 @@
 #include "io/npy.h"
 
 #include <charconv>
-#include <string>
 
 #include "core/checked_math.h"
 #include "io/reader.h"

@@ -34,7 +34,7 @@ Result<NamedTensor> read_member(Bytes file, const NpyHeader& header, const std::
     if (data.size() != count * type_bytes(*type))
         return damaged("%zu bytes of data, its shape %s of %s needs %llu", data.size(),
                        dims_text(tensor.dims).c_str(), type_name(*type),
-                       static_cast<unsigned long long>(count * type_bytes(*type)));
+                       llu(count * type_bytes(*type)));
     SPLAT_TRY(budget.take(count, sizeof(float), name));
     tensor.values.own().resize(count);
     to_floats(*type, data, tensor.values.own().data(), header.order);

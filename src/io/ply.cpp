@@ -62,9 +62,8 @@ void report_unused(const PlyElement& vertex, const std::vector<VertexField>& fie
                    std::uint32_t file_degree, LoadReport& report) {
     const bool more_bands = file_degree > scene::kMaxShDegree;
     for (const PlyProperty& property : vertex.properties) {
-        const bool used = std::any_of(fields.begin(), fields.end(), [&](const VertexField& field) {
-            return field.name == property.name;
-        });
+        const bool used = std::ranges::any_of(
+            fields, [&](const VertexField& field) { return field.name == property.name; });
         if (!used && !(more_bands && property.name.starts_with("f_rest_")))
             report.ignored.push_back("vertex." + property.name);
     }
@@ -81,8 +80,8 @@ Result<Gaussians> read_vertices(const PlyElement& vertex, PlyRows& rows, LoadRep
     report_unused(vertex, fields, file_degree, report);
     std::erase_if(fields, [](const VertexField& field) { return field.values == nullptr; });
     // The message names what tells scenes from meshes and point clouds.
-    std::stable_partition(fields.begin(), fields.end(),
-                          [](const VertexField& field) { return field.name == "opacity"; });
+    std::ranges::stable_partition(fields,
+                                  [](const VertexField& field) { return field.name == "opacity"; });
     std::vector<std::size_t> columns;
     for (const VertexField& field : fields) {
         const auto column = vertex.find(field.name);

@@ -50,7 +50,7 @@ Result<std::vector<std::size_t>> columns_of(const PlyElement& element,
         columns.push_back(*column);
     }
     for (const PlyProperty& property : element.properties)
-        if (std::find(names.begin(), names.end(), property.name) == names.end())
+        if (std::ranges::find(names, property.name) == names.end())
             report.ignored.push_back(element.name + "." + property.name);
     return columns;
 }
@@ -84,7 +84,7 @@ Status read_words(const PlyElement& element, PlyRows& rows, Packed& packed, Load
 
 Status read_rest(const PlyElement& element, PlyRows& rows, Packed& packed, LoadReport& report) {
     const std::size_t each = element.properties.size();
-    const auto degree = std::find(std::begin(kRestOfDegree), std::end(kRestOfDegree), each);
+    const auto degree = std::ranges::find(kRestOfDegree, each);
     if (degree == std::end(kRestOfDegree) || each == 0)
         return damaged("compressed ply: element 'sh' has %zu properties, expected 9, 24 or 45",
                        each);

@@ -200,8 +200,7 @@ Status PlyRows::need(const PlyElement& element) const {
     return damaged(
         "ply data: %llu rows of '%s' need %llu bytes each, but %zu bytes are left at line "
         "%zu; the file is truncated or its header is damaged",
-        static_cast<unsigned long long>(element.count), element.name.c_str(),
-        static_cast<unsigned long long>(each), text_.size(), line_);
+        llu(element.count), element.name.c_str(), llu(each), text_.size(), line_);
 }
 
 Status PlyRows::read(const PlyElement& element, const Row& row) {
@@ -230,8 +229,8 @@ Result<std::string> PlyRows::rest(bool lenient) const {
         left = start == std::string_view::npos ? 0 : text_.size() - start;
     }
     if (left == 0) return std::string();
-    const std::string found = format("%llu bytes after the last row of the header's count",
-                                     static_cast<unsigned long long>(left));
+    const std::string found =
+        format("%llu bytes after the last row of the header's count", llu(left));
     if (lenient) return found;
     return damaged(
         "ply data: %s, expected none: the header counts too few rows, or something was "

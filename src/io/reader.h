@@ -72,8 +72,7 @@ class Reader {
         return damaged(
             "%s: '%s' at byte %zu needs %llu x %llu bytes, but %zu are left; the file is "
             "truncated or its header is damaged",
-            what_.c_str(), field, position_, static_cast<unsigned long long>(count),
-            static_cast<unsigned long long>(each), left());
+            what_.c_str(), field, position_, llu(count), llu(each), left());
     }
 
     /// Bytes up to a NUL; also advances over the NUL. Errors as take().

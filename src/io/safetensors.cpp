@@ -122,24 +122,23 @@ Status check_rows(std::vector<Row>& rows, std::uint64_t data_bytes) {
         if (bytes < 0 || static_cast<std::uint64_t>(bytes) != row.count * type_bytes(*row.type))
             return bad_safetensors(format("'%s' of shape %s and type %s has %lld bytes",
                                           shown(row.name).c_str(), dims_text(row.shape).c_str(),
-                                          type_name(*row.type), static_cast<long long>(bytes)));
+                                          type_name(*row.type), lld(bytes)));
     }
-    std::stable_sort(rows.begin(), rows.end(),
-                     [](const Row& a, const Row& b) { return a.offsets < b.offsets; });
+    std::ranges::stable_sort(rows,
+                             [](const Row& a, const Row& b) { return a.offsets < b.offsets; });
     std::uint64_t end = 0;
     for (const Row& row : rows) {
         if (static_cast<std::uint64_t>(row.offsets[0]) != end)
             return bad_safetensors(
                 format("the data of '%s' starts at byte %lld, expected %llu: tensors overlap "
                        "or leave a gap",
-                       shown(row.name).c_str(), static_cast<long long>(row.offsets[0]),
-                       static_cast<unsigned long long>(end)));
+                       shown(row.name).c_str(), lld(row.offsets[0]), llu(end)));
         end = static_cast<std::uint64_t>(row.offsets[1]);
     }
     if (end == data_bytes) return {};
     return bad_safetensors(
-        format("the tensors have %llu bytes, the file %llu; it is truncated or damaged",
-               static_cast<unsigned long long>(end), static_cast<unsigned long long>(data_bytes)));
+        format("the tensors have %llu bytes, the file %llu; it is truncated or damaged", llu(end),
+               llu(data_bytes)));
 }
 
 Result<std::uint64_t> header_size(const Source& source) {
@@ -151,7 +150,7 @@ Result<std::uint64_t> header_size(const Source& source) {
         return bad_safetensors(
             format("a header of %llu bytes, expected at most %zu and no more than the file "
                    "has; it is truncated or not a safetensors file",
-                   static_cast<unsigned long long>(size), kMaxJsonBytes));
+                   llu(size), kMaxJsonBytes));
     return size;
 }
 
@@ -190,7 +189,7 @@ Result<WeightsFile> read_safetensors(const Source& source, const DecodeLimits& l
     for (const Row& row : header.rows)
         SPLAT_TRY(budget.take(row.count, sizeof(float), "safetensors: " + shown(row.name)));
     const bool small = source.size() < kManyBytes;
-    const bool in_file = !small && std::any_of(header.rows.begin(), header.rows.end(), is_f32);
+    const bool in_file = !small && std::ranges::any_of(header.rows, is_f32);
     const std::shared_ptr<const MappedFile> mapped = in_file ? source.map() : nullptr;
     const auto at = [&](const Row& row) {
         return start + static_cast<std::uint64_t>(row.offsets[0]);

@@ -35,7 +35,7 @@ std::string extension_list(bool written) {
     std::vector<std::string> extensions;
     for (const SceneFormat& format : kSceneFormats)
         if ((!written || format.write != nullptr) &&
-            std::find(extensions.begin(), extensions.end(), format.extension) == extensions.end())
+            std::ranges::find(extensions, format.extension) == extensions.end())
             extensions.emplace_back(format.extension);
     std::string list;
     for (std::size_t i = 0; i < extensions.size(); ++i)

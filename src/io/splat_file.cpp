@@ -1,6 +1,5 @@
 #include "io/scene_formats.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 

@@ -110,9 +110,8 @@ Result<Arrays> unpack_whole(Bytes file, const Header& header, const LoadOptions&
     Reader reader(file, "spz");
     SPLAT_TRY(reader.take(kHeaderBytes, "header").status());
     const auto each = bytes_each(header);
-    for (std::size_t i = 0; i < kArrays; ++i) {
-        SPLAT_ASSIGN(arrays.views[i], reader.take(std::uint64_t{header.count} * each[i], "arrays"));
-    }
+    for (std::size_t i = 0; i < kArrays; ++i)
+        SPLAT_SET(arrays.views[i], reader.take(std::uint64_t{header.count} * each[i], "arrays"));
     SPLAT_TRY(check_end(reader.left(), "last array", options, report));
     return arrays;
 }
@@ -144,8 +143,8 @@ Result<Arrays> unpack_streams(Bytes file, const Header& header, const LoadOption
         }
         const auto bytes = number<std::uint64_t>(rows.data() + i * 16 + 8);
         if (bytes != std::uint64_t{header.count} * each[i])
-            return damaged("spz: stream %zu of %llu bytes, expected %u x %zu", i,
-                           static_cast<unsigned long long>(bytes), header.count, each[i]);
+            return damaged("spz: stream %zu of %llu bytes, expected %u x %zu", i, llu(bytes),
+                           header.count, each[i]);
         SPLAT_ASSIGN(const Bytes stream, reader.take(packed, "stream"));
         SPLAT_TRY(budget.take(bytes, 1, "spz stream"));
         SPLAT_ASSIGN(Buffer unpacked, unzstd(stream, bytes, "spz stream " + std::to_string(i)));

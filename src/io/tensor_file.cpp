@@ -1,6 +1,5 @@
 #include "io/tensor_file.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -28,7 +27,7 @@ Result<std::uint64_t> count_elements(std::span<const std::int64_t> dims, const s
     }
     if (fits) return count;
     return invalid("'%s' has the shape %s, more than %llu elements", what.c_str(),
-                   dims_text(dims).c_str(), static_cast<unsigned long long>(kMaxElements));
+                   dims_text(dims).c_str(), llu(kMaxElements));
 }
 
 std::string dims_text(std::span<const std::int64_t> dims) {
@@ -39,13 +38,11 @@ Status NamedTensors::add(NamedTensor tensor) {
     SPLAT_ASSIGN(const std::uint64_t count, count_elements(tensor.dims, tensor.name));
     if (count != tensor.values.size())
         return invalid("'%s' has %zu values, its shape %s needs %llu", tensor.name.c_str(),
-                       tensor.values.size(), dims_text(tensor.dims).c_str(),
-                       static_cast<unsigned long long>(count));
+                       tensor.values.size(), dims_text(tensor.dims).c_str(), llu(count));
     if (!places_.emplace(tensor.name, tensors_.size()).second)
         return invalid("'%s' appears twice", shown(tensor.name).c_str());
     const auto& file = tensor.values.file();
-    if (file && std::find(files_.begin(), files_.end(), file) == files_.end())
-        files_.push_back(file);
+    if (file && std::ranges::find(files_, file) == files_.end()) files_.push_back(file);
     tensors_.push_back(std::move(tensor));
     return {};
 }

@@ -137,7 +137,7 @@ Status read_model(const Frame& frame, const std::string& name, const CameraOptio
                                             "RADIAL",  "OPENCV",         "FULL_OPENCV"};
     if (const JsonTree* const model = frame.value("camera_model")) {
         if (model->text() == nullptr) return frame.bad("'camera_model' is not text");
-        if (std::find(std::begin(kModels), std::end(kModels), *model->text()) == std::end(kModels))
+        if (std::ranges::find(kModels, *model->text()) == std::end(kModels))
             SPLAT_TRY(note_lens(name, "model", "camera_model '" + shown(*model->text()) + "'",
                                 options, set));
     }
@@ -193,7 +193,7 @@ Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uin
     const JsonTree::List& frames = *found->list();
     if (frames.size() > options.max_cameras)
         return error(Code::kUnsupported, "%zu frames, the limit is %llu", frames.size(),
-                     static_cast<unsigned long long>(options.max_cameras));
+                     llu(options.max_cameras));
     CameraSet set;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const Frame frame(json, frames[i], i);

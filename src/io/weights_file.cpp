@@ -42,8 +42,8 @@ Result<WeightsFormat> format_of(const Source& source, const DecodeLimits& limits
     if (text.starts_with("PK\x05\x06")) return WeightsFormat::kNpz;  // no entries
     if (text.starts_with("PK\x03\x04")) {
         SPLAT_ASSIGN(const Zip zip, Zip::open(source, "zip", limits));
-        const bool pth = std::any_of(zip.entries().begin(), zip.entries().end(),
-                                     [](const ZipEntry& e) { return is_pth_entry(e.name); });
+        const bool pth = std::ranges::any_of(
+            zip.entries(), [](const ZipEntry& e) { return is_pth_entry(e.name); });
         return pth ? WeightsFormat::kPth : WeightsFormat::kNpz;
     }
     if (is_safetensors(head)) return WeightsFormat::kSafetensors;

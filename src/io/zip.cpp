@@ -1,7 +1,6 @@
 #include "io/zip.h"
 
 #include <algorithm>
-#include <optional>
 
 #include "core/checked_math.h"
 #include "io/compress.h"
@@ -38,9 +37,8 @@ class DirectoryReader {
     Result<std::vector<ZipEntry>> run(const DecodeLimits& limits) {
         SPLAT_TRY(find_end());
         if (count_ > limits.max_items)
-            return bad(format("%llu entries, the limit is %llu",
-                              static_cast<unsigned long long>(count_),
-                              static_cast<unsigned long long>(limits.max_items)));
+            return bad(
+                format("%llu entries, the limit is %llu", llu(count_), llu(limits.max_items)));
         if (count_ > bytes_ / kDirectoryEntryBytes)
             return bad("more entries than its directory has room for");
         SPLAT_ASSIGN(const Buffer directory, piece(start_, bytes_));
@@ -76,7 +74,7 @@ class DirectoryReader {
 
     Result<Buffer> piece(std::uint64_t start, std::uint64_t bytes) const {
         if (start > source_.size() || bytes > source_.size() - start)
-            return bad(format("it has no byte %llu", static_cast<unsigned long long>(start)));
+            return bad(format("it has no byte %llu", llu(start)));
         Buffer buffer(bytes);
         SPLAT_TRY(source_.read(start, buffer));
         return buffer;
@@ -213,13 +211,12 @@ class DirectoryReader {
                               : entry.bytes / kMaxDeflateRatio > entry.packed_bytes;
         if (!lies) return {};
         return bad(format("'%s': %llu bytes cannot come from %llu", entry.name.c_str(),
-                          static_cast<unsigned long long>(entry.bytes),
-                          static_cast<unsigned long long>(entry.packed_bytes)));
+                          llu(entry.bytes), llu(entry.packed_bytes)));
     }
 
     Status check_overlaps() {
-        std::sort(extents_.begin(), extents_.end(),
-                  [](const Extent& a, const Extent& b) { return a.start < b.start; });
+        std::ranges::sort(extents_,
+                          [](const Extent& a, const Extent& b) { return a.start < b.start; });
         for (std::size_t i = 1; i < extents_.size(); ++i)
             if (extents_[i].start < extents_[i - 1].end) return bad("two of its entries overlap");
         return {};

@@ -80,8 +80,8 @@ Status expect_adapters(Model& model) {
 
 /// Another factor would change the adapters' effect.
 Status check_alpha(const Model& model, const io::WeightsFile& file) {
-    const auto alpha = std::find_if(file.metadata.begin(), file.metadata.end(),
-                                    [](const auto& entry) { return entry.first == kAlpha; });
+    const auto alpha = std::ranges::find_if(
+        file.metadata, [](const auto& entry) { return entry.first == kAlpha; });
     const auto own = static_cast<double>(model.config().lora.alpha);
     if (alpha == file.metadata.end() || alpha->second == number_text(own)) return {};
     return invalid(
@@ -104,7 +104,7 @@ Status fold(NamedTensor& weight, const NamedTensor& a, const NamedTensor& b, dou
     std::vector<double> sums(columns);
     LargeVector<float>& values = weight.values.own();
     for (std::size_t first = 0; first < values.size(); first += columns) {
-        std::fill(sums.begin(), sums.end(), 0.0);
+        std::ranges::fill(sums, 0.0);
         for (std::size_t r = 0; r < rank; ++r) {
             const auto factor_b = static_cast<double>(b.values[first / columns * rank + r]);
             for (std::size_t i = 0; i < columns; ++i)
@@ -186,9 +186,8 @@ Status load_adapters(Model& model, const io::WeightsFile& file, LoadReport& repo
 }
 
 bool has_adapters(const NamedTensors& tensors) {
-    return std::any_of(tensors.begin(), tensors.end(), [](const NamedTensor& tensor) {
-        return is_adapter(plain_name(tensor.name));
-    });
+    return std::ranges::any_of(
+        tensors, [](const NamedTensor& tensor) { return is_adapter(plain_name(tensor.name)); });
 }
 
 Result<NamedTensors> merge_adapters(const NamedTensors& tensors, const NamedTensors& given,

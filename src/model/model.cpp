@@ -174,7 +174,7 @@ Status Model::build() {
     SPLAT_TRY(graph_.status());
     const auto& values = graph_.values();
     if (!options_.gradients ||
-        std::any_of(values.begin(), values.end(), [](const nn::Value& v) { return v.trainable; }))
+        std::ranges::any_of(values, [](const nn::Value& v) { return v.trainable; }))
         return {};
     return invalid(
         "configuration: %s leave no parameter to be trained, but gradients are requested",
@@ -237,7 +237,7 @@ Status Model::add_images(std::span<const float> all, std::vector<InputValues>& i
     for (std::size_t image = 0; image < images(); ++image) {
         const auto planes = all.subspan(image * given, given);
         const auto last = planes.subspan(seen);
-        if (std::any_of(last.begin(), last.end(), [&](float d) { return d != last[0]; }))
+        if (std::ranges::any_of(last, [&](float d) { return d != last[0]; }))
             return invalid(
                 "model: the origin distance of image %zu varies, expected one number "
                 "in the whole plane",

@@ -88,8 +88,8 @@ Status check_block(const ops::Attributes& a, const Shape& x) {
 }  // namespace
 
 const ModulePort* Module::port(const std::string& name) const {
-    const auto found = std::find_if(desc_.ports.begin(), desc_.ports.end(),
-                                    [&](const ModulePort& p) { return p.name == name; });
+    const auto found =
+        std::ranges::find_if(desc_.ports, [&](const ModulePort& p) { return p.name == name; });
     return found == desc_.ports.end() ? nullptr : &*found;
 }
 
@@ -97,7 +97,7 @@ Status Module::check_ports(const std::vector<std::string>& known) const {
     std::string list;
     for (const std::string& name : known) list += " " + name;
     for (const ModulePort& given : desc_.ports) {
-        if (std::find(known.begin(), known.end(), given.name) == known.end())
+        if (std::ranges::find(known, given.name) == known.end())
             return invalid("%s: no port '%s'; there are:%s", desc_.type.c_str(), given.name.c_str(),
                            list.c_str());
         if (port(given.name) != &given)
@@ -209,7 +209,7 @@ Result<std::unique_ptr<Module>> Module::create(vk::Context& context, const Modul
     made->parameters_ = std::make_unique<nn::Parameters>(std::move(parameters));
     const auto& all = made->parameters_->all();
     const bool trained =
-        std::any_of(all.begin(), all.end(), [](const nn::Parameter& p) { return p.trainable; });
+        std::ranges::any_of(all, [](const nn::Parameter& p) { return p.trainable; });
     if (desc.gradients && !desc.input_gradients && !trained)
         return invalid(
             "%s: no parameter of it is trained: gradients need "
@@ -272,11 +272,11 @@ Result<vk::BufferView> Module::source(const std::string& name) {
     const nn::Parameter* parameter = parameters_->find(of);
     const auto input = inputs_.find(of);
     if (parameter == nullptr && input == inputs_.end()) return target(name);
-    const bool wanted = parameter != nullptr
-                            ? parameter->grad.block != nullptr
-                            : desc_.gradients && desc_.input_gradients &&
-                                  std::find(differentiable_.begin(), differentiable_.end(),
-                                            input->second) != differentiable_.end();
+    const bool wanted =
+        parameter != nullptr
+            ? parameter->grad.block != nullptr
+            : desc_.gradients && desc_.input_gradients &&
+                  std::ranges::find(differentiable_, input->second) != differentiable_.end();
     if (!wanted)
         return error(Code::kInvalidState,
                      "%s: '%s' is not computed: the module was made without gradients (of inputs), "
@@ -306,8 +306,8 @@ Status Module::write(const std::string& name, const float* values, std::size_t b
     const std::span<const float> given(values, bytes / sizeof(float));
     const auto input = inputs_.find(name);
     const bool constant =
-        input != inputs_.end() && std::find(differentiable_.begin(), differentiable_.end(),
-                                            input->second) == differentiable_.end();
+        input != inputs_.end() &&
+        std::ranges::find(differentiable_, input->second) == differentiable_.end();
     const std::size_t bad = constant ? given.size() : find_not_finite(given);
     if (bad < given.size())
         return invalid("'%s' holds %g at %zu, expected finite numbers", name.c_str(),

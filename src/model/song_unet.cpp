@@ -1,7 +1,6 @@
 #include "model/song_unet.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace splat::model {
 namespace {
@@ -20,9 +19,8 @@ const Init kZero{Init::Kind::kConstant, 0};
 const Init kOne{Init::Kind::kConstant, 1};
 
 bool contains_any(const std::string& name, const std::vector<std::string>& parts) {
-    return std::any_of(parts.begin(), parts.end(), [&](const std::string& part) {
-        return name.find(part) != std::string::npos;
-    });
+    return std::ranges::any_of(
+        parts, [&](const std::string& part) { return name.find(part) != std::string::npos; });
 }
 
 std::string level_name(std::uint32_t resolution, const std::string& what) {
@@ -45,8 +43,8 @@ ValueId SongUnet::parameter(const std::string& name, const Shape& shape, const I
 }
 
 bool SongUnet::attends(std::uint32_t resolution) const {
-    return std::find(config_.attention_resolutions.begin(), config_.attention_resolutions.end(),
-                     resolution) != config_.attention_resolutions.end();
+    return std::ranges::find(config_.attention_resolutions, resolution) !=
+           config_.attention_resolutions.end();
 }
 
 ValueId SongUnet::norm(const std::string& name, ValueId x, bool silu, int times) {
@@ -273,7 +271,7 @@ Status SongUnet::check_parts() const {
     const auto check = [&](const char* key, const std::vector<std::string>& parts,
                            const char* end) -> Status {
         for (const std::string& part : parts)
-            if (std::none_of(inits_.begin(), inits_.end(), [&](const auto& named) {
+            if (std::ranges::none_of(inits_, [&](const auto& named) {
                     return named.first.ends_with(end) && contains_any(named.first, {part});
                 }))
                 return invalid(

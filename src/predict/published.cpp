@@ -102,7 +102,7 @@ std::vector<Known> known_networks() {
         Known one{name, settings.value().training.category, traits_of(network), 0,
                   static_cast<double>(network.resolution)};
         one.ray = std::abs(static_cast<double>(model::pixel_rays(network)[network.resolution - 1]));
-        const bool second = std::any_of(known.begin(), known.end(), [&one](const Known& other) {
+        const bool second = std::ranges::any_of(known, [&one](const Known& other) {
             return other.category == one.category && other.traits == one.traits;
         });
         if (!second) known.push_back(std::move(one));
@@ -148,9 +148,8 @@ Traits traits_of(const NamedTensors& tensors) {
     }
     const std::int64_t affine = dim_of(tensor(first + "block0.affine.weight"), 0);
     const std::int64_t block = dim_of(tensor(first + "block0.conv1.bias"), 0);
-    const auto adapter = std::find_if(tensors.begin(), tensors.end(), [](const NamedTensor& one) {
-        return one.name.ends_with(".lora_A");
-    });
+    const auto adapter = std::ranges::find_if(
+        tensors, [](const NamedTensor& one) { return one.name.ends_with(".lora_A"); });
     return {
         {"model.network_with_offset", place.network == "network_with_offset" ? "true" : "false"},
         {"data.training_resolution", text_of(place.resolution)},
@@ -176,7 +175,7 @@ Traits traits_of(const config::ModelConfig& c) {
     for (std::uint32_t level = 0; level < c.levels(); ++level) {
         const std::uint32_t r = c.resolution >> level;
         const auto& all = c.attention_resolutions;
-        if (std::find(all.begin(), all.end(), r) != all.end()) attention.push_back(r);
+        if (std::ranges::find(all, r) != all.end()) attention.push_back(r);
     }
     const bool embedded = c.embedding != config::Embedding::kNone;
     const char* const film = c.film == config::Film::kReference ? "reference" : "affine";

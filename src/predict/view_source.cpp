@@ -145,16 +145,14 @@ Result<std::unique_ptr<ViewSource>> ViewSource::make(const config::Settings& set
     const config::ModelConfig& network = settings.network;
     std::unique_ptr<ViewSource> made(new ViewSource(network, std::move(dataset)));
     const data::DatasetIndex& index = made->dataset_->index();
-    if (network.embedding == config::Embedding::kCustom) {
-        SPLAT_ASSIGN(made->embedding_,
-                     vectors_of("data.embedding_file", settings.training.embedding_file, root,
-                                "data.custom_embedding", {network.embedding_length()}, index));
-    }
-    if (network.token_dim > 0) {
-        SPLAT_ASSIGN(made->tokens_,
-                     vectors_of("data.tokens_file", settings.training.tokens_file, root,
-                                "model.tokens", {network.token_dim, network.tokens}, index));
-    }
+    if (network.embedding == config::Embedding::kCustom)
+        SPLAT_SET(made->embedding_,
+                  vectors_of("data.embedding_file", settings.training.embedding_file, root,
+                             "data.custom_embedding", {network.embedding_length()}, index));
+    if (network.token_dim > 0)
+        SPLAT_SET(made->tokens_,
+                  vectors_of("data.tokens_file", settings.training.tokens_file, root,
+                             "model.tokens", {network.token_dim, network.tokens}, index));
     return made;
 }
 

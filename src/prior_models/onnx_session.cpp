@@ -120,12 +120,10 @@ Status OnnxSession::read_ports() {
     std::size_t input_count = 0, output_count = 0;
     SPLAT_TRY(check(api.SessionGetInputCount(session_, &input_count), "inputs"));
     SPLAT_TRY(check(api.SessionGetOutputCount(session_, &output_count), "outputs"));
-    for (std::size_t i = 0; i < input_count; ++i) {
-        SPLAT_ASSIGN(inputs_.emplace_back(), read_port(i, true));
-    }
-    for (std::size_t i = 0; i < output_count; ++i) {
-        SPLAT_ASSIGN(outputs_.emplace_back(), read_port(i, false));
-    }
+    for (std::size_t i = 0; i < input_count; ++i)
+        SPLAT_SET(inputs_.emplace_back(), read_port(i, true));
+    for (std::size_t i = 0; i < output_count; ++i)
+        SPLAT_SET(outputs_.emplace_back(), read_port(i, false));
     return {};
 }
 
@@ -165,7 +163,7 @@ Result<std::vector<OnnxTensor>> OnnxSession::run(const OnnxTensor& input, std::i
     std::size_t bytes = input.values.size() * sizeof(float);
     if (inputs_[0].type == kOrtHalf) {
         halves.resize(input.values.size());
-        std::transform(input.values.begin(), input.values.end(), halves.begin(), io::to_half);
+        std::ranges::transform(input.values, halves.begin(), io::to_half);
         data = halves.data();
         bytes = halves.size() * sizeof(std::uint16_t);
     }
@@ -194,9 +192,8 @@ Result<std::vector<OnnxTensor>> OnnxSession::run(const OnnxTensor& input, std::i
     std::vector<Held<OrtValue>> held;
     for (OrtValue* const value : values) held.emplace_back(value, api.ReleaseValue);
     std::vector<OnnxTensor> outputs;
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-        SPLAT_ASSIGN(outputs.emplace_back(), read_output(values[i], outputs_[wanted[i]].name));
-    }
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+        SPLAT_SET(outputs.emplace_back(), read_output(values[i], outputs_[wanted[i]].name));
     return outputs;
 }
 

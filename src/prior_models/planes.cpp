@@ -29,11 +29,11 @@ Result<Planes> planes_of(const OnnxTensor& tensor, const PlanesPart& part,
             "%s has the shape %s, expected %s with %lld or more channels", name.c_str(),
             shape_text(tensor.dims).c_str(),
             part.channels_last ? "[n,height,width,channels]" : "[n,channels,height,width]",
-            static_cast<long long>(last));
+            lld(last));
     for (const std::int64_t side : {shape[2], shape[3]})
         if (side < 1 || side > kMostSide)
             return damaged("%s has the shape %s, expected sides of 1 to %lld pixels", name.c_str(),
-                           shape_text(tensor.dims).c_str(), static_cast<long long>(kMostSide));
+                           shape_text(tensor.dims).c_str(), lld(kMostSide));
     Planes planes{{static_cast<std::uint32_t>(shape[3]), static_cast<std::uint32_t>(shape[2])},
                   part.count,
                   {}};

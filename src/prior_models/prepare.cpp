@@ -93,8 +93,7 @@ Result<OnnxTensor> prepare(const PresetInput& input, const io::Image& picture, E
     SPLAT_ASSIGN(const std::vector<double> values, resized(input, picture, size));
     constexpr double kLeastMaximum = 1e-6;
     const double scale =
-        input.by_maximum ? std::max(*std::max_element(values.begin(), values.end()), kLeastMaximum)
-                         : input.scale;
+        input.by_maximum ? std::max(*std::ranges::max_element(values), kLeastMaximum) : input.scale;
     const std::size_t area = std::size_t{size.width} * size.height;
     OnnxTensor tensor;
     tensor.dims = {1, 3, size.height, size.width};

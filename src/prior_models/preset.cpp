@@ -1,6 +1,5 @@
 #include "prior_models/preset.h"
 
-#include <algorithm>
 #include <filesystem>
 
 #include "core/config.h"

@@ -26,7 +26,7 @@ class Members {
             return;
         }
         for (const auto& member : *object)
-            if (std::find(known.begin(), known.end(), member.name) == known.end()) {
+            if (std::ranges::find(known, member.name) == known.end()) {
                 const std::string nearest = nearest_name(member.name, known);
                 refuse("has an unknown member '" + member.name + "'" +
                        (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
@@ -81,7 +81,7 @@ class Members {
     std::size_t word(const char* name, const char* const (&words)[N], bool required = false) {
         std::string value = required ? "" : words[0];
         text(name, value, required);
-        const auto* const found = std::find(std::begin(words), std::end(words), value);
+        const auto* const found = std::ranges::find(words, value);
         if (found != std::end(words)) return static_cast<std::size_t>(found - std::begin(words));
         refuse(std::string("has the ") + name + " '" + shown(value) + "', expected one of " +
                joined(words));

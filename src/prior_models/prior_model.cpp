@@ -32,8 +32,7 @@ Status with_size(const Status& refused, const Preset& preset, const std::string&
         return refused;
     return damaged(
         "%s (it has %llu bytes, the preset's file %llu: another model, or fetched in part)",
-        refused.message().c_str(), static_cast<unsigned long long>(bytes),
-        static_cast<unsigned long long>(preset.file.bytes));
+        refused.message().c_str(), llu(bytes), llu(preset.file.bytes));
 }
 
 std::string ports_text(const std::vector<OnnxPort>& ports) {
@@ -126,19 +125,15 @@ Status PriorModel::check_output(const PresetOutput& output, const OnnxPort& port
         "'%s': output '%s' is %s; preset '%s' expects float32 or float16 of 2 to 4 "
         "dimensions with %lld or more channels",
         session_->path().c_str(), port.name.c_str(), port_text(port).c_str(), preset_.name.c_str(),
-        static_cast<long long>(last));
+        lld(last));
 }
 
 Status PriorModel::check_outputs() {
     for (const PresetOutput& output : preset_.outputs) {
         Places& places = places_.emplace_back();
         SPLAT_ASSIGN(places.main, output_place(output.name, output.index));
-        if (!output.scale.empty()) {
-            SPLAT_ASSIGN(places.scale, output_place(output.scale, 0));
-        }
-        if (!output.mask.empty()) {
-            SPLAT_ASSIGN(places.mask, output_place(output.mask, 0));
-        }
+        if (!output.scale.empty()) SPLAT_SET(places.scale, output_place(output.scale, 0));
+        if (!output.mask.empty()) SPLAT_SET(places.mask, output_place(output.mask, 0));
         SPLAT_TRY(check_output(output, session_->outputs()[places.main]));
     }
     return {};
@@ -192,13 +187,12 @@ Status PriorModel::run_batch(std::span<const io::Image> pictures,
     }
     std::vector<std::size_t> asked;  // numbers of outputs, each once
     const auto ask = [&asked](std::optional<std::size_t> place) {
-        if (place && std::find(asked.begin(), asked.end(), *place) == asked.end())
-            asked.push_back(*place);
+        if (place && std::ranges::find(asked, *place) == asked.end()) asked.push_back(*place);
     };
     for (std::size_t o = 0; o < places_.size(); ++o) {
         const data::MapKind kind = preset_.outputs[o].map;
-        if (std::none_of(wanted.begin(), wanted.end(),
-                         [kind](const WantedMaps& maps) { return maps[kind].has_value(); }))
+        if (std::ranges::none_of(wanted,
+                                 [kind](const WantedMaps& maps) { return maps[kind].has_value(); }))
             continue;
         for (const auto place : {std::optional(places_[o].main), places_[o].scale, places_[o].mask})
             ask(place);
@@ -207,8 +201,7 @@ Status PriorModel::run_batch(std::span<const io::Image> pictures,
                  session_->run(input, preset_.input.tokens, asked));
     const auto tensor = [&](std::optional<std::size_t> place) -> const OnnxTensor* {
         if (!place) return nullptr;
-        return &tensors[static_cast<std::size_t>(std::find(asked.begin(), asked.end(), *place) -
-                                                 asked.begin())];
+        return &tensors[static_cast<std::size_t>(std::ranges::find(asked, *place) - asked.begin())];
     };
     for (std::size_t i = 0; i < pictures.size(); ++i) {
         PriorMaps& maps = all.emplace_back();

@@ -117,7 +117,7 @@ Status RunFolder::check() const {
     bool empty = !is_there(root_);
     if (fs::is_directory(root_, ignored)) {
         SPLAT_ASSIGN(const std::vector<std::string> names, names_in(root_));
-        empty = std::all_of(names.begin(), names.end(), is_begun);
+        empty = std::ranges::all_of(names, is_begun);
     }
     if (empty || (run && mode_ == Mode::kReplace)) return {};
     return error(Code::kInvalidState, "'%s' is there%s", root_.c_str(),
@@ -155,7 +155,7 @@ Result<std::vector<fs::path>> RunFolder::own_files(const std::vector<std::string
     for (const std::string folder : kOwnFolders) {
         SPLAT_ASSIGN(const std::vector<std::string> names, names_in(root_ / folder));
         for (const std::string& name : names)
-            if (std::any_of(own.begin(), own.end(), [&](const std::string& pattern) {
+            if (std::ranges::any_of(own, [&](const std::string& pattern) {
                     return ::fnmatch((pattern + suffix).c_str(), (folder + name).c_str(),
                                      FNM_PATHNAME) == 0;
                 }))
@@ -215,7 +215,7 @@ Result<std::vector<fs::path>> RunFolder::states() const {
     for (const std::string& name : names)
         if (name.starts_with("step_") && name.ends_with(kStateSuffix))
             found.push_back(root_ / "checkpoints" / name);
-    std::reverse(found.begin(), found.end());
+    std::ranges::reverse(found);
     return found;
 }
 
@@ -228,8 +228,7 @@ Status RunFolder::set_aside(const fs::path& state) const {
 }
 
 std::string RunFolder::state_path(std::uint64_t step) const {
-    return path(
-        format("checkpoints/step_%010llu%s", static_cast<unsigned long long>(step), kStateSuffix));
+    return path(format("checkpoints/step_%010llu%s", llu(step), kStateSuffix));
 }
 
 void RunFolder::keep_latest_states(std::size_t count) const {

@@ -78,8 +78,7 @@ Status Run::restore_validations() {
     for (const MetricLine& line : lines) {
         const std::optional<double> psnr = line.number("val_psnr");
         if (!psnr || line.step > step_) continue;
-        others = plan_.pieces > 0 &&
-                 std::any_of(plan_.protocol.begin(), plan_.protocol.end(), [&](const Number& now) {
+        others = plan_.pieces > 0 && std::ranges::any_of(plan_.protocol, [&](const Number& now) {
                      return line.number(now.name).value_or(now.value) != now.value;
                  });
         if (others) {

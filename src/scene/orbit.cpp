@@ -15,7 +15,7 @@ double weighted_quantile(const std::vector<double>& values, const std::vector<do
                          double part) {
     std::vector<std::size_t> order(values.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::sort(order.begin(), order.end(), [&values](std::size_t a, std::size_t b) {
+    std::ranges::sort(order, [&values](std::size_t a, std::size_t b) {
         return values[a] != values[b] ? values[a] < values[b] : a < b;
     });
     double left = part * std::accumulate(weights.begin(), weights.end(), 0.0);
@@ -86,7 +86,7 @@ Body body_of(const Gaussians& g) {
         median[k] = weighted_quantile(values, weights, 0.5);
     }
     const auto far = [&median](const Vec3& mean) { return glm::length(mean - median); };
-    std::transform(body.means.begin(), body.means.end(), values.begin(), far);
+    std::ranges::transform(body.means, values.begin(), far);
     const double most = kBodyRadii * weighted_quantile(values, weights, 0.98);
     std::erase_if(body.means, [&](const Vec3& mean) { return far(mean) > most; });
     const Box bounds = bounds_of(body.means);

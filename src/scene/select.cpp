@@ -87,8 +87,7 @@ Result<Gaussians> remove_invalid(const Gaussians& g) {
             return std::all_of(first, first + attribute.each,
                                [](float value) { return std::isfinite(value); });
         };
-        return std::all_of(of_scene.begin(), of_scene.end(), is_valid) &&
-               length_of(rotation_at(g, i)) > 0;
+        return std::ranges::all_of(of_scene, is_valid) && length_of(rotation_at(g, i)) > 0;
     });
 }
 
@@ -115,8 +114,8 @@ Result<Gaussians> sort_morton(const Gaussians& g) {
     for (std::size_t i = 0; i < g.count(); ++i) codes[i] = morton_code(g, i, box);
     std::vector<std::size_t> order(g.count());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return codes[a] < codes[b]; });
+    std::ranges::stable_sort(order,
+                             [&](std::size_t a, std::size_t b) { return codes[a] < codes[b]; });
     return gather(g, order);
 }
 

@@ -201,8 +201,7 @@ Status check_desc(const WriterDesc& desc) {
     const std::uint64_t objects =
         std::uint64_t{desc.train_objects} + desc.val_objects + desc.test_objects;
     if (objects < 1 || objects > 1000000)
-        return invalid("%llu objects, expected 1 to 1000000",
-                       static_cast<unsigned long long>(objects));
+        return invalid("%llu objects, expected 1 to 1000000", llu(objects));
     return {};
 }
 

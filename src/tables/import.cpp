@@ -9,7 +9,6 @@
 #include "scene/camera_pose.h"
 #include "tables/journal.h"
 #include "tables/srn_text.h"
-#include "tables/store.h"
 #include "tables/table_files.h"
 #include "tables/table_keys.h"
 #include "tables/table_reader.h"
@@ -210,8 +209,8 @@ class Import {
         const std::uint64_t expected = store_->index().image_bytes(table.table());
         if (kind.map != nullptr && bytes.size() != expected)
             return damaged("%zu bytes, expected %llu: uint8 [%u,%u,%u]", bytes.size(),
-                           static_cast<unsigned long long>(expected), kind.channels,
-                           store_->index().resolution, store_->index().resolution);
+                           llu(expected), kind.channels, store_->index().resolution,
+                           store_->index().resolution);
         return store_->put(table.table(), place, bytes);
     }
 

@@ -96,8 +96,7 @@ Status Journal::verify(const std::string& folder, const std::string& split) {
             return damaged(
                 "'%s/%s' is not the file of %llu bytes and CRC-32 %08x that '%s' lists: "
                 "it is damaged, or was written by something else",
-                folder.c_str(), file.path.c_str(), static_cast<unsigned long long>(file.bytes),
-                file.crc, path.c_str());
+                folder.c_str(), file.path.c_str(), llu(file.bytes), file.crc, path.c_str());
     return {};
 }
 

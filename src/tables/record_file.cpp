@@ -36,9 +36,8 @@ Result<int> open_sized(const std::string& path, const io::Buffer& header, std::u
         const int taken =
             SPLAT_FAULT("tables.allocate") ? ENOSPC : ::posix_fallocate(file, 0, size);
         if (taken != 0 && taken != EOPNOTSUPP && taken != EINVAL)
-            status = Status(Code::kIo, format("cannot take %llu bytes for '%s': %s",
-                                              static_cast<unsigned long long>(size), path.c_str(),
-                                              std::strerror(taken)));
+            status = Status(Code::kIo, format("cannot take %llu bytes for '%s': %s", llu(size),
+                                              path.c_str(), std::strerror(taken)));
         else if (::ftruncate(file, size) != 0)
             status = io::system_error(errno, "resize", path);
     }
@@ -59,8 +58,7 @@ Result<std::shared_ptr<const io::Source>> open_checked(const std::string& path,
         return damaged("'%s' is not the .npy file that its store.json describes", path.c_str());
     if (file->size() == header.size() + bytes) return file;
     return damaged("'%s' has %llu bytes, expected %llu: it is truncated or damaged", path.c_str(),
-                   static_cast<unsigned long long>(file->size()),
-                   static_cast<unsigned long long>(header.size() + bytes));
+                   llu(file->size()), llu(header.size() + bytes));
 }
 
 }  // namespace
@@ -127,7 +125,7 @@ Status RecordFile::read(std::uint64_t record, std::span<std::byte> to) const {
     return damaged(
         "'%s': record %llu does not have its checksum; the file is damaged: remove the "
         "store and import again",
-        path_.c_str(), static_cast<unsigned long long>(record));
+        path_.c_str(), llu(record));
 }
 
 }  // namespace splat::tables

@@ -53,7 +53,7 @@ Result<scene::Mat4> pose_of(std::string_view pose) {
     SPLAT_ASSIGN(const std::vector<double> n, numbers_of(pose));
     if (n.size() != 16) return damaged("%zu numbers, expected 16", n.size());
     scene::Mat4 matrix;
-    std::copy(n.begin(), n.end(), matrix.begin());
+    std::ranges::copy(n, matrix.begin());
     return matrix;
 }
 

@@ -1,8 +1,5 @@
 #include "tables/store.h"
 
-#include <algorithm>
-#include <filesystem>
-
 #include "core/json_tree.h"
 #include "core/json_writer.h"
 #include "core/shown.h"
@@ -24,8 +21,7 @@ Result<std::uint64_t> count_in(const JsonTree& tree, const char* name, std::uint
     const JsonTree* const found = tree.find(name);
     const auto count = found == nullptr ? std::nullopt : found->count();
     if (!count || *count > most)
-        return damaged("'%s' is missing or no whole number from 0 to %llu", name,
-                       static_cast<unsigned long long>(most));
+        return damaged("'%s' is missing or no whole number from 0 to %llu", name, llu(most));
     return *count;
 }
 
@@ -55,8 +51,7 @@ Result<StoreIndex> index_in(const JsonTree& tree) {
     SPLAT_ASSIGN(const std::uint64_t version, count_in(tree, "version", 1'000'000));
     if (name != kStoreFormat) return damaged("'format' is '%s'", shown(name).c_str());
     if (version != kStoreVersion)
-        return error(Code::kUnsupported, "version %llu, expected %d",
-                     static_cast<unsigned long long>(version), kStoreVersion);
+        return error(Code::kUnsupported, "version %llu, expected %d", llu(version), kStoreVersion);
     SPLAT_ASSIGN(index.split, text_in(tree, "split"));
     SPLAT_ASSIGN(index.source, text_in(tree, "source"));
     SPLAT_ASSIGN(const std::uint64_t resolution, count_in(tree, "resolution", 16384));
@@ -75,8 +70,7 @@ Result<StoreIndex> index_in(const JsonTree& tree) {
         index.objects.push_back(std::move(object));
     }
     if (rows == 0 || rows > kMaxRows || resolution == 0)
-        return damaged("%llu rows of %llu pixels a side", static_cast<unsigned long long>(rows),
-                       static_cast<unsigned long long>(resolution));
+        return damaged("%llu rows of %llu pixels a side", llu(rows), llu(resolution));
     index.frames.resize(rows);
     return index;
 }
@@ -152,10 +146,9 @@ Result<std::unique_ptr<Store>> Store::open(const std::string& folder) {
     SPLAT_ASSIGN(const auto frames, RecordFile::open(folder, "frame", frame_shape(rows)));
     SPLAT_TRY(frames->read(0, std::as_writable_bytes(std::span(index.frames))));
     SPLAT_ASSIGN(store->poses_, RecordFile::open(folder, "pose", pose_shape(rows)));
-    for (const Table map : index.maps) {
-        SPLAT_ASSIGN(store->images_[map],
-                     RecordFile::open(folder, kind_of(map).map, image_shape(index, map)));
-    }
+    for (const Table map : index.maps)
+        SPLAT_SET(store->images_[map],
+                  RecordFile::open(folder, kind_of(map).map, image_shape(index, map)));
     return store;
 }
 

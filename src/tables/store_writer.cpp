@@ -1,4 +1,3 @@
-#include <sys/file.h>
 
 #include <filesystem>
 #include <regex>
@@ -52,7 +51,7 @@ Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string& folder
                                                        bool replace, Part part) {
     if (index.frames.empty() || index.frames.size() > kMaxRows)
         return error(Code::kUnsupported, "%zu rows in a split, expected 1 to %llu",
-                     index.frames.size(), static_cast<unsigned long long>(kMaxRows));
+                     index.frames.size(), llu(kMaxRows));
     SPLAT_TRY(store_text(index).status());  // what finish() could not write
     std::unique_ptr<StoreWriter> writer(new StoreWriter(folder, std::move(index), part));
     std::error_code failed;
@@ -149,10 +148,9 @@ bool StoreWriter::is_done(const Part& part) const {
 Status StoreWriter::open_records() {
     const std::uint64_t rows = index_.frames.size();
     SPLAT_ASSIGN(records_[Table::kPoses], RecordFile::create(folder_, "pose", pose_shape(rows)));
-    for (const Table map : index_.maps) {
-        SPLAT_ASSIGN(records_[map],
-                     RecordFile::create(folder_, kind_of(map).map, image_shape(index_, map)));
-    }
+    for (const Table map : index_.maps)
+        SPLAT_SET(records_[map],
+                  RecordFile::create(folder_, kind_of(map).map, image_shape(index_, map)));
     return {};
 }
 
@@ -162,7 +160,7 @@ Status StoreWriter::put(Table table, std::uint64_t row, io::Bytes bytes) {
     if (bytes.size() > kMaxPoseBytes)
         return damaged("%zu bytes, expected at most %zu", bytes.size(), kMaxPoseBytes);
     std::byte padded[kMaxPoseBytes] = {};
-    std::copy(bytes.begin(), bytes.end(), padded);
+    std::ranges::copy(bytes, padded);
     return records.put(row, padded);
 }
 

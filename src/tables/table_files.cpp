@@ -159,11 +159,10 @@ std::string fingerprint_of(const std::vector<TableFiles>& tables) {
         for (const std::string& file : table.files) {
             struct stat info {};
             const bool known = ::stat(file.c_str(), &info) == 0;
-            const long long time =
-                static_cast<long long>(info.st_mtim.tv_sec) * 1000000000LL + info.st_mtim.tv_nsec;
-            text += format("%s %s %lld %lld\n", kind_of(table.table).name,
-                           fs::path(file).filename().c_str(),
-                           known ? static_cast<long long>(info.st_size) : -1LL, time);
+            const long long time = lld(info.st_mtim.tv_sec) * 1000000000LL + info.st_mtim.tv_nsec;
+            text +=
+                format("%s %s %lld %lld\n", kind_of(table.table).name,
+                       fs::path(file).filename().c_str(), known ? lld(info.st_size) : -1LL, time);
         }
     return text;
 }

@@ -15,7 +15,7 @@ constexpr std::uint64_t kObjectBytes = 512;  ///< besides its texts
 
 std::string TableKeys::name_of(std::uint64_t key) const {
     return format("uuid '%s', frame %llu", objects_[key >> kFrameBits].name.c_str(),
-                  static_cast<unsigned long long>(key & 0xFFFFFFFFU));
+                  llu(key & 0xFFFFFFFFU));
 }
 
 std::vector<std::int64_t> TableKeys::frames() const {
@@ -36,7 +36,7 @@ Result<std::uint64_t> TableKeys::key_of(const TableRow& row) const {
 
 Result<std::uint64_t> TableKeys::place_of(const TableRow& row) const {
     SPLAT_ASSIGN(const std::uint64_t key, key_of(row));
-    const auto found = std::lower_bound(keys_.begin(), keys_.end(), key);
+    const auto found = std::ranges::lower_bound(keys_, key);
     if (found == keys_.end() || *found != key)
         return damaged("%s is not in the table %s", name_of(key).c_str(),
                        kind_of(Table::kPoses).name);
@@ -86,16 +86,15 @@ Status TableKeys::read_poses(const TableReader& poses, DecodeBudget& budget) {
             const auto key = key_of(row);
             if (!key.ok()) return poses.in_row(file, row.number, key.status());
             if (keys_.size() == kMaxRows)
-                return error(Code::kUnsupported, "more than %llu rows in a split",
-                             static_cast<unsigned long long>(kMaxRows));
+                return error(Code::kUnsupported, "more than %llu rows in a split", llu(kMaxRows));
             const Status kept = budget.take(kRowBytes, 1, "rows");
             if (!kept.ok()) return poses.in_row(file, row.number, kept);
             keys_.push_back(key.value());
             ++objects_[key.value() >> kFrameBits].views;
             return {};
         }));
-    std::sort(keys_.begin(), keys_.end());
-    const auto twice = std::adjacent_find(keys_.begin(), keys_.end());
+    std::ranges::sort(keys_);
+    const auto twice = std::ranges::adjacent_find(keys_);
     if (twice != keys_.end())
         return damaged("table %s: %s occurs twice", kind_of(Table::kPoses).name,
                        name_of(*twice).c_str());
@@ -123,11 +122,10 @@ Status TableKeys::compare(const TableReader& table) const {
             return {};
         }));
     if (rows == keys_.size()) return {};
-    const auto missing = std::find(seen.begin(), seen.end(), false) - seen.begin();
+    const auto missing = std::ranges::find(seen, false) - seen.begin();
     return damaged("table %s: %llu rows, but %s has %zu; the first missing: %s",
-                   kind_of(table.table()).name, static_cast<unsigned long long>(rows),
-                   kind_of(Table::kPoses).name, keys_.size(),
-                   name_of(keys_[static_cast<std::size_t>(missing)]).c_str());
+                   kind_of(table.table()).name, llu(rows), kind_of(Table::kPoses).name,
+                   keys_.size(), name_of(keys_[static_cast<std::size_t>(missing)]).c_str());
 }
 
 }  // namespace splat::tables

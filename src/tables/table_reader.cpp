@@ -75,8 +75,8 @@ Status no_column(const char* name, const FileColumns& columns) {
 }
 
 FileColumns::const_iterator column_named(const FileColumns& columns, std::string_view name) {
-    return std::find_if(columns.begin(), columns.end(),
-                        [name](const FileColumn& column) { return column.name == name; });
+    return std::ranges::find_if(columns,
+                                [name](const FileColumn& column) { return column.name == name; });
 }
 
 /// The column of the values; where a table of images has none of that name, the only binary one.
@@ -85,9 +85,8 @@ Result<FileColumn> value_column(Table table, const std::string& file, const File
     const bool image = kind.map != nullptr;
     auto found = column_named(columns, kind.column);
     const auto is_binary = [](const FileColumn& column) { return column.is_binary(); };
-    if (found == columns.end() && image &&
-        std::count_if(columns.begin(), columns.end(), is_binary) == 1) {
-        found = std::find_if(columns.begin(), columns.end(), is_binary);
+    if (found == columns.end() && image && std::ranges::count_if(columns, is_binary) == 1) {
+        found = std::ranges::find_if(columns, is_binary);
         log(LogLevel::kWarning,
             format("table %s, '%s': column '%s', the only binary one, is taken as %s", kind.name,
                    file.c_str(), found->name.c_str(), kind.column));
@@ -161,8 +160,8 @@ Result<TableReader::Columns> TableReader::columns_of(const std::string& file) co
 Status TableReader::in_row(std::size_t file, std::uint64_t row, const Status& status) const {
     return Status(status.code(),
                   format("table %s, column %s, row %llu of '%s': %s", kind_of(table_.table).name,
-                         columns_[file].name.c_str(), static_cast<unsigned long long>(row),
-                         table_.files[file].c_str(), status.message().c_str()));
+                         columns_[file].name.c_str(), llu(row), table_.files[file].c_str(),
+                         status.message().c_str()));
 }
 
 Status TableReader::take_row(const Rows& rows, std::size_t row, std::size_t file,
@@ -171,8 +170,7 @@ Status TableReader::take_row(const Rows& rows, std::size_t row, std::size_t file
     out.number = static_cast<std::uint64_t>(rows.integer(0, row));
     const auto bad = [&](const char* column, const std::string& problem) {
         return damaged("table %s, column %s, row %llu of '%s': %s", kind_of(table_.table).name,
-                       column, static_cast<unsigned long long>(out.number),
-                       table_.files[file].c_str(), problem.c_str());
+                       column, llu(out.number), table_.files[file].c_str(), problem.c_str());
     };
     if (rows.is_null(1, row)) return bad("uuid", "the value is missing");
     out.uuid = rows.text(1, row);
@@ -187,13 +185,12 @@ Status TableReader::take_row(const Rows& rows, std::size_t row, std::size_t file
         if (out.frame < 0 || out.frame > kMaxFrame)
             return bad("frame_id",
                        format("'%.*s' is no number from 0 to %lld", static_cast<int>(text.size()),
-                              text.data(), static_cast<long long>(kMaxFrame)));
+                              text.data(), lld(kMaxFrame)));
     }
     if (rows.is_null(4, row)) return bad(columns_[file].name.c_str(), "the value is missing");
     if (rows.is_null(3, row))
         return bad(columns_[file].name.c_str(), format("%lld bytes, expected at most %llu",
-                                                       static_cast<long long>(rows.integer(4, row)),
-                                                       static_cast<unsigned long long>(most)));
+                                                       lld(rows.integer(4, row)), llu(most)));
     out.value = rows.text(3, row);
     return take(out);
 }
@@ -207,9 +204,8 @@ Status TableReader::scan(std::size_t file, const std::string& select, std::uint6
     const std::string bytes = (image ? "octet_length(" : "strlen(") + select + ")";
     std::string sql =
         format("SELECT file_row_number, left(uuid, %zu), ", kMaxUuidBytes + 1) + frame +
-        ", CASE WHEN " + bytes + format(" <= %llu THEN ", static_cast<unsigned long long>(most)) +
-        select + " END, CAST(" + bytes + " AS BIGINT) FROM read_parquet(" +
-        sql_literal(table_.files[file]) +
+        ", CASE WHEN " + bytes + format(" <= %llu THEN ", llu(most)) + select + " END, CAST(" +
+        bytes + " AS BIGINT) FROM read_parquet(" + sql_literal(table_.files[file]) +
         ", file_row_number = true, hive_partitioning = false) WHERE file_row_number >= " +
         std::to_string(first) + " AND file_row_number < " + std::to_string(last);
     if (table_.split_column) sql += " AND split = " + sql_literal(split_);
@@ -231,8 +227,7 @@ Status TableReader::keys(std::size_t file, const Take& take) const {
     SPLAT_TRY(scan(file, kNoValue, 0, 0, rows, take, count));
     if (table_.split_column || count == rows) return {};
     return damaged("table %s, '%s': %llu rows, but its footer says %llu",
-                   kind_of(table_.table).name, table_.files[file].c_str(),
-                   static_cast<unsigned long long>(count), static_cast<unsigned long long>(rows));
+                   kind_of(table_.table).name, table_.files[file].c_str(), llu(count), llu(rows));
 }
 
 Status TableReader::values(std::size_t file, std::uint64_t first, std::uint64_t last,
@@ -260,7 +255,7 @@ Status TableReader::values(std::size_t file, std::uint64_t first, std::uint64_t 
             return error(Code::kUnsupported,
                          "%s; a row group does not fit in the memory that is set for it: write "
                          "the file again with at most %llu rows and 100 MiB in a group",
-                         status.message().c_str(), static_cast<unsigned long long>(kPieceRows / 4));
+                         status.message().c_str(), llu(kPieceRows / 4));
         else
             step = std::max<std::uint64_t>(1, std::min(step, kPieceRows) / 4);
     }

@@ -53,7 +53,7 @@ Status Trainer::resume(const io::WeightsFile& file) {
     if (sum != expected)
         return error(Code::kFormat,
                      "checkpoint: its checksum is %08x, expected %08llx: the file is damaged", sum,
-                     static_cast<unsigned long long>(expected));
+                     llu(expected));
     // The state of the optimiser does not belong to a state dict.
     io::NamedTensors weights;
     for (const io::NamedTensor& tensor : file.tensors)

@@ -52,9 +52,8 @@ Result<Optimiser> Optimiser::create(vk::Context& context, OptimiserDesc desc) {
         if (parameter.value.bytes != parameter.grad.bytes)
             return error(Code::kShape,
                          "parameter '%s' has %llu bytes and its gradient %llu, expected the same",
-                         parameter.name.c_str(),
-                         static_cast<unsigned long long>(parameter.value.bytes),
-                         static_cast<unsigned long long>(parameter.grad.bytes));
+                         parameter.name.c_str(), llu(parameter.value.bytes),
+                         llu(parameter.grad.bytes));
     }
     Optimiser optimiser(context, std::move(desc));
     optimiser.make_runs();

@@ -47,7 +47,7 @@ Status Optimiser::check_rows(std::span<const std::size_t> parameters,
                 Code::kInvalidArgument,
                 "optimizer: rows[%zu] is %lld, expected one of the %u rows in use, or %lld "
                 "for a new row",
-                i, static_cast<long long>(rows[i]), first.rows(), static_cast<long long>(kNewRow));
+                i, lld(rows[i]), first.rows(), lld(kNewRow));
     return {};
 }
 

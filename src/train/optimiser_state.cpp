@@ -86,8 +86,7 @@ Status Optimiser::check(const io::WeightsFile& file) const {
                          "checkpoint: '%s%s' %s, expected %llu numbers: it is of another "
                          "configuration",
                          kind.prefix, parameter.name.c_str(),
-                         tensor == nullptr ? "is missing" : "has another size",
-                         static_cast<unsigned long long>(expected));
+                         tensor == nullptr ? "is missing" : "has another size", llu(expected));
         }
     }
     return {};

@@ -112,9 +112,7 @@ Status SplatterTraining::configure(const std::string* config, run::Messages& mes
         SPLAT_ASSIGN(run, complete(own));
         given = *run;
     }
-    if (desc_.config) {
-        SPLAT_ASSIGN(given, read_config(*desc_.config, "configuration"));
-    }
+    if (desc_.config) SPLAT_SET(given, read_config(*desc_.config, "configuration"));
     SPLAT_ASSIGN(given, config::with_values(given, desc_.changes));
     SPLAT_ASSIGN(const auto warnings, config::training_warnings(given));
     for (const std::string& warning : warnings) messages.push_back({"warning: " + warning, true});
@@ -284,10 +282,8 @@ std::uint32_t SplatterTraining::validated_objects() const {
 std::string SplatterTraining::headline(const std::string& folder) const {
     const nn::Parameters& parameters = trainer_->model().parameters();
     return format("training %s: %llu of %llu parameters, %u objects, step %llu of %llu, on %s",
-                  folder.c_str(), static_cast<unsigned long long>(trainable_of(parameters)),
-                  static_cast<unsigned long long>(parameters.elements()), data_->objects(),
-                  static_cast<unsigned long long>(trainer_->steps()),
-                  static_cast<unsigned long long>(settings_.training.iterations),
+                  folder.c_str(), llu(trainable_of(parameters)), llu(parameters.elements()),
+                  data_->objects(), llu(trainer_->steps()), llu(settings_.training.iterations),
                   context_->device().info().name.c_str());
 }
 

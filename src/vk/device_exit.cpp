@@ -1,6 +1,5 @@
 #include "vk/device_exit.h"
 
-#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <mutex>

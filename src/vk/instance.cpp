@@ -49,7 +49,7 @@ bool is_of_the_layer_itself(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
     if (severity > VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT ||
         data.pMessageIdName == nullptr)
         return false;
-    return std::any_of(std::begin(kOwn), std::end(kOwn), [&](const auto& own) {
+    return std::ranges::any_of(kOwn, [&](const auto& own) {
         return std::strcmp(data.pMessageIdName, own.id) == 0 &&
                std::strstr(data.pMessage, own.text) != nullptr;
     });

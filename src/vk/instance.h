@@ -2,10 +2,8 @@
 
 #include <volk.h>
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "core/no_copy.h"

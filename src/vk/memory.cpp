@@ -136,19 +136,16 @@ Result<Block*> Memory::add_block(std::uint64_t bytes, MemoryKind kind, std::stri
     if (bytes > limit)
         return error(Code::kUnsupported,
                      "%.*s: %llu bytes, but device %u (%s) allocates at most %llu at once",
-                     static_cast<int>(name.size()), name.data(),
-                     static_cast<unsigned long long>(bytes), device_.info().index,
-                     device_.info().name.c_str(), static_cast<unsigned long long>(limit));
+                     static_cast<int>(name.size()), name.data(), llu(bytes), device_.info().index,
+                     device_.info().name.c_str(), llu(limit));
     const bool counts = kind == MemoryKind::kDevice;
     if (counts && (use_.used > use_.budget || bytes > use_.budget - use_.used))
         return error(Code::kOutOfDeviceMemory,
                      "%.*s: needs %llu bytes more, but %llu of the budget of %llu are in use; free "
                      "tensors or raise "
                      "max_device_bytes",
-                     static_cast<int>(name.size()), name.data(),
-                     static_cast<unsigned long long>(bytes),
-                     static_cast<unsigned long long>(use_.used),
-                     static_cast<unsigned long long>(use_.budget));
+                     static_cast<int>(name.size()), name.data(), llu(bytes), llu(use_.used),
+                     llu(use_.budget));
     // Whole blocks while they fit in the budget, so that small tensors share one.
     std::uint64_t size = std::min(std::max(bytes, desc_.block_bytes), limit);
     if (kind == MemoryKind::kStaging) size = bytes;  // a context has one buffer
@@ -285,8 +282,7 @@ void Memory::give_back(Block& block, std::uint64_t offset) noexcept {
 
 void Memory::drop_if_empty(Block& block) noexcept {
     if (!block.live.empty()) return;
-    const auto at = std::find_if(blocks_.begin(), blocks_.end(),
-                                 [&](const auto& b) { return b.get() == &block; });
+    const auto at = std::ranges::find_if(blocks_, [&](const auto& b) { return b.get() == &block; });
     if (block.kind == MemoryKind::kDevice) {
         const std::lock_guard lock(use_mutex_);
         use_.used -= block.bytes;
@@ -354,7 +350,7 @@ Status Memory::check_guards() {
             if (const auto at = broken_guard(*block, offset)) broken = at;
     if (!broken) return {};
     return error(Code::kInternal, "the guard word at byte %llu of a block was overwritten",
-                 static_cast<unsigned long long>(*broken));
+                 llu(*broken));
 }
 
 }  // namespace splat::vk

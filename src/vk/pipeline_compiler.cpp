@@ -76,8 +76,7 @@ void PipelineCompiler::enqueue(CompileJob& job) noexcept {
     (first_ == nullptr ? first_ : last_->next) = &job;
     last_ = &job;
     if (stop_) return;
-    const auto worker =
-        std::find_if(workers_.begin(), workers_.end(), [](const Worker& one) { return one.ended; });
+    const auto worker = std::ranges::find_if(workers_, [](const Worker& one) { return one.ended; });
     if (worker == workers_.end()) return;
     if (worker->thread.joinable()) worker->thread.join();
     try {

@@ -5,7 +5,6 @@
 #include <new>
 
 #include "core/fault.h"
-#include "core/log.h"
 #include "vk/command_list_objects.h"
 
 namespace splat::vk {

@@ -26,7 +26,7 @@ splat_device_info info_of(const vk::DeviceInfo& device) {
     SPLAT_COPY(info, device, index, vendor_id, device_id, vulkan_version, driver_version);
     info.kind = static_cast<splat_device_kind>(device.kind);
     info.usable = device.usable() ? 1 : 0;
-    std::copy(device.uuid.begin(), device.uuid.end(), info.uuid);
+    std::ranges::copy(device.uuid, info.uuid);
     SPLAT_COPY(info, device.limits, heap_bytes, max_allocation_bytes, max_storage_buffer_bytes,
                shared_memory_bytes, subgroup_size);
     info.max_workgroup_invocations = device.limits.max_group_invocations;
@@ -58,7 +58,7 @@ Result<vk::ContextDesc> context_desc(const splat_device_desc& desc) {
     context.device.select = static_cast<vk::DeviceSelect>(desc.select);
     context.device.index = desc.index;
     context.device.kind = static_cast<vk::DeviceKind>(desc.kind);
-    std::copy(std::begin(desc.uuid), std::end(desc.uuid), context.device.uuid.begin());
+    std::ranges::copy(desc.uuid, context.device.uuid.begin());
     context.device.kernels = static_cast<vk::Kernels>(desc.kernels);
     const auto forced = environment("SPLAT_VALIDATION");
     context.device.validation =

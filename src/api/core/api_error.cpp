@@ -115,7 +115,7 @@ splat_result give_bytes(std::span<const std::span<const std::byte>> pieces, void
     if (needed != nullptr) *needed = size;
     if (buffer == nullptr || capacity < size) return SPLAT_INCOMPLETE;
     auto* at = static_cast<std::byte*>(buffer);
-    for (const auto piece : pieces) at = std::copy(piece.begin(), piece.end(), at);
+    for (const auto piece : pieces) at = std::ranges::copy(piece, at).out;
     return SPLAT_OK;
 }
 

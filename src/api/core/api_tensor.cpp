@@ -38,8 +38,7 @@ Result<TensorPointer> create(splat_device device, const splat_tensor_desc* desc)
                      "tensor '%s' of shape %s has %llu bytes, but the device binds at most %llu; "
                      "split it along an outer "
                      "dimension",
-                     tensor->name.c_str(), shape.text().c_str(),
-                     static_cast<unsigned long long>(bytes), static_cast<unsigned long long>(most));
+                     tensor->name.c_str(), shape.text().c_str(), llu(bytes), llu(most));
     SPLAT_ASSIGN(tensor->buffer, context.memory().allocate(bytes, vk::MemoryKind::kDevice,
                                                            "tensor '" + tensor->name + "'"));
     tensor->view = tensor->buffer.view(shape);

@@ -95,17 +95,17 @@ Status check_reach(const char* argument, const std::array<Axis, 3>& axes, std::u
     for (const Axis& axis : axes) {
         if (axis.stride < 0)
             return invalid("%s has the stride %lld; with a negative stride, bytes must be 0",
-                           argument, static_cast<long long>(axis.stride));
+                           argument, lld(axis.stride));
         const auto reach = checked_mul(axis.count - 1, static_cast<std::uint64_t>(axis.stride));
         const auto sum = reach ? checked_add(end, *reach) : reach;
         if (!sum)
             return invalid("%s has the stride %lld beyond the address space", argument,
-                           static_cast<long long>(axis.stride));
+                           lld(axis.stride));
         end = *sum;
     }
     if (end <= bytes) return {};
-    return invalid("%s.bytes is %llu, its size and strides take %llu", argument,
-                   static_cast<unsigned long long>(bytes), static_cast<unsigned long long>(end));
+    return invalid("%s.bytes is %llu, its size and strides take %llu", argument, llu(bytes),
+                   llu(end));
 }
 
 /// Samples are distinct if, sorted by stride, each axis steps over the span of the smaller ones.
@@ -114,8 +114,7 @@ Status check_distinct(const char* argument, std::array<Axis, 3> axes, std::uint6
         const auto stride = static_cast<std::uint64_t>(axis.stride);
         return axis.stride < 0 ? 0 - stride : stride;
     };
-    std::sort(axes.begin(), axes.end(),
-              [&](const Axis& a, const Axis& b) { return step(a) < step(b); });
+    std::ranges::sort(axes, [&](const Axis& a, const Axis& b) { return step(a) < step(b); });
     std::uint64_t span = size;
     for (const Axis& axis : axes) {
         if (axis.count == 1) continue;

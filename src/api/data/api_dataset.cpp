@@ -49,9 +49,7 @@ Status check_views(const splat_dataset_views& views, std::uint64_t n, std::uint6
     for (const auto& row : rows)
         if (row.array != nullptr && row.length != 0 && row.length < n * row.each)
             return invalid("splat_dataset_views.%s has %llu floats, %llu views take %llu", row.name,
-                           static_cast<unsigned long long>(row.length),
-                           static_cast<unsigned long long>(n),
-                           static_cast<unsigned long long>(n * row.each));
+                           llu(row.length), llu(n), llu(n * row.each));
     return {};
 }
 

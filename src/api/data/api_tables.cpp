@@ -15,7 +15,7 @@ tables::Progress progress_of(splat_progress_callback callback, void* user) {
     return [callback, user](std::uint64_t done, std::uint64_t total) -> Status {
         if (callback(user, done, total) == 0) return {};
         return error(Code::kCancelled, "the callback ended the call after %llu of %llu rows",
-                     static_cast<unsigned long long>(done), static_cast<unsigned long long>(total));
+                     llu(done), llu(total));
     };
 }
 

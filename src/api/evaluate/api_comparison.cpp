@@ -25,9 +25,8 @@ Result<eval::ScoreTable> score_table(const splat_score_set& set, const char* nam
     eval::ScoreTable table;
     for (std::uint64_t i = 0; i < set.score_count; ++i) {
         const splat_score& score = set.scores[i];
-        SPLAT_TRY(api::require(score.object, format("desc.%s.scores[%llu].object", name,
-                                                    static_cast<unsigned long long>(i))
-                                                 .c_str()));
+        SPLAT_TRY(api::require(score.object,
+                               format("desc.%s.scores[%llu].object", name, llu(i)).c_str()));
         if (!table.objects.insert(score.object).second)
             return invalid("splat_compare_desc.%s has the object '%s' twice, expected it once",
                            name, score.object);
@@ -42,7 +41,7 @@ Result<eval::ScoreTable> score_table(const splat_score_set& set, const char* nam
 
 /// The number of a metric.
 splat_metric metric_of(const std::string& name) {
-    const auto* const place = std::find(std::begin(eval::kMetrics), std::end(eval::kMetrics), name);
+    const auto* const place = std::ranges::find(eval::kMetrics, name);
     return SPLAT_METRIC_PSNR + static_cast<splat_metric>(place - std::begin(eval::kMetrics));
 }
 
@@ -60,8 +59,7 @@ splat_result with_metric(splat_comparison comparison, std::uint32_t index, Body&
 Status check_samples(const double* samples, std::uint64_t room, std::size_t needed,
                      const char* argument) {
     if (samples == nullptr || room >= needed) return {};
-    return invalid("%s is %llu, expected %zu or more", argument,
-                   static_cast<unsigned long long>(room), needed);
+    return invalid("%s is %llu, expected %zu or more", argument, llu(room), needed);
 }
 
 }  // namespace
@@ -120,8 +118,8 @@ splat_result splat_comparison_samples(splat_comparison comparison, uint32_t inde
         const eval::MetricSamples& samples = finding.samples;
         SPLAT_TRY(check_samples(a, a_count, samples.a.size(), "a_count"));
         SPLAT_TRY(check_samples(b, b_count, samples.b.size(), "b_count"));
-        if (a != nullptr) std::copy(samples.a.begin(), samples.a.end(), a);
-        if (b != nullptr) std::copy(samples.b.begin(), samples.b.end(), b);
+        if (a != nullptr) std::ranges::copy(samples.a, a);
+        if (b != nullptr) std::ranges::copy(samples.b, b);
         return {};
     });
 }

@@ -1,4 +1,3 @@
-#include <algorithm>
 
 #include "api/api_guard.h"
 #include "api/handles.h"

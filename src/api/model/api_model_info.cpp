@@ -1,4 +1,3 @@
-#include <cstring>
 
 #include "api/api_guard.h"
 #include "api/handles.h"

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 
 #include "api/api_guard.h"
@@ -13,8 +12,8 @@ using namespace splat;
 namespace {
 
 Status expect_no_arrays(const char* type, std::initializer_list<const void*> arrays) {
-    const bool given = std::any_of(arrays.begin(), arrays.end(),
-                                   [](const void* array) { return array != nullptr; });
+    const bool given =
+        std::ranges::any_of(arrays, [](const void* array) { return array != nullptr; });
     if (!given) return {};
     return invalid("%s.flags has SPLAT_PASS_TENSORS, but an array is given; expected NULL", type);
 }

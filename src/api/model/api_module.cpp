@@ -14,10 +14,9 @@ Result<model::ModuleDesc> desc_of(const splat_module_desc& given) {
     if (given.port_count > 0) SPLAT_TRY(api::require(given.ports, "splat_module_desc.ports"));
     model::ModuleDesc desc;
     desc.type = given.type;
-    if (given.attributes != nullptr) {
-        SPLAT_ASSIGN(desc.attributes,
-                     parse_flat_json(given.attributes, "splat_module_desc.attributes"));
-    }
+    if (given.attributes != nullptr)
+        SPLAT_SET(desc.attributes,
+                  parse_flat_json(given.attributes, "splat_module_desc.attributes"));
     for (std::uint32_t i = 0; i < given.port_count; ++i) {
         const splat_port& port = given.ports[i];
         const std::string what = format("splat_module_desc.ports[%u]", i);

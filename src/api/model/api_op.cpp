@@ -75,9 +75,8 @@ Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_o
     SPLAT_ASSIGN(const ops::OpRow* row, ops::find_op(desc->type));
     SPLAT_TRY(check_counts(*row, *desc));
     std::vector<JsonScalar> attributes;
-    if (desc->attributes != nullptr) {
-        SPLAT_ASSIGN(attributes, parse_flat_json(desc->attributes, "splat_op_desc.attributes"));
-    }
+    if (desc->attributes != nullptr)
+        SPLAT_SET(attributes, parse_flat_json(desc->attributes, "splat_op_desc.attributes"));
 
     TensorList list(row->name, *owner->context);
     nn::OpInstance::Tensors tensors;

@@ -73,9 +73,8 @@ Result<io::NamedTensor> named_tensor(const splat_named_array& array, const std::
     SPLAT_ASSIGN(const std::uint64_t count, io::count_elements(tensor.dims, array.name));
     if (array.value_count != count)
         return error(Code::kShape, "%s.value_count is %llu, '%s' of shape %s has %llu",
-                     argument.c_str(), static_cast<unsigned long long>(array.value_count),
-                     array.name, io::dims_text(tensor.dims).c_str(),
-                     static_cast<unsigned long long>(count));
+                     argument.c_str(), llu(array.value_count), array.name,
+                     io::dims_text(tensor.dims).c_str(), llu(count));
     if (count > 0) SPLAT_TRY(api::require(array.values, (argument + ".values").c_str()));
     tensor.values.own().assign(array.values, array.values + count);
     return tensor;
@@ -111,8 +110,7 @@ splat_result splat_weights_from_arrays(const splat_named_array* arrays, uint64_t
         auto object = std::make_shared<api::WeightsObject>();
         for (std::uint64_t i = 0; i < count; ++i) {
             SPLAT_ASSIGN(io::NamedTensor tensor,
-                         named_tensor(arrays[i],
-                                      format("arrays[%llu]", static_cast<unsigned long long>(i))));
+                         named_tensor(arrays[i], format("arrays[%llu]", llu(i))));
             SPLAT_TRY(object->file.tensors.add(std::move(tensor)));
         }
         object->from = "arrays";
@@ -216,9 +214,7 @@ splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, d
     return api::create(folded, "folded", [&]() -> api::Weights::Made {
         SPLAT_ASSIGN(const auto from, api::weights_to_use(weights, "weights"));
         auto given = from;
-        if (adapters != nullptr) {
-            SPLAT_ASSIGN(given, api::weights_to_use(adapters, "adapters"));
-        }
+        if (adapters != nullptr) SPLAT_SET(given, api::weights_to_use(adapters, "adapters"));
         if (!std::isfinite(alpha)) return invalid("alpha is %g, expected a finite number", alpha);
         SPLAT_TRY(api::check_flags(flags, SPLAT_FOLD_OUT));
         if (!model::has_adapters(given->file.tensors))

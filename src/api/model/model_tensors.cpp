@@ -50,8 +50,7 @@ Status take_object(ModelTensor& found, vk::Context& context, std::uint32_t objec
         return error(Code::kUnsupported,
                      "'%s' has %llu bytes, but the device binds parts at multiples of %llu: take "
                      "the tensor of all objects",
-                     name, static_cast<unsigned long long>(bytes),
-                     static_cast<unsigned long long>(alignment));
+                     name, llu(bytes), llu(alignment));
     if (objects > 1) {
         found.offset = i * bytes;
         if (found.rows == nullptr) found.view = found.view.part(found.offset, bytes);

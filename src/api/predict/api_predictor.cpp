@@ -82,9 +82,7 @@ Result<WeightsPointer> with_adapters(const WeightsPointer& weights,
     if (!model::has_adapters(adapters->tensors))
         return damaged("the adapters have no tensors '<layer>.lora_A'");
     double alpha = desc.adapters_alpha;
-    if (alpha == 0) {
-        SPLAT_ASSIGN(alpha, predict::adapters_alpha(*adapters, network));
-    }
+    if (alpha == 0) SPLAT_SET(alpha, predict::adapters_alpha(*adapters, network));
     io::WeightsFile folded;
     folded.metadata = weights->metadata;
     auto merged = model::merge_adapters(weights->tensors, adapters->tensors, alpha, 1);
@@ -129,11 +127,10 @@ Result<PredictorPointer> make_predictor(splat_device device, const splat_predict
     SPLAT_ASSIGN(const auto owner, api::find(device));
     auto object = std::make_shared<api::PredictorObject>(owner->context);
     if (desc.weights_path != nullptr) object->path = desc.weights_path;
-    if (desc.weights == nullptr) {
-        SPLAT_ASSIGN(object->path, desc.weights_path == nullptr
-                                       ? predict::builtin_weights(predict::kDefaultWeights)
-                                       : predict::weights_named(desc.weights_path));
-    }
+    if (desc.weights == nullptr)
+        SPLAT_SET(object->path, desc.weights_path == nullptr
+                                    ? predict::builtin_weights(predict::kDefaultWeights)
+                                    : predict::weights_named(desc.weights_path));
     SPLAT_ASSIGN(const WeightsPointer weights,
                  predictor_weights(object->path.c_str(), desc.weights, "weights"));
     SPLAT_ASSIGN(object->settings,
@@ -260,7 +257,7 @@ splat_result splat_predictor_get_info(splat_predictor predictor, splat_predictor
         filled.gaussians = network.gaussians();
         filled.fov_degrees = static_cast<double>(network.fov_degrees);
         const std::array<float, 3> background = predict::background_of(object.settings);
-        std::copy(background.begin(), background.end(), filled.background);
+        std::ranges::copy(background, filled.background);
         filled.category = object.settings.training.category.c_str();
         return filled;
     });

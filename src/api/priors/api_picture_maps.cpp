@@ -54,8 +54,8 @@ splat_result splat_picture_mask(const splat_image* picture, const splat_image* m
         SPLAT_ASSIGN(const std::vector<std::uint8_t> bytes,
                      data::mask_of(api::image_of(from), way));
         std::vector<float> values(bytes.size());
-        std::transform(bytes.begin(), bytes.end(), values.begin(),
-                       [](std::uint8_t byte) { return static_cast<float>(byte) / 255; });
+        std::ranges::transform(bytes, values.begin(),
+                               [](std::uint8_t byte) { return static_cast<float>(byte) / 255; });
         api::fill_interleaved(to, values.data());
         if (found != nullptr) *found = static_cast<splat_found>(way);
         return {};

@@ -23,8 +23,7 @@ using Points = std::vector<scene::Vec3>;
 
 Status check_count_of_points(std::uint64_t count) {
     if (count % 3 == 0) return {};
-    return invalid("count is %llu, expected 3 numbers for each point",
-                   static_cast<unsigned long long>(count));
+    return invalid("count is %llu, expected 3 numbers for each point", llu(count));
 }
 
 void fill_points(const Points& from, float* to) {

@@ -129,7 +129,7 @@ splat_result splat_prior_compare_depth(const splat_image* prediction, const spla
                                           : prior_scores::DepthRule::kValid));
                        splat_depth_scores filled{};
                        SPLAT_COPY(filled, made, pixels, abs_rel, rmse, si_rmse);
-                       std::copy(made.within.begin(), made.within.end(), filled.within);
+                       std::ranges::copy(made.within, filled.within);
                        filled.scale = made.scale;
                        filled.shift = made.shift;
                        return filled;
@@ -148,7 +148,7 @@ splat_result splat_prior_compare_normals(const splat_image* prediction, const sp
                                                          normals_of(pair.second, flags), counted));
                        splat_normal_scores filled{};
                        SPLAT_COPY(filled, made, pixels, missing, mean, median, rmse);
-                       std::copy(made.within.begin(), made.within.end(), filled.within);
+                       std::ranges::copy(made.within, filled.within);
                        return filled;
                    });
 }
@@ -184,7 +184,7 @@ splat_result splat_prior_compare_images(const splat_image* prediction, const spl
             filled.constant_channels = made.constant;
             filled.vif = made.vif;
             std::fill_n(filled.channels, 4, std::numeric_limits<double>::quiet_NaN());
-            std::copy(made.channels.begin(), made.channels.end(), filled.channels);
+            std::ranges::copy(made.channels, filled.channels);
             return filled;
         });
 }

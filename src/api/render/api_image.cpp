@@ -8,7 +8,6 @@
 #include "io/maps/number_image.h"
 #include "io/npy.h"
 #include "io/photo/image_file.h"
-#include "scene/camera_pose.h"
 
 using namespace splat;
 

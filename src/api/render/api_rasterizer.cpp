@@ -182,10 +182,9 @@ struct NamedSceneKeeper {
 /// Copy `desc.gaussians` Gaussians into the kernels' layout.
 Status pack(api::RasterStateObject& object, const raster::RasterDesc& desc,
             const ops::GaussianRows& attributes) {
-    if (object.inputs.bytes() == 0) {
-        SPLAT_ASSIGN(object.inputs,
-                     gaussians::allocate_set(*object.context, object.rasterizer->desc()));
-    }
+    if (object.inputs.bytes() == 0)
+        SPLAT_SET(object.inputs,
+                  gaussians::allocate_set(*object.context, object.rasterizer->desc()));
     object.inputs.count = desc.gaussians;
     vk::Recorder recorder(*object.context);
     SPLAT_TRY(ops::pack_rows(recorder, desc, attributes, object.inputs.views()));

@@ -96,7 +96,7 @@ Status read_output(const api::RasterStateObject& object, const OutputRow& row, f
     SPLAT_ASSIGN(const float* splats,
                  numbers(context, space.splats.range(), 12 * count, splats_copy));
     const std::vector<float> conics = raster::conics_of({splats, 12 * count}, {radii, 2 * count});
-    std::copy(conics.begin(), conics.end(), to);
+    std::ranges::copy(conics, to);
     return {};
 }
 
@@ -188,8 +188,7 @@ splat_result splat_rasterizer_read(splat_rasterizer rasterizer, splat_raster_sta
         const std::uint64_t needed =
             elements_of(object->rasterizer->drawn_desc(), *row) * row->channels * sizeof(float);
         if (bytes < needed)
-            return invalid("bytes is %zu, but output %s takes %llu", bytes, row->name,
-                           static_cast<unsigned long long>(needed));
+            return invalid("bytes is %zu, but output %s takes %llu", bytes, row->name, llu(needed));
         return read_output(*object, *row, values);
     });
 }
@@ -213,8 +212,7 @@ splat_result splat_rasterizer_read_images(splat_rasterizer rasterizer, splat_ras
         }
         if (std::uint64_t{first} + count > drawn.views)
             return invalid("views %u to %llu, but the last forward call drew %u", first,
-                           static_cast<unsigned long long>(std::uint64_t{first} + count),
-                           drawn.views);
+                           llu(std::uint64_t{first} + count), drawn.views);
         return api::fill_images(*object, output, first, views);
     });
 }

@@ -92,7 +92,7 @@ splat_result splat_scene_render(splat_scene scene, splat_device device, const sp
         if (device != nullptr) {
             SPLAT_ASSIGN(owner, api::find(device));
         } else {
-            SPLAT_ASSIGN(owner, api::open_device({}));
+            SPLAT_SET(owner, api::open_device({}));
         }
         const vk::DeviceInfo& limits = owner->context->device().info();
         const splat_rasterizer_desc rasterizer = rasterizer_of(*from, wanted);

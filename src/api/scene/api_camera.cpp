@@ -134,7 +134,7 @@ splat_result splat_camera_look_at(splat_camera* camera, const double* eye, const
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::require(camera, "camera", eye, "eye", target, "target", up, "up"));
         SPLAT_ASSIGN(const scene::Mat4 pose, scene::look_at(vec3(eye), vec3(target), vec3(up)));
-        std::copy(pose.begin(), pose.end(), camera->world_to_camera);
+        std::ranges::copy(pose, camera->world_to_camera);
         return {};
     });
 }
@@ -145,7 +145,7 @@ splat_result splat_camera_from_opengl(splat_camera* camera, const double* camera
         scene::Mat4 from;
         std::copy_n(camera_to_world, 16, from.begin());
         SPLAT_ASSIGN(const scene::Mat4 pose, scene::opencv_from_opengl(from));
-        std::copy(pose.begin(), pose.end(), camera->world_to_camera);
+        std::ranges::copy(pose, camera->world_to_camera);
         return {};
     });
 }
@@ -156,7 +156,7 @@ splat_result splat_camera_to_opengl(const splat_camera* camera, double* camera_t
         scene::Mat4 from;
         std::copy_n(camera->world_to_camera, 16, from.begin());
         SPLAT_ASSIGN(const scene::Mat4 pose, scene::opengl_from_opencv(from));
-        std::copy(pose.begin(), pose.end(), camera_to_world);
+        std::ranges::copy(pose, camera_to_world);
         return {};
     });
 }
@@ -171,7 +171,7 @@ splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc,
         const std::shared_lock lock(object->mutex);
         SPLAT_ASSIGN(const std::vector<scene::Camera> made,
                      scene::orbit(object->gaussians, options));
-        std::transform(made.begin(), made.end(), cameras, api::value_of);
+        std::ranges::transform(made, cameras, api::value_of);
         return {};
     });
 }

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <shared_mutex>
 
 #include "api/api_guard.h"
@@ -18,9 +17,8 @@ constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 27;
 
 Status check_count(std::uint64_t count) {
     if (count <= kMaxCount) return {};
-    return error(Code::kUnsupported, "a scene of %llu Gaussians, expected at most %llu",
-                 static_cast<unsigned long long>(count),
-                 static_cast<unsigned long long>(kMaxCount));
+    return error(Code::kUnsupported, "a scene of %llu Gaussians, expected at most %llu", llu(count),
+                 llu(kMaxCount));
 }
 
 Result<scene::Gaussians> gaussians_of(const splat_scene_desc& desc) {
@@ -34,11 +32,11 @@ Result<scene::Gaussians> gaussians_of(const splat_scene_desc& desc) {
                          std::vector<float>& to) -> Status {
         if (from == nullptr && length != 0)
             return invalid("splat_scene_desc.%s is NULL, but its length is %llu", name,
-                           static_cast<unsigned long long>(length));
+                           llu(length));
         if (from == nullptr) return {};
         if (length != 0 && length < to.size())
             return invalid("splat_scene_desc.%s has %llu floats, its Gaussians take %zu", name,
-                           static_cast<unsigned long long>(length), to.size());
+                           llu(length), to.size());
         std::copy_n(from, to.size(), to.begin());
         return {};
     };
@@ -139,7 +137,7 @@ splat_result splat_scene_read(splat_scene scene, const char* name, float* values
         SPLAT_ASSIGN(const api::SceneAttribute* attribute,
                      attribute_of(*object, name, values, bytes));
         const std::vector<float> read = api::attribute_values(*attribute, object->gaussians);
-        std::copy(read.begin(), read.end(), values);
+        std::ranges::copy(read, values);
         return {};
     });
 }
@@ -206,15 +204,9 @@ splat_result splat_scene_filter(splat_scene scene, uint32_t flags, double min_op
         if (!(min_opacity >= 0 && min_opacity <= 1))
             return invalid("min_opacity is %g, expected 0 to 1", min_opacity);
         scene::Gaussians kept = from;
-        if ((flags & SPLAT_FILTER_FINITE) != 0) {
-            SPLAT_ASSIGN(kept, scene::remove_invalid(kept));
-        }
-        if (min_opacity > 0) {
-            SPLAT_ASSIGN(kept, scene::filter_by_opacity(kept, min_opacity));
-        }
-        if ((flags & SPLAT_FILTER_SORT) != 0) {
-            SPLAT_ASSIGN(kept, scene::sort_morton(kept));
-        }
+        if ((flags & SPLAT_FILTER_FINITE) != 0) SPLAT_SET(kept, scene::remove_invalid(kept));
+        if (min_opacity > 0) SPLAT_SET(kept, scene::filter_by_opacity(kept, min_opacity));
+        if ((flags & SPLAT_FILTER_SORT) != 0) SPLAT_SET(kept, scene::sort_morton(kept));
         return kept;
     });
 }

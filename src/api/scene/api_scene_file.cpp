@@ -19,9 +19,8 @@ static_assert(static_cast<int>(scene::Frame::kLdf) + 1 == SPLAT_FRAME_LDF);
 
 Status check_range(const char* field, std::int64_t value, std::int64_t least, std::int64_t most) {
     if (value >= least && value <= most) return {};
-    return invalid("splat_scene_file_desc.%s is %lld, expected %lld to %lld", field,
-                   static_cast<long long>(value), static_cast<long long>(least),
-                   static_cast<long long>(most));
+    return invalid("splat_scene_file_desc.%s is %lld, expected %lld to %lld", field, lld(value),
+                   lld(least), lld(most));
 }
 
 /// The caller's desc, or the default one.
@@ -141,9 +140,7 @@ splat_result splat_scene_save(splat_scene scene, const char* path,
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         const io::SceneFormat* format = format_of(full);
-        if (format == nullptr) {
-            SPLAT_ASSIGN(format, io::written_scene_format(path));
-        }
+        if (format == nullptr) SPLAT_SET(format, io::written_scene_format(path));
         SPLAT_ASSIGN(const io::Buffer file, file_of(*object, *format, full));
         return io::write_file(path, file);
     });

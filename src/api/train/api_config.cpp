@@ -12,9 +12,7 @@ splat_result splat_config_check(const char* text, const char* const* values, siz
     return api::guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
         SPLAT_ASSIGN(const auto texts, api::texts_of(values, count));
         Config config("configuration");
-        if (text != nullptr) {
-            SPLAT_ASSIGN(config, read_config(text, "configuration"));
-        }
+        if (text != nullptr) SPLAT_SET(config, read_config(text, "configuration"));
         SPLAT_ASSIGN(config, config::with_values(config, texts));
         SPLAT_ASSIGN(const auto warnings, config::training_warnings(config));
         JsonWriter json;

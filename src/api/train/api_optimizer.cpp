@@ -80,7 +80,7 @@ Status add_groups(const splat_optimizer_desc& desc, OptimizerItems& to) {
     std::vector<train::OptimiserGroup> groups;
     for (std::uint64_t i = 0; i < desc.group_count; ++i) {
         const splat_optimizer_group& group = desc.groups[i];
-        const std::string what = format("groups[%llu]", static_cast<unsigned long long>(i));
+        const std::string what = format("groups[%llu]", llu(i));
         SPLAT_TRY(api::require(group.pattern, (what + ".pattern").c_str()));
         if (!std::isfinite(group.rate_factor) || group.rate_factor < 0)
             return invalid("%s.rate_factor is %g, expected a finite number of 0 or more",
@@ -183,9 +183,8 @@ splat_result splat_optimizer_create(splat_device device, const splat_optimizer_d
             SPLAT_TRY(api::require(desc->items, "splat_optimizer_desc.items"));
         OptimizerItems items;
         for (std::uint64_t i = 0; i < desc->item_count; ++i)
-            SPLAT_TRY(add_item(desc->items[i],
-                               format("items[%llu]", static_cast<unsigned long long>(i)),
-                               *owner->context, items));
+            SPLAT_TRY(
+                add_item(desc->items[i], format("items[%llu]", llu(i)), *owner->context, items));
         SPLAT_TRY(train::check_distinct(items.adam));
         SPLAT_TRY(add_groups(*desc, items));
         items.adam.schedule = schedule_of(*desc);

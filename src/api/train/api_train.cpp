@@ -32,7 +32,7 @@ Status take(const splat_trainer_batch& from, const config::ModelConfig& network,
     const std::size_t targets = std::size_t{training.batch_size} * training.targets;
     if (from.cameras_count != 0 && from.cameras_count != targets)
         return error(Code::kShape, "splat_trainer_batch.cameras has %llu cameras, expected %zu",
-                     static_cast<unsigned long long>(from.cameras_count), targets);
+                     llu(from.cameras_count), targets);
     const auto array = [](const char* name, const float* values, std::uint64_t count,
                           const std::vector<std::uint64_t>& dims) {
         return api::host_array("splat_trainer_batch", name, {values, count}, dims);

@@ -54,7 +54,7 @@ Result<Bytes> samples_of(Bytes file, std::size_t start, std::uint64_t expected,
     const Bytes samples = file.subspan(std::min(start, file.size()));
     if (samples.size() == expected) return samples;
     return damaged("%s: %zu bytes of samples, expected %llu for its size", format_name,
-                   samples.size(), static_cast<unsigned long long>(expected));
+                   samples.size(), llu(expected));
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ constexpr std::string_view kFreeForm[] = {"curv", "curv2", "surf",  "cstype", "d
 
 template <class Words>
 bool holds(const Words& words, std::string_view word) {
-    return std::find(std::begin(words), std::end(words), word) != std::end(words);
+    return std::ranges::find(words, word) != std::end(words);
 }
 
 class ObjReader {
@@ -32,8 +32,7 @@ class ObjReader {
         while (lines_.next_record(line)) SPLAT_TRY(read_line(line));
         if (farthest_ > mesh_.vertices.size())
             return damaged("OBJ line %zu: the face names vertex %llu, but the file has %zu",
-                           farthest_line_, static_cast<unsigned long long>(farthest_),
-                           mesh_.vertices.size());
+                           farthest_line_, llu(farthest_), mesh_.vertices.size());
         return std::move(mesh_);
     }
 

@@ -14,7 +14,7 @@ Result<std::vector<scene::Vec3>> read_ply_points(Bytes file) {
                      "PLY: a mesh of %llu faces, expected points alone; write it as .obj, of whose "
                      "surface points are drawn: python3 -c \"import trimesh; "
                      "trimesh.load('IN.ply').export('OUT.obj')\"",
-                     static_cast<unsigned long long>(faces->count));
+                     llu(faces->count));
     std::vector<scene::Vec3> points;
     PlyRows rows(header, file);
     for (const PlyElement& element : header.elements) {

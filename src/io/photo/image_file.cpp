@@ -72,7 +72,7 @@ bool has_signature(Bytes file, std::size_t offset, std::string_view signature) {
 }  // namespace
 
 bool has_extension(const std::string& path, std::initializer_list<std::string_view> extensions) {
-    return std::find(extensions.begin(), extensions.end(), extension_of(path)) != extensions.end();
+    return std::ranges::find(extensions, extension_of(path)) != extensions.end();
 }
 
 bool is_image_name(const std::string& path) {

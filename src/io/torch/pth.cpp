@@ -146,7 +146,7 @@ class PthReader {
             format("'%s' of shape %s and stride %s reaches beyond its storage of %llu "
                    "elements",
                    view.name.c_str(), dims_text(view.dims).c_str(), dims_text(view.strides).c_str(),
-                   static_cast<unsigned long long>(view.stored)));
+                   llu(view.stored)));
     }
 
     /// Loads the view's storage into stored_.
@@ -167,8 +167,8 @@ class PthReader {
         const auto expected = checked_mul(view.stored, type_bytes(view.type));
         if (expected && *expected == bytes) return {};
         return bad_pth(format("the storage of '%s' has %llu bytes, expected %llu of %s",
-                              view.name.c_str(), static_cast<unsigned long long>(bytes),
-                              static_cast<unsigned long long>(view.stored), type_name(view.type)));
+                              view.name.c_str(), llu(bytes), llu(view.stored),
+                              type_name(view.type)));
     }
 
     const Source& source_;
@@ -216,8 +216,8 @@ Result<NamedTensors> read_tensors(PthReader& reader, const PickleNode& dict,
                                   const DecodeLimits& limits) {
     const Pickle& pickle = reader.pickle();
     if (dict.items.size() / 2 > limits.max_items)
-        return bad_pth(format("%zu tensors, the limit is %llu", dict.items.size() / 2,
-                              static_cast<unsigned long long>(limits.max_items)));
+        return bad_pth(
+            format("%zu tensors, the limit is %llu", dict.items.size() / 2, llu(limits.max_items)));
     NamedTensors tensors;
     for (std::size_t i = 0; i < dict.items.size(); i += 2) {
         const PickleNode& key = pickle[dict.items[i]];
