@@ -54,8 +54,7 @@ template <class Object>
 Status check_process(const std::shared_ptr<Object>& object, const char* argument) {
     if constexpr (std::is_base_of_v<OfDevice, Object>)
         if (object->context->forked())
-            return error(Code::kInvalidState, "%s: %s", argument,
-                         object->context->mutex.check().message().c_str());
+            return bad_state("%s: %s", argument, object->context->mutex.check().message().c_str());
     return {};
 }
 

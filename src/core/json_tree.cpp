@@ -110,6 +110,17 @@ const JsonTree* JsonTree::find(std::string_view name) const {
     return nullptr;
 }
 
+const JsonTree& JsonTree::operator[](std::string_view name) const {
+    static const JsonTree null;
+    const JsonTree* const found = find(name);
+    return found == nullptr ? null : *found;
+}
+
+const JsonTree::List& JsonTree::items() const {
+    static const List none;
+    return list() == nullptr ? none : *list();
+}
+
 Result<JsonTree> parse_json_tree(std::string_view text, const char* what) {
     SPLAT_TRY(check_json_text(text, what));
     TreeReader reader;

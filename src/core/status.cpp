@@ -104,15 +104,16 @@ Status error(Code code, const char* pattern, ...) {
     return {code, std::move(text)};
 }
 
-Status invalid(const char* pattern, ...) {
-    SPLAT_VFORMAT(text);
-    return {Code::kInvalidArgument, std::move(text)};
-}
-
-Status damaged(const char* pattern, ...) {
-    SPLAT_VFORMAT(text);
-    return {Code::kFormat, std::move(text)};
-}
+#define SPLAT_NAMED_ERROR(name, code)         \
+    Status name(const char* pattern, ...) {   \
+        SPLAT_VFORMAT(text);                  \
+        return {Code::code, std::move(text)}; \
+    }
+SPLAT_NAMED_ERROR(invalid, kInvalidArgument)
+SPLAT_NAMED_ERROR(damaged, kFormat)
+SPLAT_NAMED_ERROR(unsupported, kUnsupported)
+SPLAT_NAMED_ERROR(not_found, kNotFound)
+SPLAT_NAMED_ERROR(bad_state, kInvalidState)
 
 void assertion_failed(const char* condition, const char* file, int line) {
     log(LogLevel::kError, format("assertion failed: %s (%s:%d)", condition, file, line));

@@ -87,9 +87,12 @@ constexpr long long lld(std::int64_t number) {
 /// An error with a formatted sentence.
 [[gnu::format(printf, 2, 3)]] Status error(Code code, const char* pattern, ...);
 
-/// The same of the two most frequent codes: kInvalidArgument, and kFormat.
+/// The same of the most frequent codes: kInvalidArgument, kFormat, kUnsupported, kNotFound and kInvalidState.
 [[gnu::format(printf, 1, 2)]] Status invalid(const char* pattern, ...);
 [[gnu::format(printf, 1, 2)]] Status damaged(const char* pattern, ...);
+[[gnu::format(printf, 1, 2)]] Status unsupported(const char* pattern, ...);
+[[gnu::format(printf, 1, 2)]] Status not_found(const char* pattern, ...);
+[[gnu::format(printf, 1, 2)]] Status bad_state(const char* pattern, ...);
 
 /// Called by SPLAT_ASSERT: logs and aborts. A failed assertion is a defect of the library, never
 /// bad input.

@@ -126,9 +126,8 @@ class Co3dReader : public ObjectsReader<Sequence> {
         SPLAT_TRY(index_.check_any());
         if (objects_.empty()) {
             const Status status =
-                error(Code::kNotFound,
-                      "'%s' holds no folder with focal_lengths.npy besides %u excluded ones",
-                      root.c_str(), index_.excluded);
+                not_found("'%s' holds no folder with focal_lengths.npy besides %u excluded ones",
+                          root.c_str(), index_.excluded);
             return index_.excluded > 0 ? status : no_split(desc_, status);
         }
         return index_.find_resolution(*this, desc_.lenient);

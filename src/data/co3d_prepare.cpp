@@ -1,7 +1,5 @@
 #include "data/co3d_prepare.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -106,20 +104,22 @@ Status write_array(const fs::path& path, const io::FloatArray& array) {
 
 /// Writes the folder of a sequence, whole or not at all.
 Status write_sequence(const fs::path& root, const PathName& name, const PreparedSequence& made) {
-    static std::atomic<unsigned> counter{0};
-    const fs::path temporary = root / format(".%s.%d-%u.tmp", name.text().c_str(),
-                                             static_cast<int>(::getpid()), counter++);
-    return write_folder(root / name, temporary, [&](const fs::path& folder) -> Status {
-        const std::uint64_t frames = made.full.shape[0];
-        SPLAT_TRY(make_folders(folder));
-        SPLAT_TRY(write_array(folder / "images_full.npy", made.full));
-        SPLAT_TRY(write_array(folder / "images_fg.npy", made.foreground));
-        SPLAT_TRY(write_array(folder / "masks.npy", made.masks));
-        SPLAT_TRY(write_array(folder / "focal_lengths.npy", made.focals));
-        SPLAT_TRY(write_array(folder / "camera_R.npy", {{frames, 3, 3}, made.cameras.rotations}));
-        SPLAT_TRY(write_array(folder / "camera_T.npy", {{frames, 3}, made.cameras.translations}));
-        return io::write_new_file((folder / "frame_order.txt").string(), io::as_bytes(made.order));
-    });
+    const fs::path target = root / name;
+    return io::write_folder(
+        target, io::temporary_of(target), [&](const fs::path& folder) -> Status {
+            const std::uint64_t frames = made.full.shape[0];
+            SPLAT_TRY(io::make_folders(folder));
+            SPLAT_TRY(write_array(folder / "images_full.npy", made.full));
+            SPLAT_TRY(write_array(folder / "images_fg.npy", made.foreground));
+            SPLAT_TRY(write_array(folder / "masks.npy", made.masks));
+            SPLAT_TRY(write_array(folder / "focal_lengths.npy", made.focals));
+            SPLAT_TRY(
+                write_array(folder / "camera_R.npy", {{frames, 3, 3}, made.cameras.rotations}));
+            SPLAT_TRY(
+                write_array(folder / "camera_T.npy", {{frames, 3}, made.cameras.translations}));
+            return io::write_new_file((folder / "frame_order.txt").string(),
+                                      io::as_bytes(made.order));
+        });
 }
 
 /// The arrays {sequence}/{name}.npy of all sequences in the folder, also of earlier calls, in one file.
@@ -194,7 +194,7 @@ Result<Co3dPrepared> prepare_co3d(const Co3dPreparation& preparation,
                            PathName(sequence.name).text().c_str());
     const fs::path root = fs::path(preparation.out) / ("co3d_" + preparation.category + "_for_gs") /
                           preparation.split;
-    SPLAT_TRY(make_folders(root));
+    SPLAT_TRY(io::make_folders(root));
     SPLAT_TRY(check_manifest(preparation, root));
     std::atomic<std::uint32_t> kept{0}, left_out{0};
     std::atomic<std::size_t> done{0};

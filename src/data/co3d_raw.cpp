@@ -88,33 +88,29 @@ Status no_member(const char* name) {
     return damaged("an annotation without a valid '%s'", name);
 }
 
-/// The member at "a.b"; null if it is not there.
-const JsonTree* at_path(const JsonTree& tree, std::string_view path) {
-    const JsonTree* at = &tree;
-    while (at != nullptr && !path.empty()) {
-        const std::size_t dot = std::min(path.find('.'), path.size());
-        at = at->find(path.substr(0, dot));
-        path.remove_prefix(std::min(dot + 1, path.size()));
-    }
-    return at;
+/// The member at "a.b"; a JSON null if it is not there.
+const JsonTree& at_path(const JsonTree& tree, std::string_view path) {
+    const std::size_t dot = path.find('.');
+    const JsonTree& at = tree[path.substr(0, dot)];
+    return dot == path.npos ? at : at_path(at, path.substr(dot + 1));
 }
 
 Result<std::string> text_at(const JsonTree& tree, const char* path) {
-    const JsonTree* found = at_path(tree, path);
-    if (found == nullptr || found->text() == nullptr) return no_member(path);
-    return *found->text();
+    const std::string* const found = at_path(tree, path).text();
+    if (found == nullptr) return no_member(path);
+    return *found;
 }
 
 Result<double> number_at(const JsonTree& tree, const char* path) {
-    const JsonTree* found = at_path(tree, path);
-    if (found == nullptr || !found->number()) return no_member(path);
-    return *found->number();
+    const auto found = at_path(tree, path).number();
+    if (!found) return no_member(path);
+    return *found;
 }
 
 Result<std::int64_t> frame_number_of(const JsonTree& tree) {
-    const JsonTree* found = tree.find("frame_number");
-    if (found == nullptr || !found->count()) return no_member("frame_number");
-    return static_cast<std::int64_t>(*found->count());
+    const auto found = tree["frame_number"].count();
+    if (!found) return no_member("frame_number");
+    return static_cast<std::int64_t>(*found);
 }
 
 /// Numbers of a list, or of a list of lists.
@@ -126,9 +122,8 @@ Result<std::array<double, Count>> numbers_at(const JsonTree& tree, const char* p
         if (each.number()) found.push_back(*each.number());
         return each.number().has_value();
     };
-    const JsonTree* list = at_path(tree, path);
-    if (list == nullptr || list->list() == nullptr || !add(*list) || found.size() != Count)
-        return no_member(path);
+    const JsonTree& list = at_path(tree, path);
+    if (list.list() == nullptr || !add(list) || found.size() != Count) return no_member(path);
     std::array<double, Count> numbers;
     std::ranges::copy(found, numbers.begin());
     return numbers;
@@ -139,9 +134,8 @@ Result<std::array<double, Count>> numbers_at(const JsonTree& tree, const char* p
 Status read_lens(const JsonTree& tree, RawFrame& frame) {
     SPLAT_ASSIGN(const auto focal, (numbers_at<2>(tree, "viewpoint.focal_length")));
     SPLAT_ASSIGN(const auto point, (numbers_at<2>(tree, "viewpoint.principal_point")));
-    const JsonTree* format = at_path(tree, "viewpoint.intrinsics_format");
-    const std::string name =
-        format == nullptr || format->text() == nullptr ? "ndc_norm_image_bounds" : *format->text();
+    const std::string* const format = at_path(tree, "viewpoint.intrinsics_format").text();
+    const std::string name = format == nullptr ? "ndc_norm_image_bounds" : *format;
     const bool isotropic = name == "ndc_isotropic";
     if (!isotropic && name != "ndc_norm_image_bounds")
         return damaged(
@@ -169,8 +163,7 @@ Result<RawFrame> frame_of(const JsonTree& tree) {
         return no_member("image.size");
     frame.height = static_cast<std::uint32_t>(size[0]);
     frame.width = static_cast<std::uint32_t>(size[1]);
-    const JsonTree* box = at_path(tree, "mask.bounding_box_xywh");
-    if (box != nullptr && !box->is_null()) {
+    if (!at_path(tree, "mask.bounding_box_xywh").is_null()) {
         SPLAT_ASSIGN(const auto found, (numbers_at<4>(tree, "mask.bounding_box_xywh")));
         frame.box.emplace();
         for (std::size_t i = 0; i < 4; ++i) (*frame.box)[i] = static_cast<float>(found[i]);
@@ -243,9 +236,8 @@ Result<std::vector<RawSequence>> read_raw_co3d(const std::string& root, const st
         const auto sequence = sequences.find(name);
         if (sequence == sequences.end()) return {};
         sequence->second.name = name;
-        const JsonTree* points = at_path(tree, "point_cloud.path");
-        if (points != nullptr && points->text() != nullptr)
-            sequence->second.points = *points->text();
+        const std::string* const points = at_path(tree, "point_cloud.path").text();
+        if (points != nullptr) sequence->second.points = *points;
         return {};
     };
     SPLAT_TRY(

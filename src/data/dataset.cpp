@@ -48,8 +48,7 @@ Result<const Format*> format_of(const DatasetDesc& desc) {
     }
     SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(desc.path));
     if (kind == io::PathKind::kNothing)
-        return error(Code::kNotFound, "there is no folder '%s'",
-                     shown(desc.path, PATH_MAX).c_str());
+        return not_found("there is no folder '%s'", shown(desc.path, PATH_MAX).c_str());
     Status unreadable;  // by one format; another may not ask for that
     for (const Format& format : kFormats) {
         if (kind != io::PathKind::kFolder) break;
@@ -81,8 +80,8 @@ Status check_maps(std::uint32_t wanted, const DatasetIndex& index) {
         if ((wanted & flag_of(kind)) != 0 && !index.lacking(kind).empty())
             places += "; missing: '" + index.lacking(kind) + "'";
     if (!index.unread.empty()) places += "; " + index.unread_note();
-    return error(Code::kNotFound, "maps requested: %s; every object has: %s%s",
-                 map_list(wanted).c_str(), map_list(index.maps).c_str(), places.c_str());
+    return not_found("maps requested: %s; every object has: %s%s", map_list(wanted).c_str(),
+                     map_list(index.maps).c_str(), places.c_str());
 }
 
 /// Tells what is left out: objects, folders, maps, and parts of images, which are used at `used` pixels a side.
@@ -182,9 +181,8 @@ Result<std::unique_ptr<Dataset>> Dataset::open(const DatasetDesc& desc) {
     SPLAT_ASSIGN(const ReaderDesc wanted, reader_desc(desc, format->name));
     SPLAT_ASSIGN(auto reader, format->open(wanted));
     if (desc.lacks_split != nullptr && !reader->index().has_splits)
-        return no_split(
-            wanted, error(Code::kNotFound, "'%s' has no splits: its objects are those of any split",
-                          desc.path.c_str()));
+        return no_split(wanted, not_found("'%s' has no splits: its objects are those of any split",
+                                          desc.path.c_str()));
     SPLAT_TRY(check_maps(desc.maps, reader->index()));
     std::unique_ptr<Dataset> dataset(new Dataset(desc, std::move(reader)));
     if (!desc.lenient) warn_of_gaps(desc.path, dataset->index(), dataset->resolution());

@@ -235,8 +235,7 @@ Result<ObjectText> DatasetReader::text(std::uint32_t object) const {
         const StoredView& first = views.front();
         if (std::abs(view.focal_x - first.focal_x) > kSameFocal * first.focal_x ||
             std::abs(view.focal_y - first.focal_x) > kSameFocal * first.focal_x)
-            return error(
-                Code::kUnsupported,
+            return unsupported(
                 "object '%s': focal lengths %g and %g, view %zu has %g; tables, stores and "
                 "SRN's files hold one for each object: train on the folder itself, or "
                 "export it as images",

@@ -145,9 +145,8 @@ Status write_card(ExportRows& rows, const ExportDesc& desc, const std::vector<Ta
 }  // namespace
 
 Status export_tables(ExportRows& rows, const ExportDesc& desc) {
+    SPLAT_TRY(io::make_folders(desc.path));
     std::error_code failed;
-    fs::create_directories(desc.path, failed);
-    if (failed) return io::system_error(failed.value(), "create the folder", desc.path);
     const std::string root = fs::canonical(desc.path, failed).string();
     SPLAT_ASSIGN(const auto session, tables::Session::open(desc.library, {desc.path, root}));
     std::vector<Table> all = {Table::kIntrinsics, Table::kPoses};

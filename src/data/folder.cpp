@@ -51,25 +51,6 @@ Status check_split(const std::string& split) {
     return invalid("split is '%s', expected train, val or test", split.c_str());
 }
 
-Status write_folder(const fs::path& folder, const fs::path& temporary,
-                    const std::function<Status(const fs::path&)>& write) {
-    std::error_code failed;
-    fs::remove_all(temporary, failed);
-    Status status = write(temporary);
-    if (status.ok()) {
-        fs::rename(temporary, folder, failed);
-        if (failed) status = io::system_error(failed.value(), "create the folder", folder);
-    }
-    if (!status.ok()) fs::remove_all(temporary, failed);
-    return status;
-}
-
-Status make_folders(const fs::path& path) {
-    std::error_code code;
-    fs::create_directories(path, code);
-    return code ? io::system_error(code.value(), "create the folder", path.string()) : Status();
-}
-
 Result<std::vector<std::string>> images_in(const fs::path& folder) {
     const auto is_image = [](const fs::path& name, const std::string& /*none*/) {
         return io::is_image_name(name.string());

@@ -73,19 +73,18 @@ Result<std::string> image_path(const fs::path& folder, const std::string& name) 
             SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
             if (is_there) return path.string();
         }
-    return error(Code::kNotFound, "'%s': there is no image '%s', here or in images/",
-                 folder.c_str(), shown(name).c_str());
+    return not_found("'%s': there is no image '%s', here or in images/", folder.c_str(),
+                     shown(name).c_str());
 }
 
 /// The size of the first image of a transforms.json, whose own size is optional.
 Result<io::Image> first_image(const fs::path& folder, std::string_view text) {
     SPLAT_ASSIGN(const JsonTree tree, io::from_file(parse_json_tree(text, "transforms.json")));
-    const JsonTree* frames = tree.find("frames");
-    const JsonTree::List* list = frames == nullptr ? nullptr : frames->list();
-    if (list == nullptr || list->empty()) return damaged("there are no frames");
-    const JsonTree* name = list->front().find("file_path");
-    if (name == nullptr || name->text() == nullptr) return damaged("frame 0 has no file_path");
-    SPLAT_ASSIGN(const std::string path, image_path(folder, *name->text()));
+    const JsonTree::List& frames = tree["frames"].items();
+    if (frames.empty()) return damaged("there are no frames");
+    const std::string* const name = frames.front()["file_path"].text();
+    if (name == nullptr) return damaged("frame 0 has no file_path");
+    SPLAT_ASSIGN(const std::string path, image_path(folder, *name));
     return load_bytes(path, {.header_only = true});
 }
 
@@ -163,8 +162,8 @@ Result<std::array<std::string, 4>> named_maps(const fs::path& folder, const io::
         const fs::path path = folder / *name;
         SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
         if (!is_there)
-            return error(Code::kNotFound, "'%s': there is no %s map '%s'", folder.c_str(),
-                         map_name(kind), shown(*name).c_str());
+            return not_found("'%s': there is no %s map '%s'", folder.c_str(), map_name(kind),
+                             shown(*name).c_str());
         paths[static_cast<std::size_t>(kind)] = path.string();
     }
     return paths;
@@ -276,10 +275,9 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
         }
         if (!is_there)
             return no_split(desc_,
-                            error(Code::kNotFound,
-                                  "'%s' holds neither transforms.json nor transforms_%s.json "
-                                  "nor a COLMAP model",
-                                  root.c_str(), desc_.split.c_str()));
+                            not_found("'%s' holds neither transforms.json nor transforms_%s.json "
+                                      "nor a COLMAP model",
+                                      root.c_str(), desc_.split.c_str()));
         if (!index_.has_splits) find_splits(with_cameras);
         for (const fs::path& folder : folders) {
             if (is_full()) break;
@@ -288,8 +286,8 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
         }
         for (const std::string& name : of_other_splits_) std::erase(index_.others, name);
         if (objects_.empty() && !of_other_splits_.empty())
-            return no_split(desc_, error(Code::kNotFound, "'%s' lists no frames as %s_filenames",
-                                         root.c_str(), desc_.split.c_str()));
+            return no_split(desc_, not_found("'%s' lists no frames as %s_filenames", root.c_str(),
+                                             desc_.split.c_str()));
         return index_.find_resolution(*this, desc_.lenient);
     }
 

@@ -174,8 +174,7 @@ Result<fs::path> map_file(const fs::path& folder, MapKind kind, const std::strin
         }
     }
     if (!by_name.empty()) return by_name;
-    return error(Code::kNotFound, "'%s' has no map '%s'", (folder / map_name(kind)).c_str(),
-                 stem.c_str());
+    return not_found("'%s' has no map '%s'", (folder / map_name(kind)).c_str(), stem.c_str());
 }
 
 Result<io::Image> load_map(const fs::path& path, MapKind kind, const io::ImageOptions& options,

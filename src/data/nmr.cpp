@@ -60,9 +60,8 @@ class NmrReader : public FilesReader {
         SPLAT_TRY(add_categories());
         SPLAT_TRY(index_.check_any());
         if (objects_.empty())
-            return no_split(
-                desc_, error(Code::kNotFound, "'%s' has no objects in <category>/softras_%s.lst",
-                             desc_.path.c_str(), desc_.split.c_str()));
+            return no_split(desc_, not_found("'%s' has no objects in <category>/softras_%s.lst",
+                                             desc_.path.c_str(), desc_.split.c_str()));
         return index_.find_resolution(*this, desc_.lenient);
     }
 

@@ -68,9 +68,8 @@ class RenderReader : public FilesReader {
         }
         SPLAT_TRY(index_.check_any());
         if (objects_.empty())
-            return no_split(desc_,
-                            error(Code::kNotFound, "'%s' holds no objects for the split '%s'",
-                                  desc_.path.c_str(), desc_.split.c_str()));
+            return no_split(desc_, not_found("'%s' holds no objects for the split '%s'",
+                                             desc_.path.c_str(), desc_.split.c_str()));
         return index_.find_resolution(*this, desc_.lenient);
     }
 
@@ -112,19 +111,19 @@ Result<bool> is_gso(const std::string& path) {
 
 Result<std::unique_ptr<DatasetReader>> open_objaverse(const ReaderDesc& desc) {
     if (desc.split == "test")
-        return no_split(desc, error(Code::kNotFound,
-                                    "'%s': Objaverse has no split 'test'; evaluate on its 'val', "
-                                    "or on the scenes of GSO as the published code does",
-                                    desc.path.c_str()));
+        return no_split(desc,
+                        not_found("'%s': Objaverse has no split 'test'; evaluate on its 'val', "
+                                  "or on the scenes of GSO as the published code does",
+                                  desc.path.c_str()));
     return opened<RenderReader>(desc, "objaverse", "", true);
 }
 
 Result<std::unique_ptr<DatasetReader>> open_gso(const ReaderDesc& desc) {
     if (desc.split == "train")
-        return no_split(desc, error(Code::kNotFound,
-                                    "'%s': GSO has no split 'train', because it is for evaluation "
-                                    "only; train on Objaverse",
-                                    desc.path.c_str()));
+        return no_split(desc,
+                        not_found("'%s': GSO has no split 'train', because it is for evaluation "
+                                  "only; train on Objaverse",
+                                  desc.path.c_str()));
     return opened<RenderReader>(desc, "gso", kGsoFolder, false);
 }
 

@@ -66,9 +66,9 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     for (const std::string& name : splits)
         if (name.substr(name.rfind('_') + 1) == desc.split) found.push_back(name);
     if (found.empty())
-        return no_split(
-            desc, error(Code::kNotFound, "'%s' has no folder <category>_%s; folders of splits: %s",
-                        folder.c_str(), desc.split.c_str(), list_of(splits).c_str()));
+        return no_split(desc,
+                        not_found("'%s' has no folder <category>_%s; folders of splits: %s",
+                                  folder.c_str(), desc.split.c_str(), list_of(splits).c_str()));
     if (found.size() > 1)
         return invalid("'%s' holds %s; give the path of one of them", folder.c_str(),
                        list_of(found).c_str());

@@ -97,10 +97,10 @@ Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
     found.objects_b = b.objects.size();
     found.shared = shared_objects(a, b);
     if (found.shared == 0 && !options.unpaired)
-        return error(Code::kNotFound,
-                     "%s. Evaluate both on the same split, or compare them unpaired for the "
-                     "numbers",
-                     kApart);
+        return not_found(
+            "%s. Evaluate both on the same split, or compare them unpaired for the "
+            "numbers",
+            kApart);
     if (found.shared != 0) SPLAT_TRY(check_same_views(a, b));
     // Unpaired scores cover the same objects only if both tables have all of them.
     found.comparable =
@@ -119,8 +119,7 @@ Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
     found.least =
         least_objects(std::max<std::size_t>(found.metrics.size(), 1), kLevel, options.unpaired);
     if (found.metrics.empty())
-        return error(
-            Code::kNotFound,
+        return not_found(
             "A and B have no metric with finite scores of both: there is nothing to compare");
     const std::vector<double> adjusted = holm(p);
     for (std::size_t i = 0; i < adjusted.size(); ++i) {

@@ -54,10 +54,10 @@ std::vector<std::pair<const char*, std::string>> labels_of(const Evaluation& eva
 }
 
 Result<ObjectScores> object_of(const JsonTree& json, std::size_t place) {
-    const JsonTree* const name = json.find("object");
-    if (name == nullptr || name->text() == nullptr) return damaged("object %zu has no name", place);
+    const std::string* const name = json["object"].text();
+    if (name == nullptr) return damaged("object %zu has no name", place);
     ObjectScores object;
-    object.name = *name->text();
+    object.name = *name;
     std::string lacking;
     each_number(object, [&](const std::string& key, auto& value) {
         if (!take_number(json.find(key), value) && lacking.empty()) lacking = key;
@@ -99,25 +99,24 @@ Result<std::map<std::uint32_t, ObjectScores>> load_objects(
     const auto tree = io::from_file(parse_json_tree(io::as_text(bytes), kObjectsFile));
     if (!tree.ok()) return Status(Code::kFormat, "'" + path + "': " + tree.status().message());
     for (const auto& [key, expected] : labels_of(like)) {
-        const JsonTree* const found = tree.value().find(key);
-        if (found == nullptr || found->text() == nullptr)
+        const std::string* const found = tree.value()[key].text();
+        if (found == nullptr)
             return damaged(
                 "'%s' has no text '%s': it is damaged, or of an earlier version; score "
                 "the objects again",
                 path.c_str(), key);
-        if (*found->text() != expected)
+        if (*found != expected)
             return invalid("'%s' has scores of %s '%s', expected '%s'%s", path.c_str(), key,
-                           shown(*found->text()).c_str(), expected.c_str(),
+                           shown(*found).c_str(), expected.c_str(),
                            std::string_view(key) == "network"
                                ? ": the checksum of weights, adapters and configuration"
                                : "");
     }
-    const JsonTree* const list = tree.value().find("objects");
-    if (list == nullptr || list->list() == nullptr)
-        return damaged("'%s' has no list of objects", path.c_str());
+    const JsonTree::List* const list = tree.value()["objects"].list();
+    if (list == nullptr) return damaged("'%s' has no list of objects", path.c_str());
     std::map<std::uint32_t, ObjectScores> objects;
-    for (std::size_t i = 0; i < list->list()->size(); ++i) {
-        auto object = object_of((*list->list())[i], i);
+    for (std::size_t i = 0; i < list->size(); ++i) {
+        auto object = object_of((*list)[i], i);
         if (!object.ok())
             return Status(Code::kFormat, "'" + path + "': " + object.status().message());
         const auto number = number_of(object.value().name);

@@ -216,9 +216,8 @@ std::string protocol_beside(const std::string& path) {
         io::read_file((fs::path(path).parent_path() / kObjectsFile).string(), kMaxJsonBytes);
     if (!bytes.ok()) return "";
     const auto tree = parse_json_tree(io::as_text(bytes.value()), kObjectsFile);
-    const JsonTree* const views = tree.ok() ? tree.value().find("views") : nullptr;
-    if (views == nullptr || views->text() == nullptr) return "";
-    std::string text = *views->text();
+    if (!tree.ok() || tree.value()["views"].text() == nullptr) return "";
+    std::string text = *tree.value()["views"].text();
     constexpr std::string_view kWithLpips = ", LPIPS";  // the views are the same
     if (text.ends_with(kWithLpips)) text.resize(text.size() - kWithLpips.size());
     return text;

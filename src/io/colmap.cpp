@@ -73,7 +73,7 @@ Status add_camera(const Lenses& lenses, const ColmapPose& pose, const CameraOpti
         return damaged("COLMAP: image '%s' names camera %llu, which does not exist",
                        shown(pose.name).c_str(), llu(pose.camera));
     if (set.cameras.size() >= options.max_cameras)
-        return error(Code::kUnsupported, "COLMAP: more than %llu images", llu(options.max_cameras));
+        return unsupported("COLMAP: more than %llu images", llu(options.max_cameras));
     const ColmapLens& lens = found->second;
     const std::vector<double>& p = lens.parameters;
     if (lens.width > scene::kMaxImageSide || lens.height > scene::kMaxImageSide)
@@ -129,9 +129,8 @@ Status read_pose_numbers(Source& source, ColmapPose& pose) {
 }
 
 Status unsupported_model(const std::string& name) {
-    return error(Code::kUnsupported,
-                 "COLMAP: camera model %s, expected one of %s; undistort the images", name.c_str(),
-                 joined(kLensModels, &LensModel::name).c_str());
+    return unsupported("COLMAP: camera model %s, expected one of %s; undistort the images",
+                       name.c_str(), joined(kLensModels, &LensModel::name).c_str());
 }
 
 Result<Lenses> read_text_lenses(Bytes file) {
@@ -266,11 +265,11 @@ Result<std::vector<scene::Vec3>> read_text_points(Bytes file) {
 Status note_lens(const std::string& camera, const std::string& kind, const std::string& what,
                  const CameraOptions& options, CameraSet& set) {
     if (!options.ignore_distortion)
-        return error(Code::kUnsupported,
-                     "camera '%s': %s, only pinhole cameras are supported: undistort the images "
-                     "('colmap image_undistorter' makes images and cameras of a COLMAP model)%s",
-                     shown(camera).c_str(), what.c_str(),
-                     options.may_ignore ? ", or ignore it (SPLAT_CAMERA_IGNORE_DISTORTION)" : "");
+        return unsupported(
+            "camera '%s': %s, only pinhole cameras are supported: undistort the images "
+            "('colmap image_undistorter' makes images and cameras of a COLMAP model)%s",
+            shown(camera).c_str(), what.c_str(),
+            options.may_ignore ? ", or ignore it (SPLAT_CAMERA_IGNORE_DISTORTION)" : "");
     IgnoredLens& ignored =
         set.ignored.try_emplace(kind, IgnoredLens{what, camera, {}}).first->second;
     ignored.cameras.insert(set.cameras.size());
@@ -367,10 +366,10 @@ Result<CameraSet> read_colmap(Bytes cameras, Bytes images, const CameraOptions& 
 Result<CameraSet> load_colmap(const std::string& folder, const CameraOptions& options) {
     SPLAT_ASSIGN(const std::string stem, find_model(folder, "cameras"));
     if (stem.empty())
-        return error(Code::kNotFound,
-                     "'%s' holds no COLMAP model: neither cameras.bin nor cameras.txt, nor in "
-                     "sparse/0 or sparse",
-                     folder.c_str());
+        return not_found(
+            "'%s' holds no COLMAP model: neither cameras.bin nor cameras.txt, nor in "
+            "sparse/0 or sparse",
+            folder.c_str());
     const bool binary = stem.ends_with(".bin");
     const std::string place = stem.substr(0, stem.rfind('/'));
     SPLAT_ASSIGN(const Buffer cameras, read_file(stem));

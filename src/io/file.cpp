@@ -14,7 +14,6 @@
 
 #include "core/fault.h"
 #include "core/shown.h"
-#include "io/write_all.h"
 
 namespace splat::io {
 namespace {
@@ -106,8 +105,8 @@ Result<std::uint64_t> checked_size(const Descriptor& file, const std::string& pa
     if (!S_ISREG(info.st_mode)) return error(Code::kIo, "'%s' is not a regular file", path.c_str());
     const auto size = static_cast<std::uint64_t>(info.st_size);
     if (size > max_bytes)
-        return error(Code::kUnsupported, "'%s' has %llu bytes, the limit is %llu", path.c_str(),
-                     llu(size), llu(max_bytes));
+        return unsupported("'%s' has %llu bytes, the limit is %llu", path.c_str(), llu(size),
+                           llu(max_bytes));
     return size;
 }
 

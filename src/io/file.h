@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/no_copy.h"
@@ -37,6 +38,11 @@ Status write_file(const std::string& path, std::span<const Bytes> pieces);
 /// Unlike write_file() it does not flush to the disk. Errors: as system_error(); a part of the file may
 /// remain.
 Status write_new_file(const std::string& path, Bytes bytes);
+
+/// Write all bytes to an open file, which `path` names in errors: from `offset` on, else where the file stands.
+/// Interrupted and short writes go on. Errors: as system_error(); a part of the bytes may be written.
+Status write_all(int file, Bytes bytes, const std::string& path,
+                 std::optional<std::uint64_t> offset = {});
 
 /// Append to a file, which is created unless it is there: all of the bytes or none. Errors: as
 /// system_error(), and kIo for what is not a regular file.

@@ -148,11 +148,10 @@ Result<Buffer> write_gif(const std::vector<Image>& frames, const AnimationOption
     SPLAT_TRY(check_frames(frames, options));
     const Image& first = frames[0];
     if (first.channels % 2 == 0)
-        return error(Code::kUnsupported, "gif: %u channels, expected 1 or 3, as it has no alpha",
-                     first.channels);
+        return unsupported("gif: %u channels, expected 1 or 3, as it has no alpha", first.channels);
     if (first.width > kMaxGifSide || first.height > kMaxGifSide)
-        return error(Code::kUnsupported, "gif: %u x %u pixels, expected sides of at most %u",
-                     first.width, first.height, kMaxGifSide);
+        return unsupported("gif: %u x %u pixels, expected sides of at most %u", first.width,
+                           first.height, kMaxGifSide);
     GifTarget target;
     Encoder encoder(target);
     if (!encoder.open() || !encoder.begin(first, options)) return failure(target);

@@ -167,10 +167,9 @@ Status check_header(const Image& image, const ImageOptions& options, std::uint64
     const std::uint64_t samples = count_samples(image);
     if (image.width > options.max_side || image.height > options.max_side ||
         samples > options.max_samples)
-        return error(Code::kUnsupported,
-                     "%s: %u x %u pixels of %u channels, the limit is %u on a side, %llu samples",
-                     format, image.width, image.height, image.channels, options.max_side,
-                     llu(options.max_samples));
+        return unsupported(
+            "%s: %u x %u pixels of %u channels, the limit is %u on a side, %llu samples", format,
+            image.width, image.height, image.channels, options.max_side, llu(options.max_samples));
     if (options.square && image.width != image.height)
         return damaged("%s: %u x %u pixels, expected a square", format, image.width, image.height);
     const std::string what = splat::format("%s: %u x %u pixels", format, image.width, image.height);
@@ -215,8 +214,8 @@ Result<Image> read_png(Bytes file, const ImageOptions& options) {
         const auto width = number<std::uint32_t>(file.data() + kWidthAt, std::endian::big);
         const auto height = number<std::uint32_t>(file.data() + kHeightAt, std::endian::big);
         if (std::max(width, height) > options.max_side)
-            return error(Code::kUnsupported, "png: %u x %u pixels, the limit is %u on a side",
-                         width, height, options.max_side);
+            return unsupported("png: %u x %u pixels, the limit is %u on a side", width, height,
+                               options.max_side);
     }
     Png reader(file, nullptr);
     Image image;

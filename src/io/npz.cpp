@@ -21,11 +21,10 @@ Result<NamedTensor> read_member(Bytes file, const NpyHeader& header, const std::
     tensor.name = name;
     const std::optional<NumberType> type = npy_type(header.dtype);
     if (!type)
-        return error(Code::kUnsupported, "dtype '%s', expected floats, integers or booleans",
-                     header.dtype.c_str());
+        return unsupported("dtype '%s', expected floats, integers or booleans",
+                           header.dtype.c_str());
     if (header.column_major)
-        return error(Code::kUnsupported,
-                     "a column-major array; save it as numpy.ascontiguousarray gives it");
+        return unsupported("a column-major array; save it as numpy.ascontiguousarray gives it");
     tensor.type = *type;
     for (const std::uint64_t dim : header.shape)
         tensor.dims.push_back(dim <= INT64_MAX ? static_cast<std::int64_t>(dim) : -1);
@@ -55,7 +54,7 @@ Result<WeightsFile> read_npz(const Source& source, const DecodeLimits& limits) {
     Buffer bytes;
     for (const ZipEntry& entry : zip.entries()) {
         if (!entry.name.ends_with(kExtension))
-            return error(Code::kUnsupported, "npz: '%s' is not a .npy array", entry.name.c_str());
+            return unsupported("npz: '%s' is not a .npy array", entry.name.c_str());
         const std::string name = entry.name.substr(0, entry.name.size() - kExtension.size());
         SPLAT_TRY(budget.take(entry.bytes, 1, "npz: " + entry.name));
         SPLAT_TRY(zip.read(entry, bytes));

@@ -64,8 +64,7 @@ class HeaderParser {
         std::string_view line;
         if (!lines_.next(line)) {
             if (file_.size() > kMaxHeaderBytes)
-                return error(Code::kUnsupported, "ply: more than %zu bytes of header",
-                             kMaxHeaderBytes);
+                return unsupported("ply: more than %zu bytes of header", kMaxHeaderBytes);
             return damaged("ply: header line %zu: the header ends without 'end_header'",
                            lines_.number() + 1);
         }

@@ -101,8 +101,8 @@ class HeaderReader {
         if (row.type) return twice("dtype", row.name);
         row.type = find_number_type(&NumberTypeRow::safetensors, text);
         if (row.type) return {};
-        return error(Code::kUnsupported, "safetensors: '%s' has the dtype '%s', which is not read",
-                     shown(row.name).c_str(), shown(text).c_str());
+        return unsupported("safetensors: '%s' has the dtype '%s', which is not read",
+                           shown(row.name).c_str(), shown(text).c_str());
     }
 
     std::uint64_t max_tensors_;

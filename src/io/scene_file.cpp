@@ -44,8 +44,8 @@ std::string extension_list(bool written) {
 }
 
 Status unread(const std::string& name, const UnreadFormat& format) {
-    return error(Code::kUnsupported, "'%s' is a %s file, which is not read; convert it to %s",
-                 name.c_str(), format.name, extension_list(true).c_str());
+    return unsupported("'%s' is a %s file, which is not read; convert it to %s", name.c_str(),
+                       format.name, extension_list(true).c_str());
 }
 
 /// The format whose mark the file starts with; null for none. Errors: see SceneFormat::detect.
@@ -87,8 +87,8 @@ Result<const SceneFormat*> written_scene_format(const std::string& name) {
     const std::string extension = extension_of(name);
     for (const SceneFormat& format : kSceneFormats)
         if (format.write != nullptr && extension == format.extension) return &format;
-    return error(Code::kUnsupported, "'%s': extension '%s', expected %s", name.c_str(),
-                 extension.c_str(), extension_list(true).c_str());
+    return unsupported("'%s': extension '%s', expected %s", name.c_str(), extension.c_str(),
+                       extension_list(true).c_str());
 }
 
 Result<LoadedScene> read_scene(Bytes file, const std::string& name, const LoadOptions& options,
@@ -110,8 +110,7 @@ Result<LoadedScene> read_scene(Bytes file, const std::string& name, const LoadOp
 Result<Buffer> write_scene(const scene::Gaussians& gaussians, const SceneFormat& format,
                            const SaveOptions& options) {
     if (format.write == nullptr)
-        return error(Code::kUnsupported, "%s is read only; write %s", format.name,
-                     extension_list(true).c_str());
+        return unsupported("%s is read only; write %s", format.name, extension_list(true).c_str());
     if (options.sh_degree.value_or(0) > format.max_sh_degree)
         return invalid("sh_degree %u to write, but %s holds at most %u", *options.sh_degree,
                        format.name, format.max_sh_degree);

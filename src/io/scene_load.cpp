@@ -19,8 +19,8 @@ std::uint64_t count_non_finite(const std::vector<float>& values) {
 Status check_count(std::uint64_t count, std::uint32_t sh_degree, const LoadOptions& options,
                    DecodeBudget& budget, const char* format) {
     if (count > options.max_count)
-        return error(Code::kUnsupported, "%s: %llu Gaussians, the limit is %llu; raise max_count",
-                     format, llu(count), llu(options.max_count));
+        return unsupported("%s: %llu Gaussians, the limit is %llu; raise max_count", format,
+                           llu(count), llu(options.max_count));
     const std::uint64_t floats = 11 + 3 * std::uint64_t{scene::sh_coefficients(sh_degree)};
     return budget.take(count, floats * sizeof(float), std::string(format) + ": Gaussians");
 }

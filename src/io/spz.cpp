@@ -63,14 +63,14 @@ Result<Header> read_header(Reader& reader) {
     if (magic != kSpzMagic) return damaged("spz: the file does not start with 'NGSP'");
     SPLAT_TRY(reader.read(header, "header"));
     if (header.version < 1 || header.version > 4)
-        return error(Code::kUnsupported, "spz: version %u, expected 1 to 4", header.version);
+        return unsupported("spz: version %u, expected 1 to 4", header.version);
     if (header.degree > kMaxDegree)
         return damaged("spz: SH degree %u, expected 0 to %u", header.degree, kMaxDegree);
     if (header.fraction_bits > kMaxFractionBits)
         return damaged("spz: %u fraction bits, expected 0 to %u", header.fraction_bits,
                        kMaxFractionBits);
     if (header.version < 4 && (header.flags & kExtensions) != 0)
-        return error(Code::kUnsupported, "spz: a version %u file with extensions", header.version);
+        return unsupported("spz: a version %u file with extensions", header.version);
     return header;
 }
 
@@ -421,13 +421,11 @@ Result<LoadedScene> read_spz(Bytes file, const LoadOptions& options) {
 
 Result<Buffer> write_spz(const Gaussians& gaussians, const SaveOptions& options) {
     if (options.spz_version != 3 && options.spz_version != 4)
-        return error(Code::kUnsupported, "spz: version %u to write, expected 3 or 4",
-                     options.spz_version);
+        return unsupported("spz: version %u to write, expected 3 or 4", options.spz_version);
     SPLAT_ASSIGN(Gaussians scene, prepare_save(gaussians, kSpzFrame, options));
     SPLAT_TRY(check_finite(scene));
     if (scene.count() > 0xFFFFFFFFU)
-        return error(Code::kUnsupported, "spz: %zu Gaussians, the format counts in 32 bits",
-                     scene.count());
+        return unsupported("spz: %zu Gaussians, the format counts in 32 bits", scene.count());
     SPLAT_TRY(check_scales(scene, options.clamp));
     warn_of_loss("spz", scene::normalise_rotations(scene), scene.count(),
                  "rotations have length 0");

@@ -192,8 +192,8 @@ Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uin
     if (found == nullptr || found->list() == nullptr) return damaged("there is no list 'frames'");
     const JsonTree::List& frames = *found->list();
     if (frames.size() > options.max_cameras)
-        return error(Code::kUnsupported, "%zu frames, the limit is %llu", frames.size(),
-                     llu(options.max_cameras));
+        return unsupported("%zu frames, the limit is %llu", frames.size(),
+                           llu(options.max_cameras));
     CameraSet set;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const Frame frame(json, frames[i], i);

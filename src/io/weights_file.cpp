@@ -81,8 +81,7 @@ Status save_weights(const WeightsFile& weights, const std::string& path, bool ha
         SPLAT_ASSIGN(const FilePieces file, format.write(weights, half));
         return write_file(path, file.pieces());
     }
-    return error(Code::kUnsupported, "'%s': weights are written as .safetensors, .pth or .npz",
-                 path.c_str());
+    return unsupported("'%s': weights are written as .safetensors, .pth or .npz", path.c_str());
 }
 
 }  // namespace splat::io

@@ -69,7 +69,7 @@ class DirectoryReader {
     }
 
     [[nodiscard]] Status unsupported(const std::string& problem) const {
-        return error(Code::kUnsupported, "%s: %s", what_.c_str(), problem.c_str());
+        return splat::unsupported("%s: %s", what_.c_str(), problem.c_str());
     }
 
     Result<Buffer> piece(std::uint64_t start, std::uint64_t bytes) const {
@@ -284,9 +284,9 @@ Status Zip::read(const ZipEntry& entry, Buffer& to) const {
 Result<FilePieces> write_zip(std::vector<ZipMember> members) {
     FilePieces file;
     Buffer directory;
-    const Status too_large = error(Code::kUnsupported,
-                                   "zip: 4 GiB, 65535 files or a name of 64 KiB are too much; "
-                                   "safetensors files have no such limit");
+    const Status too_large = splat::unsupported(
+        "zip: 4 GiB, 65535 files or a name of 64 KiB are too much; "
+        "safetensors files have no such limit");
     if (members.size() >= kIn16) return too_large;
     std::uint64_t start = 0;
     for (ZipMember& member : members) {

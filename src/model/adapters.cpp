@@ -74,8 +74,7 @@ std::string number_text(double value) {
 
 Status expect_adapters(Model& model) {
     if (model.config().lora.rank > 0) return {};
-    return error(Code::kInvalidState,
-                 "the model has no adapters: its configuration lacks opt.lora_finetune");
+    return bad_state("the model has no adapters: its configuration lacks opt.lora_finetune");
 }
 
 /// Another factor would change the adapters' effect.

@@ -303,8 +303,7 @@ Status Model::forward() {
 Status Model::backward(bool of_sets) {
     SPLAT_TRY(check_unmapped());
     if (input_changed_ || outside_writes_ != outside_->writes)
-        return error(Code::kInvalidState,
-                     "backward was called after new inputs without their forward pass");
+        return bad_state("backward was called after new inputs without their forward pass");
     if (gradient_rows_ != nullptr)
         SPLAT_TRY(context_.run(of_sets ? gradient_rows_->unpack : gradient_rows_->pack));
     SPLAT_TRY(sliced_ == nullptr ? executor_->backward() : sliced_->backward());

@@ -242,10 +242,10 @@ Status Module::unknown(const std::string& name) const {
     for (const auto& [known, value] : inputs_) list += " " + known;
     for (const auto& [known, value] : outputs_) list += " " + known;
     for (const nn::Parameter& parameter : parameters_->all()) list += " " + parameter.name;
-    return error(Code::kNotFound,
-                 "%s: there is no '%s' here; ports and parameters are:%s, their gradients 'grad:' "
-                 "and the name; inputs, parameters and gradients of outputs are written",
-                 desc_.type.c_str(), name.c_str(), list.c_str());
+    return not_found(
+        "%s: there is no '%s' here; ports and parameters are:%s, their gradients 'grad:' "
+        "and the name; inputs, parameters and gradients of outputs are written",
+        desc_.type.c_str(), name.c_str(), list.c_str());
 }
 
 Result<vk::BufferView> Module::target(const std::string& name) {
@@ -255,16 +255,16 @@ Result<vk::BufferView> Module::target(const std::string& name) {
     const auto output = name.starts_with("grad:") ? outputs_.find(name.substr(5)) : outputs_.end();
     if (output == outputs_.end()) return unknown(name);
     if (!desc_.gradients)
-        return error(Code::kInvalidState, "%s: '%s': the module was made without gradients",
-                     desc_.type.c_str(), name.c_str());
+        return bad_state("%s: '%s': the module was made without gradients", desc_.type.c_str(),
+                         name.c_str());
     return executor_->gradient(output->second);
 }
 
 Result<vk::BufferView> Module::source(const std::string& name) {
     if (const auto output = outputs_.find(name); output != outputs_.end()) {
         if (!ran_)
-            return error(Code::kInvalidState, "%s: '%s': the module has not run forward",
-                         desc_.type.c_str(), name.c_str());
+            return bad_state("%s: '%s': the module has not run forward", desc_.type.c_str(),
+                             name.c_str());
         return executor_->tensor(output->second);
     }
     if (!name.starts_with("grad:")) return target(name);
@@ -278,14 +278,14 @@ Result<vk::BufferView> Module::source(const std::string& name) {
             : desc_.gradients && desc_.input_gradients &&
                   std::ranges::find(differentiable_, input->second) != differentiable_.end();
     if (!wanted)
-        return error(Code::kInvalidState,
-                     "%s: '%s' is not computed: the module was made without gradients (of inputs), "
-                     "or it is not trained or constant",
-                     desc_.type.c_str(), name.c_str());
+        return bad_state(
+            "%s: '%s' is not computed: the module was made without gradients (of inputs), "
+            "or it is not trained or constant",
+            desc_.type.c_str(), name.c_str());
     if (parameter != nullptr) return parameter->grad;
     if (!went_back_)
-        return error(Code::kInvalidState, "%s: '%s': the module has not run backward",
-                     desc_.type.c_str(), name.c_str());
+        return bad_state("%s: '%s': the module has not run backward", desc_.type.c_str(),
+                         name.c_str());
     return executor_->gradient(input->second);
 }
 
@@ -333,9 +333,9 @@ Status Module::forward() {
 
 Status Module::backward() {
     if (input_changed_)
-        return error(Code::kInvalidState,
-                     "%s: backward was called after an input had been written: run forward again",
-                     desc_.type.c_str());
+        return bad_state(
+            "%s: backward was called after an input had been written: run forward again",
+            desc_.type.c_str());
     const Status done = executor_->backward();
     if (done.code() != Code::kInvalidState) went_back_ = done.ok();
     return done;

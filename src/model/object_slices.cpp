@@ -87,8 +87,7 @@ Status ObjectSlices::forward() {
 
 Status ObjectSlices::backward() {
     if (!ran_)
-        return error(
-            Code::kInvalidState,
+        return bad_state(
             "backward was called without a forward pass of its own: run forward before each");
     for (std::uint32_t part = count_; part-- > 0;) {
         if (part + 1 < count_) SPLAT_TRY(run(part));

@@ -52,9 +52,8 @@ Result<std::string> builtin_weights_near(const std::string& library, const std::
         if (plain && is_file(folder / name / kFile))
             return (folder / name / kFile).lexically_normal().string();
     const std::string names = names_in(folders);
-    return error(
-        Code::kNotFound, "no built-in weights '%s' near the library in '%s', %s", name.c_str(),
-        library.c_str(),
+    return not_found(
+        "no built-in weights '%s' near the library in '%s', %s", name.c_str(), library.c_str(),
         names.empty() ? "and no others: name a file of weights" : ("expected " + names).c_str());
 }
 
@@ -82,9 +81,8 @@ Result<std::string> config_beside(const std::string& weights, const std::string&
     for (const std::string& name :
          {stem + ".json", stem + ".yaml", std::string("config.json"), std::string("config.yaml")})
         if (is_file(file.parent_path() / name)) return (file.parent_path() / name).string();
-    return error(Code::kNotFound,
-                 "no config.json or config.yaml in the folder of '%s': give the configuration",
-                 weights.c_str());
+    return not_found("no config.json or config.yaml in the folder of '%s': give the configuration",
+                     weights.c_str());
 }
 
 Result<config::Settings> settings_of(const std::string& text, const std::string& what) {

@@ -62,7 +62,7 @@ Result<std::unique_ptr<OnnxSession>> OnnxSession::create(std::shared_ptr<const O
                                                          std::uint32_t threads) {
     std::error_code none;
     if (!std::filesystem::is_regular_file(path, none))
-        return error(Code::kNotFound, "there is no file '%s'", path.c_str());
+        return not_found("there is no file '%s'", path.c_str());
     std::unique_ptr<OnnxSession> session(new OnnxSession(std::move(runtime), path));
     SPLAT_TRY(session->open(threads));
     SPLAT_TRY(session->read_ports());

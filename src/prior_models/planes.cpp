@@ -53,11 +53,11 @@ Status check_finite(const Planes& planes, const std::string& name) {
     for (std::size_t i = 0; i < planes.values.size(); ++i)
         if (!std::isfinite(planes.values[i])) {
             const std::size_t pixel = i / planes.channels;
-            return error(Code::kInvalidState,
-                         "%s is %g at row %zu, column %zu: the model's numbers overflow, or it is "
-                         "not the preset's",
-                         name.c_str(), static_cast<double>(planes.values[i]),
-                         pixel / planes.size.width, pixel % planes.size.width);
+            return bad_state(
+                "%s is %g at row %zu, column %zu: the model's numbers overflow, or it is "
+                "not the preset's",
+                name.c_str(), static_cast<double>(planes.values[i]), pixel / planes.size.width,
+                pixel % planes.size.width);
         }
     return {};
 }

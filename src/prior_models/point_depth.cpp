@@ -94,8 +94,8 @@ Result<Planes> point_depth(const Planes& points, const MapSource& source, const 
         scale = static_cast<double>(source.scale->values[source.picture]);
     const std::vector<Seen> seen = seen_points(points, valid);
     if (seen.empty())
-        return error(Code::kInvalidState,
-                     "%s has no valid point: the model sees nothing in this picture", name.c_str());
+        return bad_state("%s has no valid point: the model sees nothing in this picture",
+                         name.c_str());
     const double shift = best_shift(seen);
     Planes depth{points.size, 1, std::vector<float>(area)};
     double farthest = 0;

@@ -80,10 +80,10 @@ Result<Extent> input_extent(const PresetInput& input, Extent picture) {
     const double width = multiple_of(input, across * picture.width, input.width);
     const double height = multiple_of(input, down * picture.height, input.height);
     if (!(width * height <= kMostPixels))
-        return error(Code::kUnsupported,
-                     "a picture of %u x %u pixels makes an input of %.0f x %.0f, expected at most "
-                     "2^26 pixels: crop it",
-                     picture.width, picture.height, width, height);
+        return unsupported(
+            "a picture of %u x %u pixels makes an input of %.0f x %.0f, expected at most "
+            "2^26 pixels: crop it",
+            picture.width, picture.height, width, height);
     return Extent{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
 }
 

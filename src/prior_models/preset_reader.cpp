@@ -200,8 +200,7 @@ Result<Preset> read_preset(const JsonTree& tree) {
     of.text("licence", preset.licence);
     of.text("note", preset.note);
     preset.input = read_input(of);
-    const JsonTree* const found = of.find("outputs");
-    const JsonTree::List* const outputs = found == nullptr ? nullptr : found->list();
+    const JsonTree::List* const outputs = tree["outputs"].list();
     if (outputs == nullptr || outputs->empty()) of.refuse("needs a list 'outputs' of one or more");
     for (std::size_t i = 0; outputs != nullptr && i < outputs->size() && of.status().ok(); ++i) {
         const std::string place = format("the preset.outputs[%zu]", i);

@@ -16,8 +16,7 @@ Result<std::string> model_path(const Preset& preset, const std::string& given) {
     const std::string path = folder + "/" + preset.file.name;
     std::error_code none;
     if (std::filesystem::is_regular_file(path, none)) return path;
-    return error(
-        Code::kNotFound,
+    return not_found(
         "there is no '%s', the model of preset '%s': 'vkrun priors get %s' fetches it where its "
         "address is known, 'vkrun priors where %s' tells about it; or give the path of the model",
         path.c_str(), preset.name.c_str(), preset.name.c_str(), preset.name.c_str());

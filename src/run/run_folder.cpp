@@ -14,7 +14,6 @@
 #include "core/fork.h"
 #include "io/file.h"
 #include "io/folder.h"
-#include "io/write_all.h"
 
 namespace splat::run {
 namespace {
@@ -110,8 +109,8 @@ Status RunFolder::check() const {
         is_there(root_ / kConfig) && (is_there(root_ / kLock) || is_there(root_ / kRun));
     if (mode_ == Mode::kResume) {
         if (run) return {};
-        return error(Code::kInvalidState, "'%s' holds no run to resume (%s, and %s or %s)",
-                     root_.c_str(), kConfig, kLock, kRun);
+        return bad_state("'%s' holds no run to resume (%s, and %s or %s)", root_.c_str(), kConfig,
+                         kLock, kRun);
     }
     std::error_code ignored;
     bool empty = !is_there(root_);
@@ -120,9 +119,9 @@ Status RunFolder::check() const {
         empty = std::ranges::all_of(names, is_begun);
     }
     if (empty || (run && mode_ == Mode::kReplace)) return {};
-    return error(Code::kInvalidState, "'%s' is there%s", root_.c_str(),
-                 run ? " and holds a run: resume it, overwrite it, or choose another folder"
-                     : " and is not a run: choose another folder");
+    return bad_state("'%s' is there%s", root_.c_str(),
+                     run ? " and holds a run: resume it, overwrite it, or choose another folder"
+                         : " and is not a run: choose another folder");
 }
 
 Status RunFolder::lock() {
@@ -135,10 +134,10 @@ Status RunFolder::lock() {
         const std::string process = process_of(file);
         ::close(file);
         if (reason != EWOULDBLOCK) return cannot("lock", path, std::strerror(reason));
-        return error(Code::kInvalidState,
-                     "'%s' is in use: a run of %s is open in it; wait for its end, stop it, or "
-                     "choose another folder",
-                     root_.c_str(), process.c_str());
+        return bad_state(
+            "'%s' is in use: a run of %s is open in it; wait for its end, stop it, or "
+            "choose another folder",
+            root_.c_str(), process.c_str());
     }
     lock_ = file;
     generation_ = fork_generation();
@@ -252,10 +251,8 @@ Result<std::vector<MetricLine>> RunFolder::metrics() const {
     std::istringstream rest{std::string(io::as_text(file.value()))};
     for (std::string text; std::getline(rest, text);) {
         Result<JsonTree> json = parse_json_tree(text, kMetrics);
-        const JsonTree* const step = json.ok() ? json.value().find("step") : nullptr;
-        if (step == nullptr || !step->count()) continue;
-        const std::uint64_t number = *step->count();
-        lines.push_back({number, std::move(json.value()), std::move(text)});
+        const auto step = json.ok() ? json.value()["step"].count() : std::nullopt;
+        if (step) lines.push_back({*step, std::move(json.value()), std::move(text)});
     }
     return lines;
 }

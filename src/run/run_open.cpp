@@ -66,9 +66,8 @@ Status Run::resume() {
         messages_.push_back({"resumed from " + state.filename().string()});
         return restore_validations();
     }
-    return error(Code::kNotFound,
-                 "no state in '%s' can be read; to start again, let the run be overwritten",
-                 folder_->path("checkpoints").c_str());
+    return not_found("no state in '%s' can be read; to start again, let the run be overwritten",
+                     folder_->path("checkpoints").c_str());
 }
 
 /// Take over the validations of the run since the latest one of another protocol than those to come.

@@ -7,6 +7,7 @@
 #include "core/json_writer.h"
 #include "io/compress.h"
 #include "io/file.h"
+#include "io/folder.h"
 
 namespace splat::tables {
 namespace {
@@ -40,22 +41,14 @@ std::optional<Journal> Journal::read(const std::string& folder, const std::strin
     const auto file = io::read_file(journal.path_, kMaxJsonBytes);
     if (!file.ok()) return std::nullopt;
     const auto tree = parse_json_tree(io::as_text(file.value()), "journal");
-    const JsonTree* const source = tree.ok() ? tree.value().find("source") : nullptr;
-    if (source == nullptr || source->text() == nullptr) return std::nullopt;
-    journal.source_ = *source->text();
-    const JsonTree* const done = tree.value().find("done");
-    journal.done_ = done != nullptr && done->find("all") != nullptr;
-    const JsonTree* const files = tree.value().find("files");
-    for (const JsonTree& item :
-         files != nullptr && files->list() != nullptr ? *files->list() : JsonTree::List()) {
-        const JsonTree* const path = item.find("path");
-        const JsonTree* const bytes = item.find("bytes");
-        const JsonTree* const crc = item.find("crc32");
-        if (path == nullptr || path->text() == nullptr || bytes == nullptr || !bytes->count() ||
-            crc == nullptr || !crc->count() || *crc->count() > UINT32_MAX)
-            return std::nullopt;
-        journal.files_.push_back(
-            {*path->text(), *bytes->count(), static_cast<std::uint32_t>(*crc->count())});
+    if (!tree.ok() || tree.value()["source"].text() == nullptr) return std::nullopt;
+    journal.source_ = *tree.value()["source"].text();
+    journal.done_ = tree.value()["done"].find("all") != nullptr;
+    for (const JsonTree& item : tree.value()["files"].items()) {
+        const std::string* const path = item["path"].text();
+        const auto bytes = item["bytes"].count(), crc = item["crc32"].count();
+        if (path == nullptr || !bytes || !crc || *crc > UINT32_MAX) return std::nullopt;
+        journal.files_.push_back({*path, *bytes, static_cast<std::uint32_t>(*crc)});
     }
     return journal;
 }
@@ -63,9 +56,8 @@ std::optional<Journal> Journal::read(const std::string& folder, const std::strin
 Result<Journal> Journal::of_export(const std::string& folder, const std::string& split,
                                    const std::string& source,
                                    const std::vector<std::string>& targets) {
+    SPLAT_TRY(io::make_folders(folder));
     std::error_code failed;
-    fs::create_directories(folder, failed);
-    if (failed) return io::system_error(failed.value(), "create the folder", folder);
     Journal journal(folder, export_name(split), source);
     if (!fs::exists(journal.path_, failed)) {
         for (const std::string& target : targets)
@@ -120,13 +112,10 @@ Status Journal::write(bool done) {
     done_ = done;
     JsonWriter json;
     json.begin_object().member("source", source_).key("files").begin_array();
-    for (const File& file : files_)
-        json.newline(2)
-            .begin_object()
-            .member("path", file.path)
-            .member("bytes", file.bytes)
-            .member("crc32", file.crc)
-            .end();
+    for (const File& file : files_) {
+        json.newline(2).begin_object().member("path", file.path);
+        json.member("bytes", file.bytes).member("crc32", file.crc).end();
+    }
     json.newline().end();
     if (done_) json.key("done").begin_object().member("all", 1).end();
     json.end();

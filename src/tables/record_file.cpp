@@ -10,8 +10,8 @@
 
 #include "core/fault.h"
 #include "io/compress.h"
+#include "io/file.h"
 #include "io/npy.h"
-#include "io/write_all.h"
 
 namespace splat::tables {
 namespace {

@@ -107,8 +107,8 @@ Result<std::unique_ptr<Session>> Session::open(const std::string& library,
                                     : api->open_ext(nullptr, &session->database_, config, &problem);
     api->destroy_config(&config);
     if (refused != nullptr)
-        return error(Code::kUnsupported, "DuckDB %s does not take the setting '%s'",
-                     api->library_version(), refused);
+        return unsupported("DuckDB %s does not take the setting '%s'", api->library_version(),
+                           refused);
     if (state != kSuccess) {
         const Status status = duckdb_error(problem, Code::kUnsupported);
         api->free(problem);

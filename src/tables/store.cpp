@@ -18,26 +18,22 @@ Status bad_store(const std::string& path, const std::string& problem) {
 
 /// A whole number of a member, from 0 to `most`.
 Result<std::uint64_t> count_in(const JsonTree& tree, const char* name, std::uint64_t most) {
-    const JsonTree* const found = tree.find(name);
-    const auto count = found == nullptr ? std::nullopt : found->count();
+    const auto count = tree[name].count();
     if (!count || *count > most)
         return damaged("'%s' is missing or no whole number from 0 to %llu", name, llu(most));
     return *count;
 }
 
 Result<std::string> text_in(const JsonTree& tree, const char* name) {
-    const JsonTree* const found = tree.find(name);
-    if (found == nullptr || found->text() == nullptr)
-        return damaged("'%s' is missing or not a text", name);
-    return *found->text();
+    const std::string* const found = tree[name].text();
+    if (found == nullptr) return damaged("'%s' is missing or not a text", name);
+    return *found;
 }
 
 Result<std::vector<Table>> maps_in(const JsonTree& tree) {
-    const JsonTree* const names = tree.find("maps");
     std::vector<Table> maps;
     for (const Table table : kTables)
-        for (const JsonTree& name :
-             names != nullptr && names->list() != nullptr ? *names->list() : JsonTree::List())
+        for (const JsonTree& name : tree["maps"].items())
             if (kind_of(table).map != nullptr && name.text() != nullptr &&
                 *name.text() == kind_of(table).map)
                 maps.push_back(table);
@@ -51,16 +47,14 @@ Result<StoreIndex> index_in(const JsonTree& tree) {
     SPLAT_ASSIGN(const std::uint64_t version, count_in(tree, "version", 1'000'000));
     if (name != kStoreFormat) return damaged("'format' is '%s'", shown(name).c_str());
     if (version != kStoreVersion)
-        return error(Code::kUnsupported, "version %llu, expected %d", llu(version), kStoreVersion);
+        return unsupported("version %llu, expected %d", llu(version), kStoreVersion);
     SPLAT_ASSIGN(index.split, text_in(tree, "split"));
     SPLAT_ASSIGN(index.source, text_in(tree, "source"));
     SPLAT_ASSIGN(const std::uint64_t resolution, count_in(tree, "resolution", 16384));
     index.resolution = static_cast<std::uint32_t>(resolution);
     SPLAT_ASSIGN(index.maps, maps_in(tree));
-    const JsonTree* const objects = tree.find("objects");
     std::uint64_t rows = 0;
-    for (const JsonTree& item :
-         objects != nullptr && objects->list() != nullptr ? *objects->list() : JsonTree::List()) {
+    for (const JsonTree& item : tree["objects"].items()) {
         StoreObject object;
         SPLAT_ASSIGN(object.name, text_in(item, "name"));
         SPLAT_ASSIGN(object.intrinsics, text_in(item, "intrinsics"));
@@ -93,10 +87,10 @@ Result<std::string> store_text(const StoreIndex& index) {
     json.newline().end().end();
     std::string text = json.text() + "\n";
     if (text.size() <= kMaxJsonBytes) return text;
-    return error(Code::kUnsupported,
-                 "%zu objects take %zu bytes of store.json, at most %zu: divide them among several "
-                 "data sets",
-                 index.objects.size(), text.size(), kMaxJsonBytes);
+    return unsupported(
+        "%zu objects take %zu bytes of store.json, at most %zu: divide them among several "
+        "data sets",
+        index.objects.size(), text.size(), kMaxJsonBytes);
 }
 
 bool is_store_text(const std::string& folder) {

@@ -4,6 +4,7 @@
 
 #include "core/fault.h"
 #include "core/log.h"
+#include "io/folder.h"
 #include "tables/journal.h"
 #include "tables/store.h"
 
@@ -50,13 +51,11 @@ Status remove_file(const fs::path& path) {
 Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string& folder, StoreIndex index,
                                                        bool replace, Part part) {
     if (index.frames.empty() || index.frames.size() > kMaxRows)
-        return error(Code::kUnsupported, "%zu rows in a split, expected 1 to %llu",
-                     index.frames.size(), llu(kMaxRows));
+        return unsupported("%zu rows in a split, expected 1 to %llu", index.frames.size(),
+                           llu(kMaxRows));
     SPLAT_TRY(store_text(index).status());  // what finish() could not write
     std::unique_ptr<StoreWriter> writer(new StoreWriter(folder, std::move(index), part));
-    std::error_code failed;
-    fs::create_directories(folder, failed);
-    if (failed) return io::system_error(failed.value(), "create the folder", folder);
+    SPLAT_TRY(io::make_folders(folder));
     SPLAT_TRY(writer->lock());
     SPLAT_ASSIGN(const FileLock start, writer->lock_start());
     SPLAT_TRY(writer->check(replace));

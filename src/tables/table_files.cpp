@@ -127,8 +127,7 @@ Result<std::vector<TableFiles>> find_tables(const std::string& folder, const std
         if (!found.files.empty()) tables.push_back(std::move(found));
     }
     if (!missing.empty())
-        return error(
-            Code::kNotFound,
+        return not_found(
             "'%s' lacks tables: %s; expected %s/%s/*.parquet, %s/%s-00000-of-00001.parquet or "
             "<name>_%s.parquet for each",
             folder.c_str(), missing.c_str(), kind_of(Table::kRgb).name, split.c_str(),

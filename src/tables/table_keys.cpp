@@ -71,8 +71,8 @@ Status TableKeys::read_objects(const TableReader& intrinsics, DecodeBudget& budg
                 return status.ok() ? status : intrinsics.in_row(file, row.number, status);
             }));
     if (texts.empty())
-        return error(Code::kNotFound, "table %s, '%s': no rows of this split",
-                     kind_of(Table::kIntrinsics).name, intrinsics.files().front().c_str());
+        return not_found("table %s, '%s': no rows of this split", kind_of(Table::kIntrinsics).name,
+                         intrinsics.files().front().c_str());
     for (const auto& [name, text] : texts) {
         numbers_[name] = static_cast<std::uint32_t>(objects_.size());
         objects_.push_back({name, text, 0});
@@ -86,7 +86,7 @@ Status TableKeys::read_poses(const TableReader& poses, DecodeBudget& budget) {
             const auto key = key_of(row);
             if (!key.ok()) return poses.in_row(file, row.number, key.status());
             if (keys_.size() == kMaxRows)
-                return error(Code::kUnsupported, "more than %llu rows in a split", llu(kMaxRows));
+                return unsupported("more than %llu rows in a split", llu(kMaxRows));
             const Status kept = budget.take(kRowBytes, 1, "rows");
             if (!kept.ok()) return poses.in_row(file, row.number, kept);
             keys_.push_back(key.value());

@@ -252,10 +252,10 @@ Status TableReader::values(std::size_t file, std::uint64_t first, std::uint64_t 
         else if (refused || status.code() != Code::kOutOfHostMemory)
             return status;
         else if (step == 1)
-            return error(Code::kUnsupported,
-                         "%s; a row group does not fit in the memory that is set for it: write "
-                         "the file again with at most %llu rows and 100 MiB in a group",
-                         status.message().c_str(), llu(kPieceRows / 4));
+            return unsupported(
+                "%s; a row group does not fit in the memory that is set for it: write "
+                "the file again with at most %llu rows and 100 MiB in a group",
+                status.message().c_str(), llu(kPieceRows / 4));
         else
             step = std::max<std::uint64_t>(1, std::min(step, kPieceRows) / 4);
     }

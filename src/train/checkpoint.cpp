@@ -26,9 +26,8 @@ Result<std::uint64_t> number_of(const io::Metadata& metadata, const std::string&
         if (name != key) continue;
         if (const auto value = number_in<std::uint64_t>(text)) return *value;
     }
-    return error(Code::kFormat,
-                 "checkpoint: no number '%s' in its metadata: the file is not a training state",
-                 key.c_str());
+    return damaged("checkpoint: no number '%s' in its metadata: the file is not a training state",
+                   key.c_str());
 }
 
 }  // namespace
@@ -51,9 +50,8 @@ Status Trainer::resume(const io::WeightsFile& file) {
     SPLAT_ASSIGN(const std::uint64_t expected, number_of(file.metadata, "crc32"));
     const std::uint32_t sum = checksum(file.tensors);
     if (sum != expected)
-        return error(Code::kFormat,
-                     "checkpoint: its checksum is %08x, expected %08llx: the file is damaged", sum,
-                     llu(expected));
+        return damaged("checkpoint: its checksum is %08x, expected %08llx: the file is damaged",
+                       sum, llu(expected));
     // The state of the optimiser does not belong to a state dict.
     io::NamedTensors weights;
     for (const io::NamedTensor& tensor : file.tensors)
@@ -64,7 +62,7 @@ Status Trainer::resume(const io::WeightsFile& file) {
     model::LoadReport report;
     SPLAT_TRY(model::load_state(*model_, weights, options, report));
     if (!report.fresh.empty())
-        return error(Code::kFormat, "checkpoint: '%s' is missing", report.fresh.front().c_str());
+        return damaged("checkpoint: '%s' is missing", report.fresh.front().c_str());
     SPLAT_TRY(optimiser_->load(file, steps));
     steps_ = steps;
     attempts_ = attempts;

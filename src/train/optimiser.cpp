@@ -29,9 +29,9 @@ Status add_parameters(OptimiserDesc& desc, nn::Parameters& from, const std::stri
     for (const nn::Parameter& parameter : from.all()) {
         if (!parameter.trainable) continue;
         if (parameter.grad.buffer == VK_NULL_HANDLE)
-            return error(Code::kInvalidState,
-                         "parameter '%s' has no gradient: its network was made without gradients",
-                         (prefix + parameter.name).c_str());
+            return bad_state(
+                "parameter '%s' has no gradient: its network was made without gradients",
+                (prefix + parameter.name).c_str());
         OptimiserParameter& added = desc.parameters.emplace_back();
         added.name = prefix + parameter.name;
         added.shape = parameter.shape;

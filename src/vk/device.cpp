@@ -226,8 +226,8 @@ Result<std::uint32_t> select_device(const DeviceDesc& desc, const std::vector<De
         if (fits(desc, info) && (best == nullptr || info.kind > best->kind)) best = &info;
     if (best != nullptr && best->usable()) return best->index;
     if (best != nullptr)
-        return error(Code::kUnsupported, "device %u (%s) is not usable: %s", best->index,
-                     best->name.c_str(), best->reason.c_str());
+        return unsupported("device %u (%s) is not usable: %s", best->index, best->name.c_str(),
+                           best->reason.c_str());
     std::string list;
     for (const DeviceInfo& info : infos)
         list += format("%s%u: %s (%s)%s%s", list.empty() ? "" : "; ", info.index, info.name.c_str(),
@@ -290,17 +290,16 @@ Status Device::choose_kernels(Kernels wish) {
     SPLAT_ASSIGN(kernels_, kernels_from_environment(wish));
     if (kernels_ == Kernels::kAuto) kernels_ = info_.kernels;
     if (kernels_ != Kernels::kPlain && info_.kernels == Kernels::kPlain)
-        return error(Code::kUnsupported,
-                     "device %u (%s) has subgroups of %u lanes%s, %u bytes of shared memory and "
-                     "workgroups of %u; %s kernels need 8 or more with shuffle, %u and %u: use "
-                     "plain ones",
-                     info_.index, info_.name.c_str(), info_.limits.subgroup_size,
-                     info_.features.subgroup_shuffle ? "" : " without shuffle, ballot or vote",
-                     info_.limits.shared_memory_bytes, info_.limits.max_group_invocations,
-                     kernels_name(kernels_), kFastSharedBytes, kFastInvocations);
+        return unsupported(
+            "device %u (%s) has subgroups of %u lanes%s, %u bytes of shared memory and "
+            "workgroups of %u; %s kernels need 8 or more with shuffle, %u and %u: use "
+            "plain ones",
+            info_.index, info_.name.c_str(), info_.limits.subgroup_size,
+            info_.features.subgroup_shuffle ? "" : " without shuffle, ballot or vote",
+            info_.limits.shared_memory_bytes, info_.limits.max_group_invocations,
+            kernels_name(kernels_), kFastSharedBytes, kFastInvocations);
     if (kernels_ == Kernels::kCpu && !info_.features.int64)
-        return error(
-            Code::kUnsupported,
+        return unsupported(
             "device %u (%s) has no 64-bit integers in shaders, which cpu kernels need: use "
             "gpu or plain ones",
             info_.index, info_.name.c_str());
@@ -365,8 +364,8 @@ Status Device::check(VkResult result, const char* call) {
                          info_.index, info_.name.c_str());
         case VK_ERROR_FEATURE_NOT_PRESENT:
         case VK_ERROR_EXTENSION_NOT_PRESENT:
-            return error(Code::kUnsupported, "%s failed with %s on device %u (%s)", call,
-                         result_name(result), info_.index, info_.name.c_str());
+            return unsupported("%s failed with %s on device %u (%s)", call, result_name(result),
+                               info_.index, info_.name.c_str());
         default:
             return error(Code::kInternal, "%s failed with %s (%d) on device %u (%s)", call,
                          result_name(result), static_cast<int>(result), info_.index,

@@ -195,10 +195,10 @@ Result<std::shared_ptr<Instance>> Instance::get(bool validation) {
     if (auto living = slot.lock()) return living;
     // Drivers keep threads, which a fork does not copy, and wait for them when the process exits.
     if (g_opened_by != kNone && g_opened_by != fork_generation())
-        return error(Code::kInvalidState,
-                     "this process was forked from one that had opened or listed devices, whose "
-                     "drivers do not work in a child: start children with spawn, or fork before "
-                     "that");
+        return bad_state(
+            "this process was forked from one that had opened or listed devices, whose "
+            "drivers do not work in a child: start children with spawn, or fork before "
+            "that");
     SPLAT_ASSIGN(std::shared_ptr<Instance> instance, create(validation));
     g_opened_by = fork_generation();
     slot = instance;
@@ -209,8 +209,7 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
     SPLAT_TRY(load_loader());
     const std::uint32_t layer = validation ? validation_layer() : 0;
     if (validation && layer == 0)
-        return error(
-            Code::kUnsupported,
+        return unsupported(
             "validation was requested, but the layer %s is not installed: on Debian `apt-get "
             "install "
             "vulkan-validationlayers`, or clear SPLAT_DEVICE_VALIDATION and SPLAT_VALIDATION",
@@ -279,8 +278,7 @@ Status Instance::create_messenger() {
     if (!load_function(instance_, make, "vkCreateDebugUtilsMessengerEXT") ||
         !load_function(instance_, destroy_messenger_, "vkDestroyDebugUtilsMessengerEXT") ||
         make(instance_, &info, nullptr, &messenger_) != VK_SUCCESS)
-        return error(Code::kUnsupported,
-                     "validation was requested, but VK_EXT_debug_utils has no messenger");
+        return unsupported("validation was requested, but VK_EXT_debug_utils has no messenger");
     return {};
 }
 

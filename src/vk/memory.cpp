@@ -96,8 +96,8 @@ Status Memory::make_block(Block& block, std::uint64_t bytes) {
     device_.vk.vkGetBufferMemoryRequirements(device_.handle(), block.buffer, &needs);
     const auto type = memory_type(needs.memoryTypeBits, block.kind);
     if (!type)
-        return error(Code::kUnsupported,
-                     "the device has no memory type for storage buffers that the host can see");
+        return unsupported(
+            "the device has no memory type for storage buffers that the host can see");
 
     VkMemoryAllocateInfo allocate{};
     allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
@@ -134,10 +134,9 @@ Status Memory::make_block(Block& block, std::uint64_t bytes) {
 Result<Block*> Memory::add_block(std::uint64_t bytes, MemoryKind kind, std::string_view name) {
     const std::uint64_t limit = device_.info().limits.max_allocation_bytes;
     if (bytes > limit)
-        return error(Code::kUnsupported,
-                     "%.*s: %llu bytes, but device %u (%s) allocates at most %llu at once",
-                     static_cast<int>(name.size()), name.data(), llu(bytes), device_.info().index,
-                     device_.info().name.c_str(), llu(limit));
+        return unsupported("%.*s: %llu bytes, but device %u (%s) allocates at most %llu at once",
+                           static_cast<int>(name.size()), name.data(), llu(bytes),
+                           device_.info().index, device_.info().name.c_str(), llu(limit));
     const bool counts = kind == MemoryKind::kDevice;
     if (counts && (use_.used > use_.budget || bytes > use_.budget - use_.used))
         return error(Code::kOutOfDeviceMemory,

@@ -114,15 +114,15 @@ Status Recorder::check_limits(const Command& command) const {
         SPLAT_ASSERT(view.bytes > 0 && view.offset % limits.offset_alignment == 0);
         const std::uint64_t most = binding_bytes(limits, interface.bindings[i].type);
         if (view.bytes > most)
-            return error(
-                Code::kUnsupported,
+            return unsupported(
                 "%s: a tensor %s of %llu bytes, but one binding takes at most %llu; split it",
                 command.op.c_str(), view.shape.text().c_str(), llu(view.bytes), llu(most));
     }
     for (std::size_t axis = 0; axis < 3; ++axis)
         if (command.groups[axis] == 0 || command.groups[axis] > limits.max_groups[axis])
-            return error(Code::kUnsupported, "%s: %u workgroups on axis %zu, expected 1 to %u",
-                         command.op.c_str(), command.groups[axis], axis, limits.max_groups[axis]);
+            return unsupported("%s: %u workgroups on axis %zu, expected 1 to %u",
+                               command.op.c_str(), command.groups[axis], axis,
+                               limits.max_groups[axis]);
     return {};
 }
 

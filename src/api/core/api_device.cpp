@@ -84,8 +84,7 @@ splat_result give_profile(splat_device device, char* buffer, size_t capacity, si
     const auto profile = [&](api::DeviceObject& object) -> Result<std::string> {
         vk::Context& context = *object.context;
         if (context.profile() == nullptr)
-            return error(
-                Code::kInvalidState,
+            return bad_state(
                 "the device was created without SPLAT_DEVICE_PROFILE, so it has no profile");
         return (context.profile()->*text)(context.device().info().name);
     };
@@ -187,8 +186,7 @@ splat_result splat_device_profile_table(splat_device device, char* buffer, size_
 splat_result splat_device_profile_reset(splat_device device) {
     return api::with(device, [&](const auto& object) -> Status {
         if (object->context->profile() == nullptr)
-            return error(
-                Code::kInvalidState,
+            return bad_state(
                 "the device was created without SPLAT_DEVICE_PROFILE, so it has no profile");
         object->context->profile()->reset();
         return {};

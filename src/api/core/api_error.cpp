@@ -80,8 +80,7 @@ Status check_tail(const void* given, std::size_t size, const char* type, std::si
     const auto* const bytes = static_cast<const unsigned char*>(given);
     for (std::size_t i = known_size; i < size; ++i)
         if (bytes[i] != 0)
-            return error(
-                Code::kUnsupported,
+            return unsupported(
                 "%s.struct_size is %zu and byte %zu is not zero, but this version knows %zu "
                 "bytes: use a later library, or leave the new members zero",
                 type, size, i, known_size);

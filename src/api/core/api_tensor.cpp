@@ -34,11 +34,11 @@ Result<TensorPointer> create(splat_device device, const splat_tensor_desc* desc)
     const std::uint64_t bytes = vk::quad_bytes(shape.elements());
     const std::uint64_t most = context.device().info().limits.max_storage_buffer_bytes;
     if (bytes > most)
-        return error(Code::kUnsupported,
-                     "tensor '%s' of shape %s has %llu bytes, but the device binds at most %llu; "
-                     "split it along an outer "
-                     "dimension",
-                     tensor->name.c_str(), shape.text().c_str(), llu(bytes), llu(most));
+        return unsupported(
+            "tensor '%s' of shape %s has %llu bytes, but the device binds at most %llu; "
+            "split it along an outer "
+            "dimension",
+            tensor->name.c_str(), shape.text().c_str(), llu(bytes), llu(most));
     SPLAT_ASSIGN(tensor->buffer, context.memory().allocate(bytes, vk::MemoryKind::kDevice,
                                                            "tensor '" + tensor->name + "'"));
     tensor->view = tensor->buffer.view(shape);
@@ -110,8 +110,7 @@ Status map(api::TensorObject& tensor, splat_access access, void** pointer, std::
 Status unmap(api::TensorObject& tensor) {
     vk::Context& context = *tensor.context;
     const std::lock_guard lock(context.mutex);
-    if (tensor.mapped == 0)
-        return error(Code::kInvalidState, "tensor '%s' is not mapped", tensor.name.c_str());
+    if (tensor.mapped == 0) return bad_state("tensor '%s' is not mapped", tensor.name.c_str());
     SPLAT_TRY(context.device().alive());
     if (tensor.mapped != SPLAT_ACCESS_READ) {
         if (vk::Memory::host(tensor.view) != nullptr)

@@ -178,8 +178,7 @@ splat_result splat_model_backward(splat_model model, const splat_model_gradients
         SPLAT_TRY(api::expect_ran(object));
         model::Model& network = *object.model;
         if (!network.has_gradients())
-            return error(Code::kInvalidState,
-                         "the model was created without SPLAT_MODEL_GRADIENTS");
+            return bad_state("the model was created without SPLAT_MODEL_GRADIENTS");
         SPLAT_TRY(network.check_unmapped());
         if ((taken.flags & SPLAT_PASS_TENSORS) != 0)
             SPLAT_TRY(expect_no_arrays(
@@ -207,7 +206,7 @@ splat_result splat_model_read(splat_model model, const char* name, float* values
                      api::find_model_tensor(*object.model, object.objects, name));
         if (found.of_pass) SPLAT_TRY(api::expect_ran(object));
         if (found.of_backward && !object.has_input_gradients)
-            return error(Code::kInvalidState, "'%s': call splat_model_backward first", name);
+            return bad_state("'%s': call splat_model_backward first", name);
         const std::size_t needed = found.view.shape.elements() * sizeof(float);
         if (bytes < needed) return invalid("bytes is %zu, but '%s' takes %zu", bytes, name, needed);
         SPLAT_TRY(object.model->check_unmapped());
@@ -223,8 +222,7 @@ splat_result splat_model_write(splat_model model, const char* name, const float*
         nn::Parameters& parameters = object.model->parameters();
         const nn::Parameter* parameter = parameters.find(name);
         if (parameter == nullptr)
-            return error(Code::kNotFound,
-                         "the model has no parameter '%s'; splat_model_ports lists them", name);
+            return not_found("the model has no parameter '%s'; splat_model_ports lists them", name);
         const std::size_t needed = parameter->shape.elements() * sizeof(float);
         if (bytes != needed)
             return error(Code::kShape, "bytes is %zu, but '%s' of shape %s takes %zu", bytes, name,

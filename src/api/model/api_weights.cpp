@@ -169,8 +169,7 @@ splat_result splat_weights_find(splat_weights weights, const char* name, uint32_
         SPLAT_TRY(api::require(name, "name", index, "index"));
         const io::NamedTensors& tensors = object->file.tensors;
         const io::NamedTensor* found = tensors.find(name);
-        if (found == nullptr)
-            return error(Code::kNotFound, "the weights have no tensor '%s'", name);
+        if (found == nullptr) return not_found("the weights have no tensor '%s'", name);
         *index = static_cast<std::uint32_t>(found - &tensors[0]);
         return {};
     });

@@ -47,10 +47,10 @@ Status take_object(ModelTensor& found, vk::Context& context, std::uint32_t objec
     const std::uint64_t bytes = shape.elements() * sizeof(float);
     const std::uint64_t alignment = context.device().info().limits.offset_alignment;
     if (objects > 1 && (bytes % alignment != 0 || bytes % 16 != 0))
-        return error(Code::kUnsupported,
-                     "'%s' has %llu bytes, but the device binds parts at multiples of %llu: take "
-                     "the tensor of all objects",
-                     name, llu(bytes), llu(alignment));
+        return unsupported(
+            "'%s' has %llu bytes, but the device binds parts at multiples of %llu: take "
+            "the tensor of all objects",
+            name, llu(bytes), llu(alignment));
     if (objects > 1) {
         found.offset = i * bytes;
         if (found.rows == nullptr) found.view = found.view.part(found.offset, bytes);
@@ -60,22 +60,22 @@ Status take_object(ModelTensor& found, vk::Context& context, std::uint32_t objec
 }
 
 Status no_gradients() {
-    return error(Code::kInvalidState, "the model was made without SPLAT_MODEL_GRADIENTS");
+    return bad_state("the model was made without SPLAT_MODEL_GRADIENTS");
 }
 
 Result<vk::BufferView> parameter_view(const nn::Parameter& parameter, bool gradient) {
     if (!gradient) return parameter.value;
     if (parameter.grad.block != nullptr) return parameter.grad;
-    return error(Code::kInvalidState, "parameter '%s' has no gradient: %s", parameter.name.c_str(),
-                 parameter.trainable ? "the model was made without SPLAT_MODEL_GRADIENTS"
-                                     : "the configuration does not train it");
+    return bad_state("parameter '%s' has no gradient: %s", parameter.name.c_str(),
+                     parameter.trainable ? "the model was made without SPLAT_MODEL_GRADIENTS"
+                                         : "the configuration does not train it");
 }
 
 }  // namespace
 
 Status expect_ran(const ModelObject& object) {
     if (object.ran) return {};
-    return error(Code::kInvalidState, "the model has not run: call splat_model_forward first");
+    return bad_state("the model has not run: call splat_model_forward first");
 }
 
 std::vector<ModelOutput> model_outputs(const Model& network) {
@@ -128,8 +128,7 @@ Result<ModelTensor> find_model_tensor(Model& network, std::uint32_t objects,
     }
     std::string inputs;
     for (const Model::Port& port : network.inputs()) inputs += std::string(", ") + port.name;
-    return error(
-        Code::kNotFound,
+    return not_found(
         "'%s' is not a result (means, opacities, scales, rotations, sh, raw; of one object "
         "'means[0]'), an input (%s), a parameter, or a gradient ('grad:' and the name of a "
         "result, a parameter, images, embedding or tokens)",

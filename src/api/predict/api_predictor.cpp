@@ -40,7 +40,7 @@ Result<config::Settings> published_settings(const io::WeightsFile& file, const s
                                             const Status& why) {
     const predict::PublishedFit fit = predict::published_fit(file.tensors, weights);
     if (fit.names.size() != 1)
-        return error(Code::kNotFound, "%s; %s", why.message().c_str(), fit.sentence().c_str());
+        return not_found("%s; %s", why.message().c_str(), fit.sentence().c_str());
     SPLAT_ASSIGN(const config::Preset preset, config::preset_of(fit.names[0]));
     return predict::settings_of(std::string(preset.text), fit.names[0]);
 }
@@ -159,10 +159,10 @@ Result<gaussians::Downloaded> run(api::PredictorObject& object, const predict::V
     const std::lock_guard lock(object.context->mutex);
     SPLAT_TRY(object.predictor->predict(views));
     if (object.predictor->ledger().outputs_not_finite == 0) return object.predictor->scene();
-    return error(Code::kInvalidState,
-                 "the network's output is not finite: numbers of the weights%s overflow "
-                 "float32 in its layers; give others, or train again",
-                 object.path.empty() ? "" : (" '" + object.path + "'").c_str());
+    return bad_state(
+        "the network's output is not finite: numbers of the weights%s overflow "
+        "float32 in its layers; give others, or train again",
+        object.path.empty() ? "" : (" '" + object.path + "'").c_str());
 }
 
 /// What splat_prediction receives, of one call.

@@ -73,9 +73,9 @@ void give_maps(const Targets& targets, const prior_models::PriorMaps& made) {
 Status run_model(const api::PriorModelObject& object, std::span<const splat_image> pictures,
                  std::span<const splat_prior_maps> maps) {
     if (object.generation != fork_generation())
-        return error(Code::kInvalidState,
-                     "model: its threads belong to the process that this one was forked from; "
-                     "create another");
+        return bad_state(
+            "model: its threads belong to the process that this one was forked from; "
+            "create another");
     std::vector<io::Image> images;
     std::vector<Targets> targets;
     std::vector<prior_models::WantedMaps> wanted;

@@ -90,7 +90,7 @@ splat_image_format extension_format(const char* path) {
 }
 
 Status no_format(const char* name, const char* expected) {
-    return error(Code::kUnsupported, "'%s': expected the extension %s", name, expected);
+    return unsupported("'%s': expected the extension %s", name, expected);
 }
 
 Status bad_format(splat_image_format format, const char* expected) {

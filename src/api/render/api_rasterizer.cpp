@@ -107,9 +107,9 @@ Status make_room(api::RasterStateObject& object, std::uint32_t views) {
 Result<CopyPointer> copy_of(api::SceneObject& scene, const api::RasterStateObject& object) {
     raster::RasterDesc desc = object.rasterizer->desc();
     if (desc.direct_colors)
-        return error(Code::kInvalidState,
-                     "the rasterizer was made for direct colours, but a scene has spherical "
-                     "harmonics");
+        return bad_state(
+            "the rasterizer was made for direct colours, but a scene has spherical "
+            "harmonics");
     const std::shared_lock reading(scene.mutex);
     if (scene.gaussians.count() > desc.gaussians)
         return invalid("the scene has %zu Gaussians, but the rasterizer was made for at most %u",

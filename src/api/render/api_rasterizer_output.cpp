@@ -41,16 +41,15 @@ Result<const OutputRow*> find_output(const raster::RasterDesc& desc, splat_outpu
     const OutputRow& row = kOutputs[output - 1];
     const bool depth = row.flag == SPLAT_RASTERIZER_DEPTH;
     if (row.flag != 0 && !(depth ? desc.extra : desc.normals))
-        return error(Code::kInvalidState, "output %s needs a rasterizer made with %s", row.name,
-                     depth ? "SPLAT_RASTERIZER_DEPTH" : "SPLAT_RASTERIZER_NORMALS");
+        return bad_state("output %s needs a rasterizer made with %s", row.name,
+                         depth ? "SPLAT_RASTERIZER_DEPTH" : "SPLAT_RASTERIZER_NORMALS");
     return &row;
 }
 
 /// The context's mutex is held.
 Status check_drawn(const api::RasterStateObject& object) {
     if (object.rasterizer->drawn()) return {};
-    return error(Code::kInvalidState,
-                 "the rasterizer has drawn nothing: call splat_rasterizer_forward first");
+    return bad_state("the rasterizer has drawn nothing: call splat_rasterizer_forward first");
 }
 
 std::uint64_t elements_of(const raster::RasterDesc& desc, const OutputRow& row) {

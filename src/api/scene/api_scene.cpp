@@ -17,8 +17,8 @@ constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 27;
 
 Status check_count(std::uint64_t count) {
     if (count <= kMaxCount) return {};
-    return error(Code::kUnsupported, "a scene of %llu Gaussians, expected at most %llu", llu(count),
-                 llu(kMaxCount));
+    return unsupported("a scene of %llu Gaussians, expected at most %llu", llu(count),
+                       llu(kMaxCount));
 }
 
 Result<scene::Gaussians> gaussians_of(const splat_scene_desc& desc) {

@@ -38,8 +38,7 @@ Result<const SceneAttribute*> find_attribute(const char* name) {
 Result<Shape> attribute_shape(const SceneAttribute& attribute, const Gaussians& scene) {
     const auto count = static_cast<std::int64_t>(scene.count());
     if (count == 0)
-        return error(Code::kInvalidState, "the scene has no Gaussians, so '%s' has no elements",
-                     attribute.name);
+        return bad_state("the scene has no Gaussians, so '%s' has no elements", attribute.name);
     std::vector<std::int64_t> dims = {count};
     if (attribute.array == &Gaussians::sh) dims.push_back(scene::sh_coefficients(scene.sh_degree));
     if (attribute.array == &Gaussians::rotations)

@@ -44,8 +44,7 @@ Status add_tensor(const splat_optimizer_item& item, const std::string& what,
 
 Status check_gradients(bool made, const std::string& what, const char* flag) {
     if (made) return {};
-    return error(Code::kInvalidState, "%s was created without %s, so it has no gradients",
-                 what.c_str(), flag);
+    return bad_state("%s was created without %s, so it has no gradients", what.c_str(), flag);
 }
 
 Status add_item(const splat_optimizer_item& item, const std::string& what,

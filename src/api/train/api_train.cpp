@@ -183,7 +183,7 @@ splat_result splat_trainer_save(splat_trainer trainer, const char* path) {
     return api::locked(trainer, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(path, "path"));
         if (!std::string_view(path).ends_with(".safetensors"))  // others lose the metadata
-            return error(Code::kUnsupported, "'%s': a training is saved as .safetensors", path);
+            return unsupported("'%s': a training is saved as .safetensors", path);
         SPLAT_ASSIGN(const io::WeightsFile file, object.trainer->checkpoint());
         return io::save_weights(file, path);
     });

@@ -97,9 +97,9 @@ splat_result splat_training_last_step(splat_run run, splat_trainer_info* info) {
         SPLAT_TRY(api::check_fill(info, "info"));
         const auto last = object->trainer->last();
         if (!last)
-            return error(Code::kInvalidState,
-                         "this session has done no step yet; call splat_run_next until an event is "
-                         "SPLAT_EVENT_STEP");
+            return bad_state(
+                "this session has done no step yet; call splat_run_next until an event is "
+                "SPLAT_EVENT_STEP");
         api::give(api::info_of(*last), info);
         return {};
     });

@@ -10,11 +10,11 @@ Result<std::vector<scene::Vec3>> read_ply_points(Bytes file) {
     SPLAT_ASSIGN(const PlyHeader header, parse_ply_header(file));
     const PlyElement* const faces = header.find("face");
     if (faces != nullptr && faces->count > 0)
-        return error(Code::kUnsupported,
-                     "PLY: a mesh of %llu faces, expected points alone; write it as .obj, of whose "
-                     "surface points are drawn: python3 -c \"import trimesh; "
-                     "trimesh.load('IN.ply').export('OUT.obj')\"",
-                     llu(faces->count));
+        return unsupported(
+            "PLY: a mesh of %llu faces, expected points alone; write it as .obj, of whose "
+            "surface points are drawn: python3 -c \"import trimesh; "
+            "trimesh.load('IN.ply').export('OUT.obj')\"",
+            llu(faces->count));
     std::vector<scene::Vec3> points;
     PlyRows rows(header, file);
     for (const PlyElement& element : header.elements) {

@@ -117,8 +117,7 @@ Result<Image> read_jpeg(Bytes file, const ImageOptions& options) {
     JpegReader reader(file, options.limits.max_jpeg_scans);
     Image image;
     if (!reader.read_header(image)) return bad(reader.state.message);
-    if (reader.cmyk)
-        return error(Code::kUnsupported, "jpeg: four channels (CMYK), expected gray or RGB");
+    if (reader.cmyk) return unsupported("jpeg: four channels (CMYK), expected gray or RGB");
     const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
     // Every block of 8 x 8 pixels takes at least one bit.
     if (pixels / 512 > file.size())

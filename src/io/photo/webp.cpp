@@ -23,8 +23,7 @@ Result<Image> read_webp(Bytes file, const ImageOptions& options) {
         return damaged("webp: %s", status == VP8_STATUS_NOT_ENOUGH_DATA
                                        ? "the file is truncated"
                                        : "the file does not start like a WebP file");
-    if (features.has_animation != 0)
-        return error(Code::kUnsupported, "webp: an animation, expected one image");
+    if (features.has_animation != 0) return unsupported("webp: an animation, expected one image");
     Image image;
     image.width = static_cast<std::uint32_t>(features.width);
     image.height = static_cast<std::uint32_t>(features.height);

@@ -49,10 +49,10 @@ class Unpickler {
             if (op == '.') break;
             const Run handler = handlers()[op];
             if (handler == nullptr)
-                return error(Code::kUnsupported,
-                             "pickle: byte %zu: opcode 0x%02x is not one that weights need; the "
-                             "file is damaged, or holds more than a state dict",
-                             at_, op);
+                return unsupported(
+                    "pickle: byte %zu: opcode 0x%02x is not one that weights need; the "
+                    "file is damaged, or holds more than a state dict",
+                    at_, op);
             SPLAT_TRY((this->*handler)());
             SPLAT_TRY(budget_.take(std::exchange(cost_, 0), 1, "pickle: values"));
             if (pickle_.nodes_.size() > Pickle::kMaxNodes)
@@ -170,7 +170,7 @@ class Unpickler {
         std::uint8_t version = 0;
         SPLAT_TRY(reader_.read(version, "protocol"));
         if (version >= 2 && version <= 4) return {};
-        return error(Code::kUnsupported, "pickle: protocol %u, expected 2 to 4", version);
+        return unsupported("pickle: protocol %u, expected 2 to 4", version);
     }
 
     template <class T>
@@ -264,11 +264,11 @@ class Unpickler {
             if (known[i].name != full) continue;
             return push_new(Kind::kGlobal, static_cast<std::int64_t>(i), known[i].name);
         }
-        return error(Code::kUnsupported,
-                     "pickle: byte %zu: it asks for '%s', which is not part of a state dict and is "
-                     "not run; in Python, save the weights alone: "
-                     "torch.save(model.state_dict(), path)",
-                     at_, full.c_str());
+        return unsupported(
+            "pickle: byte %zu: it asks for '%s', which is not part of a state dict and is "
+            "not run; in Python, save the weights alone: "
+            "torch.save(model.state_dict(), path)",
+            at_, full.c_str());
     }
 
     /// A call of a global with a tuple of arguments.

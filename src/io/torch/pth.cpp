@@ -118,11 +118,11 @@ class PthReader {
         view.offset = static_cast<std::uint64_t>(offset.integer);
         // The part of another storage that this one is, in files from before PyTorch 1.6; later always None.
         if (storage.items.size() > 5 && pickle()[storage.items[5]].kind != Kind::kNone)
-            return error(Code::kUnsupported,
-                         "pth: the storage of '%s' is part of another one; load the file in Python "
-                         "and save it "
-                         "again with torch.save()",
-                         name.c_str());
+            return unsupported(
+                "pth: the storage of '%s' is part of another one; load the file in Python "
+                "and save it "
+                "again with torch.save()",
+                name.c_str());
         SPLAT_ASSIGN(view.dims, numbers(node.items[2], "the shape of '" + name + "'"));
         SPLAT_ASSIGN(view.strides, numbers(node.items[3], "the stride of '" + name + "'"));
         SPLAT_ASSIGN(view.count, from_file(count_elements(view.dims, name)));

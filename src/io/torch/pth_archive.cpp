@@ -26,10 +26,10 @@ Status bad_archive(const std::string& problem) {
 }
 
 Status big_endian(const std::string& order) {
-    return error(Code::kUnsupported,
-                 "pth: the byte order is '%s', expected 'little'; save the file again on a "
-                 "little-endian machine",
-                 order.c_str());
+    return unsupported(
+        "pth: the byte order is '%s', expected 'little'; save the file again on a "
+        "little-endian machine",
+        order.c_str());
 }
 
 Result<Pickle> in_pth(Result<Pickle> pickle, const char* where) {
@@ -128,8 +128,7 @@ class LegacyPth : public PthArchive {
     Status check_machine() {
         const PickleNode& protocol = pickle_.root(kProtocol);
         if (protocol.kind != Kind::kInt || protocol.integer != kLegacyProtocol)
-            return error(Code::kUnsupported, "pth: a protocol other than %lld",
-                         lld(kLegacyProtocol));
+            return unsupported("pth: a protocol other than %lld", lld(kLegacyProtocol));
         const PickleNode* little = pickle_.find(pickle_.root(kMachine), "little_endian");
         if (little == nullptr || little->kind != Kind::kBool)
             return bad_archive("it does not tell its byte order");
