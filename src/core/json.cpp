@@ -19,21 +19,12 @@ std::size_t find_escaped_nul(std::string_view text) {
     return at;
 }
 
-/// What messages call a value that a flat object does not hold.
+/// What messages call a value that a flat object does not hold, by JsonEvent::Kind.
+constexpr const char* kKinds[] = {"null",     "a bare value", "a bare value", "a bare value",
+                                  "a string", "an object",    "an array"};
+
 const char* kind_of(const JsonEvent& event) {
-    using Kind = JsonEvent::Kind;
-    switch (event.kind) {
-        case Kind::kNull:
-            return "null";
-        case Kind::kText:
-            return "a string";
-        case Kind::kObject:
-            return "an object";
-        case Kind::kArray:
-            return "an array";
-        default:
-            return "a bare value";
-    }
+    return kKinds[static_cast<std::size_t>(event.kind)];
 }
 
 /// Receives the events of nlohmann's parser; returning false stops it. Keeps the path to the value that comes next.

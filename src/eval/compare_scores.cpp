@@ -72,18 +72,9 @@ void write_metric(const MetricFinding& finding, bool unpaired, JsonWriter& json)
 }  // namespace
 
 const char* verdict_name(Verdict verdict) {
-    switch (verdict) {
-        case Verdict::kBetter:
-            return "better";
-        case Verdict::kWorse:
-            return "worse";
-        case Verdict::kNotComparable:
-            return "not comparable";
-        case Verdict::kTooFew:
-            return "too few objects";
-        default:
-            return "no difference shown";
-    }
+    constexpr const char* kNames[] = {"no difference shown", "better", "worse", "not comparable",
+                                      "too few objects"};
+    return kNames[static_cast<std::size_t>(verdict)];
 }
 
 Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
