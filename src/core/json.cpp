@@ -35,22 +35,19 @@ class PathReader : public nlohmann::json_sax<Json> {
     explicit PathReader(const std::function<Status(const JsonEvent&)>& visit) : visit_(visit) {}
 
     bool null() override { return value({}); }
-    bool boolean(bool is) override { return integer_of(Kind::kBool, is ? 1 : 0); }
+    bool boolean(bool is) override { return value({.kind = Kind::kBool, .integer = is ? 1 : 0}); }
     bool number_integer(number_integer_t number) override {
-        return integer_of(Kind::kInteger, number);
+        return value({.kind = Kind::kInteger, .integer = number});
     }
     bool number_unsigned(number_unsigned_t number) override {
         if (number > static_cast<number_unsigned_t>(INT64_MAX))
-            return real_of(static_cast<double>(number));
-        return integer_of(Kind::kInteger, static_cast<std::int64_t>(number));
+            return value({.kind = Kind::kReal, .real = static_cast<double>(number)});
+        return value({.kind = Kind::kInteger, .integer = static_cast<std::int64_t>(number)});
     }
-    bool number_float(number_float_t number, const string_t&) override { return real_of(number); }
-    bool string(string_t& text) override {
-        JsonEvent event;
-        event.kind = Kind::kText;
-        event.text = text;
-        return value(event);
+    bool number_float(number_float_t number, const string_t&) override {
+        return value({.kind = Kind::kReal, .real = number});
     }
+    bool string(string_t& text) override { return value({.kind = Kind::kText, .text = text}); }
     bool binary(binary_t&) override { return false; }
     bool start_object(std::size_t) override { return open(Kind::kObject); }
     bool key(string_t& name) override {
@@ -75,23 +72,8 @@ class PathReader : public nlohmann::json_sax<Json> {
         step();
         return refusal.ok();
     }
-    bool integer_of(Kind kind, std::int64_t number) {
-        JsonEvent event;
-        event.kind = kind;
-        event.integer = number;
-        return value(event);
-    }
-    bool real_of(double number) {
-        JsonEvent event;
-        event.kind = Kind::kReal;
-        event.real = number;
-        return value(event);
-    }
     bool open(Kind kind) {
-        JsonEvent event;
-        event.kind = kind;
-        event.path = path_;
-        refusal = visit_(event);
+        refusal = visit_({.kind = kind, .path = path_});
         if (path_.size() == static_cast<std::size_t>(kMaxJsonDepth))
             problem = "JSON nests deeper than " + std::to_string(kMaxJsonDepth) + " levels";
         path_.push_back({"", 0, kind == Kind::kArray});

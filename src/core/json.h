@@ -50,10 +50,10 @@ struct JsonStep {
 struct JsonEvent {
     enum class Kind { kNull, kBool, kInteger, kReal, kText, kObject, kArray };
     Kind kind = Kind::kNull;
-    std::span<const JsonStep> path;  ///< from the outermost value inwards
-    std::int64_t integer = 0;        ///< integer or bool
-    double real = 0;                 ///< real, or a whole number of more than 63 bits
-    std::string_view text;
+    std::span<const JsonStep> path = {};  ///< from the outermost value inwards
+    std::int64_t integer = 0;             ///< integer or bool
+    double real = 0;                      ///< real, or a whole number of more than 63 bits
+    std::string_view text = {};
 };
 
 /// Report the values of a JSON text in their order, without building a tree (see parse_flat_json). Errors: kInvalidArgument

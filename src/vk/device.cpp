@@ -118,24 +118,22 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
     VkPhysicalDeviceVulkan11Properties p11{};
     p11.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES;
     p11.pNext = &p12;
-    VkPhysicalDeviceProperties2 properties{};
-    properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
-    properties.pNext = &p11;
+    VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
+                                           .pNext = &p11};
     instance.get_properties2(physical, &properties);
     VkPhysicalDeviceFeatures2 features{};
     features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
     instance.get_features2(physical, &features);
 
     const VkPhysicalDeviceProperties& core = properties.properties;
-    DeviceInfo info;
-    info.index = index;
-    info.kind = kind_of(core.deviceType);
-    info.name = core.deviceName;
-    info.driver = std::string(p12.driverName) + " " + p12.driverInfo;
-    info.vendor_id = core.vendorID;
-    info.device_id = core.deviceID;
-    info.vulkan_version = core.apiVersion;
-    info.driver_version = core.driverVersion;
+    DeviceInfo info{.index = index,
+                    .kind = kind_of(core.deviceType),
+                    .name = core.deviceName,
+                    .driver = std::string(p12.driverName) + " " + p12.driverInfo,
+                    .vendor_id = core.vendorID,
+                    .device_id = core.deviceID,
+                    .vulkan_version = core.apiVersion,
+                    .driver_version = core.driverVersion};
     std::copy_n(p11.deviceUUID, VK_UUID_SIZE, info.uuid.begin());
     std::copy_n(core.pipelineCacheUUID, VK_UUID_SIZE, info.cache_uuid.begin());
 
@@ -309,11 +307,10 @@ Status Device::choose_kernels(Kernels wish) {
 Status Device::open() {
     spare.reserve(kMostSpare);  // destructors fill it
     const float priority = 1.0F;
-    VkDeviceQueueCreateInfo queue{};
-    queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
-    queue.queueFamilyIndex = info_.queue_family;
-    queue.queueCount = 1;
-    queue.pQueuePriorities = &priority;
+    VkDeviceQueueCreateInfo queue{.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+                                  .queueFamilyIndex = info_.queue_family,
+                                  .queueCount = 1,
+                                  .pQueuePriorities = &priority};
 
     // Robustness stays off: every shader guards its own accesses. Only GPU-assisted validation needs
     // the store features.
@@ -328,11 +325,10 @@ Status Device::open() {
         wanted.features.vertexPipelineStoresAndAtomics =
             available.features.vertexPipelineStoresAndAtomics;
     }
-    VkDeviceCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
-    info.pNext = &wanted;
-    info.queueCreateInfoCount = 1;
-    info.pQueueCreateInfos = &queue;
+    VkDeviceCreateInfo info{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+                            .pNext = &wanted,
+                            .queueCreateInfoCount = 1,
+                            .pQueueCreateInfos = &queue};
     const VkResult result = SPLAT_FAULT("vk.create_device")
                                 ? VK_ERROR_OUT_OF_DEVICE_MEMORY
                                 : instance_->create_device(physical_, &info, nullptr, &device_);

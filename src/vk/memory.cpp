@@ -83,10 +83,8 @@ std::optional<std::uint32_t> Memory::memory_type(std::uint32_t allowed, MemoryKi
 }
 
 Status Memory::make_block(Block& block, std::uint64_t bytes) {
-    VkBufferCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-    info.size = bytes;
-    info.usage = kUsage;
+    VkBufferCreateInfo info{
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = bytes, .usage = kUsage};
     SPLAT_TRY(device_.check(
         SPLAT_FAULT("vk.create_buffer")
             ? VK_ERROR_OUT_OF_DEVICE_MEMORY
@@ -99,10 +97,9 @@ Status Memory::make_block(Block& block, std::uint64_t bytes) {
         return unsupported(
             "the device has no memory type for storage buffers that the host can see");
 
-    VkMemoryAllocateInfo allocate{};
-    allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
-    allocate.allocationSize = needs.size;
-    allocate.memoryTypeIndex = *type;
+    VkMemoryAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                  .allocationSize = needs.size,
+                                  .memoryTypeIndex = *type};
     SPLAT_TRY(device_.check(
         SPLAT_FAULT("vk.allocate_memory")
             ? VK_ERROR_OUT_OF_DEVICE_MEMORY
@@ -233,11 +230,10 @@ Result<Buffer> Memory::allocate(std::uint64_t bytes, MemoryKind kind, std::strin
         use_.live += total;
     }
     prepare(*block, *offset);
-    BufferView range;
-    range.block = block;
-    range.buffer = block->buffer;
-    range.offset = *offset + guard_bytes_;
-    range.bytes = payload;
+    BufferView range{.block = block,
+                     .buffer = block->buffer,
+                     .offset = *offset + guard_bytes_,
+                     .bytes = payload};
     return Buffer(this, range);
 }
 
@@ -319,10 +315,9 @@ std::byte* Memory::host(const BufferView& view) {
 }
 
 VkMappedMemoryRange Memory::mapped_range(const BufferView& view) const {
-    VkMappedMemoryRange range{};
-    range.sType = VK_STRUCTURE_TYPE_MAPPED_MEMORY_RANGE;
-    range.memory = view.block->memory;
-    range.offset = view.offset / alignment_ * alignment_;
+    VkMappedMemoryRange range{.sType = VK_STRUCTURE_TYPE_MAPPED_MEMORY_RANGE,
+                              .memory = view.block->memory,
+                              .offset = view.offset / alignment_ * alignment_};
     const std::uint64_t end = round_up(view.end(), alignment_);
     range.size = end >= view.block->bytes ? VK_WHOLE_SIZE : end - range.offset;
     return range;

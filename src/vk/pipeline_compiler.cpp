@@ -134,10 +134,9 @@ VkResult PipelineCompiler::compile(CompileJob& job) const noexcept try {
     const VkSpecializationInfo specialization{static_cast<std::uint32_t>(entries.size()),
                                               entries.data(), job.constants.size_bytes(),
                                               job.constants.data()};
-    VkShaderModuleCreateInfo code{};
-    code.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
-    code.codeSize = job.module->words.size_bytes();
-    code.pCode = job.module->words.data();
+    VkShaderModuleCreateInfo code{.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
+                                  .codeSize = job.module->words.size_bytes(),
+                                  .pCode = job.module->words.data()};
     VkShaderModule module = VK_NULL_HANDLE;
     const VkResult made =
         device_.vk.vkCreateShaderModule(device_.handle(), &code, nullptr, &module);

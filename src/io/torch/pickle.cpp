@@ -87,10 +87,7 @@ class Unpickler {
     }
 
     Status push_new(Kind kind, std::int64_t integer = 0, std::string_view text = {}) {
-        PickleNode value;
-        value.kind = kind;
-        value.integer = integer;
-        value.text = text;
+        PickleNode value{.kind = kind, .integer = integer, .text = text};
         return push(node(std::move(value)));
     }
 
