@@ -56,9 +56,9 @@ struct JsonEvent {
     std::string_view text = {};
 };
 
-/// Report the values of a JSON text in their order, without building a tree (see parse_flat_json). Errors: kInvalidArgument
-/// with position, for text that is not JSON, as check_json_text(), or where it nests deeper than kMaxJsonDepth, `what`
-/// names the text in the message; and the first error that `visit` returns.
+/// Report the values of a JSON text in their order, without building a tree (see parse_flat_json). Errors:
+/// kInvalidArgument with position, for text that is not JSON, as check_json_text(), or where it nests deeper than
+/// kMaxJsonDepth, `what` names the text in the message; and the first error that `visit` returns.
 Status visit_json(std::string_view text, const char* what,
                   const std::function<Status(const JsonEvent&)>& visit);
 
