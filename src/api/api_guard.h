@@ -3,9 +3,12 @@
 #include <cstddef>
 #include <new>
 #include <span>
+#include <string>
 #include <string_view>
 
+#include "api/copy_members.h"
 #include "api/structs.h"
+#include "core/no_copy.h"
 #include "core/status.h"
 #include "splat.h"
 
@@ -19,12 +22,10 @@ splat_result fail_out_of_memory() noexcept;
 
 /// One entry point. The log's messages wait until the outermost one ends, when no lock is held; they
 /// leave the last error as it is.
-class EntryPoint {
+class EntryPoint : NoCopy {
   public:
     EntryPoint() noexcept;
     ~EntryPoint();
-    EntryPoint(const EntryPoint&) = delete;
-    EntryPoint& operator=(const EntryPoint&) = delete;
 };
 
 /// Run the body of an entry point and turn errors and exceptions into a splat_result.
@@ -84,14 +85,12 @@ Status check_size(const Struct& given) {
 template <class Desc>
 Status check_desc(const Desc* desc, std::uint32_t known_flags) {
     const char* const type = kStructName<Desc>;
-    if (desc == nullptr) return error(Code::kInvalidArgument, "desc is NULL, expected a %s", type);
+    if (desc == nullptr) return invalid("desc is NULL, expected a %s", type);
     SPLAT_TRY(check_size(*desc));
     if ((desc->flags & ~known_flags) != 0)
-        return error(Code::kInvalidArgument, "%s.flags has unknown bits %#x", type,
-                     desc->flags & ~known_flags);
+        return invalid("%s.flags has unknown bits %#x", type, desc->flags & ~known_flags);
     if (desc->next != nullptr)
-        return error(Code::kInvalidArgument,
-                     "%s.next is not NULL: this version knows no extensions", type);
+        return invalid("%s.next is not NULL: this version knows no extensions", type);
     return {};
 }
 
@@ -112,8 +111,7 @@ Status take_input(const Input* given, const char* argument, Input& taken) {
 template <class Info>
 Status check_fill(const Info* to_fill, const char* argument) {
     if (to_fill == nullptr)
-        return error(Code::kInvalidArgument, "%s is NULL, expected a %s", argument,
-                     kStructName<Info>);
+        return invalid("%s is NULL, expected a %s", argument, kStructName<Info>);
     return check_filled(*to_fill);
 }
 
@@ -130,17 +128,15 @@ void give(const Info& filled, Info* info) {
 splat_result give_text(std::string_view text, char* buffer, std::size_t capacity,
                        std::size_t* needed);
 
-/// Run the body of an entry point that fills a caller's text buffer: `body(give)` calls
-/// `give(text)`.
+/// Run the body of an entry point that fills a caller's text buffer: `body()` returns the text, or a Result of it.
 template <class Body>
 splat_result guarded_text(char* buffer, std::size_t capacity, std::size_t* needed,
                           Body&& body) noexcept {
     splat_result given = SPLAT_OK;
     const splat_result result = guarded([&]() -> Status {
-        return body([&](std::string_view text) -> Status {
-            given = give_text(text, buffer, capacity, needed);
-            return {};
-        });
+        SPLAT_ASSIGN(const std::string text, Result<std::string>(body()));
+        given = give_text(text, buffer, capacity, needed);
+        return {};
     });
     return result != SPLAT_OK ? result : given;
 }

@@ -12,8 +12,8 @@ namespace {
 
 template <class Object>
 constexpr const char* kKind = nullptr;
-#define SPLAT_HANDLE_NAME(kind, object, handle) \
-    template <>                                 \
+#define SPLAT_HANDLE_NAME(kind, object, handle, argument) \
+    template <>                                           \
     constexpr const char* kKind<object> = #handle;
 SPLAT_HANDLE_KINDS(SPLAT_HANDLE_NAME)
 
@@ -30,8 +30,7 @@ struct Registry {
 
 /// Never destroyed: the process may destroy handles while it exits.
 Registry& registry() {
-    static Registry* const instance = new Registry;
-    return *instance;
+    return for_ever<Registry>();
 }
 
 template <class Object>
@@ -55,8 +54,7 @@ template <class Object>
 Status check_process(const std::shared_ptr<Object>& object, const char* argument) {
     if constexpr (std::is_base_of_v<OfDevice, Object>)
         if (object->context->forked())
-            return error(Code::kInvalidState, "%s: %s", argument,
-                         object->context->mutex.check().message().c_str());
+            return bad_state("%s: %s", argument, object->context->mutex.check().message().c_str());
     return {};
 }
 
@@ -126,7 +124,15 @@ bool Handles<Object, Handle>::interrupt(Handle handle) noexcept {
     return Interrupt::raise(reinterpret_cast<std::uintptr_t>(handle), kKind<Object>);
 }
 
-#define SPLAT_HANDLE_CODE(kind, object, handle) template struct Handles<object, handle>;
+#define SPLAT_HANDLE_CODE(kind, object, handle, argument) template struct Handles<object, handle>;
 SPLAT_HANDLE_KINDS(SPLAT_HANDLE_CODE)
 
 }  // namespace splat::api
+
+// splat_tensor_destroy and so on. The object lives on while others need it.
+#define SPLAT_HANDLE_DESTROY(kind, object, handle, argument)                         \
+    splat_result handle##_destroy(handle argument) {                                 \
+        return splat::api::guarded(                                                  \
+            [&] { return splat::api::kind::remove(argument, #argument).status(); }); \
+    }
+SPLAT_KINDS_BUT_DEVICES(SPLAT_HANDLE_DESTROY)

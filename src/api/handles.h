@@ -25,82 +25,104 @@ struct Handles {
     static bool interrupt(Handle handle) noexcept;
 };
 
-// The kinds of handles: the name of the kind, the object behind a handle, the handle.
-#define SPLAT_HANDLE_KINDS(X)                              \
-    X(Devices, DeviceObject, splat_device)                 \
-    X(Tensors, TensorObject, splat_tensor)                 \
-    X(Ops, OpObject, splat_op)                             \
-    X(Scenes, SceneObject, splat_scene)                    \
-    X(Rasterizers, RasterizerObject, splat_rasterizer)     \
-    X(RasterStates, RasterStateObject, splat_raster_state) \
-    X(Weights, WeightsObject, splat_weights)               \
-    X(Datasets, DatasetObject, splat_dataset)              \
-    X(Models, ModelObject, splat_model)                    \
-    X(Modules, ModuleObject, splat_module)                 \
-    X(Predictors, PredictorObject, splat_predictor)        \
-    X(Trainers, TrainerObject, splat_trainer)              \
-    X(Optimizers, OptimizerObject, splat_optimizer)        \
-    X(AllBatches, BatchesObject, splat_batches)            \
-    X(Runs, RunObject, splat_run)                          \
-    X(Lpipses, LpipsObject, splat_lpips)                   \
-    X(Evaluators, EvaluatorObject, splat_evaluator)        \
-    X(Comparisons, ComparisonObject, splat_comparison)     \
-    X(PriorModels, PriorModelObject, splat_prior_model)
+// The kinds of handles: the name of the kind, the object behind a handle, the handle, the usual name of an argument.
+#define SPLAT_HANDLE_KINDS(X)                      \
+    X(Devices, DeviceObject, splat_device, device) \
+    SPLAT_KINDS_BUT_DEVICES(X)
+#define SPLAT_KINDS_BUT_DEVICES(X)                                 \
+    X(Tensors, TensorObject, splat_tensor, tensor)                 \
+    X(Ops, OpObject, splat_op, op)                                 \
+    X(Scenes, SceneObject, splat_scene, scene)                     \
+    X(Rasterizers, RasterizerObject, splat_rasterizer, rasterizer) \
+    X(RasterStates, RasterStateObject, splat_raster_state, state)  \
+    X(Weights, WeightsObject, splat_weights, weights)              \
+    X(Datasets, DatasetObject, splat_dataset, dataset)             \
+    X(Models, ModelObject, splat_model, model)                     \
+    X(Modules, ModuleObject, splat_module, module)                 \
+    X(Predictors, PredictorObject, splat_predictor, predictor)     \
+    X(Trainers, TrainerObject, splat_trainer, trainer)             \
+    X(Optimizers, OptimizerObject, splat_optimizer, optimizer)     \
+    X(AllBatches, BatchesObject, splat_batches, batches)           \
+    X(Runs, RunObject, splat_run, run)                             \
+    X(Lpipses, LpipsObject, splat_lpips, lpips)                    \
+    X(Evaluators, EvaluatorObject, splat_evaluator, evaluator)     \
+    X(Comparisons, ComparisonObject, splat_comparison, comparison) \
+    X(PriorModels, PriorModelObject, splat_prior_model, model)
 
-#define SPLAT_HANDLE_KIND(kind, object, handle) \
-    using kind = Handles<object, handle>;       \
-    extern template struct Handles<object, handle>;
+/// The kind of a type of handles, with kArgument.
+template <class Handle>
+struct KindOf;
+
+#define SPLAT_HANDLE_KIND(kind, object, handle, argument)   \
+    using kind = Handles<object, handle>;                   \
+    extern template struct Handles<object, handle>;         \
+    template <>                                             \
+    struct KindOf<handle> : kind {                          \
+        static constexpr const char* kArgument = #argument; \
+    };
 SPLAT_HANDLE_KINDS(SPLAT_HANDLE_KIND)
 #undef SPLAT_HANDLE_KIND
 
-/// Lock the device of a live handle's object and call `body(object)`. Errors: also kCancelled.
-template <class Kind, class Handle, class Body>
-Status use(Handle handle, const char* argument, Body&& body) {
-    SPLAT_ASSIGN(const auto object, Kind::find(handle, argument));
-    const std::lock_guard lock(object->context->mutex);
-    SPLAT_TRY(object->context->mutex.check());
-    return body(*object);
+/// The live object of an argument with the usual name.
+template <class Handle>
+auto find(Handle handle) {
+    return KindOf<Handle>::find(handle, KindOf<Handle>::kArgument);
 }
 
 /// An entry point that needs a live object: calls `body(object)` with the shared pointer to it.
-template <class Kind, class Handle, class Body>
-splat_result with(Handle handle, const char* argument, Body&& body) {
+template <class Handle, class Body>
+splat_result with(Handle handle, Body&& body) {
     return guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, Kind::find(handle, argument));
+        SPLAT_ASSIGN(const auto object, find(handle));
         return body(object);
     });
 }
 
+/// An entry point that needs a live object of a device: locks that and calls `body(*object)`. Errors: also kCancelled.
+template <class Handle, class Body>
+splat_result locked(Handle handle, Body&& body) {
+    return with(handle, [&](const auto& object) -> Status {
+        const std::lock_guard lock(object->context->mutex);
+        SPLAT_TRY(object->context->mutex.check());
+        return body(*object);
+    });
+}
+
+/// Store the handle of a new object, if `made` is one.
+template <class Handle>
+Status give_handle(typename KindOf<Handle>::Made made, Handle* handle) {
+    SPLAT_ASSIGN(auto object, std::move(made));
+    *handle = KindOf<Handle>::add(std::move(object));
+    return {};
+}
+
 /// An entry point that makes an object: stores its handle, if `make()` returns one.
-template <class Kind, class Handle, class Make>
+template <class Handle, class Make>
 splat_result create(Handle* handle, const char* argument, Make&& make) {
     return guarded([&]() -> Status {
         SPLAT_TRY(require(handle, argument));
-        SPLAT_ASSIGN(auto object, make());
-        *handle = Kind::add(std::move(object));
-        return {};
+        return give_handle(make(), handle);
     });
+}
+template <class Handle, class Make>
+splat_result create(Handle* handle, Make&& make) {
+    return create(handle, KindOf<Handle>::kArgument, make);
 }
 
 /// An entry point that makes an object of a live one, `source`: stores its handle, if `make(source)`
 /// returns one. Nothing is locked when it does: if add() throws, the object is destroyed, which locks.
-template <class Source, class Kind, class From, class Handle, class Make>
-splat_result create_of(From source, const char* source_argument, Handle* handle,
-                       const char* argument, Make&& make) {
-    return with<Source>(source, source_argument, [&](const auto& from) -> Status {
-        SPLAT_TRY(require(handle, argument));
-        SPLAT_ASSIGN(auto object, typename Kind::Made(make(from)));
-        *handle = Kind::add(std::move(object));
-        return {};
+template <class From, class Handle, class Make>
+splat_result create_of(From source, Handle* handle, Make&& make) {
+    return with(source, [&](const auto& from) -> Status {
+        SPLAT_TRY(require(handle, KindOf<Handle>::kArgument));
+        return give_handle(make(from), handle);
     });
 }
 
 /// An entry point that fills a struct of a live object: `body(object)` returns it, or a Result of it.
-template <class Kind, class Handle, class Info, class Body>
-splat_result describe(Handle handle, const char* argument, Info* info, const char* info_argument,
-                      Body&& body) {
-    return guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, Kind::find(handle, argument));
+template <class Handle, class Info, class Body>
+splat_result describe(Handle handle, Info* info, const char* info_argument, Body&& body) {
+    return with(handle, [&](const auto& object) -> Status {
         SPLAT_TRY(check_fill(info, info_argument));
         SPLAT_ASSIGN(const Info filled, Result<Info>(body(*object)));
         give(filled, info);
@@ -109,20 +131,13 @@ splat_result describe(Handle handle, const char* argument, Info* info, const cha
 }
 
 /// An entry point that gives a text of a live object: `text(object)` returns it, or a Result of it.
-template <class Kind, class Handle, class Text>
-splat_result report(Handle handle, const char* argument, char* buffer, std::size_t capacity,
-                    std::size_t* needed, Text&& text) {
-    return guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto object, Kind::find(handle, argument));
-        SPLAT_ASSIGN(const std::string made, Result<std::string>(text(*object)));
-        return give(made);
+template <class Handle, class Text>
+splat_result report(Handle handle, char* buffer, std::size_t capacity, std::size_t* needed,
+                    Text&& text) {
+    return guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
+        SPLAT_ASSIGN(const auto object, find(handle));
+        return text(*object);
     });
-}
-
-/// Remove a handle: the body of splat_*_destroy. The object lives on while others need it.
-template <class Kind, class Handle>
-splat_result destroy(Handle handle, const char* argument) {
-    return guarded([&] { return Kind::remove(handle, argument).status(); });
 }
 
 /// A live rasterizer's live state; NULL: its default state. Errors: those of Handles::find();

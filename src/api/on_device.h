@@ -12,10 +12,8 @@ namespace splat::api {
 void keep_for_ever(std::shared_ptr<void> object) noexcept;
 
 /// Base of the objects of a device. Keeps the device open until their other members are destroyed.
-struct OfDevice {
+struct OfDevice : NoCopy {
     explicit OfDevice(std::shared_ptr<vk::Context> owner) : context(std::move(owner)) {}
-    OfDevice(const OfDevice&) = delete;
-    OfDevice& operator=(const OfDevice&) = delete;
     ~OfDevice() {
         if (context->forked()) keep_for_ever(std::move(context));
     }
@@ -25,12 +23,10 @@ struct OfDevice {
 /// A member of such an object, destroyed under the context's mutex: at once if the mutex is free, else
 /// by its holder. The destructor never waits. Nothing in it may lock that mutex.
 template <class Part>
-class OnDevice : public Part {
+class OnDevice : public Part, NoCopy {
   public:
     explicit OnDevice(const OfDevice& object)
         : context_(*object.context), left_(std::make_unique<Left>()) {}
-    OnDevice(const OnDevice&) = delete;
-    OnDevice& operator=(const OnDevice&) = delete;
     ~OnDevice() {
         left_->part = std::move(static_cast<Part&>(*this));
         if (context_.forked())

@@ -39,8 +39,7 @@ Status refuse_hub(const Config& config) {
     if (!asks(entry)) return {};
     SPLAT_ASSIGN(const std::string category, config.get<std::string>("data.category", "cars"));
     const bool latest = category == "objaverse" || category == "gso";
-    return error(
-        Code::kInvalidArgument,
+    return invalid(
         "%s: 'opt.pretrained_hf' is %s, but libsplat fetches nothing: download model_%s.pth "
         "of the hub's szymanowiczs/splatter-image-v1 and name the file in "
         "opt.pretrained_ckpt",
@@ -54,10 +53,10 @@ Status refuse_lone_adapters(const Config& config) {
     for (const Key& key : all_keys()) {
         const ConfigEntry* entry = config.find(key.name);
         if (key.field.part != Part::kAdapters || !asks(entry)) continue;
-        return error(Code::kInvalidArgument,
-                     "%s: '%s' is %s, but without opt.lora_finetune there are no adapters: set "
-                     "opt.lora_finetune to true, or to false to train all parameters",
-                     config.what().c_str(), key.name, config_value_text(*entry).c_str());
+        return invalid(
+            "%s: '%s' is %s, but without opt.lora_finetune there are no adapters: set "
+            "opt.lora_finetune to true, or to false to train all parameters",
+            config.what().c_str(), key.name, config_value_text(*entry).c_str());
     }
     return {};
 }
@@ -65,9 +64,8 @@ Status refuse_lone_adapters(const Config& config) {
 /// A training reads the vectors of its views from a file.
 Status refuse_missing_vectors(const Config& config, const Settings& settings) {
     const auto refuse = [&](const char* key, const char* asked_by) {
-        return error(Code::kInvalidArgument,
-                     "%s: '%s' is empty, expected the file of the vectors that '%s' asks for",
-                     config.what().c_str(), key, asked_by);
+        return invalid("%s: '%s' is empty, expected the file of the vectors that '%s' asks for",
+                       config.what().c_str(), key, asked_by);
     };
     if (settings.network.embedding == Embedding::kCustom &&
         settings.training.embedding_file.empty())

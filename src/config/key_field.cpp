@@ -21,8 +21,8 @@ std::string limit_text(double limit) {
 
 Status out_of_range(const std::string& what, const Key& key, double value) {
     const std::string range = range_text(key);
-    return error(Code::kInvalidArgument, "%s: '%s' is %.15g, expected %s", what.c_str(), key.name,
-                 value, range.empty() ? "a finite number" : range.c_str());
+    return invalid("%s: '%s' is %.15g, expected %s", what.c_str(), key.name, value,
+                   range.empty() ? "a finite number" : range.c_str());
 }
 
 ConfigEntry one(ConfigScalar value) {
@@ -44,10 +44,10 @@ Status read_number(const Config& config, const Key& key, T& field) {
     SPLAT_TRY(check_range(config.what(), key, value));
     const auto narrowed = static_cast<T>(value);
     if (!std::isfinite(narrowed) || (narrowed == 0 && value != 0))
-        return error(Code::kInvalidArgument,
-                     "%s: '%s' is %.15g, expected a number that float32 holds: 0, or 1.4e-45 to "
-                     "3.4e38 in size",
-                     config.what().c_str(), key.name, value);
+        return invalid(
+            "%s: '%s' is %.15g, expected a number that float32 holds: 0, or 1.4e-45 to "
+            "3.4e38 in size",
+            config.what().c_str(), key.name, value);
     field = narrowed;
     return {};
 }
@@ -104,8 +104,8 @@ Status read_field(const Config& config, const Key& key, std::array<double, 2>& f
     SPLAT_ASSIGN(const std::vector<double> values,
                  config.get_list<double>(key.name, {field.begin(), field.end()}));
     if (values.size() != field.size())
-        return error(Code::kInvalidArgument, "%s: '%s' has %zu numbers, expected %zu",
-                     config.what().c_str(), key.name, values.size(), field.size());
+        return invalid("%s: '%s' has %zu numbers, expected %zu", config.what().c_str(), key.name,
+                       values.size(), field.size());
     for (const double value : values) SPLAT_TRY(check_range(config.what(), key, value));
     std::copy(values.begin(), values.end(), field.begin());
     return {};
@@ -117,8 +117,8 @@ Status read_word(const Config& config, const Key& key, int& place) {
                  config.get<std::string>(key.name, words[static_cast<std::size_t>(place)]));
     const auto found = std::find(words.begin(), words.end(), word);
     if (found == words.end())
-        return error(Code::kInvalidArgument, "%s: '%s' is '%s', expected one of %s",
-                     config.what().c_str(), key.name, shown(word).c_str(), key.values.words);
+        return invalid("%s: '%s' is '%s', expected one of %s", config.what().c_str(), key.name,
+                       shown(word).c_str(), key.values.words);
     place = static_cast<int>(found - words.begin());
     return {};
 }

@@ -11,8 +11,7 @@ namespace {
 constexpr std::uint32_t kMaxChannels = 4096;
 
 Status refuse_value(const char* key, double value, const char* expected) {
-    return error(Code::kInvalidArgument, "configuration: '%s' is %g, expected %s", key, value,
-                 expected);
+    return invalid("configuration: '%s' is %g, expected %s", key, value, expected);
 }
 
 /// The range that each key has in the table.
@@ -72,9 +71,8 @@ std::uint32_t ModelConfig::embedding_length() const {
 Status check(const ModelConfig& c) {
     SPLAT_TRY(check_ranges(c));
     if (c.levels() < 1 || c.levels() > 8)
-        return error(Code::kInvalidArgument,
-                     "configuration: 'model.channel_mult' has %u levels, expected 1 to 8",
-                     c.levels());
+        return invalid("configuration: 'model.channel_mult' has %u levels, expected 1 to 8",
+                       c.levels());
     const std::uint32_t stride = 1U << (c.levels() - 1);
     if (c.resolution % stride != 0)
         return refuse_value("data.training_resolution", c.resolution,

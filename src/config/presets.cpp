@@ -10,8 +10,8 @@ Result<Preset> preset_of(std::string_view name) {
         if (preset.name == name) return preset;
         names += (names.empty() ? "" : ", ") + std::string(preset.name);
     }
-    return error(Code::kInvalidArgument, "there is no configuration '%s'; there are: %s",
-                 std::string(name).c_str(), names.c_str());
+    return invalid("there is no configuration '%s'; there are: %s", std::string(name).c_str(),
+                   names.c_str());
 }
 
 std::string presets_json() {

@@ -5,15 +5,15 @@
 #include <optional>
 #include <string>
 
+#include "core/no_copy.h"
+
 namespace splat {
 
 /// While it lives, printf and strtod of this thread use a decimal point. A host may have set a locale with
 /// decimal commas, in which numbers of files could not be read back.
-class CLocale {
+class CLocale : NoCopy {
   public:
     CLocale();
-    CLocale(const CLocale&) = delete;
-    CLocale& operator=(const CLocale&) = delete;
     ~CLocale();
 
   private:

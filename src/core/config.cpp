@@ -42,7 +42,7 @@ std::string section_of(const std::string& key) {
 }
 
 bool is_in(const std::string& word, const std::vector<std::string>& words) {
-    return std::find(words.begin(), words.end(), word) != words.end();
+    return std::ranges::find(words, word) != words.end();
 }
 
 /// `kind`: "key", "section"
@@ -50,8 +50,8 @@ Status unknown(const std::string& what, const char* kind, const std::string& wor
                const std::vector<std::string>& known) {
     const std::string nearest = nearest_name(word, known);
     const std::string hint = nearest.empty() ? "" : "; did you mean '" + nearest + "'?";
-    return error(Code::kInvalidArgument, "%s: there is no %s '%s'%s", what.c_str(), kind,
-                 shown(word).c_str(), hint.c_str());
+    return invalid("%s: there is no %s '%s'%s", what.c_str(), kind, shown(word).c_str(),
+                   hint.c_str());
 }
 
 /// "a.b.0.c"
@@ -84,15 +84,12 @@ ConfigScalar scalar_of(const JsonEvent& event) {
 
 Status Config::add(ConfigEntry entry) {
     if (entries_.size() == kMaxConfigEntries)
-        return error(Code::kInvalidArgument, "%s: more than %zu keys", what_.c_str(),
-                     kMaxConfigEntries);
+        return invalid("%s: more than %zu keys", what_.c_str(), kMaxConfigEntries);
     if (entry.key.size() > kMaxConfigKey)
-        return error(Code::kInvalidArgument,
-                     "%s: a key of %zu letters, '%.40s...', the limit is %zu", what_.c_str(),
-                     entry.key.size(), entry.key.c_str(), kMaxConfigKey);
+        return invalid("%s: a key of %zu letters, '%.40s...', the limit is %zu", what_.c_str(),
+                       entry.key.size(), entry.key.c_str(), kMaxConfigKey);
     if (!places_.emplace(entry.key, entries_.size()).second)
-        return error(Code::kInvalidArgument, "%s: the key '%s' appears twice", what_.c_str(),
-                     shown(entry.key).c_str());
+        return invalid("%s: the key '%s' appears twice", what_.c_str(), shown(entry.key).c_str());
     entries_.push_back(std::move(entry));
     return {};
 }
@@ -100,7 +97,7 @@ Status Config::add(ConfigEntry entry) {
 Status Config::append(const std::string& key, ConfigScalar value) {
     const auto place = places_.find(key);
     if (place == places_.end() || !entries_[place->second].list)
-        return error(Code::kInvalidArgument, "%s: '%s' is not a list", what_.c_str(), key.c_str());
+        return invalid("%s: '%s' is not a list", what_.c_str(), key.c_str());
     entries_[place->second].values.push_back(std::move(value));
     return {};
 }
@@ -129,8 +126,7 @@ Result<T> Config::get(const std::string& key, T otherwise) const {
     if (one && convert(entry->values[0], otherwise)) return otherwise;
     const char* const got =
         one ? kind_of(entry->values[0]) : (entry->list ? "a list" : "a map of further keys");
-    return error(Code::kInvalidArgument, "%s: '%s' is %s, expected %s", what_.c_str(), key.c_str(),
-                 got, wanted<T>());
+    return invalid("%s: '%s' is %s, expected %s", what_.c_str(), key.c_str(), got, wanted<T>());
 }
 
 template <class T>
@@ -139,14 +135,14 @@ Result<std::vector<T>> Config::get_list(const std::string& key, std::vector<T> o
     if (entry == nullptr) return otherwise;
     if (!entry->list) {
         if (!entry->map && entry->values[0].index() == 0) return otherwise;
-        return error(Code::kInvalidArgument, "%s: '%s' is not a list", what_.c_str(), key.c_str());
+        return invalid("%s: '%s' is not a list", what_.c_str(), key.c_str());
     }
     std::vector<T> values;
     for (const ConfigScalar& scalar : entry->values) {
         T value{};
         if (!convert(scalar, value))
-            return error(Code::kInvalidArgument, "%s: the list '%s' holds %s, expected %s",
-                         what_.c_str(), key.c_str(), kind_of(scalar), wanted<T>());
+            return invalid("%s: the list '%s' holds %s, expected %s", what_.c_str(), key.c_str(),
+                           kind_of(scalar), wanted<T>());
         values.push_back(std::move(value));
     }
     return values;
@@ -170,11 +166,10 @@ Status Config::refuse_unknown(const std::vector<std::string>& known,
         if (section == entry.key) {
             if (entry.map || (!entry.list && entry.values[0].index() == 0))
                 continue;  // null: empty
-            return error(Code::kInvalidArgument, "%s: '%s' is %s, expected keys below it",
-                         what_.c_str(), section.c_str(),
-                         entry.list ? "a list" : kind_of(entry.values[0]));
+            return invalid("%s: '%s' is %s, expected keys below it", what_.c_str(), section.c_str(),
+                           entry.list ? "a list" : kind_of(entry.values[0]));
         }
-        const bool leads_on = entry.map && std::any_of(known.begin(), known.end(), [&](auto& key) {
+        const bool leads_on = entry.map && std::ranges::any_of(known, [&](auto& key) {
                                   return key.starts_with(entry.key + ".");
                               });
         if (!leads_on) return unknown(what_, "key", entry.key, known);
@@ -195,9 +190,7 @@ Result<Config> read_json_config(std::string_view text, const std::string& what) 
         using Kind = JsonEvent::Kind;
         const bool opens = event.kind == Kind::kObject || event.kind == Kind::kArray;
         if (event.path.empty() && event.kind == Kind::kObject) return Status();
-        if (event.path.empty())
-            return error(Code::kInvalidArgument, "%s: expected a JSON object",
-                         config.what().c_str());
+        if (event.path.empty()) return invalid("%s: expected a JSON object", config.what().c_str());
         if (event.path.back().array && !opens)
             return config.append(key_of(event.path.first(event.path.size() - 1)), scalar_of(event));
         ConfigEntry entry{
@@ -258,9 +251,8 @@ void write_map(JsonWriter& json, const std::vector<ConfigEntry>& entries, const 
         if (is_in(name, done)) continue;
         done.push_back(name);
         const std::string inside = prefix + name + ".";
-        const bool nested = std::any_of(entries.begin(), entries.end(), [&](const ConfigEntry& e) {
-            return e.key.starts_with(inside);
-        });
+        const bool nested = std::ranges::any_of(
+            entries, [&](const ConfigEntry& e) { return e.key.starts_with(inside); });
         json.newline(indent + 2).key(name);
         if (nested)
             write_map(json, entries, inside, indent + 2);

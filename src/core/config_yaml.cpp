@@ -1,21 +1,19 @@
 #include <yaml.h>
 
-#include <charconv>
 #include <limits>
 #include <optional>
 
 #include "core/config.h"
 #include "core/json.h"
+#include "core/no_copy.h"
+#include "core/number_in.h"
 
 namespace splat {
 namespace {
 
 /// An event of the parser, freed at the end.
-class Event {
+class Event : NoCopy {
   public:
-    Event() = default;
-    Event(const Event&) = delete;
-    Event& operator=(const Event&) = delete;
     ~Event() { yaml_event_delete(&event_); }
 
     yaml_event_t* operator->() { return &event_; }
@@ -50,20 +48,15 @@ std::optional<ConfigScalar> number_of(std::string_view text) {
     if (text == ".nan" || text == ".NaN" || text == ".NAN")
         return std::numeric_limits<double>::quiet_NaN();
     if (is_digits(size) && (size == "0" || size[0] != '0')) {
-        std::int64_t whole = 0;
-        const std::string_view shown = negative ? text : size;
-        const auto [end, failed] =
-            std::from_chars(shown.data(), shown.data() + shown.size(), whole);
-        if (failed == std::errc()) return whole;
+        if (const auto whole = number_in<std::int64_t>(negative ? text : size)) return *whole;
     }
     const std::string_view start = size.substr(size.starts_with('.') ? 1 : 0, 1);
     if (!is_digits(start) || size.find_first_not_of("0123456789.eE+-") != std::string_view::npos)
         return std::nullopt;
     if (size.size() > 1 && size[0] == '0' && is_digits(size)) return std::nullopt;
-    double value = 0;
-    const auto [end, failed] = std::from_chars(size.data(), size.data() + size.size(), value);
-    if (failed != std::errc() || end != size.data() + size.size()) return std::nullopt;
-    return negative ? -value : value;
+    const auto value = number_in<double>(size);
+    if (!value) return std::nullopt;
+    return negative ? -*value : *value;
 }
 
 ConfigScalar scalar_of(std::string_view text, bool plain) {
@@ -75,7 +68,7 @@ ConfigScalar scalar_of(std::string_view text, bool plain) {
     return std::string(text);
 }
 
-class YamlReader {
+class YamlReader : NoCopy {
   public:
     YamlReader(std::string_view text, const std::string& what) : config_(what) {
         started_ = yaml_parser_initialize(&parser_) == 1;
@@ -84,8 +77,6 @@ class YamlReader {
         yaml_parser_set_input_string(&parser_, reinterpret_cast<const unsigned char*>(text.data()),
                                      text.size());
     }
-    YamlReader(const YamlReader&) = delete;
-    YamlReader& operator=(const YamlReader&) = delete;
     ~YamlReader() {
         if (started_) yaml_parser_delete(&parser_);
     }
@@ -220,8 +211,8 @@ class YamlReader {
 
 Result<Config> read_yaml_config(std::string_view text, const std::string& what) {
     if (text.size() > kMaxConfigBytes)
-        return error(Code::kInvalidArgument, "%s: %zu bytes of YAML, expected at most %zu",
-                     what.c_str(), text.size(), kMaxConfigBytes);
+        return invalid("%s: %zu bytes of YAML, expected at most %zu", what.c_str(), text.size(),
+                       kMaxConfigBytes);
     SPLAT_TRY(check_no_nul(text, what.c_str()));
     return YamlReader(text, what).run();
 }

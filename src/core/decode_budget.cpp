@@ -8,15 +8,9 @@
 namespace splat {
 namespace {
 
-/// Never destroyed: files are read until the end of the process.
 struct SharedLimits {
     ForkMutex mutex;
     DecodeLimits limits;
-
-    static SharedLimits& get() {
-        static SharedLimits* const instance = new SharedLimits;
-        return *instance;
-    }
 };
 
 }  // namespace
@@ -28,13 +22,13 @@ std::uint64_t DecodeLimits::allowed(std::uint64_t file_bytes) const {
 }
 
 DecodeLimits decode_limits() {
-    SharedLimits& shared = SharedLimits::get();
+    auto& shared = for_ever<SharedLimits>();
     const std::lock_guard lock(shared.mutex);
     return shared.limits;
 }
 
 void set_decode_limits(const DecodeLimits& limits) {
-    SharedLimits& shared = SharedLimits::get();
+    auto& shared = for_ever<SharedLimits>();
     const std::lock_guard lock(shared.mutex);
     shared.limits = limits;
 }
@@ -42,14 +36,12 @@ void set_decode_limits(const DecodeLimits& limits) {
 Status DecodeBudget::take(std::uint64_t count, std::uint64_t each, std::string_view what) {
     const auto bytes = checked_mul(count, each);
     if (!bytes || *bytes > left_)
-        return error(
-            Code::kFormat,
+        return damaged(
             "%.*s: %llu x %llu bytes are too many for a file of %llu bytes, which may take "
             "%llu; it is damaged or made to harm, or the limits must be raised "
             "(splat_decode_set_limits, --decode-scale)",
-            static_cast<int>(what.size()), what.data(), static_cast<unsigned long long>(count),
-            static_cast<unsigned long long>(each), static_cast<unsigned long long>(file_bytes_),
-            static_cast<unsigned long long>(limits_.allowed(file_bytes_)));
+            static_cast<int>(what.size()), what.data(), llu(count), llu(each), llu(file_bytes_),
+            llu(limits_.allowed(file_bytes_)));
     left_ -= *bytes;
     return {};
 }

@@ -21,8 +21,8 @@ Result<double> environment_positive(const char* name, double fallback) {
     if (!text) return fallback;
     const auto value = decimal_number(*text);
     if (!value || !std::isfinite(*value) || *value <= 0)
-        return error(Code::kInvalidArgument,
-                     "environment variable %s is '%s', expected a number > 0", name, text->c_str());
+        return invalid("environment variable %s is '%s', expected a number > 0", name,
+                       text->c_str());
     return *value;
 }
 

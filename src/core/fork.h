@@ -4,6 +4,8 @@
 #include <mutex>
 #include <shared_mutex>
 
+#include "core/no_copy.h"
+
 namespace splat {
 
 /// How many forks lie between the process that loaded the library and this one.
@@ -13,14 +15,23 @@ std::uint32_t fork_generation() noexcept;
 /// not fit in a small table.
 void at_fork_in_child(void (*function)()) noexcept;
 
+/// The only T, made at the first use, and never destroyed: threads may use it while the process ends. Children call
+/// `in_child` as above.
+template <class T>
+T& for_ever(void (*in_child)() = nullptr) {
+    static T* const instance = [in_child] {
+        if (in_child != nullptr) at_fork_in_child(in_child);
+        return new T;
+    }();
+    return *instance;
+}
+
 /// A shared mutex that a forked child finds free and with whole data: a fork waits while a thread
 /// holds it exclusively.
-class ForkMutex {
+class ForkMutex : NoCopy {
   public:
     ForkMutex();
     ~ForkMutex();
-    ForkMutex(const ForkMutex&) = delete;
-    ForkMutex& operator=(const ForkMutex&) = delete;
 
     void lock() { mutex_->lock(); }
     bool try_lock() { return mutex_->try_lock(); }

@@ -22,9 +22,7 @@ class Hash {
     }
     [[nodiscard]] std::uint64_t value() const { return value_; }
     /// 16 hexadecimal digits.
-    [[nodiscard]] std::string text() const {
-        return format("%016llx", static_cast<unsigned long long>(value_));
-    }
+    [[nodiscard]] std::string text() const { return format("%016llx", llu(value_)); }
 
   private:
     std::uint64_t value_ = 0xCBF29CE484222325U;

@@ -3,15 +3,15 @@
 #include <atomic>
 #include <cstdint>
 
+#include "core/no_copy.h"
+
 namespace splat {
 
 /// A count that any thread, and any signal handler, raises by a number such as a handle.
-class Interrupt {
+class Interrupt : NoCopy {
   public:
     Interrupt();
     ~Interrupt();
-    Interrupt(const Interrupt&) = delete;
-    Interrupt& operator=(const Interrupt&) = delete;
 
     /// From now on raise(key, kind) finds it; 0 hides it. `kind` lives as long as the process and is
     /// compared by its address.

@@ -19,21 +19,12 @@ std::size_t find_escaped_nul(std::string_view text) {
     return at;
 }
 
-/// What messages call a value that a flat object does not hold.
+/// What messages call a value that a flat object does not hold, by JsonEvent::Kind.
+constexpr const char* kKinds[] = {"null",     "a bare value", "a bare value", "a bare value",
+                                  "a string", "an object",    "an array"};
+
 const char* kind_of(const JsonEvent& event) {
-    using Kind = JsonEvent::Kind;
-    switch (event.kind) {
-        case Kind::kNull:
-            return "null";
-        case Kind::kText:
-            return "a string";
-        case Kind::kObject:
-            return "an object";
-        case Kind::kArray:
-            return "an array";
-        default:
-            return "a bare value";
-    }
+    return kKinds[static_cast<std::size_t>(event.kind)];
 }
 
 /// Receives the events of nlohmann's parser; returning false stops it. Keeps the path to the value that comes next.
@@ -44,22 +35,19 @@ class PathReader : public nlohmann::json_sax<Json> {
     explicit PathReader(const std::function<Status(const JsonEvent&)>& visit) : visit_(visit) {}
 
     bool null() override { return value({}); }
-    bool boolean(bool is) override { return integer_of(Kind::kBool, is ? 1 : 0); }
+    bool boolean(bool is) override { return value({.kind = Kind::kBool, .integer = is ? 1 : 0}); }
     bool number_integer(number_integer_t number) override {
-        return integer_of(Kind::kInteger, number);
+        return value({.kind = Kind::kInteger, .integer = number});
     }
     bool number_unsigned(number_unsigned_t number) override {
         if (number > static_cast<number_unsigned_t>(INT64_MAX))
-            return real_of(static_cast<double>(number));
-        return integer_of(Kind::kInteger, static_cast<std::int64_t>(number));
+            return value({.kind = Kind::kReal, .real = static_cast<double>(number)});
+        return value({.kind = Kind::kInteger, .integer = static_cast<std::int64_t>(number)});
     }
-    bool number_float(number_float_t number, const string_t&) override { return real_of(number); }
-    bool string(string_t& text) override {
-        JsonEvent event;
-        event.kind = Kind::kText;
-        event.text = text;
-        return value(event);
+    bool number_float(number_float_t number, const string_t&) override {
+        return value({.kind = Kind::kReal, .real = number});
     }
+    bool string(string_t& text) override { return value({.kind = Kind::kText, .text = text}); }
     bool binary(binary_t&) override { return false; }
     bool start_object(std::size_t) override { return open(Kind::kObject); }
     bool key(string_t& name) override {
@@ -84,23 +72,8 @@ class PathReader : public nlohmann::json_sax<Json> {
         step();
         return refusal.ok();
     }
-    bool integer_of(Kind kind, std::int64_t number) {
-        JsonEvent event;
-        event.kind = kind;
-        event.integer = number;
-        return value(event);
-    }
-    bool real_of(double number) {
-        JsonEvent event;
-        event.kind = Kind::kReal;
-        event.real = number;
-        return value(event);
-    }
     bool open(Kind kind) {
-        JsonEvent event;
-        event.kind = kind;
-        event.path = path_;
-        refusal = visit_(event);
+        refusal = visit_({.kind = kind, .path = path_});
         if (path_.size() == static_cast<std::size_t>(kMaxJsonDepth))
             problem = "JSON nests deeper than " + std::to_string(kMaxJsonDepth) + " levels";
         path_.push_back({"", 0, kind == Kind::kArray});
@@ -128,23 +101,22 @@ std::string invalid_json(const Json::exception& reason) {
 
 Status check_json_text(std::string_view text, const char* what) {
     if (text.size() > kMaxJsonBytes)
-        return error(Code::kInvalidArgument, "%s: %zu bytes of JSON, expected at most %zu", what,
-                     text.size(), kMaxJsonBytes);
+        return invalid("%s: %zu bytes of JSON, expected at most %zu", what, text.size(),
+                       kMaxJsonBytes);
     SPLAT_TRY(check_no_nul(text, what));
     const std::size_t nul = find_escaped_nul(text);
     if (nul == std::string_view::npos) return {};
-    return error(Code::kInvalidArgument,
-                 "%s: an escaped NUL (\\u0000) at byte %zu of %zu, expected a text without one",
-                 what, nul, text.size());
+    return invalid("%s: an escaped NUL (\\u0000) at byte %zu of %zu, expected a text without one",
+                   what, nul, text.size());
 }
 
 Status check_no_nul(std::string_view text, const char* what) {
     const std::size_t nul = text.find('\0');
     if (nul == std::string_view::npos) return {};
-    return error(Code::kInvalidArgument,
-                 "%s: a NUL at byte %zu of %zu, expected text; is the file damaged, or of another "
-                 "format?",
-                 what, nul, text.size());
+    return invalid(
+        "%s: a NUL at byte %zu of %zu, expected text; is the file damaged, or of another "
+        "format?",
+        what, nul, text.size());
 }
 
 Result<std::vector<JsonScalar>> parse_flat_json(std::string_view text, const char* what) {
@@ -154,13 +126,11 @@ Result<std::vector<JsonScalar>> parse_flat_json(std::string_view text, const cha
         using Kind = JsonEvent::Kind;
         if (event.path.empty()) {
             if (event.kind == Kind::kObject) return {};
-            return error(Code::kInvalidArgument, "%s: %s, expected a JSON object", what,
-                         kind_of(event));
+            return invalid("%s: %s, expected a JSON object", what, kind_of(event));
         }
         const std::string& name = event.path[0].key;
         if (!names.insert(name).second)
-            return error(Code::kInvalidArgument, "%s: '%s' appears twice", what,
-                         shown(name).c_str());
+            return invalid("%s: '%s' appears twice", what, shown(name).c_str());
         if (event.kind == Kind::kBool)
             members.push_back({name, event.integer != 0});
         else if (event.kind == Kind::kInteger)
@@ -168,8 +138,8 @@ Result<std::vector<JsonScalar>> parse_flat_json(std::string_view text, const cha
         else if (event.kind == Kind::kReal)
             members.push_back({name, event.real});
         else
-            return error(Code::kInvalidArgument, "%s: '%s' is %s, expected a number, true or false",
-                         what, shown(name).c_str(), kind_of(event));
+            return invalid("%s: '%s' is %s, expected a number, true or false", what,
+                           shown(name).c_str(), kind_of(event));
         return {};
     }));
     return members;
@@ -181,7 +151,7 @@ Status visit_json(std::string_view text, const char* what,
     PathReader reader(visit);
     if (Json::sax_parse(text, &reader)) return {};
     if (!reader.refusal.ok()) return reader.refusal;
-    return error(Code::kInvalidArgument, "%s: %s", what, reader.problem.c_str());
+    return invalid("%s: %s", what, reader.problem.c_str());
 }
 
 Status check_json_name(std::string_view name, const char* what) {
@@ -194,34 +164,13 @@ Status check_json_name(std::string_view name, const char* what) {
             const auto byte = static_cast<unsigned char>(c);
             text += byte < 0x80 ? std::string(1, c) : format("\\x%02x", unsigned{byte});
         }
-        return error(Code::kInvalidArgument,
-                     "%s '%s' is not UTF-8, expected a name that JSON can hold; rename it", what,
-                     shown(text).c_str());
+        return invalid("%s '%s' is not UTF-8, expected a name that JSON can hold; rename it", what,
+                       shown(text).c_str());
     }
 }
 
 std::string json_quote(std::string_view text) {
     return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-Result<Json> parse_json(std::string_view text, const char* what) {
-    SPLAT_TRY(check_json_text(text, what));
-    bool too_deep = false;
-    const auto guard = [&too_deep](int depth, Json::parse_event_t event, Json&) {
-        const bool opens =
-            event == Json::parse_event_t::object_start || event == Json::parse_event_t::array_start;
-        too_deep = too_deep || (opens && depth >= kMaxJsonDepth);
-        return !too_deep;
-    };
-    try {
-        Json value = Json::parse(text, guard);
-        if (too_deep)
-            return error(Code::kInvalidArgument, "%s: JSON nests deeper than %d levels", what,
-                         kMaxJsonDepth);
-        return value;
-    } catch (const Json::exception& e) {
-        return error(Code::kInvalidArgument, "%s: %s", what, invalid_json(e).c_str());
-    }
 }
 
 }  // namespace splat

@@ -18,10 +18,6 @@ using Json = nlohmann::ordered_json;
 inline constexpr std::size_t kMaxJsonBytes = 16u << 20;
 inline constexpr int kMaxJsonDepth = 64;
 
-/// Parse one JSON value. Errors: kInvalidArgument with position, for text that is not JSON, as check_json_text(), or
-/// where it nests deeper than kMaxJsonDepth; `what` names the text in the message.
-Result<Json> parse_json(std::string_view text, const char* what);
-
 /// "not valid JSON: " and the parser's reason, cut where it quotes a long text.
 std::string invalid_json(const Json::exception& reason);
 
@@ -54,14 +50,15 @@ struct JsonStep {
 struct JsonEvent {
     enum class Kind { kNull, kBool, kInteger, kReal, kText, kObject, kArray };
     Kind kind = Kind::kNull;
-    std::span<const JsonStep> path;  ///< from the outermost value inwards
-    std::int64_t integer = 0;        ///< integer or bool
-    double real = 0;                 ///< real, or a whole number of more than 63 bits
-    std::string_view text;
+    std::span<const JsonStep> path = {};  ///< from the outermost value inwards
+    std::int64_t integer = 0;             ///< integer or bool
+    double real = 0;                      ///< real, or a whole number of more than 63 bits
+    std::string_view text = {};
 };
 
-/// Report the values of a JSON text in their order, without building a tree (see parse_flat_json).
-/// Errors: as parse_json, and the first error that `visit` returns.
+/// Report the values of a JSON text in their order, without building a tree (see parse_flat_json). Errors:
+/// kInvalidArgument with position, for text that is not JSON, as check_json_text(), or where it nests deeper than
+/// kMaxJsonDepth, `what` names the text in the message; and the first error that `visit` returns.
 Status visit_json(std::string_view text, const char* what,
                   const std::function<Status(const JsonEvent&)>& visit);
 

@@ -9,84 +9,36 @@
 namespace splat {
 namespace {
 
-/// Receives the events of nlohmann's parser; returning false stops it.
-class TreeReader : public nlohmann::json_sax<Json> {
-  public:
-    bool null() override { return add(std::monostate()); }
-    bool boolean(bool value) override { return add(value); }
-    bool number_integer(number_integer_t value) override { return add(static_cast<double>(value)); }
-    bool number_unsigned(number_unsigned_t value) override {
-        return add(static_cast<double>(value));
-    }
-    bool number_float(number_float_t value, const string_t&) override { return add(value); }
-    bool string(string_t& value) override { return add(std::move(value)); }
-    bool binary(binary_t&) override { return false; }  // not in text
-    bool start_object(std::size_t) override { return open(JsonTree::Object()); }
-    bool key(string_t& name) override {
-        name_ = std::move(name);
-        return true;
-    }
-    bool end_object() override { return close(); }
-    bool start_array(std::size_t) override { return open(JsonTree::List()); }
-    bool end_array() override { return close(); }
-    bool parse_error(std::size_t, const std::string&, const Json::exception& e) override {
-        problem = invalid_json(e);
-        return false;
-    }
+/// A new element or member of an array or object.
+JsonTree& added(JsonTree& container, const std::string& name) {
+    if (auto* const list = std::get_if<JsonTree::List>(&container.value))
+        return list->emplace_back();
+    return std::get<JsonTree::Object>(container.value)
+        .emplace_back(JsonTree::Member{name, {}})
+        .tree;
+}
 
-    JsonTree root;
-    std::string problem;
+Status check_names(const JsonTree& tree, const char* what) {
+    std::vector<std::string_view> names;
+    if (tree.is_object())
+        for (const JsonTree::Member& member : std::get<JsonTree::Object>(tree.value))
+            names.emplace_back(member.name);
+    std::ranges::sort(names);
+    const auto twice = std::ranges::adjacent_find(names);
+    if (twice == names.end()) return {};
+    return invalid("%s: '%s' appears twice in an object", what, shown(*twice).c_str());
+}
 
-  private:
-    /// Where the next value goes.
-    JsonTree& place() {
-        if (open_.empty()) return root;
-        if (auto* const list = std::get_if<JsonTree::List>(&open_.back()->value))
-            return list->emplace_back();
-        auto& members = std::get<JsonTree::Object>(open_.back()->value);
-        auto& [name, tree] = members.emplace_back();
-        name = std::move(name_);
-        return tree;
-    }
-
-    template <class T>
-    bool add(T value) {
-        place().value = std::move(value);
-        return true;
-    }
-
-    template <class T>
-    bool open(T container) {
-        if (open_.size() >= std::size_t{kMaxJsonDepth}) {
-            problem = format("JSON nests deeper than %d levels", kMaxJsonDepth);
-            return false;
-        }
-        JsonTree& at = place();
-        at.value = std::move(container);
-        open_.push_back(&at);  // does not move until it is closed
-        return true;
-    }
-
-    bool close() {
-        const auto* const members = std::get_if<JsonTree::Object>(&open_.back()->value);
-        open_.pop_back();
-        return members == nullptr || check_names(*members);
-    }
-
-    bool check_names(const JsonTree::Object& members) {
-        names_.clear();
-        for (const JsonTree::Member& member : members) names_.emplace_back(member.name);
-        std::sort(names_.begin(), names_.end());
-        const auto twice = std::adjacent_find(names_.begin(), names_.end());
-        if (twice == names_.end()) return true;
-        problem = "'" + shown(*twice) + "' appears twice in an object";
-        return false;
-    }
-
-    std::vector<JsonTree*> open_;
-    std::string name_;
-    std::vector<std::string_view> names_;
-};
+decltype(JsonTree::value) value_of(const JsonEvent& event) {
+    using Kind = JsonEvent::Kind;
+    if (event.kind == Kind::kBool) return event.integer != 0;
+    if (event.kind == Kind::kInteger) return static_cast<double>(event.integer);
+    if (event.kind == Kind::kReal) return event.real;
+    if (event.kind == Kind::kText) return std::string(event.text);
+    if (event.kind == Kind::kObject) return JsonTree::Object();
+    if (event.kind == Kind::kArray) return JsonTree::List();
+    return std::monostate();
+}
 
 }  // namespace
 
@@ -110,12 +62,35 @@ const JsonTree* JsonTree::find(std::string_view name) const {
     return nullptr;
 }
 
+const JsonTree& JsonTree::operator[](std::string_view name) const {
+    static const JsonTree null;
+    const JsonTree* const found = find(name);
+    return found == nullptr ? null : *found;
+}
+
+const JsonTree::List& JsonTree::items() const {
+    static const List none;
+    return list() == nullptr ? none : *list();
+}
+
 Result<JsonTree> parse_json_tree(std::string_view text, const char* what) {
-    SPLAT_TRY(check_json_text(text, what));
-    TreeReader reader;
-    if (!Json::sax_parse(text, &reader))
-        return error(Code::kInvalidArgument, "%s: %s", what, reader.problem.c_str());
-    return std::move(reader.root);
+    JsonTree root;
+    std::vector<JsonTree*>
+        open;  // containers around the next value; they do not move before they are closed
+    const auto close_to = [&](std::size_t depth) -> Status {
+        for (; open.size() > depth; open.pop_back()) SPLAT_TRY(check_names(*open.back(), what));
+        return {};
+    };
+    const auto take = [&](const JsonEvent& event) -> Status {
+        SPLAT_TRY(close_to(event.path.size()));
+        JsonTree& at = open.empty() ? root : added(*open.back(), event.path.back().key);
+        at.value = value_of(event);
+        if (at.is_object() || at.list() != nullptr) open.push_back(&at);
+        return {};
+    };
+    SPLAT_TRY(visit_json(text, what, take));
+    SPLAT_TRY(close_to(0));
+    return root;
 }
 
 }  // namespace splat

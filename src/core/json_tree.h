@@ -29,8 +29,12 @@ struct JsonTree {
     /// Null if it is not a string or array.
     [[nodiscard]] const std::string* text() const { return std::get_if<std::string>(&value); }
     [[nodiscard]] const List* list() const { return std::get_if<List>(&value); }
+    /// The elements of an array; none of anything else.
+    [[nodiscard]] const List& items() const;
     /// The member of this name, or null.
     [[nodiscard]] const JsonTree* find(std::string_view name) const;
+    /// The same, with a JSON null for a member that is not there.
+    const JsonTree& operator[](std::string_view name) const;
 };
 
 struct JsonTree::Member {

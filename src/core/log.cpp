@@ -53,20 +53,13 @@ void count_in_child() {
     if (sink().current != nullptr) sink().current->running = this_thread().inside ? 1 : 0;
 }
 
-/// Never destroyed: threads may log while the process ends.
 Sink& sink() {
-    static Sink* const instance = [] {
-        at_fork_in_child(count_in_child);
-        return new Sink;
-    }();
-    return *instance;
+    return for_ever<Sink>(count_in_child);
 }
 
 /// Counts a running call, during which messages of this thread are dropped.
-struct Running {
+struct Running : NoCopy {
     explicit Running(Registration& to) : registration(to) { this_thread().inside = true; }
-    Running(const Running&) = delete;
-    Running& operator=(const Running&) = delete;
     ~Running() {
         this_thread().inside = false;
         if (registration.running.fetch_sub(1) == 1) registration.running.notify_all();

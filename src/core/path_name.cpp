@@ -72,8 +72,7 @@ Status check_below(const std::string& path) {
     bool below = !path.empty() && whole.is_relative() && path.find('\0') == std::string::npos;
     for (const std::filesystem::path& part : whole) below = below && part != "..";
     if (below) return {};
-    return error(Code::kFormat, "the path '%s', expected one below the folder of the data",
-                 shown(path).c_str());
+    return damaged("the path '%s', expected one below the folder of the data", shown(path).c_str());
 }
 
 }  // namespace splat

@@ -13,7 +13,7 @@ std::string shown(std::string_view text, std::size_t most) {
         while (end > least && continues(text[end])) --end;
     std::string kept(text.substr(0, end));
     const auto controls = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
-    std::replace_if(kept.begin(), kept.end(), controls, '?');
+    std::ranges::replace_if(kept, controls, '?');
     return end < text.size() ? kept + "..." : kept;
 }
 

@@ -87,21 +87,33 @@ const char* code_sentence(Code code) {
                           : "This number is not a result code of this library version.";
 }
 
+// The formatted arguments after `pattern` of a variadic function.
+#define SPLAT_VFORMAT(text)                    \
+    std::va_list args;                         \
+    va_start(args, pattern);                   \
+    std::string text = vformat(pattern, args); \
+    va_end(args)
+
 std::string format(const char* pattern, ...) {
-    std::va_list args;
-    va_start(args, pattern);
-    std::string text = vformat(pattern, args);
-    va_end(args);
+    SPLAT_VFORMAT(text);
     return text;
 }
 
 Status error(Code code, const char* pattern, ...) {
-    std::va_list args;
-    va_start(args, pattern);
-    std::string text = vformat(pattern, args);
-    va_end(args);
+    SPLAT_VFORMAT(text);
     return {code, std::move(text)};
 }
+
+#define SPLAT_NAMED_ERROR(name, code)         \
+    Status name(const char* pattern, ...) {   \
+        SPLAT_VFORMAT(text);                  \
+        return {Code::code, std::move(text)}; \
+    }
+SPLAT_NAMED_ERROR(invalid, kInvalidArgument)
+SPLAT_NAMED_ERROR(damaged, kFormat)
+SPLAT_NAMED_ERROR(unsupported, kUnsupported)
+SPLAT_NAMED_ERROR(not_found, kNotFound)
+SPLAT_NAMED_ERROR(bad_state, kInvalidState)
 
 void assertion_failed(const char* condition, const char* file, int line) {
     log(LogLevel::kError, format("assertion failed: %s (%s:%d)", condition, file, line));

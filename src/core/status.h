@@ -75,9 +75,24 @@ class [[nodiscard]] Result {
 
 /// printf into a std::string.
 [[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
+/// A number for %llu.
+constexpr unsigned long long llu(std::uint64_t number) {
+    return number;
+}
+/// A number for %lld.
+constexpr long long lld(std::int64_t number) {
+    return number;
+}
 
 /// An error with a formatted sentence.
 [[gnu::format(printf, 2, 3)]] Status error(Code code, const char* pattern, ...);
+
+/// The same of the most frequent codes: kInvalidArgument, kFormat, kUnsupported, kNotFound and kInvalidState.
+[[gnu::format(printf, 1, 2)]] Status invalid(const char* pattern, ...);
+[[gnu::format(printf, 1, 2)]] Status damaged(const char* pattern, ...);
+[[gnu::format(printf, 1, 2)]] Status unsupported(const char* pattern, ...);
+[[gnu::format(printf, 1, 2)]] Status not_found(const char* pattern, ...);
+[[gnu::format(printf, 1, 2)]] Status bad_state(const char* pattern, ...);
 
 /// Called by SPLAT_ASSERT: logs and aborts. A failed assertion is a defect of the library, never
 /// bad input.
@@ -100,6 +115,12 @@ class [[nodiscard]] Result {
     auto name = (expr);                   \
     if (!name.ok()) return name.status(); \
     target = std::move(name.value())
+
+/// SPLAT_ASSIGN for a target that is there, as one statement.
+#define SPLAT_SET(target, expr)                  \
+    do {                                         \
+        SPLAT_ASSIGN_(set_result, target, expr); \
+    } while (false)
 
 #ifdef NDEBUG
 #define SPLAT_ASSERT(condition) static_cast<void>(0)

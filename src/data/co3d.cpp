@@ -53,9 +53,8 @@ Status examine(FrameArray& array) {
     if (header.column_major || header.dtype != "f4" || header.order != std::endian::little ||
         shape.size() != 4 || shape[1] != array.channels || shape[2] != shape[3] || shape[2] == 0 ||
         shape[2] > 16384 || source->size() - header.start != header.elements * sizeof(float))
-        return error(Code::kFormat,
-                     "'%s': expected float32 [frames,%zu,side,side] in C order and as many bytes",
-                     array.path.c_str(), array.channels);
+        return damaged("'%s': expected float32 [frames,%zu,side,side] in C order and as many bytes",
+                       array.path.c_str(), array.channels);
     array.frames = shape[0];
     array.side = shape[2];
     array.start = header.start;
@@ -85,7 +84,7 @@ Result<fs::path> category_folder(const ReaderDesc& desc) {
     // The published categories are plurals: "hydrants".
     const std::string wanted =
         "co3d_" + category.substr(0, category.empty() ? 0 : category.size() - 1) + "_for_gs";
-    if (std::find(found.begin(), found.end(), wanted) != found.end()) return path / wanted;
+    if (std::ranges::find(found, wanted) != found.end()) return path / wanted;
     const Status status = error(
         !found.empty() ? Code::kInvalidArgument
         : there        ? Code::kFormat
@@ -108,9 +107,8 @@ class Co3dReader : public ObjectsReader<Sequence> {
 
     Status open() {
         std::set<std::string> excluded;
-        if (!desc_.excluded_file.empty()) {
-            SPLAT_ASSIGN(excluded, load_excluded_sequences(desc_.excluded_file));
-        }
+        if (!desc_.excluded_file.empty())
+            SPLAT_SET(excluded, load_excluded_sequences(desc_.excluded_file));
         SPLAT_ASSIGN(const fs::path category, category_folder(desc_));
         const fs::path root = category / desc_.split;
         index_.files = {root / "camera_Rs.npz", root / "camera_Ts.npz"};
@@ -128,9 +126,8 @@ class Co3dReader : public ObjectsReader<Sequence> {
         SPLAT_TRY(index_.check_any());
         if (objects_.empty()) {
             const Status status =
-                error(Code::kNotFound,
-                      "'%s' holds no folder with focal_lengths.npy besides %u excluded ones",
-                      root.c_str(), index_.excluded);
+                not_found("'%s' holds no folder with focal_lengths.npy besides %u excluded ones",
+                          root.c_str(), index_.excluded);
             return index_.excluded > 0 ? status : no_split(desc_, status);
         }
         return index_.find_resolution(*this, desc_.lenient);
@@ -145,8 +142,7 @@ class Co3dReader : public ObjectsReader<Sequence> {
         if (r == nullptr || t == nullptr || r->values.size() != sequence.frames() * 9 ||
             t->values.size() != sequence.frames() * 3 ||
             focals.values.size() != sequence.frames() * 2)
-            return error(
-                Code::kFormat,
+            return damaged(
                 "sequence '%s': %zu frames, but %zu rotations, %zu translations and %zu focal "
                 "lengths",
                 sequence.name.c_str(), sequence.frames(), r == nullptr ? 0 : r->values.size() / 9,
@@ -161,10 +157,10 @@ class Co3dReader : public ObjectsReader<Sequence> {
                                                  static_cast<double>(focals.values[i * 2 + 1])};
             for (const double value : focal)
                 if (!(value >= kLeastFocal && value <= kMostFocal))
-                    return error(Code::kFormat,
-                                 "'%s': frame %zu has the focal length %g, expected %g to %g half "
-                                 "widths of the image",
-                                 sequence.focals.c_str(), i, value, kLeastFocal, kMostFocal);
+                    return damaged(
+                        "'%s': frame %zu has the focal length %g, expected %g to %g half "
+                        "widths of the image",
+                        sequence.focals.c_str(), i, value, kLeastFocal, kMostFocal);
             views.push_back({pose, focal[0] / 2, focal[1] / 2, origin_distance(pose)});
         }
         return views;
@@ -194,8 +190,8 @@ class Co3dReader : public ObjectsReader<Sequence> {
         std::set<std::string> names(folders.begin(), folders.end());
         for (const io::NamedTensor& tensor : rotations_.tensors) {
             if (!is_folder_name(tensor.name))
-                return error(Code::kFormat, "'%s': '%s' is not the name of a folder",
-                             (root / "camera_Rs.npz").c_str(), shown(tensor.name).c_str());
+                return damaged("'%s': '%s' is not the name of a folder",
+                               (root / "camera_Rs.npz").c_str(), shown(tensor.name).c_str());
             names.insert(tensor.name);
         }
         return std::vector<std::string>(names.begin(), names.end());
@@ -204,12 +200,11 @@ class Co3dReader : public ObjectsReader<Sequence> {
     Result<bool> add(const fs::path& folder, const std::string& name) {
         SPLAT_ASSIGN(const std::vector<std::string> parts, stems_in(folder, ".npy"));
         const auto has = [&parts](const char* part) {
-            return std::find(parts.begin(), parts.end(), part) != parts.end();
+            return std::ranges::find(parts, part) != parts.end();
         };
         if (parts.empty() && rotations_.tensors.find(name) == nullptr) return false;
         Sequence sequence{name, folder / "focal_lengths.npy", {}};
-        if (!has("focal_lengths"))
-            return error(Code::kFormat, "there is no '%s'", sequence.focals.c_str());
+        if (!has("focal_lengths")) return damaged("there is no '%s'", sequence.focals.c_str());
         const bool masked = has("images_fg");
         const char* const files[] = {masked ? "images_fg.npy" : "images_full.npy", "depths.npy",
                                      "normals.npy", "masks.npy"};
@@ -226,14 +221,14 @@ class Co3dReader : public ObjectsReader<Sequence> {
             }
             Status status = examine(array);
             if (status.ok() && array.frames != sequence.frames())
-                status = error(Code::kFormat, "'%s': %zu frames, expected %zu as the images",
-                               array.path.c_str(), array.frames, sequence.frames());
+                status = damaged("'%s': %zu frames, expected %zu as the images", array.path.c_str(),
+                                 array.frames, sequence.frames());
             if (!status.ok() && !desc_.lenient) return status;
             if (!status.ok()) problems.push_back(status.message());
         }
         std::vector<std::string> frames;
         for (std::size_t i = 0; i < sequence.frames(); ++i) frames.push_back(std::to_string(i));
-        std::sort(frames.begin(), frames.end());
+        std::ranges::sort(frames);
         SPLAT_TRY(index_.add(name, folder.string(), {frames, frames}, desc_.lenient).status());
         objects_.push_back(sequence);
         index_.problems.back().insert(index_.problems.back().end(), problems.begin(),

@@ -40,8 +40,7 @@ Mat3 eigenvectors(Mat3 a) {
             for (std::size_t k = 0; k < 3; ++k) rotate(v[p][k], v[q][k]);
         }
     std::array<std::size_t, 3> order = {0, 1, 2};
-    std::sort(order.begin(), order.end(),
-              [&a](std::size_t i, std::size_t j) { return a[i][i] > a[j][j]; });
+    std::ranges::sort(order, [&a](std::size_t i, std::size_t j) { return a[i][i] > a[j][j]; });
     return {v[order[0]], v[order[1]], v[order[2]]};
 }
 
@@ -89,8 +88,8 @@ Co3dCameras stored_cameras(std::span<const RawFrame> frames) {
 Result<Co3dCameras> normalised_cameras(std::span<const RawFrame> frames,
                                        std::span<const Vec3> points) {
     if (frames.size() < 2 || points.empty())
-        return error(Code::kFormat, "%zu cameras and %zu points, expected 2 or more and some",
-                     frames.size(), points.size());
+        return damaged("%zu cameras and %zu points, expected 2 or more and some", frames.size(),
+                       points.size());
     Vec3 center{};
     for (const Vec3& point : points) center += point * (1.0 / static_cast<double>(points.size()));
     std::vector<Mat3> rotations;
@@ -109,8 +108,7 @@ Result<Co3dCameras> normalised_cameras(std::span<const RawFrame> frames,
         const Vec3 far = glm::abs(point - middle);
         extent = std::max({extent, far.x, far.y, far.z});
     }
-    if (!(extent > 0) || !std::isfinite(extent))
-        return error(Code::kFormat, "the points have no extent");
+    if (!(extent > 0) || !std::isfinite(extent)) return damaged("the points have no extent");
     std::vector<Vec3> translations;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const Vec3 given = glm::make_vec3(frames[i].translation.data());
@@ -142,7 +140,7 @@ Result<std::vector<Vec3>> read_points(const std::string& path) {
         break;
     }
     if (!points.empty()) return points;
-    return error(Code::kFormat, "'%s' has no vertices with x, y and z", path.c_str());
+    return damaged("'%s' has no vertices with x, y and z", path.c_str());
 }
 
 }  // namespace splat::data

@@ -86,15 +86,14 @@ Result<PixelBox> crop_box(const std::array<float, 4>& box, std::uint32_t width,
         const float start = box[i] - box[i + 2] * kBoxContext / 2;
         const float side = box[i + 2] + box[i + 2] * kBoxContext;
         if (!(side > 1))
-            return error(Code::kFormat,
-                         "the box of the foreground is %g x %g, expected more than a pixel",
-                         static_cast<double>(box[2]), static_cast<double>(box[3]));
+            return damaged("the box of the foreground is %g x %g, expected more than a pixel",
+                           static_cast<double>(box[2]), static_cast<double>(box[3]));
         const auto most = static_cast<float>(sides[i]);
         const float end = start + std::max(side, 2.0F);
         starts[i] = static_cast<std::uint32_t>(std::nearbyint(std::clamp(start, 0.0F, most)));
         ends[i] = static_cast<std::uint32_t>(std::nearbyint(std::clamp(end, 0.0F, most)));
         if (ends[i] <= starts[i])
-            return error(Code::kFormat, "the box of the foreground lies outside the image");
+            return damaged("the box of the foreground lies outside the image");
     }
     return PixelBox{starts[0], starts[1], ends[0] - starts[0], ends[1] - starts[1]};
 }
@@ -141,9 +140,8 @@ Result<PrincipalSquare> principal_square(const std::array<double, 2>& point, std
     PrincipalSquare square{point[0], point[1], 0};
     square.half_side = std::min({point[0], width - point[0], point[1], height - point[1]});
     if (square.half_side >= 0.5) return square;
-    return error(Code::kFormat,
-                 "the principal point %g, %g is not inside the image of %u x %u pixels", point[0],
-                 point[1], width, height);
+    return damaged("the principal point %g, %g is not inside the image of %u x %u pixels", point[0],
+                   point[1], width, height);
 }
 
 Planes sampled_square(const Planes& image, const PrincipalSquare& square) {

@@ -1,7 +1,5 @@
 #include "data/co3d_prepare.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -35,7 +33,7 @@ struct PreparedSequence {
 };
 
 bool all_finite(const std::vector<float>& values) {
-    return std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
+    return std::ranges::all_of(values, [](float v) { return std::isfinite(v); });
 }
 
 Result<PreparedFrame> read_frame(const Co3dPreparation& preparation, const RawFrame& frame,
@@ -46,13 +44,12 @@ Result<PreparedFrame> read_frame(const Co3dPreparation& preparation, const RawFr
     SPLAT_ASSIGN(const io::Image mask, load_bytes(mask_path, {}));
     const auto check = [&frame](const io::Image& found, const fs::path& path) {
         if (found.width == frame.width && found.height == frame.height) return Status();
-        return error(Code::kFormat, "'%s': %u x %u pixels, its annotation has %u x %u",
-                     path.c_str(), found.width, found.height, frame.width, frame.height);
+        return damaged("'%s': %u x %u pixels, its annotation has %u x %u", path.c_str(),
+                       found.width, found.height, frame.width, frame.height);
     };
     SPLAT_TRY(check(image, image_path));
     SPLAT_TRY(check(mask, mask_path));
-    if (image.channels < 3)
-        return error(Code::kFormat, "'%s': an image without colours", image_path.c_str());
+    if (image.channels < 3) return damaged("'%s': an image without colours", image_path.c_str());
     const Planes probability = planes_of(mask);
     SPLAT_ASSIGN(const auto box,
                  in_file(crop_box(frame.box ? *frame.box : foreground_box(probability), frame.width,
@@ -107,20 +104,22 @@ Status write_array(const fs::path& path, const io::FloatArray& array) {
 
 /// Writes the folder of a sequence, whole or not at all.
 Status write_sequence(const fs::path& root, const PathName& name, const PreparedSequence& made) {
-    static std::atomic<unsigned> counter{0};
-    const fs::path temporary = root / format(".%s.%d-%u.tmp", name.text().c_str(),
-                                             static_cast<int>(::getpid()), counter++);
-    return write_folder(root / name, temporary, [&](const fs::path& folder) -> Status {
-        const std::uint64_t frames = made.full.shape[0];
-        SPLAT_TRY(make_folders(folder));
-        SPLAT_TRY(write_array(folder / "images_full.npy", made.full));
-        SPLAT_TRY(write_array(folder / "images_fg.npy", made.foreground));
-        SPLAT_TRY(write_array(folder / "masks.npy", made.masks));
-        SPLAT_TRY(write_array(folder / "focal_lengths.npy", made.focals));
-        SPLAT_TRY(write_array(folder / "camera_R.npy", {{frames, 3, 3}, made.cameras.rotations}));
-        SPLAT_TRY(write_array(folder / "camera_T.npy", {{frames, 3}, made.cameras.translations}));
-        return io::write_new_file((folder / "frame_order.txt").string(), io::as_bytes(made.order));
-    });
+    const fs::path target = root / name;
+    return io::write_folder(
+        target, io::temporary_of(target), [&](const fs::path& folder) -> Status {
+            const std::uint64_t frames = made.full.shape[0];
+            SPLAT_TRY(io::make_folders(folder));
+            SPLAT_TRY(write_array(folder / "images_full.npy", made.full));
+            SPLAT_TRY(write_array(folder / "images_fg.npy", made.foreground));
+            SPLAT_TRY(write_array(folder / "masks.npy", made.masks));
+            SPLAT_TRY(write_array(folder / "focal_lengths.npy", made.focals));
+            SPLAT_TRY(
+                write_array(folder / "camera_R.npy", {{frames, 3, 3}, made.cameras.rotations}));
+            SPLAT_TRY(
+                write_array(folder / "camera_T.npy", {{frames, 3}, made.cameras.translations}));
+            return io::write_new_file((folder / "frame_order.txt").string(),
+                                      io::as_bytes(made.order));
+        });
 }
 
 /// The arrays {sequence}/{name}.npy of all sequences in the folder, also of earlier calls, in one file.
@@ -145,10 +144,10 @@ Status collect_cameras(const fs::path& root, const char* name, const char* targe
 Status check_preparation(const Co3dPreparation& preparation) {
     SPLAT_TRY(check_split(preparation.split));
     if (preparation.size == 0 || preparation.size > 4096)
-        return error(Code::kInvalidArgument, "size is %u, expected 1 to 4096", preparation.size);
+        return invalid("size is %u, expected 1 to 4096", preparation.size);
     if (preparation.category.empty() || preparation.category.find('/') != std::string::npos)
-        return error(Code::kInvalidArgument, "category is '%s', expected a name such as 'hydrant'",
-                     preparation.category.c_str());
+        return invalid("category is '%s', expected a name such as 'hydrant'",
+                       preparation.category.c_str());
     return {};
 }
 
@@ -164,18 +163,18 @@ Status check_manifest(const Co3dPreparation& preparation, const fs::path& root) 
     if (!is_begun) {
         SPLAT_ASSIGN(const std::vector<std::string> sequences, io::folders_in(root.string()));
         if (sequences.empty()) return io::write_file(path.string(), io::as_bytes(expected));
-        return error(Code::kInvalidArgument,
-                     "'%s' holds sequences, but no prepared.json that tells with which values they "
-                     "were made, as of an earlier version: use another folder, or remove them",
-                     root.c_str());
+        return invalid(
+            "'%s' holds sequences, but no prepared.json that tells with which values they "
+            "were made, as of an earlier version: use another folder, or remove them",
+            root.c_str());
     }
     SPLAT_ASSIGN(const io::Buffer file, io::read_file(path.string(), kMaxManifestBytes));
     const std::string found(io::as_text(file));
     if (found == expected) return {};
-    return error(Code::kInvalidArgument,
-                 "'%s' holds sequences made with other values: %sexpected: %suse another folder, "
-                 "or the same values to add sequences",
-                 root.c_str(), found.c_str(), expected.c_str());
+    return invalid(
+        "'%s' holds sequences made with other values: %sexpected: %suse another folder, "
+        "or the same values to add sequences",
+        root.c_str(), found.c_str(), expected.c_str());
 }
 
 }  // namespace
@@ -191,11 +190,11 @@ Result<Co3dPrepared> prepare_co3d(const Co3dPreparation& preparation,
     std::set<std::string> folders;
     for (const RawSequence& sequence : sequences)
         if (!folders.insert(PathName(sequence.name).text()).second)
-            return error(Code::kFormat, "two sequences would have the folder '%s'",
-                         PathName(sequence.name).text().c_str());
+            return damaged("two sequences would have the folder '%s'",
+                           PathName(sequence.name).text().c_str());
     const fs::path root = fs::path(preparation.out) / ("co3d_" + preparation.category + "_for_gs") /
                           preparation.split;
-    SPLAT_TRY(make_folders(root));
+    SPLAT_TRY(io::make_folders(root));
     SPLAT_TRY(check_manifest(preparation, root));
     std::atomic<std::uint32_t> kept{0}, left_out{0};
     std::atomic<std::size_t> done{0};

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <unordered_map>
 
 #include "core/decode_budget.h"
 #include "core/json_tree.h"
@@ -43,7 +42,7 @@ Result<Annotations> read_annotations(const std::string& path) {
 Result<JsonTree> element_of(std::string_view text, DecodeBudget budget) {
     constexpr std::size_t kGrowth = 3;  // while a list grows, its old and its new place exist
     const auto starts = [](char c) { return c == ',' || c == ':' || c == '[' || c == '{'; };
-    const auto values = std::count_if(text.begin(), text.end(), starts);
+    const auto values = std::ranges::count_if(text, starts);
     SPLAT_TRY(
         budget.take(static_cast<std::uint64_t>(values), kGrowth * sizeof(JsonTree), "JSON values"));
     return io::from_file(parse_json_tree(text, "element"));
@@ -52,9 +51,7 @@ Result<JsonTree> element_of(std::string_view text, DecodeBudget budget) {
 /// Calls `each` for every element of a JSON array of any size, whose elements are parsed one by one.
 Status each_element(std::string_view text, const DecodeBudget& budget,
                     const std::function<Status(const JsonTree&)>& each) {
-    const auto broken = [](std::size_t at) {
-        return error(Code::kFormat, "no JSON array: byte %zu", at);
-    };
+    const auto broken = [](std::size_t at) { return damaged("no JSON array: byte %zu", at); };
     std::size_t at = text.find_first_not_of(" \t\r\n");
     if (at == std::string_view::npos || text[at] != '[') return broken(0);
     std::size_t start = ++at;
@@ -75,8 +72,7 @@ Status each_element(std::string_view text, const DecodeBudget& budget,
             if (!empty) {
                 const auto tree = element_of(element, budget);
                 if (!tree.ok())
-                    return error(Code::kFormat, "byte %zu: %s", start,
-                                 tree.status().message().c_str());
+                    return damaged("byte %zu: %s", start, tree.status().message().c_str());
                 SPLAT_TRY(each(tree.value()));
             }
             if (c == ']') return {};
@@ -89,36 +85,32 @@ Status each_element(std::string_view text, const DecodeBudget& budget,
 }
 
 Status no_member(const char* name) {
-    return error(Code::kFormat, "an annotation without a valid '%s'", name);
+    return damaged("an annotation without a valid '%s'", name);
 }
 
-/// The member at "a.b"; null if it is not there.
-const JsonTree* at_path(const JsonTree& tree, std::string_view path) {
-    const JsonTree* at = &tree;
-    while (at != nullptr && !path.empty()) {
-        const std::size_t dot = std::min(path.find('.'), path.size());
-        at = at->find(path.substr(0, dot));
-        path.remove_prefix(std::min(dot + 1, path.size()));
-    }
-    return at;
+/// The member at "a.b"; a JSON null if it is not there.
+const JsonTree& at_path(const JsonTree& tree, std::string_view path) {
+    const std::size_t dot = path.find('.');
+    const JsonTree& at = tree[path.substr(0, dot)];
+    return dot == path.npos ? at : at_path(at, path.substr(dot + 1));
 }
 
 Result<std::string> text_at(const JsonTree& tree, const char* path) {
-    const JsonTree* found = at_path(tree, path);
-    if (found == nullptr || found->text() == nullptr) return no_member(path);
-    return *found->text();
+    const std::string* const found = at_path(tree, path).text();
+    if (found == nullptr) return no_member(path);
+    return *found;
 }
 
 Result<double> number_at(const JsonTree& tree, const char* path) {
-    const JsonTree* found = at_path(tree, path);
-    if (found == nullptr || !found->number()) return no_member(path);
-    return *found->number();
+    const auto found = at_path(tree, path).number();
+    if (!found) return no_member(path);
+    return *found;
 }
 
 Result<std::int64_t> frame_number_of(const JsonTree& tree) {
-    const JsonTree* found = tree.find("frame_number");
-    if (found == nullptr || !found->count()) return no_member("frame_number");
-    return static_cast<std::int64_t>(*found->count());
+    const auto found = tree["frame_number"].count();
+    if (!found) return no_member("frame_number");
+    return static_cast<std::int64_t>(*found);
 }
 
 /// Numbers of a list, or of a list of lists.
@@ -126,16 +118,14 @@ template <std::size_t Count>
 Result<std::array<double, Count>> numbers_at(const JsonTree& tree, const char* path) {
     std::vector<double> found;
     const std::function<bool(const JsonTree&)> add = [&](const JsonTree& each) {
-        if (const JsonTree::List* list = each.list())
-            return std::all_of(list->begin(), list->end(), add);
+        if (const JsonTree::List* list = each.list()) return std::ranges::all_of(*list, add);
         if (each.number()) found.push_back(*each.number());
         return each.number().has_value();
     };
-    const JsonTree* list = at_path(tree, path);
-    if (list == nullptr || list->list() == nullptr || !add(*list) || found.size() != Count)
-        return no_member(path);
+    const JsonTree& list = at_path(tree, path);
+    if (list.list() == nullptr || !add(list) || found.size() != Count) return no_member(path);
     std::array<double, Count> numbers;
-    std::copy(found.begin(), found.end(), numbers.begin());
+    std::ranges::copy(found, numbers.begin());
     return numbers;
 }
 
@@ -144,14 +134,13 @@ Result<std::array<double, Count>> numbers_at(const JsonTree& tree, const char* p
 Status read_lens(const JsonTree& tree, RawFrame& frame) {
     SPLAT_ASSIGN(const auto focal, (numbers_at<2>(tree, "viewpoint.focal_length")));
     SPLAT_ASSIGN(const auto point, (numbers_at<2>(tree, "viewpoint.principal_point")));
-    const JsonTree* format = at_path(tree, "viewpoint.intrinsics_format");
-    const std::string name =
-        format == nullptr || format->text() == nullptr ? "ndc_norm_image_bounds" : *format->text();
+    const std::string* const format = at_path(tree, "viewpoint.intrinsics_format").text();
+    const std::string name = format == nullptr ? "ndc_norm_image_bounds" : *format;
     const bool isotropic = name == "ndc_isotropic";
     if (!isotropic && name != "ndc_norm_image_bounds")
-        return error(Code::kFormat,
-                     "the intrinsics_format '%s', expected ndc_isotropic or ndc_norm_image_bounds",
-                     shown(name).c_str());
+        return damaged(
+            "the intrinsics_format '%s', expected ndc_isotropic or ndc_norm_image_bounds",
+            shown(name).c_str());
     const double half[] = {frame.width / 2.0, frame.height / 2.0};
     for (std::size_t i = 0; i < 2; ++i) {
         const double scale = isotropic ? std::min(half[0], half[1]) : half[i];
@@ -174,8 +163,7 @@ Result<RawFrame> frame_of(const JsonTree& tree) {
         return no_member("image.size");
     frame.height = static_cast<std::uint32_t>(size[0]);
     frame.width = static_cast<std::uint32_t>(size[1]);
-    const JsonTree* box = at_path(tree, "mask.bounding_box_xywh");
-    if (box != nullptr && !box->is_null()) {
+    if (!at_path(tree, "mask.bounding_box_xywh").is_null()) {
         SPLAT_ASSIGN(const auto found, (numbers_at<4>(tree, "mask.bounding_box_xywh")));
         frame.box.emplace();
         for (std::size_t i = 0; i < 4; ++i) (*frame.box)[i] = static_cast<float>(found[i]);
@@ -197,13 +185,12 @@ Result<std::map<FrameKey, std::size_t>> read_split(const std::string& path,
     const std::size_t key = text.find("\"" + split + "\"");
     const std::size_t start = key == std::string_view::npos ? key : text.find('[', key);
     if (start == std::string_view::npos)
-        return error(Code::kFormat, "'%s' has no list '%s'", path.c_str(), split.c_str());
+        return damaged("'%s' has no list '%s'", path.c_str(), split.c_str());
     const auto add = [&](const JsonTree& element) -> Status {
         const JsonTree::List* list = element.list();
         if (list == nullptr || list->size() < 2 || (*list)[0].text() == nullptr ||
             !(*list)[1].count())
-            return error(Code::kFormat, "element %zu is not [sequence, frame number, path]",
-                         places.size());
+            return damaged("element %zu is not [sequence, frame number, path]", places.size());
         places.emplace(FrameKey{*(*list)[0].text(), static_cast<std::int64_t>(*(*list)[1].count())},
                        places.size());
         return {};
@@ -240,8 +227,8 @@ Result<std::vector<RawSequence>> read_raw_co3d(const std::string& root, const st
     SPLAT_TRY(
         in_file(each_element(io::as_text(frames.text), frames.budget, add_frame), frames_path));
     if (found != places.size())
-        return error(Code::kFormat, "'%s' has %zu of the %zu frames of the split '%s'",
-                     frames_path.c_str(), found, places.size(), split.c_str());
+        return damaged("'%s' has %zu of the %zu frames of the split '%s'", frames_path.c_str(),
+                       found, places.size(), split.c_str());
     const std::string sequences_path = (folder / "sequence_annotations.jgz").string();
     SPLAT_ASSIGN(const Annotations file, read_annotations(sequences_path));
     const auto name_sequence = [&](const JsonTree& tree) -> Status {
@@ -249,9 +236,8 @@ Result<std::vector<RawSequence>> read_raw_co3d(const std::string& root, const st
         const auto sequence = sequences.find(name);
         if (sequence == sequences.end()) return {};
         sequence->second.name = name;
-        const JsonTree* points = at_path(tree, "point_cloud.path");
-        if (points != nullptr && points->text() != nullptr)
-            sequence->second.points = *points->text();
+        const std::string* const points = at_path(tree, "point_cloud.path").text();
+        if (points != nullptr) sequence->second.points = *points;
         return {};
     };
     SPLAT_TRY(
@@ -259,12 +245,10 @@ Result<std::vector<RawSequence>> read_raw_co3d(const std::string& root, const st
     std::vector<RawSequence> all;
     for (auto& [name, sequence] : sequences) {
         if (sequence.name.empty())
-            return error(Code::kFormat, "'%s' has no sequence '%s'", sequences_path.c_str(),
-                         name.c_str());
-        std::sort(sequence.frames.begin(), sequence.frames.end(),
-                  [](const RawFrame& a, const RawFrame& b) {
-                      return std::tie(a.time, a.number) < std::tie(b.time, b.number);
-                  });
+            return damaged("'%s' has no sequence '%s'", sequences_path.c_str(), name.c_str());
+        std::ranges::sort(sequence.frames, [](const RawFrame& a, const RawFrame& b) {
+            return std::tie(a.time, a.number) < std::tie(b.time, b.number);
+        });
         all.push_back(std::move(sequence));
     }
     return all;

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <climits>
-#include <cmath>
 #include <filesystem>
 
 #include "core/log.h"
@@ -38,23 +36,19 @@ constexpr Format kFormats[] = {{"store", tables::is_store, open_store},
                                {"images", is_image_folder, open_image_folder}};
 
 std::string format_names() {
-    std::string names;
-    for (const Format& format : kFormats)
-        names += (names.empty() ? "" : ", ") + std::string(format.name);
-    return names;
+    return joined(kFormats, &Format::name);
 }
 
 Result<const Format*> format_of(const DatasetDesc& desc) {
     if (!desc.format.empty()) {
         for (const Format& format : kFormats)
             if (desc.format == format.name) return &format;
-        return error(Code::kInvalidArgument, "format is '%s', expected one of %s",
-                     desc.format.c_str(), format_names().c_str());
+        return invalid("format is '%s', expected one of %s", desc.format.c_str(),
+                       format_names().c_str());
     }
     SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(desc.path));
     if (kind == io::PathKind::kNothing)
-        return error(Code::kNotFound, "there is no folder '%s'",
-                     shown(desc.path, PATH_MAX).c_str());
+        return not_found("there is no folder '%s'", shown(desc.path, PATH_MAX).c_str());
     Status unreadable;  // by one format; another may not ask for that
     for (const Format& format : kFormats) {
         if (kind != io::PathKind::kFolder) break;
@@ -65,11 +59,10 @@ Result<const Format*> format_of(const DatasetDesc& desc) {
     SPLAT_TRY(unreadable);
     const std::string lack = kind == io::PathKind::kFolder ? lack_of_cameras(desc.path) : "";
     if (!lack.empty())
-        return error(Code::kFormat, "'%s' is not a data set of a known format: %s",
-                     shown(desc.path, PATH_MAX).c_str(), lack.c_str());
-    return error(Code::kFormat,
-                 "'%s' is not a data set of a known format (%s); if it is one, name its format",
-                 shown(desc.path, PATH_MAX).c_str(), format_names().c_str());
+        return damaged("'%s' is not a data set of a known format: %s",
+                       shown(desc.path, PATH_MAX).c_str(), lack.c_str());
+    return damaged("'%s' is not a data set of a known format (%s); if it is one, name its format",
+                   shown(desc.path, PATH_MAX).c_str(), format_names().c_str());
 }
 
 std::string map_list(std::uint32_t maps) {
@@ -87,8 +80,8 @@ Status check_maps(std::uint32_t wanted, const DatasetIndex& index) {
         if ((wanted & flag_of(kind)) != 0 && !index.lacking(kind).empty())
             places += "; missing: '" + index.lacking(kind) + "'";
     if (!index.unread.empty()) places += "; " + index.unread_note();
-    return error(Code::kNotFound, "maps requested: %s; every object has: %s%s",
-                 map_list(wanted).c_str(), map_list(index.maps).c_str(), places.c_str());
+    return not_found("maps requested: %s; every object has: %s%s", map_list(wanted).c_str(),
+                     map_list(index.maps).c_str(), places.c_str());
 }
 
 /// Tells what is left out: objects, folders, maps, and parts of images, which are used at `used` pixels a side.
@@ -134,8 +127,7 @@ Result<ReaderDesc> reader_desc(const DatasetDesc& desc, const char* format) {
                  {"views_file", "nmr", reader.views_file}};
     for (const auto& list : lists) {
         if (!list.path.empty() && std::string(format) != list.format)
-            return error(
-                Code::kInvalidArgument,
+            return invalid(
                 "%s is '%s', expected none: it is for data of the format %s, and '%s' is %s",
                 list.name, list.path.c_str(), list.format, desc.path.c_str(), format);
         list.path = list_path(list.path, desc.path);
@@ -152,8 +144,9 @@ std::vector<std::uint8_t> flattened(const io::Image& image, std::uint32_t channe
     const std::size_t count = std::size_t{image.width} * image.height;
     std::vector<std::uint8_t> out(count * channels);
     if (!has_alpha && colors == channels) {
-        std::transform(image.samples.begin(), image.samples.end(), out.begin(),
-                       [](std::uint16_t sample) { return static_cast<std::uint8_t>(sample); });
+        std::ranges::transform(image.samples, out.begin(), [](std::uint16_t sample) {
+            return static_cast<std::uint8_t>(sample);
+        });
         return out;
     }
     for (std::size_t i = 0; i < count; ++i) {
@@ -180,19 +173,16 @@ Dataset::Dataset(const DatasetDesc& desc, std::unique_ptr<DatasetReader> reader)
 Result<std::unique_ptr<Dataset>> Dataset::open(const DatasetDesc& desc) {
     SPLAT_TRY(check_split(desc.split));
     if (desc.resolution > kMaxResolution)
-        return error(Code::kInvalidArgument, "resolution is %u, expected at most %u",
-                     desc.resolution, kMaxResolution);
+        return invalid("resolution is %u, expected at most %u", desc.resolution, kMaxResolution);
     for (const float value : desc.background)
         if (!(value >= 0 && value <= 1))
-            return error(Code::kInvalidArgument, "background is %g, expected 0 to 1",
-                         static_cast<double>(value));
+            return invalid("background is %g, expected 0 to 1", static_cast<double>(value));
     SPLAT_ASSIGN(const Format* format, format_of(desc));
     SPLAT_ASSIGN(const ReaderDesc wanted, reader_desc(desc, format->name));
     SPLAT_ASSIGN(auto reader, format->open(wanted));
     if (desc.lacks_split != nullptr && !reader->index().has_splits)
-        return no_split(
-            wanted, error(Code::kNotFound, "'%s' has no splits: its objects are those of any split",
-                          desc.path.c_str()));
+        return no_split(wanted, not_found("'%s' has no splits: its objects are those of any split",
+                                          desc.path.c_str()));
     SPLAT_TRY(check_maps(desc.maps, reader->index()));
     std::unique_ptr<Dataset> dataset(new Dataset(desc, std::move(reader)));
     if (!desc.lenient) warn_of_gaps(desc.path, dataset->index(), dataset->resolution());
@@ -222,9 +212,8 @@ Result<ImageCache::Pixels> Dataset::pixels(std::uint32_t object, std::uint32_t v
                               static_cast<std::uint32_t>(kind);
     if (ImageCache::Pixels found = cache_.find(key)) return found;
     SPLAT_ASSIGN(io::Image image, reader_->map(object, view, kind));
-    if (image.width != resolution_ || image.height != resolution_) {
-        SPLAT_ASSIGN(image, resample(image, resolution_, resolution_, index().filter));
-    }
+    if (image.width != resolution_ || image.height != resolution_)
+        SPLAT_SET(image, resample(image, resolution_, resolution_, index().filter));
     auto flat = std::make_shared<const std::vector<std::uint8_t>>(
         flattened(image, channels_of(kind), background_, index().ignores_alpha));
     cache_.add(key, flat);
@@ -260,11 +249,9 @@ Status Dataset::read_cameras(std::uint32_t object, std::span<const std::uint32_t
     for (std::size_t i = 0; i < views.size(); ++i) {
         const StoredView& view = (*stored)[views[i]];
         if (out.view_to_world != nullptr)
-            std::copy(relative[i].view_to_world.begin(), relative[i].view_to_world.end(),
-                      out.view_to_world + i * 16);
+            std::ranges::copy(relative[i].view_to_world, out.view_to_world + i * 16);
         if (out.quaternions != nullptr)
-            std::copy(relative[i].quaternion.begin(), relative[i].quaternion.end(),
-                      out.quaternions + i * 4);
+            std::ranges::copy(relative[i].quaternion, out.quaternions + i * 4);
         if (out.focals != nullptr) {
             out.focals[i * 2] = static_cast<float>(view.focal_x * resolution_);
             out.focals[i * 2 + 1] = static_cast<float>(view.focal_y * resolution_);
@@ -279,13 +266,12 @@ Status Dataset::read(std::uint32_t object, std::span<const std::uint32_t> views,
                      const ViewArrays& out) {
     const DatasetIndex& all = index();
     if (object >= all.names.size())
-        return error(Code::kInvalidArgument,
-                     "object is %u, expected less than %zu, the number of objects", object,
-                     all.names.size());
+        return invalid("object is %u, expected less than %zu, the number of objects", object,
+                       all.names.size());
     for (const std::uint32_t view : views)
         if (view >= all.views_of[object])
-            return error(Code::kInvalidArgument, "view is %u, but object %u ('%s') has %u views",
-                         view, object, all.names[object].c_str(), all.views_of[object]);
+            return invalid("view is %u, but object %u ('%s') has %u views", view, object,
+                           all.names[object].c_str(), all.views_of[object]);
     SPLAT_TRY(read_cameras(object, views, out));
     SPLAT_TRY(read_map(object, views, MapKind::kRgb, out.images));
     SPLAT_TRY(read_map(object, views, MapKind::kDepth, out.depths));

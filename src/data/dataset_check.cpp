@@ -87,13 +87,12 @@ class Checker {
             hash->add(image.samples.data(), image.samples.size() * sizeof image.samples[0]);
         }
         if (kind == MapKind::kMask &&
-            std::none_of(image.samples.begin(), image.samples.end(),
-                         [](std::uint16_t sample) { return sample != 0; }))
+            std::ranges::none_of(image.samples, [](std::uint16_t sample) { return sample != 0; }))
             found_.warnings.push_back(format("the mask of view %u is empty", view));
         if (kind != MapKind::kRgb) return;
         ++loaded_;
         images_.emplace(own.value(), view);
-        const auto [least, most] = std::minmax_element(image.samples.begin(), image.samples.end());
+        const auto [least, most] = std::ranges::minmax_element(image.samples);
         if (*least == *most)
             found_.warnings.push_back(format("view %u is of one colour (%u)", view, *least));
     }
@@ -118,9 +117,8 @@ class Checker {
 Result<ObjectCheck> check_object(const Dataset& dataset, std::uint32_t object) {
     const std::size_t objects = dataset.index().names.size();
     if (object >= objects)
-        return error(Code::kInvalidArgument,
-                     "object is %u, expected less than %zu, the number of objects", object,
-                     objects);
+        return invalid("object is %u, expected less than %zu, the number of objects", object,
+                       objects);
     return Checker(dataset, object).run();
 }
 
@@ -129,7 +127,7 @@ Result<std::string> check_text(const Dataset& dataset, std::uint32_t object) {
     JsonWriter json;
     json.begin_object().member("name", dataset.index().names[object]);
     json.member("views", dataset.index().views_of[object]).member("width", found.width);
-    json.member("hash", format("%016llx", static_cast<unsigned long long>(found.hash)));
+    json.member("hash", format("%016llx", llu(found.hash)));
     json.key("problems").list(found.problems).key("warnings").list(found.warnings);
     if (found.depths.known) {
         const HoldingRange holding = holding_range(found.depths);

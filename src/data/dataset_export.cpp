@@ -3,12 +3,12 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <numeric>
 #include <set>
 
 #include "core/log.h"
+#include "core/number_in.h"
 #include "data/export_rows.h"
 #include "data/folder.h"
 #include "data/formats.h"
@@ -24,23 +24,20 @@ using tables::Table;
 
 Status check_name(const char* what, const std::string& name) {
     if (!name.empty() && name[0] != '.' && name.find('/') == std::string::npos) return {};
-    return error(Code::kInvalidArgument, "%s is '%s', expected the name of a folder", what,
-                 name.c_str());
+    return invalid("%s is '%s', expected the name of a folder", what, name.c_str());
 }
 
 Status check_export(const Dataset& dataset, const ExportDesc& desc) {
-    if (desc.path.empty()) return error(Code::kInvalidArgument, "path is empty, expected a folder");
+    if (desc.path.empty()) return invalid("path is empty, expected a folder");
     SPLAT_TRY(check_name("category", desc.category));
     if (desc.part.count > 1 && desc.layout != Layout::kStore)
-        return error(Code::kInvalidArgument,
-                     "%u shards, expected 1: only stores are written in more", desc.part.count);
+        return invalid("%u shards, expected 1: only stores are written in more", desc.part.count);
     SPLAT_TRY(check_split(desc.split));
     std::set<std::uint32_t> seen;
     for (const std::uint32_t object : desc.objects)
         if (object >= dataset.index().names.size() || !seen.insert(object).second)
-            return error(Code::kInvalidArgument,
-                         "object %u occurs twice, or is not among the %zu objects", object,
-                         dataset.index().names.size());
+            return invalid("object %u occurs twice, or is not among the %zu objects", object,
+                           dataset.index().names.size());
     return {};
 }
 
@@ -48,10 +45,9 @@ Status check_export(const Dataset& dataset, const ExportDesc& desc) {
 std::string stamp_of(const std::string& name, const fs::path& file) {
     struct stat info {};
     const bool known = ::stat(file.c_str(), &info) == 0;
-    const auto second = static_cast<long long>(info.st_mtim.tv_sec);
-    return format("%s %lld %lld %lld\n", name.c_str(),
-                  known ? static_cast<long long>(info.st_size) : -1LL, second,
-                  static_cast<long long>(info.st_mtim.tv_nsec));
+    const auto second = lld(info.st_mtim.tv_sec);
+    return format("%s %lld %lld %lld\n", name.c_str(), known ? lld(info.st_size) : -1LL, second,
+                  lld(info.st_mtim.tv_nsec));
 }
 
 /// The stamps of all files in a folder and those below, in the order of their names; without hidden ones, and those
@@ -71,17 +67,14 @@ Result<std::string> stamps_below(const fs::path& folder, const fs::path& out) {
         }
     }
     if (failed) return io::system_error(failed.value(), "list the folder", folder.string());
-    std::sort(stamps.begin(), stamps.end());
+    std::ranges::sort(stamps);
     return std::accumulate(stamps.begin(), stamps.end(), std::string());
 }
 
 /// The number of a stem of digits.
 std::optional<std::int64_t> number_of(const std::string& stem) {
-    std::int64_t number = 0;
-    const char* const end = stem.data() + stem.size();
-    const auto [at, code] = std::from_chars(stem.data(), end, number);
-    if (code != std::errc() || at != end || number < 0 || number > 0x7FFFFFFF) return std::nullopt;
-    return number;
+    const auto number = number_in<std::int64_t>(stem);
+    return number && *number >= 0 && *number <= 0x7FFFFFFF ? number : std::nullopt;
 }
 
 }  // namespace
@@ -92,7 +85,7 @@ ExportRows::ExportRows(Dataset& dataset, const ExportDesc& desc, const tables::P
         objects_.resize(dataset.index().names.size());
         std::iota(objects_.begin(), objects_.end(), 0U);
     }
-    std::sort(objects_.begin(), objects_.end());
+    std::ranges::sort(objects_);
     for (const std::uint32_t object : objects_) rows_ += dataset.index().views_of[object];
 }
 
@@ -127,7 +120,7 @@ Result<std::string> ExportRows::source(const std::string& out) {
     }
     std::string text =
         format("%s, %zu objects, %llu views of %u pixels,", dataset_.index().format.c_str(),
-               objects_.size(), static_cast<unsigned long long>(rows_), dataset_.resolution());
+               objects_.size(), llu(rows_), dataset_.resolution());
     for (const Table map : maps()) text += std::string(" ") + tables::kind_of(map).map;
     for (const float value : dataset_.background())
         text += format(" %g", static_cast<double>(value));
@@ -143,7 +136,7 @@ Result<ExportRows::Cameras> ExportRows::cameras(std::uint32_t object) {
         if (number && seen.insert(*number).second) out.frames.push_back(*number);
     }
     const bool numbered = out.frames.size() == out.text.views.size();
-    if (numbered && std::is_sorted(out.frames.begin(), out.frames.end())) return out;
+    if (numbered && std::ranges::is_sorted(out.frames)) return out;
     if (!warned_)
         log(LogLevel::kWarning,
             format("object '%s': names of views such as '%s' are no numbers of one length; the "

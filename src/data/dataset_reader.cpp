@@ -30,8 +30,7 @@ const char* map_name(MapKind kind) {
 Status check_same(const std::string& folder, const char* kind,
                   const std::vector<std::string>& cameras, const std::vector<std::string>& images) {
     if (cameras == images) return {};
-    return error(
-        Code::kFormat,
+    return damaged(
         "'%s': %zu poses and %zu images in %s; poses without image: %s, images without pose: %s",
         folder.c_str(), cameras.size(), images.size(), kind, only_in(cameras, images).c_str(),
         only_in(images, cameras).c_str());
@@ -53,9 +52,8 @@ Result<std::vector<std::string>> DatasetIndex::add(const std::string& name,
                           views.images.end(), std::back_inserter(both));
     Status few;
     if (both.size() < 2)
-        few = error(Code::kFormat,
-                    "'%s': %zu views, expected 2 or more: one as input and one to compare with",
-                    folder.c_str(), both.size());
+        few = damaged("'%s': %zu views, expected 2 or more: one as input and one to compare with",
+                      folder.c_str(), both.size());
     std::vector<std::string> found;
     for (const Status& status : {check_same(folder, "rgb", views.cameras, views.images), few}) {
         if (!status.ok() && !lenient) return status;
@@ -91,10 +89,10 @@ Status DatasetIndex::take(const ReaderDesc& desc, const std::string& name,
     }
     if (!incomplete) return problem;
     if (!desc.allow_missing)
-        return error(Code::kFormat,
-                     "%s; the object '%s' is incomplete or damaged: repair it, or allow missing "
-                     "objects, which leaves it out",
-                     problem.message().c_str(), name.c_str());
+        return damaged(
+            "%s; the object '%s' is incomplete or damaged: repair it, or allow missing "
+            "objects, which leaves it out",
+            problem.message().c_str(), name.c_str());
     names.resize(count);
     folders.resize(count);
     views_of.resize(count);
@@ -144,8 +142,8 @@ void DatasetIndex::add_lacking(MapKind kind, const std::string& place) {
 }
 
 std::string DatasetIndex::lacking(MapKind kind) const {
-    const auto first = std::find_if(lacks.begin(), lacks.end(),
-                                    [kind](const Lack& lack) { return lack.kind == kind; });
+    const auto first =
+        std::ranges::find_if(lacks, [kind](const Lack& lack) { return lack.kind == kind; });
     return first == lacks.end() ? "" : first->place;
 }
 
@@ -154,10 +152,9 @@ void DatasetIndex::compare_maps() {
         const auto counts = [&](const Lack& lack) {
             return lack.kind == kind && views_of[lack.object] > 0;
         };
-        const auto without =
-            static_cast<std::size_t>(std::count_if(lacks.begin(), lacks.end(), counts));
-        const auto read = static_cast<std::size_t>(std::count_if(
-            views_of.begin(), views_of.end(), [](std::uint32_t views) { return views > 0; }));
+        const auto without = static_cast<std::size_t>(std::ranges::count_if(lacks, counts));
+        const auto read = static_cast<std::size_t>(
+            std::ranges::count_if(views_of, [](std::uint32_t views) { return views > 0; }));
         if (without == 0 || without >= read) continue;
         for (const Lack& lack : lacks)
             if (counts(lack))
@@ -174,8 +171,8 @@ Status no_split(const ReaderDesc& desc, Status status) {
 
 Status DatasetIndex::check_any() const {
     if (!names.empty() || missing.empty()) return {};
-    return error(Code::kFormat, "all %zu objects of the split %s are incomplete, the first: %s",
-                 missing.size(), split.c_str(), missing.front().second.c_str());
+    return damaged("all %zu objects of the split %s are incomplete, the first: %s", missing.size(),
+                   split.c_str(), missing.front().second.c_str());
 }
 
 Status DatasetIndex::find_resolution(const DatasetReader& reader, bool lenient) {
@@ -200,19 +197,19 @@ Result<io::Image> DatasetReader::map(std::uint32_t object, std::uint32_t view, M
     if (kind != MapKind::kMask || !index().alpha_masks) {
         SPLAT_ASSIGN(io::Image found, image(object, view, kind, false));
         const bool binary =
-            kind == MapKind::kMask && std::none_of(found.samples.begin(), found.samples.end(),
-                                                   [](std::uint16_t sample) { return sample > 1; });
+            kind == MapKind::kMask &&
+            std::ranges::none_of(found.samples, [](std::uint16_t sample) { return sample > 1; });
         for (std::uint16_t& sample : found.samples) sample = binary ? sample * 255 : sample;
         return found;
     }
     SPLAT_ASSIGN(const io::Image found, image(object, view, MapKind::kRgb, false));
     const std::uint32_t channels = found.channels;
     if (channels != 2 && channels != 4)
-        return error(Code::kFormat,
-                     "object '%s', view %u: an image without alpha, which is the mask in the first "
-                     "image of the data "
-                     "set",
-                     index().names[object].c_str(), view);
+        return damaged(
+            "object '%s', view %u: an image without alpha, which is the mask in the first "
+            "image of the data "
+            "set",
+            index().names[object].c_str(), view);
     io::Image alpha{found.width, found.height, 1, found.bits, {}};
     for (std::size_t i = channels - 1; i < found.samples.size(); i += channels)
         alpha.samples.push_back(found.samples[i]);
@@ -238,8 +235,7 @@ Result<ObjectText> DatasetReader::text(std::uint32_t object) const {
         const StoredView& first = views.front();
         if (std::abs(view.focal_x - first.focal_x) > kSameFocal * first.focal_x ||
             std::abs(view.focal_y - first.focal_x) > kSameFocal * first.focal_x)
-            return error(
-                Code::kUnsupported,
+            return unsupported(
                 "object '%s': focal lengths %g and %g, view %zu has %g; tables, stores and "
                 "SRN's files hold one for each object: train on the folder itself, or "
                 "export it as images",

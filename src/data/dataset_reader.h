@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -8,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/no_copy.h"
 #include "core/status.h"
 #include "data/resample.h"
 #include "io/image.h"
@@ -162,10 +162,8 @@ struct ReaderDesc {
 };
 
 /// One format of data sets. Thread-safe once opened.
-class DatasetReader {
+class DatasetReader : NoCopy {
   public:
-    DatasetReader(const DatasetReader&) = delete;
-    DatasetReader& operator=(const DatasetReader&) = delete;
     virtual ~DatasetReader() = default;
 
     [[nodiscard]] const DatasetIndex& index() const { return index_; }

@@ -44,8 +44,8 @@ bool find_place(const std::vector<StoredView>& views, Vec3& place) {
     const auto count = static_cast<double>(views.size());
     if (!(glm::determinant(sum) > kLeastTurn * count * count * count)) return false;
     place = glm::inverse(sum) * right;
-    return std::all_of(views.begin(), views.end(),
-                       [&place](const StoredView& view) { return along_axis(view, place) > 0; });
+    return std::ranges::all_of(
+        views, [&place](const StoredView& view) { return along_axis(view, place) > 0; });
 }
 
 DepthRange range_of_cameras(const std::vector<StoredView>& views, double source_distance) {
@@ -73,7 +73,7 @@ DepthRange range_of_cameras(const std::vector<StoredView>& views, double source_
 
 /// Sets the ends to those of all but a hundredth of the depths at each.
 void set_ends(DepthRange& range) {
-    std::sort(range.depths.begin(), range.depths.end());
+    std::ranges::sort(range.depths);
     const auto at = [&range](double part) {
         return static_cast<double>(range.depths[static_cast<std::size_t>(
             part * static_cast<double>(range.depths.size() - 1))]);
@@ -101,7 +101,7 @@ DepthRange range_of_points(const std::vector<StoredView>& views, const std::vect
 
 /// The part of the sorted depths that lies in a range.
 double part_within(const std::vector<float>& depths, double near, double far) {
-    const auto first = std::lower_bound(depths.begin(), depths.end(), static_cast<float>(near));
+    const auto first = std::ranges::lower_bound(depths, static_cast<float>(near));
     const auto last = std::upper_bound(first, depths.end(), static_cast<float>(far));
     return static_cast<double>(last - first) / static_cast<double>(depths.size());
 }

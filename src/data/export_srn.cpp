@@ -29,13 +29,14 @@ Status write_image(ExportRows& rows, std::uint32_t object, std::uint32_t view, T
 }
 
 std::string view_name(std::int64_t frame) {
-    return format("%06lld", static_cast<long long>(frame));
+    return format("%06lld", lld(frame));
 }
 
 /// Write images and maps of an object's views.
 Status write_images(ExportRows& rows, std::uint32_t object, const std::vector<std::int64_t>& frames,
                     const fs::path& folder) {
-    for (const Table map : rows.maps()) SPLAT_TRY(make_folders(folder / tables::kind_of(map).map));
+    for (const Table map : rows.maps())
+        SPLAT_TRY(io::make_folders(folder / tables::kind_of(map).map));
     for (std::uint32_t view = 0; view < frames.size(); ++view) {
         for (const Table map : rows.maps())
             SPLAT_TRY(write_image(
@@ -50,7 +51,7 @@ Status write_images(ExportRows& rows, std::uint32_t object, const std::vector<st
 Status write_srn_files(ExportRows& rows, std::uint32_t object, const fs::path& folder) {
     SPLAT_ASSIGN(const ExportRows::Cameras cameras, rows.cameras(object));
     SPLAT_TRY(write_images(rows, object, cameras.frames, folder));
-    SPLAT_TRY(make_folders(folder / "pose"));
+    SPLAT_TRY(io::make_folders(folder / "pose"));
     for (std::size_t view = 0; view < cameras.frames.size(); ++view)
         SPLAT_TRY(io::write_new_file(
             (folder / "pose" / (view_name(cameras.frames[view]) + ".txt")).string(),
@@ -88,8 +89,8 @@ Status export_object(ExportRows& rows, std::uint32_t object, const fs::path& fol
     SPLAT_ASSIGN(const io::PathKind there, io::kind_of((folder / name).string()));
     if (there != io::PathKind::kNothing)
         return rows.advance(rows.dataset().index().views_of[object] * (rows.maps().size() + 1));
-    return write_folder(folder / name, folder / ("." + name.text() + ".tmp"),
-                        [&](const fs::path& to) { return write_files(rows, object, to); });
+    return io::write_folder(folder / name, folder / ("." + name.text() + ".tmp"),
+                            [&](const fs::path& to) { return write_files(rows, object, to); });
 }
 
 /// The folders of the objects. Errors: kFormat if two would have one.
@@ -102,9 +103,9 @@ Result<std::vector<PathName>> folder_names(const ExportRows& rows) {
         names.emplace_back(name);
         const auto [other, fresh] = used.emplace(names.back().text(), name);
         if (!fresh)
-            return error(Code::kFormat, "the objects '%s' and '%s' would have the same folder '%s'",
-                         shown(other->second).c_str(), shown(name).c_str(),
-                         names.back().text().c_str());
+            return damaged("the objects '%s' and '%s' would have the same folder '%s'",
+                           shown(other->second).c_str(), shown(name).c_str(),
+                           names.back().text().c_str());
         if (names.back().text() != name && changed++ == 0)
             log(LogLevel::kWarning,
                 format("the object '%s' and others like it get a folder of another name, '%s'",
@@ -120,7 +121,7 @@ Status export_folders(ExportRows& rows, const ExportDesc& desc, const fs::path& 
     SPLAT_ASSIGN(
         const tables::Journal journal,
         tables::Journal::of_export(desc.path, desc.split, std::move(source), {folder.string()}));
-    SPLAT_TRY(make_folders(folder));
+    SPLAT_TRY(io::make_folders(folder));
     for (std::size_t i = 0; i < names.size(); ++i)
         SPLAT_TRY(export_object(rows, rows.objects()[i], folder, names[i], write_files));
     return {};

@@ -42,7 +42,7 @@ class TableRows {
             cells[1] = std::string_view(cameras_.text.intrinsics);
         } else {
             const std::int64_t frame = cameras_.frames[view_];
-            frame_ = format("%06lld", static_cast<long long>(frame));
+            frame_ = format("%06lld", lld(frame));
             if (table_ == Table::kNormal)
                 cells[1] = std::string_view(frame_);
             else
@@ -84,8 +84,7 @@ std::string file_path(Table table, const std::string& split, std::uint64_t i, st
     const char* const name = tables::kind_of(table).name;
     const std::string folder = std::string(name) + "/" + split + "/" + name;
     if (count == 1) return folder + ".parquet";
-    return folder + format("-%05llu-of-%05llu.parquet", static_cast<unsigned long long>(i),
-                           static_cast<unsigned long long>(count));
+    return folder + format("-%05llu-of-%05llu.parquet", llu(i), llu(count));
 }
 
 Status export_table(ExportRows& rows, const ExportDesc& desc, Table table, tables::Session& session,
@@ -146,9 +145,8 @@ Status write_card(ExportRows& rows, const ExportDesc& desc, const std::vector<Ta
 }  // namespace
 
 Status export_tables(ExportRows& rows, const ExportDesc& desc) {
+    SPLAT_TRY(io::make_folders(desc.path));
     std::error_code failed;
-    fs::create_directories(desc.path, failed);
-    if (failed) return io::system_error(failed.value(), "create the folder", desc.path);
     const std::string root = fs::canonical(desc.path, failed).string();
     SPLAT_ASSIGN(const auto session, tables::Session::open(desc.library, {desc.path, root}));
     std::vector<Table> all = {Table::kIntrinsics, Table::kPoses};

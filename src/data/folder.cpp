@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "io/file.h"
-#include "io/folder.h"
 #include "io/photo/image_file.h"
 #include "scene/camera_pose.h"
 
@@ -44,32 +43,12 @@ Status as_damage(const Status& status) {
 
 Status check_link(io::PathKind kind, const fs::path& path) {
     if (kind != io::PathKind::kBrokenLink) return {};
-    return error(Code::kFormat, "'%s' is a link to what does not exist", path.c_str());
+    return damaged("'%s' is a link to what does not exist", path.c_str());
 }
 
 Status check_split(const std::string& split) {
     if (split == "train" || split == "val" || split == "test") return {};
-    return error(Code::kInvalidArgument, "split is '%s', expected train, val or test",
-                 split.c_str());
-}
-
-Status write_folder(const fs::path& folder, const fs::path& temporary,
-                    const std::function<Status(const fs::path&)>& write) {
-    std::error_code failed;
-    fs::remove_all(temporary, failed);
-    Status status = write(temporary);
-    if (status.ok()) {
-        fs::rename(temporary, folder, failed);
-        if (failed) status = io::system_error(failed.value(), "create the folder", folder);
-    }
-    if (!status.ok()) fs::remove_all(temporary, failed);
-    return status;
-}
-
-Status make_folders(const fs::path& path) {
-    std::error_code code;
-    fs::create_directories(path, code);
-    return code ? io::system_error(code.value(), "create the folder", path.string()) : Status();
+    return invalid("split is '%s', expected train, val or test", split.c_str());
 }
 
 Result<std::vector<std::string>> images_in(const fs::path& folder) {
@@ -90,10 +69,9 @@ Result<std::vector<std::string>> candidates_in(const fs::path& folder) {
 
 Result<scene::Mat4> affine(std::span<const float> values) {
     if (values.size() != 12 && values.size() != 16)
-        return error(Code::kFormat, "a pose of %zu numbers, expected 3 x 4 or 4 x 4",
-                     values.size());
+        return damaged("a pose of %zu numbers, expected 3 x 4 or 4 x 4", values.size());
     scene::Mat4 pose{};
-    std::copy(values.begin(), values.end(), pose.begin());
+    std::ranges::copy(values, pose.begin());
     pose[15] = 1;
     return pose;
 }
@@ -126,8 +104,7 @@ Status check_pose(const scene::Mat4& camera_to_world, const std::string& place) 
     const auto& m = camera_to_world;
     const double distance = std::hypot(m[3], m[7], m[11]);
     if (distance <= kMostDistance) return {};
-    return error(
-        Code::kFormat,
+    return damaged(
         "camera '%s': the camera is %g from the origin, expected at most %g; is the file damaged?",
         place.c_str(), distance, kMostDistance);
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -27,14 +26,6 @@ Status check_link(io::PathKind kind, const std::filesystem::path& path);
 
 /// Errors: kInvalidArgument for another split than train, val and test.
 Status check_split(const std::string& split);
-
-/// Write a folder by `write`, which gets `temporary`: `folder` appears whole or not at all. Errors: those of `write`;
-/// as io::system_error().
-Status write_folder(const std::filesystem::path& folder, const std::filesystem::path& temporary,
-                    const std::function<Status(const std::filesystem::path&)>& write);
-
-/// Create a folder, and those above it. Errors: as io::system_error().
-Status make_folders(const std::filesystem::path& path);
 
 /// Names of the entries with an image's extension, sorted; the rest as stems_in().
 Result<std::vector<std::string>> images_in(const std::filesystem::path& folder);

@@ -73,20 +73,18 @@ Result<std::string> image_path(const fs::path& folder, const std::string& name) 
             SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
             if (is_there) return path.string();
         }
-    return error(Code::kNotFound, "'%s': there is no image '%s', here or in images/",
-                 folder.c_str(), shown(name).c_str());
+    return not_found("'%s': there is no image '%s', here or in images/", folder.c_str(),
+                     shown(name).c_str());
 }
 
 /// The size of the first image of a transforms.json, whose own size is optional.
 Result<io::Image> first_image(const fs::path& folder, std::string_view text) {
     SPLAT_ASSIGN(const JsonTree tree, io::from_file(parse_json_tree(text, "transforms.json")));
-    const JsonTree* frames = tree.find("frames");
-    const JsonTree::List* list = frames == nullptr ? nullptr : frames->list();
-    if (list == nullptr || list->empty()) return error(Code::kFormat, "there are no frames");
-    const JsonTree* name = list->front().find("file_path");
-    if (name == nullptr || name->text() == nullptr)
-        return error(Code::kFormat, "frame 0 has no file_path");
-    SPLAT_ASSIGN(const std::string path, image_path(folder, *name->text()));
+    const JsonTree::List& frames = tree["frames"].items();
+    if (frames.empty()) return damaged("there are no frames");
+    const std::string* const name = frames.front()["file_path"].text();
+    if (name == nullptr) return damaged("frame 0 has no file_path");
+    SPLAT_ASSIGN(const std::string path, image_path(folder, *name));
     return load_bytes(path, {.header_only = true});
 }
 
@@ -148,10 +146,10 @@ Result<std::vector<ListedCamera>> listed_cameras(const io::CameraSet& set,
     }
     for (const std::string& name : names)
         if (!found.contains(name))
-            return error(Code::kFormat, "%s_filenames has '%s', which no frame has", split.c_str(),
-                         shown(name).c_str());
-    std::sort(listed.begin(), listed.end(),
-              [](const auto& a, const auto& b) { return a.camera.name < b.camera.name; });
+            return damaged("%s_filenames has '%s', which no frame has", split.c_str(),
+                           shown(name).c_str());
+    std::ranges::sort(listed,
+                      [](const auto& a, const auto& b) { return a.camera.name < b.camera.name; });
     return listed;
 }
 
@@ -164,8 +162,8 @@ Result<std::array<std::string, 4>> named_maps(const fs::path& folder, const io::
         const fs::path path = folder / *name;
         SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
         if (!is_there)
-            return error(Code::kNotFound, "'%s': there is no %s map '%s'", folder.c_str(),
-                         map_name(kind), shown(*name).c_str());
+            return not_found("'%s': there is no %s map '%s'", folder.c_str(), map_name(kind),
+                             shown(*name).c_str());
         paths[static_cast<std::size_t>(kind)] = path.string();
     }
     return paths;
@@ -178,11 +176,11 @@ Result<std::uint32_t> maps_named_by_all(const FolderPhotos& photos) {
         const auto lacks = [kind](const FolderPhoto& photo) {
             return photo.maps[static_cast<std::size_t>(kind)].empty();
         };
-        const auto without = std::find_if(photos.begin(), photos.end(), lacks);
+        const auto without = std::ranges::find_if(photos, lacks);
         if (without == photos.end() && !photos.empty()) given |= flag_of(kind);
-        if (without != photos.end() && !std::all_of(photos.begin(), photos.end(), lacks))
-            return error(Code::kFormat, "'%s' has no %s map, though other frames name theirs",
-                         without->path.c_str(), map_name(kind));
+        if (without != photos.end() && !std::ranges::all_of(photos, lacks))
+            return damaged("'%s' has no %s map, though other frames name theirs",
+                           without->path.c_str(), map_name(kind));
     }
     return given;
 }
@@ -196,8 +194,8 @@ Result<FolderPhoto> photograph_of(const fs::path& folder, const ListedCamera& li
     const double half =
         std::min({camera.cx, camera.width - camera.cx, camera.cy, camera.height - camera.cy});
     if (!(half >= 1))
-        return error(Code::kFormat, "camera '%s': the principal point is not in the image",
-                     shown(camera.name).c_str());
+        return damaged("camera '%s': the principal point is not in the image",
+                       shown(camera.name).c_str());
     photo.width = camera.width;
     photo.height = camera.height;
     photo.side = static_cast<std::uint32_t>(std::floor(2 * half));
@@ -277,10 +275,9 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
         }
         if (!is_there)
             return no_split(desc_,
-                            error(Code::kNotFound,
-                                  "'%s' holds neither transforms.json nor transforms_%s.json "
-                                  "nor a COLMAP model",
-                                  root.c_str(), desc_.split.c_str()));
+                            not_found("'%s' holds neither transforms.json nor transforms_%s.json "
+                                      "nor a COLMAP model",
+                                      root.c_str(), desc_.split.c_str()));
         if (!index_.has_splits) find_splits(with_cameras);
         for (const fs::path& folder : folders) {
             if (is_full()) break;
@@ -289,8 +286,8 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
         }
         for (const std::string& name : of_other_splits_) std::erase(index_.others, name);
         if (objects_.empty() && !of_other_splits_.empty())
-            return no_split(desc_, error(Code::kNotFound, "'%s' lists no frames as %s_filenames",
-                                         root.c_str(), desc_.split.c_str()));
+            return no_split(desc_, not_found("'%s' lists no frames as %s_filenames", root.c_str(),
+                                             desc_.split.c_str()));
         return index_.find_resolution(*this, desc_.lenient);
     }
 
@@ -317,17 +314,16 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
             kind == MapKind::kRgb ? photo.path : photo.maps[static_cast<std::size_t>(kind)];
         const DepthNumbers numbers =
             path.empty() ? DepthNumbers::kNearness : DepthNumbers::kDistance;
-        if (path.empty()) {
-            SPLAT_ASSIGN(path, map_file(photo.folder, kind, fs::path(photo.path).stem().string()));
-        }
+        if (path.empty())
+            SPLAT_SET(path, map_file(photo.folder, kind, fs::path(photo.path).stem().string()));
         const auto load = [&](const io::ImageOptions& options) {
             return kind == MapKind::kRgb ? load_bytes(path, options)
                                          : load_map(path, kind, options, numbers);
         };
         SPLAT_ASSIGN(io::Image whole, load({.header_only = true}));
         if (whole.width != photo.width || whole.height != photo.height)
-            return error(Code::kFormat, "'%s': %u x %u pixels, its camera has %u x %u",
-                         path.c_str(), whole.width, whole.height, photo.width, photo.height);
+            return damaged("'%s': %u x %u pixels, its camera has %u x %u", path.c_str(),
+                           whole.width, whole.height, photo.width, photo.height);
         io::Image square{photo.side, photo.side, whole.channels, 8, {}};
         if (header_only) return square;
         SPLAT_ASSIGN(whole, load({}));
@@ -349,9 +345,9 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
             const auto own = io::has_file((folder / name).string());
             return own.ok() && own.value();
         };
-        const auto without = std::find_if_not(folders.begin(), folders.end(), has);
+        const auto without = std::ranges::find_if_not(folders, has);
         index_.has_splits = without == folders.end();
-        if (!index_.has_splits && std::any_of(folders.begin(), folders.end(), has))
+        if (!index_.has_splits && std::ranges::any_of(folders, has))
             log(LogLevel::kWarning,
                 format("'%s' has no %s, which other objects have; the data set counts as one "
                        "without splits",
@@ -364,9 +360,8 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
         SPLAT_ASSIGN(const bool is_pictured, has_pictures(folder));
         if (!is_posed && !is_pictured) return false;
         if (!is_posed)
-            return error(Code::kFormat,
-                         "'%s' has pictures, but neither transforms.json nor a COLMAP model",
-                         folder.c_str());
+            return damaged("'%s' has pictures, but neither transforms.json nor a COLMAP model",
+                           folder.c_str());
         SPLAT_ASSIGN(const io::CameraSet set, load_cameras(folder, desc_.split));
         if (!set.splits.empty()) index_.has_splits = true;
         const auto own = set.splits.find(desc_.split);

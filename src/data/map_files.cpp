@@ -53,18 +53,17 @@ Result<std::vector<std::string>> stems_of_maps(const fs::path& folder, MapKind k
                 index.add_unread((folder / name / entry.name).string());
         }
     }
-    std::sort(found.begin(), found.end());
+    std::ranges::sort(found);
     return found;
 }
 
 /// Adds [height,width,channels] of numbers as bytes.
 Status add_bytes(std::vector<float>& values, MapKind kind, DepthNumbers numbers, io::Image& image) {
-    const auto bad = std::find_if_not(values.begin(), values.end(),
-                                      [](float value) { return std::isfinite(value); });
+    const auto bad =
+        std::ranges::find_if_not(values, [](float value) { return std::isfinite(value); });
     if (bad != values.end())
-        return error(Code::kFormat,
-                     "number %zu is %g, expected finite ones: write 0 where there is none",
-                     static_cast<std::size_t>(bad - values.begin()), static_cast<double>(*bad));
+        return damaged("number %zu is %g, expected finite ones: write 0 where there is none",
+                       static_cast<std::size_t>(bad - values.begin()), static_cast<double>(*bad));
     double least = 0, most = 1;
     if (kind == MapKind::kNormal) least = -1;
     if (kind == MapKind::kDepth) {
@@ -88,10 +87,10 @@ Status add_bytes(std::vector<float>& values, MapKind kind, DepthNumbers numbers,
 
 /// Whole numbers are samples of 8 or 16 bits; those of masks of 8 where none is greater. Errors: kFormat for others.
 Status add_samples(const std::vector<float>& values, MapKind kind, io::Image& image) {
-    const auto [least, most] = std::minmax_element(values.begin(), values.end());
+    const auto [least, most] = std::ranges::minmax_element(values);
     if (*least < 0 || *most > 65535)
-        return error(Code::kFormat, "whole numbers from %g to %g, expected 0 to 65535",
-                     static_cast<double>(*least), static_cast<double>(*most));
+        return damaged("whole numbers from %g to %g, expected 0 to 65535",
+                       static_cast<double>(*least), static_cast<double>(*most));
     if (kind == MapKind::kMask && *most <= 255) image.bits = 8;
     image.samples.assign(values.begin(), values.end());
     return {};
@@ -118,9 +117,9 @@ Result<io::Image> load_numbers(const fs::path& path, MapKind kind, const io::Ima
                  io::read_number_image(file, options.header_only ? io::NumberPart::kHeader
                                                                  : io::NumberPart::kValues));
     if (found.channels != channels_of(kind) || (options.square && found.width != found.height))
-        return error(Code::kFormat, "%u x %u numbers of %u channels, expected %u channels%s",
-                     found.width, found.height, found.channels, channels_of(kind),
-                     options.square ? " and a square" : "");
+        return damaged("%u x %u numbers of %u channels, expected %u channels%s", found.width,
+                       found.height, found.channels, channels_of(kind),
+                       options.square ? " and a square" : "");
     io::Image image{
         found.width, found.height, found.channels, found.bits == 0 ? 8 : found.bits, {}};
     if (options.header_only) return image;
@@ -137,20 +136,19 @@ Result<io::Image> load_numbers(const fs::path& path, MapKind kind, const io::Ima
 Status find_map_files(const fs::path& folder, const std::vector<std::string>& stems, bool lenient,
                       DatasetIndex& index, std::uint32_t given) {
     std::vector<std::string> expected = stems;
-    std::sort(expected.begin(), expected.end());
+    std::ranges::sort(expected);
     for (const MapKind kind : kMaps) {
         if ((given & flag_of(kind)) != 0) continue;
         SPLAT_ASSIGN(std::vector<std::string> found, stems_of_maps(folder, kind, expected, index));
-        const auto twin = std::adjacent_find(found.begin(), found.end());
+        const auto twin = std::ranges::adjacent_find(found);
         if (found.empty()) {
             index.add_lacking(kind, (folder / map_name(kind)).string());
             continue;
         }
-        const Status same =
-            twin == found.end()
-                ? check_same(folder.string(), map_name(kind), expected, found)
-                : error(Code::kFormat, "'%s': two files are the %s of view '%s'; remove one",
-                        folder.c_str(), map_name(kind), twin->c_str());
+        const Status same = twin == found.end()
+                                ? check_same(folder.string(), map_name(kind), expected, found)
+                                : damaged("'%s': two files are the %s of view '%s'; remove one",
+                                          folder.c_str(), map_name(kind), twin->c_str());
         if (!same.ok() && !lenient) return same;
         if (!same.ok()) index.problems.back().push_back(same.message());
     }
@@ -176,8 +174,7 @@ Result<fs::path> map_file(const fs::path& folder, MapKind kind, const std::strin
         }
     }
     if (!by_name.empty()) return by_name;
-    return error(Code::kNotFound, "'%s' has no map '%s'", (folder / map_name(kind)).c_str(),
-                 stem.c_str());
+    return not_found("'%s' has no map '%s'", (folder / map_name(kind)).c_str(), stem.c_str());
 }
 
 Result<io::Image> load_map(const fs::path& path, MapKind kind, const io::ImageOptions& options,

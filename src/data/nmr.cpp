@@ -30,8 +30,7 @@ Result<scene::Mat4> pose_at(const io::WeightsFile& file, std::size_t view) {
     if (matrix != nullptr) return pose_of_nmr(matrix->values);
     matrix = file.tensors.find("world_mat_" + std::to_string(view));
     if (matrix == nullptr)
-        return error(Code::kFormat, "there is neither world_mat_inv_%zu nor world_mat_%zu", view,
-                     view);
+        return damaged("there is neither world_mat_inv_%zu nor world_mat_%zu", view, view);
     SPLAT_ASSIGN(const scene::Mat4 world_to_camera, affine(matrix->values));
     SPLAT_ASSIGN(const scene::Mat4 inverse, inverse_pose(world_to_camera));
     std::vector<float> values(inverse.begin(), inverse.end());
@@ -46,8 +45,7 @@ Status check_focal(const io::WeightsFile& file, std::size_t view) {
     if (std::abs(focal - kNmrFocal) < 1e-5 && lens->values.size() > columns + 1)
         focal = static_cast<double>(lens->values[columns + 1]);
     if (std::abs(focal - kNmrFocal) < 1e-5) return {};
-    return error(Code::kFormat, "camera_mat_%zu has the focal length %g, expected %g", view, focal,
-                 kNmrFocal);
+    return damaged("camera_mat_%zu has the focal length %g, expected %g", view, focal, kNmrFocal);
 }
 
 class NmrReader : public FilesReader {
@@ -62,9 +60,8 @@ class NmrReader : public FilesReader {
         SPLAT_TRY(add_categories());
         SPLAT_TRY(index_.check_any());
         if (objects_.empty())
-            return no_split(
-                desc_, error(Code::kNotFound, "'%s' has no objects in <category>/softras_%s.lst",
-                             desc_.path.c_str(), desc_.split.c_str()));
+            return no_split(desc_, not_found("'%s' has no objects in <category>/softras_%s.lst",
+                                             desc_.path.c_str(), desc_.split.c_str()));
         return index_.find_resolution(*this, desc_.lenient);
     }
 
@@ -90,7 +87,7 @@ class NmrReader : public FilesReader {
             const fs::path folder = fs::path(desc_.path) / category;
             std::vector<std::string> lists;
             const auto has = [&lists](const std::string& split) {
-                return std::find(lists.begin(), lists.end(), "softras_" + split) != lists.end();
+                return std::ranges::find(lists, "softras_" + split) != lists.end();
             };
             const auto find_lists = [&]() -> Result<bool> {
                 SPLAT_TRY(io::entries_in(folder.string()).status());
@@ -107,8 +104,7 @@ class NmrReader : public FilesReader {
              objects_.empty() ? std::vector<std::string>() : without) {
             const fs::path list = list_path(fs::path(desc_.path) / category, desc_.split);
             SPLAT_TRY(take(category, list.parent_path(), [&list] {
-                return error(Code::kFormat, "there is no '%s', which other categories have",
-                             list.c_str());
+                return damaged("there is no '%s', which other categories have", list.c_str());
             }));
         }
         return {};
@@ -119,15 +115,15 @@ class NmrReader : public FilesReader {
         SPLAT_TRY(as_damage(file.status()));
         const std::string_view text = io::as_text(file.value());
         if (text.find_first_not_of("\r\n") == std::string_view::npos)
-            return error(Code::kFormat, "'%s' names no object", list.c_str());
+            return damaged("'%s' names no object", list.c_str());
         for (std::size_t at = 0; at < text.size();) {
             const std::size_t end = std::min(text.find_first_of("\r\n", at), text.size());
             const std::string name(text.substr(at, end - at));
             at = end + 1;
             if (name.empty() || is_full()) continue;
             if (!is_folder_name(name))
-                return error(Code::kFormat, "'%s': '%s' is not the name of a folder", list.c_str(),
-                             shown(name).c_str());
+                return damaged("'%s': '%s' is not the name of a folder", list.c_str(),
+                               shown(name).c_str());
             SPLAT_TRY(take_object(category, name));
         }
         return {};
@@ -142,9 +138,8 @@ class NmrReader : public FilesReader {
             if (objects_.size() == index_.source_views.size()) continue;  // is left out
             const std::size_t views = objects_.back().stems.size();
             if (source.view >= views && !desc_.lenient)
-                return error(Code::kFormat, "'%s': view %u of %s, which has %zu views",
-                             desc_.views_file.c_str(), source.view, index_.names.back().c_str(),
-                             views);
+                return damaged("'%s': view %u of %s, which has %zu views", desc_.views_file.c_str(),
+                               source.view, index_.names.back().c_str(), views);
             index_.source_views.push_back(source.view);
         }
         return {};
@@ -158,7 +153,7 @@ class NmrReader : public FilesReader {
 
     Result<bool> add_object(const fs::path& folder, const std::string& name) {
         SPLAT_ASSIGN(const bool has_cameras, io::has_file((folder / "cameras.npz").string()));
-        if (!has_cameras) return error(Code::kFormat, "'%s' has no cameras.npz", folder.c_str());
+        if (!has_cameras) return damaged("'%s' has no cameras.npz", folder.c_str());
         SPLAT_ASSIGN(const std::vector<std::string> images, images_in(folder / "image"));
         return add(folder, name, {images, images}, "image/", "");
     }

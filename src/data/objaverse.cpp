@@ -45,7 +45,7 @@ class RenderReader : public FilesReader {
         if (desc_.objects_file.empty()) {
             SPLAT_ASSIGN(names, candidates_in(desc_.path));
         } else {
-            SPLAT_ASSIGN(names, load_object_list(desc_.objects_file));
+            SPLAT_SET(names, load_object_list(desc_.objects_file));
         }
         if (split_) {
             const auto train = static_cast<std::ptrdiff_t>(names.size() * 99 / 100);
@@ -60,18 +60,16 @@ class RenderReader : public FilesReader {
             const fs::path folder = below_.empty() ? object : object / below_;
             SPLAT_TRY(take(name, folder, [&]() -> Result<bool> {
                 SPLAT_ASSIGN(const auto parts, io::entries_in(object.string()));
-                const bool is_begun =
-                    std::any_of(parts.begin(), parts.end(), [&](const auto& part) {
-                        return !below_.empty() && part.name == below_.begin()->string();
-                    });
+                const bool is_begun = std::ranges::any_of(parts, [&](const auto& part) {
+                    return !below_.empty() && part.name == below_.begin()->string();
+                });
                 return add_object(folder, name, !desc_.objects_file.empty() || is_begun);
             }));
         }
         SPLAT_TRY(index_.check_any());
         if (objects_.empty())
-            return no_split(desc_,
-                            error(Code::kNotFound, "'%s' holds no objects for the split '%s'",
-                                  desc_.path.c_str(), desc_.split.c_str()));
+            return no_split(desc_, not_found("'%s' holds no objects for the split '%s'",
+                                             desc_.path.c_str(), desc_.split.c_str()));
         return index_.find_resolution(*this, desc_.lenient);
     }
 
@@ -113,26 +111,25 @@ Result<bool> is_gso(const std::string& path) {
 
 Result<std::unique_ptr<DatasetReader>> open_objaverse(const ReaderDesc& desc) {
     if (desc.split == "test")
-        return no_split(desc, error(Code::kNotFound,
-                                    "'%s': Objaverse has no split 'test'; evaluate on its 'val', "
-                                    "or on the scenes of GSO as the published code does",
-                                    desc.path.c_str()));
+        return no_split(desc,
+                        not_found("'%s': Objaverse has no split 'test'; evaluate on its 'val', "
+                                  "or on the scenes of GSO as the published code does",
+                                  desc.path.c_str()));
     return opened<RenderReader>(desc, "objaverse", "", true);
 }
 
 Result<std::unique_ptr<DatasetReader>> open_gso(const ReaderDesc& desc) {
     if (desc.split == "train")
-        return no_split(desc, error(Code::kNotFound,
-                                    "'%s': GSO has no split 'train', because it is for evaluation "
-                                    "only; train on Objaverse",
-                                    desc.path.c_str()));
+        return no_split(desc,
+                        not_found("'%s': GSO has no split 'train', because it is for evaluation "
+                                  "only; train on Objaverse",
+                                  desc.path.c_str()));
     return opened<RenderReader>(desc, "gso", kGsoFolder, false);
 }
 
 Result<scene::Mat4> pose_of_objaverse(std::span<const float> world_to_camera) {
     if (world_to_camera.size() != 12)
-        return error(Code::kFormat, "a pose of %zu numbers, expected 3 x 4",
-                     world_to_camera.size());
+        return damaged("a pose of %zu numbers, expected 3 x 4", world_to_camera.size());
     scene::Mat4 matrix{};
     for (std::size_t i = 0; i < 12; ++i)
         matrix[i] = static_cast<double>(world_to_camera[i]) * (i / 4 == 0 ? 1 : -1);

@@ -1,9 +1,9 @@
 #include "data/object_lists.h"
 
-#include <charconv>
 #include <sstream>
 
 #include "core/json_tree.h"
+#include "core/number_in.h"
 #include "core/shown.h"
 #include "data/folder.h"
 #include "io/file.h"
@@ -13,12 +13,6 @@ namespace splat::data {
 namespace {
 
 constexpr std::uint64_t kMaxListFileBytes = 1U << 26;
-
-bool read_whole(std::string_view text, std::uint32_t& number) {
-    const char* const end = text.data() + text.size();
-    const auto [stopped, code] = std::from_chars(text.data(), end, number);
-    return code == std::errc() && stopped == end;
-}
 
 /// Three numbers with '_' between them.
 bool is_sequence_name(std::string_view word) {
@@ -52,18 +46,16 @@ Result<std::vector<std::string>> load_object_list(const std::string& path) {
                  in_file(io::from_file(parse_json_tree(io::as_text(file), "objects")), path));
     const JsonTree::List* list = tree.list();
     if (list == nullptr || list->empty())
-        return error(Code::kFormat, "'%s': expected a JSON array of the names of objects",
-                     path.c_str());
+        return damaged("'%s': expected a JSON array of the names of objects", path.c_str());
     std::vector<std::string> names;
     std::set<std::string> seen;
     for (std::size_t i = 0; i < list->size(); ++i) {
         const std::string* name = (*list)[i].text();
         if (name == nullptr || !is_folder_name(*name))
-            return error(Code::kFormat, "'%s': element %zu is not the name of a folder",
-                         path.c_str(), i);
+            return damaged("'%s': element %zu is not the name of a folder", path.c_str(), i);
         if (!seen.insert(*name).second)
-            return error(Code::kFormat, "'%s': element %zu, '%s', occurs twice", path.c_str(), i,
-                         shown(*name).c_str());
+            return damaged("'%s': element %zu, '%s', occurs twice", path.c_str(), i,
+                           shown(*name).c_str());
         names.push_back(*name);
     }
     return names;
@@ -83,8 +75,7 @@ Result<std::set<std::string>> load_excluded_sequences(const std::string& path) {
         at = end + 1;
     }
     if (!names.empty()) return names;
-    return error(Code::kFormat, "'%s' holds no names of sequences, such as 106_12648_23157",
-                 path.c_str());
+    return damaged("'%s' holds no names of sequences, such as 106_12648_23157", path.c_str());
 }
 
 Result<std::vector<SourceView>> load_source_views(const std::string& path) {
@@ -101,17 +92,17 @@ Result<std::vector<SourceView>> load_source_views(const std::string& path) {
         std::string number, more;
         if (!(words >> view.category)) continue;
         const bool three = words >> view.object >> number && !(words >> more);
-        if (!three || !read_whole(number, view.view) || !is_folder_name(view.category) ||
-            !is_folder_name(view.object))
-            return error(Code::kFormat, "'%s': line %zu is not 'category object view'",
-                         path.c_str(), line);
+        const auto index = number_in<std::uint32_t>(number);
+        if (!three || !index || !is_folder_name(view.category) || !is_folder_name(view.object))
+            return damaged("'%s': line %zu is not 'category object view'", path.c_str(), line);
         if (!seen.insert(view.category + "/" + view.object).second)
-            return error(Code::kFormat, "'%s': line %zu names an object for the second time",
-                         path.c_str(), line);
+            return damaged("'%s': line %zu names an object for the second time", path.c_str(),
+                           line);
+        view.view = *index;
         views.push_back(std::move(view));
     }
     if (!views.empty()) return views;
-    return error(Code::kFormat, "'%s' holds no lines 'category object view'", path.c_str());
+    return damaged("'%s' holds no lines 'category object view'", path.c_str());
 }
 
 }  // namespace splat::data

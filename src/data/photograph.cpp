@@ -28,8 +28,8 @@ const io::Image& eight_bits(const io::Image& image, io::Image& reduced) {
 
 Status check_map(const NamedImage& map, const io::Image& like) {
     if (map.image.width == like.width && map.image.height == like.height) return {};
-    return error(Code::kInvalidArgument, "%s is %u x %u pixels, expected the image's %u x %u",
-                 map.name.c_str(), map.image.width, map.image.height, like.width, like.height);
+    return invalid("%s is %u x %u pixels, expected the image's %u x %u", map.name.c_str(),
+                   map.image.width, map.image.height, like.width, like.height);
 }
 
 /// One channel of every pixel; gray images have it in all channels.
@@ -104,19 +104,19 @@ Result<std::vector<std::uint8_t>> object_mask(const std::optional<NamedImage>& g
         mask = flooded_mask(image);
         from = MaskFrom::kBorder;
     }
-    const auto count = static_cast<double>(
-        std::count_if(mask.begin(), mask.end(), [](std::uint8_t m) { return m > 127; }));
+    const auto count =
+        static_cast<double>(std::ranges::count_if(mask, [](std::uint8_t m) { return m > 127; }));
     const double part = count / static_cast<double>(pixels);
     if (!given && (part < kLeastObject || part > kMostObject)) {
-        std::fill(mask.begin(), mask.end(), std::uint8_t{255});
+        std::ranges::fill(mask, std::uint8_t{255});
         from = MaskFrom::kNothing;
     } else if (count == 0) {
-        const bool of_ones = *std::max_element(mask.begin(), mask.end()) == 1;
-        return error(Code::kInvalidArgument, "%s: the mask has no pixel above one half%s",
-                     given->name.c_str(),
-                     of_ones ? "; its largest value is 1 of 255, and 255 means inside: multiply a "
-                               "mask of 0 and 1 by 255"
-                             : "");
+        const bool of_ones = *std::ranges::max_element(mask) == 1;
+        return invalid("%s: the mask has no pixel above one half%s", given->name.c_str(),
+                       of_ones
+                           ? "; its largest value is 1 of 255, and 255 means inside: multiply a "
+                             "mask of 0 and 1 by 255"
+                           : "");
     }
     return mask;
 }
@@ -212,8 +212,7 @@ Result<NamedImage> load_picture(const std::string& path) {
 
 Result<Photograph> cut_photograph(const Picture& picture, const CutOptions& options) {
     if (!(options.foreground > 0.05 && options.foreground <= 1))
-        return error(Code::kInvalidArgument, "foreground is %g, expected more than 0.05, at most 1",
-                     options.foreground);
+        return invalid("foreground is %g, expected more than 0.05, at most 1", options.foreground);
     io::Image reduced;
     const io::Image& image = eight_bits(picture.image.image, reduced);
     Photograph made;
@@ -232,7 +231,7 @@ Result<Photograph> cut_photograph(const Picture& picture, const CutOptions& opti
     const std::uint32_t side = options.resolution;
     SPLAT_ASSIGN(made.image, cut(image, &mask, square, 3, side, options.background));
     io::Image white = image;
-    std::fill(white.samples.begin(), white.samples.end(), std::uint16_t{255});
+    std::ranges::fill(white.samples, std::uint16_t{255});
     SPLAT_ASSIGN(made.mask, cut(white, &mask, square, 1, side, {}));
     // Outside of the object: depth 0 is farthest, a normal of 0 is 0.5 in every channel.
     SPLAT_ASSIGN(made.depth, cut_map(picture.depth, image, mask, square, 1, side, {}));

@@ -22,7 +22,7 @@ Result<dmat4> inverse(const dmat4& m) {
     const Mat3 a(m);
     const double volume = glm::determinant(a);
     if (!std::isfinite(volume) || std::abs(volume) < 1e-12)
-        return error(Code::kFormat, "a pose is singular or not finite (determinant %g)", volume);
+        return damaged("a pose is singular or not finite (determinant %g)", volume);
     dmat4 out(scene::adjugate(a) / volume);
     out[3] -= out * glm::dvec4(Vec3(m[3]), 0);
     return out;
@@ -61,7 +61,7 @@ Status scale_to_distance(double distance, std::span<Mat4> camera_to_world) {
     const Mat4& first = camera_to_world.front();
     const double now = glm::length(scene::translation_of(first));
     if (!(now > 0) || !std::isfinite(now))
-        return error(Code::kFormat, "the first camera is at the origin, so the scene has no scale");
+        return damaged("the first camera is at the origin, so the scene has no scale");
     for (Mat4& pose : camera_to_world)
         for (const std::size_t i : {3U, 7U, 11U}) pose[i] *= distance / now;
     return {};

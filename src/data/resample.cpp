@@ -5,6 +5,8 @@
 #include <iterator>
 #include <numbers>
 
+#include "core/shown.h"
+
 namespace splat::data {
 namespace {
 
@@ -216,12 +218,9 @@ void divide_alpha(io::Image& image) {
 Result<io::Image> resample(const io::Image& image, std::uint32_t width, std::uint32_t height,
                            Filter filter) {
     SPLAT_TRY(io::check_image(image));
-    if (image.bits != 8)
-        return error(Code::kInvalidArgument, "an image of %u bits to resample, expected 8",
-                     image.bits);
+    if (image.bits != 8) return invalid("an image of %u bits to resample, expected 8", image.bits);
     if (width == 0 || height == 0)
-        return error(Code::kInvalidArgument, "a size of %u x %u pixels, expected 1 x 1 or more",
-                     width, height);
+        return invalid("a size of %u x %u pixels, expected 1 x 1 or more", width, height);
     if (width == image.width && height == image.height) return image;
     const bool alpha = image.channels == 2 || image.channels == 4;
     io::Image out = image;
@@ -234,15 +233,13 @@ Result<io::Image> resample(const io::Image& image, std::uint32_t width, std::uin
 }
 
 std::optional<ValueFilter> value_filter_of(const std::string& name) {
-    const auto* const found = std::find(std::begin(kNames), std::end(kNames), name);
+    const auto* const found = std::ranges::find(kNames, name);
     if (found == std::end(kNames)) return std::nullopt;
     return static_cast<ValueFilter>(found - std::begin(kNames));
 }
 
 std::string value_filter_names() {
-    std::string names;
-    for (const char* name : kNames) names += (names.empty() ? "" : ", ") + std::string(name);
-    return names;
+    return joined(kNames);
 }
 
 template <class T>
@@ -251,13 +248,11 @@ Result<std::vector<double>> resample_values(std::span<const T> values, std::uint
                                             std::uint32_t to_width, std::uint32_t to_height,
                                             ValueFilter filter) {
     if (width == 0 || height == 0 || channels == 0 || to_width == 0 || to_height == 0)
-        return error(Code::kInvalidArgument,
-                     "%u x %u pixels of %u channels to %u x %u, expected 1 or more of each", width,
-                     height, channels, to_width, to_height);
+        return invalid("%u x %u pixels of %u channels to %u x %u, expected 1 or more of each",
+                       width, height, channels, to_width, to_height);
     if (values.size() != std::size_t{width} * height * channels)
-        return error(Code::kInvalidArgument,
-                     "%zu numbers for %u x %u pixels of %u channels, expected %zu", values.size(),
-                     width, height, channels, std::size_t{width} * height * channels);
+        return invalid("%zu numbers for %u x %u pixels of %u channels, expected %zu", values.size(),
+                       width, height, channels, std::size_t{width} * height * channels);
     if (width == to_width && height == to_height)
         return std::vector<double>(values.begin(), values.end());
     const std::vector<double> narrow =

@@ -1,3 +1,4 @@
+#include "core/shown.h"
 #include "data/formats.h"
 
 #include <algorithm>
@@ -40,10 +41,8 @@ std::vector<std::string> splits_in(std::vector<std::string> names) {
     return names;
 }
 
-std::string joined(const std::vector<std::string>& words) {
-    std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-    return text.empty() ? "none" : text;
+std::string list_of(const std::vector<std::string>& words) {
+    return words.empty() ? "none" : joined(words);
 }
 
 /// The folder of the objects of a split.
@@ -54,10 +53,10 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     if (is_split) return folder;
     const std::vector<std::string> categories = categories_in(names);
     const std::string wanted = "srn_" + desc.category.substr(0, desc.category.find("_priors"));
-    const bool chosen = std::find(categories.begin(), categories.end(), wanted) != categories.end();
+    const bool chosen = std::ranges::find(categories, wanted) != categories.end();
     if (categories.size() > 1 && !chosen)
-        return error(Code::kInvalidArgument, "'%s' holds %s; give the path of one of them",
-                     folder.c_str(), joined(categories).c_str());
+        return invalid("'%s' holds %s; give the path of one of them", folder.c_str(),
+                       list_of(categories).c_str());
     if (!categories.empty()) {
         folder /= chosen ? wanted : categories.front();
         SPLAT_ASSIGN(names, candidates_in(folder));
@@ -67,12 +66,12 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
     for (const std::string& name : splits)
         if (name.substr(name.rfind('_') + 1) == desc.split) found.push_back(name);
     if (found.empty())
-        return no_split(
-            desc, error(Code::kNotFound, "'%s' has no folder <category>_%s; folders of splits: %s",
-                        folder.c_str(), desc.split.c_str(), joined(splits).c_str()));
+        return no_split(desc,
+                        not_found("'%s' has no folder <category>_%s; folders of splits: %s",
+                                  folder.c_str(), desc.split.c_str(), list_of(splits).c_str()));
     if (found.size() > 1)
-        return error(Code::kInvalidArgument, "'%s' holds %s; give the path of one of them",
-                     folder.c_str(), joined(found).c_str());
+        return invalid("'%s' holds %s; give the path of one of them", folder.c_str(),
+                       list_of(found).c_str());
     folder /= found.front();
     SPLAT_ASSIGN(const io::PathKind kind, io::kind_of(folder.string()));
     SPLAT_TRY(check_link(kind, folder));
@@ -83,7 +82,7 @@ Result<fs::path> split_folder(const ReaderDesc& desc) {
         SPLAT_ASSIGN(const bool is_below, has_srn_objects(folder / name));
         if (is_below) return folder / name;
     }
-    return error(Code::kFormat, "'%s' holds no folder with intrinsics.txt", folder.c_str());
+    return damaged("'%s' holds no folder with intrinsics.txt", folder.c_str());
 }
 
 Result<std::string> text_of_file(const fs::path& path) {
@@ -145,12 +144,11 @@ class SrnReader : public FilesReader {
     Result<bool> add_object(const fs::path& folder, const std::string& name) {
         SPLAT_ASSIGN(const std::vector<io::FolderEntry> parts, io::entries_in(folder.string()));
         const auto has = [&parts](const char* part) {
-            return std::any_of(parts.begin(), parts.end(),
-                               [part](const io::FolderEntry& each) { return each.name == part; });
+            return std::ranges::any_of(
+                parts, [part](const io::FolderEntry& each) { return each.name == part; });
         };
         if (!has("rgb") && !has("pose") && !has("intrinsics.txt")) return false;
-        if (!has("intrinsics.txt"))
-            return error(Code::kFormat, "'%s' has no intrinsics.txt", folder.c_str());
+        if (!has("intrinsics.txt")) return damaged("'%s' has no intrinsics.txt", folder.c_str());
         ViewNames names;
         SPLAT_ASSIGN(names.cameras, stems_in(folder / "pose", ".txt"));
         SPLAT_ASSIGN(names.images, stems_in(folder / "rgb", ".png"));

@@ -26,10 +26,10 @@ class StoreReader : public DatasetReader {
         const std::string& split = store_->index().split;
         if (split != desc_.split && folder_ == desc_.path)
             return no_split(
-                desc_, error(Code::kNotFound,
-                             "'%s' is a store of the split %s, not of %s: ask for the "
-                             "split %s, or name the folder above it",
-                             folder_.c_str(), split.c_str(), desc_.split.c_str(), split.c_str()));
+                desc_,
+                not_found("'%s' is a store of the split %s, not of %s: ask for the "
+                          "split %s, or name the folder above it",
+                          folder_.c_str(), split.c_str(), desc_.split.c_str(), split.c_str()));
         index_.resolution = store_->index().resolution;
         index_.maps = 0;
         for (const MapKind kind : kMaps)
@@ -94,7 +94,7 @@ class StoreReader : public DatasetReader {
 
   private:
     [[nodiscard]] std::string view_name(std::uint64_t row) const {
-        return format("%06lld", static_cast<long long>(store_->index().frames[row]));
+        return format("%06lld", lld(store_->index().frames[row]));
     }
 
     std::string folder_;
@@ -121,9 +121,8 @@ Result<std::unique_ptr<DatasetReader>> open_store(const ReaderDesc& desc) {
         SPLAT_ASSIGN(const bool is_other, has_store(name));
         if (is_other) splits += (splits.empty() ? "" : ", ") + name;
     }
-    return no_split(
-        desc, error(Code::kNotFound, "'%s' has no store of the split %s; it has: %s",
-                    folder.c_str(), desc.split.c_str(), splits.empty() ? "none" : splits.c_str()));
+    return no_split(desc, not_found("'%s' has no store of the split %s; it has: %s", folder.c_str(),
+                                    desc.split.c_str(), splits.empty() ? "none" : splits.c_str()));
 }
 
 std::string store_beside(const std::string& path, const std::string& split) {

@@ -13,10 +13,10 @@ Result<ViewVectors> ViewVectors::load(const std::string& path, std::vector<std::
         const io::NamedTensor* tensor = made.file_.tensors.find(name);
         if (tensor == nullptr) tensor = made.file_.tensors.find(index.names[i]);
         if (tensor == nullptr)
-            return error(Code::kNotFound,
-                         "'%s' ('%s') has no array '%s' or '%s', expected one for each object of "
-                         "the data set",
-                         path.c_str(), what, name.c_str(), index.names[i].c_str());
+            return not_found(
+                "'%s' ('%s') has no array '%s' or '%s', expected one for each object of "
+                "the data set",
+                path.c_str(), what, name.c_str(), index.names[i].c_str());
         name = tensor->name;
         std::vector<std::int64_t> expected = {index.views_of[i]};
         expected.insert(expected.end(), shape.begin(), shape.end());

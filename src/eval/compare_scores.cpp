@@ -12,9 +12,8 @@ constexpr const char* kApart =
     "says";
 
 std::size_t shared_objects(const ScoreTable& a, const ScoreTable& b) {
-    return static_cast<std::size_t>(
-        std::count_if(a.objects.begin(), a.objects.end(),
-                      [&b](const std::string& name) { return b.objects.contains(name); }));
+    return static_cast<std::size_t>(std::ranges::count_if(
+        a.objects, [&b](const std::string& name) { return b.objects.contains(name); }));
 }
 
 Verdict verdict_of(const MetricFinding& finding, const ScoreComparison& found) {
@@ -73,18 +72,9 @@ void write_metric(const MetricFinding& finding, bool unpaired, JsonWriter& json)
 }  // namespace
 
 const char* verdict_name(Verdict verdict) {
-    switch (verdict) {
-        case Verdict::kBetter:
-            return "better";
-        case Verdict::kWorse:
-            return "worse";
-        case Verdict::kNotComparable:
-            return "not comparable";
-        case Verdict::kTooFew:
-            return "too few objects";
-        default:
-            return "no difference shown";
-    }
+    constexpr const char* kNames[] = {"no difference shown", "better", "worse", "not comparable",
+                                      "too few objects"};
+    return kNames[static_cast<std::size_t>(verdict)];
 }
 
 Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
@@ -98,10 +88,10 @@ Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
     found.objects_b = b.objects.size();
     found.shared = shared_objects(a, b);
     if (found.shared == 0 && !options.unpaired)
-        return error(Code::kNotFound,
-                     "%s. Evaluate both on the same split, or compare them unpaired for the "
-                     "numbers",
-                     kApart);
+        return not_found(
+            "%s. Evaluate both on the same split, or compare them unpaired for the "
+            "numbers",
+            kApart);
     if (found.shared != 0) SPLAT_TRY(check_same_views(a, b));
     // Unpaired scores cover the same objects only if both tables have all of them.
     found.comparable =
@@ -120,8 +110,7 @@ Result<ScoreComparison> compare_scores(const ScoreTable& a, const ScoreTable& b,
     found.least =
         least_objects(std::max<std::size_t>(found.metrics.size(), 1), kLevel, options.unpaired);
     if (found.metrics.empty())
-        return error(
-            Code::kNotFound,
+        return not_found(
             "A and B have no metric with finite scores of both: there is nothing to compare");
     const std::vector<double> adjusted = holm(p);
     for (std::size_t i = 0; i < adjusted.size(); ++i) {

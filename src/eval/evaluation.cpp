@@ -1,6 +1,5 @@
 #include "eval/evaluation.h"
 
-#include <cmath>
 #include <filesystem>
 
 #include "eval/json_number.h"

@@ -89,8 +89,7 @@ Result<ImageScores> compare_images(std::span<const float> a, std::span<const flo
     double squares = 0;
     for (std::size_t i = 0; i < a.size(); ++i) {
         if (!std::isfinite(a[i]) || !std::isfinite(b[i]))
-            return error(Code::kInvalidArgument, "images hold a number that is not finite, at %zu",
-                         i);
+            return invalid("images hold a number that is not finite, at %zu", i);
         const double difference = static_cast<double>(a[i]) - static_cast<double>(b[i]);
         squares += difference * difference;
     }

@@ -1,6 +1,5 @@
 #include "eval/saved_objects.h"
 
-#include <cmath>
 #include <limits>
 #include <type_traits>
 
@@ -55,11 +54,10 @@ std::vector<std::pair<const char*, std::string>> labels_of(const Evaluation& eva
 }
 
 Result<ObjectScores> object_of(const JsonTree& json, std::size_t place) {
-    const JsonTree* const name = json.find("object");
-    if (name == nullptr || name->text() == nullptr)
-        return error(Code::kFormat, "object %zu has no name", place);
+    const std::string* const name = json["object"].text();
+    if (name == nullptr) return damaged("object %zu has no name", place);
     ObjectScores object;
-    object.name = *name->text();
+    object.name = *name;
     std::string lacking;
     each_number(object, [&](const std::string& key, auto& value) {
         if (!take_number(json.find(key), value) && lacking.empty()) lacking = key;
@@ -69,8 +67,8 @@ Result<ObjectScores> object_of(const JsonTree& json, std::size_t place) {
                                      {"images_blank", &Ledger::images_blank}})
         if (object.ledger.*count > UINT32_MAX && lacking.empty()) lacking = key;
     if (!lacking.empty())
-        return error(Code::kFormat, "object '%s' has no number '%s'", shown(object.name).c_str(),
-                     lacking.c_str());
+        return damaged("object '%s' has no number '%s'", shown(object.name).c_str(),
+                       lacking.c_str());
     return object;
 }
 
@@ -101,31 +99,30 @@ Result<std::map<std::uint32_t, ObjectScores>> load_objects(
     const auto tree = io::from_file(parse_json_tree(io::as_text(bytes), kObjectsFile));
     if (!tree.ok()) return Status(Code::kFormat, "'" + path + "': " + tree.status().message());
     for (const auto& [key, expected] : labels_of(like)) {
-        const JsonTree* const found = tree.value().find(key);
-        if (found == nullptr || found->text() == nullptr)
-            return error(Code::kFormat,
-                         "'%s' has no text '%s': it is damaged, or of an earlier version; score "
-                         "the objects again",
-                         path.c_str(), key);
-        if (*found->text() != expected)
-            return error(Code::kInvalidArgument, "'%s' has scores of %s '%s', expected '%s'%s",
-                         path.c_str(), key, shown(*found->text()).c_str(), expected.c_str(),
-                         std::string_view(key) == "network"
-                             ? ": the checksum of weights, adapters and configuration"
-                             : "");
+        const std::string* const found = tree.value()[key].text();
+        if (found == nullptr)
+            return damaged(
+                "'%s' has no text '%s': it is damaged, or of an earlier version; score "
+                "the objects again",
+                path.c_str(), key);
+        if (*found != expected)
+            return invalid("'%s' has scores of %s '%s', expected '%s'%s", path.c_str(), key,
+                           shown(*found).c_str(), expected.c_str(),
+                           std::string_view(key) == "network"
+                               ? ": the checksum of weights, adapters and configuration"
+                               : "");
     }
-    const JsonTree* const list = tree.value().find("objects");
-    if (list == nullptr || list->list() == nullptr)
-        return error(Code::kFormat, "'%s' has no list of objects", path.c_str());
+    const JsonTree::List* const list = tree.value()["objects"].list();
+    if (list == nullptr) return damaged("'%s' has no list of objects", path.c_str());
     std::map<std::uint32_t, ObjectScores> objects;
-    for (std::size_t i = 0; i < list->list()->size(); ++i) {
-        auto object = object_of((*list->list())[i], i);
+    for (std::size_t i = 0; i < list->size(); ++i) {
+        auto object = object_of((*list)[i], i);
         if (!object.ok())
             return Status(Code::kFormat, "'" + path + "': " + object.status().message());
         const auto number = number_of(object.value().name);
         if (!number)
-            return error(Code::kInvalidArgument, "'%s': object '%s' is not among those to score",
-                         path.c_str(), shown(object.value().name).c_str());
+            return invalid("'%s': object '%s' is not among those to score", path.c_str(),
+                           shown(object.value().name).c_str());
         objects[*number] = std::move(object.value());
     }
     return objects;

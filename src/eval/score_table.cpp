@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Status refuse_line(const std::string& path, std::size_t line, const std::string& problem) {
-    return error(Code::kFormat, "'%s', line %zu: %s", path.c_str(), line, problem.c_str());
+    return damaged("'%s', line %zu: %s", path.c_str(), line, problem.c_str());
 }
 
 std::string table_path(const std::string& path) {
@@ -216,9 +216,8 @@ std::string protocol_beside(const std::string& path) {
         io::read_file((fs::path(path).parent_path() / kObjectsFile).string(), kMaxJsonBytes);
     if (!bytes.ok()) return "";
     const auto tree = parse_json_tree(io::as_text(bytes.value()), kObjectsFile);
-    const JsonTree* const views = tree.ok() ? tree.value().find("views") : nullptr;
-    if (views == nullptr || views->text() == nullptr) return "";
-    std::string text = *views->text();
+    if (!tree.ok() || tree.value()["views"].text() == nullptr) return "";
+    std::string text = *tree.value()["views"].text();
     constexpr std::string_view kWithLpips = ", LPIPS";  // the views are the same
     if (text.ends_with(kWithLpips)) text.resize(text.size() - kWithLpips.size());
     return text;
@@ -230,9 +229,8 @@ Status check_same_views(const ScoreTable& a, const ScoreTable& b) {
     constexpr const char* kRemedy =
         "their difference may come from the views: evaluate both with the same options";
     if (!a.protocol.empty() && !b.protocol.empty() && a.protocol != b.protocol)
-        return error(Code::kInvalidArgument,
-                     "A is scored with other views than B, A with '%s', B with '%s'; %s",
-                     a.protocol.c_str(), b.protocol.c_str(), kRemedy);
+        return invalid("A is scored with other views than B, A with '%s', B with '%s'; %s",
+                       a.protocol.c_str(), b.protocol.c_str(), kRemedy);
     std::size_t others = 0;
     std::string first;
     for (const auto& [name, views] : a.views) {
@@ -243,8 +241,8 @@ Status check_same_views(const ScoreTable& a, const ScoreTable& b) {
                 format("'%s' has %g in A and %g in B", shown(name).c_str(), views, found->second);
     }
     if (others == 0) return {};
-    return error(Code::kInvalidArgument, "%zu objects are scored in other numbers of views: %s; %s",
-                 others, first.c_str(), kRemedy);
+    return invalid("%zu objects are scored in other numbers of views: %s; %s", others,
+                   first.c_str(), kRemedy);
 }
 
 Result<ScoreTable> read_scores(const std::string& path) {
@@ -265,8 +263,7 @@ Result<ScoreTable> read_scores(const std::string& path) {
     }
     TableLines lines(table, std::move(columns));
     for (const Row& row : rows) SPLAT_TRY(lines.take(row));
-    if (table.objects.empty())
-        return error(Code::kFormat, "'%s' holds no scores", table.path.c_str());
+    if (table.objects.empty()) return damaged("'%s' holds no scores", table.path.c_str());
     list_metrics(table);
     if (!table.views.empty()) table.protocol = protocol_beside(table.path);
     return table;

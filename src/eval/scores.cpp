@@ -12,7 +12,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 bool is_black(std::span<const float> image) {
-    return std::all_of(image.begin(), image.end(), [](float value) { return value == 0; });
+    return std::ranges::all_of(image, [](float value) { return value == 0; });
 }
 
 /// NaN without a network.
@@ -32,8 +32,7 @@ Result<double> distance(const Lpips& lpips, std::span<const float> image,
 void choose_novel(std::uint32_t count, std::uint32_t most, EvaluatedViews& views) {
     std::vector<std::uint32_t> others;
     for (std::uint32_t i = 0; i < count; ++i)
-        if (std::find(views.conditioning.begin(), views.conditioning.end(), i) ==
-            views.conditioning.end())
+        if (std::ranges::find(views.conditioning, i) == views.conditioning.end())
             others.push_back(i);
     if (most == 0 || most >= others.size()) {
         views.novel = std::move(others);
@@ -84,17 +83,15 @@ Result<EvaluatedViews> evaluated_views(std::uint32_t count,
                                        std::span<const std::uint32_t> conditioning,
                                        std::uint32_t most) {
     if (count <= conditioning.size())
-        return error(Code::kFormat, "an object has %u views, expected more than %zu", count,
-                     conditioning.size());
+        return damaged("an object has %u views, expected more than %zu", count,
+                       conditioning.size());
     EvaluatedViews views;
     for (const std::uint32_t view : conditioning) {
         if (view >= count)
-            return error(Code::kInvalidArgument,
-                         "conditioning view %u does not exist: an object has %u views", view,
-                         count);
-        if (std::find(views.conditioning.begin(), views.conditioning.end(), view) !=
-            views.conditioning.end())
-            return error(Code::kInvalidArgument, "conditioning view %u is given twice", view);
+            return invalid("conditioning view %u does not exist: an object has %u views", view,
+                           count);
+        if (std::ranges::find(views.conditioning, view) != views.conditioning.end())
+            return invalid("conditioning view %u is given twice", view);
         views.conditioning.push_back(view);
     }
     choose_novel(count, most, views);

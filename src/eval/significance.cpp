@@ -39,7 +39,7 @@ template <class Draw>
 void find_interval(std::uint32_t count, Draw&& draw, Comparison& result) {
     std::vector<double> means(std::max<std::uint32_t>(count, 1));
     for (double& value : means) value = draw();
-    std::sort(means.begin(), means.end());
+    std::ranges::sort(means);
     const auto at = [&means](double part) {
         return means[static_cast<std::size_t>(
             std::lround(part * static_cast<double>(means.size() - 1)))];
@@ -221,8 +221,7 @@ std::size_t least_objects(std::size_t tests, double level, bool unpaired) {
 std::vector<double> holm(std::span<const double> p) {
     std::vector<std::size_t> order(p.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&p](std::size_t i, std::size_t j) { return p[i] < p[j]; });
+    std::ranges::stable_sort(order, [&p](std::size_t i, std::size_t j) { return p[i] < p[j]; });
     std::vector<double> adjusted(p.size());
     double most = 0;
     for (std::size_t i = 0; i < order.size(); ++i) {

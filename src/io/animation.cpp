@@ -47,16 +47,14 @@ Buffer frame_control(const Image& image, std::uint32_t sequence, std::uint32_t m
 }  // namespace
 
 Status check_frames(const std::vector<Image>& frames, const AnimationOptions& options) {
-    if (frames.empty()) return error(Code::kInvalidArgument, "animation: there is no frame");
+    if (frames.empty()) return invalid("animation: there is no frame");
     if (options.milliseconds < 1 || options.milliseconds > 65535)
-        return error(Code::kInvalidArgument, "animation: %u ms for a frame, expected 1 to 65535",
-                     options.milliseconds);
+        return invalid("animation: %u ms for a frame, expected 1 to 65535", options.milliseconds);
     for (const Image& frame : frames) {
         SPLAT_TRY(check_image(frame));
         if (frame.bits != 8 || frame.width != frames[0].width || frame.height != frames[0].height ||
             frame.channels != frames[0].channels)
-            return error(
-                Code::kInvalidArgument,
+            return invalid(
                 "animation: a frame of %u x %u x %u of %u bits after one of %u x %u x %u, expected "
                 "the same and 8 bits",
                 frame.width, frame.height, frame.channels, frame.bits, frames[0].width,

@@ -33,7 +33,7 @@ template <class T>
 T number(const std::byte* at, std::endian order = std::endian::little) {
     std::byte bytes[sizeof(T)];
     std::memcpy(bytes, at, sizeof bytes);
-    if (order == std::endian::big) std::reverse(std::begin(bytes), std::end(bytes));
+    if (order == std::endian::big) std::ranges::reverse(bytes);
     T value;
     std::memcpy(&value, bytes, sizeof value);
     return value;
@@ -44,7 +44,7 @@ template <class T>
 void put(Buffer& to, T value, std::endian order = std::endian::little) {
     std::byte bytes[sizeof(T)];
     std::memcpy(bytes, &value, sizeof value);
-    if (order == std::endian::big) std::reverse(std::begin(bytes), std::end(bytes));
+    if (order == std::endian::big) std::ranges::reverse(bytes);
     const std::size_t place = to.size();
     to.resize(place + sizeof bytes);  // gcc 12 takes an insert of constant length for an overflow
     std::memcpy(to.data() + place, bytes, sizeof bytes);

@@ -5,6 +5,7 @@
 #include <span>
 #include <unordered_set>
 
+#include "core/shown.h"
 #include "io/file.h"
 #include "io/folder.h"
 #include "io/reader.h"
@@ -65,29 +66,19 @@ const LensModel* find_lens_model(std::string_view name) {
     return nullptr;
 }
 
-std::string supported_models() {
-    std::string list;
-    for (const LensModel& model : kLensModels)
-        list += (list.empty() ? "" : ", ") + std::string(model.name);
-    return list;
-}
-
 Status add_camera(const Lenses& lenses, const ColmapPose& pose, const CameraOptions& options,
                   CameraSet& set) {
     const auto found = lenses.find(pose.camera);
     if (found == lenses.end())
-        return error(Code::kFormat, "COLMAP: image '%s' names camera %llu, which does not exist",
-                     shown(pose.name).c_str(), static_cast<unsigned long long>(pose.camera));
+        return damaged("COLMAP: image '%s' names camera %llu, which does not exist",
+                       shown(pose.name).c_str(), llu(pose.camera));
     if (set.cameras.size() >= options.max_cameras)
-        return error(Code::kUnsupported, "COLMAP: more than %llu images",
-                     static_cast<unsigned long long>(options.max_cameras));
+        return unsupported("COLMAP: more than %llu images", llu(options.max_cameras));
     const ColmapLens& lens = found->second;
     const std::vector<double>& p = lens.parameters;
     if (lens.width > scene::kMaxImageSide || lens.height > scene::kMaxImageSide)
-        return error(Code::kFormat, "COLMAP: camera %llu of %llu x %llu pixels",
-                     static_cast<unsigned long long>(pose.camera),
-                     static_cast<unsigned long long>(lens.width),
-                     static_cast<unsigned long long>(lens.height));
+        return damaged("COLMAP: camera %llu of %llu x %llu pixels", llu(pose.camera),
+                       llu(lens.width), llu(lens.height));
     const std::size_t center = lens.model->one_focal ? 1 : 2;
     scene::Camera camera;
     camera.name = pose.name;
@@ -107,8 +98,8 @@ Status add_camera(const Lenses& lenses, const ColmapPose& pose, const CameraOpti
         {pose.rotation[0], pose.rotation[1], pose.rotation[2], pose.rotation[3]},
         {pose.translation[0], pose.translation[1], pose.translation[2]});
     if (!matrix.ok())
-        return error(Code::kFormat, "COLMAP: image '%s': %s", shown(pose.name).c_str(),
-                     matrix.status().message().c_str());
+        return damaged("COLMAP: image '%s': %s", shown(pose.name).c_str(),
+                       matrix.status().message().c_str());
     camera.world_to_camera = matrix.value();
     SPLAT_TRY(from_file(scene::check_camera(camera)));
     set.cameras.push_back(std::move(camera));
@@ -138,9 +129,8 @@ Status read_pose_numbers(Source& source, ColmapPose& pose) {
 }
 
 Status unsupported_model(const std::string& name) {
-    return error(Code::kUnsupported,
-                 "COLMAP: camera model %s, expected one of %s; undistort the images", name.c_str(),
-                 supported_models().c_str());
+    return unsupported("COLMAP: camera model %s, expected one of %s; undistort the images",
+                       name.c_str(), joined(kLensModels, &LensModel::name).c_str());
 }
 
 Result<Lenses> read_text_lenses(Bytes file) {
@@ -172,16 +162,14 @@ Status need_count(const Reader& reader, std::uint64_t count, std::uint64_t least
 
 Status need_end(const Reader& reader, std::uint64_t count) {
     if (reader.left() == 0) return {};
-    return error(Code::kFormat,
-                 "%s: %zu bytes after the last of %llu records, at byte %zu, expected none: the "
-                 "count is too small, or something was appended to the file",
-                 reader.what().c_str(), reader.left(), static_cast<unsigned long long>(count),
-                 reader.position());
+    return damaged(
+        "%s: %zu bytes after the last of %llu records, at byte %zu, expected none: the "
+        "count is too small, or something was appended to the file",
+        reader.what().c_str(), reader.left(), llu(count), reader.position());
 }
 
 Status appears_twice(const Reader& reader, const char* kind, std::uint32_t id, std::size_t at) {
-    return error(Code::kFormat, "%s: %s id %u, at byte %zu, appears twice", reader.what().c_str(),
-                 kind, id, at);
+    return damaged("%s: %s id %u, at byte %zu, appears twice", reader.what().c_str(), kind, id, at);
 }
 
 Result<Lenses> read_binary_lenses(Bytes file) {
@@ -221,7 +209,7 @@ Status check_points(std::string_view line, const Lines& lines, const std::string
 }
 
 Status need_images(const CameraSet& set, const char* what) {
-    return set.cameras.empty() ? error(Code::kFormat, "%s: there is no image", what) : Status();
+    return set.cameras.empty() ? damaged("%s: there is no image", what) : Status();
 }
 
 /// The path of a file of a model, .bin before .txt; empty if there is none.
@@ -277,11 +265,11 @@ Result<std::vector<scene::Vec3>> read_text_points(Bytes file) {
 Status note_lens(const std::string& camera, const std::string& kind, const std::string& what,
                  const CameraOptions& options, CameraSet& set) {
     if (!options.ignore_distortion)
-        return error(Code::kUnsupported,
-                     "camera '%s': %s, only pinhole cameras are supported: undistort the images "
-                     "('colmap image_undistorter' makes images and cameras of a COLMAP model)%s",
-                     shown(camera).c_str(), what.c_str(),
-                     options.may_ignore ? ", or ignore it (SPLAT_CAMERA_IGNORE_DISTORTION)" : "");
+        return unsupported(
+            "camera '%s': %s, only pinhole cameras are supported: undistort the images "
+            "('colmap image_undistorter' makes images and cameras of a COLMAP model)%s",
+            shown(camera).c_str(), what.c_str(),
+            options.may_ignore ? ", or ignore it (SPLAT_CAMERA_IGNORE_DISTORTION)" : "");
     IgnoredLens& ignored =
         set.ignored.try_emplace(kind, IgnoredLens{what, camera, {}}).first->second;
     ignored.cameras.insert(set.cameras.size());
@@ -378,10 +366,10 @@ Result<CameraSet> read_colmap(Bytes cameras, Bytes images, const CameraOptions& 
 Result<CameraSet> load_colmap(const std::string& folder, const CameraOptions& options) {
     SPLAT_ASSIGN(const std::string stem, find_model(folder, "cameras"));
     if (stem.empty())
-        return error(Code::kNotFound,
-                     "'%s' holds no COLMAP model: neither cameras.bin nor cameras.txt, nor in "
-                     "sparse/0 or sparse",
-                     folder.c_str());
+        return not_found(
+            "'%s' holds no COLMAP model: neither cameras.bin nor cameras.txt, nor in "
+            "sparse/0 or sparse",
+            folder.c_str());
     const bool binary = stem.ends_with(".bin");
     const std::string place = stem.substr(0, stem.rfind('/'));
     SPLAT_ASSIGN(const Buffer cameras, read_file(stem));

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "core/no_copy.h"
+
 namespace splat::io {
 namespace {
 
@@ -20,17 +22,15 @@ constexpr int kRawWindow = -MAX_WBITS;
 Status check_ratio(Bytes packed, std::uint64_t bytes, std::uint64_t ratio,
                    const std::string& what) {
     if (bytes / ratio <= packed.size()) return {};
-    return error(Code::kFormat, "%s: %llu bytes cannot come from %zu compressed ones", what.c_str(),
-                 static_cast<unsigned long long>(bytes), packed.size());
+    return damaged("%s: %llu bytes cannot come from %zu compressed ones", what.c_str(), llu(bytes),
+                   packed.size());
 }
 
-class Inflater {
+class Inflater : NoCopy {
   public:
     explicit Inflater(Bytes packed, int window = kGzipWindow) : packed_(packed) {
         started_ = inflateInit2(&stream_, window) == Z_OK;
     }
-    Inflater(const Inflater&) = delete;
-    Inflater& operator=(const Inflater&) = delete;
     ~Inflater() {
         if (started_) inflateEnd(&stream_);
     }
@@ -119,9 +119,8 @@ Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what
     Inflater inflater(packed);
     const std::size_t filled = inflater.fill(out);
     if (filled < bytes)
-        return error(Code::kFormat,
-                     "%s: the gzip data is damaged or truncated after %zu of %llu bytes",
-                     what.c_str(), filled, static_cast<unsigned long long>(bytes));
+        return damaged("%s: the gzip data is damaged or truncated after %zu of %llu bytes",
+                       what.c_str(), filled, llu(bytes));
     GzipRest found;
     if (inflater.at_end()) {
         found.behind = packed.size() - inflater.used();
@@ -130,12 +129,10 @@ Result<Buffer> gunzip(Bytes packed, std::uint64_t bytes, const std::string& what
         found.inside = inflater.fill({&next, 1}) == 1;
     }
     if (!inflater.at_end() && !(found.inside && rest != nullptr))
-        return error(Code::kFormat,
-                     "%s: the gzip data does not end after %llu bytes, or its checksum is wrong",
-                     what.c_str(), static_cast<unsigned long long>(bytes));
+        return damaged("%s: the gzip data does not end after %llu bytes, or its checksum is wrong",
+                       what.c_str(), llu(bytes));
     if (found.behind != 0 && rest == nullptr)
-        return error(Code::kFormat, "%s: %zu bytes after the gzip data", what.c_str(),
-                     found.behind);
+        return damaged("%s: %zu bytes after the gzip data", what.c_str(), found.behind);
     if (rest != nullptr) *rest = found;
     return out;
 }
@@ -144,12 +141,11 @@ Status inflate_raw(Bytes packed, std::span<std::byte> out, const std::string& wh
     Inflater inflater(packed, kRawWindow);
     const std::size_t filled = inflater.fill(out);
     if (filled < out.size())
-        return error(Code::kFormat,
-                     "%s: the deflate data is damaged or truncated after %zu of %zu bytes",
-                     what.c_str(), filled, out.size());
+        return damaged("%s: the deflate data is damaged or truncated after %zu of %zu bytes",
+                       what.c_str(), filled, out.size());
     if (!inflater.at_end() || inflater.used() != packed.size())
-        return error(Code::kFormat, "%s: the deflate data does not end after %zu bytes",
-                     what.c_str(), out.size());
+        return damaged("%s: the deflate data does not end after %zu bytes", what.c_str(),
+                       out.size());
     return {};
 }
 
@@ -164,16 +160,14 @@ Result<Buffer> unzstd(Bytes packed, std::uint64_t bytes, const std::string& what
     const unsigned long long promised = ZSTD_getFrameContentSize(packed.data(), packed.size());
     if (promised == ZSTD_CONTENTSIZE_ERROR ||
         (promised != ZSTD_CONTENTSIZE_UNKNOWN && promised != bytes))
-        return error(Code::kFormat, "%s: not a zstd frame of %llu bytes", what.c_str(),
-                     static_cast<unsigned long long>(bytes));
+        return damaged("%s: not a zstd frame of %llu bytes", what.c_str(), llu(bytes));
     Buffer out(bytes);
     const std::size_t got = ZSTD_decompress(out.data(), out.size(), packed.data(), packed.size());
     if (ZSTD_isError(got) != 0)
-        return error(Code::kFormat, "%s: the zstd data is damaged: %s", what.c_str(),
-                     ZSTD_getErrorName(got));
+        return damaged("%s: the zstd data is damaged: %s", what.c_str(), ZSTD_getErrorName(got));
     if (got != bytes)
-        return error(Code::kFormat, "%s: the zstd data holds %zu bytes, expected %llu",
-                     what.c_str(), got, static_cast<unsigned long long>(bytes));
+        return damaged("%s: the zstd data holds %zu bytes, expected %llu", what.c_str(), got,
+                       llu(bytes));
     return out;
 }
 

@@ -8,14 +8,12 @@
 #include <atomic>
 #include <cctype>
 #include <cerrno>
-#include <climits>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 
 #include "core/fault.h"
 #include "core/shown.h"
-#include "io/write_all.h"
 
 namespace splat::io {
 namespace {
@@ -24,11 +22,9 @@ namespace {
 #define SPLAT_SYSTEM(point, number, call) \
     (SPLAT_FAULT(point) ? (errno = (number), decltype(call){-1}) : (call))
 
-class Descriptor {
+class Descriptor : NoCopy {
   public:
     explicit Descriptor(int fd) : fd_(fd) {}
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
     ~Descriptor() { static_cast<void>(release()); }
 
     [[nodiscard]] int get() const { return fd_; }
@@ -109,9 +105,8 @@ Result<std::uint64_t> checked_size(const Descriptor& file, const std::string& pa
     if (!S_ISREG(info.st_mode)) return error(Code::kIo, "'%s' is not a regular file", path.c_str());
     const auto size = static_cast<std::uint64_t>(info.st_size);
     if (size > max_bytes)
-        return error(Code::kUnsupported, "'%s' has %llu bytes, the limit is %llu", path.c_str(),
-                     static_cast<unsigned long long>(size),
-                     static_cast<unsigned long long>(max_bytes));
+        return unsupported("'%s' has %llu bytes, the limit is %llu", path.c_str(), llu(size),
+                           llu(max_bytes));
     return size;
 }
 
@@ -137,10 +132,8 @@ Status read_all(int fd, std::uint64_t offset, std::span<std::byte> to, const std
 
 Status check_range(std::uint64_t size, std::uint64_t offset, std::uint64_t count) {
     if (offset <= size && count <= size - offset) return {};
-    return error(Code::kFormat,
-                 "%llu bytes requested at byte %llu of %llu; the file is truncated or damaged",
-                 static_cast<unsigned long long>(count), static_cast<unsigned long long>(offset),
-                 static_cast<unsigned long long>(size));
+    return damaged("%llu bytes requested at byte %llu of %llu; the file is truncated or damaged",
+                   llu(count), llu(offset), llu(size));
 }
 
 class OpenFile : public Source, public std::enable_shared_from_this<OpenFile> {
@@ -273,7 +266,7 @@ Result<std::shared_ptr<const Source>> open_source(const std::string& path, std::
 Status MemorySource::read(std::uint64_t offset, std::span<std::byte> to) const {
     SPLAT_TRY(check_range(bytes_.size(), offset, to.size()));
     const Bytes from = bytes_.subspan(offset, to.size());
-    std::copy(from.begin(), from.end(), to.begin());
+    std::ranges::copy(from, to.begin());
     return {};
 }
 

@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "core/no_copy.h"
 #include "core/status.h"
 #include "io/bytes.h"
 
@@ -37,17 +39,19 @@ Status write_file(const std::string& path, std::span<const Bytes> pieces);
 /// remain.
 Status write_new_file(const std::string& path, Bytes bytes);
 
+/// Write all bytes to an open file, which `path` names in errors: from `offset` on, else where the file stands.
+/// Interrupted and short writes go on. Errors: as system_error(); a part of the bytes may be written.
+Status write_all(int file, Bytes bytes, const std::string& path,
+                 std::optional<std::uint64_t> offset = {});
+
 /// Append to a file, which is created unless it is there: all of the bytes or none. Errors: as
 /// system_error(), and kIo for what is not a regular file.
 Status append_file(const std::string& path, Bytes bytes);
 
 /// A file mapped into memory. Writes of other processes are visible, and reading what they truncated ends this
 /// process: call unchanged() before each use.
-class MappedFile {
+class MappedFile : NoCopy {
   public:
-    MappedFile() = default;
-    MappedFile(const MappedFile&) = delete;
-    MappedFile& operator=(const MappedFile&) = delete;
     virtual ~MappedFile() = default;
 
     [[nodiscard]] virtual Bytes bytes() const = 0;
@@ -58,11 +62,8 @@ class MappedFile {
 };
 
 /// Bytes read in pieces, so that large files never lie in memory as a whole.
-class Source {
+class Source : NoCopy {
   public:
-    Source() = default;
-    Source(const Source&) = delete;
-    Source& operator=(const Source&) = delete;
     virtual ~Source() = default;
 
     [[nodiscard]] virtual std::uint64_t size() const = 0;

@@ -2,6 +2,8 @@
 
 #include <dirent.h>
 #include <sys/stat.h>
+#include <unistd.h>
+#include <atomic>
 
 #include <algorithm>
 #include <cerrno>
@@ -13,6 +15,8 @@
 
 namespace splat::io {
 namespace {
+
+namespace fs = std::filesystem;
 
 struct CloseFolder {
     void operator()(DIR* folder) const { ::closedir(folder); }
@@ -26,8 +30,7 @@ PathKind kind_in(const struct stat& info) {
 Status cannot_list(int number, const std::string& folder) {
     const auto kind = kind_of(folder);
     if (kind.ok() && kind.value() == PathKind::kBrokenLink)
-        return error(Code::kNotFound, "'%s' is a link to what does not exist",
-                     shown(folder).c_str());
+        return not_found("'%s' is a link to what does not exist", shown(folder).c_str());
     return system_error(number, "list the folder", folder);
 }
 
@@ -48,12 +51,36 @@ Result<std::vector<Listed>> list(const std::string& folder) {
         if (found->d_name[0] != '.') all.push_back({found->d_name, found->d_type});
     }
     if (errno != 0) return cannot_list(errno, folder);
-    std::sort(all.begin(), all.end(),
-              [](const Listed& a, const Listed& b) { return a.name < b.name; });
+    std::ranges::sort(all, [](const Listed& a, const Listed& b) { return a.name < b.name; });
     return all;
 }
 
 }  // namespace
+
+Status make_folders(const fs::path& path) {
+    std::error_code failed;
+    fs::create_directories(path, failed);
+    return failed ? system_error(failed.value(), "create the folder", path.string()) : Status();
+}
+
+Status write_folder(const fs::path& folder, const fs::path& temporary,
+                    const std::function<Status(const fs::path&)>& write) {
+    std::error_code failed;
+    fs::remove_all(temporary, failed);
+    Status status = write(temporary);
+    if (status.ok()) {
+        fs::rename(temporary, folder, failed);
+        if (failed) status = system_error(failed.value(), "create the folder", folder);
+    }
+    if (!status.ok()) fs::remove_all(temporary, failed);
+    return status;
+}
+
+fs::path temporary_of(const fs::path& folder) {
+    static std::atomic<unsigned> counter{0};
+    return folder.parent_path() / format(".%s.%d-%u.tmp", folder.filename().c_str(),
+                                         static_cast<int>(::getpid()), counter++);
+}
 
 Result<PathKind> kind_of(const std::string& path) {
     struct stat info {};
@@ -86,7 +113,7 @@ Result<std::vector<FolderEntry>> entries_in(const std::string& folder) {
         if (listed.type == DT_REG || listed.type == DT_DIR) {
             entry.kind = listed.type == DT_REG ? PathKind::kFile : PathKind::kFolder;
         } else {
-            SPLAT_ASSIGN(entry.kind, kind_of(folder + "/" + listed.name));
+            SPLAT_SET(entry.kind, kind_of(folder + "/" + listed.name));
         }
         entries.push_back(std::move(entry));
     }

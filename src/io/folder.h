@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -21,6 +22,17 @@ Result<PathKind> kind_of(const std::string& path);
 
 /// True if a regular file is there. Errors: as kind_of().
 Result<bool> has_file(const std::string& path);
+
+/// Make a folder, and those that it lies in. Errors: as system_error().
+Status make_folders(const std::filesystem::path& path);
+
+/// Write a folder by `write`, which gets `temporary`: `folder` appears whole or not at all. Errors: those of `write`;
+/// as system_error().
+Status write_folder(const std::filesystem::path& folder, const std::filesystem::path& temporary,
+                    const std::function<Status(const std::filesystem::path&)>& write);
+
+/// A path for it, of this call alone: ".<name>.<process>-<number>.tmp" beside the folder.
+std::filesystem::path temporary_of(const std::filesystem::path& folder);
 
 /// Names in a folder, as entries_in(), but no entry is looked at.
 Result<std::vector<std::string>> names_in(const std::string& folder);

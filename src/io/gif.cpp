@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/no_copy.h"
 #include "io/animation.h"
 
 namespace splat::io {
@@ -76,11 +77,9 @@ int append(GifFileType* gif, const GifByteType* bytes, int count) {
 }
 
 /// giflib's objects.
-class Encoder {
+class Encoder : NoCopy {
   public:
     explicit Encoder(GifTarget& target) : gif_(EGifOpen(&target, append, &error_)) {}
-    Encoder(const Encoder&) = delete;
-    Encoder& operator=(const Encoder&) = delete;
     ~Encoder() { static_cast<void>(close()); }
 
     [[nodiscard]] bool open() const { return gif_ != nullptr; }
@@ -149,11 +148,10 @@ Result<Buffer> write_gif(const std::vector<Image>& frames, const AnimationOption
     SPLAT_TRY(check_frames(frames, options));
     const Image& first = frames[0];
     if (first.channels % 2 == 0)
-        return error(Code::kUnsupported, "gif: %u channels, expected 1 or 3, as it has no alpha",
-                     first.channels);
+        return unsupported("gif: %u channels, expected 1 or 3, as it has no alpha", first.channels);
     if (first.width > kMaxGifSide || first.height > kMaxGifSide)
-        return error(Code::kUnsupported, "gif: %u x %u pixels, expected sides of at most %u",
-                     first.width, first.height, kMaxGifSide);
+        return unsupported("gif: %u x %u pixels, expected sides of at most %u", first.width,
+                           first.height, kMaxGifSide);
     GifTarget target;
     Encoder encoder(target);
     if (!encoder.open() || !encoder.begin(first, options)) return failure(target);

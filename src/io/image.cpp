@@ -8,7 +8,7 @@
 #include <cstring>
 
 #include "core/checked_math.h"
-#include "io/bytes.h"
+#include "core/no_copy.h"
 #include "io/compress.h"
 
 namespace splat::io {
@@ -76,15 +76,13 @@ void on_write(png_structp png, png_bytep from, std::size_t count) {
 void on_flush(png_structp) {}
 
 /// libpng's objects for one direction: reading `in`, or writing to `out` if there is one.
-class Png {
+class Png : NoCopy {
   public:
     Png(Bytes in, Buffer* out) : state{in, out} {
         png_ = (out != nullptr ? png_create_write_struct : png_create_read_struct)(
             PNG_LIBPNG_VER_STRING, &state, on_error, on_warning);
         if (png_ != nullptr) info_ = png_create_info_struct(png_);
     }
-    Png(const Png&) = delete;
-    Png& operator=(const Png&) = delete;
     ~Png() {
         if (state.out != nullptr)
             png_destroy_write_struct(&png_, &info_);
@@ -169,13 +167,11 @@ Status check_header(const Image& image, const ImageOptions& options, std::uint64
     const std::uint64_t samples = count_samples(image);
     if (image.width > options.max_side || image.height > options.max_side ||
         samples > options.max_samples)
-        return error(Code::kUnsupported,
-                     "%s: %u x %u pixels of %u channels, the limit is %u on a side, %llu samples",
-                     format, image.width, image.height, image.channels, options.max_side,
-                     static_cast<unsigned long long>(options.max_samples));
+        return unsupported(
+            "%s: %u x %u pixels of %u channels, the limit is %u on a side, %llu samples", format,
+            image.width, image.height, image.channels, options.max_side, llu(options.max_samples));
     if (options.square && image.width != image.height)
-        return error(Code::kFormat, "%s: %u x %u pixels, expected a square", format, image.width,
-                     image.height);
+        return damaged("%s: %u x %u pixels, expected a square", format, image.width, image.height);
     const std::string what = splat::format("%s: %u x %u pixels", format, image.width, image.height);
     DecodeBudget budget(file_bytes, options.limits);
     SPLAT_TRY(budget.take(samples, sizeof image.samples[0], what));
@@ -195,48 +191,46 @@ void spread_byte_samples(Image& image) {
 
 Status check_image(const Image& image) {
     if (image.channels < 1 || image.channels > 4 || (image.bits != 8 && image.bits != 16))
-        return error(Code::kInvalidArgument,
-                     "image of %u channels of %u bits, expected 1 to 4 of 8 or 16", image.channels,
-                     image.bits);
+        return invalid("image of %u channels of %u bits, expected 1 to 4 of 8 or 16",
+                       image.channels, image.bits);
     const auto pixels = std::uint64_t{image.width} * image.height;
     const auto samples = checked_mul(pixels, image.channels);
     if (pixels == 0 || !samples || *samples != image.samples.size())
-        return error(Code::kInvalidArgument, "image of %u x %u x %u with %zu samples", image.width,
-                     image.height, image.channels, image.samples.size());
-    const auto largest = std::max_element(image.samples.begin(), image.samples.end());
+        return invalid("image of %u x %u x %u with %zu samples", image.width, image.height,
+                       image.channels, image.samples.size());
+    const auto largest = std::ranges::max_element(image.samples);
     if (image.bits == 8 && *largest > 255)
-        return error(Code::kInvalidArgument, "image of 8 bits with the sample %u", *largest);
+        return invalid("image of 8 bits with the sample %u", *largest);
     return {};
 }
 
 Result<Image> read_png(Bytes file, const ImageOptions& options) {
     if (file.size() < kSignatureBytes ||
         png_sig_cmp(reinterpret_cast<png_const_bytep>(file.data()), 0, kSignatureBytes) != 0)
-        return error(Code::kFormat, "png: the file does not start like a PNG file");
+        return damaged("png: the file does not start like a PNG file");
     // The header comes first. libpng's own limit calls it invalid.
     constexpr std::size_t kWidthAt = 16, kHeightAt = 20, kHeaderEnd = 24;
     if (file.size() >= kHeaderEnd) {
         const auto width = number<std::uint32_t>(file.data() + kWidthAt, std::endian::big);
         const auto height = number<std::uint32_t>(file.data() + kHeightAt, std::endian::big);
         if (std::max(width, height) > options.max_side)
-            return error(Code::kUnsupported, "png: %u x %u pixels, the limit is %u on a side",
-                         width, height, options.max_side);
+            return unsupported("png: %u x %u pixels, the limit is %u on a side", width, height,
+                               options.max_side);
     }
     Png reader(file, nullptr);
     Image image;
-    if (!reader.read_header(image, options))
-        return error(Code::kFormat, "png: %s", reader.state.message);
+    if (!reader.read_header(image, options)) return damaged("png: %s", reader.state.message);
     // One bit per pixel before packing: the image may have been expanded.
     if (std::uint64_t{image.width} * image.height / 8 / kMaxDeflateRatio > file.size())
-        return error(Code::kFormat, "png: %u x %u pixels cannot come from %zu bytes", image.width,
-                     image.height, file.size());
+        return damaged("png: %u x %u pixels cannot come from %zu bytes", image.width, image.height,
+                       file.size());
     SPLAT_TRY(check_header(image, options, 0, file.size(), "png"));
     if (options.header_only) return image;
     std::uint8_t* const bytes = make_byte_samples(image);
     const bool deep = image.bits == 16;
     if (!reader.read_rows(deep ? reinterpret_cast<png_bytep>(image.samples.data()) : bytes,
                           row_bytes_of(image), image.height))
-        return error(Code::kFormat, "png: %s", reader.state.message);
+        return damaged("png: %s", reader.state.message);
     if (!deep) spread_byte_samples(image);
     return image;
 }
@@ -251,7 +245,7 @@ Result<Buffer> write_png(const Image& image, PngEffort effort) {
                       image.bits == 8 ? bytes.data()
                                       : reinterpret_cast<png_const_bytep>(image.samples.data()),
                       row_bytes_of(image), effort))
-        return error(Code::kInvalidArgument, "png: %s", writer.state.message);
+        return invalid("png: %s", writer.state.message);
     return file;
 }
 

@@ -1,7 +1,6 @@
 #include "io/npy.h"
 
 #include <charconv>
-#include <string>
 
 #include "core/checked_math.h"
 #include "io/reader.h"
@@ -14,7 +13,7 @@ constexpr std::size_t kAlignment = 64;
 constexpr std::size_t kMaxDims = 32;
 
 Status bad_npy(const std::string& problem) {
-    return error(Code::kFormat, "npy: %s", problem.c_str());
+    return damaged("npy: %s", problem.c_str());
 }
 
 /// The text after 'key': in the header, which is a Python dict literal.
@@ -80,8 +79,7 @@ Result<std::string_view> header_text(Reader& reader) {
     std::uint8_t minor = 0;
     SPLAT_TRY(reader.read(major, "version"));
     SPLAT_TRY(reader.read(minor, "version"));
-    if (major < 1 || major > 3)
-        return error(Code::kUnsupported, "npy: version %u, expected 1 to 3", major);
+    if (major < 1 || major > 3) return unsupported("npy: version %u, expected 1 to 3", major);
     std::uint32_t size = 0;
     if (major == 1) {
         std::uint16_t small = 0;
@@ -106,12 +104,11 @@ Result<NpyHeader> read_npy_header(Bytes file) {
     SPLAT_ASSIGN(header.shape, parse_shape(shape));
     const std::size_t end = type.substr(0, 16).find('\'', 1);
     if (!type.starts_with('\'') || end == std::string_view::npos || end < 3)
-        return error(Code::kUnsupported, "npy: dtype %s, expected a plain one such as '<f4'",
-                     std::string(type.substr(0, 16)).c_str());
+        return unsupported("npy: dtype %s, expected a plain one such as '<f4'",
+                           std::string(type.substr(0, 16)).c_str());
     if (std::string_view("<>|=").find(type[1]) == std::string_view::npos)
-        return error(Code::kUnsupported,
-                     "npy: dtype %s has no byte order, expected one as in '<f4'",
-                     std::string(type.substr(0, end + 1)).c_str());
+        return unsupported("npy: dtype %s has no byte order, expected one as in '<f4'",
+                           std::string(type.substr(0, end + 1)).c_str());
     header.dtype = type.substr(2, end - 2);
     header.order = type[1] == '>' ? std::endian::big : std::endian::little;
     header.column_major = column_major.starts_with("True");
@@ -143,9 +140,9 @@ Buffer write_npy_header(const std::string& dtype, const std::vector<std::uint64_
 Result<Bytes> npy_data(Bytes file, const NpyHeader& header) {
     const auto type = npy_type(header.dtype);
     if (!type)
-        return error(Code::kUnsupported,
-                     "npy: dtype '%c%s', expected floats, integers or booleans, such as '<f4'",
-                     header.order == std::endian::big ? '>' : '<', header.dtype.c_str());
+        return unsupported(
+            "npy: dtype '%c%s', expected floats, integers or booleans, such as '<f4'",
+            header.order == std::endian::big ? '>' : '<', header.dtype.c_str());
     Reader reader(file.subspan(header.start), "npy");
     SPLAT_TRY(reader.need(header.elements, type_bytes(*type), "data"));
     SPLAT_ASSIGN(const Bytes data, reader.take(header.elements * type_bytes(*type), "data"));
@@ -167,8 +164,7 @@ Result<FloatArray> read_npy(Bytes file) {
 
 Result<Buffer> write_npy(const FloatArray& array) {
     if (array.shape.size() > kMaxDims || elements(array.shape) != array.values.size())
-        return error(Code::kInvalidArgument, "npy: %zu values do not fit the shape",
-                     array.values.size());
+        return invalid("npy: %zu values do not fit the shape", array.values.size());
     Buffer file = write_npy_header("<f4", array.shape);
     put_bytes(file, std::as_bytes(std::span(array.values)));
     return file;

@@ -21,20 +21,19 @@ Result<NamedTensor> read_member(Bytes file, const NpyHeader& header, const std::
     tensor.name = name;
     const std::optional<NumberType> type = npy_type(header.dtype);
     if (!type)
-        return error(Code::kUnsupported, "dtype '%s', expected floats, integers or booleans",
-                     header.dtype.c_str());
+        return unsupported("dtype '%s', expected floats, integers or booleans",
+                           header.dtype.c_str());
     if (header.column_major)
-        return error(Code::kUnsupported,
-                     "a column-major array; save it as numpy.ascontiguousarray gives it");
+        return unsupported("a column-major array; save it as numpy.ascontiguousarray gives it");
     tensor.type = *type;
     for (const std::uint64_t dim : header.shape)
         tensor.dims.push_back(dim <= INT64_MAX ? static_cast<std::int64_t>(dim) : -1);
     SPLAT_ASSIGN(const std::uint64_t count, from_file(count_elements(tensor.dims, name)));
     const Bytes data = file.subspan(header.start);
     if (data.size() != count * type_bytes(*type))
-        return error(Code::kFormat, "%zu bytes of data, its shape %s of %s needs %llu", data.size(),
-                     dims_text(tensor.dims).c_str(), type_name(*type),
-                     static_cast<unsigned long long>(count * type_bytes(*type)));
+        return damaged("%zu bytes of data, its shape %s of %s needs %llu", data.size(),
+                       dims_text(tensor.dims).c_str(), type_name(*type),
+                       llu(count * type_bytes(*type)));
     SPLAT_TRY(budget.take(count, sizeof(float), name));
     tensor.values.own().resize(count);
     to_floats(*type, data, tensor.values.own().data(), header.order);
@@ -55,7 +54,7 @@ Result<WeightsFile> read_npz(const Source& source, const DecodeLimits& limits) {
     Buffer bytes;
     for (const ZipEntry& entry : zip.entries()) {
         if (!entry.name.ends_with(kExtension))
-            return error(Code::kUnsupported, "npz: '%s' is not a .npy array", entry.name.c_str());
+            return unsupported("npz: '%s' is not a .npy array", entry.name.c_str());
         const std::string name = entry.name.substr(0, entry.name.size() - kExtension.size());
         SPLAT_TRY(budget.take(entry.bytes, 1, "npz: " + entry.name));
         SPLAT_TRY(zip.read(entry, bytes));

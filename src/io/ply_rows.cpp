@@ -64,11 +64,9 @@ class HeaderParser {
         std::string_view line;
         if (!lines_.next(line)) {
             if (file_.size() > kMaxHeaderBytes)
-                return error(Code::kUnsupported, "ply: more than %zu bytes of header",
-                             kMaxHeaderBytes);
-            return error(Code::kFormat,
-                         "ply: header line %zu: the header ends without 'end_header'",
-                         lines_.number() + 1);
+                return unsupported("ply: more than %zu bytes of header", kMaxHeaderBytes);
+            return damaged("ply: header line %zu: the header ends without 'end_header'",
+                           lines_.number() + 1);
         }
         words_.clear();
         for (Words rest(line, lines_); !rest.done();) {
@@ -182,7 +180,7 @@ bool is_ply(Bytes file) {
 }
 
 Result<PlyHeader> parse_ply_header(Bytes file) {
-    if (!is_ply(file)) return error(Code::kFormat, "ply: the first line is not 'ply'");
+    if (!is_ply(file)) return damaged("ply: the first line is not 'ply'");
     return HeaderParser(file).parse();
 }
 
@@ -198,11 +196,10 @@ Status PlyRows::need(const PlyElement& element) const {
         return reader_.need(element.count, each, element.name.c_str());
     const auto bytes = checked_mul(element.count, each);
     if (bytes && *bytes <= text_.size() + 1) return {};  // the last line may lack its end
-    return error(Code::kFormat,
-                 "ply data: %llu rows of '%s' need %llu bytes each, but %zu bytes are left at line "
-                 "%zu; the file is truncated or its header is damaged",
-                 static_cast<unsigned long long>(element.count), element.name.c_str(),
-                 static_cast<unsigned long long>(each), text_.size(), line_);
+    return damaged(
+        "ply data: %llu rows of '%s' need %llu bytes each, but %zu bytes are left at line "
+        "%zu; the file is truncated or its header is damaged",
+        llu(element.count), element.name.c_str(), llu(each), text_.size(), line_);
 }
 
 Status PlyRows::read(const PlyElement& element, const Row& row) {
@@ -231,21 +228,21 @@ Result<std::string> PlyRows::rest(bool lenient) const {
         left = start == std::string_view::npos ? 0 : text_.size() - start;
     }
     if (left == 0) return std::string();
-    const std::string found = format("%llu bytes after the last row of the header's count",
-                                     static_cast<unsigned long long>(left));
+    const std::string found =
+        format("%llu bytes after the last row of the header's count", llu(left));
     if (lenient) return found;
-    return error(Code::kFormat,
-                 "ply data: %s, expected none: the header counts too few rows, or something was "
-                 "appended to the file; a lenient reader leaves them out",
-                 found.c_str());
+    return damaged(
+        "ply data: %s, expected none: the header counts too few rows, or something was "
+        "appended to the file; a lenient reader leaves them out",
+        found.c_str());
 }
 
 Status PlyRows::read_binary(const PlyProperty& property, double& value) {
     if (!property.list_count) return read_number(property.type, property.name, value);
     SPLAT_TRY(read_number(*property.list_count, property.name, value));
     if (value < 0)
-        return error(Code::kFormat, "ply data: list '%s' before byte %zu has length %.0f",
-                     property.name.c_str(), reader_.position(), value);
+        return damaged("ply data: list '%s' before byte %zu has length %.0f", property.name.c_str(),
+                       reader_.position(), value);
     const auto bytes = static_cast<std::uint64_t>(value) * type_bytes(property.type);
     SPLAT_ASSIGN([[maybe_unused]] const Bytes items, reader_.take(bytes, property.name.c_str()));
     return {};
@@ -273,8 +270,8 @@ Status PlyRows::read_word(const std::string& name, double& value) {
     const char* const end = word.data() + word.size();
     const auto [stop, failed] = std::from_chars(word.data(), end, value);
     if (failed == std::errc::invalid_argument || stop != end)
-        return error(Code::kFormat, "ply data: line %zu: '%s' is '%s', expected a number", line_,
-                     name.c_str(), std::string(word.substr(0, 40)).c_str());
+        return damaged("ply data: line %zu: '%s' is '%s', expected a number", line_, name.c_str(),
+                       std::string(word.substr(0, 40)).c_str());
     if (failed == std::errc::result_out_of_range) {
         const bool tiny = word.find("e-") != word.npos || word.find("E-") != word.npos;
         value = tiny ? 0 : std::numeric_limits<double>::infinity();
@@ -287,9 +284,8 @@ Status PlyRows::read_ascii(const PlyProperty& property, double& value) {
     SPLAT_TRY(read_word(property.name, value));
     if (!property.list_count) return {};
     if (!(value >= 0 && value <= static_cast<double>(text_.size())))
-        return error(Code::kFormat,
-                     "ply data: line %zu: list '%s' of length %g, but %zu bytes are left", line_,
-                     property.name.c_str(), value, text_.size());
+        return damaged("ply data: line %zu: list '%s' of length %g, but %zu bytes are left", line_,
+                       property.name.c_str(), value, text_.size());
     double item = 0;
     for (auto left = static_cast<std::uint64_t>(value); left > 0; --left)
         SPLAT_TRY(read_word(property.name, item));

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <charconv>
-#include <optional>
 #include <string>
 #include <utility>
 
 #include "core/checked_math.h"
+#include "core/number_in.h"
 #include "core/shown.h"
 #include "core/status.h"
 #include "io/bytes.h"
@@ -34,15 +33,6 @@ template <class T>
 Result<T> in_file(Result<T> read, const std::string& name) {
     if (read.ok()) return read;
     return in_file(read.status(), name);
-}
-
-/// The number that all of the text is; nothing if it is none.
-template <class T>
-std::optional<T> number_in(std::string_view text) {
-    T value{};
-    const char* const end = text.data() + text.size();
-    const auto [stop, failed] = std::from_chars(text.data(), end, value);
-    return failed == std::errc() && stop == end ? std::optional(value) : std::nullopt;
 }
 
 /// A cursor over untrusted bytes. All parsers read through it, so that every offset and count of a file
@@ -79,11 +69,10 @@ class Reader {
     Status need(std::uint64_t count, std::uint64_t each, const char* field) const {
         const auto bytes = checked_mul(count, each);
         if (bytes && *bytes <= left()) return {};
-        return error(Code::kFormat,
-                     "%s: '%s' at byte %zu needs %llu x %llu bytes, but %zu are left; the file is "
-                     "truncated or its header is damaged",
-                     what_.c_str(), field, position_, static_cast<unsigned long long>(count),
-                     static_cast<unsigned long long>(each), left());
+        return damaged(
+            "%s: '%s' at byte %zu needs %llu x %llu bytes, but %zu are left; the file is "
+            "truncated or its header is damaged",
+            what_.c_str(), field, position_, llu(count), llu(each), left());
     }
 
     /// Bytes up to a NUL; also advances over the NUL. Errors as take().
@@ -133,7 +122,7 @@ class Lines {
 
     /// kFormat, naming this line.
     [[nodiscard]] Status bad(const std::string& problem) const {
-        return error(Code::kFormat, "%s line %zu: %s", what_, number_, problem.c_str());
+        return damaged("%s line %zu: %s", what_, number_, problem.c_str());
     }
 
   private:

@@ -23,7 +23,7 @@ constexpr std::size_t kSizeBytes = 8;
 constexpr std::uint64_t kManyBytes = std::uint64_t{1} << 20;
 
 Status bad_safetensors(const std::string& problem) {
-    return error(Code::kFormat, "safetensors: %s", problem.c_str());
+    return damaged("safetensors: %s", problem.c_str());
 }
 
 /// A tensor as the header describes it.
@@ -101,8 +101,8 @@ class HeaderReader {
         if (row.type) return twice("dtype", row.name);
         row.type = find_number_type(&NumberTypeRow::safetensors, text);
         if (row.type) return {};
-        return error(Code::kUnsupported, "safetensors: '%s' has the dtype '%s', which is not read",
-                     shown(row.name).c_str(), shown(text).c_str());
+        return unsupported("safetensors: '%s' has the dtype '%s', which is not read",
+                           shown(row.name).c_str(), shown(text).c_str());
     }
 
     std::uint64_t max_tensors_;
@@ -122,24 +122,23 @@ Status check_rows(std::vector<Row>& rows, std::uint64_t data_bytes) {
         if (bytes < 0 || static_cast<std::uint64_t>(bytes) != row.count * type_bytes(*row.type))
             return bad_safetensors(format("'%s' of shape %s and type %s has %lld bytes",
                                           shown(row.name).c_str(), dims_text(row.shape).c_str(),
-                                          type_name(*row.type), static_cast<long long>(bytes)));
+                                          type_name(*row.type), lld(bytes)));
     }
-    std::stable_sort(rows.begin(), rows.end(),
-                     [](const Row& a, const Row& b) { return a.offsets < b.offsets; });
+    std::ranges::stable_sort(rows,
+                             [](const Row& a, const Row& b) { return a.offsets < b.offsets; });
     std::uint64_t end = 0;
     for (const Row& row : rows) {
         if (static_cast<std::uint64_t>(row.offsets[0]) != end)
             return bad_safetensors(
                 format("the data of '%s' starts at byte %lld, expected %llu: tensors overlap "
                        "or leave a gap",
-                       shown(row.name).c_str(), static_cast<long long>(row.offsets[0]),
-                       static_cast<unsigned long long>(end)));
+                       shown(row.name).c_str(), lld(row.offsets[0]), llu(end)));
         end = static_cast<std::uint64_t>(row.offsets[1]);
     }
     if (end == data_bytes) return {};
     return bad_safetensors(
-        format("the tensors have %llu bytes, the file %llu; it is truncated or damaged",
-               static_cast<unsigned long long>(end), static_cast<unsigned long long>(data_bytes)));
+        format("the tensors have %llu bytes, the file %llu; it is truncated or damaged", llu(end),
+               llu(data_bytes)));
 }
 
 Result<std::uint64_t> header_size(const Source& source) {
@@ -151,7 +150,7 @@ Result<std::uint64_t> header_size(const Source& source) {
         return bad_safetensors(
             format("a header of %llu bytes, expected at most %zu and no more than the file "
                    "has; it is truncated or not a safetensors file",
-                   static_cast<unsigned long long>(size), kMaxJsonBytes));
+                   llu(size), kMaxJsonBytes));
     return size;
 }
 
@@ -190,7 +189,7 @@ Result<WeightsFile> read_safetensors(const Source& source, const DecodeLimits& l
     for (const Row& row : header.rows)
         SPLAT_TRY(budget.take(row.count, sizeof(float), "safetensors: " + shown(row.name)));
     const bool small = source.size() < kManyBytes;
-    const bool in_file = !small && std::any_of(header.rows.begin(), header.rows.end(), is_f32);
+    const bool in_file = !small && std::ranges::any_of(header.rows, is_f32);
     const std::shared_ptr<const MappedFile> mapped = in_file ? source.map() : nullptr;
     const auto at = [&](const Row& row) {
         return start + static_cast<std::uint64_t>(row.offsets[0]);
@@ -226,8 +225,7 @@ Result<FilePieces> write_safetensors(const NamedTensors& tensors, const Metadata
     std::uint64_t end = 0;
     for (const NamedTensor& tensor : tensors) {
         if (tensor.name == kMetadata)
-            return error(Code::kInvalidArgument,
-                         "safetensors: no tensor may be named '__metadata__'");
+            return invalid("safetensors: no tensor may be named '__metadata__'");
         SPLAT_TRY(check_json_name(tensor.name, "safetensors: the tensor"));
         const std::uint64_t begin = end;
         end += tensor.values.size() * (half ? 2 : 4);
@@ -238,8 +236,8 @@ Result<FilePieces> write_safetensors(const NamedTensors& tensors, const Metadata
     std::string header = json.end().text();
     header.append(round_up(header.size(), kSizeBytes) - header.size(), ' ');
     if (header.size() > kMaxJsonBytes)
-        return error(Code::kInvalidArgument, "safetensors: a header of %zu bytes, the limit is %zu",
-                     header.size(), kMaxJsonBytes);
+        return invalid("safetensors: a header of %zu bytes, the limit is %zu", header.size(),
+                       kMaxJsonBytes);
     FilePieces file;
     Buffer start;
     put(start, std::uint64_t{header.size()});

@@ -24,7 +24,7 @@ std::string extension_list(bool written) {
     std::vector<std::string> extensions;
     for (const SceneFormat& format : scene_formats())
         if ((!written || format.write != nullptr) &&
-            std::find(extensions.begin(), extensions.end(), format.extension) == extensions.end())
+            std::ranges::find(extensions, format.extension) == extensions.end())
             extensions.emplace_back(format.extension);
     std::string list;
     for (std::size_t i = 0; i < extensions.size(); ++i)
@@ -33,8 +33,8 @@ std::string extension_list(bool written) {
 }
 
 Status unread(const std::string& name, const UnreadFormat& format) {
-    return error(Code::kUnsupported, "'%s' is a %s file, which is not read; convert it to %s",
-                 name.c_str(), format.name, extension_list(true).c_str());
+    return unsupported("'%s' is a %s file, which is not read; convert it to %s", name.c_str(),
+                       format.name, extension_list(true).c_str());
 }
 
 /// The format whose mark the file starts with; null for none. Errors: see SceneFormat::detect.
@@ -72,19 +72,19 @@ Result<const SceneFormat*> detect_scene_format(Bytes file, const std::string& na
     for (const SceneFormat& format : scene_formats()) {
         if (extension != format.extension) continue;
         if (format.detect == nullptr) return &format;
-        return error(Code::kFormat, "'%s' is not a %s file: its first bytes differ; expected %s",
-                     name.c_str(), format.extension, format.mark);
+        return damaged("'%s' is not a %s file: its first bytes differ; expected %s", name.c_str(),
+                       format.extension, format.mark);
     }
-    return error(Code::kFormat, "'%s' is not a scene of a known format; expected %s", name.c_str(),
-                 extension_list(false).c_str());
+    return damaged("'%s' is not a scene of a known format; expected %s", name.c_str(),
+                   extension_list(false).c_str());
 }
 
 Result<const SceneFormat*> written_scene_format(const std::string& name) {
     const std::string extension = extension_of(name);
     for (const SceneFormat& format : scene_formats())
         if (format.write != nullptr && extension == format.extension) return &format;
-    return error(Code::kUnsupported, "'%s': extension '%s', expected %s", name.c_str(),
-                 extension.c_str(), extension_list(true).c_str());
+    return unsupported("'%s': extension '%s', expected %s", name.c_str(), extension.c_str(),
+                       extension_list(true).c_str());
 }
 
 Result<LoadedScene> read_scene(Bytes file, const std::string& name, const LoadOptions& options,
@@ -95,8 +95,8 @@ Result<LoadedScene> read_scene(Bytes file, const std::string& name, const LoadOp
         // A format without a mark may begin with any bytes, another one's mark included.
         const auto marked = marked_format(file);
         if (marked.ok() && marked.value() != nullptr && marked.value() != format)
-            return error(Code::kFormat, "'%s' is of the format %s, expected %s", name.c_str(),
-                         marked.value()->name, format->name);
+            return damaged("'%s' is of the format %s, expected %s", name.c_str(),
+                           marked.value()->name, format->name);
     }
     SPLAT_ASSIGN(LoadedScene loaded, in_file(format->read(file, options), name));
     loaded.report.format = format->name;
@@ -106,11 +106,10 @@ Result<LoadedScene> read_scene(Bytes file, const std::string& name, const LoadOp
 Result<Buffer> write_scene(const scene::Gaussians& gaussians, const SceneFormat& format,
                            const SaveOptions& options) {
     if (format.write == nullptr)
-        return error(Code::kUnsupported, "%s is read only; write %s", format.name,
-                     extension_list(true).c_str());
+        return unsupported("%s is read only; write %s", format.name, extension_list(true).c_str());
     if (options.sh_degree.value_or(0) > format.max_sh_degree)
-        return error(Code::kInvalidArgument, "sh_degree %u to write, but %s holds at most %u",
-                     *options.sh_degree, format.name, format.max_sh_degree);
+        return invalid("sh_degree %u to write, but %s holds at most %u", *options.sh_degree,
+                       format.name, format.max_sh_degree);
     return format.write(gaussians, options);
 }
 

@@ -19,9 +19,8 @@ std::uint64_t count_non_finite(const std::vector<float>& values) {
 Status check_count(std::uint64_t count, std::uint32_t sh_degree, const LoadOptions& options,
                    DecodeBudget& budget, const char* format) {
     if (count > options.max_count)
-        return error(Code::kUnsupported, "%s: %llu Gaussians, the limit is %llu; raise max_count",
-                     format, static_cast<unsigned long long>(count),
-                     static_cast<unsigned long long>(options.max_count));
+        return unsupported("%s: %llu Gaussians, the limit is %llu; raise max_count", format,
+                           llu(count), llu(options.max_count));
     const std::uint64_t floats = 11 + 3 * std::uint64_t{scene::sh_coefficients(sh_degree)};
     return budget.take(count, floats * sizeof(float), std::string(format) + ": Gaussians");
 }
@@ -45,8 +44,7 @@ Result<scene::Gaussians> prepare_save(const scene::Gaussians& gaussians, scene::
     SPLAT_TRY(scene::check_arrays(gaussians));
     const std::uint32_t degree = options.sh_degree.value_or(gaussians.sh_degree);
     if (degree > scene::kMaxShDegree)
-        return error(Code::kInvalidArgument, "sh_degree %u to write, expected 0 to %u", degree,
-                     scene::kMaxShDegree);
+        return invalid("sh_degree %u to write, expected 0 to %u", degree, scene::kMaxShDegree);
     scene::Gaussians copy = scene::with_sh_degree(gaussians, degree);
     scene::convert_frame(copy, scene::Frame::kRdf, options.frame.value_or(usual));
     return copy;

@@ -1,6 +1,5 @@
 #include "io/tensor_file.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -13,42 +12,37 @@ namespace splat::io {
 
 Result<std::uint64_t> count_elements(std::span<const std::int64_t> dims, const std::string& what) {
     if (dims.size() > kMaxRank)
-        return error(Code::kInvalidArgument, "'%s' has %zu dimensions, expected at most %u",
-                     what.c_str(), dims.size(), kMaxRank);
+        return invalid("'%s' has %zu dimensions, expected at most %u", what.c_str(), dims.size(),
+                       kMaxRank);
     std::uint64_t count = 1;
     bool fits = true;
     for (const std::int64_t dim : dims) {
         if (dim < 0)
-            return error(Code::kInvalidArgument, "'%s' has the shape %s, expected dimensions >= 0",
-                         what.c_str(), dims_text(dims).c_str());
+            return invalid("'%s' has the shape %s, expected dimensions >= 0", what.c_str(),
+                           dims_text(dims).c_str());
         const auto product = checked_mul(count, static_cast<std::uint64_t>(dim));
         fits = fits && product && *product <= kMaxElements;
         count = fits ? *product : 1;
         if (dim == 0) return 0;
     }
     if (fits) return count;
-    return error(Code::kInvalidArgument, "'%s' has the shape %s, more than %llu elements",
-                 what.c_str(), dims_text(dims).c_str(),
-                 static_cast<unsigned long long>(kMaxElements));
+    return invalid("'%s' has the shape %s, more than %llu elements", what.c_str(),
+                   dims_text(dims).c_str(), llu(kMaxElements));
 }
 
 std::string dims_text(std::span<const std::int64_t> dims) {
-    std::string text = "[";
-    for (const std::int64_t dim : dims) text += (text.size() > 1 ? ", " : "") + std::to_string(dim);
-    return text + "]";
+    return "[" + joined(dims, [](std::int64_t dim) { return std::to_string(dim); }) + "]";
 }
 
 Status NamedTensors::add(NamedTensor tensor) {
     SPLAT_ASSIGN(const std::uint64_t count, count_elements(tensor.dims, tensor.name));
     if (count != tensor.values.size())
-        return error(Code::kInvalidArgument, "'%s' has %zu values, its shape %s needs %llu",
-                     tensor.name.c_str(), tensor.values.size(), dims_text(tensor.dims).c_str(),
-                     static_cast<unsigned long long>(count));
+        return invalid("'%s' has %zu values, its shape %s needs %llu", tensor.name.c_str(),
+                       tensor.values.size(), dims_text(tensor.dims).c_str(), llu(count));
     if (!places_.emplace(tensor.name, tensors_.size()).second)
-        return error(Code::kInvalidArgument, "'%s' appears twice", shown(tensor.name).c_str());
+        return invalid("'%s' appears twice", shown(tensor.name).c_str());
     const auto& file = tensor.values.file();
-    if (file && std::find(files_.begin(), files_.end(), file) == files_.end())
-        files_.push_back(file);
+    if (file && std::ranges::find(files_, file) == files_.end()) files_.push_back(file);
     tensors_.push_back(std::move(tensor));
     return {};
 }
@@ -72,10 +66,10 @@ std::uint64_t NamedTensors::elements() const {
 Status check_finite(const NamedTensor& tensor) {
     const std::size_t bad = find_not_finite(tensor.values);
     if (bad == tensor.values.size()) return {};
-    return error(Code::kInvalidArgument,
-                 "'%s' holds %f at element %zu, expected finite weights; the training that wrote "
-                 "them failed, or the file is damaged",
-                 tensor.name.c_str(), static_cast<double>(tensor.values[bad]), bad);
+    return invalid(
+        "'%s' holds %f at element %zu, expected finite weights; the training that wrote "
+        "them failed, or the file is damaged",
+        tensor.name.c_str(), static_cast<double>(tensor.values[bad]), bad);
 }
 
 Status check_finite(const NamedTensors& tensors) {
@@ -88,9 +82,8 @@ Status put_halves(Buffer& to, const NamedTensor& tensor) {
     for (const float value : tensor.values) {
         const std::uint16_t half = to_half(value);
         if ((half & 0x7FFFU) == 0x7C00U && std::isfinite(value))
-            return error(Code::kInvalidArgument,
-                         "'%s' holds %g, and float16 ends at 65504; save it as float32",
-                         tensor.name.c_str(), static_cast<double>(value));
+            return invalid("'%s' holds %g, and float16 ends at 65504; save it as float32",
+                           tensor.name.c_str(), static_cast<double>(value));
         put(to, half);
     }
     return {};

@@ -25,7 +25,7 @@ class Frame {
         : file_(file), frame_(frame), index_(index) {}
 
     Status bad(const std::string& problem) const {
-        return error(Code::kFormat, "frame %zu: %s", index_, problem.c_str());
+        return damaged("frame %zu: %s", index_, problem.c_str());
     }
 
     /// In the frame, else in the file, else null.
@@ -137,7 +137,7 @@ Status read_model(const Frame& frame, const std::string& name, const CameraOptio
                                             "RADIAL",  "OPENCV",         "FULL_OPENCV"};
     if (const JsonTree* const model = frame.value("camera_model")) {
         if (model->text() == nullptr) return frame.bad("'camera_model' is not text");
-        if (std::find(std::begin(kModels), std::end(kModels), *model->text()) == std::end(kModels))
+        if (std::ranges::find(kModels, *model->text()) == std::end(kModels))
             SPLAT_TRY(note_lens(name, "model", "camera_model '" + shown(*model->text()) + "'",
                                 options, set));
     }
@@ -172,9 +172,7 @@ Status read_splits(const JsonTree& file, CameraSet& set) {
         const std::string key = split + "_filenames";
         const JsonTree* const found = file.find(key);
         if (found == nullptr || found->is_null()) continue;
-        const auto bad = [&] {
-            return error(Code::kFormat, "'%s' is not a list of names", key.c_str());
-        };
+        const auto bad = [&] { return damaged("'%s' is not a list of names", key.c_str()); };
         if (found->list() == nullptr) return bad();
         std::vector<std::string>& names = set.splits[split];
         for (const JsonTree& name : *found->list()) {
@@ -191,12 +189,11 @@ Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uin
                                        const CameraOptions& options) {
     SPLAT_ASSIGN(const JsonTree json, from_file(parse_json_tree(as_text(file), "cameras")));
     const JsonTree* const found = json.find("frames");
-    if (found == nullptr || found->list() == nullptr)
-        return error(Code::kFormat, "there is no list 'frames'");
+    if (found == nullptr || found->list() == nullptr) return damaged("there is no list 'frames'");
     const JsonTree::List& frames = *found->list();
     if (frames.size() > options.max_cameras)
-        return error(Code::kUnsupported, "%zu frames, the limit is %llu", frames.size(),
-                     static_cast<unsigned long long>(options.max_cameras));
+        return unsupported("%zu frames, the limit is %llu", frames.size(),
+                           llu(options.max_cameras));
     CameraSet set;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const Frame frame(json, frames[i], i);

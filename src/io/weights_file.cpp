@@ -42,14 +42,13 @@ Result<WeightsFormat> format_of(const Source& source, const DecodeLimits& limits
     if (text.starts_with("PK\x05\x06")) return WeightsFormat::kNpz;  // no entries
     if (text.starts_with("PK\x03\x04")) {
         SPLAT_ASSIGN(const Zip zip, Zip::open(source, "zip", limits));
-        const bool pth = std::any_of(zip.entries().begin(), zip.entries().end(),
-                                     [](const ZipEntry& e) { return is_pth_entry(e.name); });
+        const bool pth = std::ranges::any_of(
+            zip.entries(), [](const ZipEntry& e) { return is_pth_entry(e.name); });
         return pth ? WeightsFormat::kPth : WeightsFormat::kNpz;
     }
     if (is_safetensors(head)) return WeightsFormat::kSafetensors;
     if (is_legacy_pth(head)) return WeightsFormat::kPth;
-    return error(
-        Code::kFormat,
+    return damaged(
         "not weights of a known format; expected .safetensors, .pth of torch.save(), .npz");
 }
 
@@ -82,8 +81,7 @@ Status save_weights(const WeightsFile& weights, const std::string& path, bool ha
         SPLAT_ASSIGN(const FilePieces file, format.write(weights, half));
         return write_file(path, file.pieces());
     }
-    return error(Code::kUnsupported, "'%s': weights are written as .safetensors, .pth or .npz",
-                 path.c_str());
+    return unsupported("'%s': weights are written as .safetensors, .pth or .npz", path.c_str());
 }
 
 }  // namespace splat::io

@@ -1,7 +1,6 @@
 #include "io/zip.h"
 
 #include <algorithm>
-#include <optional>
 
 #include "core/checked_math.h"
 #include "io/compress.h"
@@ -38,9 +37,8 @@ class DirectoryReader {
     Result<std::vector<ZipEntry>> run(const DecodeLimits& limits) {
         SPLAT_TRY(find_end());
         if (count_ > limits.max_items)
-            return bad(format("%llu entries, the limit is %llu",
-                              static_cast<unsigned long long>(count_),
-                              static_cast<unsigned long long>(limits.max_items)));
+            return bad(
+                format("%llu entries, the limit is %llu", llu(count_), llu(limits.max_items)));
         if (count_ > bytes_ / kDirectoryEntryBytes)
             return bad("more entries than its directory has room for");
         SPLAT_ASSIGN(const Buffer directory, piece(start_, bytes_));
@@ -66,17 +64,17 @@ class DirectoryReader {
     };
 
     [[nodiscard]] Status bad(const std::string& problem) const {
-        return error(Code::kFormat, "%s: %s; the archive is truncated or damaged", what_.c_str(),
-                     problem.c_str());
+        return damaged("%s: %s; the archive is truncated or damaged", what_.c_str(),
+                       problem.c_str());
     }
 
     [[nodiscard]] Status unsupported(const std::string& problem) const {
-        return error(Code::kUnsupported, "%s: %s", what_.c_str(), problem.c_str());
+        return splat::unsupported("%s: %s", what_.c_str(), problem.c_str());
     }
 
     Result<Buffer> piece(std::uint64_t start, std::uint64_t bytes) const {
         if (start > source_.size() || bytes > source_.size() - start)
-            return bad(format("it has no byte %llu", static_cast<unsigned long long>(start)));
+            return bad(format("it has no byte %llu", llu(start)));
         Buffer buffer(bytes);
         SPLAT_TRY(source_.read(start, buffer));
         return buffer;
@@ -213,13 +211,12 @@ class DirectoryReader {
                               : entry.bytes / kMaxDeflateRatio > entry.packed_bytes;
         if (!lies) return {};
         return bad(format("'%s': %llu bytes cannot come from %llu", entry.name.c_str(),
-                          static_cast<unsigned long long>(entry.bytes),
-                          static_cast<unsigned long long>(entry.packed_bytes)));
+                          llu(entry.bytes), llu(entry.packed_bytes)));
     }
 
     Status check_overlaps() {
-        std::sort(extents_.begin(), extents_.end(),
-                  [](const Extent& a, const Extent& b) { return a.start < b.start; });
+        std::ranges::sort(extents_,
+                          [](const Extent& a, const Extent& b) { return a.start < b.start; });
         for (std::size_t i = 1; i < extents_.size(); ++i)
             if (extents_[i].start < extents_[i - 1].end) return bad("two of its entries overlap");
         return {};
@@ -260,8 +257,7 @@ Result<Zip> Zip::open(const Source& source, const std::string& what, const Decod
     SPLAT_ASSIGN(zip.entries_, DirectoryReader(source, what).run(limits));
     for (std::size_t i = 0; i < zip.entries_.size(); ++i)
         if (!zip.places_.emplace(zip.entries_[i].name, i).second)
-            return error(Code::kFormat, "%s: '%s' appears twice", what.c_str(),
-                         zip.entries_[i].name.c_str());
+            return damaged("%s: '%s' appears twice", what.c_str(), zip.entries_[i].name.c_str());
     return zip;
 }
 
@@ -280,17 +276,17 @@ Status Zip::read(const ZipEntry& entry, Buffer& to) const {
         SPLAT_TRY(inflate_raw(packed, to, what_ + ": '" + entry.name + "'"));
     }
     if (const std::uint32_t crc = crc32_of(to); crc != entry.crc)
-        return error(Code::kFormat, "%s: '%s' has the CRC %08x, expected %08x; its data is damaged",
-                     what_.c_str(), entry.name.c_str(), crc, entry.crc);
+        return damaged("%s: '%s' has the CRC %08x, expected %08x; its data is damaged",
+                       what_.c_str(), entry.name.c_str(), crc, entry.crc);
     return {};
 }
 
 Result<FilePieces> write_zip(std::vector<ZipMember> members) {
     FilePieces file;
     Buffer directory;
-    const Status too_large = error(Code::kUnsupported,
-                                   "zip: 4 GiB, 65535 files or a name of 64 KiB are too much; "
-                                   "safetensors files have no such limit");
+    const Status too_large = splat::unsupported(
+        "zip: 4 GiB, 65535 files or a name of 64 KiB are too much; "
+        "safetensors files have no such limit");
     if (members.size() >= kIn16) return too_large;
     std::uint64_t start = 0;
     for (ZipMember& member : members) {

@@ -74,18 +74,16 @@ std::string number_text(double value) {
 
 Status expect_adapters(Model& model) {
     if (model.config().lora.rank > 0) return {};
-    return error(Code::kInvalidState,
-                 "the model has no adapters: its configuration lacks opt.lora_finetune");
+    return bad_state("the model has no adapters: its configuration lacks opt.lora_finetune");
 }
 
 /// Another factor would change the adapters' effect.
 Status check_alpha(const Model& model, const io::WeightsFile& file) {
-    const auto alpha = std::find_if(file.metadata.begin(), file.metadata.end(),
-                                    [](const auto& entry) { return entry.first == kAlpha; });
+    const auto alpha = std::ranges::find_if(
+        file.metadata, [](const auto& entry) { return entry.first == kAlpha; });
     const auto own = static_cast<double>(model.config().lora.alpha);
     if (alpha == file.metadata.end() || alpha->second == number_text(own)) return {};
-    return error(
-        Code::kInvalidArgument,
+    return invalid(
         "the file's adapters were trained with lora_alpha %s, the configuration has %s; set "
         "opt.lora_alpha",
         alpha->second.c_str(), number_text(own).c_str());
@@ -105,7 +103,7 @@ Status fold(NamedTensor& weight, const NamedTensor& a, const NamedTensor& b, dou
     std::vector<double> sums(columns);
     LargeVector<float>& values = weight.values.own();
     for (std::size_t first = 0; first < values.size(); first += columns) {
-        std::fill(sums.begin(), sums.end(), 0.0);
+        std::ranges::fill(sums, 0.0);
         for (std::size_t r = 0; r < rank; ++r) {
             const auto factor_b = static_cast<double>(b.values[first / columns * rank + r]);
             for (std::size_t i = 0; i < columns; ++i)
@@ -115,10 +113,10 @@ Status fold(NamedTensor& weight, const NamedTensor& a, const NamedTensor& b, dou
             float& value = values[first + i];
             value = static_cast<float>(static_cast<double>(value) + scale * sums[i]);
             if (!std::isfinite(value))
-                return error(Code::kInvalidArgument,
-                             "layer of '%s': element %zu of the folded weight is %g, expected a "
-                             "finite number; check alpha and the files",
-                             weight.name.c_str(), first + i, static_cast<double>(value));
+                return invalid(
+                    "layer of '%s': element %zu of the folded weight is %g, expected a "
+                    "finite number; check alpha and the files",
+                    weight.name.c_str(), first + i, static_cast<double>(value));
         }
     }
     return {};
@@ -156,9 +154,8 @@ Status load_adapters(Model& model, const io::WeightsFile& file, LoadReport& repo
     SPLAT_ASSIGN(const NamedTensors plain, plain_adapters(file.tensors));
     for (const NamedTensor& tensor : file.tensors)
         if (plain.find(plain_name(tensor.name)) == nullptr)
-            return error(Code::kInvalidArgument,
-                         "tensor '%s' is not an adapter; load the file as a state dict",
-                         tensor.name.c_str());
+            return invalid("tensor '%s' is not an adapter; load the file as a state dict",
+                           tensor.name.c_str());
     NamedTensors renamed;
     SPLAT_ASSIGN(const NamedTensors* named, under_own_names(model.config(), plain, renamed));
     const NamedTensors& adapters = *named;
@@ -167,8 +164,8 @@ Status load_adapters(Model& model, const io::WeightsFile& file, LoadReport& repo
         if (!is_adapter(parameter.name)) continue;
         const NamedTensor* tensor = adapters.find(parameter.name);
         if (tensor == nullptr)
-            return error(Code::kInvalidArgument, "the file has no adapter '%s' %s",
-                         parameter.name.c_str(), parameter.shape.text().c_str());
+            return invalid("the file has no adapter '%s' %s", parameter.name.c_str(),
+                           parameter.shape.text().c_str());
         if (tensor->dims[0] != parameter.shape[0] || tensor->dims[1] != parameter.shape[1])
             return error(Code::kShape, "adapter '%s' has shape %s, expected %s",
                          parameter.name.c_str(), io::dims_text(tensor->dims).c_str(),
@@ -178,9 +175,8 @@ Status load_adapters(Model& model, const io::WeightsFile& file, LoadReport& repo
     }
     for (const NamedTensor& tensor : adapters)
         if (model.parameters().find(tensor.name) == nullptr)
-            return error(Code::kInvalidArgument,
-                         "the file's adapter '%s' belongs to no adapted layer of the model",
-                         tensor.name.c_str());
+            return invalid("the file's adapter '%s' belongs to no adapted layer of the model",
+                           tensor.name.c_str());
     for (const std::string& name : made.copied)
         SPLAT_TRY(
             model.parameters().write(*model.parameters().find(name), adapters.find(name)->values));
@@ -189,9 +185,8 @@ Status load_adapters(Model& model, const io::WeightsFile& file, LoadReport& repo
 }
 
 bool has_adapters(const NamedTensors& tensors) {
-    return std::any_of(tensors.begin(), tensors.end(), [](const NamedTensor& tensor) {
-        return is_adapter(plain_name(tensor.name));
-    });
+    return std::ranges::any_of(
+        tensors, [](const NamedTensor& tensor) { return is_adapter(plain_name(tensor.name)); });
 }
 
 Result<NamedTensors> merge_adapters(const NamedTensors& tensors, const NamedTensors& given,
@@ -207,17 +202,15 @@ Result<NamedTensors> merge_adapters(const NamedTensors& tensors, const NamedTens
             const NamedTensor* a = adapters.find(layer + ".lora_A");
             const NamedTensor* b = adapters.find(layer + ".lora_B");
             if ((a == nullptr) != (b == nullptr))
-                return error(Code::kInvalidArgument, "layer '%s' has only one half of an adapter",
-                             layer.c_str());
+                return invalid("layer '%s' has only one half of an adapter", layer.c_str());
             if (a != nullptr) SPLAT_TRY(fold(result, *a, *b, sign * alpha));
         }
         SPLAT_TRY(merged.add(std::move(result)));
     }
     for (const NamedTensor& adapter : adapters)
         if (merged.find(weight_of(adapter.name)) == nullptr)
-            return error(Code::kInvalidArgument,
-                         "the adapter '%s' belongs to no weight: the file has no '%s'",
-                         adapter.name.c_str(), weight_of(adapter.name).c_str());
+            return invalid("the adapter '%s' belongs to no weight: the file has no '%s'",
+                           adapter.name.c_str(), weight_of(adapter.name).c_str());
     return merged;
 }
 

@@ -25,8 +25,8 @@ Status expect_count(const char* name, std::size_t got, std::size_t expected) {
 Status expect_finite(const char* name, std::span<const float> values) {
     const std::size_t bad = find_not_finite(values);
     if (bad == values.size()) return {};
-    return error(Code::kInvalidArgument, "model: '%s' holds %g at %zu, expected finite numbers",
-                 name, static_cast<double>(values[bad]), bad);
+    return invalid("model: '%s' holds %g at %zu, expected finite numbers", name,
+                   static_cast<double>(values[bad]), bad);
 }
 
 /// Copies of the vectors of `from` into `to` with the first `head` numbers moved behind the others.
@@ -174,13 +174,12 @@ Status Model::build() {
     SPLAT_TRY(graph_.status());
     const auto& values = graph_.values();
     if (!options_.gradients ||
-        std::any_of(values.begin(), values.end(), [](const nn::Value& v) { return v.trainable; }))
+        std::ranges::any_of(values, [](const nn::Value& v) { return v.trainable; }))
         return {};
-    return error(Code::kInvalidArgument,
-                 "configuration: %s leave no parameter to be trained, but gradients are requested",
-                 config_.lora.rank == 0
-                     ? "the names of opt.freeze"
-                     : "opt.lora_targets, opt.train_with_adapters and opt.freeze");
+    return invalid(
+        "configuration: %s leave no parameter to be trained, but gradients are requested",
+        config_.lora.rank == 0 ? "the names of opt.freeze"
+                               : "opt.lora_targets, opt.train_with_adapters and opt.freeze");
 }
 
 /// The vector that modulates blocks, with its halves exchanged as the published network takes it.
@@ -238,11 +237,11 @@ Status Model::add_images(std::span<const float> all, std::vector<InputValues>& i
     for (std::size_t image = 0; image < images(); ++image) {
         const auto planes = all.subspan(image * given, given);
         const auto last = planes.subspan(seen);
-        if (std::any_of(last.begin(), last.end(), [&](float d) { return d != last[0]; }))
-            return error(Code::kInvalidArgument,
-                         "model: the origin distance of image %zu varies, expected one number "
-                         "in the whole plane",
-                         image);
+        if (std::ranges::any_of(last, [&](float d) { return d != last[0]; }))
+            return invalid(
+                "model: the origin distance of image %zu varies, expected one number "
+                "in the whole plane",
+                image);
         shown.insert(shown.end(), planes.begin(),
                      planes.begin() + static_cast<std::ptrdiff_t>(seen));
         distances.push_back(last[0]);
@@ -304,8 +303,7 @@ Status Model::forward() {
 Status Model::backward(bool of_sets) {
     SPLAT_TRY(check_unmapped());
     if (input_changed_ || outside_writes_ != outside_->writes)
-        return error(Code::kInvalidState,
-                     "backward was called after new inputs without their forward pass");
+        return bad_state("backward was called after new inputs without their forward pass");
     if (gradient_rows_ != nullptr)
         SPLAT_TRY(context_.run(of_sets ? gradient_rows_->unpack : gradient_rows_->pack));
     SPLAT_TRY(sliced_ == nullptr ? executor_->backward() : sliced_->backward());

@@ -43,8 +43,8 @@ Result<vk::BufferView> Model::input_tensor(std::string_view name) {
         SPLAT_TRY(start_inputs());
         return id == tokens_ ? without_last_axis(input(id)) : input(id);
     }
-    return error(Code::kInvalidArgument, "'%s' is not an input of this model:%s",
-                 std::string(name).c_str(), known.c_str());
+    return invalid("'%s' is not an input of this model:%s", std::string(name).c_str(),
+                   known.c_str());
 }
 
 /// Zeros, identity poses, and focal lengths of R pixels where the caller has given nothing.
@@ -81,8 +81,7 @@ Status Model::use_tensors(std::uint64_t seed, std::uint32_t step) {
 Status Model::check_unmapped() const {
     if (!outside_->mapped() && !outside_gradients_->mapped() && !parameters_->outside()->mapped())
         return {};
-    return error(Code::kInvalidState,
-                 "a tensor of the model is mapped: call splat_tensor_unmap first");
+    return bad_state("a tensor of the model is mapped: call splat_tensor_unmap first");
 }
 
 Result<vk::BufferView> Model::input_gradient_tensor(Input input) const {
@@ -91,12 +90,12 @@ Result<vk::BufferView> Model::input_gradient_tensor(Input input) const {
         (input == Input::kImages || (input == Input::kTokens && config_.tokens > 0) ||
          (input == Input::kEmbedding && config_.embedding == Embedding::kCustom));
     if (!there)
-        return error(Code::kInvalidState,
-                     "model: no gradient of the %s is computed: the model was made without "
-                     "SPLAT_MODEL_INPUT_GRADIENTS, or its configuration does not have them",
-                     input == Input::kImages   ? "images"
-                     : input == Input::kTokens ? "tokens"
-                                               : "custom embedding");
+        return bad_state(
+            "model: no gradient of the %s is computed: the model was made without "
+            "SPLAT_MODEL_INPUT_GRADIENTS, or its configuration does not have them",
+            input == Input::kImages   ? "images"
+            : input == Input::kTokens ? "tokens"
+                                      : "custom embedding");
     if (input == Input::kEmbedding) return exchanged_gradient_view_;
     return input == Input::kImages ? gradient(image_) : without_last_axis(gradient(tokens_));
 }

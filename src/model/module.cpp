@@ -45,8 +45,7 @@ class BlockBuilder : public SongUnet {
 };
 
 Status wrong_attribute(const char* name, double got, const char* expected) {
-    return error(Code::kInvalidArgument, "%s: attribute '%s' is %g, expected %s", kResidualBlock,
-                 name, got, expected);
+    return invalid("%s: attribute '%s' is %g, expected %s", kResidualBlock, name, got, expected);
 }
 
 Status check_groups(const char* what, std::uint32_t channels) {
@@ -76,8 +75,7 @@ Status check_block(const ops::Attributes& a, const Shape& x) {
         if (a.integer(name) < 0 || a.integer(name) > (1 << 20))
             return wrong_attribute(name, a.number(name), "0 to 1048576");
     if (a.boolean("up") && a.boolean("down"))
-        return error(Code::kInvalidArgument, "%s: both 'up' and 'down' are set, expected one",
-                     kResidualBlock);
+        return invalid("%s: both 'up' and 'down' are set, expected one", kResidualBlock);
     if (a.integer("views") < 1 || x[0] % a.integer("views") != 0)
         return wrong_attribute("views", a.number("views"), "a divisor of the images of x");
     SPLAT_TRY(check_groups("port 'x'", x[1]));
@@ -90,8 +88,8 @@ Status check_block(const ops::Attributes& a, const Shape& x) {
 }  // namespace
 
 const ModulePort* Module::port(const std::string& name) const {
-    const auto found = std::find_if(desc_.ports.begin(), desc_.ports.end(),
-                                    [&](const ModulePort& p) { return p.name == name; });
+    const auto found =
+        std::ranges::find_if(desc_.ports, [&](const ModulePort& p) { return p.name == name; });
     return found == desc_.ports.end() ? nullptr : &*found;
 }
 
@@ -99,12 +97,11 @@ Status Module::check_ports(const std::vector<std::string>& known) const {
     std::string list;
     for (const std::string& name : known) list += " " + name;
     for (const ModulePort& given : desc_.ports) {
-        if (std::find(known.begin(), known.end(), given.name) == known.end())
-            return error(Code::kInvalidArgument, "%s: no port '%s'; there are:%s",
-                         desc_.type.c_str(), given.name.c_str(), list.c_str());
+        if (std::ranges::find(known, given.name) == known.end())
+            return invalid("%s: no port '%s'; there are:%s", desc_.type.c_str(), given.name.c_str(),
+                           list.c_str());
         if (port(given.name) != &given)
-            return error(Code::kInvalidArgument, "%s: port '%s' is given twice", desc_.type.c_str(),
-                         given.name.c_str());
+            return invalid("%s: port '%s' is given twice", desc_.type.c_str(), given.name.c_str());
     }
     return {};
 }
@@ -126,10 +123,10 @@ void Module::add_output(const std::string& name, ValueId value) {
 Status Module::build_operator() {
     SPLAT_ASSIGN(const ops::OpRow* row, ops::find_op(desc_.type));
     if (desc_.build.training || desc_.build.precision != Precision::kBalanced)
-        return error(Code::kInvalidArgument,
-                     "%s: training and precision apply to %s; an operator does what its attributes "
-                     "say",
-                     desc_.type.c_str(), kResidualBlock);
+        return invalid(
+            "%s: training and precision apply to %s; an operator does what its attributes "
+            "say",
+            desc_.type.c_str(), kResidualBlock);
     std::vector<std::string> known;
     for (const ops::Port& p : row->inputs) known.emplace_back(p.name);
     SPLAT_TRY(check_ports(known));
@@ -177,10 +174,10 @@ Status Module::build_block() {
                      "%s: port 'random_counter' is absent, and dropout acts: give it, of shape [4]",
                      kResidualBlock);
     if (!random && port("random_counter") != nullptr)
-        return error(Code::kInvalidArgument,
-                     "%s: port 'random_counter' is given, but nothing is random: set dropout and "
-                     "training",
-                     kResidualBlock);
+        return invalid(
+            "%s: port 'random_counter' is given, but nothing is random: set dropout and "
+            "training",
+            kResidualBlock);
     const std::uint32_t images = x->shape[0];
     SPLAT_TRY(check_port(port("embedding"), images, 2, "[N,E]"));
     SPLAT_TRY(check_port(port("tokens"), images, 4, "[N,D,T,1]"));
@@ -212,12 +209,12 @@ Result<std::unique_ptr<Module>> Module::create(vk::Context& context, const Modul
     made->parameters_ = std::make_unique<nn::Parameters>(std::move(parameters));
     const auto& all = made->parameters_->all();
     const bool trained =
-        std::any_of(all.begin(), all.end(), [](const nn::Parameter& p) { return p.trainable; });
+        std::ranges::any_of(all, [](const nn::Parameter& p) { return p.trainable; });
     if (desc.gradients && !desc.input_gradients && !trained)
-        return error(Code::kInvalidArgument,
-                     "%s: no parameter of it is trained: gradients need "
-                     "SPLAT_MODULE_INPUT_GRADIENTS",
-                     desc.type.c_str());
+        return invalid(
+            "%s: no parameter of it is trained: gradients need "
+            "SPLAT_MODULE_INPUT_GRADIENTS",
+            desc.type.c_str());
     nn::ExecutorDesc executor;
     executor.backward = desc.gradients;
     for (const auto& [name, value] : made->outputs_) executor.outputs.push_back(value);
@@ -245,10 +242,10 @@ Status Module::unknown(const std::string& name) const {
     for (const auto& [known, value] : inputs_) list += " " + known;
     for (const auto& [known, value] : outputs_) list += " " + known;
     for (const nn::Parameter& parameter : parameters_->all()) list += " " + parameter.name;
-    return error(Code::kNotFound,
-                 "%s: there is no '%s' here; ports and parameters are:%s, their gradients 'grad:' "
-                 "and the name; inputs, parameters and gradients of outputs are written",
-                 desc_.type.c_str(), name.c_str(), list.c_str());
+    return not_found(
+        "%s: there is no '%s' here; ports and parameters are:%s, their gradients 'grad:' "
+        "and the name; inputs, parameters and gradients of outputs are written",
+        desc_.type.c_str(), name.c_str(), list.c_str());
 }
 
 Result<vk::BufferView> Module::target(const std::string& name) {
@@ -258,16 +255,16 @@ Result<vk::BufferView> Module::target(const std::string& name) {
     const auto output = name.starts_with("grad:") ? outputs_.find(name.substr(5)) : outputs_.end();
     if (output == outputs_.end()) return unknown(name);
     if (!desc_.gradients)
-        return error(Code::kInvalidState, "%s: '%s': the module was made without gradients",
-                     desc_.type.c_str(), name.c_str());
+        return bad_state("%s: '%s': the module was made without gradients", desc_.type.c_str(),
+                         name.c_str());
     return executor_->gradient(output->second);
 }
 
 Result<vk::BufferView> Module::source(const std::string& name) {
     if (const auto output = outputs_.find(name); output != outputs_.end()) {
         if (!ran_)
-            return error(Code::kInvalidState, "%s: '%s': the module has not run forward",
-                         desc_.type.c_str(), name.c_str());
+            return bad_state("%s: '%s': the module has not run forward", desc_.type.c_str(),
+                             name.c_str());
         return executor_->tensor(output->second);
     }
     if (!name.starts_with("grad:")) return target(name);
@@ -275,20 +272,20 @@ Result<vk::BufferView> Module::source(const std::string& name) {
     const nn::Parameter* parameter = parameters_->find(of);
     const auto input = inputs_.find(of);
     if (parameter == nullptr && input == inputs_.end()) return target(name);
-    const bool wanted = parameter != nullptr
-                            ? parameter->grad.block != nullptr
-                            : desc_.gradients && desc_.input_gradients &&
-                                  std::find(differentiable_.begin(), differentiable_.end(),
-                                            input->second) != differentiable_.end();
+    const bool wanted =
+        parameter != nullptr
+            ? parameter->grad.block != nullptr
+            : desc_.gradients && desc_.input_gradients &&
+                  std::ranges::find(differentiable_, input->second) != differentiable_.end();
     if (!wanted)
-        return error(Code::kInvalidState,
-                     "%s: '%s' is not computed: the module was made without gradients (of inputs), "
-                     "or it is not trained or constant",
-                     desc_.type.c_str(), name.c_str());
+        return bad_state(
+            "%s: '%s' is not computed: the module was made without gradients (of inputs), "
+            "or it is not trained or constant",
+            desc_.type.c_str(), name.c_str());
     if (parameter != nullptr) return parameter->grad;
     if (!went_back_)
-        return error(Code::kInvalidState, "%s: '%s': the module has not run backward",
-                     desc_.type.c_str(), name.c_str());
+        return bad_state("%s: '%s': the module has not run backward", desc_.type.c_str(),
+                         name.c_str());
     return executor_->gradient(input->second);
 }
 
@@ -309,12 +306,12 @@ Status Module::write(const std::string& name, const float* values, std::size_t b
     const std::span<const float> given(values, bytes / sizeof(float));
     const auto input = inputs_.find(name);
     const bool constant =
-        input != inputs_.end() && std::find(differentiable_.begin(), differentiable_.end(),
-                                            input->second) == differentiable_.end();
+        input != inputs_.end() &&
+        std::ranges::find(differentiable_, input->second) == differentiable_.end();
     const std::size_t bad = constant ? given.size() : find_not_finite(given);
     if (bad < given.size())
-        return error(Code::kInvalidArgument, "'%s' holds %g at %zu, expected finite numbers",
-                     name.c_str(), static_cast<double>(given[bad]), bad);
+        return invalid("'%s' holds %g at %zu, expected finite numbers", name.c_str(),
+                       static_cast<double>(given[bad]), bad);
     if (const nn::Parameter* parameter = parameters_->find(name))
         return parameters_->write(*parameter, given);
     if (input != inputs_.end()) input_changed_ = true;
@@ -336,9 +333,9 @@ Status Module::forward() {
 
 Status Module::backward() {
     if (input_changed_)
-        return error(Code::kInvalidState,
-                     "%s: backward was called after an input had been written: run forward again",
-                     desc_.type.c_str());
+        return bad_state(
+            "%s: backward was called after an input had been written: run forward again",
+            desc_.type.c_str());
     const Status done = executor_->backward();
     if (done.code() != Code::kInvalidState) went_back_ = done.ok();
     return done;

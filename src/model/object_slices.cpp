@@ -24,18 +24,14 @@ Result<std::unique_ptr<ObjectSlices>> ObjectSlices::create(vk::Context& context,
                                                            const Ports& ports,
                                                            std::uint32_t count) {
     std::unique_ptr<ObjectSlices> made(new ObjectSlices(context, executor, count));
-    for (const nn::ValueId id : ports.inputs) {
-        SPLAT_ASSIGN(made->inputs_[id], made->join(executor.tensor(id)));
-    }
-    for (const nn::ValueId id : ports.outputs) {
-        SPLAT_ASSIGN(made->outputs_[id], made->join(executor.tensor(id)));
-    }
-    for (const nn::ValueId id : ports.graded_outputs) {
-        SPLAT_ASSIGN(made->gradients_[id], made->join(executor.gradient(id)));
-    }
-    for (const nn::ValueId id : ports.graded_inputs) {
-        SPLAT_ASSIGN(made->input_gradients_[id], made->join(executor.gradient(id)));
-    }
+    for (const nn::ValueId id : ports.inputs)
+        SPLAT_SET(made->inputs_[id], made->join(executor.tensor(id)));
+    for (const nn::ValueId id : ports.outputs)
+        SPLAT_SET(made->outputs_[id], made->join(executor.tensor(id)));
+    for (const nn::ValueId id : ports.graded_outputs)
+        SPLAT_SET(made->gradients_[id], made->join(executor.gradient(id)));
+    for (const nn::ValueId id : ports.graded_inputs)
+        SPLAT_SET(made->input_gradients_[id], made->join(executor.gradient(id)));
     for (std::uint32_t part = 0; part < count; ++part) SPLAT_TRY(made->record(part));
     return made;
 }
@@ -91,8 +87,7 @@ Status ObjectSlices::forward() {
 
 Status ObjectSlices::backward() {
     if (!ran_)
-        return error(
-            Code::kInvalidState,
+        return bad_state(
             "backward was called without a forward pass of its own: run forward before each");
     for (std::uint32_t part = count_; part-- > 0;) {
         if (part + 1 < count_) SPLAT_TRY(run(part));

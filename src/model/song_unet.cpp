@@ -1,7 +1,6 @@
 #include "model/song_unet.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace splat::model {
 namespace {
@@ -20,9 +19,8 @@ const Init kZero{Init::Kind::kConstant, 0};
 const Init kOne{Init::Kind::kConstant, 1};
 
 bool contains_any(const std::string& name, const std::vector<std::string>& parts) {
-    return std::any_of(parts.begin(), parts.end(), [&](const std::string& part) {
-        return name.find(part) != std::string::npos;
-    });
+    return std::ranges::any_of(
+        parts, [&](const std::string& part) { return name.find(part) != std::string::npos; });
 }
 
 std::string level_name(std::uint32_t resolution, const std::string& what) {
@@ -45,8 +43,8 @@ ValueId SongUnet::parameter(const std::string& name, const Shape& shape, const I
 }
 
 bool SongUnet::attends(std::uint32_t resolution) const {
-    return std::find(config_.attention_resolutions.begin(), config_.attention_resolutions.end(),
-                     resolution) != config_.attention_resolutions.end();
+    return std::ranges::find(config_.attention_resolutions, resolution) !=
+           config_.attention_resolutions.end();
 }
 
 ValueId SongUnet::norm(const std::string& name, ValueId x, bool silu, int times) {
@@ -54,10 +52,10 @@ ValueId SongUnet::norm(const std::string& name, ValueId x, bool silu, int times)
     const std::uint32_t c = channels(x);
     const std::uint32_t groups = norm_groups(c);
     if (c % groups != 0)
-        graph_.fail(error(Code::kInvalidArgument,
-                          "configuration: layer '%s' has %u channels, which do not divide into its "
-                          "%u groups; model.base_dim is %u, a multiple of 32 divides everywhere",
-                          name.c_str(), c, groups, config_.base_dim));
+        graph_.fail(
+            invalid("configuration: layer '%s' has %u channels, which do not divide into its "
+                    "%u groups; model.base_dim is %u, a multiple of 32 divides everywhere",
+                    name.c_str(), c, groups, config_.base_dim));
     const ValueId gamma = parameter(name + ".weight", {c}, kOne);
     const ValueId beta = parameter(name + ".bias", {c}, kZero);
     for (int time = 0; time < times; ++time)
@@ -273,13 +271,13 @@ Status SongUnet::check_parts() const {
     const auto check = [&](const char* key, const std::vector<std::string>& parts,
                            const char* end) -> Status {
         for (const std::string& part : parts)
-            if (std::none_of(inits_.begin(), inits_.end(), [&](const auto& named) {
+            if (std::ranges::none_of(inits_, [&](const auto& named) {
                     return named.first.ends_with(end) && contains_any(named.first, {part});
                 }))
-                return error(Code::kInvalidArgument,
-                             "configuration: %s has '%s', expected a part of the name of a "
-                             "parameter that it can choose",
-                             key, part.c_str());
+                return invalid(
+                    "configuration: %s has '%s', expected a part of the name of a "
+                    "parameter that it can choose",
+                    key, part.c_str());
         return {};
     };
     SPLAT_TRY(check("opt.freeze", config_.frozen, ""));

@@ -29,12 +29,10 @@ std::uint32_t norm_groups(std::uint32_t channels);
 ///
 /// Source  Song et al. 2021, arXiv:2011.13456; Karras et al. 2022, arXiv:2206.00364, appendix;
 ///         Szymanowicz et al. 2024, arXiv:2312.13150
-class SongUnet {
+class SongUnet : NoCopy {
   public:
     SongUnet(nn::Graph& graph, const ModelConfig& config, const BuildOptions& options)
         : graph_(graph), config_(config), options_(options) {}
-    SongUnet(const SongUnet&) = delete;
-    SongUnet& operator=(const SongUnet&) = delete;
     virtual ~SongUnet() = default;
 
     /// x          [N, image_channels, R, R]

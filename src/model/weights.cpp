@@ -116,10 +116,10 @@ Status check_rays(const Model& model, const NamedTensors& tensors, const LoadOpt
             report.rays_differ = true;
     }
     if (!report.rays_differ || options.graft || options.take_rays) return {};
-    return error(Code::kInvalidArgument,
-                 "the file's ray_dirs are those of another field of view than the configuration's "
-                 "%g degrees; set the field of view, or ask to take over the file's rays",
-                 static_cast<double>(model.config().fov_degrees));
+    return invalid(
+        "the file's ray_dirs are those of another field of view than the configuration's "
+        "%g degrees; set the field of view, or ask to take over the file's rays",
+        static_cast<double>(model.config().fov_degrees));
 }
 
 }  // namespace
@@ -136,9 +136,8 @@ ImageChannels likely_channels(const ModelConfig& config, const NamedTensors& ten
     const std::string name = first_conv_name(config);
     const std::string end =
         name.substr(name.find(".encoder."));  // the same for networks with and without offset
-    const auto found = std::find_if(tensors.begin(), tensors.end(), [&](const NamedTensor& tensor) {
-        return tensor.name.ends_with(end);
-    });
+    const auto found = std::ranges::find_if(
+        tensors, [&](const NamedTensor& tensor) { return tensor.name.ends_with(end); });
     const bool same = found != tensors.end() && found->dims.size() == 4 &&
                       found->dims[1] == config.image_channels();
     return same ? channels_of(config) : ImageChannels{};
@@ -148,7 +147,7 @@ Result<const NamedTensors*> under_own_names(const ModelConfig& c, const NamedTen
                                             NamedTensors& renamed) {
     const std::string old = std::string(ModelConfig().network_name()) + ".";
     const auto has_old = [&](const NamedTensor& tensor) { return tensor.name.starts_with(old); };
-    if (c.offset || std::none_of(tensors.begin(), tensors.end(), has_old)) return &tensors;
+    if (c.offset || std::ranges::none_of(tensors, has_old)) return &tensors;
     for (NamedTensor tensor : tensors) {
         if (has_old(tensor))
             tensor.name = std::string(c.network_name()) + "." + tensor.name.substr(old.size());
@@ -171,9 +170,8 @@ Status load_state(Model& model, const NamedTensors& given, const LoadOptions& op
         const NamedTensor* tensor = tensors.find(parameter.name);
         if (tensor == nullptr) {
             if (!may_be_fresh(parameter.name))
-                return error(Code::kInvalidArgument,
-                             "the file has no tensor '%s' %s: it is of another network",
-                             parameter.name.c_str(), parameter.shape.text().c_str());
+                return invalid("the file has no tensor '%s' %s: it is of another network",
+                               parameter.name.c_str(), parameter.shape.text().c_str());
             made.fresh.push_back(parameter.name);
             continue;
         }
@@ -200,16 +198,14 @@ Status load_state(Model& model, const NamedTensors& given, const LoadOptions& op
         if (!used.contains(tensor.name) && !is_buffer(tensor.name))
             made.left_out.push_back(tensor.name);
     if (!options.graft && !made.left_out.empty()) {
-        const auto unknown =
-            std::find_if_not(made.left_out.begin(), made.left_out.end(), is_of_earlier_networks);
+        const auto unknown = std::ranges::find_if_not(made.left_out, is_of_earlier_networks);
         const bool earlier = unknown == made.left_out.end();
-        return error(Code::kInvalidArgument,
-                     "the file has %zu tensors that this network lacks, one is '%s'%s",
-                     made.left_out.size(),
-                     shown(earlier ? made.left_out.front() : *unknown).c_str(),
-                     earlier ? "; networks of earlier versions also attended to tokens in the "
-                               "encoder: graft the file to leave that out"
-                             : "");
+        return invalid("the file has %zu tensors that this network lacks, one is '%s'%s",
+                       made.left_out.size(),
+                       shown(earlier ? made.left_out.front() : *unknown).c_str(),
+                       earlier ? "; networks of earlier versions also attended to tokens in the "
+                                 "encoder: graft the file to leave that out"
+                               : "");
     }
     SPLAT_TRY(check_rays(model, tensors, options, made));
 

@@ -11,52 +11,48 @@ namespace {
 
 Status check_given(std::size_t i, const char* what, bool given, bool wanted) {
     if (given == wanted) return {};
-    return error(Code::kInvalidArgument, "pictures[%zu]: %s, but the network takes %s", i,
-                 format(given ? "%s is given" : "%s is missing", what).c_str(),
-                 wanted ? "one" : "none");
+    return invalid("pictures[%zu]: %s, but the network takes %s", i,
+                   format(given ? "%s is given" : "%s is missing", what).c_str(),
+                   wanted ? "one" : "none");
 }
 
 Status check_count(std::size_t i, const char* what, std::size_t count, std::size_t wanted) {
     if (count == wanted) return {};
-    return error(Code::kInvalidArgument,
-                 "pictures[%zu]: the %s has %zu numbers, expected %zu of the configuration", i,
-                 what, count, wanted);
+    return invalid("pictures[%zu]: the %s has %zu numbers, expected %zu of the configuration", i,
+                   what, count, wanted);
 }
 
 Status check_picture(const config::ModelConfig& network, std::size_t i, const PictureInput& given) {
     SPLAT_TRY(check_given(i, "a depth map", given.picture.depth.has_value(), network.depth));
     SPLAT_TRY(check_given(i, "a normal map", given.picture.normal.has_value(), network.normal));
     if (!(given.focal >= 0) || !std::isfinite(given.focal))
-        return error(Code::kInvalidArgument,
-                     "pictures[%zu]: the focal length is %g, expected 0 or more", i, given.focal);
+        return invalid("pictures[%zu]: the focal length is %g, expected 0 or more", i, given.focal);
     if (network.fov_degrees == 0)
         SPLAT_TRY(check_given(i, "a focal length", given.focal > 0, true));
     const bool distant = given.origin_distance != 0;
     SPLAT_TRY(check_given(i, "an origin distance", distant, network.origin_distance));
     if (distant && !(given.origin_distance > 0 && std::isfinite(given.origin_distance)))
-        return error(Code::kInvalidArgument,
-                     "pictures[%zu]: the origin distance is %g, expected more than 0", i,
-                     given.origin_distance);
+        return invalid("pictures[%zu]: the origin distance is %g, expected more than 0", i,
+                       given.origin_distance);
     const bool custom = network.embedding == config::Embedding::kCustom;
     SPLAT_TRY(check_count(i, "embedding", given.embedding.size(),
                           custom ? network.embedding_length() : 0));
     SPLAT_TRY(check_count(i, "array of tokens", given.tokens.size(),
                           std::size_t{network.token_dim} * network.tokens));
     if (network.views == 1 && given.world_to_camera)
-        return error(Code::kInvalidArgument,
-                     "pictures[%zu]: a pose is given, but the network takes one view, whose camera "
-                     "is the scene's frame: expected none",
-                     i);
+        return invalid(
+            "pictures[%zu]: a pose is given, but the network takes one view, whose camera "
+            "is the scene's frame: expected none",
+            i);
     if (network.views == 1) return {};
     if (!given.world_to_camera)
-        return error(Code::kInvalidArgument,
-                     "pictures[%zu]: no pose, expected one for each of the network's %u views", i,
-                     network.views);
+        return invalid("pictures[%zu]: no pose, expected one for each of the network's %u views", i,
+                       network.views);
     if (given.crop)
-        return error(Code::kInvalidArgument,
-                     "pictures[%zu]: one of %u views is to be cut out, expected whole pictures: "
-                     "poses belong to these",
-                     i, network.views);
+        return invalid(
+            "pictures[%zu]: one of %u views is to be cut out, expected whole pictures: "
+            "poses belong to these",
+            i, network.views);
     return {};
 }
 
@@ -118,9 +114,8 @@ Result<PictureViews> views_of_pictures(const config::ModelConfig& network,
                                        const std::array<float, 3>& background,
                                        std::span<const PictureInput> pictures) {
     if (pictures.size() != network.views)
-        return error(Code::kInvalidArgument,
-                     "%zu pictures, expected %u: the network takes that many views of an object",
-                     pictures.size(), network.views);
+        return invalid("%zu pictures, expected %u: the network takes that many views of an object",
+                       pictures.size(), network.views);
     const std::size_t area = std::size_t{network.resolution} * network.resolution;
     PictureViews made;
     for (std::size_t i = 0; i < pictures.size(); ++i) {

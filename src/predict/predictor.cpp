@@ -1,7 +1,6 @@
 #include "predict/predictor.h"
 
 #include <algorithm>
-#include <span>
 
 #include "config/config_file.h"
 #include "io/compress.h"

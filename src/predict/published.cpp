@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "config/presets.h"
+#include "core/shown.h"
 #include "core/status.h"
 #include "model/model.h"
 #include "predict/weights_place.h"
@@ -25,9 +26,7 @@ std::string text_of(std::int64_t number) {
 
 template <class Number>
 std::string list_of(const std::vector<Number>& numbers) {
-    std::string list;
-    for (const Number number : numbers) list += (list.empty() ? "" : ", ") + std::to_string(number);
-    return "[" + list + "]";
+    return "[" + joined(numbers, [](Number number) { return std::to_string(number); }) + "]";
 }
 
 std::int64_t dim_of(const NamedTensor* tensor, std::size_t axis) {
@@ -103,7 +102,7 @@ std::vector<Known> known_networks() {
         Known one{name, settings.value().training.category, traits_of(network), 0,
                   static_cast<double>(network.resolution)};
         one.ray = std::abs(static_cast<double>(model::pixel_rays(network)[network.resolution - 1]));
-        const bool second = std::any_of(known.begin(), known.end(), [&one](const Known& other) {
+        const bool second = std::ranges::any_of(known, [&one](const Known& other) {
             return other.category == one.category && other.traits == one.traits;
         });
         if (!second) known.push_back(std::move(one));
@@ -123,12 +122,6 @@ std::vector<std::string> differences_of(const Traits& file, const Known& known) 
 bool is_official_name(const std::string& path, const std::string& name) {
     const std::string stem = std::filesystem::path(path).stem().string();
     return stem == "model_" + name || (stem == "model_latest" && name == "objaverse");
-}
-
-std::string joined(const std::vector<std::string>& parts, const char* between) {
-    std::string text;
-    for (const std::string& part : parts) text += (text.empty() ? "" : between) + part;
-    return text;
 }
 
 }  // namespace
@@ -155,9 +148,8 @@ Traits traits_of(const NamedTensors& tensors) {
     }
     const std::int64_t affine = dim_of(tensor(first + "block0.affine.weight"), 0);
     const std::int64_t block = dim_of(tensor(first + "block0.conv1.bias"), 0);
-    const auto adapter = std::find_if(tensors.begin(), tensors.end(), [](const NamedTensor& one) {
-        return one.name.ends_with(".lora_A");
-    });
+    const auto adapter = std::ranges::find_if(
+        tensors, [](const NamedTensor& one) { return one.name.ends_with(".lora_A"); });
     return {
         {"model.network_with_offset", place.network == "network_with_offset" ? "true" : "false"},
         {"data.training_resolution", text_of(place.resolution)},
@@ -183,7 +175,7 @@ Traits traits_of(const config::ModelConfig& c) {
     for (std::uint32_t level = 0; level < c.levels(); ++level) {
         const std::uint32_t r = c.resolution >> level;
         const auto& all = c.attention_resolutions;
-        if (std::find(all.begin(), all.end(), r) != all.end()) attention.push_back(r);
+        if (std::ranges::find(all, r) != all.end()) attention.push_back(r);
     }
     const bool embedded = c.embedding != config::Embedding::kNone;
     const char* const film = c.film == config::Film::kReference ? "reference" : "affine";
@@ -233,13 +225,12 @@ PublishedFit published_fit(const NamedTensors& tensors, const std::string& path)
 
 std::string PublishedFit::sentence() const {
     if (names.size() == 1) return "its tensors fit the published configuration " + names[0];
-    if (!names.empty())
-        return "its tensors fit the published configurations " + joined(names, ", ");
+    if (!names.empty()) return "its tensors fit the published configurations " + joined(names);
     if (nearest.empty())
         return "it is no network of Splatter Image: it has no tensor "
                "'network_with_offset.encoder.enc.RxR_conv.weight'";
     return "its tensors fit no published configuration; the nearest is " + nearest + ", but " +
-           joined(differences, ", ");
+           joined(differences);
 }
 
 void PublishedFit::write(JsonWriter& json) const {

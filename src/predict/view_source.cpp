@@ -62,9 +62,8 @@ Result<data::ViewVectors> vectors_of(const char* key, const std::string& file,
                                      const data::DatasetIndex& index) {
     namespace fs = std::filesystem;
     if (file.empty())
-        return error(Code::kInvalidArgument,
-                     "'%s' is empty, expected the file of the vectors that '%s' asks for", key,
-                     asked_by);
+        return invalid("'%s' is empty, expected the file of the vectors that '%s' asks for", key,
+                       asked_by);
     const fs::path beside = fs::path(root) / file;
     std::error_code none;
     const bool in_folder = !root.empty() && !fs::exists(file, none) && fs::exists(beside, none);
@@ -92,8 +91,7 @@ Result<std::shared_ptr<data::Dataset>> ViewSource::open_split(const config::Sett
     const config::TrainConfig& training = settings.training;
     data::DatasetDesc desc;
     desc.path = root.empty() ? training.root : root;
-    if (desc.path.empty())
-        return error(Code::kInvalidArgument, "no data: 'data.root' is empty, expected a folder");
+    if (desc.path.empty()) return invalid("no data: 'data.root' is empty, expected a folder");
     desc.format = training.format;
     desc.category = training.category;
     desc.split = split;
@@ -121,23 +119,23 @@ Result<std::unique_ptr<ViewSource>> ViewSource::open(const config::Settings& set
 Result<std::unique_ptr<ViewSource>> ViewSource::open(const config::Settings& settings,
                                                      std::shared_ptr<data::Dataset> dataset) {
     if (dataset->resolution() != settings.network.resolution)
-        return error(Code::kInvalidArgument,
-                     "the data set was opened at %u x %u pixels, expected %u of "
-                     "'data.training_resolution'",
-                     dataset->resolution(), dataset->resolution(), settings.network.resolution);
+        return invalid(
+            "the data set was opened at %u x %u pixels, expected %u of "
+            "'data.training_resolution'",
+            dataset->resolution(), dataset->resolution(), settings.network.resolution);
     const std::array<float, 3> expected = background_of(settings);
     if (dataset->background() != expected)
-        return error(Code::kInvalidArgument,
-                     "the data set was opened with another background, expected %s of "
-                     "'data.white_background'",
-                     expected[0] > 0 ? "white" : "black");
+        return invalid(
+            "the data set was opened with another background, expected %s of "
+            "'data.white_background'",
+            expected[0] > 0 ? "white" : "black");
     const std::uint32_t wanted = maps_of(settings.network);
     for (const data::MapKind map : data::kMaps)
         if ((wanted & ~dataset->index().maps & data::flag_of(map)) != 0)
-            return error(Code::kInvalidArgument,
-                         "the data set has no %s maps for every object, which the configuration's "
-                         "network takes",
-                         data::map_name(map));
+            return invalid(
+                "the data set has no %s maps for every object, which the configuration's "
+                "network takes",
+                data::map_name(map));
     return make(settings, std::move(dataset), settings.training.root);
 }
 
@@ -147,16 +145,14 @@ Result<std::unique_ptr<ViewSource>> ViewSource::make(const config::Settings& set
     const config::ModelConfig& network = settings.network;
     std::unique_ptr<ViewSource> made(new ViewSource(network, std::move(dataset)));
     const data::DatasetIndex& index = made->dataset_->index();
-    if (network.embedding == config::Embedding::kCustom) {
-        SPLAT_ASSIGN(made->embedding_,
-                     vectors_of("data.embedding_file", settings.training.embedding_file, root,
-                                "data.custom_embedding", {network.embedding_length()}, index));
-    }
-    if (network.token_dim > 0) {
-        SPLAT_ASSIGN(made->tokens_,
-                     vectors_of("data.tokens_file", settings.training.tokens_file, root,
-                                "model.tokens", {network.token_dim, network.tokens}, index));
-    }
+    if (network.embedding == config::Embedding::kCustom)
+        SPLAT_SET(made->embedding_,
+                  vectors_of("data.embedding_file", settings.training.embedding_file, root,
+                             "data.custom_embedding", {network.embedding_length()}, index));
+    if (network.token_dim > 0)
+        SPLAT_SET(made->tokens_,
+                  vectors_of("data.tokens_file", settings.training.tokens_file, root,
+                             "model.tokens", {network.token_dim, network.tokens}, index));
     return made;
 }
 

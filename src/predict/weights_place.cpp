@@ -8,6 +8,7 @@
 #include "config/config_file.h"
 #include "core/c_locale.h"
 #include "core/environment.h"
+#include "core/shown.h"
 
 namespace splat::predict {
 namespace {
@@ -39,9 +40,7 @@ std::string names_in(const std::vector<fs::path>& folders) {
         for (fs::directory_iterator entry(folder, none), end; !none && entry != end;
              entry.increment(none))
             if (is_file(entry->path() / kFile)) names.insert(entry->path().filename().string());
-    std::string list;
-    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-    return list;
+    return joined(names);
 }
 
 }  // namespace
@@ -53,9 +52,8 @@ Result<std::string> builtin_weights_near(const std::string& library, const std::
         if (plain && is_file(folder / name / kFile))
             return (folder / name / kFile).lexically_normal().string();
     const std::string names = names_in(folders);
-    return error(
-        Code::kNotFound, "no built-in weights '%s' near the library in '%s', %s", name.c_str(),
-        library.c_str(),
+    return not_found(
+        "no built-in weights '%s' near the library in '%s', %s", name.c_str(), library.c_str(),
         names.empty() ? "and no others: name a file of weights" : ("expected " + names).c_str());
 }
 
@@ -83,9 +81,8 @@ Result<std::string> config_beside(const std::string& weights, const std::string&
     for (const std::string& name :
          {stem + ".json", stem + ".yaml", std::string("config.json"), std::string("config.yaml")})
         if (is_file(file.parent_path() / name)) return (file.parent_path() / name).string();
-    return error(Code::kNotFound,
-                 "no config.json or config.yaml in the folder of '%s': give the configuration",
-                 weights.c_str());
+    return not_found("no config.json or config.yaml in the folder of '%s': give the configuration",
+                     weights.c_str());
 }
 
 Result<config::Settings> settings_of(const std::string& text, const std::string& what) {
@@ -98,12 +95,11 @@ Result<double> adapters_alpha(const io::WeightsFile& adapters, const config::Mod
         if (key != "lora_alpha") continue;
         const auto alpha = decimal_number(value);
         if (alpha && std::isfinite(*alpha)) return *alpha;
-        return error(Code::kFormat, "the adapters' metadata has lora_alpha '%s', expected a number",
-                     value.c_str());
+        return damaged("the adapters' metadata has lora_alpha '%s', expected a number",
+                       value.c_str());
     }
     if (network.lora.rank > 0) return static_cast<double>(network.lora.alpha);
-    return error(Code::kInvalidArgument,
-                 "neither the adapters' metadata nor the configuration says lora_alpha: give it");
+    return invalid("neither the adapters' metadata nor the configuration says lora_alpha: give it");
 }
 
 std::optional<double> field_of_view(const io::NamedTensors& tensors) {

@@ -31,7 +31,7 @@ Result<PriorMap> finish_depth(const PresetOutput& output, Planes planes, Extent 
     PriorMap map{size, 1, {}};
     SPLAT_ASSIGN(map.values, resized(planes, size, output.filter));
     if (form == MapForm::kModels) return map;
-    const auto [least, most] = std::minmax_element(map.values.begin(), map.values.end());
+    const auto [least, most] = std::ranges::minmax_element(map.values);
     const float low = *least, range = *most - low + 1e-8F;
     for (float& value : map.values) value = (value - low) / range;
     if (form == MapForm::kBytes)
@@ -72,7 +72,7 @@ Result<PriorMap> finish_mask(const PresetOutput& output, Planes planes, Extent s
     if (output.sigmoid)
         for (float& value : planes.values) value = 1 / (1 + std::exp(-value));
     if (output.min_max) {
-        const auto [least, most] = std::minmax_element(planes.values.begin(), planes.values.end());
+        const auto [least, most] = std::ranges::minmax_element(planes.values);
         const float low = *least, range = *most - low;
         for (float& value : planes.values) value = range > 0 ? (value - low) / range : 0;
     }
@@ -101,9 +101,7 @@ Result<PriorMap> finish(const PresetOutput& output, const MapSource& source, Ext
                  planes_of(*source.main,
                            {output.channels_last, output.channel, channels, source.picture}, name));
     SPLAT_TRY(check_finite(planes, name));
-    if (points) {
-        SPLAT_ASSIGN(planes, point_depth(planes, source, name));
-    }
+    if (points) SPLAT_SET(planes, point_depth(planes, source, name));
     if (output.map == data::MapKind::kNormal) return finish_normal(output, planes, size, form);
     if (output.map == data::MapKind::kMask)
         return finish_mask(output, std::move(planes), size, form);

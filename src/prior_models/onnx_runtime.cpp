@@ -30,8 +30,7 @@ bool exists(const std::string& path) {
 }
 
 Status no_library() {
-    return error(
-        Code::kNotFound,
+    return not_found(
         "ONNX Runtime, which runs these models, is not installed: run 'npm pack "
         "onnxruntime-node@1.30.0', take package/%s out of the .tgz, and put it into '%s', or "
         "name it in SPLAT_ONNXRUNTIME_LIBRARY",
@@ -46,8 +45,7 @@ Result<std::vector<std::string>> candidates(const std::string& path) {
                     "SPLAT_ONNXRUNTIME_LIBRARY")}) {
         if (given.empty()) continue;
         if (!exists(given))
-            return error(Code::kNotFound, "%s is '%s', but there is no such file", source,
-                         given.c_str());
+            return not_found("%s is '%s', but there is no such file", source, given.c_str());
         return std::vector<std::string>{given};
     }
     std::vector<std::string> names;
@@ -74,17 +72,15 @@ Status OnnxRuntime::check(OrtStatus* outcome, Code code, const std::string& what
 
 Result<std::shared_ptr<const OnnxRuntime>> OnnxRuntime::open(const std::string& path) {
     void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr)
-        return error(Code::kUnsupported, "cannot load ONNX Runtime: %s", dlerror());
+    if (library == nullptr) return unsupported("cannot load ONNX Runtime: %s", dlerror());
     const auto get_base = reinterpret_cast<OrtGetApiBaseFunction>(dlsym(library, "OrtGetApiBase"));
     if (get_base == nullptr)
-        return error(Code::kUnsupported, "'%s' is no ONNX Runtime: it has no OrtGetApiBase",
-                     path.c_str());
+        return unsupported("'%s' is no ONNX Runtime: it has no OrtGetApiBase", path.c_str());
     const OrtApiBase* const base = get_base();
     const OrtSlot* const table = base->GetApi(kOrtApiVersion);
     if (table == nullptr)
-        return error(Code::kUnsupported, "'%s' is ONNX Runtime %s, expected 1.%u or later",
-                     path.c_str(), base->GetVersionString(), kOrtApiVersion);
+        return unsupported("'%s' is ONNX Runtime %s, expected 1.%u or later", path.c_str(),
+                           base->GetVersionString(), kOrtApiVersion);
     std::shared_ptr<OnnxRuntime> runtime(new OnnxRuntime);
 #define SPLAT_ORT_TAKE(place, result, name, parameters) \
     runtime->api_.name = reinterpret_cast<decltype(OrtApi::name)>(table[place]);

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "core/no_copy.h"
 #include "core/status.h"
 #include "prior_models/onnx_slots.h"
 
@@ -10,7 +11,7 @@ namespace splat::prior_models {
 
 /// ONNX Runtime, loaded while the program runs. Sessions keep it alive; its library stays loaded.
 /// Thread-safe.
-class OnnxRuntime {
+class OnnxRuntime : NoCopy {
   public:
     /// The library `path`; empty: the first of $SPLAT_ONNXRUNTIME_LIBRARY, libonnxruntime.so.1 or
     /// libonnxruntime.so beside this library, and the same names on the loader's path.
@@ -20,8 +21,6 @@ class OnnxRuntime {
     static Result<std::shared_ptr<const OnnxRuntime>> load(const std::string& path);
 
     ~OnnxRuntime();
-    OnnxRuntime(const OnnxRuntime&) = delete;
-    OnnxRuntime& operator=(const OnnxRuntime&) = delete;
 
     [[nodiscard]] const OrtApi& api() const { return api_; }
     [[nodiscard]] const OrtEnv* env() const { return env_; }

@@ -62,7 +62,7 @@ Result<std::unique_ptr<OnnxSession>> OnnxSession::create(std::shared_ptr<const O
                                                          std::uint32_t threads) {
     std::error_code none;
     if (!std::filesystem::is_regular_file(path, none))
-        return error(Code::kNotFound, "there is no file '%s'", path.c_str());
+        return not_found("there is no file '%s'", path.c_str());
     std::unique_ptr<OnnxSession> session(new OnnxSession(std::move(runtime), path));
     SPLAT_TRY(session->open(threads));
     SPLAT_TRY(session->read_ports());
@@ -120,20 +120,18 @@ Status OnnxSession::read_ports() {
     std::size_t input_count = 0, output_count = 0;
     SPLAT_TRY(check(api.SessionGetInputCount(session_, &input_count), "inputs"));
     SPLAT_TRY(check(api.SessionGetOutputCount(session_, &output_count), "outputs"));
-    for (std::size_t i = 0; i < input_count; ++i) {
-        SPLAT_ASSIGN(inputs_.emplace_back(), read_port(i, true));
-    }
-    for (std::size_t i = 0; i < output_count; ++i) {
-        SPLAT_ASSIGN(outputs_.emplace_back(), read_port(i, false));
-    }
+    for (std::size_t i = 0; i < input_count; ++i)
+        SPLAT_SET(inputs_.emplace_back(), read_port(i, true));
+    for (std::size_t i = 0; i < output_count; ++i)
+        SPLAT_SET(outputs_.emplace_back(), read_port(i, false));
     return {};
 }
 
 Result<OnnxTensor> OnnxSession::read_output(OrtValue* value, const std::string& name) const {
     const OrtApi& api = runtime_->api();
     const auto refused = [&](const std::string& got) {
-        return error(Code::kFormat, "'%s': output '%s' is %s, expected float32 or float16",
-                     path_.c_str(), name.c_str(), got.c_str());
+        return damaged("'%s': output '%s' is %s, expected float32 or float16", path_.c_str(),
+                       name.c_str(), got.c_str());
     };
     int tensor = 0;
     SPLAT_TRY(check(api.IsTensor(value, &tensor), "output"));
@@ -165,7 +163,7 @@ Result<std::vector<OnnxTensor>> OnnxSession::run(const OnnxTensor& input, std::i
     std::size_t bytes = input.values.size() * sizeof(float);
     if (inputs_[0].type == kOrtHalf) {
         halves.resize(input.values.size());
-        std::transform(input.values.begin(), input.values.end(), halves.begin(), io::to_half);
+        std::ranges::transform(input.values, halves.begin(), io::to_half);
         data = halves.data();
         bytes = halves.size() * sizeof(std::uint16_t);
     }
@@ -194,9 +192,8 @@ Result<std::vector<OnnxTensor>> OnnxSession::run(const OnnxTensor& input, std::i
     std::vector<Held<OrtValue>> held;
     for (OrtValue* const value : values) held.emplace_back(value, api.ReleaseValue);
     std::vector<OnnxTensor> outputs;
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-        SPLAT_ASSIGN(outputs.emplace_back(), read_output(values[i], outputs_[wanted[i]].name));
-    }
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+        SPLAT_SET(outputs.emplace_back(), read_output(values[i], outputs_[wanted[i]].name));
     return outputs;
 }
 

@@ -27,7 +27,7 @@ struct OnnxTensor {
 };
 
 /// A model, ready to run. Thread-safe.
-class OnnxSession {
+class OnnxSession : NoCopy {
   public:
     /// threads: 0: one per core.
     ///
@@ -37,8 +37,6 @@ class OnnxSession {
                                                        std::uint32_t threads);
 
     ~OnnxSession();
-    OnnxSession(const OnnxSession&) = delete;
-    OnnxSession& operator=(const OnnxSession&) = delete;
 
     [[nodiscard]] const std::vector<OnnxPort>& inputs() const { return inputs_; }
     [[nodiscard]] const std::vector<OnnxPort>& outputs() const { return outputs_; }

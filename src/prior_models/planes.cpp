@@ -25,15 +25,15 @@ Result<Planes> planes_of(const OnnxTensor& tensor, const PlanesPart& part,
     const std::vector<std::int64_t> shape = full_shape(tensor, part);
     const std::int64_t last = std::int64_t{part.first} + part.count;
     if (shape.empty() || shape[0] <= static_cast<std::int64_t>(part.picture) || shape[1] < last)
-        return error(Code::kFormat, "%s has the shape %s, expected %s with %lld or more channels",
-                     name.c_str(), shape_text(tensor.dims).c_str(),
-                     part.channels_last ? "[n,height,width,channels]" : "[n,channels,height,width]",
-                     static_cast<long long>(last));
+        return damaged(
+            "%s has the shape %s, expected %s with %lld or more channels", name.c_str(),
+            shape_text(tensor.dims).c_str(),
+            part.channels_last ? "[n,height,width,channels]" : "[n,channels,height,width]",
+            lld(last));
     for (const std::int64_t side : {shape[2], shape[3]})
         if (side < 1 || side > kMostSide)
-            return error(Code::kFormat, "%s has the shape %s, expected sides of 1 to %lld pixels",
-                         name.c_str(), shape_text(tensor.dims).c_str(),
-                         static_cast<long long>(kMostSide));
+            return damaged("%s has the shape %s, expected sides of 1 to %lld pixels", name.c_str(),
+                           shape_text(tensor.dims).c_str(), lld(kMostSide));
     Planes planes{{static_cast<std::uint32_t>(shape[3]), static_cast<std::uint32_t>(shape[2])},
                   part.count,
                   {}};
@@ -53,11 +53,11 @@ Status check_finite(const Planes& planes, const std::string& name) {
     for (std::size_t i = 0; i < planes.values.size(); ++i)
         if (!std::isfinite(planes.values[i])) {
             const std::size_t pixel = i / planes.channels;
-            return error(Code::kInvalidState,
-                         "%s is %g at row %zu, column %zu: the model's numbers overflow, or it is "
-                         "not the preset's",
-                         name.c_str(), static_cast<double>(planes.values[i]),
-                         pixel / planes.size.width, pixel % planes.size.width);
+            return bad_state(
+                "%s is %g at row %zu, column %zu: the model's numbers overflow, or it is "
+                "not the preset's",
+                name.c_str(), static_cast<double>(planes.values[i]), pixel / planes.size.width,
+                pixel % planes.size.width);
         }
     return {};
 }

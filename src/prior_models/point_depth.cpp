@@ -84,9 +84,9 @@ Result<Planes> point_depth(const Planes& points, const MapSource& source, const 
         SPLAT_ASSIGN(const Planes mask,
                      planes_of(*source.mask, {false, 0, 1, source.picture}, of_mask));
         if (mask.size != points.size)
-            return error(Code::kFormat, "%s is %u x %u pixels, expected the points' %u x %u",
-                         of_mask.c_str(), mask.size.width, mask.size.height, points.size.width,
-                         points.size.height);
+            return damaged("%s is %u x %u pixels, expected the points' %u x %u", of_mask.c_str(),
+                           mask.size.width, mask.size.height, points.size.width,
+                           points.size.height);
         for (std::size_t i = 0; i < area; ++i) valid[i] = mask.values[i] > 0.5F;
     }
     double scale = 1;
@@ -94,8 +94,8 @@ Result<Planes> point_depth(const Planes& points, const MapSource& source, const 
         scale = static_cast<double>(source.scale->values[source.picture]);
     const std::vector<Seen> seen = seen_points(points, valid);
     if (seen.empty())
-        return error(Code::kInvalidState,
-                     "%s has no valid point: the model sees nothing in this picture", name.c_str());
+        return bad_state("%s has no valid point: the model sees nothing in this picture",
+                         name.c_str());
     const double shift = best_shift(seen);
     Planes depth{points.size, 1, std::vector<float>(area)};
     double farthest = 0;

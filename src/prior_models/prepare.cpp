@@ -80,22 +80,20 @@ Result<Extent> input_extent(const PresetInput& input, Extent picture) {
     const double width = multiple_of(input, across * picture.width, input.width);
     const double height = multiple_of(input, down * picture.height, input.height);
     if (!(width * height <= kMostPixels))
-        return error(Code::kUnsupported,
-                     "a picture of %u x %u pixels makes an input of %.0f x %.0f, expected at most "
-                     "2^26 pixels: crop it",
-                     picture.width, picture.height, width, height);
+        return unsupported(
+            "a picture of %u x %u pixels makes an input of %.0f x %.0f, expected at most "
+            "2^26 pixels: crop it",
+            picture.width, picture.height, width, height);
     return Extent{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
 }
 
 Result<OnnxTensor> prepare(const PresetInput& input, const io::Image& picture, Extent size) {
     SPLAT_TRY(io::check_image(picture));
-    if (picture.bits != 8)
-        return error(Code::kInvalidArgument, "a picture of %u bits, expected 8", picture.bits);
+    if (picture.bits != 8) return invalid("a picture of %u bits, expected 8", picture.bits);
     SPLAT_ASSIGN(const std::vector<double> values, resized(input, picture, size));
     constexpr double kLeastMaximum = 1e-6;
     const double scale =
-        input.by_maximum ? std::max(*std::max_element(values.begin(), values.end()), kLeastMaximum)
-                         : input.scale;
+        input.by_maximum ? std::max(*std::ranges::max_element(values), kLeastMaximum) : input.scale;
     const std::size_t area = std::size_t{size.width} * size.height;
     OnnxTensor tensor;
     tensor.dims = {1, 3, size.height, size.width};

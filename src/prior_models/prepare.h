@@ -1,7 +1,5 @@
 #pragma once
 
-#include <span>
-
 #include "io/image.h"
 #include "prior_models/onnx_session.h"
 #include "prior_models/preset.h"

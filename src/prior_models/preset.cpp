@@ -1,10 +1,10 @@
 #include "prior_models/preset.h"
 
-#include <algorithm>
 #include <filesystem>
 
 #include "core/config.h"
 #include "core/environment.h"
+#include "core/shown.h"
 #include "prior_models/embedded_presets.h"
 #include "prior_models/preset_reader.h"
 
@@ -12,12 +12,6 @@ namespace splat::prior_models {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string list_of(const std::vector<std::string>& names) {
-    std::string list;
-    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-    return list;
-}
 
 bool is_json(const std::string& text) {
     const std::size_t first = text.find_first_not_of(" \t\r\n");
@@ -55,10 +49,10 @@ Result<std::string> preset_text(const std::string& name) {
         if (name == preset.name) return std::string(preset.text);
     const std::vector<std::string> names = preset_names();
     const std::string nearest = nearest_name(name, names);
-    return error(Code::kNotFound, "there is no preset '%s'%s", name.c_str(),
-                 nearest.empty()
-                     ? (", expected " + list_of(names) + ", or JSON that starts with '{'").c_str()
-                     : ("; did you mean '" + nearest + "'?").c_str());
+    return not_found(
+        "there is no preset '%s'%s", name.c_str(),
+        nearest.empty() ? (", expected " + joined(names) + ", or JSON that starts with '{'").c_str()
+                        : ("; did you mean '" + nearest + "'?").c_str());
 }
 
 Result<Preset> preset_of(const std::string& text) {
@@ -72,9 +66,8 @@ Result<Preset> preset_of_file(const std::string& path) {
         SPLAT_ASSIGN(Preset preset, parse_preset(embedded.text));
         if (preset.file.name == file) return preset;
     }
-    return error(Code::kNotFound,
-                 "no preset has a file '%s': name the model's preset, expected %s, or JSON",
-                 file.c_str(), list_of(preset_names()).c_str());
+    return not_found("no preset has a file '%s': name the model's preset, expected %s, or JSON",
+                     file.c_str(), joined(preset_names()).c_str());
 }
 
 std::string models_folder() {

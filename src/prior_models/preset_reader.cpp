@@ -26,7 +26,7 @@ class Members {
             return;
         }
         for (const auto& member : *object)
-            if (std::find(known.begin(), known.end(), member.name) == known.end()) {
+            if (std::ranges::find(known, member.name) == known.end()) {
                 const std::string nearest = nearest_name(member.name, known);
                 refuse("has an unknown member '" + member.name + "'" +
                        (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
@@ -81,11 +81,10 @@ class Members {
     std::size_t word(const char* name, const char* const (&words)[N], bool required = false) {
         std::string value = required ? "" : words[0];
         text(name, value, required);
-        const auto* const found = std::find(std::begin(words), std::end(words), value);
+        const auto* const found = std::ranges::find(words, value);
         if (found != std::end(words)) return static_cast<std::size_t>(found - std::begin(words));
-        std::string all;
-        for (const char* const one : words) all += (all.empty() ? "" : ", ") + std::string(one);
-        refuse(std::string("has the ") + name + " '" + shown(value) + "', expected one of " + all);
+        refuse(std::string("has the ") + name + " '" + shown(value) + "', expected one of " +
+               joined(words));
         return 0;
     }
 
@@ -201,15 +200,13 @@ Result<Preset> read_preset(const JsonTree& tree) {
     of.text("licence", preset.licence);
     of.text("note", preset.note);
     preset.input = read_input(of);
-    const JsonTree* const found = of.find("outputs");
-    const JsonTree::List* const outputs = found == nullptr ? nullptr : found->list();
+    const JsonTree::List* const outputs = tree["outputs"].list();
     if (outputs == nullptr || outputs->empty()) of.refuse("needs a list 'outputs' of one or more");
     for (std::size_t i = 0; outputs != nullptr && i < outputs->size() && of.status().ok(); ++i) {
         const std::string place = format("the preset.outputs[%zu]", i);
         PresetOutput output = read_output((*outputs)[i], place, of);
         if (preset.find(output.map) != nullptr)
-            of.take(error(Code::kInvalidArgument, "%s is a second %s map", place.c_str(),
-                          data::map_name(output.map)));
+            of.take(invalid("%s is a second %s map", place.c_str(), data::map_name(output.map)));
         preset.outputs.push_back(std::move(output));
     }
     if (of.has("file")) {
@@ -224,9 +221,8 @@ Result<Preset> read_preset(const JsonTree& tree) {
             digit = static_cast<char>(std::tolower(static_cast<unsigned char>(digit)));
         const bool digits = hash.find_first_not_of("0123456789abcdef") == std::string::npos;
         if (!hash.empty() && (hash.size() != 64 || !digits))
-            of.take(error(Code::kInvalidArgument,
-                          "%s.sha256 is '%s', expected 64 hexadecimal digits",
-                          of.place("file").c_str(), shown(hash).c_str()));
+            of.take(invalid("%s.sha256 is '%s', expected 64 hexadecimal digits",
+                            of.place("file").c_str(), shown(hash).c_str()));
     }
     const Status& status = of.status();
     if (status.ok()) return preset;

@@ -10,14 +10,13 @@ namespace {
 Result<std::string> model_path(const Preset& preset, const std::string& given) {
     if (!given.empty()) return given;
     if (preset.file.name.empty())
-        return error(Code::kInvalidArgument,
-                     "preset '%s' names no file: give the path of the model", preset.name.c_str());
+        return invalid("preset '%s' names no file: give the path of the model",
+                       preset.name.c_str());
     const std::string folder = models_folder();
     const std::string path = folder + "/" + preset.file.name;
     std::error_code none;
     if (std::filesystem::is_regular_file(path, none)) return path;
-    return error(
-        Code::kNotFound,
+    return not_found(
         "there is no '%s', the model of preset '%s': 'vkrun priors get %s' fetches it where its "
         "address is known, 'vkrun priors where %s' tells about it; or give the path of the model",
         path.c_str(), preset.name.c_str(), preset.name.c_str(), preset.name.c_str());
@@ -30,11 +29,9 @@ Status with_size(const Status& refused, const Preset& preset, const std::string&
     if (none || refused.code() != Code::kFormat || preset.file.bytes == 0 ||
         bytes == preset.file.bytes)
         return refused;
-    return error(
-        Code::kFormat,
+    return damaged(
         "%s (it has %llu bytes, the preset's file %llu: another model, or fetched in part)",
-        refused.message().c_str(), static_cast<unsigned long long>(bytes),
-        static_cast<unsigned long long>(preset.file.bytes));
+        refused.message().c_str(), llu(bytes), llu(preset.file.bytes));
 }
 
 std::string ports_text(const std::vector<OnnxPort>& ports) {
@@ -48,7 +45,7 @@ std::string ports_text(const std::vector<OnnxPort>& ports) {
 
 Result<std::unique_ptr<PriorModel>> PriorModel::create(const PriorModelDesc& desc) {
     if (desc.preset.empty() && desc.model.empty())
-        return error(Code::kInvalidArgument, "neither a preset nor a model is named");
+        return invalid("neither a preset nor a model is named");
     SPLAT_ASSIGN(Preset preset,
                  desc.preset.empty() ? preset_of_file(desc.model) : preset_of(desc.preset));
     SPLAT_ASSIGN(const std::string path, model_path(preset, desc.model));
@@ -67,9 +64,8 @@ Status PriorModel::check_input() {
     const PresetInput& input = preset_.input;
     const std::vector<OnnxPort>& ports = session_->inputs();
     const auto refuse = [&](const std::string& expected) {
-        return error(Code::kFormat, "'%s' has the inputs %s; preset '%s' expects %s",
-                     session_->path().c_str(), ports_text(ports).c_str(), preset_.name.c_str(),
-                     expected.c_str());
+        return damaged("'%s' has the inputs %s; preset '%s' expects %s", session_->path().c_str(),
+                       ports_text(ports).c_str(), preset_.name.c_str(), expected.c_str());
     };
     const std::size_t count = input.tokens == 0 ? 1 : 2;
     if (ports.size() != count) return refuse(format("%zu", count));
@@ -107,9 +103,9 @@ Result<std::size_t> PriorModel::output_place(const std::string& name, std::int32
     if (name.empty() && index == -1 && !ports.empty()) return ports.size() - 1;
     for (std::size_t i = 0; i < ports.size(); ++i)
         if (name.empty() ? i == static_cast<std::size_t>(index) : ports[i].name == name) return i;
-    return error(Code::kFormat, "'%s' has the outputs %s; preset '%s' expects %s",
-                 session_->path().c_str(), ports_text(ports).c_str(), preset_.name.c_str(),
-                 name.empty() ? format("output %d", index).c_str() : ("'" + name + "'").c_str());
+    return damaged("'%s' has the outputs %s; preset '%s' expects %s", session_->path().c_str(),
+                   ports_text(ports).c_str(), preset_.name.c_str(),
+                   name.empty() ? format("output %d", index).c_str() : ("'" + name + "'").c_str());
 }
 
 Status PriorModel::check_output(const PresetOutput& output, const OnnxPort& port) const {
@@ -124,23 +120,19 @@ Status PriorModel::check_output(const PresetOutput& output, const OnnxPort& port
     const bool image = dims.empty() ||
                        (dims.size() >= 2 && dims.size() <= 4 && (channels < 0 || channels >= last));
     if (number && image) return {};
-    return error(Code::kFormat,
-                 "'%s': output '%s' is %s; preset '%s' expects float32 or float16 of 2 to 4 "
-                 "dimensions with %lld or more channels",
-                 session_->path().c_str(), port.name.c_str(), port_text(port).c_str(),
-                 preset_.name.c_str(), static_cast<long long>(last));
+    return damaged(
+        "'%s': output '%s' is %s; preset '%s' expects float32 or float16 of 2 to 4 "
+        "dimensions with %lld or more channels",
+        session_->path().c_str(), port.name.c_str(), port_text(port).c_str(), preset_.name.c_str(),
+        lld(last));
 }
 
 Status PriorModel::check_outputs() {
     for (const PresetOutput& output : preset_.outputs) {
         Places& places = places_.emplace_back();
         SPLAT_ASSIGN(places.main, output_place(output.name, output.index));
-        if (!output.scale.empty()) {
-            SPLAT_ASSIGN(places.scale, output_place(output.scale, 0));
-        }
-        if (!output.mask.empty()) {
-            SPLAT_ASSIGN(places.mask, output_place(output.mask, 0));
-        }
+        if (!output.scale.empty()) SPLAT_SET(places.scale, output_place(output.scale, 0));
+        if (!output.mask.empty()) SPLAT_SET(places.mask, output_place(output.mask, 0));
         SPLAT_TRY(check_output(output, session_->outputs()[places.main]));
     }
     return {};
@@ -151,11 +143,11 @@ Status PriorModel::check_wanted(const WantedMaps& wanted) const {
     for (const data::MapKind kind : data::kMaps) {
         any = any || wanted[kind].has_value();
         if (wanted[kind] && preset_.find(kind) == nullptr)
-            return error(Code::kInvalidArgument, "preset '%s' makes no %s map",
-                         preset_.name.c_str(), data::map_name(kind));
+            return invalid("preset '%s' makes no %s map", preset_.name.c_str(),
+                           data::map_name(kind));
     }
     if (any) return {};
-    return error(Code::kInvalidArgument, "no map of a picture is wanted, expected one or more");
+    return invalid("no map of a picture is wanted, expected one or more");
 }
 
 Result<std::vector<PriorMaps>> PriorModel::run(std::span<const io::Image> pictures,
@@ -194,13 +186,12 @@ Status PriorModel::run_batch(std::span<const io::Image> pictures,
     }
     std::vector<std::size_t> asked;  // numbers of outputs, each once
     const auto ask = [&asked](std::optional<std::size_t> place) {
-        if (place && std::find(asked.begin(), asked.end(), *place) == asked.end())
-            asked.push_back(*place);
+        if (place && std::ranges::find(asked, *place) == asked.end()) asked.push_back(*place);
     };
     for (std::size_t o = 0; o < places_.size(); ++o) {
         const data::MapKind kind = preset_.outputs[o].map;
-        if (std::none_of(wanted.begin(), wanted.end(),
-                         [kind](const WantedMaps& maps) { return maps[kind].has_value(); }))
+        if (std::ranges::none_of(wanted,
+                                 [kind](const WantedMaps& maps) { return maps[kind].has_value(); }))
             continue;
         for (const auto place : {std::optional(places_[o].main), places_[o].scale, places_[o].mask})
             ask(place);
@@ -209,8 +200,7 @@ Status PriorModel::run_batch(std::span<const io::Image> pictures,
                  session_->run(input, preset_.input.tokens, asked));
     const auto tensor = [&](std::optional<std::size_t> place) -> const OnnxTensor* {
         if (!place) return nullptr;
-        return &tensors[static_cast<std::size_t>(std::find(asked.begin(), asked.end(), *place) -
-                                                 asked.begin())];
+        return &tensors[static_cast<std::size_t>(std::ranges::find(asked, *place) - asked.begin())];
     };
     for (std::size_t i = 0; i < pictures.size(); ++i) {
         PriorMaps& maps = all.emplace_back();

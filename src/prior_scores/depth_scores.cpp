@@ -22,8 +22,7 @@ Result<DepthPairs> pairs_inside(std::span<const float> prediction, std::span<con
     for (std::size_t i = 0; i < truth.size(); ++i) {
         if (!(mask[i] > 0.5F)) continue;
         if (!std::isfinite(prediction[i]) || !std::isfinite(truth[i]) || !(truth[i] > 0))
-            return error(
-                Code::kInvalidArgument,
+            return invalid(
                 "inside of the mask, at number %zu, the prediction is %g and the truth %g, "
                 "expected finite numbers and a truth > 0",
                 i, static_cast<double>(prediction[i]), static_cast<double>(truth[i]));
@@ -79,13 +78,12 @@ Result<DepthScores> compare_depth(std::span<const float> prediction, std::span<c
                      "expected the same number",
                      prediction.size(), truth.size(), mask.size());
     if (rule == DepthRule::kPublished && !mask.empty())
-        return error(Code::kInvalidArgument,
-                     "a mask is given, but as published every pixel counts");
+        return invalid("a mask is given, but as published every pixel counts");
     SPLAT_ASSIGN(DepthPairs pairs, mask.empty() ? pairs_of(prediction, truth, rule)
                                                 : pairs_inside(prediction, truth, mask));
     if (pairs.p.empty())
-        return error(Code::kInvalidArgument, "no pixel counts: %s",
-                     mask.empty() ? "the true depth is nowhere > 0" : "the mask is nowhere > 0.5");
+        return invalid("no pixel counts: %s", mask.empty() ? "the true depth is nowhere > 0"
+                                                           : "the mask is nowhere > 0.5");
     DepthScores scores;
     scores.pixels = pairs.p.size();
     align(pairs, scores);

@@ -116,7 +116,7 @@ Result<std::vector<double>> gradient_length(std::span<const float> map, std::uin
     for (std::size_t y = 0; y < height; ++y)
         for (std::size_t x = 0; x < width; ++x)
             lengths.push_back(std::hypot(of.dx(y, x), of.dy(y, x)));
-    const double most = *std::max_element(lengths.begin(), lengths.end()) + 1e-8;
+    const double most = *std::ranges::max_element(lengths) + 1e-8;
     for (double& length : lengths) length /= most;
     return lengths;
 }

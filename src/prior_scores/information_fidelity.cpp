@@ -109,7 +109,7 @@ Plane plane_of(std::span<const float> map, std::size_t height, std::size_t width
 }
 
 bool is_constant(std::span<const float> map) {
-    return std::all_of(map.begin(), map.end(), [&](float value) { return value == map[0]; });
+    return std::ranges::all_of(map, [&](float value) { return value == map[0]; });
 }
 
 }  // namespace

@@ -42,15 +42,14 @@ Result<std::vector<double>> angles_of(std::span<const float> prediction,
         const scene::Vec3 p = normal_at(prediction, i);
         const scene::Vec3 g = normal_at(truth, i);
         if (!scene::is_finite(p) || !scene::is_finite(g))
-            return error(Code::kInvalidArgument,
-                         "a normal of pixel %zu is not finite; leave such pixels out with a mask",
-                         i);
+            return invalid("a normal of pixel %zu is not finite; leave such pixels out with a mask",
+                           i);
         if (glm::length(g) < kLeastLength) {
             if (mask.empty()) continue;
-            return error(Code::kInvalidArgument,
-                         "the true normal of pixel %zu, inside of the mask, has the length %g, "
-                         "expected about 1",
-                         i, glm::length(g));
+            return invalid(
+                "the true normal of pixel %zu, inside of the mask, has the length %g, "
+                "expected about 1",
+                i, glm::length(g));
         }
         const bool none = glm::length(p) < kLeastLength;
         if (none) ++missing;
@@ -72,8 +71,8 @@ Result<NormalScores> compare_normals(std::span<const float> prediction,
     NormalScores scores;
     SPLAT_ASSIGN(std::vector<double> angles, angles_of(prediction, truth, mask, scores.missing));
     if (angles.empty())
-        return error(Code::kInvalidArgument, "no pixel counts: %s",
-                     mask.empty() ? "there is no true normal" : "the mask is nowhere > 0.5");
+        return invalid("no pixel counts: %s",
+                       mask.empty() ? "there is no true normal" : "the mask is nowhere > 0.5");
     double sum = 0, squares = 0;
     constexpr double kAngles[] = {11.25, 22.5, 30};
     for (const double angle : angles) {

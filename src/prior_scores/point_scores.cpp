@@ -12,10 +12,9 @@ namespace {
 constexpr std::size_t kBlock = 4096;  ///< points of a thread's turn
 
 Status check_points(std::span<const scene::Vec3> points, const char* name) {
-    if (points.empty()) return error(Code::kInvalidArgument, "there are no %s points", name);
+    if (points.empty()) return invalid("there are no %s points", name);
     for (std::size_t i = 0; i < points.size(); ++i)
-        if (!scene::is_finite(points[i]))
-            return error(Code::kInvalidArgument, "%s point %zu is not finite", name, i);
+        if (!scene::is_finite(points[i])) return invalid("%s point %zu is not finite", name, i);
     return {};
 }
 
@@ -51,8 +50,7 @@ Result<Distances> distances_of(std::span<const scene::Vec3> from, std::span<cons
 Result<PointScores> compare_points(std::span<const scene::Vec3> predicted,
                                    std::span<const scene::Vec3> truth, double threshold) {
     if (!(threshold > 0) || !std::isfinite(threshold))
-        return error(Code::kInvalidArgument, "the threshold is %g, expected a distance > 0",
-                     threshold);
+        return invalid("the threshold is %g, expected a distance > 0", threshold);
     SPLAT_TRY(check_points(predicted, "predicted"));
     SPLAT_TRY(check_points(truth, "true"));
     SPLAT_ASSIGN(const Distances there, distances_of(predicted, truth, threshold));

@@ -39,10 +39,9 @@ std::vector<double> summed_areas(const io::Mesh& mesh) {
 Result<std::vector<Vec3>> sample_surface(const io::Mesh& mesh, std::size_t count,
                                          std::uint64_t seed) {
     const std::vector<double> sums = summed_areas(mesh);
-    if (sums.empty()) return error(Code::kInvalidArgument, "the mesh has no faces");
+    if (sums.empty()) return invalid("the mesh has no faces");
     if (!(sums.back() > 0) || !std::isfinite(sums.back()))
-        return error(Code::kInvalidArgument, "the mesh has an area of %g, expected more than 0",
-                     sums.back());
+        return invalid("the mesh has an area of %g, expected more than 0", sums.back());
     std::vector<Vec3> points;
     points.reserve(count);
     for (std::uint64_t i = 0; i < count; ++i) {

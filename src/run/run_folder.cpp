@@ -14,7 +14,6 @@
 #include "core/fork.h"
 #include "io/file.h"
 #include "io/folder.h"
-#include "io/write_all.h"
 
 namespace splat::run {
 namespace {
@@ -89,7 +88,7 @@ Status write_process(int lock, const fs::path& path) {
 }  // namespace
 
 Result<std::unique_ptr<RunFolder>> RunFolder::open(const std::string& path, Mode mode) {
-    if (path.empty()) return error(Code::kInvalidArgument, "the folder of the run has no name");
+    if (path.empty()) return invalid("the folder of the run has no name");
     std::unique_ptr<RunFolder> self(new RunFolder(path, mode));
     SPLAT_TRY(self->check());
     // A new folder is made and locked by begin(), once everything else is known to be right.
@@ -110,19 +109,19 @@ Status RunFolder::check() const {
         is_there(root_ / kConfig) && (is_there(root_ / kLock) || is_there(root_ / kRun));
     if (mode_ == Mode::kResume) {
         if (run) return {};
-        return error(Code::kInvalidState, "'%s' holds no run to resume (%s, and %s or %s)",
-                     root_.c_str(), kConfig, kLock, kRun);
+        return bad_state("'%s' holds no run to resume (%s, and %s or %s)", root_.c_str(), kConfig,
+                         kLock, kRun);
     }
     std::error_code ignored;
     bool empty = !is_there(root_);
     if (fs::is_directory(root_, ignored)) {
         SPLAT_ASSIGN(const std::vector<std::string> names, names_in(root_));
-        empty = std::all_of(names.begin(), names.end(), is_begun);
+        empty = std::ranges::all_of(names, is_begun);
     }
     if (empty || (run && mode_ == Mode::kReplace)) return {};
-    return error(Code::kInvalidState, "'%s' is there%s", root_.c_str(),
-                 run ? " and holds a run: resume it, overwrite it, or choose another folder"
-                     : " and is not a run: choose another folder");
+    return bad_state("'%s' is there%s", root_.c_str(),
+                     run ? " and holds a run: resume it, overwrite it, or choose another folder"
+                         : " and is not a run: choose another folder");
 }
 
 Status RunFolder::lock() {
@@ -135,10 +134,10 @@ Status RunFolder::lock() {
         const std::string process = process_of(file);
         ::close(file);
         if (reason != EWOULDBLOCK) return cannot("lock", path, std::strerror(reason));
-        return error(Code::kInvalidState,
-                     "'%s' is in use: a run of %s is open in it; wait for its end, stop it, or "
-                     "choose another folder",
-                     root_.c_str(), process.c_str());
+        return bad_state(
+            "'%s' is in use: a run of %s is open in it; wait for its end, stop it, or "
+            "choose another folder",
+            root_.c_str(), process.c_str());
     }
     lock_ = file;
     generation_ = fork_generation();
@@ -155,7 +154,7 @@ Result<std::vector<fs::path>> RunFolder::own_files(const std::vector<std::string
     for (const std::string folder : kOwnFolders) {
         SPLAT_ASSIGN(const std::vector<std::string> names, names_in(root_ / folder));
         for (const std::string& name : names)
-            if (std::any_of(own.begin(), own.end(), [&](const std::string& pattern) {
+            if (std::ranges::any_of(own, [&](const std::string& pattern) {
                     return ::fnmatch((pattern + suffix).c_str(), (folder + name).c_str(),
                                      FNM_PATHNAME) == 0;
                 }))
@@ -215,7 +214,7 @@ Result<std::vector<fs::path>> RunFolder::states() const {
     for (const std::string& name : names)
         if (name.starts_with("step_") && name.ends_with(kStateSuffix))
             found.push_back(root_ / "checkpoints" / name);
-    std::reverse(found.begin(), found.end());
+    std::ranges::reverse(found);
     return found;
 }
 
@@ -228,8 +227,7 @@ Status RunFolder::set_aside(const fs::path& state) const {
 }
 
 std::string RunFolder::state_path(std::uint64_t step) const {
-    return path(
-        format("checkpoints/step_%010llu%s", static_cast<unsigned long long>(step), kStateSuffix));
+    return path(format("checkpoints/step_%010llu%s", llu(step), kStateSuffix));
 }
 
 void RunFolder::keep_latest_states(std::size_t count) const {
@@ -253,10 +251,8 @@ Result<std::vector<MetricLine>> RunFolder::metrics() const {
     std::istringstream rest{std::string(io::as_text(file.value()))};
     for (std::string text; std::getline(rest, text);) {
         Result<JsonTree> json = parse_json_tree(text, kMetrics);
-        const JsonTree* const step = json.ok() ? json.value().find("step") : nullptr;
-        if (step == nullptr || !step->count()) continue;
-        const std::uint64_t number = *step->count();
-        lines.push_back({number, std::move(json.value()), std::move(text)});
+        const auto step = json.ok() ? json.value()["step"].count() : std::nullopt;
+        if (step) lines.push_back({*step, std::move(json.value()), std::move(text)});
     }
     return lines;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/json_tree.h"
+#include "core/no_copy.h"
 
 namespace splat::run {
 
@@ -32,7 +33,7 @@ struct MetricLine {
 ///   lock                   number of the process whose session is open; its lock ends with that process
 ///
 /// Errors: kIo with path and the system's reason.
-class RunFolder {
+class RunFolder : NoCopy {
   public:
     enum class Mode { kNew, kReplace, kResume };
 
@@ -40,8 +41,6 @@ class RunFolder {
     /// kInvalidState for a folder that another session has open, or that holds what the mode does not expect.
     static Result<std::unique_ptr<RunFolder>> open(const std::string& path, Mode mode);
     ~RunFolder();
-    RunFolder(const RunFolder&) = delete;
-    RunFolder& operator=(const RunFolder&) = delete;
 
     /// Make the folder, remove the files that a replaced run or a crash left, never others, and write
     /// config.json first. `results`: their names. Returns how many files a crash left. Errors: as open().

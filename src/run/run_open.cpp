@@ -66,9 +66,8 @@ Status Run::resume() {
         messages_.push_back({"resumed from " + state.filename().string()});
         return restore_validations();
     }
-    return error(Code::kNotFound,
-                 "no state in '%s' can be read; to start again, let the run be overwritten",
-                 folder_->path("checkpoints").c_str());
+    return not_found("no state in '%s' can be read; to start again, let the run be overwritten",
+                     folder_->path("checkpoints").c_str());
 }
 
 /// Take over the validations of the run since the latest one of another protocol than those to come.
@@ -78,8 +77,7 @@ Status Run::restore_validations() {
     for (const MetricLine& line : lines) {
         const std::optional<double> psnr = line.number("val_psnr");
         if (!psnr || line.step > step_) continue;
-        others = plan_.pieces > 0 &&
-                 std::any_of(plan_.protocol.begin(), plan_.protocol.end(), [&](const Number& now) {
+        others = plan_.pieces > 0 && std::ranges::any_of(plan_.protocol, [&](const Number& now) {
                      return line.number(now.name).value_or(now.value) != now.value;
                  });
         if (others) {

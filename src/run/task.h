@@ -94,11 +94,8 @@ struct NamedWeights {
 
 /// What a run does, step by step. A Run calls prepare(), then start() or compare() and load(), then begin(), and then
 /// the others. What fails is tried again by the same call.
-class Task {
+class Task : NoCopy {
   public:
-    Task() = default;
-    Task(const Task&) = delete;
-    Task& operator=(const Task&) = delete;
     virtual ~Task() = default;
 
     /// Check everything that needs no state. `config`: path of the run's configuration, for one that is resumed.

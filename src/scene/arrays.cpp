@@ -20,14 +20,12 @@ Quaternion rotation_at(const Gaussians& g, std::size_t i) {
 
 Status check_arrays(const Gaussians& g) {
     if (g.sh_degree > kMaxShDegree)
-        return error(Code::kInvalidArgument, "gaussians: SH degree %u, expected 0 to %u",
-                     g.sh_degree, kMaxShDegree);
+        return invalid("gaussians: SH degree %u, expected 0 to %u", g.sh_degree, kMaxShDegree);
     for (const Attribute& attribute : attributes(g.sh_degree)) {
         const std::size_t got = (g.*attribute.array).size();
         if (got % attribute.each != 0 || got / attribute.each != g.count())
-            return error(Code::kInvalidArgument,
-                         "gaussians: '%s' holds %zu values, expected %zu x %zu", attribute.name,
-                         got, g.count(), attribute.each);
+            return invalid("gaussians: '%s' holds %zu values, expected %zu x %zu", attribute.name,
+                           got, g.count(), attribute.each);
     }
     return {};
 }

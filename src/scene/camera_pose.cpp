@@ -12,24 +12,19 @@ constexpr double kRigidTolerance = 1e-3;
 
 Status check_pose(const Mat4& m) {
     for (const double value : m)
-        if (!std::isfinite(value)) return error(Code::kInvalidArgument, "the matrix is not finite");
+        if (!std::isfinite(value)) return invalid("the matrix is not finite");
     if (m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] != 1)
-        return error(Code::kInvalidArgument, "the last row is %g %g %g %g, expected 0 0 0 1", m[12],
-                     m[13], m[14], m[15]);
+        return invalid("the last row is %g %g %g %g, expected 0 0 0 1", m[12], m[13], m[14], m[15]);
     const Mat3 r = rotation_of(m);
     const double volume = glm::determinant(r);
-    if (volume == 0 || !std::isfinite(volume))
-        return error(Code::kInvalidArgument, "the matrix is singular");
-    if (volume < 0)
-        return error(Code::kInvalidArgument, "the matrix mirrors (determinant %g); check its axes",
-                     volume);
+    if (volume == 0 || !std::isfinite(volume)) return invalid("the matrix is singular");
+    if (volume < 0) return invalid("the matrix mirrors (determinant %g); check its axes", volume);
     const Mat3 products = r * glm::transpose(r);
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j) {
             const double expected = i == j ? 1 : 0;
             if (std::abs(products[i][j] - expected) > kRigidTolerance)
-                return error(
-                    Code::kInvalidArgument,
+                return invalid(
                     "rows %zu and %zu of the rotation have the product %g, expected %g; scale "
                     "the scene instead of its cameras",
                     i, j, products[i][j], expected);
@@ -72,26 +67,21 @@ Mat4 inverse_of_rigid(const Mat4& m) {
 
 Status check_lens(double fx, double fy, double cx, double cy) {
     if (!std::isfinite(fx) || !std::isfinite(fy) || fx <= 0 || fy <= 0)
-        return error(Code::kInvalidArgument,
-                     "focal lengths are %g and %g pixels, expected > 0 and finite", fx, fy);
+        return invalid("focal lengths are %g and %g pixels, expected > 0 and finite", fx, fy);
     if (!std::isfinite(cx) || !std::isfinite(cy))
-        return error(Code::kInvalidArgument, "the principal point is %g, %g and not finite", cx,
-                     cy);
+        return invalid("the principal point is %g, %g and not finite", cx, cy);
     if (std::min(fx, fy) < kLeastFocal || std::max(fx, fy) > kMostFocal)
-        return error(Code::kInvalidArgument,
-                     "focal lengths are %g and %g pixels, expected %g to %g; are they in pixels?",
-                     fx, fy, kLeastFocal, kMostFocal);
+        return invalid("focal lengths are %g and %g pixels, expected %g to %g; are they in pixels?",
+                       fx, fy, kLeastFocal, kMostFocal);
     if (std::max(std::abs(cx), std::abs(cy)) > kMostPrincipal)
-        return error(Code::kInvalidArgument,
-                     "the principal point is %g, %g pixels, expected -%g to %g; is it in pixels?",
-                     cx, cy, kMostPrincipal, kMostPrincipal);
+        return invalid("the principal point is %g, %g pixels, expected -%g to %g; is it in pixels?",
+                       cx, cy, kMostPrincipal, kMostPrincipal);
     return {};
 }
 
 Status check_camera(const Camera& c) {
     const auto bad = [&c](const std::string& problem) {
-        return error(Code::kInvalidArgument, "camera '%s': %s", shown(c.name).c_str(),
-                     problem.c_str());
+        return invalid("camera '%s': %s", shown(c.name).c_str(), problem.c_str());
     };
     if (c.width < 1 || c.width > kMaxImageSide || c.height < 1 || c.height > kMaxImageSide)
         return bad(format("%u x %u pixels, expected 1 to %u", c.width, c.height, kMaxImageSide));
@@ -103,7 +93,7 @@ Status check_camera(const Camera& c) {
 
 Result<Camera> camera_from_fov(std::uint32_t width, std::uint32_t height, double fov_x) {
     if (!(fov_x > 0 && fov_x < std::numbers::pi))
-        return error(Code::kInvalidArgument, "field of view %g radians, expected 0 to pi", fov_x);
+        return invalid("field of view %g radians, expected 0 to pi", fov_x);
     Camera camera;
     camera.width = width;
     camera.height = height;
@@ -119,12 +109,11 @@ Result<Mat4> look_at(const Vec3& eye, const Vec3& target, const Vec3& up) {
     const Vec3 view = target - eye;
     const double distance = glm::length(view);
     if (!is_finite(eye) || !is_finite(view) || !is_finite(up) || !(distance > 0))
-        return error(Code::kInvalidArgument,
-                     "look_at: eye and target coincide, or something is not finite");
+        return invalid("look_at: eye and target coincide, or something is not finite");
     const Vec3 forward = view * (1 / distance);
     const Vec3 side = glm::cross(forward, up);
     if (!(glm::length(side) > 1e-9 * glm::length(up)))
-        return error(Code::kInvalidArgument, "look_at: 'up' is zero or along the view");
+        return invalid("look_at: 'up' is zero or along the view");
     const Vec3 right = side * (1 / glm::length(side));
     const Mat3 axes = {right, glm::cross(forward, right), forward};
     return make_pose(glm::transpose(axes), -(eye * axes));
@@ -148,9 +137,8 @@ Result<Mat4> opengl_from_opencv(const Mat4& world_to_camera) {
 Result<Mat4> pose_from_quaternion(const Quaternion& q, const Vec3& translation) {
     const double size = length_of(q);
     if (!std::isfinite(size) || size == 0 || !is_finite(translation))
-        return error(Code::kInvalidArgument,
-                     "a pose with a quaternion of length %g or a translation that is not finite",
-                     size);
+        return invalid("a pose with a quaternion of length %g or a translation that is not finite",
+                       size);
     return make_pose(glm::mat3_cast(q / size), translation);
 }
 

@@ -15,7 +15,7 @@ double weighted_quantile(const std::vector<double>& values, const std::vector<do
                          double part) {
     std::vector<std::size_t> order(values.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::sort(order.begin(), order.end(), [&values](std::size_t a, std::size_t b) {
+    std::ranges::sort(order, [&values](std::size_t a, std::size_t b) {
         return values[a] != values[b] ? values[a] < values[b] : a < b;
     });
     double left = part * std::accumulate(weights.begin(), weights.end(), 0.0);
@@ -51,7 +51,7 @@ Result<double> orbit_distance(const Body& body, const Vec3& up, const Camera& le
                               const OrbitOptions& options) {
     if (options.distance != 0) {
         if (options.distance > 0 && std::isfinite(options.distance)) return options.distance;
-        return error(Code::kInvalidArgument, "orbit: distance %g, expected > 0", options.distance);
+        return invalid("orbit: distance %g, expected > 0", options.distance);
     }
     double most = 0;
     for (const Vec3& mean : body.means)
@@ -59,8 +59,7 @@ Result<double> orbit_distance(const Body& body, const Vec3& up, const Camera& le
                                            kOrbitFill * lens.width / (2 * lens.fx),
                                            kOrbitFill * lens.height / (2 * lens.fy)));
     if (most > 0) return most;
-    return error(Code::kInvalidArgument,
-                 "orbit: the scene has no visible extent to derive a distance from; give one");
+    return invalid("orbit: the scene has no visible extent to derive a distance from; give one");
 }
 
 }  // namespace
@@ -87,7 +86,7 @@ Body body_of(const Gaussians& g) {
         median[k] = weighted_quantile(values, weights, 0.5);
     }
     const auto far = [&median](const Vec3& mean) { return glm::length(mean - median); };
-    std::transform(body.means.begin(), body.means.end(), values.begin(), far);
+    std::ranges::transform(body.means, values.begin(), far);
     const double most = kBodyRadii * weighted_quantile(values, weights, 0.98);
     std::erase_if(body.means, [&](const Vec3& mean) { return far(mean) > most; });
     const Box bounds = bounds_of(body.means);
@@ -100,7 +99,7 @@ Result<std::vector<Camera>> orbit(const Gaussians& gaussians, const OrbitOptions
     const double size = glm::length(options.up);
     if (!(size > 0) || !std::isfinite(size) || !std::isfinite(options.elevation) ||
         !std::isfinite(options.start))
-        return error(Code::kInvalidArgument, "orbit: 'up' is zero, or an angle is not finite");
+        return invalid("orbit: 'up' is zero, or an angle is not finite");
     const Vec3 up = options.up * (1 / size);
     const Body body = body_of(gaussians);
     SPLAT_ASSIGN(const double distance, orbit_distance(body, up, lens, options));

@@ -61,9 +61,8 @@ Result<Gaussians> crop(const Gaussians& g, const Box& box) {
     SPLAT_TRY(check_arrays(g));
     for (std::size_t k = 0; k < 3; ++k)
         if (!(box.low[k] <= box.high[k]))
-            return error(Code::kInvalidArgument,
-                         "crop: axis %c from %g to %g, expected low <= high",
-                         static_cast<char>('x' + k), box.low[k], box.high[k]);
+            return invalid("crop: axis %c from %g to %g, expected low <= high",
+                           static_cast<char>('x' + k), box.low[k], box.high[k]);
     return select(g, [&](std::size_t i) {
         const Vec3 mean = glm::make_vec3(&g.means[i * 3]);
         return is_finite(mean) && glm::clamp(mean, box.low, box.high) == mean;
@@ -72,8 +71,7 @@ Result<Gaussians> crop(const Gaussians& g, const Box& box) {
 
 Result<Gaussians> filter_by_opacity(const Gaussians& g, double least) {
     SPLAT_TRY(check_arrays(g));
-    if (!(least >= 0 && least <= 1))
-        return error(Code::kInvalidArgument, "opacity threshold %g, expected 0 to 1", least);
+    if (!(least >= 0 && least <= 1)) return invalid("opacity threshold %g, expected 0 to 1", least);
     return select(g, [&](std::size_t i) {
         return opacity_of(static_cast<double>(g.opacity_logits[i])) >= least;
     });
@@ -89,8 +87,7 @@ Result<Gaussians> remove_invalid(const Gaussians& g) {
             return std::all_of(first, first + attribute.each,
                                [](float value) { return std::isfinite(value); });
         };
-        return std::all_of(of_scene.begin(), of_scene.end(), is_valid) &&
-               length_of(rotation_at(g, i)) > 0;
+        return std::ranges::all_of(of_scene, is_valid) && length_of(rotation_at(g, i)) > 0;
     });
 }
 
@@ -117,8 +114,8 @@ Result<Gaussians> sort_morton(const Gaussians& g) {
     for (std::size_t i = 0; i < g.count(); ++i) codes[i] = morton_code(g, i, box);
     std::vector<std::size_t> order(g.count());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return codes[a] < codes[b]; });
+    std::ranges::stable_sort(order,
+                             [&](std::size_t a, std::size_t b) { return codes[a] < codes[b]; });
     return gather(g, order);
 }
 

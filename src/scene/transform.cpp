@@ -29,13 +29,11 @@ Quaternion product(const Quaternion& a, const Quaternion& b) {
 
 Status check(const Similarity& s) {
     if (!std::isfinite(length_of(s.rotation / largest(s.rotation))))
-        return error(Code::kInvalidArgument,
-                     "transform: rotation %g, %g, %g, %g, expected finite numbers, not all 0",
-                     s.rotation[0], s.rotation[1], s.rotation[2], s.rotation[3]);
+        return invalid("transform: rotation %g, %g, %g, %g, expected finite numbers, not all 0",
+                       s.rotation[0], s.rotation[1], s.rotation[2], s.rotation[3]);
     if (!std::isfinite(s.scale) || s.scale <= 0)
-        return error(Code::kInvalidArgument, "transform: scale %g, expected > 0", s.scale);
-    if (!is_finite(s.translation))
-        return error(Code::kInvalidArgument, "transform: the translation is not finite");
+        return invalid("transform: scale %g, expected > 0", s.scale);
+    if (!is_finite(s.translation)) return invalid("transform: the translation is not finite");
     return {};
 }
 
@@ -48,10 +46,10 @@ Result<decltype(Gaussians::means)> moved_means(const Gaussians& g, const Mat3& m
         const glm::vec3 moved = s.scale * (matrix * mean) + s.translation;
         std::copy_n(glm::value_ptr(moved), 3, &means[i * 3]);
         if (is_finite(mean) && !is_finite(moved))
-            return error(Code::kInvalidArgument,
-                         "transform: scale %g and translation %g, %g, %g move Gaussian %zu beyond "
-                         "float32; use smaller ones",
-                         s.scale, s.translation[0], s.translation[1], s.translation[2], i);
+            return invalid(
+                "transform: scale %g and translation %g, %g, %g move Gaussian %zu beyond "
+                "float32; use smaller ones",
+                s.scale, s.translation[0], s.translation[1], s.translation[2], i);
     }
     return means;
 }

@@ -95,10 +95,8 @@ void note(const std::string& path, const std::string& key) {
 }
 
 /// The test's own runs are in no profile, also after one that runs out of memory.
-struct Unprofiled {
+struct Unprofiled : NoCopy {
     explicit Unprofiled(vk::Context& context) : of(context) { of.unprofiled = true; }
-    Unprofiled(const Unprofiled&) = delete;
-    Unprofiled& operator=(const Unprofiled&) = delete;
     ~Unprofiled() { of.unprofiled = false; }
     vk::Context& of;
 };

@@ -1,15 +1,14 @@
 #include "synthetic/object_writer.h"
 
 #include <signal.h>
-#include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
 #include <filesystem>
 #include <numbers>
 
 #include "core/json_writer.h"
 #include "io/file.h"
+#include "io/folder.h"
 #include "scene/camera_pose.h"
 #include "synthetic/ray_caster.h"
 
@@ -69,11 +68,11 @@ Status check_manifest(const WriterDesc& desc, const fs::path& folder) {
     if (!fs::exists(path, code)) return io::write_file(path.string(), io::as_bytes(expected));
     SPLAT_ASSIGN(const io::Buffer found, io::read_file(path.string(), 1U << 16));
     if (io::as_text(found) == expected) return {};
-    return error(Code::kInvalidArgument,
-                 "'%s' holds data made with other values: %.*sexpected: %suse another folder, "
-                 "or the same values to add objects",
-                 folder.c_str(), static_cast<int>(found.size()), io::as_text(found).data(),
-                 expected.c_str());
+    return invalid(
+        "'%s' holds data made with other values: %.*sexpected: %suse another folder, "
+        "or the same values to add objects",
+        folder.c_str(), static_cast<int>(found.size()), io::as_text(found).data(),
+        expected.c_str());
 }
 
 struct Place {
@@ -89,9 +88,8 @@ Result<Place> place_of(const WriterDesc& desc, std::uint32_t index) {
         if (object < count) return Place{split, object};
         object -= count;
     }
-    return error(Code::kInvalidArgument,
-                 "index is %u, expected less than %u + %u + %u, the objects", index,
-                 desc.train_objects, desc.val_objects, desc.test_objects);
+    return invalid("index is %u, expected less than %u + %u + %u, the objects", index,
+                   desc.train_objects, desc.val_objects, desc.test_objects);
 }
 
 struct Shape {
@@ -106,16 +104,6 @@ Shape shape_of(const WriterDesc& desc, const Place& place) {
     return {car ? "car" : "chair", fitted(car ? make_car(random) : make_chair(random))};
 }
 
-/// A folder that is removed at the end unless it was renamed.
-struct TemporaryFolder {
-    fs::path path;
-    bool kept = false;
-    ~TemporaryFolder() {
-        std::error_code code;
-        if (!kept) fs::remove_all(path, code);
-    }
-};
-
 /// Removes folders of this object that killed processes left: ".<name>.<process>-<number>.tmp".
 void remove_stale(const fs::path& folder, const std::string& name) {
     std::error_code code;
@@ -126,13 +114,6 @@ void remove_stale(const fs::path& folder, const std::string& name) {
         const int process = std::atoi(found.c_str() + prefix.size());
         if (process > 0 && ::kill(process, 0) != 0 && errno == ESRCH) fs::remove_all(entry, code);
     }
-}
-
-Status make_folder(const fs::path& path) {
-    std::error_code code;
-    fs::create_directories(path, code);
-    if (!code) return {};
-    return io::system_error(code.value(), "create the folder", path.string());
 }
 
 Status write_view(const fs::path& folder, const Solids& solids, const scene::Camera& camera,
@@ -155,7 +136,7 @@ Status write_view(const fs::path& folder, const Solids& solids, const scene::Cam
 Status write_views(const WriterDesc& desc, const Place& place, const Solids& solids,
                    const fs::path& folder) {
     for (const char* kind : {"rgb", "depth", "normal", "mask", "pose"})
-        SPLAT_TRY(make_folder(folder / kind));
+        SPLAT_TRY(io::make_folders(folder / kind));
     const std::uint32_t views = place.split == Split::kTrain ? desc.train_views : desc.test_views;
     for (std::uint32_t view = 0; view < views; ++view)
         SPLAT_TRY(
@@ -189,24 +170,20 @@ const char* split_name(Split split) {
 }
 
 Status check_desc(const WriterDesc& desc) {
-    if (desc.path.empty()) return error(Code::kInvalidArgument, "path is empty, expected a folder");
+    if (desc.path.empty()) return invalid("path is empty, expected a folder");
     if (desc.category != "cars" && desc.category != "chairs" && desc.category != "mixed")
-        return error(Code::kInvalidArgument, "category is '%s', expected cars, chairs or mixed",
-                     desc.category.c_str());
+        return invalid("category is '%s', expected cars, chairs or mixed", desc.category.c_str());
     if (desc.resolution < 8)
-        return error(Code::kInvalidArgument, "resolution is %u, expected 8 to 2048",
-                     desc.resolution);
+        return invalid("resolution is %u, expected 8 to 2048", desc.resolution);
     if (desc.resolution > 2048)
-        return error(Code::kUnsupported, "resolution is %u, expected 8 to 2048", desc.resolution);
+        return unsupported("resolution is %u, expected 8 to 2048", desc.resolution);
     for (const std::uint32_t views : {desc.train_views, desc.test_views})
         if (views < 1 || views > 100000)
-            return error(Code::kInvalidArgument, "%u views of an object, expected 1 to 100000",
-                         views);
+            return invalid("%u views of an object, expected 1 to 100000", views);
     const std::uint64_t objects =
         std::uint64_t{desc.train_objects} + desc.val_objects + desc.test_objects;
     if (objects < 1 || objects > 1000000)
-        return error(Code::kInvalidArgument, "%llu objects, expected 1 to 1000000",
-                     static_cast<unsigned long long>(objects));
+        return invalid("%llu objects, expected 1 to 1000000", llu(objects));
     return {};
 }
 
@@ -229,22 +206,17 @@ Status write_object(const WriterDesc& desc, std::uint32_t index) {
     SPLAT_ASSIGN(const Place place, place_of(desc, index));
     const fs::path root = fs::path(desc.path) / ("srn_" + desc.category);
     const fs::path folder = root / (desc.category + "_" + split_name(place.split));
-    SPLAT_TRY(make_folder(folder));
+    SPLAT_TRY(io::make_folders(folder));
     SPLAT_TRY(check_manifest(desc, root));
     const Shape shape = shape_of(desc, place);
     const std::string name = format("%06u_%s", place.object, shape.kind.c_str());
     std::error_code code;
     if (fs::exists(folder / name, code)) return {};
     remove_stale(folder, name);
-    static std::atomic<unsigned> counter{0};
-    TemporaryFolder temporary{
-        folder / format(".%s.%d-%u.tmp", name.c_str(), static_cast<int>(::getpid()), counter++)};
-    fs::remove_all(temporary.path, code);  // left by a killed process of the same number
-    SPLAT_TRY(write_views(desc, place, shape.solids, temporary.path));
-    fs::rename(temporary.path, folder / name, code);
-    if (!code) temporary.kept = true;
-    if (!code || fs::exists(folder / name)) return {};  // another writer was faster
-    return io::system_error(code.value(), "create the folder", (folder / name).string());
+    const Status status = io::write_folder(
+        folder / name, io::temporary_of(folder / name),
+        [&](const fs::path& to) { return write_views(desc, place, shape.solids, to); });
+    return fs::exists(folder / name, code) ? Status() : status;  // another writer may be faster
 }
 
 }  // namespace splat::synthetic

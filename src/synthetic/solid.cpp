@@ -1,7 +1,6 @@
 #include "synthetic/solid.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 
 #include "core/status.h"
@@ -101,8 +100,7 @@ std::vector<Vec3> corners(const Solid& solid) {
                 const auto inside = [&point](const Plane& plane) {
                     return dot(plane.normal, *point) <= plane.offset + 1e-9;
                 };
-                if (point && std::all_of(planes.begin(), planes.end(), inside))
-                    points.push_back(*point);
+                if (point && std::ranges::all_of(planes, inside)) points.push_back(*point);
             }
     return points;
 }

@@ -12,24 +12,12 @@
 namespace splat::tables {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* kLibrary = "libduckdb.so";
 constexpr const char* kVariable = "SPLAT_DUCKDB_LIBRARY";
 
-/// The folder of the file that holds this function: libsplat, or a program that has it inside.
-std::string own_folder() {
-    Dl_info info{};
-    if (dladdr(reinterpret_cast<const void*>(&own_folder), &info) == 0 || info.dli_fname == nullptr)
-        return "";
-    std::error_code none;
-    return fs::canonical(info.dli_fname, none).parent_path().string();
-}
-
 /// How to get the library, after what was tried.
-Status not_found(const std::string& tried) {
-    return error(
-        Code::kNotFound,
+Status no_duckdb(const std::string& tried) {
+    return not_found(
         "Parquet files are read and written by DuckDB, which was not found: %s. Get it with 'npm "
         "pack @duckdb/node-bindings-linux-x64' (linux-arm64 on ARM), unpack the .tgz, and set %s "
         "to its package/%s",
@@ -49,7 +37,7 @@ struct Place {
 std::vector<Place> places(const std::string& path) {
     if (!path.empty()) return {{path, "the given library"}};
     if (const auto set = environment(kVariable)) return {{*set, kVariable}};
-    const std::string beside = (fs::path(own_folder()) / kLibrary).string();
+    const std::string beside = (std::filesystem::path(library_folder()) / kLibrary).string();
     return {{beside, "beside libsplat"}, {kLibrary, "the loader's path"}};
 }
 
@@ -62,9 +50,8 @@ Result<duckdb::Api> functions_of(void* library, const std::string& path) {
     SPLAT_DUCKDB_FUNCTIONS(SPLAT_DUCKDB_FIND)
 #undef SPLAT_DUCKDB_FIND
     if (missing == nullptr) return api;
-    return error(Code::kUnsupported,
-                 "'%s' has no function %s, expected DuckDB's library of version 1.5 or later",
-                 path.c_str(), missing);
+    return unsupported("'%s' has no function %s, expected DuckDB's library of version 1.5 or later",
+                       path.c_str(), missing);
 }
 
 Result<std::unique_ptr<duckdb::Api>> load(const std::string& path) {
@@ -78,7 +65,7 @@ Result<std::unique_ptr<duckdb::Api>> load(const std::string& path) {
         }
         tried += (tried.empty() ? "" : "; ") + place.name + ": " + load_error();
     }
-    return not_found(tried);
+    return no_duckdb(tried);
 }
 
 }  // namespace

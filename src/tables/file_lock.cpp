@@ -21,9 +21,8 @@ Result<FileLock> lock_file(const std::string& path, int operation, const std::st
     });
     while (::flock(file, operation) != 0) {
         if (errno == EWOULDBLOCK)
-            return error(Code::kInvalidState,
-                         "%s is in use: another process imports into it; wait for its end",
-                         what.c_str());
+            return bad_state("%s is in use: another process imports into it; wait for its end",
+                             what.c_str());
         if (errno != EINTR) return io::system_error(errno, "lock", path);
     }
     return lock;

@@ -9,7 +9,6 @@
 #include "scene/camera_pose.h"
 #include "tables/journal.h"
 #include "tables/srn_text.h"
-#include "tables/store.h"
 #include "tables/table_files.h"
 #include "tables/table_keys.h"
 #include "tables/table_reader.h"
@@ -32,8 +31,7 @@ std::uint32_t side_of(std::uint64_t bytes, std::uint32_t channels) {
 Status check_side(std::string_view file, std::uint32_t side) {
     SPLAT_ASSIGN(const io::Image image, io::read_image(io::as_bytes(file), {.header_only = true}));
     if (image.width == side && image.height == side) return {};
-    return error(Code::kFormat, "%u x %u pixels, expected %u x %u", image.width, image.height, side,
-                 side);
+    return damaged("%u x %u pixels, expected %u x %u", image.width, image.height, side, side);
 }
 
 /// uint8 [channels,S,S] of an image file: of gray, the only channel; of colours, without alpha, as the published
@@ -137,8 +135,8 @@ class Import {
                 SPLAT_TRY(ended);
             }
         }
-        return error(Code::kFormat, "table %s has no rows of the split %s",
-                     kind_of(Table::kRgb).name, desc_.split.c_str());
+        return damaged("table %s has no rows of the split %s", kind_of(Table::kRgb).name,
+                       desc_.split.c_str());
     }
 
     static Result<std::uint32_t> side_of_row(const TableReader& table, std::size_t file,
@@ -152,7 +150,7 @@ class Import {
         if (side != 0) return side;
         return table.in_row(
             file, row.number,
-            error(Code::kFormat, "%zu bytes, expected 3 S S of a square image", row.value.size()));
+            damaged("%zu bytes, expected 3 S S of a square image", row.value.size()));
     }
 
     Status copy(const TableReader& table) {
@@ -210,9 +208,9 @@ class Import {
         }
         const std::uint64_t expected = store_->index().image_bytes(table.table());
         if (kind.map != nullptr && bytes.size() != expected)
-            return error(Code::kFormat, "%zu bytes, expected %llu: uint8 [%u,%u,%u]", bytes.size(),
-                         static_cast<unsigned long long>(expected), kind.channels,
-                         store_->index().resolution, store_->index().resolution);
+            return damaged("%zu bytes, expected %llu: uint8 [%u,%u,%u]", bytes.size(),
+                           llu(expected), kind.channels, store_->index().resolution,
+                           store_->index().resolution);
         return store_->put(table.table(), place, bytes);
     }
 

@@ -7,6 +7,7 @@
 #include "core/json_writer.h"
 #include "io/compress.h"
 #include "io/file.h"
+#include "io/folder.h"
 
 namespace splat::tables {
 namespace {
@@ -40,22 +41,14 @@ std::optional<Journal> Journal::read(const std::string& folder, const std::strin
     const auto file = io::read_file(journal.path_, kMaxJsonBytes);
     if (!file.ok()) return std::nullopt;
     const auto tree = parse_json_tree(io::as_text(file.value()), "journal");
-    const JsonTree* const source = tree.ok() ? tree.value().find("source") : nullptr;
-    if (source == nullptr || source->text() == nullptr) return std::nullopt;
-    journal.source_ = *source->text();
-    const JsonTree* const done = tree.value().find("done");
-    journal.done_ = done != nullptr && done->find("all") != nullptr;
-    const JsonTree* const files = tree.value().find("files");
-    for (const JsonTree& item :
-         files != nullptr && files->list() != nullptr ? *files->list() : JsonTree::List()) {
-        const JsonTree* const path = item.find("path");
-        const JsonTree* const bytes = item.find("bytes");
-        const JsonTree* const crc = item.find("crc32");
-        if (path == nullptr || path->text() == nullptr || bytes == nullptr || !bytes->count() ||
-            crc == nullptr || !crc->count() || *crc->count() > UINT32_MAX)
-            return std::nullopt;
-        journal.files_.push_back(
-            {*path->text(), *bytes->count(), static_cast<std::uint32_t>(*crc->count())});
+    if (!tree.ok() || tree.value()["source"].text() == nullptr) return std::nullopt;
+    journal.source_ = *tree.value()["source"].text();
+    journal.done_ = tree.value()["done"].find("all") != nullptr;
+    for (const JsonTree& item : tree.value()["files"].items()) {
+        const std::string* const path = item["path"].text();
+        const auto bytes = item["bytes"].count(), crc = item["crc32"].count();
+        if (path == nullptr || !bytes || !crc || *crc > UINT32_MAX) return std::nullopt;
+        journal.files_.push_back({*path, *bytes, static_cast<std::uint32_t>(*crc)});
     }
     return journal;
 }
@@ -63,26 +56,24 @@ std::optional<Journal> Journal::read(const std::string& folder, const std::strin
 Result<Journal> Journal::of_export(const std::string& folder, const std::string& split,
                                    const std::string& source,
                                    const std::vector<std::string>& targets) {
+    SPLAT_TRY(io::make_folders(folder));
     std::error_code failed;
-    fs::create_directories(folder, failed);
-    if (failed) return io::system_error(failed.value(), "create the folder", folder);
     Journal journal(folder, export_name(split), source);
     if (!fs::exists(journal.path_, failed)) {
         for (const std::string& target : targets)
             if (fs::exists(target, failed))
-                return error(Code::kInvalidArgument,
-                             "'%s' is there and is no export: choose another folder",
-                             target.c_str());
+                return invalid("'%s' is there and is no export: choose another folder",
+                               target.c_str());
         SPLAT_TRY(journal.write(false));
         return journal;
     }
     const auto found = read(folder, export_name(split));
     if (found && found->source_ == source) return *found;
-    return error(Code::kInvalidArgument,
-                 "'%s' holds another export of the split %s (%s), expected %s: choose another "
-                 "folder",
-                 folder.c_str(), split.c_str(), found ? found->source_.c_str() : "unreadable",
-                 source.c_str());
+    return invalid(
+        "'%s' holds another export of the split %s (%s), expected %s: choose another "
+        "folder",
+        folder.c_str(), split.c_str(), found ? found->source_.c_str() : "unreadable",
+        source.c_str());
 }
 
 Status Journal::verify(const std::string& folder, const std::string& split) {
@@ -91,15 +82,13 @@ Status Journal::verify(const std::string& folder, const std::string& split) {
     if (!fs::exists(path, none)) return {};
     const auto journal = read(folder, export_name(split));
     if (!journal)
-        return error(Code::kFormat, "'%s' is damaged: remove it to read the tables unchecked",
-                     path.c_str());
+        return damaged("'%s' is damaged: remove it to read the tables unchecked", path.c_str());
     for (const File& file : journal->files_)
         if (!journal->holds(file.path))
-            return error(Code::kFormat,
-                         "'%s/%s' is not the file of %llu bytes and CRC-32 %08x that '%s' lists: "
-                         "it is damaged, or was written by something else",
-                         folder.c_str(), file.path.c_str(),
-                         static_cast<unsigned long long>(file.bytes), file.crc, path.c_str());
+            return damaged(
+                "'%s/%s' is not the file of %llu bytes and CRC-32 %08x that '%s' lists: "
+                "it is damaged, or was written by something else",
+                folder.c_str(), file.path.c_str(), llu(file.bytes), file.crc, path.c_str());
     return {};
 }
 
@@ -123,13 +112,10 @@ Status Journal::write(bool done) {
     done_ = done;
     JsonWriter json;
     json.begin_object().member("source", source_).key("files").begin_array();
-    for (const File& file : files_)
-        json.newline(2)
-            .begin_object()
-            .member("path", file.path)
-            .member("bytes", file.bytes)
-            .member("crc32", file.crc)
-            .end();
+    for (const File& file : files_) {
+        json.newline(2).begin_object().member("path", file.path);
+        json.member("bytes", file.bytes).member("crc32", file.crc).end();
+    }
     json.newline().end();
     if (done_) json.key("done").begin_object().member("all", 1).end();
     json.end();

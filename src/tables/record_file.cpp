@@ -10,8 +10,8 @@
 
 #include "core/fault.h"
 #include "io/compress.h"
+#include "io/file.h"
 #include "io/npy.h"
-#include "io/write_all.h"
 
 namespace splat::tables {
 namespace {
@@ -36,9 +36,8 @@ Result<int> open_sized(const std::string& path, const io::Buffer& header, std::u
         const int taken =
             SPLAT_FAULT("tables.allocate") ? ENOSPC : ::posix_fallocate(file, 0, size);
         if (taken != 0 && taken != EOPNOTSUPP && taken != EINVAL)
-            status = Status(Code::kIo, format("cannot take %llu bytes for '%s': %s",
-                                              static_cast<unsigned long long>(size), path.c_str(),
-                                              std::strerror(taken)));
+            status = Status(Code::kIo, format("cannot take %llu bytes for '%s': %s", llu(size),
+                                              path.c_str(), std::strerror(taken)));
         else if (::ftruncate(file, size) != 0)
             status = io::system_error(errno, "resize", path);
     }
@@ -56,12 +55,10 @@ Result<std::shared_ptr<const io::Source>> open_checked(const std::string& path,
     io::Buffer found(std::min<std::uint64_t>(header.size(), file->size()));
     SPLAT_TRY(file->read(0, found));
     if (found != header)
-        return error(Code::kFormat, "'%s' is not the .npy file that its store.json describes",
-                     path.c_str());
+        return damaged("'%s' is not the .npy file that its store.json describes", path.c_str());
     if (file->size() == header.size() + bytes) return file;
-    return error(Code::kFormat, "'%s' has %llu bytes, expected %llu: it is truncated or damaged",
-                 path.c_str(), static_cast<unsigned long long>(file->size()),
-                 static_cast<unsigned long long>(header.size() + bytes));
+    return damaged("'%s' has %llu bytes, expected %llu: it is truncated or damaged", path.c_str(),
+                   llu(file->size()), llu(header.size() + bytes));
 }
 
 }  // namespace
@@ -125,10 +122,10 @@ Status RecordFile::read(std::uint64_t record, std::span<std::byte> to) const {
     SPLAT_ASSERT(to.size() == bytes_ && record < crcs_.size());
     SPLAT_TRY(source_->read(header_.size() + record * bytes_, to));
     if (io::crc32_of(to) == crcs_[record]) return {};
-    return error(Code::kFormat,
-                 "'%s': record %llu does not have its checksum; the file is damaged: remove the "
-                 "store and import again",
-                 path_.c_str(), static_cast<unsigned long long>(record));
+    return damaged(
+        "'%s': record %llu does not have its checksum; the file is damaged: remove the "
+        "store and import again",
+        path_.c_str(), llu(record));
 }
 
 }  // namespace splat::tables

@@ -19,7 +19,7 @@ struct RecordShape {
 };
 
 /// Records in any order.
-class RecordFile {
+class RecordFile : NoCopy {
   public:
     /// To read; thread-safe. Errors: kFormat for files of another shape, or too short; as io::read_file().
     static Result<std::unique_ptr<RecordFile>> open(const std::string& folder,
@@ -30,8 +30,6 @@ class RecordFile {
     static Result<std::unique_ptr<RecordFile>> create(const std::string& folder,
                                                       const std::string& name,
                                                       const RecordShape& shape);
-    RecordFile(const RecordFile&) = delete;
-    RecordFile& operator=(const RecordFile&) = delete;
     ~RecordFile();
 
     /// `to` has RecordShape::bytes bytes. Errors: kFormat for a record that is damaged or was not there at opening,

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/shown.h"
+
 namespace splat::tables {
 namespace {
 
@@ -105,8 +107,8 @@ Result<std::unique_ptr<Session>> Session::open(const std::string& library,
                                     : api->open_ext(nullptr, &session->database_, config, &problem);
     api->destroy_config(&config);
     if (refused != nullptr)
-        return error(Code::kUnsupported, "DuckDB %s does not take the setting '%s'",
-                     api->library_version(), refused);
+        return unsupported("DuckDB %s does not take the setting '%s'", api->library_version(),
+                           refused);
     if (state != kSuccess) {
         const Status status = duckdb_error(problem, Code::kUnsupported);
         api->free(problem);
@@ -119,14 +121,12 @@ Result<std::unique_ptr<Session>> Session::open(const std::string& library,
 }
 
 Status Session::confine(const std::vector<std::string>& folders) {
-    std::string list;
-    for (const std::string& folder : folders)
-        list += (list.empty() ? "" : ", ") + sql_literal(folder);
     // Without the first, a stream of rows buffers more than the limit of memory.
-    for (const std::string& statement : {std::string("SET streaming_buffer_size = '1KB'"),
-                                         "SET allowed_directories = [" + list + "]",
-                                         std::string("SET enable_external_access = false"),
-                                         std::string("SET lock_configuration = true")})
+    for (const std::string& statement :
+         {std::string("SET streaming_buffer_size = '1KB'"),
+          "SET allowed_directories = [" + joined(folders, sql_literal) + "]",
+          std::string("SET enable_external_access = false"),
+          std::string("SET lock_configuration = true")})
         SPLAT_TRY(run(statement, Code::kUnsupported));
     return {};
 }

@@ -7,17 +7,16 @@
 #include <variant>
 #include <vector>
 
+#include "core/no_copy.h"
 #include "core/status.h"
 #include "tables/duckdb_library.h"
 
 namespace splat::tables {
 
 /// Rows of a query, in pieces of at most 2,048. Text and blobs are valid until the next piece.
-class Rows {
+class Rows : NoCopy {
   public:
     Rows(const duckdb::Api& api, duckdb::QueryResult result);
-    Rows(const Rows&) = delete;
-    Rows& operator=(const Rows&) = delete;
     ~Rows();
 
     /// Get the next piece; its number of rows, 0 at the end. Errors: kFormat, kOutOfHostMemory with DuckDB's
@@ -48,14 +47,12 @@ using NextRow = std::function<Result<bool>(std::vector<Cell>& cells)>;
 
 /// DuckDB in memory, confined to some folders: no other file, no network, no extension, no settings that SQL
 /// could change, one thread, 352 MiB. One call at a time.
-class Session {
+class Session : NoCopy {
   public:
     /// `library` as duckdb_library() takes it. Errors: as there; kUnsupported for a DuckDB without one of these
     /// limits.
     static Result<std::unique_ptr<Session>> open(const std::string& library,
                                                  const std::vector<std::string>& folders);
-    Session(const Session&) = delete;
-    Session& operator=(const Session&) = delete;
     ~Session();
 
     /// Run a statement. Rows come as they are read. Errors: kFormat, kOutOfHostMemory with DuckDB's sentence.

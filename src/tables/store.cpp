@@ -1,8 +1,5 @@
 #include "tables/store.h"
 
-#include <algorithm>
-#include <filesystem>
-
 #include "core/json_tree.h"
 #include "core/json_writer.h"
 #include "core/shown.h"
@@ -16,57 +13,48 @@ constexpr const char* kStoreFormat = "libsplat store";
 constexpr int kStoreVersion = 1;
 
 Status bad_store(const std::string& path, const std::string& problem) {
-    return error(Code::kFormat, "'%s': %s; remove the store and import again", path.c_str(),
-                 problem.c_str());
+    return damaged("'%s': %s; remove the store and import again", path.c_str(), problem.c_str());
 }
 
 /// A whole number of a member, from 0 to `most`.
 Result<std::uint64_t> count_in(const JsonTree& tree, const char* name, std::uint64_t most) {
-    const JsonTree* const found = tree.find(name);
-    const auto count = found == nullptr ? std::nullopt : found->count();
+    const auto count = tree[name].count();
     if (!count || *count > most)
-        return error(Code::kFormat, "'%s' is missing or no whole number from 0 to %llu", name,
-                     static_cast<unsigned long long>(most));
+        return damaged("'%s' is missing or no whole number from 0 to %llu", name, llu(most));
     return *count;
 }
 
 Result<std::string> text_in(const JsonTree& tree, const char* name) {
-    const JsonTree* const found = tree.find(name);
-    if (found == nullptr || found->text() == nullptr)
-        return error(Code::kFormat, "'%s' is missing or not a text", name);
-    return *found->text();
+    const std::string* const found = tree[name].text();
+    if (found == nullptr) return damaged("'%s' is missing or not a text", name);
+    return *found;
 }
 
 Result<std::vector<Table>> maps_in(const JsonTree& tree) {
-    const JsonTree* const names = tree.find("maps");
     std::vector<Table> maps;
     for (const Table table : kTables)
-        for (const JsonTree& name :
-             names != nullptr && names->list() != nullptr ? *names->list() : JsonTree::List())
+        for (const JsonTree& name : tree["maps"].items())
             if (kind_of(table).map != nullptr && name.text() != nullptr &&
                 *name.text() == kind_of(table).map)
                 maps.push_back(table);
     if (!maps.empty() && maps.front() == Table::kRgb) return maps;
-    return error(Code::kFormat, "'maps' has no rgb");
+    return damaged("'maps' has no rgb");
 }
 
 Result<StoreIndex> index_in(const JsonTree& tree) {
     StoreIndex index;
     SPLAT_ASSIGN(const std::string name, text_in(tree, "format"));
     SPLAT_ASSIGN(const std::uint64_t version, count_in(tree, "version", 1'000'000));
-    if (name != kStoreFormat) return error(Code::kFormat, "'format' is '%s'", shown(name).c_str());
+    if (name != kStoreFormat) return damaged("'format' is '%s'", shown(name).c_str());
     if (version != kStoreVersion)
-        return error(Code::kUnsupported, "version %llu, expected %d",
-                     static_cast<unsigned long long>(version), kStoreVersion);
+        return unsupported("version %llu, expected %d", llu(version), kStoreVersion);
     SPLAT_ASSIGN(index.split, text_in(tree, "split"));
     SPLAT_ASSIGN(index.source, text_in(tree, "source"));
     SPLAT_ASSIGN(const std::uint64_t resolution, count_in(tree, "resolution", 16384));
     index.resolution = static_cast<std::uint32_t>(resolution);
     SPLAT_ASSIGN(index.maps, maps_in(tree));
-    const JsonTree* const objects = tree.find("objects");
     std::uint64_t rows = 0;
-    for (const JsonTree& item :
-         objects != nullptr && objects->list() != nullptr ? *objects->list() : JsonTree::List()) {
+    for (const JsonTree& item : tree["objects"].items()) {
         StoreObject object;
         SPLAT_ASSIGN(object.name, text_in(item, "name"));
         SPLAT_ASSIGN(object.intrinsics, text_in(item, "intrinsics"));
@@ -76,9 +64,7 @@ Result<StoreIndex> index_in(const JsonTree& tree) {
         index.objects.push_back(std::move(object));
     }
     if (rows == 0 || rows > kMaxRows || resolution == 0)
-        return error(Code::kFormat, "%llu rows of %llu pixels a side",
-                     static_cast<unsigned long long>(rows),
-                     static_cast<unsigned long long>(resolution));
+        return damaged("%llu rows of %llu pixels a side", llu(rows), llu(resolution));
     index.frames.resize(rows);
     return index;
 }
@@ -101,10 +87,10 @@ Result<std::string> store_text(const StoreIndex& index) {
     json.newline().end().end();
     std::string text = json.text() + "\n";
     if (text.size() <= kMaxJsonBytes) return text;
-    return error(Code::kUnsupported,
-                 "%zu objects take %zu bytes of store.json, at most %zu: divide them among several "
-                 "data sets",
-                 index.objects.size(), text.size(), kMaxJsonBytes);
+    return unsupported(
+        "%zu objects take %zu bytes of store.json, at most %zu: divide them among several "
+        "data sets",
+        index.objects.size(), text.size(), kMaxJsonBytes);
 }
 
 bool is_store_text(const std::string& folder) {
@@ -154,10 +140,9 @@ Result<std::unique_ptr<Store>> Store::open(const std::string& folder) {
     SPLAT_ASSIGN(const auto frames, RecordFile::open(folder, "frame", frame_shape(rows)));
     SPLAT_TRY(frames->read(0, std::as_writable_bytes(std::span(index.frames))));
     SPLAT_ASSIGN(store->poses_, RecordFile::open(folder, "pose", pose_shape(rows)));
-    for (const Table map : index.maps) {
-        SPLAT_ASSIGN(store->images_[map],
-                     RecordFile::open(folder, kind_of(map).map, image_shape(index, map)));
-    }
+    for (const Table map : index.maps)
+        SPLAT_SET(store->images_[map],
+                  RecordFile::open(folder, kind_of(map).map, image_shape(index, map)));
     return store;
 }
 

@@ -96,7 +96,7 @@ struct Part {
 
 /// Writes a store, in any order of rows. What a killed process left is continued. Several processes may write
 /// different parts; rows of others are as they left them.
-class StoreWriter {
+class StoreWriter : NoCopy {
   public:
     /// Take the folder: one that does not exist, is empty, or holds the same import, begun or complete.
     /// `replace`: another store in it is removed. Errors: kInvalidState if another process writes it, or this part;
@@ -104,8 +104,6 @@ class StoreWriter {
     /// objects that are not UTF-8; kUnsupported for more rows or objects than a store holds; as io::system_error().
     static Result<std::unique_ptr<StoreWriter>> open(const std::string& folder, StoreIndex index,
                                                      bool replace, Part part = {});
-    StoreWriter(const StoreWriter&) = delete;
-    StoreWriter& operator=(const StoreWriter&) = delete;
 
     /// The folder holds all of it, and nothing is left to write.
     [[nodiscard]] bool complete() const { return complete_; }

@@ -1,10 +1,10 @@
-#include <sys/file.h>
 
 #include <filesystem>
 #include <regex>
 
 #include "core/fault.h"
 #include "core/log.h"
+#include "io/folder.h"
 #include "tables/journal.h"
 #include "tables/store.h"
 
@@ -51,13 +51,11 @@ Status remove_file(const fs::path& path) {
 Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string& folder, StoreIndex index,
                                                        bool replace, Part part) {
     if (index.frames.empty() || index.frames.size() > kMaxRows)
-        return error(Code::kUnsupported, "%zu rows in a split, expected 1 to %llu",
-                     index.frames.size(), static_cast<unsigned long long>(kMaxRows));
+        return unsupported("%zu rows in a split, expected 1 to %llu", index.frames.size(),
+                           llu(kMaxRows));
     SPLAT_TRY(store_text(index).status());  // what finish() could not write
     std::unique_ptr<StoreWriter> writer(new StoreWriter(folder, std::move(index), part));
-    std::error_code failed;
-    fs::create_directories(folder, failed);
-    if (failed) return io::system_error(failed.value(), "create the folder", folder);
+    SPLAT_TRY(io::make_folders(folder));
     SPLAT_TRY(writer->lock());
     SPLAT_ASSIGN(const FileLock start, writer->lock_start());
     SPLAT_TRY(writer->check(replace));
@@ -91,8 +89,7 @@ Status StoreWriter::check(bool replace) {
         complete_ = found.ok() && found.value().source == index_.source;
         if (complete_) return {};
         if (!replace)
-            return error(
-                Code::kInvalidArgument,
+            return invalid(
                 "'%s' holds another import, or one of files that have changed since or of an "
                 "earlier version: remove it, or choose another folder",
                 folder_.c_str());
@@ -103,8 +100,7 @@ Status StoreWriter::check(bool replace) {
     } else if (has_store ||
                (names_in(folder, kJournals).empty() &&
                 names_in(folder, R"([\s\S]*)").size() != names_in(folder, kLocks).size())) {
-        return error(Code::kInvalidArgument, "'%s' is there and is no store: choose another folder",
-                     folder_.c_str());
+        return invalid("'%s' is there and is no store: choose another folder", folder_.c_str());
     }
     return read_journals();
 }
@@ -118,10 +114,10 @@ Status StoreWriter::read_journals() {
         const auto journal = Journal::read(folder_, name);
         if (!name.ends_with(".json") || !journal || journal->source() != index_.source) continue;
         if (!std::regex_match(name, own_parts))
-            return error(Code::kInvalidArgument,
-                         "'%s' holds '%s': the same import, begun in another number of shards; go "
-                         "on with that number, or remove the folder",
-                         folder_.c_str(), name.c_str());
+            return invalid(
+                "'%s' holds '%s': the same import, begun in another number of shards; go "
+                "on with that number, or remove the folder",
+                folder_.c_str(), name.c_str());
         begun_ = true;
     }
     if (begun_) return is_done(part_) ? Status() : journal_of(part_).write(false);
@@ -151,10 +147,9 @@ bool StoreWriter::is_done(const Part& part) const {
 Status StoreWriter::open_records() {
     const std::uint64_t rows = index_.frames.size();
     SPLAT_ASSIGN(records_[Table::kPoses], RecordFile::create(folder_, "pose", pose_shape(rows)));
-    for (const Table map : index_.maps) {
-        SPLAT_ASSIGN(records_[map],
-                     RecordFile::create(folder_, kind_of(map).map, image_shape(index_, map)));
-    }
+    for (const Table map : index_.maps)
+        SPLAT_SET(records_[map],
+                  RecordFile::create(folder_, kind_of(map).map, image_shape(index_, map)));
     return {};
 }
 
@@ -162,9 +157,9 @@ Status StoreWriter::put(Table table, std::uint64_t row, io::Bytes bytes) {
     RecordFile& records = *records_.at(table);
     if (table != Table::kPoses) return records.put(row, bytes);
     if (bytes.size() > kMaxPoseBytes)
-        return error(Code::kFormat, "%zu bytes, expected at most %zu", bytes.size(), kMaxPoseBytes);
+        return damaged("%zu bytes, expected at most %zu", bytes.size(), kMaxPoseBytes);
     std::byte padded[kMaxPoseBytes] = {};
-    std::copy(bytes.begin(), bytes.end(), padded);
+    std::ranges::copy(bytes, padded);
     return records.put(row, padded);
 }
 

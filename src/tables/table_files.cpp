@@ -41,9 +41,8 @@ std::string stem_of(const std::string& file) {
 }
 
 Status several(const std::string& folder, Table table, const std::string& a, const std::string& b) {
-    return error(Code::kInvalidArgument,
-                 "'%s' holds two tables %s, '%s' and '%s': keep each data set in its own folder",
-                 folder.c_str(), kind_of(table).name, a.c_str(), b.c_str());
+    return invalid("'%s' holds two tables %s, '%s' and '%s': keep each data set in its own folder",
+                   folder.c_str(), kind_of(table).name, a.c_str(), b.c_str());
 }
 
 /// The folder of a table; empty if there is none.
@@ -128,8 +127,7 @@ Result<std::vector<TableFiles>> find_tables(const std::string& folder, const std
         if (!found.files.empty()) tables.push_back(std::move(found));
     }
     if (!missing.empty())
-        return error(
-            Code::kNotFound,
+        return not_found(
             "'%s' lacks tables: %s; expected %s/%s/*.parquet, %s/%s-00000-of-00001.parquet or "
             "<name>_%s.parquet for each",
             folder.c_str(), missing.c_str(), kind_of(Table::kRgb).name, split.c_str(),
@@ -160,11 +158,10 @@ std::string fingerprint_of(const std::vector<TableFiles>& tables) {
         for (const std::string& file : table.files) {
             struct stat info {};
             const bool known = ::stat(file.c_str(), &info) == 0;
-            const long long time =
-                static_cast<long long>(info.st_mtim.tv_sec) * 1000000000LL + info.st_mtim.tv_nsec;
-            text += format("%s %s %lld %lld\n", kind_of(table.table).name,
-                           fs::path(file).filename().c_str(),
-                           known ? static_cast<long long>(info.st_size) : -1LL, time);
+            const long long time = lld(info.st_mtim.tv_sec) * 1000000000LL + info.st_mtim.tv_nsec;
+            text +=
+                format("%s %s %lld %lld\n", kind_of(table.table).name,
+                       fs::path(file).filename().c_str(), known ? lld(info.st_size) : -1LL, time);
         }
     return text;
 }

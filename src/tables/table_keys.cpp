@@ -15,7 +15,7 @@ constexpr std::uint64_t kObjectBytes = 512;  ///< besides its texts
 
 std::string TableKeys::name_of(std::uint64_t key) const {
     return format("uuid '%s', frame %llu", objects_[key >> kFrameBits].name.c_str(),
-                  static_cast<unsigned long long>(key & 0xFFFFFFFFU));
+                  llu(key & 0xFFFFFFFFU));
 }
 
 std::vector<std::int64_t> TableKeys::frames() const {
@@ -28,18 +28,18 @@ std::vector<std::int64_t> TableKeys::frames() const {
 Result<std::uint64_t> TableKeys::key_of(const TableRow& row) const {
     const auto found = numbers_.find(row.uuid);
     if (found == numbers_.end())
-        return error(Code::kFormat, "uuid '%.*s' is not in the table %s",
-                     static_cast<int>(std::min<std::size_t>(row.uuid.size(), 128)), row.uuid.data(),
-                     kind_of(Table::kIntrinsics).name);
+        return damaged("uuid '%.*s' is not in the table %s",
+                       static_cast<int>(std::min<std::size_t>(row.uuid.size(), 128)),
+                       row.uuid.data(), kind_of(Table::kIntrinsics).name);
     return (std::uint64_t{found->second} << kFrameBits) | static_cast<std::uint64_t>(row.frame);
 }
 
 Result<std::uint64_t> TableKeys::place_of(const TableRow& row) const {
     SPLAT_ASSIGN(const std::uint64_t key, key_of(row));
-    const auto found = std::lower_bound(keys_.begin(), keys_.end(), key);
+    const auto found = std::ranges::lower_bound(keys_, key);
     if (found == keys_.end() || *found != key)
-        return error(Code::kFormat, "%s is not in the table %s", name_of(key).c_str(),
-                     kind_of(Table::kPoses).name);
+        return damaged("%s is not in the table %s", name_of(key).c_str(),
+                       kind_of(Table::kPoses).name);
     return static_cast<std::uint64_t>(found - keys_.begin());
 }
 
@@ -62,19 +62,17 @@ Status TableKeys::read_objects(const TableReader& intrinsics, DecodeBudget& budg
             file, 0, intrinsics.rows(file), kMaxIntrinsicsBytes,
             [&](const TableRow& row) -> Status {
                 Status status = focal_of(row.value).status();
-                if (status.ok() && row.uuid.empty())
-                    status = error(Code::kFormat, "the uuid is empty");
+                if (status.ok() && row.uuid.empty()) status = damaged("the uuid is empty");
                 if (status.ok())
                     status = budget.take(kObjectBytes + 4 * (row.uuid.size() + row.value.size()), 1,
                                          "objects");
                 if (status.ok() && !texts.emplace(row.uuid, row.value).second)
-                    status = error(Code::kFormat, "uuid '%s' occurs twice",
-                                   std::string(row.uuid).c_str());
+                    status = damaged("uuid '%s' occurs twice", std::string(row.uuid).c_str());
                 return status.ok() ? status : intrinsics.in_row(file, row.number, status);
             }));
     if (texts.empty())
-        return error(Code::kNotFound, "table %s, '%s': no rows of this split",
-                     kind_of(Table::kIntrinsics).name, intrinsics.files().front().c_str());
+        return not_found("table %s, '%s': no rows of this split", kind_of(Table::kIntrinsics).name,
+                         intrinsics.files().front().c_str());
     for (const auto& [name, text] : texts) {
         numbers_[name] = static_cast<std::uint32_t>(objects_.size());
         objects_.push_back({name, text, 0});
@@ -88,24 +86,23 @@ Status TableKeys::read_poses(const TableReader& poses, DecodeBudget& budget) {
             const auto key = key_of(row);
             if (!key.ok()) return poses.in_row(file, row.number, key.status());
             if (keys_.size() == kMaxRows)
-                return error(Code::kUnsupported, "more than %llu rows in a split",
-                             static_cast<unsigned long long>(kMaxRows));
+                return unsupported("more than %llu rows in a split", llu(kMaxRows));
             const Status kept = budget.take(kRowBytes, 1, "rows");
             if (!kept.ok()) return poses.in_row(file, row.number, kept);
             keys_.push_back(key.value());
             ++objects_[key.value() >> kFrameBits].views;
             return {};
         }));
-    std::sort(keys_.begin(), keys_.end());
-    const auto twice = std::adjacent_find(keys_.begin(), keys_.end());
+    std::ranges::sort(keys_);
+    const auto twice = std::ranges::adjacent_find(keys_);
     if (twice != keys_.end())
-        return error(Code::kFormat, "table %s: %s occurs twice", kind_of(Table::kPoses).name,
-                     name_of(*twice).c_str());
+        return damaged("table %s: %s occurs twice", kind_of(Table::kPoses).name,
+                       name_of(*twice).c_str());
     for (const StoreObject& object : objects_)
         if (object.views == 0)
-            return error(Code::kFormat, "table %s: uuid '%s' of the table %s has no rows",
-                         kind_of(Table::kPoses).name, object.name.c_str(),
-                         kind_of(Table::kIntrinsics).name);
+            return damaged("table %s: uuid '%s' of the table %s has no rows",
+                           kind_of(Table::kPoses).name, object.name.c_str(),
+                           kind_of(Table::kIntrinsics).name);
     return {};
 }
 
@@ -119,17 +116,16 @@ Status TableKeys::compare(const TableReader& table) const {
             if (seen[place.value()])
                 return table.in_row(
                     file, row.number,
-                    error(Code::kFormat, "%s occurs twice", name_of(keys_[place.value()]).c_str()));
+                    damaged("%s occurs twice", name_of(keys_[place.value()]).c_str()));
             seen[place.value()] = true;
             ++rows;
             return {};
         }));
     if (rows == keys_.size()) return {};
-    const auto missing = std::find(seen.begin(), seen.end(), false) - seen.begin();
-    return error(Code::kFormat, "table %s: %llu rows, but %s has %zu; the first missing: %s",
-                 kind_of(table.table()).name, static_cast<unsigned long long>(rows),
-                 kind_of(Table::kPoses).name, keys_.size(),
-                 name_of(keys_[static_cast<std::size_t>(missing)]).c_str());
+    const auto missing = std::ranges::find(seen, false) - seen.begin();
+    return damaged("table %s: %llu rows, but %s has %zu; the first missing: %s",
+                   kind_of(table.table()).name, llu(rows), kind_of(Table::kPoses).name,
+                   keys_.size(), name_of(keys_[static_cast<std::size_t>(missing)]).c_str());
 }
 
 }  // namespace splat::tables

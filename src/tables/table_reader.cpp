@@ -1,9 +1,10 @@
 #include "tables/table_reader.h"
 
 #include <algorithm>
-#include <charconv>
 
 #include "core/log.h"
+#include "core/number_in.h"
+#include "core/shown.h"
 
 namespace splat::tables {
 namespace {
@@ -61,22 +62,21 @@ constexpr Expected kBytes = {"bytes or struct{bytes, path}",
 Status other_type(const std::string& column, const Expected& expected) {
     std::string remedy = expected.remedy;
     remedy.replace(remedy.find("%s"), 2, column);
-    return error(Code::kFormat,
-                 "column %s holds values of another type than %s: write it so, in pandas by "
-                 "df['%s'] = %s",
-                 column.c_str(), expected.what, column.c_str(), remedy.c_str());
+    return damaged(
+        "column %s holds values of another type than %s: write it so, in pandas by "
+        "df['%s'] = %s",
+        column.c_str(), expected.what, column.c_str(), remedy.c_str());
 }
 
 Status no_column(const char* name, const FileColumns& columns) {
-    std::string names;
-    for (const FileColumn& column : columns) names += (names.empty() ? "" : ", ") + column.name;
-    return error(Code::kFormat, "there is no column %s; columns: %s", name,
-                 names.empty() ? "none" : names.c_str());
+    const std::string names = joined(columns, &FileColumn::name);
+    return damaged("there is no column %s; columns: %s", name,
+                   names.empty() ? "none" : names.c_str());
 }
 
 FileColumns::const_iterator column_named(const FileColumns& columns, std::string_view name) {
-    return std::find_if(columns.begin(), columns.end(),
-                        [name](const FileColumn& column) { return column.name == name; });
+    return std::ranges::find_if(columns,
+                                [name](const FileColumn& column) { return column.name == name; });
 }
 
 /// The column of the values; where a table of images has none of that name, the only binary one.
@@ -85,9 +85,8 @@ Result<FileColumn> value_column(Table table, const std::string& file, const File
     const bool image = kind.map != nullptr;
     auto found = column_named(columns, kind.column);
     const auto is_binary = [](const FileColumn& column) { return column.is_binary(); };
-    if (found == columns.end() && image &&
-        std::count_if(columns.begin(), columns.end(), is_binary) == 1) {
-        found = std::find_if(columns.begin(), columns.end(), is_binary);
+    if (found == columns.end() && image && std::ranges::count_if(columns, is_binary) == 1) {
+        found = std::ranges::find_if(columns, is_binary);
         log(LogLevel::kWarning,
             format("table %s, '%s': column '%s', the only binary one, is taken as %s", kind.name,
                    file.c_str(), found->name.c_str(), kind.column));
@@ -161,8 +160,8 @@ Result<TableReader::Columns> TableReader::columns_of(const std::string& file) co
 Status TableReader::in_row(std::size_t file, std::uint64_t row, const Status& status) const {
     return Status(status.code(),
                   format("table %s, column %s, row %llu of '%s': %s", kind_of(table_.table).name,
-                         columns_[file].name.c_str(), static_cast<unsigned long long>(row),
-                         table_.files[file].c_str(), status.message().c_str()));
+                         columns_[file].name.c_str(), llu(row), table_.files[file].c_str(),
+                         status.message().c_str()));
 }
 
 Status TableReader::take_row(const Rows& rows, std::size_t row, std::size_t file,
@@ -170,10 +169,8 @@ Status TableReader::take_row(const Rows& rows, std::size_t row, std::size_t file
     TableRow out;
     out.number = static_cast<std::uint64_t>(rows.integer(0, row));
     const auto bad = [&](const char* column, const std::string& problem) {
-        return error(Code::kFormat, "table %s, column %s, row %llu of '%s': %s",
-                     kind_of(table_.table).name, column,
-                     static_cast<unsigned long long>(out.number), table_.files[file].c_str(),
-                     problem.c_str());
+        return damaged("table %s, column %s, row %llu of '%s': %s", kind_of(table_.table).name,
+                       column, llu(out.number), table_.files[file].c_str(), problem.c_str());
     };
     if (rows.is_null(1, row)) return bad("uuid", "the value is missing");
     out.uuid = rows.text(1, row);
@@ -184,18 +181,16 @@ Status TableReader::take_row(const Rows& rows, std::size_t row, std::size_t file
         const std::string_view text = rows.text(2, row);
         if (text.size() > kMaxFrameBytes)
             return bad("frame_id", format("more than %zu bytes", kMaxFrameBytes));
-        const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), out.frame);
-        if (code != std::errc() || end != text.data() + text.size() || out.frame < 0 ||
-            out.frame > kMaxFrame)
+        out.frame = number_in<std::int64_t>(text).value_or(-1);
+        if (out.frame < 0 || out.frame > kMaxFrame)
             return bad("frame_id",
                        format("'%.*s' is no number from 0 to %lld", static_cast<int>(text.size()),
-                              text.data(), static_cast<long long>(kMaxFrame)));
+                              text.data(), lld(kMaxFrame)));
     }
     if (rows.is_null(4, row)) return bad(columns_[file].name.c_str(), "the value is missing");
     if (rows.is_null(3, row))
         return bad(columns_[file].name.c_str(), format("%lld bytes, expected at most %llu",
-                                                       static_cast<long long>(rows.integer(4, row)),
-                                                       static_cast<unsigned long long>(most)));
+                                                       lld(rows.integer(4, row)), llu(most)));
     out.value = rows.text(3, row);
     return take(out);
 }
@@ -209,9 +204,8 @@ Status TableReader::scan(std::size_t file, const std::string& select, std::uint6
     const std::string bytes = (image ? "octet_length(" : "strlen(") + select + ")";
     std::string sql =
         format("SELECT file_row_number, left(uuid, %zu), ", kMaxUuidBytes + 1) + frame +
-        ", CASE WHEN " + bytes + format(" <= %llu THEN ", static_cast<unsigned long long>(most)) +
-        select + " END, CAST(" + bytes + " AS BIGINT) FROM read_parquet(" +
-        sql_literal(table_.files[file]) +
+        ", CASE WHEN " + bytes + format(" <= %llu THEN ", llu(most)) + select + " END, CAST(" +
+        bytes + " AS BIGINT) FROM read_parquet(" + sql_literal(table_.files[file]) +
         ", file_row_number = true, hive_partitioning = false) WHERE file_row_number >= " +
         std::to_string(first) + " AND file_row_number < " + std::to_string(last);
     if (table_.split_column) sql += " AND split = " + sql_literal(split_);
@@ -232,9 +226,8 @@ Status TableReader::keys(std::size_t file, const Take& take) const {
     const std::uint64_t rows = columns_[file].rows;
     SPLAT_TRY(scan(file, kNoValue, 0, 0, rows, take, count));
     if (table_.split_column || count == rows) return {};
-    return error(Code::kFormat, "table %s, '%s': %llu rows, but its footer says %llu",
-                 kind_of(table_.table).name, table_.files[file].c_str(),
-                 static_cast<unsigned long long>(count), static_cast<unsigned long long>(rows));
+    return damaged("table %s, '%s': %llu rows, but its footer says %llu",
+                   kind_of(table_.table).name, table_.files[file].c_str(), llu(count), llu(rows));
 }
 
 Status TableReader::values(std::size_t file, std::uint64_t first, std::uint64_t last,
@@ -259,10 +252,10 @@ Status TableReader::values(std::size_t file, std::uint64_t first, std::uint64_t 
         else if (refused || status.code() != Code::kOutOfHostMemory)
             return status;
         else if (step == 1)
-            return error(Code::kUnsupported,
-                         "%s; a row group does not fit in the memory that is set for it: write "
-                         "the file again with at most %llu rows and 100 MiB in a group",
-                         status.message().c_str(), static_cast<unsigned long long>(kPieceRows / 4));
+            return unsupported(
+                "%s; a row group does not fit in the memory that is set for it: write "
+                "the file again with at most %llu rows and 100 MiB in a group",
+                status.message().c_str(), llu(kPieceRows / 4));
         else
             step = std::max<std::uint64_t>(1, std::min(step, kPieceRows) / 4);
     }

@@ -9,6 +9,7 @@
 
 #include "core/fault.h"
 #include "io/file.h"
+#include "io/folder.h"
 
 namespace splat::tables {
 namespace {
@@ -51,9 +52,8 @@ Status write_table_file(Session& session, const std::string& path, Table table, 
     const fs::path target = path;
     const std::string temporary =
         (target.parent_path() / ("." + target.filename().string() + ".tmp")).string();
+    SPLAT_TRY(io::make_folders(target.parent_path()));
     std::error_code failed;
-    fs::create_directories(target.parent_path(), failed);
-    if (failed) return io::system_error(failed.value(), "create the folder", target.parent_path());
     Status status = session.write_parquet(temporary, columns_of(table), next, group);
     if (!status.ok() && status.code() == Code::kIo)
         status = Status(Code::kIo, "cannot write '" + path + "': " + status.message());

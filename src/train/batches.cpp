@@ -58,11 +58,11 @@ BatchSource::BatchSource(std::shared_ptr<const predict::ViewSource> data,
       focals_(settings.network.fov_degrees == 0) {}
 
 Status BatchSource::check() const {
-    if (data_->objects() == 0) return error(Code::kFormat, "the data set has no objects");
+    if (data_->objects() == 0) return damaged("the data set has no objects");
     for (std::uint32_t i = 0; i < data_->objects(); ++i)
         if (data_->views_of(i) < views_ + 1)
-            return error(Code::kFormat, "object '%s' has %u views, expected at least %u",
-                         data_->name(i).c_str(), data_->views_of(i), views_ + 1);
+            return damaged("object '%s' has %u views, expected at least %u", data_->name(i).c_str(),
+                           data_->views_of(i), views_ + 1);
     return {};
 }
 
@@ -125,9 +125,9 @@ Prefetch::~Prefetch() {
 
 Result<Batch> Prefetch::get(std::uint64_t n) {
     if (forked())
-        return error(Code::kInvalidState,
-                     "this process was forked from the one that made the batches: make them in "
-                     "the child, or start children with spawn");
+        return bad_state(
+            "this process was forked from the one that made the batches: make them in "
+            "the child, or start children with spawn");
     std::unique_lock lock(mutex_);
     if (n != next_ || (idle_ && ready_.empty())) {
         ready_.clear();

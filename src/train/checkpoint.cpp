@@ -1,9 +1,8 @@
 // Trainer::checkpoint and resume: one file of weights with the whole state of a training.
 
-#include <charconv>
-
 #include "config/config_file.h"
 #include "core/json.h"
+#include "core/number_in.h"
 #include "io/compress.h"
 #include "train/trainer.h"
 
@@ -25,13 +24,10 @@ std::uint32_t checksum(const io::NamedTensors& tensors) {
 Result<std::uint64_t> number_of(const io::Metadata& metadata, const std::string& key) {
     for (const auto& [name, text] : metadata) {
         if (name != key) continue;
-        std::uint64_t value = 0;
-        const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (failed == std::errc() && end == text.data() + text.size()) return value;
+        if (const auto value = number_in<std::uint64_t>(text)) return *value;
     }
-    return error(Code::kFormat,
-                 "checkpoint: no number '%s' in its metadata: the file is not a training state",
-                 key.c_str());
+    return damaged("checkpoint: no number '%s' in its metadata: the file is not a training state",
+                   key.c_str());
 }
 
 }  // namespace
@@ -54,9 +50,8 @@ Status Trainer::resume(const io::WeightsFile& file) {
     SPLAT_ASSIGN(const std::uint64_t expected, number_of(file.metadata, "crc32"));
     const std::uint32_t sum = checksum(file.tensors);
     if (sum != expected)
-        return error(Code::kFormat,
-                     "checkpoint: its checksum is %08x, expected %08llx: the file is damaged", sum,
-                     static_cast<unsigned long long>(expected));
+        return damaged("checkpoint: its checksum is %08x, expected %08llx: the file is damaged",
+                       sum, llu(expected));
     // The state of the optimiser does not belong to a state dict.
     io::NamedTensors weights;
     for (const io::NamedTensor& tensor : file.tensors)
@@ -67,7 +62,7 @@ Status Trainer::resume(const io::WeightsFile& file) {
     model::LoadReport report;
     SPLAT_TRY(model::load_state(*model_, weights, options, report));
     if (!report.fresh.empty())
-        return error(Code::kFormat, "checkpoint: '%s' is missing", report.fresh.front().c_str());
+        return damaged("checkpoint: '%s' is missing", report.fresh.front().c_str());
     SPLAT_TRY(optimiser_->load(file, steps));
     steps_ = steps;
     attempts_ = attempts;

@@ -29,9 +29,9 @@ Status add_parameters(OptimiserDesc& desc, nn::Parameters& from, const std::stri
     for (const nn::Parameter& parameter : from.all()) {
         if (!parameter.trainable) continue;
         if (parameter.grad.buffer == VK_NULL_HANDLE)
-            return error(Code::kInvalidState,
-                         "parameter '%s' has no gradient: its network was made without gradients",
-                         (prefix + parameter.name).c_str());
+            return bad_state(
+                "parameter '%s' has no gradient: its network was made without gradients",
+                (prefix + parameter.name).c_str());
         OptimiserParameter& added = desc.parameters.emplace_back();
         added.name = prefix + parameter.name;
         added.shape = parameter.shape;
@@ -52,9 +52,8 @@ Result<Optimiser> Optimiser::create(vk::Context& context, OptimiserDesc desc) {
         if (parameter.value.bytes != parameter.grad.bytes)
             return error(Code::kShape,
                          "parameter '%s' has %llu bytes and its gradient %llu, expected the same",
-                         parameter.name.c_str(),
-                         static_cast<unsigned long long>(parameter.value.bytes),
-                         static_cast<unsigned long long>(parameter.grad.bytes));
+                         parameter.name.c_str(), llu(parameter.value.bytes),
+                         llu(parameter.grad.bytes));
     }
     Optimiser optimiser(context, std::move(desc));
     optimiser.make_runs();

@@ -66,21 +66,21 @@ Status apply_groups(OptimiserDesc& desc, const OptimiserRule& base,
     for (std::size_t i = 0; i < groups.size(); ++i) {
         const char* pattern = groups[i].pattern.c_str();
         if (!uses[i].matches)
-            return error(Code::kInvalidArgument,
-                         "optimizer: the pattern '%s' of group %zu matches none of the %zu "
-                         "parameters, such as '%s'",
-                         pattern, i, desc.parameters.size(),
-                         desc.parameters.empty() ? "" : desc.parameters.front().name.c_str());
+            return invalid(
+                "optimizer: the pattern '%s' of group %zu matches none of the %zu "
+                "parameters, such as '%s'",
+                pattern, i, desc.parameters.size(),
+                desc.parameters.empty() ? "" : desc.parameters.front().name.c_str());
         if (!uses[i].has)
-            return error(Code::kInvalidArgument,
-                         "optimizer: group %zu ('%s') has no effect, as groups before it have all "
-                         "parameters that it matches: list it earlier",
-                         i, pattern);
+            return invalid(
+                "optimizer: group %zu ('%s') has no effect, as groups before it have all "
+                "parameters that it matches: list it earlier",
+                i, pattern);
         if (!sets_a_number(groups[i]) && !uses[i].keeps)
-            return error(Code::kInvalidArgument,
-                         "optimizer: group %zu ('%s') has no effect: it sets neither a rate, betas "
-                         "nor eps",
-                         i, pattern);
+            return invalid(
+                "optimizer: group %zu ('%s') has no effect: it sets neither a rate, betas "
+                "nor eps",
+                i, pattern);
     }
     desc.rules = {base};
     for (const OptimiserGroup& group : groups) desc.rules.push_back(rule_of(group, base));
@@ -93,23 +93,21 @@ Result<std::vector<std::size_t>> find_parameters(std::span<const OptimiserParame
     for (std::size_t i = 0; i < parameters.size(); ++i)
         if (matches_pattern(pattern, parameters[i].name)) found.push_back(i);
     if (!found.empty()) return found;
-    return error(Code::kInvalidArgument,
-                 "optimizer: the pattern '%s' matches none of the %zu parameters, such as '%s'",
-                 std::string(pattern).c_str(), parameters.size(),
-                 parameters.empty() ? "" : parameters.front().name.c_str());
+    return invalid("optimizer: the pattern '%s' matches none of the %zu parameters, such as '%s'",
+                   std::string(pattern).c_str(), parameters.size(),
+                   parameters.empty() ? "" : parameters.front().name.c_str());
 }
 
 Status check_distinct(const OptimiserDesc& desc) {
-    if (desc.parameters.empty())
-        return error(Code::kInvalidArgument, "optimizer: no parameters, expected at least one");
+    if (desc.parameters.empty()) return invalid("optimizer: no parameters, expected at least one");
     std::unordered_set<std::string> names;
     std::vector<const OptimiserParameter*> places;
     for (const OptimiserParameter& parameter : desc.parameters) {
         if (!names.insert(parameter.name).second)
-            return error(Code::kInvalidArgument,
-                         "optimizer: two parameters are named '%s': give one of them another name "
-                         "or prefix",
-                         parameter.name.c_str());
+            return invalid(
+                "optimizer: two parameters are named '%s': give one of them another name "
+                "or prefix",
+                parameter.name.c_str());
         places.push_back(&parameter);
     }
     std::sort(places.begin(), places.end(), [](const auto* a, const auto* b) {
@@ -118,9 +116,8 @@ Status check_distinct(const OptimiserDesc& desc) {
     });
     for (std::size_t i = 1; i < places.size(); ++i)
         if (places[i]->value.overlaps(places[i - 1]->value))
-            return error(Code::kInvalidArgument,
-                         "optimizer: '%s' and '%s' are the same parameter, expected it once",
-                         places[i - 1]->name.c_str(), places[i]->name.c_str());
+            return invalid("optimizer: '%s' and '%s' are the same parameter, expected it once",
+                           places[i - 1]->name.c_str(), places[i]->name.c_str());
     return {};
 }
 

@@ -22,15 +22,13 @@ vk::BufferView OptimiserParameter::rows_of(vk::BufferView view, std::uint32_t ro
 
 Status Optimiser::check_rows(std::span<const std::size_t> parameters,
                              std::span<const std::int64_t> rows) const {
-    if (parameters.empty())
-        return error(Code::kInvalidArgument, "optimizer: no parameters, expected at least one");
+    if (parameters.empty()) return invalid("optimizer: no parameters, expected at least one");
     const OptimiserParameter& first = desc_.parameters[parameters[0]];
     for (const std::size_t i : parameters) {
         const OptimiserParameter& parameter = desc_.parameters[i];
         if (parameter.block != 0)
-            return error(Code::kUnsupported,
-                         "optimizer: '%s' belongs to a network, expected a tensor of rows",
-                         parameter.name.c_str());
+            return unsupported("optimizer: '%s' belongs to a network, expected a tensor of rows",
+                               parameter.name.c_str());
         if (parameter.rows() == first.rows() && parameter.capacity == first.capacity) continue;
         return error(Code::kShape,
                      "optimizer: '%s' has %u rows in use of %u, expected %u of %u as '%s'",
@@ -38,16 +36,14 @@ Status Optimiser::check_rows(std::span<const std::size_t> parameters,
                      first.capacity, first.name.c_str());
     }
     if (rows.empty() || rows.size() > first.capacity)
-        return error(Code::kInvalidArgument,
-                     "optimizer: %zu rows, expected 1 to %u, as many as the tensors hold",
-                     rows.size(), first.capacity);
+        return invalid("optimizer: %zu rows, expected 1 to %u, as many as the tensors hold",
+                       rows.size(), first.capacity);
     for (std::size_t i = 0; i < rows.size(); ++i)
         if (rows[i] != kNewRow && (rows[i] < 0 || rows[i] >= first.rows()))
-            return error(
-                Code::kInvalidArgument,
+            return invalid(
                 "optimizer: rows[%zu] is %lld, expected one of the %u rows in use, or %lld "
                 "for a new row",
-                i, static_cast<long long>(rows[i]), first.rows(), static_cast<long long>(kNewRow));
+                i, lld(rows[i]), first.rows(), lld(kNewRow));
     return {};
 }
 

@@ -1,8 +1,8 @@
 // What an optimiser knows besides parameters and gradients: as tensors, as one file, and back.
 
-#include <charconv>
 #include <cmath>
 
+#include "core/number_in.h"
 #include "train/optimiser.h"
 
 namespace splat::train {
@@ -22,13 +22,13 @@ const std::string* find_text(const io::Metadata& metadata, const std::string& ke
 /// A number of the file's metadata. Errors: kInvalidArgument if there is none.
 template <class Number>
 Status take_number(const io::Metadata& metadata, const char* key, Number& number) {
-    if (const std::string* text = find_text(metadata, key)) {
-        const char* const last = text->data() + text->size();
-        const auto [end, failed] = std::from_chars(text->data(), last, number);
-        if (failed == std::errc() && end == last) return {};
-    }
-    return error(Code::kInvalidArgument,
-                 "optimizer state: no number '%s' in its metadata: the weights are no state", key);
+    if (const std::string* text = find_text(metadata, key))
+        if (const auto found = number_in<Number>(*text)) {
+            number = *found;
+            return {};
+        }
+    return invalid("optimizer state: no number '%s' in its metadata: the weights are no state",
+                   key);
 }
 
 /// The rows in use that a state has of a parameter. Errors: kInvalidArgument.
@@ -38,9 +38,8 @@ Result<std::uint32_t> rows_in(const io::Metadata& metadata, const OptimiserParam
     std::uint32_t rows = 0;
     SPLAT_TRY(take_number(metadata, key.c_str(), rows));
     if (rows > 0 && rows <= parameter.capacity && parameter.block == 0) return rows;
-    return error(Code::kInvalidArgument,
-                 "optimizer state: %u rows of '%s', expected 1 to %u: it is of another parameter",
-                 rows, parameter.name.c_str(), parameter.capacity);
+    return invalid("optimizer state: %u rows of '%s', expected 1 to %u: it is of another parameter",
+                   rows, parameter.name.c_str(), parameter.capacity);
 }
 
 }  // namespace
@@ -82,12 +81,11 @@ Status Optimiser::check(const io::WeightsFile& file) const {
         for (const Kind& kind : kinds()) {
             const io::NamedTensor* tensor = file.tensors.find(kind.prefix + parameter.name);
             if (tensor != nullptr && tensor->values.size() == expected) continue;
-            return error(Code::kInvalidArgument,
-                         "checkpoint: '%s%s' %s, expected %llu numbers: it is of another "
-                         "configuration",
-                         kind.prefix, parameter.name.c_str(),
-                         tensor == nullptr ? "is missing" : "has another size",
-                         static_cast<unsigned long long>(expected));
+            return invalid(
+                "checkpoint: '%s%s' %s, expected %llu numbers: it is of another "
+                "configuration",
+                kind.prefix, parameter.name.c_str(),
+                tensor == nullptr ? "is missing" : "has another size", llu(expected));
         }
     }
     return {};
@@ -135,25 +133,24 @@ Result<io::WeightsFile> Optimiser::state() {
 Status Optimiser::load_state(const io::WeightsFile& file) {
     const std::string* const format = find_text(file.metadata, "format");
     if (format == nullptr || *format != kStateFormat)
-        return error(Code::kInvalidArgument,
-                     "optimizer state: the metadata have no format '%s': the weights are no state",
-                     kStateFormat);
+        return invalid(
+            "optimizer state: the metadata have no format '%s': the weights are no state",
+            kStateFormat);
     std::uint64_t steps = 0, skipped = 0;
     double rate = 0;
     SPLAT_TRY(take_number(file.metadata, "step", steps));
     SPLAT_TRY(take_number(file.metadata, "skipped", skipped));
     SPLAT_TRY(take_number(file.metadata, "rate", rate));
     if (!std::isfinite(rate) || rate < 0)
-        return error(Code::kInvalidArgument,
-                     "optimizer state: the rate is %g, expected a finite number of 0 or more",
-                     rate);
+        return invalid("optimizer state: the rate is %g, expected a finite number of 0 or more",
+                       rate);
     SPLAT_TRY(check(file));
     const std::size_t expected = kinds().size() * desc_.parameters.size();
     if (file.tensors.size() != expected)
-        return error(Code::kInvalidArgument,
-                     "optimizer state: %zu tensors, expected %zu: it is of other parameters, or of "
-                     "an optimizer with averages",
-                     file.tensors.size(), expected);
+        return invalid(
+            "optimizer state: %zu tensors, expected %zu: it is of other parameters, or of "
+            "an optimizer with averages",
+            file.tensors.size(), expected);
     SPLAT_TRY(load(file, steps));
     skipped_ = skipped;
     set_rate(rate);

@@ -1,6 +1,5 @@
 #include "train/splatter_training.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace splat::train {
@@ -50,9 +49,8 @@ Status SplatterTraining::step(run::Step& step) {
 Status SplatterTraining::begin_validation(const std::vector<run::NamedWeights>& results) {
     scores_.clear();
     return on_device([&]() -> Status {
-        if (predictor_ == nullptr) {
-            SPLAT_ASSIGN(predictor_, predict::Predictor::create(*context_, settings_));
-        }
+        if (predictor_ == nullptr)
+            SPLAT_SET(predictor_, predict::Predictor::create(*context_, settings_));
         model::LoadReport ignored;  // the rays are the trainer's own
         return predictor_->load(results.front().file, ignored);
     });

@@ -38,10 +38,10 @@ Result<std::string> pretrained_file(const std::string& path) {
     if (!fs::is_directory(path, ignored)) return path;
     for (const char* name : {"model_latest.pth", "weights_last.safetensors"})
         if (fs::exists(fs::path(path) / name, ignored)) return (fs::path(path) / name).string();
-    return error(Code::kNotFound,
-                 "'opt.pretrained_ckpt' is the folder '%s', which holds neither model_latest.pth "
-                 "nor weights_last.safetensors; name a file of weights",
-                 path.c_str());
+    return not_found(
+        "'opt.pretrained_ckpt' is the folder '%s', which holds neither model_latest.pth "
+        "nor weights_last.safetensors; name a file of weights",
+        path.c_str());
 }
 
 /// Errors: kFormat, naming the array.
@@ -54,10 +54,10 @@ Status check_numbers(const Batch& batch) {
         {"tokens", &batch.tokens}};
     for (const auto& [name, values] : arrays)
         if (const std::size_t bad = find_not_finite(*values); bad < values->size())
-            return error(Code::kFormat,
-                         "data: %s of the first batches hold %g, expected finite "
-                         "numbers; 'vkrun data check' looks at all of them",
-                         name, static_cast<double>((*values)[bad]));
+            return damaged(
+                "data: %s of the first batches hold %g, expected finite "
+                "numbers; 'vkrun data check' looks at all of them",
+                name, static_cast<double>((*values)[bad]));
     return {};
 }
 
@@ -100,10 +100,10 @@ Result<run::Plan> SplatterTraining::prepare(const std::string* config, run::Mess
 
 Status SplatterTraining::configure(const std::string* config, run::Messages& messages) {
     if (config != nullptr && !desc_.init.empty())
-        return error(Code::kInvalidArgument,
-                     "'%s' is given to start from, but a run that is resumed starts from its own "
-                     "state",
-                     desc_.init.c_str());
+        return invalid(
+            "'%s' is given to start from, but a run that is resumed starts from its own "
+            "state",
+            desc_.init.c_str());
     Config given("configuration");
     std::optional<Config> run;
     if (config != nullptr) {
@@ -112,9 +112,7 @@ Status SplatterTraining::configure(const std::string* config, run::Messages& mes
         SPLAT_ASSIGN(run, complete(own));
         given = *run;
     }
-    if (desc_.config) {
-        SPLAT_ASSIGN(given, read_config(*desc_.config, "configuration"));
-    }
+    if (desc_.config) SPLAT_SET(given, read_config(*desc_.config, "configuration"));
     SPLAT_ASSIGN(given, config::with_values(given, desc_.changes));
     SPLAT_ASSIGN(const auto warnings, config::training_warnings(given));
     for (const std::string& warning : warnings) messages.push_back({"warning: " + warning, true});
@@ -125,10 +123,10 @@ Status SplatterTraining::configure(const std::string* config, run::Messages& mes
         const std::string before = config::value_text(*run, key);
         const std::string after = config::value_text(whole, key);
         if (!config::may_change_on_resume(key))
-            return error(Code::kInvalidArgument,
-                         "'%s' is %s, but %s in the run that is resumed, whose numbers depend on "
-                         "it; give the run's value, or begin a new run",
-                         key.c_str(), after.c_str(), before.c_str());
+            return invalid(
+                "'%s' is %s, but %s in the run that is resumed, whose numbers depend on "
+                "it; give the run's value, or begin a new run",
+                key.c_str(), after.c_str(), before.c_str());
         const bool jumps =
             key == "opt.iterations" && settings_.training.schedule == config::Schedule::kCosine;
         const std::string change = key + " " + before + " -> " + after;
@@ -145,8 +143,7 @@ Status SplatterTraining::configure(const std::string* config, run::Messages& mes
 Status SplatterTraining::open_data(run::Messages& messages) {
     using predict::ViewSource;
     if (desc_.dataset == nullptr && settings_.training.root.empty())
-        return error(Code::kInvalidArgument,
-                     "no data: 'data.root' is empty, expected the folder of the data set");
+        return invalid("no data: 'data.root' is empty, expected the folder of the data set");
     auto opened = desc_.dataset != nullptr ? ViewSource::open(settings_, desc_.dataset)
                                            : ViewSource::open(settings_, "", "train");
     SPLAT_TRY(desc_.dataset != nullptr ? opened.status() : of_file(opened.status()));
@@ -187,9 +184,8 @@ Status SplatterTraining::check_validation() const {
     const std::uint32_t inputs = settings_.network.views;
     for (std::uint32_t i = 0; i < validation_->objects(); ++i)
         if (validation_->views_of(i) <= inputs)
-            return error(Code::kFormat,
-                         "validation object '%s' has %u views, expected more than %u",
-                         validation_->name(i).c_str(), validation_->views_of(i), inputs);
+            return damaged("validation object '%s' has %u views, expected more than %u",
+                           validation_->name(i).c_str(), validation_->views_of(i), inputs);
     return {};
 }
 
@@ -284,10 +280,8 @@ std::uint32_t SplatterTraining::validated_objects() const {
 std::string SplatterTraining::headline(const std::string& folder) const {
     const nn::Parameters& parameters = trainer_->model().parameters();
     return format("training %s: %llu of %llu parameters, %u objects, step %llu of %llu, on %s",
-                  folder.c_str(), static_cast<unsigned long long>(trainable_of(parameters)),
-                  static_cast<unsigned long long>(parameters.elements()), data_->objects(),
-                  static_cast<unsigned long long>(trainer_->steps()),
-                  static_cast<unsigned long long>(settings_.training.iterations),
+                  folder.c_str(), llu(trainable_of(parameters)), llu(parameters.elements()),
+                  data_->objects(), llu(trainer_->steps()), llu(settings_.training.iterations),
                   context_->device().info().name.c_str());
 }
 

@@ -72,9 +72,7 @@ Status Trainer::build(const model::ModelConfig& network) {
     loss.height = loss.width = network.resolution;
     loss.config = config_;
     loss.pixel_weights = config_.edge_weight > 0 && config_.edge_by_size;
-    if (loss.pixel_weights) {
-        SPLAT_ASSIGN(sizes_, SizeMap::create(context_, desc));
-    }
+    if (loss.pixel_weights) SPLAT_SET(sizes_, SizeMap::create(context_, desc));
     std::vector<io::WeightsFile> files;
     std::vector<const io::NamedTensors*> lpips;
     if (config_.lpips_weight > 0) {

@@ -128,15 +128,14 @@ Result<Start> start_of(const JsonTree& run_json, const std::string& path) {
     const JsonTree* const found = run_json.find("start");
     Start start;
     if (found != nullptr && found->is_null()) return start;
-    const JsonTree* const file = found == nullptr ? nullptr : found->find("file");
-    const JsonTree* const maps = found == nullptr ? nullptr : found->find("maps");
-    if (file == nullptr || file->text() == nullptr || maps == nullptr || maps->list() == nullptr)
-        return error(Code::kFormat, "'%s' does not say what the run was started from",
-                     path.c_str());
-    start.file = *file->text();
+    const std::string* const file = run_json["start"]["file"].text();
+    const JsonTree::List* const maps = run_json["start"]["maps"].list();
+    if (file == nullptr || maps == nullptr)
+        return damaged("'%s' does not say what the run was started from", path.c_str());
+    start.file = *file;
     start.options.graft = is_true(found->find("graft"));
     start.options.take_rays = is_true(found->find("take_rays"));
-    for (const JsonTree& map : *maps->list())
+    for (const JsonTree& map : *maps)
         for (const auto& [name, member] : kStartMaps)
             if (map.text() != nullptr && *map.text() == name) start.options.source.*member = true;
     return start;
@@ -154,17 +153,17 @@ Result<bool> check_same_data(const JsonTree& run_json, const data::Dataset& data
         const std::string is = text_of(*now.value().find(name));
         if (was.empty() || was == is) continue;
         if (std::string_view(name) == "hash")
-            return error(Code::kInvalidArgument,
-                         "the data is not that of the run that is resumed: its objects have other "
-                         "names or numbers of views, though there are as many (the first is '%s'), "
-                         "and every step depends on them; give the run's data by data.root, or "
-                         "begin a new run",
-                         shown(dataset.index().names.front()).c_str());
-        return error(Code::kInvalidArgument,
-                     "the data is not that of the run that is resumed: '%s' is %s, but %s in "
-                     "run.json, and every step depends on it; give the run's data by data.root, or "
-                     "begin a new run",
-                     name, is.c_str(), was.c_str());
+            return invalid(
+                "the data is not that of the run that is resumed: its objects have other "
+                "names or numbers of views, though there are as many (the first is '%s'), "
+                "and every step depends on them; give the run's data by data.root, or "
+                "begin a new run",
+                shown(dataset.index().names.front()).c_str());
+        return invalid(
+            "the data is not that of the run that is resumed: '%s' is %s, but %s in "
+            "run.json, and every step depends on it; give the run's data by data.root, or "
+            "begin a new run",
+            name, is.c_str(), was.c_str());
     }
     return before->find("hash") != nullptr;
 }

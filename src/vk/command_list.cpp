@@ -21,10 +21,8 @@ VkFormat texel_format(DescriptorType type) {
 }
 
 VkMemoryBarrier memory_barrier(VkAccessFlags from, VkAccessFlags to) {
-    VkMemoryBarrier barrier{};
-    barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
-    barrier.srcAccessMask = from;
-    barrier.dstAccessMask = to;
+    VkMemoryBarrier barrier{
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER, .srcAccessMask = from, .dstAccessMask = to};
     return barrier;
 }
 
@@ -64,11 +62,10 @@ Status CommandList::Objects::make_sets() {
     std::vector<VkDescriptorPoolSize> sizes;
     if (storage > 0) sizes.push_back({VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, storage});
     if (texel > 0) sizes.push_back({VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, texel});
-    VkDescriptorPoolCreateInfo pool{};
-    pool.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
-    pool.maxSets = sets;
-    pool.poolSizeCount = static_cast<std::uint32_t>(sizes.size());
-    pool.pPoolSizes = sizes.data();
+    VkDescriptorPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
+                                    .maxSets = sets,
+                                    .poolSizeCount = static_cast<std::uint32_t>(sizes.size()),
+                                    .pPoolSizes = sizes.data()};
     SPLAT_TRY(device->check(
         SPLAT_FAULT("vk.create_descriptor_pool")
             ? VK_ERROR_FRAGMENTED_POOL
@@ -86,11 +83,10 @@ Status CommandList::Objects::make_sets() {
 }
 
 Status CommandList::Objects::make_set(Command& command) {
-    VkDescriptorSetAllocateInfo allocate{};
-    allocate.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
-    allocate.descriptorPool = descriptors;
-    allocate.descriptorSetCount = 1;
-    allocate.pSetLayouts = &command.pipeline->set_layout;
+    VkDescriptorSetAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+                                         .descriptorPool = descriptors,
+                                         .descriptorSetCount = 1,
+                                         .pSetLayouts = &command.pipeline->set_layout};
     SPLAT_TRY(device->check(
         device->vk.vkAllocateDescriptorSets(device->handle(), &allocate, &command.set),
         "vkAllocateDescriptorSets"));
@@ -110,12 +106,11 @@ Status CommandList::Objects::make_set(Command& command) {
             sets[i].pBufferInfo = &ranges[i];
             continue;
         }
-        VkBufferViewCreateInfo info{};
-        info.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
-        info.buffer = view.buffer;
-        info.format = texel_format(bindings[i].type);
-        info.offset = view.offset;
-        info.range = view.bytes;
+        VkBufferViewCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
+                                    .buffer = view.buffer,
+                                    .format = texel_format(bindings[i].type),
+                                    .offset = view.offset,
+                                    .range = view.bytes};
         VkBufferView texels = VK_NULL_HANDLE;
         SPLAT_TRY(
             device->check(device->vk.vkCreateBufferView(device->handle(), &info, nullptr, &texels),
@@ -155,21 +150,20 @@ Status CommandList::Objects::make_command_buffers(std::uint32_t queue_family) {
         device->spare.pop_back();
         return {};
     }
-    VkCommandPoolCreateInfo pool{};
-    pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
-    pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
-    pool.queueFamilyIndex = queue_family;
+    VkCommandPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+                                 .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
+                                 .queueFamilyIndex = queue_family};
     SPLAT_TRY(device->check(
         SPLAT_FAULT("vk.create_command_pool")
             ? VK_ERROR_OUT_OF_DEVICE_MEMORY
             : device->vk.vkCreateCommandPool(device->handle(), &pool, nullptr, &command_pool),
         "vkCreateCommandPool"));
     buffers.resize(segments.size());
-    VkCommandBufferAllocateInfo allocate{};
-    allocate.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
-    allocate.commandPool = command_pool;
-    allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-    allocate.commandBufferCount = static_cast<std::uint32_t>(buffers.size());
+    VkCommandBufferAllocateInfo allocate{
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+        .commandPool = command_pool,
+        .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+        .commandBufferCount = static_cast<std::uint32_t>(buffers.size())};
     SPLAT_TRY(device->check(
         device->vk.vkAllocateCommandBuffers(device->handle(), &allocate, buffers.data()),
         "vkAllocateCommandBuffers"));
@@ -187,10 +181,9 @@ Status CommandList::Objects::make_command_buffers(std::uint32_t queue_family) {
 Status CommandList::Objects::make_queries(bool alone) {
     spans = timed_spans(commands, segments, alone);
     if (spans.empty()) return {};
-    VkQueryPoolCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
-    info.queryType = VK_QUERY_TYPE_TIMESTAMP;
-    info.queryCount = static_cast<std::uint32_t>(2 * spans.size());
+    VkQueryPoolCreateInfo info{.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+                               .queryType = VK_QUERY_TYPE_TIMESTAMP,
+                               .queryCount = static_cast<std::uint32_t>(2 * spans.size())};
     return device->check(device->vk.vkCreateQueryPool(device->handle(), &info, nullptr, &queries),
                          "vkCreateQueryPool");
 }

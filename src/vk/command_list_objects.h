@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <vector>
 
 #include "vk/command_list.h"
@@ -10,13 +9,11 @@
 namespace splat::vk {
 
 /// The Vulkan objects of one command list; private to command_list.cpp and submit.cpp.
-struct CommandList::Objects {
+struct CommandList::Objects : NoCopy {
     using Segment = CommandSpan;  ///< commands of one submit
 
     Objects() = default;
     ~Objects();
-    Objects(const Objects&) = delete;
-    Objects& operator=(const Objects&) = delete;
 
     Status make_sets();
     Status make_set(Command& command);

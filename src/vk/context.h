@@ -21,12 +21,10 @@ struct ContextDesc {
 /// An open device with its memory, pipelines, queue and profile.
 ///
 /// Not thread-safe: code that shares it locks `mutex` around each use, as src/api does.
-class Context {
+class Context : NoCopy {
   public:
     static Result<std::shared_ptr<Context>> create(const ContextDesc& desc);
     ~Context();
-    Context(const Context&) = delete;
-    Context& operator=(const Context&) = delete;
 
     [[nodiscard]] Device& device() { return *device_; }
     [[nodiscard]] Memory& memory() { return *memory_; }

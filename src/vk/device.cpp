@@ -118,24 +118,22 @@ DeviceInfo describe(const Instance& instance, VkPhysicalDevice physical, std::ui
     VkPhysicalDeviceVulkan11Properties p11{};
     p11.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES;
     p11.pNext = &p12;
-    VkPhysicalDeviceProperties2 properties{};
-    properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
-    properties.pNext = &p11;
+    VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
+                                           .pNext = &p11};
     instance.get_properties2(physical, &properties);
     VkPhysicalDeviceFeatures2 features{};
     features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
     instance.get_features2(physical, &features);
 
     const VkPhysicalDeviceProperties& core = properties.properties;
-    DeviceInfo info;
-    info.index = index;
-    info.kind = kind_of(core.deviceType);
-    info.name = core.deviceName;
-    info.driver = std::string(p12.driverName) + " " + p12.driverInfo;
-    info.vendor_id = core.vendorID;
-    info.device_id = core.deviceID;
-    info.vulkan_version = core.apiVersion;
-    info.driver_version = core.driverVersion;
+    DeviceInfo info{.index = index,
+                    .kind = kind_of(core.deviceType),
+                    .name = core.deviceName,
+                    .driver = std::string(p12.driverName) + " " + p12.driverInfo,
+                    .vendor_id = core.vendorID,
+                    .device_id = core.deviceID,
+                    .vulkan_version = core.apiVersion,
+                    .driver_version = core.driverVersion};
     std::copy_n(p11.deviceUUID, VK_UUID_SIZE, info.uuid.begin());
     std::copy_n(core.pipelineCacheUUID, VK_UUID_SIZE, info.cache_uuid.begin());
 
@@ -226,8 +224,8 @@ Result<std::uint32_t> select_device(const DeviceDesc& desc, const std::vector<De
         if (fits(desc, info) && (best == nullptr || info.kind > best->kind)) best = &info;
     if (best != nullptr && best->usable()) return best->index;
     if (best != nullptr)
-        return error(Code::kUnsupported, "device %u (%s) is not usable: %s", best->index,
-                     best->name.c_str(), best->reason.c_str());
+        return unsupported("device %u (%s) is not usable: %s", best->index, best->name.c_str(),
+                           best->reason.c_str());
     std::string list;
     for (const DeviceInfo& info : infos)
         list += format("%s%u: %s (%s)%s%s", list.empty() ? "" : "; ", info.index, info.name.c_str(),
@@ -244,41 +242,20 @@ Result<Kernels> kernels_from_environment(Kernels fallback) {
     if (!text || *text == "auto") return fallback;
     for (const Kernels k : {Kernels::kPlain, Kernels::kCpu, Kernels::kGpu})
         if (*text == kernels_name(k)) return k;
-    return error(Code::kInvalidArgument,
-                 "environment variable SPLAT_KERNELS is '%s', expected auto, plain, cpu or gpu",
-                 text->c_str());
+    return invalid("environment variable SPLAT_KERNELS is '%s', expected auto, plain, cpu or gpu",
+                   text->c_str());
 }
 
 }  // namespace
 
 const char* kernels_name(Kernels kernels) {
-    switch (kernels) {
-        case Kernels::kAuto:
-            return "auto";
-        case Kernels::kPlain:
-            return "plain";
-        case Kernels::kCpu:
-            return "cpu";
-        case Kernels::kGpu:
-            return "gpu";
-    }
-    return "unknown";
+    constexpr const char* kNames[] = {"auto", "plain", "cpu", "gpu"};
+    return kNames[static_cast<std::size_t>(kernels)];
 }
 
 const char* device_kind_name(DeviceKind kind) {
-    switch (kind) {
-        case DeviceKind::kDiscrete:
-            return "discrete";
-        case DeviceKind::kIntegrated:
-            return "integrated";
-        case DeviceKind::kVirtual:
-            return "virtual";
-        case DeviceKind::kCpu:
-            return "cpu";
-        case DeviceKind::kOther:
-            return "other";
-    }
-    return "unknown";
+    constexpr const char* kNames[] = {"other", "cpu", "virtual", "integrated", "discrete"};
+    return kNames[static_cast<std::size_t>(kind) - 1];
 }
 
 Result<std::vector<DeviceInfo>> describe_devices(const Instance& instance) {
@@ -311,17 +288,16 @@ Status Device::choose_kernels(Kernels wish) {
     SPLAT_ASSIGN(kernels_, kernels_from_environment(wish));
     if (kernels_ == Kernels::kAuto) kernels_ = info_.kernels;
     if (kernels_ != Kernels::kPlain && info_.kernels == Kernels::kPlain)
-        return error(Code::kUnsupported,
-                     "device %u (%s) has subgroups of %u lanes%s, %u bytes of shared memory and "
-                     "workgroups of %u; %s kernels need 8 or more with shuffle, %u and %u: use "
-                     "plain ones",
-                     info_.index, info_.name.c_str(), info_.limits.subgroup_size,
-                     info_.features.subgroup_shuffle ? "" : " without shuffle, ballot or vote",
-                     info_.limits.shared_memory_bytes, info_.limits.max_group_invocations,
-                     kernels_name(kernels_), kFastSharedBytes, kFastInvocations);
+        return unsupported(
+            "device %u (%s) has subgroups of %u lanes%s, %u bytes of shared memory and "
+            "workgroups of %u; %s kernels need 8 or more with shuffle, %u and %u: use "
+            "plain ones",
+            info_.index, info_.name.c_str(), info_.limits.subgroup_size,
+            info_.features.subgroup_shuffle ? "" : " without shuffle, ballot or vote",
+            info_.limits.shared_memory_bytes, info_.limits.max_group_invocations,
+            kernels_name(kernels_), kFastSharedBytes, kFastInvocations);
     if (kernels_ == Kernels::kCpu && !info_.features.int64)
-        return error(
-            Code::kUnsupported,
+        return unsupported(
             "device %u (%s) has no 64-bit integers in shaders, which cpu kernels need: use "
             "gpu or plain ones",
             info_.index, info_.name.c_str());
@@ -331,11 +307,10 @@ Status Device::choose_kernels(Kernels wish) {
 Status Device::open() {
     spare.reserve(kMostSpare);  // destructors fill it
     const float priority = 1.0F;
-    VkDeviceQueueCreateInfo queue{};
-    queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
-    queue.queueFamilyIndex = info_.queue_family;
-    queue.queueCount = 1;
-    queue.pQueuePriorities = &priority;
+    VkDeviceQueueCreateInfo queue{.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+                                  .queueFamilyIndex = info_.queue_family,
+                                  .queueCount = 1,
+                                  .pQueuePriorities = &priority};
 
     // Robustness stays off: every shader guards its own accesses. Only GPU-assisted validation needs
     // the store features.
@@ -350,11 +325,10 @@ Status Device::open() {
         wanted.features.vertexPipelineStoresAndAtomics =
             available.features.vertexPipelineStoresAndAtomics;
     }
-    VkDeviceCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
-    info.pNext = &wanted;
-    info.queueCreateInfoCount = 1;
-    info.pQueueCreateInfos = &queue;
+    VkDeviceCreateInfo info{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+                            .pNext = &wanted,
+                            .queueCreateInfoCount = 1,
+                            .pQueueCreateInfos = &queue};
     const VkResult result = SPLAT_FAULT("vk.create_device")
                                 ? VK_ERROR_OUT_OF_DEVICE_MEMORY
                                 : instance_->create_device(physical_, &info, nullptr, &device_);
@@ -386,8 +360,8 @@ Status Device::check(VkResult result, const char* call) {
                          info_.index, info_.name.c_str());
         case VK_ERROR_FEATURE_NOT_PRESENT:
         case VK_ERROR_EXTENSION_NOT_PRESENT:
-            return error(Code::kUnsupported, "%s failed with %s on device %u (%s)", call,
-                         result_name(result), info_.index, info_.name.c_str());
+            return unsupported("%s failed with %s on device %u (%s)", call, result_name(result),
+                               info_.index, info_.name.c_str());
         default:
             return error(Code::kInternal, "%s failed with %s (%d) on device %u (%s)", call,
                          result_name(result), static_cast<int>(result), info_.index,

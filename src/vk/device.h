@@ -92,15 +92,13 @@ struct CommandBuffer {
 };
 
 /// A logical device with one compute queue and its own function table.
-class Device {
+class Device : NoCopy {
   public:
     /// Errors: kNoDevice (no device fits; lists all), kUnsupported (names what is missing),
     /// kInvalidArgument (SPLAT_KERNELS).
     static Result<std::unique_ptr<Device>> create(const DeviceDesc& desc);
 
     ~Device();
-    Device(const Device&) = delete;
-    Device& operator=(const Device&) = delete;
 
     [[nodiscard]] VkDevice handle() const { return device_; }
     [[nodiscard]] VkQueue queue() const { return queue_; }

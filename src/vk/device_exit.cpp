@@ -1,6 +1,5 @@
 #include "vk/device_exit.h"
 
-#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <mutex>
@@ -26,11 +25,7 @@ void forget_devices() {
 }
 
 Validated& validated() {
-    static Validated* const all = [] {
-        at_fork_in_child(forget_devices);
-        return new Validated;
-    }();
-    return *all;
+    return for_ever<Validated>(forget_devices);
 }
 
 std::atomic<bool> g_ended{false};

@@ -74,8 +74,7 @@ void DeviceMutex::do_work() noexcept {
 
 Status DeviceMutex::check() const {
     if (forked())
-        return error(
-            Code::kInvalidState,
+        return bad_state(
             "this process was forked from the one that opened the device: start children with "
             "spawn, or fork before the first device is opened");
     if (uncancelled_ || interrupt_.count() == seen_) return {};

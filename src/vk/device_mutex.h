@@ -12,10 +12,7 @@
 namespace splat::vk {
 
 /// Work under a DeviceMutex for a thread that must not wait for it. Its destructor does the work.
-struct DeferredWork {
-    DeferredWork() = default;
-    DeferredWork(const DeferredWork&) = delete;
-    DeferredWork& operator=(const DeferredWork&) = delete;
+struct DeferredWork : NoCopy {
     virtual ~DeferredWork() = default;
 
     DeferredWork* next = nullptr;
@@ -23,11 +20,8 @@ struct DeferredWork {
 
 /// The mutex of a Context. Its holder also does the work that other threads left, and learns whether
 /// its call was cancelled. In a forked child nobody waits for it, and check() refuses.
-class DeviceMutex {
+class DeviceMutex : NoCopy {
   public:
-    DeviceMutex() = default;
-    DeviceMutex(const DeviceMutex&) = delete;
-    DeviceMutex& operator=(const DeviceMutex&) = delete;
 
     void lock();
     bool try_lock();
@@ -64,12 +58,10 @@ class DeviceMutex {
 };
 
 /// While it lives, the holder's work is not cancelled: for lists that must all run or none.
-class Uncancelled {
+class Uncancelled : NoCopy {
   public:
     explicit Uncancelled(DeviceMutex& mutex) : mutex_(mutex) { mutex_.uncancelled_ = true; }
     ~Uncancelled() { mutex_.uncancelled_ = false; }
-    Uncancelled(const Uncancelled&) = delete;
-    Uncancelled& operator=(const Uncancelled&) = delete;
 
   private:
     DeviceMutex& mutex_;
@@ -77,12 +69,10 @@ class Uncancelled {
 
 /// Makes what this thread does on a device from here on one call that can be cancelled: for calls that
 /// take the mutex several times.
-class DeviceCall {
+class DeviceCall : NoCopy {
   public:
     explicit DeviceCall(DeviceMutex& mutex);
     ~DeviceCall();
-    DeviceCall(const DeviceCall&) = delete;
-    DeviceCall& operator=(const DeviceCall&) = delete;
 
   private:
     friend class DeviceMutex;

@@ -4,15 +4,8 @@ namespace splat::vk {
 namespace {
 
 const char* use_name(Use use) {
-    switch (use) {
-        case Use::kRead:
-            return "read";
-        case Use::kWrite:
-            return "write";
-        case Use::kReadWrite:
-            return "read-modify-write";
-    }
-    return "unknown";
+    constexpr const char* kNames[] = {"read", "write", "read-modify-write"};
+    return kNames[static_cast<std::size_t>(use)];
 }
 
 Status check_pair(std::span<const Command> commands, std::size_t earlier, std::size_t later) {
@@ -26,11 +19,8 @@ Status check_pair(std::span<const Command> commands, std::size_t earlier, std::s
                              "%llu) and [%llu, %llu) "
                              "of one buffer without a barrier between them",
                              earlier, a.op.c_str(), later, b.op.c_str(), use_name(first.use),
-                             use_name(second.use),
-                             static_cast<unsigned long long>(first.view.offset),
-                             static_cast<unsigned long long>(first.view.end()),
-                             static_cast<unsigned long long>(second.view.offset),
-                             static_cast<unsigned long long>(second.view.end()));
+                             use_name(second.use), llu(first.view.offset), llu(first.view.end()),
+                             llu(second.view.offset), llu(second.view.end()));
     return {};
 }
 

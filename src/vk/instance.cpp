@@ -26,12 +26,9 @@ void forget_instances() {
 }
 
 /// Guards g_instances and g_opened_by. Never destroyed: devices may live until the end of the process.
-ForkMutex& instances_mutex() {
-    static ForkMutex* const mutex = [] {
-        at_fork_in_child(forget_instances);
-        return new ForkMutex;
-    }();
-    return *mutex;
+struct InstancesMutex : ForkMutex {};
+InstancesMutex& instances_mutex() {
+    return for_ever<InstancesMutex>(forget_instances);
 }
 
 /// The layer's warnings of itself, from 1.3.280 on: its speed, and what it adds to the device for its own shaders.
@@ -52,7 +49,7 @@ bool is_of_the_layer_itself(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
     if (severity > VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT ||
         data.pMessageIdName == nullptr)
         return false;
-    return std::any_of(std::begin(kOwn), std::end(kOwn), [&](const auto& own) {
+    return std::ranges::any_of(kOwn, [&](const auto& own) {
         return std::strcmp(data.pMessageIdName, own.id) == 0 &&
                std::strstr(data.pMessage, own.text) != nullptr;
     });
@@ -83,13 +80,13 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT
 }
 
 VkDebugUtilsMessengerCreateInfoEXT messenger_info() {
-    VkDebugUtilsMessengerCreateInfoEXT info{};
-    info.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT;
-    info.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
-                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
-    info.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT |
-                       VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT;
-    info.pfnUserCallback = on_message;
+    VkDebugUtilsMessengerCreateInfoEXT info{
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
+        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT |
+                       VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+        .pfnUserCallback = on_message};
     return info;
 }
 
@@ -105,7 +102,7 @@ std::uint32_t validation_layer() {
 }
 
 /// What the layer is asked to check. Points into itself.
-class LayerFeatures {
+class LayerFeatures : NoCopy {
   public:
     /// Adds the extension that the settings need, if any.
     LayerFeatures(std::uint32_t layer_version, std::vector<const char*>& extensions) {
@@ -123,8 +120,6 @@ class LayerFeatures {
         static_cast<void>(extensions);
 #endif
     }
-    LayerFeatures(const LayerFeatures&) = delete;
-    LayerFeatures& operator=(const LayerFeatures&) = delete;
 
     [[nodiscard]] const void* chain() const {
         return &features_;
@@ -156,6 +151,13 @@ Status load_loader() {
                  "`apt-get install libvulkan1 mesa-vulkan-drivers`");
 }
 
+/// Set `function` to the instance's of that name. Returns whether there is one.
+template <class Function>
+bool load_function(VkInstance instance, Function& function, const char* name) {
+    function = reinterpret_cast<Function>(vkGetInstanceProcAddr(instance, name));
+    return function != nullptr;
+}
+
 }  // namespace
 
 std::uint64_t validation_messages() {
@@ -163,42 +165,28 @@ std::uint64_t validation_messages() {
 }
 
 const char* result_name(VkResult result) {
-    switch (result) {
-        case VK_SUCCESS:
-            return "VK_SUCCESS";
-        case VK_NOT_READY:
-            return "VK_NOT_READY";
-        case VK_TIMEOUT:
-            return "VK_TIMEOUT";
-        case VK_INCOMPLETE:
-            return "VK_INCOMPLETE";
-        case VK_ERROR_OUT_OF_HOST_MEMORY:
-            return "VK_ERROR_OUT_OF_HOST_MEMORY";
-        case VK_ERROR_OUT_OF_DEVICE_MEMORY:
-            return "VK_ERROR_OUT_OF_DEVICE_MEMORY";
-        case VK_ERROR_INITIALIZATION_FAILED:
-            return "VK_ERROR_INITIALIZATION_FAILED";
-        case VK_ERROR_DEVICE_LOST:
-            return "VK_ERROR_DEVICE_LOST";
-        case VK_ERROR_MEMORY_MAP_FAILED:
-            return "VK_ERROR_MEMORY_MAP_FAILED";
-        case VK_ERROR_LAYER_NOT_PRESENT:
-            return "VK_ERROR_LAYER_NOT_PRESENT";
-        case VK_ERROR_EXTENSION_NOT_PRESENT:
-            return "VK_ERROR_EXTENSION_NOT_PRESENT";
-        case VK_ERROR_FEATURE_NOT_PRESENT:
-            return "VK_ERROR_FEATURE_NOT_PRESENT";
-        case VK_ERROR_INCOMPATIBLE_DRIVER:
-            return "VK_ERROR_INCOMPATIBLE_DRIVER";
-        case VK_ERROR_TOO_MANY_OBJECTS:
-            return "VK_ERROR_TOO_MANY_OBJECTS";
-        case VK_ERROR_OUT_OF_POOL_MEMORY:
-            return "VK_ERROR_OUT_OF_POOL_MEMORY";
-        case VK_ERROR_FRAGMENTED_POOL:
-            return "VK_ERROR_FRAGMENTED_POOL";
-        default:
-            return "an unexpected VkResult";
-    }
+#define SPLAT_NAMED(name) std::pair(name, #name)
+    static constexpr std::pair<VkResult, const char*> kNames[] = {
+        SPLAT_NAMED(VK_SUCCESS),
+        SPLAT_NAMED(VK_NOT_READY),
+        SPLAT_NAMED(VK_TIMEOUT),
+        SPLAT_NAMED(VK_INCOMPLETE),
+        SPLAT_NAMED(VK_ERROR_OUT_OF_HOST_MEMORY),
+        SPLAT_NAMED(VK_ERROR_OUT_OF_DEVICE_MEMORY),
+        SPLAT_NAMED(VK_ERROR_INITIALIZATION_FAILED),
+        SPLAT_NAMED(VK_ERROR_DEVICE_LOST),
+        SPLAT_NAMED(VK_ERROR_MEMORY_MAP_FAILED),
+        SPLAT_NAMED(VK_ERROR_LAYER_NOT_PRESENT),
+        SPLAT_NAMED(VK_ERROR_EXTENSION_NOT_PRESENT),
+        SPLAT_NAMED(VK_ERROR_FEATURE_NOT_PRESENT),
+        SPLAT_NAMED(VK_ERROR_INCOMPATIBLE_DRIVER),
+        SPLAT_NAMED(VK_ERROR_TOO_MANY_OBJECTS),
+        SPLAT_NAMED(VK_ERROR_OUT_OF_POOL_MEMORY),
+        SPLAT_NAMED(VK_ERROR_FRAGMENTED_POOL)};
+#undef SPLAT_NAMED
+    for (const auto& [code, name] : kNames)
+        if (code == result) return name;
+    return "an unexpected VkResult";
 }
 
 Result<std::shared_ptr<Instance>> Instance::get(bool validation) {
@@ -207,10 +195,10 @@ Result<std::shared_ptr<Instance>> Instance::get(bool validation) {
     if (auto living = slot.lock()) return living;
     // Drivers keep threads, which a fork does not copy, and wait for them when the process exits.
     if (g_opened_by != kNone && g_opened_by != fork_generation())
-        return error(Code::kInvalidState,
-                     "this process was forked from one that had opened or listed devices, whose "
-                     "drivers do not work in a child: start children with spawn, or fork before "
-                     "that");
+        return bad_state(
+            "this process was forked from one that had opened or listed devices, whose "
+            "drivers do not work in a child: start children with spawn, or fork before "
+            "that");
     SPLAT_ASSIGN(std::shared_ptr<Instance> instance, create(validation));
     g_opened_by = fork_generation();
     slot = instance;
@@ -221,23 +209,20 @@ Result<std::shared_ptr<Instance>> Instance::create(bool validation) {
     SPLAT_TRY(load_loader());
     const std::uint32_t layer = validation ? validation_layer() : 0;
     if (validation && layer == 0)
-        return error(
-            Code::kUnsupported,
+        return unsupported(
             "validation was requested, but the layer %s is not installed: on Debian `apt-get "
             "install "
             "vulkan-validationlayers`, or clear SPLAT_DEVICE_VALIDATION and SPLAT_VALIDATION",
             kValidationLayer);
 
-    VkApplicationInfo application{};
-    application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
-    application.pEngineName = "libsplat";
-    application.apiVersion = VK_API_VERSION_1_2;
+    VkApplicationInfo application{.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
+                                  .pEngineName = "libsplat",
+                                  .apiVersion = VK_API_VERSION_1_2};
 
     std::vector<const char*> extensions{VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
     const LayerFeatures features(layer, extensions);
-    VkInstanceCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
-    info.pApplicationInfo = &application;
+    VkInstanceCreateInfo info{.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
+                              .pApplicationInfo = &application};
     if (validation) {
         info.pNext = features.chain();
         info.enabledLayerCount = 1;
@@ -270,46 +255,39 @@ Status Instance::load_functions() {
     // instance. Once, because other threads read volk's globals without a lock.
     static const bool loaded = (volkLoadInstanceOnly(instance_), true);
     static_cast<void>(loaded);
-    const auto load = [this](const char* name) { return vkGetInstanceProcAddr(instance_, name); };
-    destroy_instance_ = reinterpret_cast<PFN_vkDestroyInstance>(load("vkDestroyInstance"));
-    get_properties2 = reinterpret_cast<PFN_vkGetPhysicalDeviceProperties2>(
-        load("vkGetPhysicalDeviceProperties2"));
-    get_features2 =
-        reinterpret_cast<PFN_vkGetPhysicalDeviceFeatures2>(load("vkGetPhysicalDeviceFeatures2"));
-    get_memory_properties = reinterpret_cast<PFN_vkGetPhysicalDeviceMemoryProperties>(
-        load("vkGetPhysicalDeviceMemoryProperties"));
-    get_queue_families = reinterpret_cast<PFN_vkGetPhysicalDeviceQueueFamilyProperties>(
-        load("vkGetPhysicalDeviceQueueFamilyProperties"));
-    create_device = reinterpret_cast<PFN_vkCreateDevice>(load("vkCreateDevice"));
-    if (destroy_instance_ == nullptr || get_properties2 == nullptr || get_features2 == nullptr ||
-        get_memory_properties == nullptr || get_queue_families == nullptr ||
-        create_device == nullptr)
+    bool all = load_function(instance_, destroy_instance_, "vkDestroyInstance");
+    all = load_function(instance_, get_properties2, "vkGetPhysicalDeviceProperties2") && all;
+    all = load_function(instance_, get_features2, "vkGetPhysicalDeviceFeatures2") && all;
+    all = load_function(instance_, get_memory_properties, "vkGetPhysicalDeviceMemoryProperties") &&
+          all;
+    all =
+        load_function(instance_, get_queue_families, "vkGetPhysicalDeviceQueueFamilyProperties") &&
+        all;
+    all = load_function(instance_, create_device, "vkCreateDevice") && all;
+    if (!all)
         return error(Code::kNoDevice,
                      "the Vulkan loader is older than 1.1; install libvulkan1 1.2 or later");
     return {};
 }
 
 Status Instance::create_messenger() {
-    const auto create = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
-        vkGetInstanceProcAddr(instance_, "vkCreateDebugUtilsMessengerEXT"));
-    destroy_messenger_ = reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
-        vkGetInstanceProcAddr(instance_, "vkDestroyDebugUtilsMessengerEXT"));
+    PFN_vkCreateDebugUtilsMessengerEXT make = nullptr;
     const VkDebugUtilsMessengerCreateInfoEXT info = messenger_info();
-    if (create == nullptr || destroy_messenger_ == nullptr ||
-        create(instance_, &info, nullptr, &messenger_) != VK_SUCCESS)
-        return error(Code::kUnsupported,
-                     "validation was requested, but VK_EXT_debug_utils has no messenger");
+    if (!load_function(instance_, make, "vkCreateDebugUtilsMessengerEXT") ||
+        !load_function(instance_, destroy_messenger_, "vkDestroyDebugUtilsMessengerEXT") ||
+        make(instance_, &info, nullptr, &messenger_) != VK_SUCCESS)
+        return unsupported("validation was requested, but VK_EXT_debug_utils has no messenger");
     return {};
 }
 
 Status Instance::enumerate() {
-    const auto enumerate = reinterpret_cast<PFN_vkEnumeratePhysicalDevices>(
-        vkGetInstanceProcAddr(instance_, "vkEnumeratePhysicalDevices"));
+    PFN_vkEnumeratePhysicalDevices list = nullptr;
+    load_function(instance_, list, "vkEnumeratePhysicalDevices");
     std::uint32_t count = 0;
-    VkResult result = enumerate(instance_, &count, nullptr);
+    VkResult result = list(instance_, &count, nullptr);
     if (result == VK_SUCCESS && count > 0) {
         devices_.resize(count);
-        result = enumerate(instance_, &count, devices_.data());
+        result = list(instance_, &count, devices_.data());
         devices_.resize(count);
     }
     if (result == VK_ERROR_OUT_OF_HOST_MEMORY)

@@ -2,12 +2,11 @@
 
 #include <volk.h>
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <vector>
 
+#include "core/no_copy.h"
 #include "core/status.h"
 
 namespace splat::vk {
@@ -15,15 +14,13 @@ namespace splat::vk {
 /// One VkInstance, shared by all devices with the same choice of validation.
 ///
 /// Holds its own function pointers: volk's globals are used only to reach the loader.
-class Instance {
+class Instance : NoCopy {
   public:
     /// The existing instance or a new one. Errors: kNoDevice without loader or driver, kUnsupported
     /// if validation is requested and the Khronos layer is missing, kOutOfHostMemory. Thread-safe.
     static Result<std::shared_ptr<Instance>> get(bool validation);
 
     ~Instance();
-    Instance(const Instance&) = delete;
-    Instance& operator=(const Instance&) = delete;
 
     [[nodiscard]] VkInstance handle() const { return instance_; }
     [[nodiscard]] bool validation() const { return validation_; }

@@ -83,10 +83,8 @@ std::optional<std::uint32_t> Memory::memory_type(std::uint32_t allowed, MemoryKi
 }
 
 Status Memory::make_block(Block& block, std::uint64_t bytes) {
-    VkBufferCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-    info.size = bytes;
-    info.usage = kUsage;
+    VkBufferCreateInfo info{
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = bytes, .usage = kUsage};
     SPLAT_TRY(device_.check(
         SPLAT_FAULT("vk.create_buffer")
             ? VK_ERROR_OUT_OF_DEVICE_MEMORY
@@ -96,13 +94,12 @@ Status Memory::make_block(Block& block, std::uint64_t bytes) {
     device_.vk.vkGetBufferMemoryRequirements(device_.handle(), block.buffer, &needs);
     const auto type = memory_type(needs.memoryTypeBits, block.kind);
     if (!type)
-        return error(Code::kUnsupported,
-                     "the device has no memory type for storage buffers that the host can see");
+        return unsupported(
+            "the device has no memory type for storage buffers that the host can see");
 
-    VkMemoryAllocateInfo allocate{};
-    allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
-    allocate.allocationSize = needs.size;
-    allocate.memoryTypeIndex = *type;
+    VkMemoryAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                  .allocationSize = needs.size,
+                                  .memoryTypeIndex = *type};
     SPLAT_TRY(device_.check(
         SPLAT_FAULT("vk.allocate_memory")
             ? VK_ERROR_OUT_OF_DEVICE_MEMORY
@@ -134,21 +131,17 @@ Status Memory::make_block(Block& block, std::uint64_t bytes) {
 Result<Block*> Memory::add_block(std::uint64_t bytes, MemoryKind kind, std::string_view name) {
     const std::uint64_t limit = device_.info().limits.max_allocation_bytes;
     if (bytes > limit)
-        return error(Code::kUnsupported,
-                     "%.*s: %llu bytes, but device %u (%s) allocates at most %llu at once",
-                     static_cast<int>(name.size()), name.data(),
-                     static_cast<unsigned long long>(bytes), device_.info().index,
-                     device_.info().name.c_str(), static_cast<unsigned long long>(limit));
+        return unsupported("%.*s: %llu bytes, but device %u (%s) allocates at most %llu at once",
+                           static_cast<int>(name.size()), name.data(), llu(bytes),
+                           device_.info().index, device_.info().name.c_str(), llu(limit));
     const bool counts = kind == MemoryKind::kDevice;
     if (counts && (use_.used > use_.budget || bytes > use_.budget - use_.used))
         return error(Code::kOutOfDeviceMemory,
                      "%.*s: needs %llu bytes more, but %llu of the budget of %llu are in use; free "
                      "tensors or raise "
                      "max_device_bytes",
-                     static_cast<int>(name.size()), name.data(),
-                     static_cast<unsigned long long>(bytes),
-                     static_cast<unsigned long long>(use_.used),
-                     static_cast<unsigned long long>(use_.budget));
+                     static_cast<int>(name.size()), name.data(), llu(bytes), llu(use_.used),
+                     llu(use_.budget));
     // Whole blocks while they fit in the budget, so that small tensors share one.
     std::uint64_t size = std::min(std::max(bytes, desc_.block_bytes), limit);
     if (kind == MemoryKind::kStaging) size = bytes;  // a context has one buffer
@@ -237,11 +230,10 @@ Result<Buffer> Memory::allocate(std::uint64_t bytes, MemoryKind kind, std::strin
         use_.live += total;
     }
     prepare(*block, *offset);
-    BufferView range;
-    range.block = block;
-    range.buffer = block->buffer;
-    range.offset = *offset + guard_bytes_;
-    range.bytes = payload;
+    BufferView range{.block = block,
+                     .buffer = block->buffer,
+                     .offset = *offset + guard_bytes_,
+                     .bytes = payload};
     return Buffer(this, range);
 }
 
@@ -285,8 +277,7 @@ void Memory::give_back(Block& block, std::uint64_t offset) noexcept {
 
 void Memory::drop_if_empty(Block& block) noexcept {
     if (!block.live.empty()) return;
-    const auto at = std::find_if(blocks_.begin(), blocks_.end(),
-                                 [&](const auto& b) { return b.get() == &block; });
+    const auto at = std::ranges::find_if(blocks_, [&](const auto& b) { return b.get() == &block; });
     if (block.kind == MemoryKind::kDevice) {
         const std::lock_guard lock(use_mutex_);
         use_.used -= block.bytes;
@@ -324,10 +315,9 @@ std::byte* Memory::host(const BufferView& view) {
 }
 
 VkMappedMemoryRange Memory::mapped_range(const BufferView& view) const {
-    VkMappedMemoryRange range{};
-    range.sType = VK_STRUCTURE_TYPE_MAPPED_MEMORY_RANGE;
-    range.memory = view.block->memory;
-    range.offset = view.offset / alignment_ * alignment_;
+    VkMappedMemoryRange range{.sType = VK_STRUCTURE_TYPE_MAPPED_MEMORY_RANGE,
+                              .memory = view.block->memory,
+                              .offset = view.offset / alignment_ * alignment_};
     const std::uint64_t end = round_up(view.end(), alignment_);
     range.size = end >= view.block->bytes ? VK_WHOLE_SIZE : end - range.offset;
     return range;
@@ -354,7 +344,7 @@ Status Memory::check_guards() {
             if (const auto at = broken_guard(*block, offset)) broken = at;
     if (!broken) return {};
     return error(Code::kInternal, "the guard word at byte %llu of a block was overwritten",
-                 static_cast<unsigned long long>(*broken));
+                 llu(*broken));
 }
 
 }  // namespace splat::vk

@@ -58,12 +58,10 @@ struct MemoryUse {
 ///
 /// First fit in offset order; an empty block goes back to the driver. Not thread-safe except use(): the
 /// Context's mutex guards it.
-class Memory {
+class Memory : NoCopy {
   public:
     Memory(Device& device, const MemoryDesc& desc);
     ~Memory();
-    Memory(const Memory&) = delete;
-    Memory& operator=(const Memory&) = delete;
 
     /// `bytes` > 0, rounded up to whole quads. Contents are undefined. Errors: kUnsupported beyond
     /// maxMemoryAllocationSize, kOutOfDeviceMemory beyond the budget or the driver's memory;

@@ -12,8 +12,8 @@ void OutsideUse::map(const BufferView& view) {
 
 void OutsideUse::unmap(const BufferView& view) {
     const std::lock_guard lock(mutex_);
-    const auto found = std::find_if(mapped_.begin(), mapped_.end(),
-                                    [&view](const BufferView& one) { return one.overlaps(view); });
+    const auto found = std::ranges::find_if(
+        mapped_, [&view](const BufferView& one) { return one.overlaps(view); });
     if (found != mapped_.end()) mapped_.erase(found);
 }
 
@@ -24,8 +24,8 @@ bool OutsideUse::mapped() const {
 
 bool OutsideUse::mapped(const BufferView& view) const {
     const std::lock_guard lock(mutex_);
-    return std::any_of(mapped_.begin(), mapped_.end(),
-                       [&view](const BufferView& one) { return one.overlaps(view); });
+    return std::ranges::any_of(mapped_,
+                               [&view](const BufferView& one) { return one.overlaps(view); });
 }
 
 }  // namespace splat::vk

@@ -27,10 +27,9 @@ void Pipelines::open_cache() {
     std::vector<std::byte> data;
     if (!file_.empty())
         if (auto stored = read_pipeline_cache(file_, device_.info())) data = std::move(*stored);
-    VkPipelineCacheCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
-    info.initialDataSize = data.size();
-    info.pInitialData = data.data();
+    VkPipelineCacheCreateInfo info{.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO,
+                                   .initialDataSize = data.size(),
+                                   .pInitialData = data.data()};
     loaded_ = !data.empty();
     if (device_.vk.vkCreatePipelineCache(device_.handle(), &info, nullptr, &cache_) != VK_SUCCESS) {
         loaded_ = false;
@@ -68,28 +67,26 @@ void Pipelines::destroy(Pipeline& pipeline) noexcept {
 Status Pipelines::make_layouts(Pipeline& pipeline) {
     std::vector<VkDescriptorSetLayoutBinding> bindings;
     for (const ShaderBinding& binding : pipeline.interface.bindings) {
-        VkDescriptorSetLayoutBinding layout{};
-        layout.binding = binding.binding;
-        layout.descriptorType = vulkan_type(binding.type);
-        layout.descriptorCount = 1;
-        layout.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT;
+        VkDescriptorSetLayoutBinding layout{.binding = binding.binding,
+                                            .descriptorType = vulkan_type(binding.type),
+                                            .descriptorCount = 1,
+                                            .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT};
         bindings.push_back(layout);
     }
-    VkDescriptorSetLayoutCreateInfo set{};
-    set.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
-    set.bindingCount = static_cast<std::uint32_t>(bindings.size());
-    set.pBindings = bindings.data();
+    VkDescriptorSetLayoutCreateInfo set{
+        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
+        .bindingCount = static_cast<std::uint32_t>(bindings.size()),
+        .pBindings = bindings.data()};
     SPLAT_TRY(device_.check(device_.vk.vkCreateDescriptorSetLayout(device_.handle(), &set, nullptr,
                                                                    &pipeline.set_layout),
                             "vkCreateDescriptorSetLayout"));
 
     const VkPushConstantRange push{VK_SHADER_STAGE_COMPUTE_BIT, 0, pipeline.interface.push_bytes};
-    VkPipelineLayoutCreateInfo layout{};
-    layout.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
-    layout.setLayoutCount = 1;
-    layout.pSetLayouts = &pipeline.set_layout;
-    layout.pushConstantRangeCount = push.size > 0 ? 1 : 0;
-    layout.pPushConstantRanges = &push;
+    VkPipelineLayoutCreateInfo layout{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+                                      .setLayoutCount = 1,
+                                      .pSetLayouts = &pipeline.set_layout,
+                                      .pushConstantRangeCount = push.size > 0 ? 1U : 0U,
+                                      .pPushConstantRanges = &push};
     return device_.check(
         device_.vk.vkCreatePipelineLayout(device_.handle(), &layout, nullptr, &pipeline.layout),
         "vkCreatePipelineLayout");

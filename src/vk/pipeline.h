@@ -24,13 +24,11 @@ struct Pipeline {
 /// A cache file of the driver's compiled code, one per device and driver, speeds up the next process.
 /// A file that is corrupt or of another driver is ignored and replaced. Failing to read or write it is
 /// never an error.
-class Pipelines {
+class Pipelines : NoCopy {
   public:
     /// `cache_folder` "" = no file. `threads` as in PipelineCompiler.
     Pipelines(Device& device, const std::string& cache_folder, unsigned threads);
     ~Pipelines();
-    Pipelines(const Pipelines&) = delete;
-    Pipelines& operator=(const Pipelines&) = delete;
 
     /// Errors: kInternal for an unknown shader, and the driver's. The pointer lives as long as this
     /// object.

@@ -23,11 +23,7 @@ void forget_compilers() {
 }
 
 Living& living() {
-    static Living* const all = [] {
-        at_fork_in_child(forget_compilers);
-        return new Living;
-    }();
-    return *all;
+    return for_ever<Living>(forget_compilers);
 }
 
 /// Ends their threads before the driver's static objects, which were constructed earlier, are destroyed, and
@@ -80,8 +76,7 @@ void PipelineCompiler::enqueue(CompileJob& job) noexcept {
     (first_ == nullptr ? first_ : last_->next) = &job;
     last_ = &job;
     if (stop_) return;
-    const auto worker =
-        std::find_if(workers_.begin(), workers_.end(), [](const Worker& one) { return one.ended; });
+    const auto worker = std::ranges::find_if(workers_, [](const Worker& one) { return one.ended; });
     if (worker == workers_.end()) return;
     if (worker->thread.joinable()) worker->thread.join();
     try {
@@ -139,10 +134,9 @@ VkResult PipelineCompiler::compile(CompileJob& job) const noexcept try {
     const VkSpecializationInfo specialization{static_cast<std::uint32_t>(entries.size()),
                                               entries.data(), job.constants.size_bytes(),
                                               job.constants.data()};
-    VkShaderModuleCreateInfo code{};
-    code.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
-    code.codeSize = job.module->words.size_bytes();
-    code.pCode = job.module->words.data();
+    VkShaderModuleCreateInfo code{.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
+                                  .codeSize = job.module->words.size_bytes(),
+                                  .pCode = job.module->words.data()};
     VkShaderModule module = VK_NULL_HANDLE;
     const VkResult made =
         device_.vk.vkCreateShaderModule(device_.handle(), &code, nullptr, &module);

@@ -31,15 +31,13 @@ struct CompileJob {
 
 /// Compiles pipelines in the order in which they were added, on threads that live while there is work. The
 /// caller meanwhile continues recording: the network's large kernels take lavapipe 20 to 50 ms each.
-class PipelineCompiler {
+class PipelineCompiler : NoCopy {
   public:
     /// `cache` may be null, and must outlive it. At most `threads` threads; with 0, wait() does all
     /// the work.
     PipelineCompiler(Device& device, VkPipelineCache cache, unsigned threads);
     /// Drops jobs that have not started.
     ~PipelineCompiler();
-    PipelineCompiler(const PipelineCompiler&) = delete;
-    PipelineCompiler& operator=(const PipelineCompiler&) = delete;
 
     /// The job must not move while this object lives.
     void add(CompileJob& job) noexcept;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/checked_math.h"
 #include "vk/context.h"
 #include "vk/hazard.h"
 #include "vk/shaders.h"
@@ -115,16 +114,15 @@ Status Recorder::check_limits(const Command& command) const {
         SPLAT_ASSERT(view.bytes > 0 && view.offset % limits.offset_alignment == 0);
         const std::uint64_t most = binding_bytes(limits, interface.bindings[i].type);
         if (view.bytes > most)
-            return error(
-                Code::kUnsupported,
+            return unsupported(
                 "%s: a tensor %s of %llu bytes, but one binding takes at most %llu; split it",
-                command.op.c_str(), view.shape.text().c_str(),
-                static_cast<unsigned long long>(view.bytes), static_cast<unsigned long long>(most));
+                command.op.c_str(), view.shape.text().c_str(), llu(view.bytes), llu(most));
     }
     for (std::size_t axis = 0; axis < 3; ++axis)
         if (command.groups[axis] == 0 || command.groups[axis] > limits.max_groups[axis])
-            return error(Code::kUnsupported, "%s: %u workgroups on axis %zu, expected 1 to %u",
-                         command.op.c_str(), command.groups[axis], axis, limits.max_groups[axis]);
+            return unsupported("%s: %u workgroups on axis %zu, expected 1 to %u",
+                               command.op.c_str(), command.groups[axis], axis,
+                               limits.max_groups[axis]);
     return {};
 }
 
@@ -148,8 +146,8 @@ Result<Command> Recorder::command_for(const Dispatch& dispatch) {
 
 Status Recorder::dispatch(const Dispatch& dispatch) {
     SPLAT_ASSIGN(Command command, command_for(dispatch));
-    const auto axis = static_cast<std::size_t>(
-        std::max_element(dispatch.groups.begin(), dispatch.groups.end()) - dispatch.groups.begin());
+    const auto axis = static_cast<std::size_t>(std::ranges::max_element(dispatch.groups) -
+                                               dispatch.groups.begin());
     const std::uint32_t extent = dispatch.groups[axis];
     const double seconds = estimated_seconds(device(), kernels(), dispatch.work);
     const double wanted = std::ceil(seconds / submit_seconds(device()));

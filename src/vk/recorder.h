@@ -1,10 +1,7 @@
 #pragma once
 
-#include <memory>
-
 #include "vk/command.h"
 #include "vk/command_list.h"
-#include "vk/memory.h"
 
 namespace splat::vk {
 

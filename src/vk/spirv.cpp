@@ -72,9 +72,9 @@ class Parser {
             at += count;
         }
         for (const Variable& variable : variables_) SPLAT_TRY(add(variable));
-        std::sort(
-            out_.bindings.begin(), out_.bindings.end(),
-            [](const ShaderBinding& a, const ShaderBinding& b) { return a.binding < b.binding; });
+        std::ranges::sort(out_.bindings, [](const ShaderBinding& a, const ShaderBinding& b) {
+            return a.binding < b.binding;
+        });
         out_.bindings.erase(std::unique(out_.bindings.begin(), out_.bindings.end()),
                             out_.bindings.end());
         for (std::uint32_t i = 0; i < out_.bindings.size(); ++i)

@@ -5,7 +5,6 @@
 #include <new>
 
 #include "core/fault.h"
-#include "core/log.h"
 #include "vk/command_list_objects.h"
 
 namespace splat::vk {
@@ -55,10 +54,9 @@ Status Queue::submit(CommandList::Objects& objects, std::size_t segment) {
     VkFence& fence = objects.fences[segment % objects.fences.size()];
     SPLAT_TRY(
         device_.check(device_.vk.vkResetFences(device_.handle(), 1, &fence), "vkResetFences"));
-    VkSubmitInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
-    info.commandBufferCount = 1;
-    info.pCommandBuffers = &objects.buffers[segment];
+    VkSubmitInfo info{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                      .commandBufferCount = 1,
+                      .pCommandBuffers = &objects.buffers[segment]};
     const VkResult result = SPLAT_FAULT("vk.queue_submit")
                                 ? VK_ERROR_DEVICE_LOST
                                 : device_.vk.vkQueueSubmit(device_.queue(), 1, &info, fence);

@@ -10,14 +10,12 @@
 namespace splat::vk {
 
 /// Submits command lists and waits; the only place that waits for the device.
-class Queue {
+class Queue : NoCopy {
   public:
     /// `timeout_ns` bounds the wait for a list; a suspension of the process counts as at most 0.5 s.
     Queue(Device& device, Memory& memory, const DeviceMutex& mutex, std::uint64_t timeout_ns)
         : device_(device), memory_(memory), mutex_(mutex), timeout_ns_(timeout_ns) {}
     ~Queue();
-    Queue(const Queue&) = delete;
-    Queue& operator=(const Queue&) = delete;
 
     /// Wait for a list that timed out before, compile this one's pipelines, and encode it. run() does it if
     /// this was not called. Errors: kCancelled between pipelines too; those of run().

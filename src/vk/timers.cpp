@@ -80,9 +80,8 @@ std::vector<Profile::Row> Profile::rows() const {
         std::nth_element(times.begin(), middle, times.end());
         rows.push_back({&key, &entry, static_cast<double>(*middle)});
     }
-    std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
-        return a.entry->total_ms > b.entry->total_ms;
-    });
+    std::ranges::stable_sort(
+        rows, [](const Row& a, const Row& b) { return a.entry->total_ms > b.entry->total_ms; });
     return rows;
 }
 
@@ -126,15 +125,14 @@ std::string Profile::table(const std::string& device) const {
         const auto rate = [seconds](double amount) {
             return seconds > 0 ? amount / seconds * 1e-9 : 0.0;
         };
-        text +=
-            format("%-28s %-32s %8llu %10.3f %10.4f %10.4f %8.2f %8.2f\n", row.key->first.c_str(),
-                   row.key->second.c_str(), static_cast<unsigned long long>(row.entry->count),
-                   row.entry->total_ms, row.entry->min_ms, row.median_ms,
-                   rate(row.entry->work.bytes), rate(row.entry->work.flops));
+        text += format("%-28s %-32s %8llu %10.3f %10.4f %10.4f %8.2f %8.2f\n",
+                       row.key->first.c_str(), row.key->second.c_str(), llu(row.entry->count),
+                       row.entry->total_ms, row.entry->min_ms, row.median_ms,
+                       rate(row.entry->work.bytes), rate(row.entry->work.flops));
     }
-    text += format("%-28s %-32s %8llu %10.3f\n", "between dispatches", "",
-                   static_cast<unsigned long long>(totals_.gaps), totals_.idle_ms);
-    const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+    text += format("%-28s %-32s %8llu %10.3f\n", "between dispatches", "", llu(totals_.gaps),
+                   totals_.idle_ms);
+    const auto count = [](std::uint64_t n) { return llu(n); };
     text += format(
         "%llu lists: %llu submits, %llu dispatches, %llu fills and copies, %llu barriers, %.3f ms "
         "from first to last\n",

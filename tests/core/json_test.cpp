@@ -6,6 +6,7 @@
 
 #include "core/json_tree.h"
 #include "support/expect_status.h"
+#include "support/parsed_json.h"
 
 namespace splat {
 namespace {

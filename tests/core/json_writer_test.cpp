@@ -1,4 +1,5 @@
 #include "core/json_writer.h"
+#include "support/parsed_json.h"
 
 #include <gtest/gtest.h>
 

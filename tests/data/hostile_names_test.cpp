@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <climits>
 
-#include "core/json.h"
 #include "core/path_name.h"
 #include "data/dataset_export.h"
 #include "data/sample_formats.h"
@@ -14,6 +13,7 @@
 #include "io/reader.h"
 #include "support/expect_status.h"
 #include "support/hostile_names.h"
+#include "support/parsed_json.h"
 #include "synthetic/sample_folder.h"
 
 namespace splat::data {

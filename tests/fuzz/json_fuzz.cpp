@@ -5,6 +5,7 @@
 
 #include "core/json_tree.h"
 #include "fuzz/target.h"
+#include "support/parsed_json.h"
 
 namespace {
 

@@ -15,9 +15,9 @@
 #include <cstring>
 #include <memory>
 
-#include "core/json.h"
 #include "raster/radix_sort.h"
 #include "support/gpu_buffers.h"
+#include "support/parsed_json.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {

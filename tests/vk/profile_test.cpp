@@ -2,10 +2,10 @@
 
 #include <chrono>
 
-#include "core/json.h"
 #include "support/expect_status.h"
 #include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
+#include "support/parsed_json.h"
 #include "support/require_vulkan.h"
 #include "test_shaders.h"
 #include "vk/timers.h"

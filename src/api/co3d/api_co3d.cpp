@@ -11,9 +11,7 @@ Result<data::Co3dPreparation> preparation_of(const splat_co3d_desc* desc) {
     SPLAT_TRY(api::require(desc->raw, "desc.raw", desc->out, "desc.out", desc->category,
                            "desc.category"));
     data::Co3dPreparation value;
-    value.raw = desc->raw;
-    value.out = desc->out;
-    value.category = desc->category;
+    SPLAT_COPY(value, *desc, raw, out, category);
     if (desc->subset != nullptr) value.subset = desc->subset;
     if (desc->split != nullptr) value.split = desc->split;
     if (desc->size != 0) value.size = desc->size;
@@ -34,10 +32,7 @@ splat_result splat_co3d_prepare(const splat_co3d_desc* desc, splat_co3d_info* in
                      }));
         if (info == nullptr) return {};
         splat_co3d_info filled = {};
-        filled.sequences = made.sequences;
-        filled.kept = made.kept;
-        filled.left_out = made.left_out;
-        filled.frames = made.frames;
+        SPLAT_COPY(filled, made, sequences, kept, left_out, frames);
         api::give(filled, info);
         return {};
     });

@@ -23,20 +23,13 @@ void copy_text(char (&to)[N], const std::string& from) {
 
 splat_device_info info_of(const vk::DeviceInfo& device) {
     splat_device_info info{};
-    info.index = device.index;
+    SPLAT_COPY(info, device, index, vendor_id, device_id, vulkan_version, driver_version);
     info.kind = static_cast<splat_device_kind>(device.kind);
     info.usable = device.usable() ? 1 : 0;
-    info.vendor_id = device.vendor_id;
-    info.device_id = device.device_id;
-    info.vulkan_version = device.vulkan_version;
-    info.driver_version = device.driver_version;
-    std::copy(device.uuid.begin(), device.uuid.end(), info.uuid);
-    info.heap_bytes = device.limits.heap_bytes;
-    info.max_allocation_bytes = device.limits.max_allocation_bytes;
-    info.max_storage_buffer_bytes = device.limits.max_storage_buffer_bytes;
+    std::ranges::copy(device.uuid, info.uuid);
+    SPLAT_COPY(info, device.limits, heap_bytes, max_allocation_bytes, max_storage_buffer_bytes,
+               shared_memory_bytes, subgroup_size);
     info.max_workgroup_invocations = device.limits.max_group_invocations;
-    info.shared_memory_bytes = device.limits.shared_memory_bytes;
-    info.subgroup_size = device.limits.subgroup_size;
     const auto flag = [](bool set, std::uint32_t bit) { return set ? bit : 0U; };
     info.features = flag(device.limits.timestamp_ns > 0, SPLAT_FEATURE_TIMESTAMPS) |
                     flag(device.features.subgroup_shuffle, SPLAT_FEATURE_SUBGROUP_SHUFFLE) |
@@ -52,8 +45,7 @@ splat_device_info info_of(const vk::DeviceInfo& device) {
 
 Status check_range(const char* field, std::int32_t value, std::int32_t most) {
     if (value >= 0 && value <= most) return {};
-    return error(Code::kInvalidArgument, "splat_device_desc.%s is %d, expected 0 to %d", field,
-                 value, most);
+    return invalid("splat_device_desc.%s is %d, expected 0 to %d", field, value, most);
 }
 
 Result<vk::ContextDesc> context_desc(const splat_device_desc& desc) {
@@ -61,13 +53,12 @@ Result<vk::ContextDesc> context_desc(const splat_device_desc& desc) {
     SPLAT_TRY(check_range("kind", desc.kind, SPLAT_DEVICE_KIND_DISCRETE));
     SPLAT_TRY(check_range("kernels", desc.kernels, SPLAT_KERNELS_GPU));
     if (desc.select == SPLAT_SELECT_BY_KIND && desc.kind == 0)
-        return error(Code::kInvalidArgument,
-                     "splat_device_desc.kind is 0, expected a kind, because select is BY_KIND");
+        return invalid("splat_device_desc.kind is 0, expected a kind, because select is BY_KIND");
     vk::ContextDesc context;
     context.device.select = static_cast<vk::DeviceSelect>(desc.select);
     context.device.index = desc.index;
     context.device.kind = static_cast<vk::DeviceKind>(desc.kind);
-    std::copy(std::begin(desc.uuid), std::end(desc.uuid), context.device.uuid.begin());
+    std::ranges::copy(desc.uuid, context.device.uuid.begin());
     context.device.kernels = static_cast<vk::Kernels>(desc.kernels);
     const auto forced = environment("SPLAT_VALIDATION");
     context.device.validation =
@@ -93,12 +84,11 @@ splat_result give_profile(splat_device device, char* buffer, size_t capacity, si
     const auto profile = [&](api::DeviceObject& object) -> Result<std::string> {
         vk::Context& context = *object.context;
         if (context.profile() == nullptr)
-            return error(
-                Code::kInvalidState,
+            return bad_state(
                 "the device was created without SPLAT_DEVICE_PROFILE, so it has no profile");
         return (context.profile()->*text)(context.device().info().name);
     };
-    return api::report<api::Devices>(device, "device", buffer, capacity, needed, profile);
+    return api::report(device, buffer, capacity, needed, profile);
 }
 
 }  // namespace
@@ -128,16 +118,15 @@ splat_result splat_device_describe(uint32_t index, splat_device_info* info) {
         SPLAT_ASSIGN(const auto instance, vk::Instance::get(false));
         SPLAT_ASSIGN(const auto devices, vk::describe_devices(*instance));
         if (index >= devices.size())
-            return error(Code::kInvalidArgument,
-                         "index is %u, expected less than %zu, the number of devices", index,
-                         devices.size());
+            return invalid("index is %u, expected less than %zu, the number of devices", index,
+                           devices.size());
         api::give(info_of(devices[index]), info);
         return {};
     });
 }
 
 splat_result splat_device_create(const splat_device_desc* desc, splat_device* device) {
-    return api::create<api::Devices>(device, "device", [&]() -> api::Devices::Made {
+    return api::create(device, [&]() -> api::Devices::Made {
         splat_device_desc complete{};
         complete.struct_size = sizeof complete;
         if (desc != nullptr) {
@@ -161,11 +150,11 @@ splat_result splat_device_destroy(splat_device device) {
 
 splat_result splat_device_cancel(splat_device device) {
     if (api::Devices::interrupt(device)) return SPLAT_OK;
-    return api::guarded([&] { return api::Devices::find(device, "device").status(); });
+    return api::guarded([&] { return api::find(device).status(); });
 }
 
 splat_result splat_device_get_info(splat_device device, splat_device_info* info) {
-    return api::describe<api::Devices>(device, "device", info, "info", [&](auto& object) {
+    return api::describe(device, info, "info", [&](auto& object) {
         splat_device_info filled = info_of(object.context->device().info());
         filled.kernels = static_cast<splat_kernels>(object.context->device().kernels());
         return filled;
@@ -173,7 +162,7 @@ splat_result splat_device_get_info(splat_device device, splat_device_info* info)
 }
 
 splat_result splat_device_get_memory(splat_device device, splat_memory_info* info) {
-    return api::describe<api::Devices>(device, "device", info, "info", [](auto& object) {
+    return api::describe(device, info, "info", [](auto& object) {
         const vk::MemoryUse use = object.context->memory().use();
         return splat_memory_info{.struct_size = 0,
                                  .allocations = use.allocations,
@@ -195,10 +184,9 @@ splat_result splat_device_profile_table(splat_device device, char* buffer, size_
 }
 
 splat_result splat_device_profile_reset(splat_device device) {
-    return api::with<api::Devices>(device, "device", [&](const auto& object) -> Status {
+    return api::with(device, [&](const auto& object) -> Status {
         if (object->context->profile() == nullptr)
-            return error(
-                Code::kInvalidState,
+            return bad_state(
                 "the device was created without SPLAT_DEVICE_PROFILE, so it has no profile");
         object->context->profile()->reset();
         return {};

@@ -62,26 +62,25 @@ EntryPoint::~EntryPoint() {
 Status check_struct_size(std::size_t given, const char* type, std::size_t first_version_size,
                          std::size_t known_size) {
     if (given >= first_version_size && given <= kMostStructBytes) return {};
-    return error(Code::kInvalidArgument, "%s.struct_size is %zu, expected sizeof(%s) = %zu", type,
-                 given, type, known_size);
+    return invalid("%s.struct_size is %zu, expected sizeof(%s) = %zu", type, given, type,
+                   known_size);
 }
 
 Status check_reserved(std::uint32_t reserved, const char* type) {
     if (reserved == 0) return {};
-    return error(Code::kInvalidArgument, "%s.reserved is %u, expected 0", type, reserved);
+    return invalid("%s.reserved is %u, expected 0", type, reserved);
 }
 
 Status check_flags(std::uint32_t flags, std::uint32_t known, const char* argument) {
     if ((flags & ~known) == 0) return {};
-    return error(Code::kInvalidArgument, "%s has unknown bits %#x", argument, flags & ~known);
+    return invalid("%s has unknown bits %#x", argument, flags & ~known);
 }
 
 Status check_tail(const void* given, std::size_t size, const char* type, std::size_t known_size) {
     const auto* const bytes = static_cast<const unsigned char*>(given);
     for (std::size_t i = known_size; i < size; ++i)
         if (bytes[i] != 0)
-            return error(
-                Code::kUnsupported,
+            return unsupported(
                 "%s.struct_size is %zu and byte %zu is not zero, but this version knows %zu "
                 "bytes: use a later library, or leave the new members zero",
                 type, size, i, known_size);
@@ -90,7 +89,7 @@ Status check_tail(const void* given, std::size_t size, const char* type, std::si
 
 Status require(const void* pointer, const char* argument) {
     if (pointer != nullptr) return {};
-    return error(Code::kInvalidArgument, "%s is NULL", argument);
+    return invalid("%s is NULL", argument);
 }
 
 splat_result give_text(std::string_view text, char* buffer, std::size_t capacity,
@@ -115,7 +114,7 @@ splat_result give_bytes(std::span<const std::span<const std::byte>> pieces, void
     if (needed != nullptr) *needed = size;
     if (buffer == nullptr || capacity < size) return SPLAT_INCOMPLETE;
     auto* at = static_cast<std::byte*>(buffer);
-    for (const auto piece : pieces) at = std::copy(piece.begin(), piece.end(), at);
+    for (const auto piece : pieces) at = std::ranges::copy(piece, at).out;
     return SPLAT_OK;
 }
 
@@ -162,8 +161,7 @@ splat_result splat_log_set_callback(splat_log_callback callback, void* user,
                                     splat_log_level min_level) {
     return api::guarded([&]() -> splat::Status {
         if (min_level < 0 || min_level > SPLAT_LOG_ERROR)
-            return splat::error(Code::kInvalidArgument, "min_level is %d, expected 0 to %d",
-                                min_level, SPLAT_LOG_ERROR);
+            return splat::invalid("min_level is %d, expected 0 to %d", min_level, SPLAT_LOG_ERROR);
         const int level = min_level == 0 ? SPLAT_LOG_WARNING : min_level;
         splat::set_log_sink(callback, user, static_cast<splat::LogLevel>(level));
         return {};

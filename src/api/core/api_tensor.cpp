@@ -15,14 +15,14 @@ namespace {
 using TensorPointer = std::shared_ptr<api::TensorObject>;
 
 Result<TensorPointer> create(splat_device device, const splat_tensor_desc* desc) {
-    SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+    SPLAT_ASSIGN(const auto owner, api::find(device));
     SPLAT_TRY(api::check_desc(desc, 0));
     if (desc->dtype < 0 || desc->dtype > SPLAT_DTYPE_U32)
-        return error(Code::kInvalidArgument, "splat_tensor_desc.dtype is %d, expected 0 to %d",
-                     desc->dtype, SPLAT_DTYPE_U32);
+        return invalid("splat_tensor_desc.dtype is %d, expected 0 to %d", desc->dtype,
+                       SPLAT_DTYPE_U32);
     if (desc->rank > SPLAT_MAX_RANK)
-        return error(Code::kInvalidArgument, "splat_tensor_desc.rank is %u, expected at most %d",
-                     desc->rank, SPLAT_MAX_RANK);
+        return invalid("splat_tensor_desc.rank is %u, expected at most %d", desc->rank,
+                       SPLAT_MAX_RANK);
     auto tensor = std::make_shared<api::TensorObject>(owner->context);
     tensor->name = desc->name != nullptr ? desc->name : "unnamed";
     tensor->dtype = desc->dtype == 0 ? SPLAT_DTYPE_F32 : desc->dtype;
@@ -34,12 +34,11 @@ Result<TensorPointer> create(splat_device device, const splat_tensor_desc* desc)
     const std::uint64_t bytes = vk::quad_bytes(shape.elements());
     const std::uint64_t most = context.device().info().limits.max_storage_buffer_bytes;
     if (bytes > most)
-        return error(Code::kUnsupported,
-                     "tensor '%s' of shape %s has %llu bytes, but the device binds at most %llu; "
-                     "split it along an outer "
-                     "dimension",
-                     tensor->name.c_str(), shape.text().c_str(),
-                     static_cast<unsigned long long>(bytes), static_cast<unsigned long long>(most));
+        return unsupported(
+            "tensor '%s' of shape %s has %llu bytes, but the device binds at most %llu; "
+            "split it along an outer "
+            "dimension",
+            tensor->name.c_str(), shape.text().c_str(), llu(bytes), llu(most));
     SPLAT_ASSIGN(tensor->buffer, context.memory().allocate(bytes, vk::MemoryKind::kDevice,
                                                            "tensor '" + tensor->name + "'"));
     tensor->view = tensor->buffer.view(shape);
@@ -85,8 +84,8 @@ Status read(api::TensorObject& tensor, void* data, std::size_t bytes, const std:
 Status map(api::TensorObject& tensor, splat_access access, void** pointer, std::size_t* bytes) {
     SPLAT_TRY(api::require(pointer, "pointer"));
     if (access < SPLAT_ACCESS_READ || access > SPLAT_ACCESS_READ_WRITE)
-        return error(Code::kInvalidArgument, "access is %d, expected %d to %d", access,
-                     SPLAT_ACCESS_READ, SPLAT_ACCESS_READ_WRITE);
+        return invalid("access is %d, expected %d to %d", access, SPLAT_ACCESS_READ,
+                       SPLAT_ACCESS_READ_WRITE);
     vk::Context& context = *tensor.context;
     const std::lock_guard lock(context.mutex);
     SPLAT_TRY(api::check_unmapped(tensor));
@@ -111,8 +110,7 @@ Status map(api::TensorObject& tensor, splat_access access, void** pointer, std::
 Status unmap(api::TensorObject& tensor) {
     vk::Context& context = *tensor.context;
     const std::lock_guard lock(context.mutex);
-    if (tensor.mapped == 0)
-        return error(Code::kInvalidState, "tensor '%s' is not mapped", tensor.name.c_str());
+    if (tensor.mapped == 0) return bad_state("tensor '%s' is not mapped", tensor.name.c_str());
     SPLAT_TRY(context.device().alive());
     if (tensor.mapped != SPLAT_ACCESS_READ) {
         if (vk::Memory::host(tensor.view) != nullptr)
@@ -131,8 +129,8 @@ Result<ops::TensorStats> measure(api::TensorObject& tensor) {
     const std::lock_guard lock(context.mutex);
     SPLAT_TRY(api::check_unmapped(tensor));
     if (tensor.dtype != SPLAT_DTYPE_F32)
-        return error(Code::kInvalidArgument, "tensor '%s' has dtype %d, expected SPLAT_DTYPE_F32",
-                     tensor.name.c_str(), tensor.dtype);
+        return invalid("tensor '%s' has dtype %d, expected SPLAT_DTYPE_F32", tensor.name.c_str(),
+                       tensor.dtype);
     const std::uint64_t elements = tensor.view.shape.elements();
     const std::uint64_t bytes = ops::tensor_stats_partial_bytes(elements);
     SPLAT_ASSIGN(const vk::Buffer partial,
@@ -150,13 +148,13 @@ Result<ops::TensorStats> measure(api::TensorObject& tensor) {
 
 splat_result splat_tensor_create(splat_device device, const splat_tensor_desc* desc,
                                  splat_tensor* tensor) {
-    return api::create<api::Tensors>(tensor, "tensor", [&] { return create(device, desc); });
+    return api::create(tensor, [&] { return create(device, desc); });
 }
 
 splat_result splat_tensor_from_host(splat_device device, const splat_tensor_desc* desc,
                                     const void* data, size_t bytes, const int64_t* strides,
                                     splat_tensor* tensor) {
-    return api::create<api::Tensors>(tensor, "tensor", [&]() -> api::Tensors::Made {
+    return api::create(tensor, [&]() -> api::Tensors::Made {
         SPLAT_TRY(api::require(data, "data"));
         SPLAT_ASSIGN(TensorPointer object, create(device, desc));
         SPLAT_TRY(write(*object, data, bytes, strides));
@@ -166,32 +164,28 @@ splat_result splat_tensor_from_host(splat_device device, const splat_tensor_desc
 
 splat_result splat_tensor_write(splat_tensor tensor, const void* data, size_t bytes,
                                 const int64_t* strides) {
-    return api::with<api::Tensors>(tensor, "tensor", [&](const auto& object) -> Status {
-        return write(*object, data, bytes, strides);
-    });
+    return api::with(
+        tensor, [&](const auto& object) -> Status { return write(*object, data, bytes, strides); });
 }
 
 splat_result splat_tensor_read(splat_tensor tensor, void* data, size_t bytes,
                                const int64_t* strides) {
-    return api::with<api::Tensors>(tensor, "tensor", [&](const auto& object) -> Status {
-        return read(*object, data, bytes, strides);
-    });
+    return api::with(
+        tensor, [&](const auto& object) -> Status { return read(*object, data, bytes, strides); });
 }
 
 splat_result splat_tensor_map(splat_tensor tensor, splat_access access, void** pointer,
                               size_t* bytes) {
-    return api::with<api::Tensors>(tensor, "tensor", [&](const auto& object) -> Status {
-        return map(*object, access, pointer, bytes);
-    });
+    return api::with(
+        tensor, [&](const auto& object) -> Status { return map(*object, access, pointer, bytes); });
 }
 
 splat_result splat_tensor_unmap(splat_tensor tensor) {
-    return api::with<api::Tensors>(tensor, "tensor",
-                                   [&](const auto& object) -> Status { return unmap(*object); });
+    return api::with(tensor, [&](const auto& object) -> Status { return unmap(*object); });
 }
 
 splat_result splat_tensor_host_pointer(splat_tensor tensor, void** pointer, size_t* bytes) {
-    return api::with<api::Tensors>(tensor, "tensor", [&](const auto& object) -> Status {
+    return api::with(tensor, [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(pointer, "pointer"));
         SPLAT_TRY(api::check_unmapped(*object));
         SPLAT_ASSIGN(void* const host, api::host_pointer(*object));
@@ -203,7 +197,7 @@ splat_result splat_tensor_host_pointer(splat_tensor tensor, void** pointer, size
 }
 
 splat_result splat_tensor_to_dlpack(splat_tensor tensor, DLManagedTensorVersioned** managed) {
-    return api::with<api::Tensors>(tensor, "tensor", [&](const auto& object) -> Status {
+    return api::with(tensor, [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(managed, "managed"));
         SPLAT_TRY(api::check_unmapped(*object));
         SPLAT_ASSIGN(*managed, api::dlpack_of(object));
@@ -213,7 +207,7 @@ splat_result splat_tensor_to_dlpack(splat_tensor tensor, DLManagedTensorVersione
 }
 
 splat_result splat_tensor_get_info(splat_tensor tensor, splat_tensor_info* info) {
-    return api::describe<api::Tensors>(tensor, "tensor", info, "info", [&](auto& object) {
+    return api::describe(tensor, info, "info", [&](auto& object) {
         splat_tensor_info filled{};
         const Shape& shape = object.view.shape;
         filled.dtype = object.dtype;
@@ -229,19 +223,10 @@ splat_result splat_tensor_get_info(splat_tensor tensor, splat_tensor_info* info)
 }
 
 splat_result splat_tensor_check(splat_tensor tensor, splat_tensor_stats* stats) {
-    return api::describe<api::Tensors>(
-        tensor, "tensor", stats, "stats", [&](auto& object) -> Result<splat_tensor_stats> {
-            SPLAT_ASSIGN(const ops::TensorStats measured, measure(object));
-            splat_tensor_stats filled{};
-            filled.nan_count = measured.nan_count;
-            filled.inf_count = measured.inf_count;
-            filled.min = measured.min;
-            filled.max = measured.max;
-            filled.mean = measured.mean;
-            return filled;
-        });
-}
-
-splat_result splat_tensor_destroy(splat_tensor tensor) {
-    return api::destroy<api::Tensors>(tensor, "tensor");
+    return api::describe(tensor, stats, "stats", [&](auto& object) -> Result<splat_tensor_stats> {
+        SPLAT_ASSIGN(const ops::TensorStats measured, measure(object));
+        splat_tensor_stats filled{};
+        SPLAT_COPY(filled, measured, nan_count, inf_count, min, max, mean);
+        return filled;
+    });
 }

@@ -69,12 +69,11 @@ DLDataType dlpack_type(splat_dtype dtype) {
 Result<void*> host_pointer(const TensorObject& tensor) {
     void* const host = vk::Memory::host(tensor.view);
     if (host != nullptr && vk::Memory::coherent(tensor.view)) return host;
-    return error(Code::kUnsupported,
-                 "tensor '%s': the host has no lasting pointer into the memory of device %u (%s), "
-                 "which is not %s; use splat_tensor_map",
-                 tensor.name.c_str(), tensor.context->device().info().index,
-                 tensor.context->device().info().name.c_str(),
-                 host == nullptr ? "unified" : "coherent");
+    return unsupported(
+        "tensor '%s': the host has no lasting pointer into the memory of device %u (%s), "
+        "which is not %s; use splat_tensor_map",
+        tensor.name.c_str(), tensor.context->device().info().index,
+        tensor.context->device().info().name.c_str(), host == nullptr ? "unified" : "coherent");
 }
 
 Result<DLManagedTensorVersioned*> dlpack_of(std::shared_ptr<TensorObject> tensor) {

@@ -79,8 +79,7 @@ std::size_t plane_place(const ImageView& view, std::uint32_t y, std::uint32_t x,
 
 Status in_range(const char* argument, const char* member, std::uint32_t value, std::uint32_t most) {
     if (value >= 1 && value <= most) return {};
-    return error(Code::kInvalidArgument, "%s.%s is %u, expected 1 to %u", argument, member, value,
-                 most);
+    return invalid("%s.%s is %u, expected 1 to %u", argument, member, value, most);
 }
 
 /// An axis of the picture: its samples, and the bytes from one to the next.
@@ -95,20 +94,18 @@ Status check_reach(const char* argument, const std::array<Axis, 3>& axes, std::u
     std::uint64_t end = size;
     for (const Axis& axis : axes) {
         if (axis.stride < 0)
-            return error(Code::kInvalidArgument,
-                         "%s has the stride %lld; with a negative stride, bytes must be 0",
-                         argument, static_cast<long long>(axis.stride));
+            return invalid("%s has the stride %lld; with a negative stride, bytes must be 0",
+                           argument, lld(axis.stride));
         const auto reach = checked_mul(axis.count - 1, static_cast<std::uint64_t>(axis.stride));
         const auto sum = reach ? checked_add(end, *reach) : reach;
         if (!sum)
-            return error(Code::kInvalidArgument, "%s has the stride %lld beyond the address space",
-                         argument, static_cast<long long>(axis.stride));
+            return invalid("%s has the stride %lld beyond the address space", argument,
+                           lld(axis.stride));
         end = *sum;
     }
     if (end <= bytes) return {};
-    return error(Code::kInvalidArgument, "%s.bytes is %llu, its size and strides take %llu",
-                 argument, static_cast<unsigned long long>(bytes),
-                 static_cast<unsigned long long>(end));
+    return invalid("%s.bytes is %llu, its size and strides take %llu", argument, llu(bytes),
+                   llu(end));
 }
 
 /// Samples are distinct if, sorted by stride, each axis steps over the span of the smaller ones.
@@ -117,17 +114,15 @@ Status check_distinct(const char* argument, std::array<Axis, 3> axes, std::uint6
         const auto stride = static_cast<std::uint64_t>(axis.stride);
         return axis.stride < 0 ? 0 - stride : stride;
     };
-    std::sort(axes.begin(), axes.end(),
-              [&](const Axis& a, const Axis& b) { return step(a) < step(b); });
+    std::ranges::sort(axes, [&](const Axis& a, const Axis& b) { return step(a) < step(b); });
     std::uint64_t span = size;
     for (const Axis& axis : axes) {
         if (axis.count == 1) continue;
         const auto reach = checked_mul(axis.count - 1, step(axis));
         const auto sum = reach ? checked_add(span, *reach) : reach;
         if (step(axis) < span || !sum)
-            return error(Code::kInvalidArgument,
-                         "%s is written to, and its strides put two samples in one place",
-                         argument);
+            return invalid("%s is written to, and its strides put two samples in one place",
+                           argument);
         span = *sum;
     }
     return {};
@@ -156,12 +151,10 @@ std::size_t pixel_bytes(splat_pixel type) {
 
 Result<ImageView> image_to_read(const splat_image* image, const char* argument) {
     SPLAT_TRY(require(image, argument));
-    if (image->pixels == nullptr)
-        return error(Code::kInvalidArgument, "%s.pixels is NULL", argument);
+    if (image->pixels == nullptr) return invalid("%s.pixels is NULL", argument);
     const std::size_t size = pixel_bytes(image->type);
     if (size == 0)
-        return error(Code::kInvalidArgument, "%s.type is %d, expected a SPLAT_PIXEL_ type",
-                     argument, image->type);
+        return invalid("%s.type is %d, expected a SPLAT_PIXEL_ type", argument, image->type);
     SPLAT_TRY(in_range(argument, "width", image->width, scene::kMaxImageSide));
     SPLAT_TRY(in_range(argument, "height", image->height, scene::kMaxImageSide));
     SPLAT_TRY(in_range(argument, "channels", image->channels, 4));

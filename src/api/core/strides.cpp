@@ -17,7 +17,7 @@ constexpr std::size_t kElementBytes = 4;
 bool is_distinct(const Shape& shape, std::span<const std::int64_t> strides) {
     std::vector<std::uint32_t> order(shape.rank());
     std::iota(order.begin(), order.end(), 0U);
-    std::sort(order.begin(), order.end(), [&](auto a, auto b) { return strides[a] < strides[b]; });
+    std::ranges::sort(order, [&](auto a, auto b) { return strides[a] < strides[b]; });
     std::int64_t last = 0;  // place of the last element in the dimensions so far
     for (const std::uint32_t axis : order) {
         if (shape[axis] == 1) continue;
@@ -61,26 +61,22 @@ Result<HostLayout> host_layout(const Shape& shape, const std::int64_t* strides, 
     std::uint64_t last = 0;  // place of the farthest element
     for (std::uint32_t axis = 0; axis < shape.rank(); ++axis) {
         if (layout.strides[axis] < 0)
-            return error(Code::kInvalidArgument, "strides[%u] is %lld, expected at least 0", axis,
-                         static_cast<long long>(layout.strides[axis]));
+            return invalid("strides[%u] is %lld, expected at least 0", axis,
+                           lld(layout.strides[axis]));
         const auto reach =
             checked_mul(static_cast<std::uint64_t>(layout.strides[axis]), shape[axis] - 1);
         const auto sum = reach ? checked_add(last, *reach) : reach;
         if (!sum || *sum > SIZE_MAX / kElementBytes - 1)
-            return error(Code::kInvalidArgument,
-                         "strides[%u] = %lld reaches beyond the address space", axis,
-                         static_cast<long long>(layout.strides[axis]));
+            return invalid("strides[%u] = %lld reaches beyond the address space", axis,
+                           lld(layout.strides[axis]));
         last = *sum;
     }
     if ((last + 1) * kElementBytes > bytes)
-        return error(Code::kInvalidArgument,
-                     "bytes is %zu, but a tensor of shape %s with these strides takes %llu", bytes,
-                     shape.text().c_str(),
-                     static_cast<unsigned long long>((last + 1) * kElementBytes));
+        return invalid("bytes is %zu, but a tensor of shape %s with these strides takes %llu",
+                       bytes, shape.text().c_str(), llu((last + 1) * kElementBytes));
     if (distinct && !is_distinct(shape, layout.strides))
-        return error(Code::kInvalidArgument,
-                     "the strides put two elements of a tensor of shape %s in one place",
-                     shape.text().c_str());
+        return invalid("the strides put two elements of a tensor of shape %s in one place",
+                       shape.text().c_str());
     return layout;
 }
 

@@ -3,12 +3,6 @@
 namespace splat::api {
 namespace {
 
-std::string text_of(std::initializer_list<std::int64_t> dims) {
-    std::string text;
-    for (const std::int64_t size : dims) text += (text.empty() ? "" : ", ") + std::to_string(size);
-    return "[" + text + "]";
-}
-
 bool has_shape(const Shape& shape, std::initializer_list<std::int64_t> dims) {
     if (shape.rank() != dims.size()) return false;
     std::uint32_t axis = 0;
@@ -23,23 +17,21 @@ Result<std::shared_ptr<TensorObject>> find_tensor(splat_tensor tensor, const cha
                                                   const vk::Context& context, const char* owner) {
     SPLAT_ASSIGN(std::shared_ptr<TensorObject> object, Tensors::find(tensor, argument));
     if (object->context.get() != &context)
-        return error(Code::kInvalidArgument, "%s is on another device than the %s", argument,
-                     owner);
+        return invalid("%s is on another device than the %s", argument, owner);
     if (object->dtype != SPLAT_DTYPE_F32)
-        return error(Code::kInvalidArgument, "%s has dtype %d, expected SPLAT_DTYPE_F32", argument,
-                     object->dtype);
+        return invalid("%s has dtype %d, expected SPLAT_DTYPE_F32", argument, object->dtype);
     return object;
 }
 
 Status check_unmapped(const TensorObject& tensor) {
     if (tensor.mapped != 0)
-        return error(Code::kInvalidState, "tensor '%s' is mapped; call splat_tensor_unmap first",
-                     tensor.name.c_str());
+        return bad_state("tensor '%s' is mapped; call splat_tensor_unmap first",
+                         tensor.name.c_str());
     if (tensor.use != nullptr && tensor.use->mapped(tensor.view))
-        return error(Code::kInvalidState,
-                     "tensor '%s' shares memory with a tensor that is mapped; call "
-                     "splat_tensor_unmap first",
-                     tensor.name.c_str());
+        return bad_state(
+            "tensor '%s' shares memory with a tensor that is mapped; call "
+            "splat_tensor_unmap first",
+            tensor.name.c_str());
     return {};
 }
 
@@ -49,7 +41,8 @@ Status TensorArguments::read(splat_tensor tensor, const char* name,
     SPLAT_ASSIGN(std::shared_ptr<TensorObject> object, find_tensor(tensor, name, context_, owner_));
     if (!has_shape(object->view.shape, dims))
         return error(Code::kShape, "%s has the shape %s, expected %s", name,
-                     object->view.shape.text().c_str(), text_of(dims).c_str());
+                     object->view.shape.text().c_str(),
+                     io::dims_text({dims.begin(), dims.size()}).c_str());
     view = object->view;
     arguments_.push_back({name, std::move(object), false});
     return {};
@@ -61,11 +54,9 @@ Status TensorArguments::write(splat_tensor tensor, const char* name,
     if (tensor == nullptr) return {};
     for (std::size_t i = 0; i + 1 < arguments_.size(); ++i) {
         if (arguments_[i].tensor == arguments_.back().tensor)
-            return error(Code::kInvalidArgument, "%s is the same tensor as %s", name,
-                         arguments_[i].name);
+            return invalid("%s is the same tensor as %s", name, arguments_[i].name);
         if (arguments_[i].tensor->view.overlaps(view))
-            return error(Code::kInvalidArgument, "%s shares its memory with %s", name,
-                         arguments_[i].name);
+            return invalid("%s shares its memory with %s", name, arguments_[i].name);
     }
     arguments_.back().written = true;
     return {};

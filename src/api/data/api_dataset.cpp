@@ -24,13 +24,10 @@ Result<synthetic::WriterDesc> synthetic_desc(const splat_synthetic_desc* desc) {
     synthetic::WriterDesc value;
     value.path = desc->path;
     if (desc->category != nullptr) value.category = desc->category;
-    value.seed = desc->seed;
+    SPLAT_COPY(value, *desc, seed, train_objects, val_objects, test_objects);
     value.resolution = value_or(desc->resolution, value.resolution);
     value.train_views = value_or(desc->train_views, value.train_views);
     value.test_views = value_or(desc->test_views, value.test_views);
-    value.train_objects = desc->train_objects;
-    value.val_objects = desc->val_objects;
-    value.test_objects = desc->test_objects;
     return value;
 }
 
@@ -51,18 +48,15 @@ Status check_views(const splat_dataset_views& views, std::uint64_t n, std::uint6
                 {"origin_distances", views.origin_distances, views.origin_distance_count, 1}};
     for (const auto& row : rows)
         if (row.array != nullptr && row.length != 0 && row.length < n * row.each)
-            return error(Code::kInvalidArgument,
-                         "splat_dataset_views.%s has %llu floats, %llu views take %llu", row.name,
-                         static_cast<unsigned long long>(row.length),
-                         static_cast<unsigned long long>(n),
-                         static_cast<unsigned long long>(n * row.each));
+            return invalid("splat_dataset_views.%s has %llu floats, %llu views take %llu", row.name,
+                           llu(row.length), llu(n), llu(n * row.each));
     return {};
 }
 
 }  // namespace
 
 splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* dataset) {
-    return api::create<api::Datasets>(dataset, "dataset", [&]() -> api::Datasets::Made {
+    return api::create(dataset, [&]() -> api::Datasets::Made {
         SPLAT_TRY(api::check_desc(desc, kMapFlags | SPLAT_DATA_LENIENT | SPLAT_DATA_ALLOW_MISSING));
         SPLAT_TRY(api::require(desc->path, "desc.path"));
         data::DatasetDesc value;
@@ -76,9 +70,7 @@ splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* d
         value.maps = desc->flags & kMapFlags;
         value.lenient = (desc->flags & SPLAT_DATA_LENIENT) != 0;
         value.allow_missing = (desc->flags & SPLAT_DATA_ALLOW_MISSING) != 0;
-        value.resolution = desc->resolution;
-        value.limit = desc->limit;
-        value.cache_bytes = desc->cache_bytes;
+        SPLAT_COPY(value, *desc, resolution, limit, cache_bytes);
         for (std::size_t i = 0; i < 3; ++i) value.background[i] = desc->background[i];
         auto object = std::make_shared<api::DatasetObject>();
         SPLAT_ASSIGN(object->dataset, data::Dataset::open(value));
@@ -89,13 +81,13 @@ splat_result splat_dataset_open(const splat_dataset_desc* desc, splat_dataset* d
 
 splat_result splat_dataset_report(splat_dataset dataset, char* buffer, size_t capacity,
                                   size_t* needed) {
-    return api::report<api::Datasets>(dataset, "dataset", buffer, capacity, needed,
-                                      [](auto& object) { return object.report; });
+    return api::report(dataset, buffer, capacity, needed,
+                       [](auto& object) { return object.report; });
 }
 
 splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const uint32_t* views,
                                 uint32_t count, splat_dataset_views* out) {
-    return api::with<api::Datasets>(dataset, "dataset", [&](const auto& found) -> Status {
+    return api::with(dataset, [&](const auto& found) -> Status {
         if (count > 0) SPLAT_TRY(api::require(views, "views"));
         SPLAT_TRY(api::require(out, "out"));
         SPLAT_TRY(api::check_size(*out));
@@ -109,22 +101,15 @@ splat_result splat_dataset_read(splat_dataset dataset, uint32_t object, const ui
 
 splat_result splat_dataset_check(splat_dataset dataset, uint32_t object, char* buffer,
                                  size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto found, api::Datasets::find(dataset, "dataset"));
-        SPLAT_ASSIGN(const std::string text, data::check_text(*found->dataset, object));
-        return give(text);
-    });
+    return api::report(dataset, buffer, capacity, needed,
+                       [object](auto& found) { return data::check_text(*found.dataset, object); });
 }
 
 splat_result splat_path_name(const char* name, char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
         SPLAT_TRY(api::require(name, "name"));
-        return give(PathName(name).text());
+        return PathName(name).text();
     });
-}
-
-splat_result splat_dataset_destroy(splat_dataset dataset) {
-    return api::destroy<api::Datasets>(dataset, "dataset");
 }
 
 splat_result splat_synthetic_write(const splat_synthetic_desc* desc, uint32_t index) {

@@ -15,7 +15,7 @@ tables::Progress progress_of(splat_progress_callback callback, void* user) {
     return [callback, user](std::uint64_t done, std::uint64_t total) -> Status {
         if (callback(user, done, total) == 0) return {};
         return error(Code::kCancelled, "the callback ended the call after %llu of %llu rows",
-                     static_cast<unsigned long long>(done), static_cast<unsigned long long>(total));
+                     llu(done), llu(total));
     };
 }
 
@@ -27,8 +27,7 @@ Result<tables::Part> part_of(std::uint32_t shard, std::uint32_t shards) {
     constexpr std::uint32_t kMost = 65536;
     const tables::Part part{shard, std::max(shards, 1U)};
     if (part.count <= kMost && part.index < part.count) return part;
-    return error(
-        Code::kInvalidArgument,
+    return invalid(
         "desc.shard is %u and desc.shards %u, expected at most %u shards and one below them", shard,
         shards, kMost);
 }
@@ -38,8 +37,7 @@ Result<data::Layout> layout_of(const std::string& name) {
     if (name == "srn") return data::Layout::kSrn;
     if (name == "images") return data::Layout::kImages;
     if (name == "store") return data::Layout::kStore;
-    return error(Code::kInvalidArgument, "layout is '%s', expected tables, srn, images or store",
-                 name.c_str());
+    return invalid("layout is '%s', expected tables, srn, images or store", name.c_str());
 }
 
 }  // namespace
@@ -53,8 +51,7 @@ splat_result splat_dataset_import(const splat_dataset_import_desc* desc,
         value.path = desc->path;
         value.split = text_or(desc->split, "train");
         if (value.split != "train" && value.split != "val" && value.split != "test")
-            return error(Code::kInvalidArgument, "split is '%s', expected train, val or test",
-                         value.split.c_str());
+            return invalid("split is '%s', expected train, val or test", value.split.c_str());
         value.store = desc->out == nullptr ? data::store_beside(value.path, value.split)
                                            : desc->out + ("/" + value.split);
         value.library = text_or(desc->duckdb, "");
@@ -66,13 +63,12 @@ splat_result splat_dataset_import(const splat_dataset_import_desc* desc,
 
 splat_result splat_dataset_export(splat_dataset dataset, const splat_dataset_export_desc* desc,
                                   splat_progress_callback callback, void* user) {
-    return api::with<api::Datasets>(dataset, "dataset", [&](const auto& found) -> Status {
+    return api::with(dataset, [&](const auto& found) -> Status {
         SPLAT_TRY(api::check_desc(desc, 0));
         SPLAT_TRY(api::require(desc->path, "desc.path"));
         if (desc->object_count > 0) SPLAT_TRY(api::require(desc->objects, "desc.objects"));
         if (desc->objects != nullptr && desc->object_count == 0)
-            return error(Code::kInvalidArgument,
-                         "desc.objects lists no object; NULL exports all of them");
+            return invalid("desc.objects lists no object; NULL exports all of them");
         data::ExportDesc value;
         value.path = desc->path;
         SPLAT_ASSIGN(value.layout, layout_of(text_or(desc->layout, "tables")));

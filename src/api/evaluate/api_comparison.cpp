@@ -17,23 +17,19 @@ namespace {
 /// The scores of a file or an array; `name` is "a" or "b".
 Result<eval::ScoreTable> score_table(const splat_score_set& set, const char* name) {
     if (set.path != nullptr && set.score_count != 0)
-        return error(Code::kInvalidArgument,
-                     "splat_compare_desc.%s has a path and scores, expected one of them", name);
+        return invalid("splat_compare_desc.%s has a path and scores, expected one of them", name);
     if (set.path != nullptr) return eval::read_scores(set.path);
     if (set.score_count == 0)
-        return error(Code::kInvalidArgument,
-                     "splat_compare_desc.%s has no scores, expected a path or an array", name);
+        return invalid("splat_compare_desc.%s has no scores, expected a path or an array", name);
     SPLAT_TRY(api::require(set.scores, format("desc.%s.scores", name).c_str()));
     eval::ScoreTable table;
     for (std::uint64_t i = 0; i < set.score_count; ++i) {
         const splat_score& score = set.scores[i];
-        SPLAT_TRY(api::require(score.object, format("desc.%s.scores[%llu].object", name,
-                                                    static_cast<unsigned long long>(i))
-                                                 .c_str()));
+        SPLAT_TRY(api::require(score.object,
+                               format("desc.%s.scores[%llu].object", name, llu(i)).c_str()));
         if (!table.objects.insert(score.object).second)
-            return error(Code::kInvalidArgument,
-                         "splat_compare_desc.%s has the object '%s' twice, expected it once", name,
-                         score.object);
+            return invalid("splat_compare_desc.%s has the object '%s' twice, expected it once",
+                           name, score.object);
         const double values[] = {score.psnr, score.ssim, score.lpips};
         for (std::size_t metric = 0; metric < std::size(values); ++metric)
             if (std::isfinite(values[metric]))
@@ -45,18 +41,17 @@ Result<eval::ScoreTable> score_table(const splat_score_set& set, const char* nam
 
 /// The number of a metric.
 splat_metric metric_of(const std::string& name) {
-    const auto* const place = std::find(std::begin(eval::kMetrics), std::end(eval::kMetrics), name);
+    const auto* const place = std::ranges::find(eval::kMetrics, name);
     return SPLAT_METRIC_PSNR + static_cast<splat_metric>(place - std::begin(eval::kMetrics));
 }
 
 /// Call `body(finding)` with the comparison in one metric.
 template <class Body>
 splat_result with_metric(splat_comparison comparison, std::uint32_t index, Body&& body) {
-    return api::with<api::Comparisons>(comparison, "comparison", [&](const auto& found) -> Status {
+    return api::with(comparison, [&](const auto& found) -> Status {
         const std::vector<eval::MetricFinding>& metrics = found->comparison.metrics;
         if (index >= metrics.size())
-            return error(Code::kInvalidArgument, "index is %u, expected less than %zu metrics",
-                         index, metrics.size());
+            return invalid("index is %u, expected less than %zu metrics", index, metrics.size());
         return body(metrics[index]);
     });
 }
@@ -64,14 +59,13 @@ splat_result with_metric(splat_comparison comparison, std::uint32_t index, Body&
 Status check_samples(const double* samples, std::uint64_t room, std::size_t needed,
                      const char* argument) {
     if (samples == nullptr || room >= needed) return {};
-    return error(Code::kInvalidArgument, "%s is %llu, expected %zu or more", argument,
-                 static_cast<unsigned long long>(room), needed);
+    return invalid("%s is %llu, expected %zu or more", argument, llu(room), needed);
 }
 
 }  // namespace
 
 splat_result splat_compare_scores(const splat_compare_desc* desc, splat_comparison* comparison) {
-    return api::create<api::Comparisons>(comparison, "comparison", [&]() -> api::Comparisons::Made {
+    return api::create(comparison, [&]() -> api::Comparisons::Made {
         SPLAT_TRY(api::check_desc(desc, SPLAT_COMPARE_UNPAIRED));
         SPLAT_ASSIGN(const eval::ScoreTable a, score_table(desc->a, "a"));
         SPLAT_ASSIGN(const eval::ScoreTable b, score_table(desc->b, "b"));
@@ -87,18 +81,14 @@ splat_result splat_compare_scores(const splat_compare_desc* desc, splat_comparis
 }
 
 splat_result splat_comparison_get_info(splat_comparison comparison, splat_comparison_info* info) {
-    return api::describe<api::Comparisons>(
-        comparison, "comparison", info, "info", [&](auto& object) {
-            const eval::ScoreComparison& found = object.comparison;
-            splat_comparison_info filled{};
-            filled.metrics = static_cast<std::uint32_t>(found.metrics.size());
-            filled.objects_a = found.objects_a;
-            filled.objects_b = found.objects_b;
-            filled.shared_objects = found.shared;
-            filled.unpaired = found.unpaired ? 1 : 0;
-            filled.comparable = found.comparable ? 1 : 0;
-            return filled;
-        });
+    return api::describe(comparison, info, "info", [&](auto& object) {
+        const eval::ScoreComparison& found = object.comparison;
+        splat_comparison_info filled{};
+        filled.metrics = static_cast<std::uint32_t>(found.metrics.size());
+        SPLAT_COPY(filled, found, objects_a, objects_b, unpaired, comparable);
+        filled.shared_objects = found.shared;
+        return filled;
+    });
 }
 
 splat_result splat_comparison_metric(splat_comparison comparison, uint32_t index,
@@ -109,16 +99,10 @@ splat_result splat_comparison_metric(splat_comparison comparison, uint32_t index
         splat_metric_comparison filled{};
         filled.metric = metric_of(finding.samples.metric);
         filled.verdict = static_cast<splat_verdict>(finding.verdict);
-        filled.exact = c.exact ? 1 : 0;
+        SPLAT_COPY(filled, c, exact, difference, p_permutation, p_parametric, low, high, effect);
         filled.mean_a = eval::mean(finding.samples.a);
         filled.mean_b = eval::mean(finding.samples.b);
-        filled.difference = c.difference;
-        filled.p_permutation = c.p_permutation;
-        filled.p_parametric = c.p_parametric;
         filled.p_holm = finding.p_holm;
-        filled.low = c.low;
-        filled.high = c.high;
-        filled.effect = c.effect;
         filled.n_a = finding.samples.a.size();
         filled.n_b = finding.samples.b.size();
         filled.lacking_a = finding.samples.lacking_a;
@@ -134,19 +118,14 @@ splat_result splat_comparison_samples(splat_comparison comparison, uint32_t inde
         const eval::MetricSamples& samples = finding.samples;
         SPLAT_TRY(check_samples(a, a_count, samples.a.size(), "a_count"));
         SPLAT_TRY(check_samples(b, b_count, samples.b.size(), "b_count"));
-        if (a != nullptr) std::copy(samples.a.begin(), samples.a.end(), a);
-        if (b != nullptr) std::copy(samples.b.begin(), samples.b.end(), b);
+        if (a != nullptr) std::ranges::copy(samples.a, a);
+        if (b != nullptr) std::ranges::copy(samples.b, b);
         return {};
     });
 }
 
 splat_result splat_comparison_report(splat_comparison comparison, char* buffer, size_t capacity,
                                      size_t* needed) {
-    return api::report<api::Comparisons>(
-        comparison, "comparison", buffer, capacity, needed,
-        [](auto& object) { return eval::comparison_text(object.comparison); });
-}
-
-splat_result splat_comparison_destroy(splat_comparison comparison) {
-    return api::destroy<api::Comparisons>(comparison, "comparison");
+    return api::report(comparison, buffer, capacity, needed,
+                       [](auto& object) { return eval::comparison_text(object.comparison); });
 }

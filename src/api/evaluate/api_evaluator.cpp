@@ -134,7 +134,7 @@ splat_ledger value_of(const eval::Ledger& from) {
 template <class Score>
 splat_result score_with(splat_evaluator evaluator, std::uint32_t object,
                         splat_object_scores* scores, Score&& score) {
-    return api::with<api::Evaluators>(evaluator, "evaluator", [&](const auto& found) -> Status {
+    return api::with(evaluator, [&](const auto& found) -> Status {
         if (scores != nullptr) SPLAT_TRY(api::check_fill(scores, "scores"));
         SPLAT_ASSIGN(const eval::ObjectScores made, score(*found->evaluator));
         if (scores == nullptr) return {};
@@ -193,7 +193,7 @@ Status read_views(const eval::Evaluator& evaluator, std::uint32_t object,
 }  // namespace
 
 splat_result splat_evaluator_create(const splat_evaluator_desc* desc, splat_evaluator* evaluator) {
-    return api::create<api::Evaluators>(evaluator, "evaluator", [&]() -> api::Evaluators::Made {
+    return api::create(evaluator, [&]() -> api::Evaluators::Made {
         SPLAT_TRY(api::check_desc(desc, 0));
         SPLAT_ASSIGN(EvaluatorPointer object, make_evaluator(*desc));
         return object;
@@ -201,7 +201,7 @@ splat_result splat_evaluator_create(const splat_evaluator_desc* desc, splat_eval
 }
 
 splat_result splat_evaluator_get_info(splat_evaluator evaluator, splat_evaluator_info* info) {
-    return api::describe<api::Evaluators>(evaluator, "evaluator", info, "info", [&](auto& object) {
+    return api::describe(evaluator, info, "info", [&](auto& object) {
         splat_evaluator_info filled{};
         filled.objects = object.evaluator->objects();
         filled.scored = static_cast<std::uint32_t>(object.evaluator->evaluation().objects.size());
@@ -228,7 +228,7 @@ splat_result splat_evaluator_score_images(splat_evaluator evaluator, uint32_t ob
 
 splat_result splat_evaluator_read(splat_evaluator evaluator, uint32_t object,
                                   splat_evaluated_views* views) {
-    return api::with<api::Evaluators>(evaluator, "evaluator", [&](const auto& found) -> Status {
+    return api::with(evaluator, [&](const auto& found) -> Status {
         SPLAT_TRY(api::require(views, "views"));
         SPLAT_TRY(api::check_size(*views));
         return read_views(*found->evaluator, object, *views);
@@ -236,43 +236,36 @@ splat_result splat_evaluator_read(splat_evaluator evaluator, uint32_t object,
 }
 
 splat_result splat_evaluator_summary(splat_evaluator evaluator, splat_evaluation_summary* summary) {
-    return api::describe<api::Evaluators>(
-        evaluator, "evaluator", summary, "summary", [&](auto& found) {
-            const eval::Summary made = eval::summary_of(found.evaluator->evaluation());
-            splat_evaluation_summary filled{};
-            filled.objects = made.objects;
-            filled.novel = value_of(made.novel);
-            filled.conditioning = value_of(made.conditioning);
-            filled.ledger = value_of(made.ledger);
-            filled.empty_views = made.empty;
-            filled.objects_not_finite = made.objects_not_finite;
-            filled.predictions_per_second = made.predictions_per_second;
-            filled.images_per_second = made.images_per_second;
-            return filled;
-        });
+    return api::describe(evaluator, summary, "summary", [&](auto& found) {
+        const eval::Summary made = eval::summary_of(found.evaluator->evaluation());
+        splat_evaluation_summary filled{};
+        SPLAT_COPY(filled, made, objects, objects_not_finite, predictions_per_second,
+                   images_per_second);
+        filled.novel = value_of(made.novel);
+        filled.conditioning = value_of(made.conditioning);
+        filled.ledger = value_of(made.ledger);
+        filled.empty_views = made.empty;
+        return filled;
+    });
 }
 
 splat_result splat_evaluator_report(splat_evaluator evaluator, char* buffer, size_t capacity,
                                     size_t* needed) {
-    return api::report<api::Evaluators>(
-        evaluator, "evaluator", buffer, capacity, needed,
-        [](auto& found) { return eval::results_text(found.evaluator->evaluation()); });
+    return api::report(evaluator, buffer, capacity, needed, [](auto& found) {
+        return eval::results_text(found.evaluator->evaluation());
+    });
 }
 
 splat_result splat_evaluator_load(splat_evaluator evaluator, const char* folder) {
-    return api::with<api::Evaluators>(evaluator, "evaluator", [&](const auto& found) -> Status {
+    return api::with(evaluator, [&](const auto& found) -> Status {
         SPLAT_TRY(api::require(folder, "folder"));
         return found->evaluator->load(folder);
     });
 }
 
 splat_result splat_evaluator_save(splat_evaluator evaluator, const char* folder) {
-    return api::with<api::Evaluators>(evaluator, "evaluator", [&](const auto& found) -> Status {
+    return api::with(evaluator, [&](const auto& found) -> Status {
         SPLAT_TRY(api::require(folder, "folder"));
         return eval::save(found->evaluator->evaluation(), folder);
     });
-}
-
-splat_result splat_evaluator_destroy(splat_evaluator evaluator) {
-    return api::destroy<api::Evaluators>(evaluator, "evaluator");
 }

@@ -1,4 +1,3 @@
-#include <algorithm>
 
 #include "api/api_guard.h"
 #include "api/handles.h"
@@ -68,21 +67,18 @@ std::string report_of(api::ModelObject& object) {
 
 /// A live model and its device, locked while `body` runs. No tensor of the model is mapped.
 template <class Body>
-splat_result locked(splat_model model, Body&& body) {
-    return api::guarded([&] {
-        return api::use<api::Models>(model, "model", [&](api::ModelObject& object) -> Status {
-            SPLAT_TRY(object.model->check_unmapped());
-            return body(object);
-        });
+splat_result unmapped(splat_model model, Body&& body) {
+    return api::locked(model, [&](auto& object) -> Status {
+        SPLAT_TRY(object.model->check_unmapped());
+        return body(object);
     });
 }
 
 Result<scene::Gaussians> gaussians_of(api::ModelObject& object, std::uint32_t index) {
     SPLAT_TRY(api::expect_ran(object));
     if (index >= object.objects)
-        return error(Code::kInvalidArgument,
-                     "object is %u, expected less than %u, the objects of the model", index,
-                     object.objects);
+        return invalid("object is %u, expected less than %u, the objects of the model", index,
+                       object.objects);
     SPLAT_ASSIGN(gaussians::Downloaded read,
                  gaussians::download(*object.context, object.model->set_desc(),
                                      object.model->set(index), true));
@@ -101,8 +97,7 @@ Result<config::Precision> api::precision_of(splat_precision precision, const cha
         case SPLAT_PRECISION_FAST:
             return config::Precision::kFast;
         default:
-            return error(Code::kInvalidArgument, "%s is %d, expected 0 to %d", field, precision,
-                         SPLAT_PRECISION_FAST);
+            return invalid("%s is %d, expected 0 to %d", field, precision, SPLAT_PRECISION_FAST);
     }
 }
 
@@ -114,17 +109,16 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
                                             SPLAT_MODEL_INPUT_GRADIENTS));
         constexpr std::uint32_t kBackward = SPLAT_MODEL_RECOMPUTE | SPLAT_MODEL_INPUT_GRADIENTS;
         if ((desc->flags & kBackward) != 0 && (desc->flags & SPLAT_MODEL_GRADIENTS) == 0)
-            return error(Code::kInvalidArgument,
-                         "splat_model_desc.flags is %#x: SPLAT_MODEL_RECOMPUTE and "
-                         "_INPUT_GRADIENTS need SPLAT_MODEL_GRADIENTS",
-                         desc->flags);
+            return invalid(
+                "splat_model_desc.flags is %#x: SPLAT_MODEL_RECOMPUTE and "
+                "_INPUT_GRADIENTS need SPLAT_MODEL_GRADIENTS",
+                desc->flags);
         model::ModelOptions options;
         SPLAT_ASSIGN(options.build.precision,
                      api::precision_of(desc->precision, "splat_model_desc.precision"));
         SPLAT_ASSIGN(const config::ModelConfig config, config_of(desc->config));
         if (desc->objects > 4096)
-            return error(Code::kInvalidArgument,
-                         "splat_model_desc.objects is %u, expected at most 4096", desc->objects);
+            return invalid("splat_model_desc.objects is %u, expected at most 4096", desc->objects);
         options.objects = desc->objects == 0 ? 1 : desc->objects;
         options.gradients = (desc->flags & SPLAT_MODEL_GRADIENTS) != 0;
         options.build.training = (desc->flags & SPLAT_MODEL_TRAINING) != 0;
@@ -140,15 +134,15 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
         SPLAT_ASSIGN(object->model, model::Model::create(*object->context, config, options));
         return object;
     };
-    return api::create_of<api::Devices, api::Models>(device, "device", model, "model", make);
+    return api::create_of(device, model, make);
 }
 
 splat_result splat_model_init(splat_model model, uint64_t seed) {
-    return locked(model, [&](api::ModelObject& object) { return object.model->init(seed); });
+    return unmapped(model, [&](api::ModelObject& object) { return object.model->init(seed); });
 }
 
 splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t flags) {
-    return locked(model, [&](api::ModelObject& object) -> Status {
+    return unmapped(model, [&](api::ModelObject& object) -> Status {
         SPLAT_ASSIGN(const auto file, api::weights_to_use(weights, "weights"));
         SPLAT_TRY(api::check_flags(flags, 2 * SPLAT_LOAD_ADAPTERS - 1));
         model::LoadReport report = object.load.get();
@@ -158,8 +152,7 @@ splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t
         };
         if ((flags & SPLAT_LOAD_ADAPTERS) != 0) {
             if (flags != SPLAT_LOAD_ADAPTERS)
-                return error(Code::kInvalidArgument,
-                             "flags is %#x, expected SPLAT_LOAD_ADAPTERS alone", flags);
+                return invalid("flags is %#x, expected SPLAT_LOAD_ADAPTERS alone", flags);
             return loaded(model::load_adapters(*object.model, file->file, report));
         }
         model::LoadOptions options;
@@ -173,7 +166,7 @@ splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t
 }
 
 splat_result splat_model_store(splat_model model, splat_weights* weights) {
-    return locked(model, [&](api::ModelObject& object) -> Status {
+    return unmapped(model, [&](api::ModelObject& object) -> Status {
         SPLAT_TRY(api::require(weights, "weights"));
         auto made = std::make_shared<api::WeightsObject>();
         SPLAT_ASSIGN(made->file.tensors, model::save_state(*object.model));
@@ -184,10 +177,10 @@ splat_result splat_model_store(splat_model model, splat_weights* weights) {
 }
 
 splat_result splat_model_export(splat_model model, splat_export what, splat_weights* weights) {
-    return locked(model, [&](api::ModelObject& object) -> Status {
+    return unmapped(model, [&](api::ModelObject& object) -> Status {
         SPLAT_TRY(api::require(weights, "weights"));
         if (what != SPLAT_EXPORT_ADAPTERS && what != SPLAT_EXPORT_MERGED)
-            return error(Code::kInvalidArgument, "what is %d, expected SPLAT_EXPORT_*", what);
+            return invalid("what is %d, expected SPLAT_EXPORT_*", what);
         auto made = std::make_shared<api::WeightsObject>();
         SPLAT_ASSIGN(made->file, model::save_adapters(*object.model));
         if (what == SPLAT_EXPORT_MERGED) {
@@ -204,20 +197,16 @@ splat_result splat_model_export(splat_model model, splat_export what, splat_weig
 }
 
 splat_result splat_model_report(splat_model model, char* buffer, size_t capacity, size_t* needed) {
-    return api::report<api::Models>(model, "model", buffer, capacity, needed,
-                                    [](auto& object) { return report_of(object); });
+    return api::report(model, buffer, capacity, needed,
+                       [](auto& object) { return report_of(object); });
 }
 
 splat_result splat_model_scene(splat_model model, uint32_t object, splat_scene* scene) {
-    return locked(model, [&](api::ModelObject& from) -> Status {
+    return unmapped(model, [&](api::ModelObject& from) -> Status {
         SPLAT_TRY(api::require(scene, "scene"));
         auto made = std::make_shared<api::SceneObject>();
         SPLAT_ASSIGN(made->gaussians, gaussians_of(from, object));
         *scene = api::Scenes::add(std::move(made));
         return {};
     });
-}
-
-splat_result splat_model_destroy(splat_model model) {
-    return api::destroy<api::Models>(model, "model");
 }

@@ -1,4 +1,3 @@
-#include <cstring>
 
 #include "api/api_guard.h"
 #include "api/handles.h"
@@ -15,16 +14,12 @@ splat_model_info info_of(const api::ModelObject& object) {
     splat_model_info info{};
     info.flags = object.flags;
     info.objects = object.objects;
-    info.views = c.views;
-    info.resolution = c.resolution;
+    SPLAT_COPY(info, c, views, resolution, sh_degree, token_dim, tokens);
     info.channels = c.input_channels();
     info.image_channels = c.image_channels();
     info.output_channels = network.raw_output().shape[1];
     info.gaussians = c.gaussians();
-    info.sh_degree = c.sh_degree;
     info.embedding_length = c.embedding == config::Embedding::kCustom ? c.embedding_length() : 0;
-    info.token_dim = c.token_dim;
-    info.tokens = c.tokens;
     info.slices = network.slices();
     info.fov = c.fov_degrees;
     info.parameters = network.parameters().elements();
@@ -66,18 +61,17 @@ Result<std::vector<splat_port>> ports_of(const api::ModelObject& object, splat_p
 }  // namespace
 
 splat_result splat_model_get_info(splat_model model, splat_model_info* info) {
-    return api::describe<api::Models>(model, "model", info, "info",
-                                      [](auto& object) { return info_of(object); });
+    return api::describe(model, info, "info", [](auto& object) { return info_of(object); });
 }
 
 splat_result splat_model_ports(splat_model model, splat_port_kind kind, splat_port* ports,
                                uint32_t capacity, uint32_t* count) {
-    return api::list_ports<api::Models>(model, "model", ports, capacity, count,
-                                        [&](auto& object) { return ports_of(object, kind); });
+    return api::list_ports(model, ports, capacity, count,
+                           [&](auto& object) { return ports_of(object, kind); });
 }
 
 splat_result splat_model_tensor(splat_model model, const char* name, splat_tensor* tensor) {
-    return api::with<api::Models>(model, "model", [&](const auto& object) -> Status {
+    return api::with(model, [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(name, "name", tensor, "tensor"));
         auto made = std::make_shared<api::TensorObject>(object->context);
         {

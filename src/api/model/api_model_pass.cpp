@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 
 #include "api/api_guard.h"
@@ -12,18 +11,11 @@ using namespace splat;
 
 namespace {
 
-/// A live model and its device, locked while `body` runs.
-template <class Body>
-splat_result with_model(splat_model model, Body&& body) {
-    return api::guarded([&] { return api::use<api::Models>(model, "model", body); });
-}
-
 Status expect_no_arrays(const char* type, std::initializer_list<const void*> arrays) {
-    const bool given = std::any_of(arrays.begin(), arrays.end(),
-                                   [](const void* array) { return array != nullptr; });
+    const bool given =
+        std::ranges::any_of(arrays, [](const void* array) { return array != nullptr; });
     if (!given) return {};
-    return error(Code::kInvalidArgument,
-                 "%s.flags has SPLAT_PASS_TENSORS, but an array is given; expected NULL", type);
+    return invalid("%s.flags has SPLAT_PASS_TENSORS, but an array is given; expected NULL", type);
 }
 
 /// The planes of N images from the caller's pictures.
@@ -66,9 +58,8 @@ struct HostInput {
 Status take_images(const splat_model_input& from, const config::ModelConfig& c, std::size_t images,
                    HostInput& to) {
     if (from.pictures == nullptr && from.picture_count > 0)
-        return error(Code::kInvalidArgument,
-                     "splat_model_input.pictures is NULL, but picture_count is %u",
-                     from.picture_count);
+        return invalid("splat_model_input.pictures is NULL, but picture_count is %u",
+                       from.picture_count);
     if (from.pictures == nullptr) {
         SPLAT_TRY(api::require(from.images, "splat_model_input.images"));
         SPLAT_ASSIGN(
@@ -78,8 +69,7 @@ Status take_images(const splat_model_input& from, const config::ModelConfig& c, 
         return {};
     }
     if (from.images != nullptr)
-        return error(Code::kInvalidArgument,
-                     "splat_model_input.images and pictures are both given, expected one");
+        return invalid("splat_model_input.images and pictures are both given, expected one");
     SPLAT_ASSIGN(to.planes, planes_of_pictures(from, c, images));
     to.input.images = to.planes;
     return {};
@@ -90,9 +80,9 @@ Status take(const splat_model_input& from, const config::ModelConfig& c, std::ui
     const std::size_t n = std::size_t{objects} * c.views;
     SPLAT_TRY(take_images(from, c, n, to));
     if ((from.view_to_world == nullptr) != (from.quaternions == nullptr))
-        return error(Code::kInvalidArgument,
-                     "splat_model_input.view_to_world and quaternions: one is NULL, expected both "
-                     "or neither");
+        return invalid(
+            "splat_model_input.view_to_world and quaternions: one is NULL, expected both "
+            "or neither");
     SPLAT_TRY(api::check_network_arrays({"splat_model_input", from.focals, from.embedding,
                                          from.tokens, from.channels, from.objects},
                                         c, objects));
@@ -157,9 +147,8 @@ Status write_gradients(api::ModelObject& object, const splat_model_gradients& fr
         SPLAT_ASSIGN(arrays[i],
                      api::host_array("splat_model_gradients", outputs[i].name, given[i], dims));
         if (const std::size_t bad = find_not_finite(arrays[i]); bad < arrays[i].size())
-            return error(Code::kInvalidArgument,
-                         "splat_model_gradients.%s holds %g at %zu, expected finite numbers",
-                         outputs[i].name, static_cast<double>(arrays[i][bad]), bad);
+            return invalid("splat_model_gradients.%s holds %g at %zu, expected finite numbers",
+                           outputs[i].name, static_cast<double>(arrays[i][bad]), bad);
     }
     SPLAT_ASSIGN(const model::Model::Outputs gradients, object.model->output_gradients());
     for (std::size_t i = 0; i < 5; ++i) {
@@ -174,7 +163,7 @@ Status write_gradients(api::ModelObject& object, const splat_model_gradients& fr
 }  // namespace
 
 splat_result splat_model_forward(splat_model model, const splat_model_input* input) {
-    return with_model(model, [&](api::ModelObject& object) -> Status {
+    return api::locked(model, [&](auto& object) -> Status {
         splat_model_input taken{};
         SPLAT_TRY(api::take_input(input, "input", taken));
         return run_model(object, taken);
@@ -182,15 +171,14 @@ splat_result splat_model_forward(splat_model model, const splat_model_input* inp
 }
 
 splat_result splat_model_backward(splat_model model, const splat_model_gradients* gradients) {
-    return with_model(model, [&](api::ModelObject& object) -> Status {
+    return api::locked(model, [&](auto& object) -> Status {
         splat_model_gradients taken{};
         SPLAT_TRY(api::take_input(gradients, "gradients", taken));
         SPLAT_TRY(api::check_flags(taken.flags, SPLAT_PASS_TENSORS, "splat_model_gradients.flags"));
         SPLAT_TRY(api::expect_ran(object));
         model::Model& network = *object.model;
         if (!network.has_gradients())
-            return error(Code::kInvalidState,
-                         "the model was created without SPLAT_MODEL_GRADIENTS");
+            return bad_state("the model was created without SPLAT_MODEL_GRADIENTS");
         SPLAT_TRY(network.check_unmapped());
         if ((taken.flags & SPLAT_PASS_TENSORS) != 0)
             SPLAT_TRY(expect_no_arrays(
@@ -205,24 +193,22 @@ splat_result splat_model_backward(splat_model model, const splat_model_gradients
 }
 
 splat_result splat_model_zero_gradients(splat_model model) {
-    return with_model(model, [&](api::ModelObject& object) -> Status {
+    return api::locked(model, [&](auto& object) -> Status {
         SPLAT_TRY(object.model->check_unmapped());
         return object.model->parameters().zero_gradients();
     });
 }
 
 splat_result splat_model_read(splat_model model, const char* name, float* values, size_t bytes) {
-    return with_model(model, [&](api::ModelObject& object) -> Status {
+    return api::locked(model, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(name, "name", values, "values"));
         SPLAT_ASSIGN(api::ModelTensor found,
                      api::find_model_tensor(*object.model, object.objects, name));
         if (found.of_pass) SPLAT_TRY(api::expect_ran(object));
         if (found.of_backward && !object.has_input_gradients)
-            return error(Code::kInvalidState, "'%s': call splat_model_backward first", name);
+            return bad_state("'%s': call splat_model_backward first", name);
         const std::size_t needed = found.view.shape.elements() * sizeof(float);
-        if (bytes < needed)
-            return error(Code::kInvalidArgument, "bytes is %zu, but '%s' takes %zu", bytes, name,
-                         needed);
+        if (bytes < needed) return invalid("bytes is %zu, but '%s' takes %zu", bytes, name, needed);
         SPLAT_TRY(object.model->check_unmapped());
         SPLAT_TRY(api::bind_model_tensor(*object.model, found));
         return object.context->read(found.view, values, needed);
@@ -231,21 +217,20 @@ splat_result splat_model_read(splat_model model, const char* name, float* values
 
 splat_result splat_model_write(splat_model model, const char* name, const float* values,
                                size_t bytes) {
-    return with_model(model, [&](api::ModelObject& object) -> Status {
+    return api::locked(model, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(name, "name", values, "values"));
         nn::Parameters& parameters = object.model->parameters();
         const nn::Parameter* parameter = parameters.find(name);
         if (parameter == nullptr)
-            return error(Code::kNotFound,
-                         "the model has no parameter '%s'; splat_model_ports lists them", name);
+            return not_found("the model has no parameter '%s'; splat_model_ports lists them", name);
         const std::size_t needed = parameter->shape.elements() * sizeof(float);
         if (bytes != needed)
             return error(Code::kShape, "bytes is %zu, but '%s' of shape %s takes %zu", bytes, name,
                          parameter->shape.text().c_str(), needed);
         const std::span<const float> given(values, bytes / sizeof(float));
         if (const std::size_t bad = find_not_finite(given); bad < given.size())
-            return error(Code::kInvalidArgument, "'%s' holds %g at %zu, expected finite numbers",
-                         name, static_cast<double>(given[bad]), bad);
+            return invalid("'%s' holds %g at %zu, expected finite numbers", name,
+                           static_cast<double>(given[bad]), bad);
         SPLAT_TRY(object.model->check_unmapped());
         return parameters.write(*parameter, given);
     });

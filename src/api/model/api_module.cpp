@@ -7,34 +7,25 @@ using namespace splat;
 
 namespace {
 
-/// A live module and its device, locked while `body` runs.
-template <class Body>
-splat_result locked(splat_module module, Body&& body) {
-    return api::guarded([&] { return api::use<api::Modules>(module, "module", body); });
-}
-
 Result<model::ModuleDesc> desc_of(const splat_module_desc& given) {
     SPLAT_TRY(api::require(given.type, "splat_module_desc.type"));
     if (given.port_count > 64)
-        return error(Code::kInvalidArgument,
-                     "splat_module_desc.port_count is %u, expected at most 64", given.port_count);
+        return invalid("splat_module_desc.port_count is %u, expected at most 64", given.port_count);
     if (given.port_count > 0) SPLAT_TRY(api::require(given.ports, "splat_module_desc.ports"));
     model::ModuleDesc desc;
     desc.type = given.type;
-    if (given.attributes != nullptr) {
-        SPLAT_ASSIGN(desc.attributes,
-                     parse_flat_json(given.attributes, "splat_module_desc.attributes"));
-    }
+    if (given.attributes != nullptr)
+        SPLAT_SET(desc.attributes,
+                  parse_flat_json(given.attributes, "splat_module_desc.attributes"));
     for (std::uint32_t i = 0; i < given.port_count; ++i) {
         const splat_port& port = given.ports[i];
         const std::string what = format("splat_module_desc.ports[%u]", i);
         SPLAT_TRY(api::require(port.name, (what + ".name").c_str()));
         if (port.flags != 0)
-            return error(Code::kInvalidArgument, "%s.flags is %#x, expected 0", what.c_str(),
-                         port.flags);
+            return invalid("%s.flags is %#x, expected 0", what.c_str(), port.flags);
         if (port.rank < 1 || port.rank > SPLAT_MAX_RANK)
-            return error(Code::kInvalidArgument, "%s.rank is %u, expected 1 to %d", what.c_str(),
-                         port.rank, SPLAT_MAX_RANK);
+            return invalid("%s.rank is %u, expected 1 to %d", what.c_str(), port.rank,
+                           SPLAT_MAX_RANK);
         SPLAT_ASSIGN(const Shape shape,
                      Shape::create({port.dims, port.rank}, format("port '%s'", port.name)));
         desc.ports.push_back({port.name, shape, false, false});
@@ -43,10 +34,10 @@ Result<model::ModuleDesc> desc_of(const splat_module_desc& given) {
     desc.input_gradients = (given.flags & SPLAT_MODULE_INPUT_GRADIENTS) != 0;
     desc.build.training = (given.flags & SPLAT_MODULE_TRAINING) != 0;
     if (desc.input_gradients && !desc.gradients)
-        return error(Code::kInvalidArgument,
-                     "splat_module_desc.flags is %#x: SPLAT_MODULE_INPUT_GRADIENTS needs "
-                     "SPLAT_MODULE_GRADIENTS",
-                     given.flags);
+        return invalid(
+            "splat_module_desc.flags is %#x: SPLAT_MODULE_INPUT_GRADIENTS needs "
+            "SPLAT_MODULE_GRADIENTS",
+            given.flags);
     SPLAT_ASSIGN(desc.build.precision,
                  api::precision_of(given.precision, "splat_module_desc.precision"));
     return desc;
@@ -125,55 +116,49 @@ splat_result splat_module_create(splat_device device, const splat_module_desc* d
         SPLAT_ASSIGN(object->module, model::Module::create(*object->context, wanted));
         return object;
     };
-    return api::create_of<api::Devices, api::Modules>(device, "device", module, "module", make);
+    return api::create_of(device, module, make);
 }
 
 splat_result splat_module_init(splat_module module, uint64_t seed) {
-    return locked(module, [&](api::ModuleObject& object) { return object.module->init(seed); });
+    return api::locked(module, [&](auto& object) { return object.module->init(seed); });
 }
 
 splat_result splat_module_report(splat_module module, char* buffer, size_t capacity,
                                  size_t* needed) {
-    return api::report<api::Modules>(module, "module", buffer, capacity, needed,
-                                     [](auto& object) { return report_of(*object.module); });
+    return api::report(module, buffer, capacity, needed,
+                       [](auto& object) { return report_of(*object.module); });
 }
 
 splat_result splat_module_ports(splat_module module, splat_port_kind kind, splat_port* ports,
                                 uint32_t capacity, uint32_t* count) {
-    return api::list_ports<api::Modules>(
-        module, "module", ports, capacity, count,
-        [&](auto& object) { return module_ports(*object.module, kind); });
+    return api::list_ports(module, ports, capacity, count,
+                           [&](auto& object) { return module_ports(*object.module, kind); });
 }
 
 splat_result splat_module_write(splat_module module, const char* name, const float* values,
                                 size_t bytes) {
-    return locked(module, [&](api::ModuleObject& object) -> Status {
+    return api::locked(module, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(name, "name", values, "values"));
         return object.module->write(name, values, bytes);
     });
 }
 
 splat_result splat_module_read(splat_module module, const char* name, float* values, size_t bytes) {
-    return locked(module, [&](api::ModuleObject& object) -> Status {
+    return api::locked(module, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(name, "name", values, "values"));
         return object.module->read(name, values, bytes);
     });
 }
 
 splat_result splat_module_forward(splat_module module) {
-    return locked(module, [](api::ModuleObject& object) { return object.module->forward(); });
+    return api::locked(module, [](auto& object) { return object.module->forward(); });
 }
 
 splat_result splat_module_backward(splat_module module) {
-    return locked(module, [](api::ModuleObject& object) { return object.module->backward(); });
+    return api::locked(module, [](auto& object) { return object.module->backward(); });
 }
 
 splat_result splat_module_zero_gradients(splat_module module) {
-    return locked(module, [](api::ModuleObject& object) {
-        return object.module->parameters().zero_gradients();
-    });
-}
-
-splat_result splat_module_destroy(splat_module module) {
-    return api::destroy<api::Modules>(module, "module");
+    return api::locked(module,
+                       [](auto& object) { return object.module->parameters().zero_gradients(); });
 }

@@ -29,9 +29,8 @@ class TensorList {
         if (written != nullptr) {
             for (const TensorPointer& other : *written)
                 if (other->view.overlaps(object->view))
-                    return error(Code::kInvalidArgument,
-                                 "%s: tensor '%s%s' shares its memory with another result", op_,
-                                 prefix, name);
+                    return invalid("%s: tensor '%s%s' shares its memory with another result", op_,
+                                   prefix, name);
             written->push_back(object);
         }
         tensors.push_back(std::move(object));
@@ -50,36 +49,34 @@ Status check_distinct(const char* op, const char* field, std::span<const splat_t
     for (std::size_t i = 0; i < tensors.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
             if (tensors[i] != nullptr && tensors[i] == tensors[j])
-                return error(Code::kInvalidArgument, "%s: %s[%zu] and %s[%zu] are the same tensor",
-                             op, field, j, field, i);
+                return invalid("%s: %s[%zu] and %s[%zu] are the same tensor", op, field, j, field,
+                               i);
     return {};
 }
 
 Status check_counts(const ops::OpRow& row, const splat_op_desc& desc) {
     if (desc.input_count != row.inputs.size() || desc.inputs == nullptr)
-        return error(Code::kInvalidArgument, "%s: input_count is %u, expected %zu tensors",
-                     row.name, desc.input_count, row.inputs.size());
+        return invalid("%s: input_count is %u, expected %zu tensors", row.name, desc.input_count,
+                       row.inputs.size());
     if (desc.output_count != row.outputs.size() || desc.outputs == nullptr)
-        return error(Code::kInvalidArgument, "%s: output_count is %u, expected %zu tensors",
-                     row.name, desc.output_count, row.outputs.size());
+        return invalid("%s: output_count is %u, expected %zu tensors", row.name, desc.output_count,
+                       row.outputs.size());
     if ((desc.grad_outputs == nullptr) != (desc.grad_inputs == nullptr))
-        return error(Code::kInvalidArgument,
-                     "%s: grad_outputs and grad_inputs must be given together", row.name);
+        return invalid("%s: grad_outputs and grad_inputs must be given together", row.name);
     SPLAT_TRY(check_distinct(row.name, "outputs", {desc.outputs, desc.output_count}));
     if (desc.grad_inputs == nullptr) return {};
     return check_distinct(row.name, "grad_inputs", {desc.grad_inputs, desc.input_count});
 }
 
 Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_op_desc* desc) {
-    SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+    SPLAT_ASSIGN(const auto owner, api::find(device));
     SPLAT_TRY(api::check_desc(desc, SPLAT_OP_ACCUMULATE));
     SPLAT_TRY(api::require(desc->type, "splat_op_desc.type"));
     SPLAT_ASSIGN(const ops::OpRow* row, ops::find_op(desc->type));
     SPLAT_TRY(check_counts(*row, *desc));
     std::vector<JsonScalar> attributes;
-    if (desc->attributes != nullptr) {
-        SPLAT_ASSIGN(attributes, parse_flat_json(desc->attributes, "splat_op_desc.attributes"));
-    }
+    if (desc->attributes != nullptr)
+        SPLAT_SET(attributes, parse_flat_json(desc->attributes, "splat_op_desc.attributes"));
 
     TensorList list(row->name, *owner->context);
     nn::OpInstance::Tensors tensors;
@@ -111,7 +108,7 @@ Result<std::shared_ptr<api::OpObject>> create(splat_device device, const splat_o
 
 splat_result run_op(splat_op op, Status (nn::OpInstance::*pass)(),
                     std::vector<TensorPointer> api::OpObject::*written) {
-    return api::with<api::Ops>(op, "op", [&](const auto& object) -> Status {
+    return api::with(op, [&](const auto& object) -> Status {
         const std::lock_guard lock(object->context->mutex);
         for (const TensorPointer& tensor : object->tensors) SPLAT_TRY(api::check_unmapped(*tensor));
         for (const TensorPointer& tensor : (*object).*written) tensor->written();
@@ -151,12 +148,11 @@ std::string make_list() {
 }  // namespace
 
 splat_result splat_op_list(char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed,
-                             [&](auto give) -> Status { return give(make_list()); });
+    return api::guarded_text(buffer, capacity, needed, [] { return make_list(); });
 }
 
 splat_result splat_op_create(splat_device device, const splat_op_desc* desc, splat_op* op) {
-    return api::create<api::Ops>(op, "op", [&] { return create(device, desc); });
+    return api::create(op, [&] { return create(device, desc); });
 }
 
 splat_result splat_op_forward(splat_op op) {
@@ -165,8 +161,4 @@ splat_result splat_op_forward(splat_op op) {
 
 splat_result splat_op_backward(splat_op op) {
     return run_op(op, &nn::OpInstance::backward, &api::OpObject::grad_inputs);
-}
-
-splat_result splat_op_destroy(splat_op op) {
-    return api::destroy<api::Ops>(op, "op");
 }

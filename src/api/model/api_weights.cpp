@@ -22,9 +22,8 @@ namespace {
 Result<const io::NamedTensor*> tensor_of(const api::WeightsObject& object, std::uint32_t index) {
     const io::NamedTensors& tensors = object.file.tensors;
     if (index < tensors.size()) return &tensors[index];
-    return error(Code::kInvalidArgument,
-                 "index is %u, expected less than %zu, the number of tensors", index,
-                 tensors.size());
+    return invalid("index is %u, expected less than %zu, the number of tensors", index,
+                   tensors.size());
 }
 
 Result<io::WeightsFormat> format_to_write(splat_weights_format format) {
@@ -36,10 +35,10 @@ Result<io::WeightsFormat> format_to_write(splat_weights_format format) {
         case SPLAT_WEIGHTS_PTH:
             return io::WeightsFormat::kPth;
         default:
-            return error(Code::kInvalidArgument,
-                         "format is %d, expected SPLAT_WEIGHTS_SAFETENSORS, SPLAT_WEIGHTS_NPZ or "
-                         "SPLAT_WEIGHTS_PTH",
-                         format);
+            return invalid(
+                "format is %d, expected SPLAT_WEIGHTS_SAFETENSORS, SPLAT_WEIGHTS_NPZ or "
+                "SPLAT_WEIGHTS_PTH",
+                format);
     }
 }
 
@@ -66,17 +65,16 @@ Result<io::NamedTensor> named_tensor(const splat_named_array& array, const std::
     SPLAT_TRY(api::require(array.name, (argument + ".name").c_str()));
     SPLAT_TRY(api::check_reserved(array.reserved, argument.c_str()));
     if (array.rank > SPLAT_MAX_RANK)
-        return error(Code::kInvalidArgument, "%s.rank is %u, expected at most %d", argument.c_str(),
-                     array.rank, SPLAT_MAX_RANK);
+        return invalid("%s.rank is %u, expected at most %d", argument.c_str(), array.rank,
+                       SPLAT_MAX_RANK);
     io::NamedTensor tensor;
     tensor.name = array.name;
     tensor.dims.assign(array.dims, array.dims + array.rank);
     SPLAT_ASSIGN(const std::uint64_t count, io::count_elements(tensor.dims, array.name));
     if (array.value_count != count)
         return error(Code::kShape, "%s.value_count is %llu, '%s' of shape %s has %llu",
-                     argument.c_str(), static_cast<unsigned long long>(array.value_count),
-                     array.name, io::dims_text(tensor.dims).c_str(),
-                     static_cast<unsigned long long>(count));
+                     argument.c_str(), llu(array.value_count), array.name,
+                     io::dims_text(tensor.dims).c_str(), llu(count));
     if (count > 0) SPLAT_TRY(api::require(array.values, (argument + ".values").c_str()));
     tensor.values.own().assign(array.values, array.values + count);
     return tensor;
@@ -85,7 +83,7 @@ Result<io::NamedTensor> named_tensor(const splat_named_array& array, const std::
 }  // namespace
 
 splat_result splat_weights_load(const char* path, uint32_t flags, splat_weights* weights) {
-    return api::create<api::Weights>(weights, "weights", [&]() -> api::Weights::Made {
+    return api::create(weights, [&]() -> api::Weights::Made {
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_TRY(api::check_flags(flags, SPLAT_WEIGHTS_COPY));
         SPLAT_ASSIGN(const std::string file_path, predict::weights_named(path));
@@ -96,7 +94,7 @@ splat_result splat_weights_load(const char* path, uint32_t flags, splat_weights*
 }
 
 splat_result splat_weights_load_memory(const void* data, size_t bytes, splat_weights* weights) {
-    return api::create<api::Weights>(weights, "weights", [&]() -> api::Weights::Made {
+    return api::create(weights, [&]() -> api::Weights::Made {
         SPLAT_TRY(api::require(data, "data"));
         SPLAT_ASSIGN(io::WeightsFile file,
                      io::read_weights(
@@ -107,13 +105,12 @@ splat_result splat_weights_load_memory(const void* data, size_t bytes, splat_wei
 
 splat_result splat_weights_from_arrays(const splat_named_array* arrays, uint64_t count,
                                        splat_weights* weights) {
-    return api::create<api::Weights>(weights, "weights", [&]() -> api::Weights::Made {
+    return api::create(weights, [&]() -> api::Weights::Made {
         if (count > 0) SPLAT_TRY(api::require(arrays, "arrays"));
         auto object = std::make_shared<api::WeightsObject>();
         for (std::uint64_t i = 0; i < count; ++i) {
             SPLAT_ASSIGN(io::NamedTensor tensor,
-                         named_tensor(arrays[i],
-                                      format("arrays[%llu]", static_cast<unsigned long long>(i))));
+                         named_tensor(arrays[i], format("arrays[%llu]", llu(i))));
             SPLAT_TRY(object->file.tensors.add(std::move(tensor)));
         }
         object->from = "arrays";
@@ -144,7 +141,7 @@ splat_result splat_weights_save_memory(splat_weights weights, splat_weights_form
 }
 
 splat_result splat_weights_count(splat_weights weights, uint32_t* count) {
-    return api::with<api::Weights>(weights, "weights", [&](const auto& object) -> Status {
+    return api::with(weights, [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(count, "count"));
         *count = static_cast<std::uint32_t>(object->file.tensors.size());
         return {};
@@ -153,7 +150,7 @@ splat_result splat_weights_count(splat_weights weights, uint32_t* count) {
 
 splat_result splat_weights_get_info(splat_weights weights, uint32_t index,
                                     splat_weights_info* info) {
-    return api::with<api::Weights>(weights, "weights", [&](const auto& object) -> Status {
+    return api::with(weights, [&](const auto& object) -> Status {
         SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(*object, index));
         SPLAT_TRY(api::check_fill(info, "info"));
         splat_weights_info filled{};
@@ -168,12 +165,11 @@ splat_result splat_weights_get_info(splat_weights weights, uint32_t index,
 }
 
 splat_result splat_weights_find(splat_weights weights, const char* name, uint32_t* index) {
-    return api::with<api::Weights>(weights, "weights", [&](const auto& object) -> Status {
+    return api::with(weights, [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(name, "name", index, "index"));
         const io::NamedTensors& tensors = object->file.tensors;
         const io::NamedTensor* found = tensors.find(name);
-        if (found == nullptr)
-            return error(Code::kNotFound, "the weights have no tensor '%s'", name);
+        if (found == nullptr) return not_found("the weights have no tensor '%s'", name);
         *index = static_cast<std::uint32_t>(found - &tensors[0]);
         return {};
     });
@@ -181,13 +177,13 @@ splat_result splat_weights_find(splat_weights weights, const char* name, uint32_
 
 splat_result splat_weights_read(splat_weights weights, uint32_t index, float* values,
                                 size_t bytes) {
-    return api::with<api::Weights>(weights, "weights", [&](const auto& object) -> Status {
+    return api::with(weights, [&](const auto& object) -> Status {
         SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(*object, index));
         const std::size_t wanted = tensor->values.size() * sizeof(float);
         if (wanted > 0 || bytes > 0) SPLAT_TRY(api::require(values, "values"));
         if (bytes < wanted)
-            return error(Code::kInvalidArgument, "bytes is %zu, the tensor '%s' has %zu", bytes,
-                         tensor->name.c_str(), wanted);
+            return invalid("bytes is %zu, the tensor '%s' has %zu", bytes, tensor->name.c_str(),
+                           wanted);
         SPLAT_TRY(object->file.tensors.unchanged());
         if (wanted != 0) std::memcpy(values, tensor->values.data(), wanted);
         return {};
@@ -196,7 +192,7 @@ splat_result splat_weights_read(splat_weights weights, uint32_t index, float* va
 
 splat_result splat_weights_data(splat_weights weights, uint32_t index, const float** values,
                                 uint64_t* count) {
-    return api::with<api::Weights>(weights, "weights", [&](const auto& object) -> Status {
+    return api::with(weights, [&](const auto& object) -> Status {
         SPLAT_ASSIGN(const io::NamedTensor* tensor, tensor_of(*object, index));
         SPLAT_TRY(api::require(values, "values"));
         SPLAT_TRY(object->file.tensors.unchanged());
@@ -208,24 +204,21 @@ splat_result splat_weights_data(splat_weights weights, uint32_t index, const flo
 
 splat_result splat_weights_report(splat_weights weights, char* buffer, size_t capacity,
                                   size_t* needed) {
-    return api::report<api::Weights>(weights, "weights", buffer, capacity, needed,
-                                     [](auto& object) { return weights_report(object); });
+    return api::report(weights, buffer, capacity, needed,
+                       [](auto& object) { return weights_report(object); });
 }
 
 splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, double alpha,
                                 uint32_t flags, splat_weights* folded) {
-    return api::create<api::Weights>(folded, "folded", [&]() -> api::Weights::Made {
+    return api::create(folded, "folded", [&]() -> api::Weights::Made {
         SPLAT_ASSIGN(const auto from, api::weights_to_use(weights, "weights"));
         auto given = from;
-        if (adapters != nullptr) {
-            SPLAT_ASSIGN(given, api::weights_to_use(adapters, "adapters"));
-        }
-        if (!std::isfinite(alpha))
-            return error(Code::kInvalidArgument, "alpha is %g, expected a finite number", alpha);
+        if (adapters != nullptr) SPLAT_SET(given, api::weights_to_use(adapters, "adapters"));
+        if (!std::isfinite(alpha)) return invalid("alpha is %g, expected a finite number", alpha);
         SPLAT_TRY(api::check_flags(flags, SPLAT_FOLD_OUT));
         if (!model::has_adapters(given->file.tensors))
-            return error(
-                Code::kInvalidArgument, "%s no tensors '<layer>.lora_A'",
+            return invalid(
+                "%s no tensors '<layer>.lora_A'",
                 adapters == nullptr ? "adapters is NULL, and weights has" : "adapters has");
         auto made = std::make_shared<api::WeightsObject>();
         SPLAT_ASSIGN(made->file.tensors,
@@ -239,8 +232,4 @@ splat_result splat_weights_fold(splat_weights weights, splat_weights adapters, d
         made->from = "model";
         return made;
     });
-}
-
-splat_result splat_weights_destroy(splat_weights weights) {
-    return api::destroy<api::Weights>(weights, "weights");
 }

@@ -1,7 +1,8 @@
 #include "api/model/model_tensors.h"
 
-#include <charconv>
 #include <optional>
+
+#include "core/number_in.h"
 
 namespace splat::api {
 namespace {
@@ -26,12 +27,9 @@ TensorName parse_name(const std::string& text) {
     name.base = name.gradient ? text.substr(5) : text;
     const std::size_t open = name.base.find('[');
     if (open == std::string::npos || !name.base.ends_with(']')) return name;
-    std::uint32_t object = 0;
-    const char* const end = name.base.data() + name.base.size() - 1;
-    const auto [stop, fault] = std::from_chars(name.base.data() + open + 1, end, object);
-    if (fault != std::errc() || stop != end) return name;
-    name.object = object;
-    name.base.resize(open);
+    const std::string_view index(&name.base[open + 1], name.base.size() - open - 2);
+    name.object = number_in<std::uint32_t>(index);
+    if (name.object) name.base.resize(open);
     return name;
 }
 
@@ -39,9 +37,7 @@ TensorName parse_name(const std::string& text) {
 /// shape, place and length alone.
 Status take_object(ModelTensor& found, vk::Context& context, std::uint32_t objects, std::uint32_t i,
                    bool images, const char* name) {
-    if (i >= objects)
-        return error(Code::kInvalidArgument, "'%s': expected an object less than %u", name,
-                     objects);
+    if (i >= objects) return invalid("'%s': expected an object less than %u", name, objects);
     const Shape all = found.view.shape;
     std::vector<std::int64_t> dims;
     if (images || all[0] != objects) dims.push_back(all[0] / objects);
@@ -51,11 +47,10 @@ Status take_object(ModelTensor& found, vk::Context& context, std::uint32_t objec
     const std::uint64_t bytes = shape.elements() * sizeof(float);
     const std::uint64_t alignment = context.device().info().limits.offset_alignment;
     if (objects > 1 && (bytes % alignment != 0 || bytes % 16 != 0))
-        return error(Code::kUnsupported,
-                     "'%s' has %llu bytes, but the device binds parts at multiples of %llu: take "
-                     "the tensor of all objects",
-                     name, static_cast<unsigned long long>(bytes),
-                     static_cast<unsigned long long>(alignment));
+        return unsupported(
+            "'%s' has %llu bytes, but the device binds parts at multiples of %llu: take "
+            "the tensor of all objects",
+            name, llu(bytes), llu(alignment));
     if (objects > 1) {
         found.offset = i * bytes;
         if (found.rows == nullptr) found.view = found.view.part(found.offset, bytes);
@@ -65,22 +60,22 @@ Status take_object(ModelTensor& found, vk::Context& context, std::uint32_t objec
 }
 
 Status no_gradients() {
-    return error(Code::kInvalidState, "the model was made without SPLAT_MODEL_GRADIENTS");
+    return bad_state("the model was made without SPLAT_MODEL_GRADIENTS");
 }
 
 Result<vk::BufferView> parameter_view(const nn::Parameter& parameter, bool gradient) {
     if (!gradient) return parameter.value;
     if (parameter.grad.block != nullptr) return parameter.grad;
-    return error(Code::kInvalidState, "parameter '%s' has no gradient: %s", parameter.name.c_str(),
-                 parameter.trainable ? "the model was made without SPLAT_MODEL_GRADIENTS"
-                                     : "the configuration does not train it");
+    return bad_state("parameter '%s' has no gradient: %s", parameter.name.c_str(),
+                     parameter.trainable ? "the model was made without SPLAT_MODEL_GRADIENTS"
+                                         : "the configuration does not train it");
 }
 
 }  // namespace
 
 Status expect_ran(const ModelObject& object) {
     if (object.ran) return {};
-    return error(Code::kInvalidState, "the model has not run: call splat_model_forward first");
+    return bad_state("the model has not run: call splat_model_forward first");
 }
 
 std::vector<ModelOutput> model_outputs(const Model& network) {
@@ -133,8 +128,7 @@ Result<ModelTensor> find_model_tensor(Model& network, std::uint32_t objects,
     }
     std::string inputs;
     for (const Model::Port& port : network.inputs()) inputs += std::string(", ") + port.name;
-    return error(
-        Code::kNotFound,
+    return not_found(
         "'%s' is not a result (means, opacities, scales, rotations, sh, raw; of one object "
         "'means[0]'), an input (%s), a parameter, or a gradient ('grad:' and the name of a "
         "result, a parameter, images, embedding or tokens)",

@@ -8,11 +8,11 @@ Status check_array(const char* type, const char* name, const float* values, std:
                    const std::string& use) {
     if ((values != nullptr) == (wanted > 0)) return {};
     if (wanted > 0)
-        return error(Code::kInvalidArgument,
-                     "%s.%s is NULL, expected %u numbers for each image: the configuration has %s",
-                     type, name, wanted, use.c_str());
-    return error(Code::kInvalidArgument, "%s.%s is given, expected NULL: the configuration has %s",
-                 type, name, use.c_str());
+        return invalid(
+            "%s.%s is NULL, expected %u numbers for each image: the configuration has %s", type,
+            name, wanted, use.c_str());
+    return invalid("%s.%s is given, expected NULL: the configuration has %s", type, name,
+                   use.c_str());
 }
 
 std::string channel_names(const config::ModelConfig& c) {
@@ -32,12 +32,10 @@ Result<std::span<const float>> host_array(const char* type, const char* name, Ho
     }
     if (array.values == nullptr && array.count == 0) return std::span<const float>();
     if (array.values == nullptr)
-        return error(Code::kInvalidArgument, "%s.%s is NULL, but %s_count is %llu", type, name,
-                     name, static_cast<unsigned long long>(array.count));
+        return invalid("%s.%s is NULL, but %s_count is %llu", type, name, name, llu(array.count));
     if (array.count != 0 && array.count != expected)
         return error(Code::kShape, "%s.%s has %llu numbers, expected %llu: %s]", type, name,
-                     static_cast<unsigned long long>(array.count),
-                     static_cast<unsigned long long>(expected), shape.c_str());
+                     llu(array.count), llu(expected), shape.c_str());
     return std::span(array.values, expected);
 }
 

@@ -14,8 +14,8 @@ splat_port port_of(const char* name, const Shape& shape, PortFlags flags) {
 }
 
 Status unknown_port_kind(splat_port_kind kind) {
-    return error(Code::kInvalidArgument, "kind is %d, expected %d to %d (SPLAT_PORT_KIND_)", kind,
-                 SPLAT_PORT_KIND_INPUT, SPLAT_PORT_KIND_PARAMETER);
+    return invalid("kind is %d, expected %d to %d (SPLAT_PORT_KIND_)", kind, SPLAT_PORT_KIND_INPUT,
+                   SPLAT_PORT_KIND_PARAMETER);
 }
 
 }  // namespace splat::api

@@ -20,11 +20,11 @@ splat_port port_of(const char* name, const Shape& shape, PortFlags flags);
 Status unknown_port_kind(splat_port_kind kind);
 
 /// An entry point that lists ports of a live object: `body(object)` returns all of them.
-template <class Kind, class Handle, class Body>
-splat_result list_ports(Handle handle, const char* argument, splat_port* ports,
-                        std::uint32_t capacity, std::uint32_t* count, Body&& body) {
+template <class Handle, class Body>
+splat_result list_ports(Handle handle, splat_port* ports, std::uint32_t capacity,
+                        std::uint32_t* count, Body&& body) {
     bool cut = false;
-    const splat_result result = with<Kind>(handle, argument, [&](const auto& object) -> Status {
+    const splat_result result = with(handle, [&](const auto& object) -> Status {
         SPLAT_ASSIGN(const std::vector<splat_port> all, body(*object));
         if (capacity > 0) SPLAT_TRY(require(ports, "ports"));
         std::copy_n(all.begin(), std::min<std::size_t>(all.size(), capacity), ports);

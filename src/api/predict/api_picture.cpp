@@ -42,17 +42,15 @@ splat_result splat_picture_cut(const splat_picture* picture, const splat_picture
         SPLAT_TRY(api::require(picture, "picture"));
         SPLAT_TRY(api::check_desc(desc, 0));
         if (desc->resolution < 8 || desc->resolution > 2048)
-            return error(Code::kInvalidArgument,
-                         "splat_picture_cut_desc.resolution is %u, expected 8 to 2048",
-                         desc->resolution);
+            return invalid("splat_picture_cut_desc.resolution is %u, expected 8 to 2048",
+                           desc->resolution);
         SPLAT_ASSIGN(const predict::PictureInput input, api::picture_input(*picture, "picture"));
         std::vector<std::optional<api::ImageView>> views;
         for (const CutTarget& target : kTargets) {
             SPLAT_ASSIGN(const auto view, cut_target(desc->*target.image, target.name,
                                                      desc->resolution, target.channels));
             if (view && target.map != nullptr && !(input.picture.*target.map))
-                return error(Code::kInvalidArgument,
-                             "%s has pixels, but the picture has no such map", target.name);
+                return invalid("%s has pixels, but the picture has no such map", target.name);
             views.push_back(view);
         }
         data::CutOptions options{desc->resolution, input.crop, input.foreground, {}};

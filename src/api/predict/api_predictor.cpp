@@ -40,7 +40,7 @@ Result<config::Settings> published_settings(const io::WeightsFile& file, const s
                                             const Status& why) {
     const predict::PublishedFit fit = predict::published_fit(file.tensors, weights);
     if (fit.names.size() != 1)
-        return error(Code::kNotFound, "%s; %s", why.message().c_str(), fit.sentence().c_str());
+        return not_found("%s; %s", why.message().c_str(), fit.sentence().c_str());
     SPLAT_ASSIGN(const config::Preset preset, config::preset_of(fit.names[0]));
     return predict::settings_of(std::string(preset.text), fit.names[0]);
 }
@@ -49,8 +49,7 @@ Result<config::Settings> predictor_settings(const char* text, const io::WeightsF
                                             const std::string& weights, const char* adapters) {
     if (text != nullptr) return predict::settings_of(text, "configuration");
     if (weights.empty())
-        return error(
-            Code::kInvalidArgument,
+        return invalid(
             "splat_predictor_desc.config is NULL, expected a text with a handle of weights");
     const auto path = predict::config_beside(weights, adapters == nullptr ? "" : adapters);
     if (path.status().code() == Code::kNotFound)
@@ -71,22 +70,19 @@ Result<WeightsPointer> with_adapters(const WeightsPointer& weights,
                                      const splat_predictor_desc& desc,
                                      const config::ModelConfig& network) {
     if (desc.adapters_path != nullptr && desc.adapters != nullptr)
-        return error(Code::kInvalidArgument,
-                     "splat_predictor_desc: adapters_path and adapters are both given, expected "
-                     "one of them");
+        return invalid(
+            "splat_predictor_desc: adapters_path and adapters are both given, expected "
+            "one of them");
     if (!std::isfinite(desc.adapters_alpha))
-        return error(Code::kInvalidArgument,
-                     "splat_predictor_desc.adapters_alpha is %g, expected a finite number",
-                     desc.adapters_alpha);
+        return invalid("splat_predictor_desc.adapters_alpha is %g, expected a finite number",
+                       desc.adapters_alpha);
     SPLAT_ASSIGN(const WeightsPointer adapters,
                  predictor_weights(desc.adapters_path, desc.adapters, "adapters"));
     if (adapters == nullptr) return weights;
     if (!model::has_adapters(adapters->tensors))
-        return error(Code::kFormat, "the adapters have no tensors '<layer>.lora_A'");
+        return damaged("the adapters have no tensors '<layer>.lora_A'");
     double alpha = desc.adapters_alpha;
-    if (alpha == 0) {
-        SPLAT_ASSIGN(alpha, predict::adapters_alpha(*adapters, network));
-    }
+    if (alpha == 0) SPLAT_SET(alpha, predict::adapters_alpha(*adapters, network));
     io::WeightsFile folded;
     folded.metadata = weights->metadata;
     auto merged = model::merge_adapters(weights->tensors, adapters->tensors, alpha, 1);
@@ -128,14 +124,13 @@ std::string predictor_report(const api::PredictorObject& object, const io::Weigh
 }
 
 Result<PredictorPointer> make_predictor(splat_device device, const splat_predictor_desc& desc) {
-    SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+    SPLAT_ASSIGN(const auto owner, api::find(device));
     auto object = std::make_shared<api::PredictorObject>(owner->context);
     if (desc.weights_path != nullptr) object->path = desc.weights_path;
-    if (desc.weights == nullptr) {
-        SPLAT_ASSIGN(object->path, desc.weights_path == nullptr
-                                       ? predict::builtin_weights(predict::kDefaultWeights)
-                                       : predict::weights_named(desc.weights_path));
-    }
+    if (desc.weights == nullptr)
+        SPLAT_SET(object->path, desc.weights_path == nullptr
+                                    ? predict::builtin_weights(predict::kDefaultWeights)
+                                    : predict::weights_named(desc.weights_path));
     SPLAT_ASSIGN(const WeightsPointer weights,
                  predictor_weights(object->path.c_str(), desc.weights, "weights"));
     SPLAT_ASSIGN(object->settings,
@@ -164,10 +159,10 @@ Result<gaussians::Downloaded> run(api::PredictorObject& object, const predict::V
     const std::lock_guard lock(object.context->mutex);
     SPLAT_TRY(object.predictor->predict(views));
     if (object.predictor->ledger().outputs_not_finite == 0) return object.predictor->scene();
-    return error(Code::kInvalidState,
-                 "the network's output is not finite: numbers of the weights%s overflow "
-                 "float32 in its layers; give others, or train again",
-                 object.path.empty() ? "" : (" '" + object.path + "'").c_str());
+    return bad_state(
+        "the network's output is not finite: numbers of the weights%s overflow "
+        "float32 in its layers; give others, or train again",
+        object.path.empty() ? "" : (" '" + object.path + "'").c_str());
 }
 
 /// What splat_prediction receives, of one call.
@@ -227,7 +222,7 @@ splat_result predict_with(splat_predictor predictor, splat_scene* scene,
         *scene = api::Scenes::add(std::move(added));
         return {};
     };
-    const splat_result result = api::with<api::Predictors>(predictor, "predictor", predict);
+    const splat_result result = api::with(predictor, predict);
     return result == SPLAT_OK && !fitted ? SPLAT_INCOMPLETE : result;
 }
 
@@ -235,16 +230,14 @@ splat_result predict_with(splat_predictor predictor, splat_scene* scene,
 
 splat_result splat_builtin_weights(const char* name, char* buffer, size_t capacity,
                                    size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const std::string path,
-                     predict::builtin_weights(name == nullptr ? predict::kDefaultWeights : name));
-        return give(path);
+    return api::guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
+        return predict::builtin_weights(name == nullptr ? predict::kDefaultWeights : name);
     });
 }
 
 splat_result splat_predictor_create(splat_device device, const splat_predictor_desc* desc,
                                     splat_predictor* predictor) {
-    return api::create<api::Predictors>(predictor, "predictor", [&]() -> Result<PredictorPointer> {
+    return api::create(predictor, [&]() -> Result<PredictorPointer> {
         splat_predictor_desc full{};
         if (desc != nullptr) {
             SPLAT_TRY(api::check_desc(desc, 0));
@@ -255,21 +248,16 @@ splat_result splat_predictor_create(splat_device device, const splat_predictor_d
 }
 
 splat_result splat_predictor_get_info(splat_predictor predictor, splat_predictor_info* info) {
-    return api::describe<api::Predictors>(predictor, "predictor", info, "info", [](auto& object) {
+    return api::describe(predictor, info, "info", [](auto& object) {
         const config::ModelConfig& network = object.settings.network;
         splat_predictor_info filled{};
-        filled.views = network.views;
-        filled.resolution = network.resolution;
+        SPLAT_COPY(filled, network, views, resolution, depth, normal, mask, origin_distance,
+                   sh_degree);
         filled.channels = network.input_channels();
-        filled.depth = network.depth ? 1 : 0;
-        filled.normal = network.normal ? 1 : 0;
-        filled.mask = network.mask ? 1 : 0;
-        filled.origin_distance = network.origin_distance ? 1 : 0;
-        filled.sh_degree = network.sh_degree;
         filled.gaussians = network.gaussians();
         filled.fov_degrees = static_cast<double>(network.fov_degrees);
         const std::array<float, 3> background = predict::background_of(object.settings);
-        std::copy(background.begin(), background.end(), filled.background);
+        std::ranges::copy(background, filled.background);
         filled.category = object.settings.training.category.c_str();
         return filled;
     });
@@ -277,8 +265,8 @@ splat_result splat_predictor_get_info(splat_predictor predictor, splat_predictor
 
 splat_result splat_predictor_report(splat_predictor predictor, char* buffer, size_t capacity,
                                     size_t* needed) {
-    return api::report<api::Predictors>(predictor, "predictor", buffer, capacity, needed,
-                                        [](auto& object) { return object.report; });
+    return api::report(predictor, buffer, capacity, needed,
+                       [](auto& object) { return object.report; });
 }
 
 splat_result splat_predictor_predict(splat_predictor predictor, const splat_picture* pictures,
@@ -303,13 +291,12 @@ splat_result splat_predictor_predict_object(splat_predictor predictor, splat_dat
                                             uint32_t object, const uint32_t* views, uint32_t count,
                                             splat_scene* scene, splat_prediction* prediction) {
     const auto read = [&](const api::PredictorObject& from, Predicted& made) -> Status {
-        SPLAT_ASSIGN(const auto data, api::Datasets::find(dataset, "dataset"));
+        SPLAT_ASSIGN(const auto data, api::find(dataset));
         SPLAT_TRY(api::require(views, "views"));
         const std::uint32_t inputs = from.settings.network.views;
         if (count < inputs)
-            return error(Code::kInvalidArgument,
-                         "count is %u, expected at least %u, the network's input views", count,
-                         inputs);
+            return invalid("count is %u, expected at least %u, the network's input views", count,
+                           inputs);
         SPLAT_ASSIGN(const auto source,
                      predict::ViewSource::open(from.settings, {data, data->dataset.get()}));
         SPLAT_ASSIGN(made.views, source->read(object, {views, count}, inputs));
@@ -320,14 +307,9 @@ splat_result splat_predictor_predict_object(splat_predictor predictor, splat_dat
 
 splat_result splat_prediction_report(const splat_prediction* prediction, char* buffer,
                                      size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
         splat_prediction taken{};
         SPLAT_TRY(api::take_input(prediction, "prediction", taken));
-        SPLAT_ASSIGN(const std::string text, api::prediction_text(taken));
-        return give(text);
+        return api::prediction_text(taken);
     });
-}
-
-splat_result splat_predictor_destroy(splat_predictor predictor) {
-    return api::destroy<api::Predictors>(predictor, "predictor");
 }

@@ -49,10 +49,10 @@ Result<io::Image> eight_bits_of(const ImageView& view, const char* name, Content
     for (std::size_t i = 0; i < values.size(); ++i) {
         if (i % view.channels >= read) continue;
         if (!std::isfinite(values[i]))
-            return error(Code::kInvalidArgument,
-                         "%s, expected a finite number; give pixels without a value a finite one, "
-                         "in a depth map the farthest",
-                         place_of(i).c_str());
+            return invalid(
+                "%s, expected a finite number; give pixels without a value a finite one, "
+                "in a depth map the farthest",
+                place_of(i).c_str());
         if (values[i] < values[least]) least = i;
         if (values[i] > values[most]) most = i;
     }
@@ -60,9 +60,9 @@ Result<io::Image> eight_bits_of(const ImageView& view, const char* name, Content
     if (content == Content::kDepth)
         scale_range(values, low, high);
     else if (low < -kRounding || high > 1 + kRounding)
-        return error(Code::kInvalidArgument, "%s, expected 0 to 1 (it has %g to %g)%s",
-                     place_of(low < -kRounding ? least : most).c_str(), static_cast<double>(low),
-                     static_cast<double>(high), advice(content, high));
+        return invalid("%s, expected 0 to 1 (it has %g to %g)%s",
+                       place_of(low < -kRounding ? least : most).c_str(), static_cast<double>(low),
+                       static_cast<double>(high), advice(content, high));
     return io::image_from_floats(values, view.width, view.height, view.channels);
 }
 
@@ -70,8 +70,7 @@ Result<io::Image> eight_bits_of(const ImageView& view, const char* name, Content
 Status read_source(const splat_picture_source& source, const std::string& name, Content content,
                    std::optional<data::NamedImage>& to) {
     if (source.path != nullptr && source.pixels.pixels != nullptr)
-        return error(Code::kInvalidArgument, "%s has a path and pixels, expected one of them",
-                     name.c_str());
+        return invalid("%s has a path and pixels, expected one of them", name.c_str());
     if (source.path != nullptr) {
         SPLAT_ASSIGN(to, data::load_picture(source.path));
     } else if (source.pixels.pixels != nullptr) {
@@ -86,8 +85,7 @@ Status read_source(const splat_picture_source& source, const std::string& name, 
 Status read_array(const float* values, std::uint64_t count, const std::string& name,
                   std::vector<float>& to) {
     if (count == 0 && values != nullptr)
-        return error(Code::kInvalidArgument, "%s is given with a count of 0, expected its numbers",
-                     name.c_str());
+        return invalid("%s is given with a count of 0, expected its numbers", name.c_str());
     if (count == 0) return {};
     SPLAT_TRY(require(values, name.c_str()));
     to.assign(values, values + count);
@@ -98,24 +96,22 @@ Status read_array(const float* values, std::uint64_t count, const std::string& n
 
 Result<predict::PictureInput> picture_input(const splat_picture& from, const std::string& name) {
     if ((from.flags & ~std::uint32_t{SPLAT_PICTURE_WHOLE}) != 0)
-        return error(Code::kInvalidArgument, "%s.flags has unknown bits %#x", name.c_str(),
-                     from.flags & ~std::uint32_t{SPLAT_PICTURE_WHOLE});
+        return invalid("%s.flags has unknown bits %#x", name.c_str(),
+                       from.flags & ~std::uint32_t{SPLAT_PICTURE_WHOLE});
     predict::PictureInput input;
     std::optional<data::NamedImage> image;
     SPLAT_TRY(read_source(from.image, name + ".image", Content::kImage, image));
-    if (!image)
-        return error(Code::kInvalidArgument, "%s.image has neither a path nor pixels",
-                     name.c_str());
+    if (!image) return invalid("%s.image has neither a path nor pixels", name.c_str());
     input.picture.image = std::move(*image);
     SPLAT_TRY(read_source(from.mask, name + ".mask", Content::kMask, input.picture.mask));
     SPLAT_TRY(read_source(from.depth, name + ".depth", Content::kDepth, input.picture.depth));
     SPLAT_TRY(read_source(from.normal, name + ".normal", Content::kNormal, input.picture.normal));
     input.crop = (from.flags & SPLAT_PICTURE_WHOLE) == 0;
     if (!input.crop && from.foreground != 0)
-        return error(Code::kInvalidArgument,
-                     "%s.foreground is %g, but with SPLAT_PICTURE_WHOLE nothing is cut out: "
-                     "expected 0",
-                     name.c_str(), static_cast<double>(from.foreground));
+        return invalid(
+            "%s.foreground is %g, but with SPLAT_PICTURE_WHOLE nothing is cut out: "
+            "expected 0",
+            name.c_str(), static_cast<double>(from.foreground));
     if (from.foreground != 0) input.foreground = static_cast<double>(from.foreground);
     input.focal = from.focal != 0 ? from.focal : input.picture.image.image.focal;
     input.origin_distance = from.origin_distance;
@@ -161,10 +157,10 @@ Result<std::string> prediction_text(const splat_prediction& prediction) {
     for (std::uint32_t i = 0; i < count; ++i) {
         const splat_picture_info& info = prediction.pictures[i];
         if (info.found < SPLAT_FOUND_BY_MASK || info.found > SPLAT_FOUND_NOTHING)
-            return error(Code::kInvalidArgument,
-                         "prediction.pictures[%u].found is %d, expected %d to %d: pass what a "
-                         "prediction has filled",
-                         i, info.found, SPLAT_FOUND_BY_MASK, SPLAT_FOUND_NOTHING);
+            return invalid(
+                "prediction.pictures[%u].found is %d, expected %d to %d: pass what a "
+                "prediction has filled",
+                i, info.found, SPLAT_FOUND_BY_MASK, SPLAT_FOUND_NOTHING);
         json.newline(1).begin_object().member("width", info.width).member("height", info.height);
         json.member("mask", data::mask_from_name(static_cast<data::MaskFrom>(info.found)));
         json.key("square").begin_array();

@@ -15,17 +15,16 @@ Status check_normals_desc(const splat_normals_desc& desc) {
                                                      {"focal_y", desc.focal_y}};
     for (const auto& [name, focal] : focals)
         if (!(focal > 0 && std::isfinite(focal)))
-            return error(Code::kInvalidArgument,
-                         "splat_normals_desc.%s is %g, expected pixels above 0", name, focal);
+            return invalid("splat_normals_desc.%s is %g, expected pixels above 0", name, focal);
     if (!std::isfinite(desc.center_x) || !std::isfinite(desc.center_y))
-        return error(Code::kInvalidArgument, "splat_normals_desc: the centre is not finite");
+        return invalid("splat_normals_desc: the centre is not finite");
     const bool distances = desc.nearest == 0 && desc.farthest == 0;
     if (!distances &&
         !(desc.nearest > 0 && desc.farthest > desc.nearest && std::isfinite(desc.farthest)))
-        return error(Code::kInvalidArgument,
-                     "splat_normals_desc.nearest is %g and farthest is %g, expected 0 < nearest < "
-                     "farthest, or both 0 for distances",
-                     desc.nearest, desc.farthest);
+        return invalid(
+            "splat_normals_desc.nearest is %g and farthest is %g, expected 0 < nearest < "
+            "farthest, or both 0 for distances",
+            desc.nearest, desc.farthest);
     return {};
 }
 
@@ -36,9 +35,9 @@ Result<std::vector<float>> distances_in(const api::ImageView& view,
     if (desc.nearest == 0) return depth;
     for (std::size_t i = 0; i < depth.size(); ++i)
         if (!(depth[i] >= 0 && depth[i] <= 1))
-            return error(Code::kInvalidArgument,
-                         "depth at row %zu, column %zu is %g, expected relative depth from 0 to 1",
-                         i / view.width, i % view.width, static_cast<double>(depth[i]));
+            return invalid(
+                "depth at row %zu, column %zu is %g, expected relative depth from 0 to 1",
+                i / view.width, i % view.width, static_cast<double>(depth[i]));
     prior_models::distances_of(depth, desc.nearest, desc.farthest);
     return depth;
 }
@@ -55,8 +54,8 @@ splat_result splat_picture_mask(const splat_image* picture, const splat_image* m
         SPLAT_ASSIGN(const std::vector<std::uint8_t> bytes,
                      data::mask_of(api::image_of(from), way));
         std::vector<float> values(bytes.size());
-        std::transform(bytes.begin(), bytes.end(), values.begin(),
-                       [](std::uint8_t byte) { return static_cast<float>(byte) / 255; });
+        std::ranges::transform(bytes, values.begin(),
+                               [](std::uint8_t byte) { return static_cast<float>(byte) / 255; });
         api::fill_interleaved(to, values.data());
         if (found != nullptr) *found = static_cast<splat_found>(way);
         return {};

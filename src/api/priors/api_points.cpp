@@ -23,8 +23,7 @@ using Points = std::vector<scene::Vec3>;
 
 Status check_count_of_points(std::uint64_t count) {
     if (count % 3 == 0) return {};
-    return error(Code::kInvalidArgument, "count is %llu, expected 3 numbers for each point",
-                 static_cast<unsigned long long>(count));
+    return invalid("count is %llu, expected 3 numbers for each point", llu(count));
 }
 
 void fill_points(const Points& from, float* to) {
@@ -56,17 +55,15 @@ Result<Points> opaque_means(const scene::Gaussians& gaussians, double min_opacit
     Points means;
     for (std::size_t i = 0; i < gaussians.count(); ++i) {
         const auto logit = static_cast<double>(gaussians.opacity_logits[i]);
-        if (std::isnan(logit))
-            return error(Code::kInvalidArgument, "the opacity of Gaussian %zu is not a number", i);
+        if (std::isnan(logit)) return invalid("the opacity of Gaussian %zu is not a number", i);
         if (scene::opacity_of(logit) < min_opacity) continue;
         const float* const mean = &gaussians.means[3 * i];
         means.push_back({static_cast<double>(mean[0]), static_cast<double>(mean[1]),
                          static_cast<double>(mean[2])});
     }
     if (!means.empty()) return means;
-    return error(Code::kInvalidArgument,
-                 "none of the scene's %zu Gaussians has an opacity of %g (min_opacity) or more",
-                 gaussians.count(), min_opacity);
+    return invalid("none of the scene's %zu Gaussians has an opacity of %g (min_opacity) or more",
+                   gaussians.count(), min_opacity);
 }
 
 }  // namespace
@@ -109,9 +106,9 @@ splat_result splat_points_from_depth(const splat_image* depth, const splat_camer
 splat_result splat_scene_compare_points(splat_scene scene, double min_opacity, const float* points,
                                         uint64_t count, double threshold,
                                         splat_point_scores* scores) {
-    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
+    return api::with(scene, [&](const auto& object) -> Status {
         if (!(min_opacity >= 0 && min_opacity <= 1))
-            return error(Code::kInvalidArgument, "min_opacity is %g, expected 0 to 1", min_opacity);
+            return invalid("min_opacity is %g, expected 0 to 1", min_opacity);
         SPLAT_TRY(api::require(points, "points"));
         SPLAT_TRY(check_count_of_points(count));
         SPLAT_TRY(api::check_fill(scores, "scores"));
@@ -124,13 +121,8 @@ splat_result splat_scene_compare_points(splat_scene scene, double min_opacity, c
                      prior_scores::compare_points(means, points_of(points, count), threshold));
         splat_point_scores filled{};
         filled.gaussians = means.size();
-        filled.accuracy = made.accuracy;
-        filled.completeness = made.completeness;
-        filled.chamfer = made.chamfer;
-        filled.chamfer_squared = made.chamfer_squared;
-        filled.precision = made.precision;
-        filled.recall = made.recall;
-        filled.f_score = made.f_score;
+        SPLAT_COPY(filled, made, accuracy, completeness, chamfer, chamfer_squared, precision,
+                   recall, f_score);
         api::give(filled, scores);
         return {};
     });

@@ -73,9 +73,9 @@ void give_maps(const Targets& targets, const prior_models::PriorMaps& made) {
 Status run_model(const api::PriorModelObject& object, std::span<const splat_image> pictures,
                  std::span<const splat_prior_maps> maps) {
     if (object.generation != fork_generation())
-        return error(Code::kInvalidState,
-                     "model: its threads belong to the process that this one was forked from; "
-                     "create another");
+        return bad_state(
+            "model: its threads belong to the process that this one was forked from; "
+            "create another");
     std::vector<io::Image> images;
     std::vector<Targets> targets;
     std::vector<prior_models::WantedMaps> wanted;
@@ -95,25 +95,22 @@ Status run_model(const api::PriorModelObject& object, std::span<const splat_imag
 }  // namespace
 
 splat_result splat_prior_preset(const char* name, char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        if (name == nullptr) return give(JsonWriter().list(prior_models::preset_names()).text());
-        SPLAT_ASSIGN(const std::string text, preset_report(name));
-        return give(text);
+    return api::guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
+        if (name == nullptr) return JsonWriter().list(prior_models::preset_names()).text();
+        return preset_report(name);
     });
 }
 
 splat_result splat_prior_model_create(const splat_prior_model_desc* desc,
                                       splat_prior_model* model) {
-    return api::create<api::PriorModels>(model, "model", [&]() -> api::PriorModels::Made {
+    return api::create(model, [&]() -> api::PriorModels::Made {
         SPLAT_TRY(api::check_desc(desc, SPLAT_PRIOR_MODEL_NUMBERS));
         constexpr std::uint32_t kMostThreads = 1024;
         if (desc->threads > kMostThreads)
-            return error(Code::kInvalidArgument,
-                         "splat_prior_model_desc.threads is %u, expected at most %u", desc->threads,
-                         kMostThreads);
+            return invalid("splat_prior_model_desc.threads is %u, expected at most %u",
+                           desc->threads, kMostThreads);
         if (desc->preset == nullptr && desc->model_path == nullptr)
-            return error(Code::kInvalidArgument,
-                         "splat_prior_model_desc has neither a preset nor a model_path");
+            return invalid("splat_prior_model_desc has neither a preset nor a model_path");
         auto object = std::make_shared<api::PriorModelObject>();
         object->numbers = (desc->flags & SPLAT_PRIOR_MODEL_NUMBERS) != 0;
         object->generation = fork_generation();
@@ -128,7 +125,7 @@ splat_result splat_prior_model_create(const splat_prior_model_desc* desc,
 splat_result splat_prior_model_get_info(splat_prior_model model, splat_prior_model_info* info) {
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::check_fill(info, "info"));
-        SPLAT_ASSIGN(const auto object, api::PriorModels::find(model, "model"));
+        SPLAT_ASSIGN(const auto object, api::find(model));
         const prior_models::Preset& preset = object->model->preset();
         splat_prior_model_info filled{};
         filled.maps = preset.maps();
@@ -148,12 +145,8 @@ splat_result splat_prior_model_run(splat_prior_model model, const splat_image* p
                                    const splat_prior_maps* maps, uint32_t count) {
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::require(pictures, "pictures", maps, "maps"));
-        if (count == 0) return error(Code::kInvalidArgument, "count is 0, expected at least 1");
-        SPLAT_ASSIGN(const auto object, api::PriorModels::find(model, "model"));
+        if (count == 0) return invalid("count is 0, expected at least 1");
+        SPLAT_ASSIGN(const auto object, api::find(model));
         return run_model(*object, {pictures, count}, {maps, count});
     });
-}
-
-splat_result splat_prior_model_destroy(splat_prior_model model) {
-    return api::destroy<api::PriorModels>(model, "model");
 }

@@ -60,8 +60,7 @@ Result<prior_scores::Gradient> gradient_of(splat_map_filter filter) {
         case SPLAT_MAP_FILTER_PREWITT:
             return prior_scores::Gradient::kPrewitt;
         default:
-            return error(Code::kInvalidArgument, "filter is %d, expected a SPLAT_MAP_FILTER_ value",
-                         filter);
+            return invalid("filter is %d, expected a SPLAT_MAP_FILTER_ value", filter);
     }
 }
 
@@ -129,11 +128,8 @@ splat_result splat_prior_compare_depth(const splat_image* prediction, const spla
                                flags != 0 ? prior_scores::DepthRule::kPublished
                                           : prior_scores::DepthRule::kValid));
                        splat_depth_scores filled{};
-                       filled.pixels = made.pixels;
-                       filled.abs_rel = made.abs_rel;
-                       filled.rmse = made.rmse;
-                       filled.si_rmse = made.si_rmse;
-                       std::copy(made.within.begin(), made.within.end(), filled.within);
+                       SPLAT_COPY(filled, made, pixels, abs_rel, rmse, si_rmse);
+                       std::ranges::copy(made.within, filled.within);
                        filled.scale = made.scale;
                        filled.shift = made.shift;
                        return filled;
@@ -151,12 +147,8 @@ splat_result splat_prior_compare_normals(const splat_image* prediction, const sp
                            prior_scores::compare_normals(normals_of(pair.first, flags),
                                                          normals_of(pair.second, flags), counted));
                        splat_normal_scores filled{};
-                       filled.pixels = made.pixels;
-                       filled.missing = made.missing;
-                       filled.mean = made.mean;
-                       filled.median = made.median;
-                       filled.rmse = made.rmse;
-                       std::copy(made.within.begin(), made.within.end(), filled.within);
+                       SPLAT_COPY(filled, made, pixels, missing, mean, median, rmse);
+                       std::ranges::copy(made.within, filled.within);
                        return filled;
                    });
 }
@@ -170,13 +162,8 @@ splat_result splat_prior_compare_masks(const splat_image* prediction, const spla
                                                                 api::planes_of(pair.second),
                                                                 flags != 0 ? 0.5 : 0));
                        splat_mask_scores filled{};
-                       filled.predicted_pixels = made.predicted_pixels;
-                       filled.true_pixels = made.true_pixels;
-                       filled.mae = made.mae;
-                       filled.iou = made.iou;
-                       filled.precision = made.precision;
-                       filled.recall = made.recall;
-                       filled.f_beta = made.f_beta;
+                       SPLAT_COPY(filled, made, predicted_pixels, true_pixels, mae, iou, precision,
+                                  recall, f_beta);
                        return filled;
                    });
 }
@@ -197,7 +184,7 @@ splat_result splat_prior_compare_images(const splat_image* prediction, const spl
             filled.constant_channels = made.constant;
             filled.vif = made.vif;
             std::fill_n(filled.channels, 4, std::numeric_limits<double>::quiet_NaN());
-            std::copy(made.channels.begin(), made.channels.end(), filled.channels);
+            std::ranges::copy(made.channels, filled.channels);
             return filled;
         });
 }

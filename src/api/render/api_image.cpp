@@ -8,7 +8,6 @@
 #include "io/maps/number_image.h"
 #include "io/npy.h"
 #include "io/photo/image_file.h"
-#include "scene/camera_pose.h"
 
 using namespace splat;
 
@@ -47,9 +46,7 @@ Result<ImageFile> read_image_file(io::Bytes file, bool header_only) {
 
 /// Set the sizes of a picture without pixels.
 void give_image_size(const io::Image& from, splat_image& to) {
-    to.width = from.width;
-    to.height = from.height;
-    to.channels = from.channels;
+    SPLAT_COPY(to, from, width, height, channels);
     if (to.type == 0) to.type = from.bits == 8 ? SPLAT_PIXEL_U8 : SPLAT_PIXEL_F32;
     to.bytes = std::size_t{to.width} * to.height * to.channels * api::pixel_bytes(to.type);
 }
@@ -61,8 +58,7 @@ Status read_into(io::Bytes file, splat_image& image, splat_image_info* info) {
     if (!header_only) {
         SPLAT_ASSIGN(view, api::image_to_fill(&image, "image"));
     } else if (image.type != 0 && api::pixel_bytes(image.type) == 0) {
-        return error(Code::kInvalidArgument, "image.type is %d, expected 0 or a SPLAT_PIXEL_ type",
-                     image.type);
+        return invalid("image.type is %d, expected 0 or a SPLAT_PIXEL_ type", image.type);
     }
     SPLAT_ASSIGN(const ImageFile read, read_image_file(file, header_only));
     if (header_only) {
@@ -94,11 +90,11 @@ splat_image_format extension_format(const char* path) {
 }
 
 Status no_format(const char* name, const char* expected) {
-    return error(Code::kUnsupported, "'%s': expected the extension %s", name, expected);
+    return unsupported("'%s': expected the extension %s", name, expected);
 }
 
 Status bad_format(splat_image_format format, const char* expected) {
-    return error(Code::kInvalidArgument, "format is %d, expected %s", format, expected);
+    return invalid("format is %d, expected %s", format, expected);
 }
 
 Result<io::Buffer> image_file_of(const splat_image* image, splat_image_format format) {
@@ -118,7 +114,7 @@ bool is_animation(splat_image_format format) {
 Result<io::Buffer> animation_of(const splat_image* frames, std::uint32_t count,
                                 std::uint32_t milliseconds, splat_image_format format) {
     SPLAT_TRY(api::require(frames, "frames"));
-    if (count == 0) return error(Code::kInvalidArgument, "count is 0, expected at least 1");
+    if (count == 0) return invalid("count is 0, expected at least 1");
     std::vector<io::Image> images;
     for (std::uint32_t i = 0; i < count; ++i) {
         SPLAT_ASSIGN(const api::ImageView view,
@@ -205,9 +201,7 @@ splat_result splat_image_compare(const splat_image* a, const splat_image* b,
                      eval::compare_images(api::planes_of(first), api::planes_of(second),
                                           first.channels, first.height, first.width));
         splat_image_scores filled{};
-        filled.squared_error = made.squared_error;
-        filled.psnr = made.psnr;
-        filled.ssim = made.ssim;
+        SPLAT_COPY(filled, made, squared_error, psnr, ssim);
         api::give(filled, scores);
         return {};
     });

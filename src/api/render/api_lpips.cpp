@@ -44,7 +44,7 @@ splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* des
         SPLAT_ASSIGN(object->net, model::LpipsNet::create(*object->context, wanted, tensors));
         return object;
     };
-    return api::create_of<api::Devices, api::Lpipses>(device, "device", lpips, "lpips", make);
+    return api::create_of(device, lpips, make);
 }
 
 splat_result splat_lpips_compare(splat_lpips lpips, const splat_image* a, const splat_image* b,
@@ -53,7 +53,7 @@ splat_result splat_lpips_compare(splat_lpips lpips, const splat_image* a, const 
         SPLAT_ASSIGN(const api::ImageView first, api::image_to_read(a, "a"));
         SPLAT_ASSIGN(const api::ImageView second, api::image_to_read(b, "b"));
         SPLAT_TRY(api::require(value, "value"));
-        SPLAT_ASSIGN(const auto object, api::Lpipses::find(lpips, "lpips"));
+        SPLAT_ASSIGN(const auto object, api::find(lpips));
         SPLAT_TRY(api::check_image_size(first, "a", object->side, object->side, 3));
         SPLAT_TRY(api::check_image_size(second, "b", object->side, object->side, 3));
         const std::vector<float> render = api::planes_of(first);
@@ -71,8 +71,4 @@ splat_result splat_lpips_compare(splat_lpips lpips, const splat_image* a, const 
         *value = static_cast<double>(distance);
         return {};
     });
-}
-
-splat_result splat_lpips_destroy(splat_lpips lpips) {
-    return api::destroy<api::Lpipses>(lpips, "lpips");
 }

@@ -18,25 +18,21 @@ using CopyPointer = std::shared_ptr<api::SceneCopy>;
 Status check_raster_flags(const splat_rasterizer_desc& desc) {
     const auto is_set = [&](std::uint32_t bit) { return (desc.flags & bit) != 0; };
     if (desc.convention < 0 || desc.convention > SPLAT_CONVENTION_GSPLAT)
-        return error(Code::kInvalidArgument,
-                     "splat_rasterizer_desc.convention is %d, expected 0 to %d", desc.convention,
-                     SPLAT_CONVENTION_GSPLAT);
+        return invalid("splat_rasterizer_desc.convention is %d, expected 0 to %d", desc.convention,
+                       SPLAT_CONVENTION_GSPLAT);
     const bool gsplat = desc.convention == SPLAT_CONVENTION_GSPLAT;
     if (is_set(SPLAT_RASTERIZER_GRAD_POSE) && !gsplat)
-        return error(Code::kInvalidArgument,
-                     "splat_rasterizer_desc.flags: GRAD_POSE needs SPLAT_CONVENTION_GSPLAT");
+        return invalid("splat_rasterizer_desc.flags: GRAD_POSE needs SPLAT_CONVENTION_GSPLAT");
     if (is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT) && gsplat)
-        return error(Code::kInvalidArgument,
-                     "splat_rasterizer_desc.flags: ORIGINAL_GRADIENT needs SPLAT_CONVENTION_3DGS");
+        return invalid(
+            "splat_rasterizer_desc.flags: ORIGINAL_GRADIENT needs SPLAT_CONVENTION_3DGS");
     if (is_set(SPLAT_RASTERIZER_DIRECT_COLORS) && desc.sh_degree != 0)
-        return error(Code::kInvalidArgument,
-                     "splat_rasterizer_desc.sh_degree is %u, expected 0 with DIRECT_COLORS",
-                     desc.sh_degree);
+        return invalid("splat_rasterizer_desc.sh_degree is %u, expected 0 with DIRECT_COLORS",
+                       desc.sh_degree);
     constexpr std::uint32_t kSkips = 2 * SPLAT_SKIP_BLOCKS - 1;
     if ((desc.disabled_skips & ~kSkips) != 0)
-        return error(Code::kInvalidArgument,
-                     "splat_rasterizer_desc.disabled_skips has unknown bits %#x",
-                     desc.disabled_skips & ~kSkips);
+        return invalid("splat_rasterizer_desc.disabled_skips has unknown bits %#x",
+                       desc.disabled_skips & ~kSkips);
     return {};
 }
 
@@ -86,9 +82,8 @@ Result<raster::PackedViews> views_of_call(const api::RasterStateObject& object,
         SPLAT_TRY(raster::check_desc(object.context->device().info(), desc));
     }
     if (count > desc.views)
-        return error(Code::kInvalidArgument,
-                     "count is %u, but the rasterizer was made for at most %u views", count,
-                     desc.views);
+        return invalid("count is %u, but the rasterizer was made for at most %u views", count,
+                       desc.views);
     return api::pack_cameras(desc, cameras, 0, count, background);
 }
 
@@ -112,14 +107,13 @@ Status make_room(api::RasterStateObject& object, std::uint32_t views) {
 Result<CopyPointer> copy_of(api::SceneObject& scene, const api::RasterStateObject& object) {
     raster::RasterDesc desc = object.rasterizer->desc();
     if (desc.direct_colors)
-        return error(Code::kInvalidState,
-                     "the rasterizer was made for direct colours, but a scene has spherical "
-                     "harmonics");
+        return bad_state(
+            "the rasterizer was made for direct colours, but a scene has spherical "
+            "harmonics");
     const std::shared_lock reading(scene.mutex);
     if (scene.gaussians.count() > desc.gaussians)
-        return error(Code::kInvalidArgument,
-                     "the scene has %zu Gaussians, but the rasterizer was made for at most %u",
-                     scene.gaussians.count(), desc.gaussians);
+        return invalid("the scene has %zu Gaussians, but the rasterizer was made for at most %u",
+                       scene.gaussians.count(), desc.gaussians);
     desc.gaussians = static_cast<std::uint32_t>(scene.gaussians.count());
     const std::lock_guard lock(scene.copies_mutex);
     for (const CopyPointer& copy : scene.copies)
@@ -162,10 +156,10 @@ Status check_gaussians(api::TensorArguments& arguments, const raster::RasterDesc
                                      : api::require(from.sh, "splat_gaussians_desc.sh"));
     }
     if ((desc.direct_colors ? from.sh : from.colors) != nullptr)
-        return error(Code::kInvalidArgument,
-                     "splat_gaussians_desc.%s is not NULL, but the rasterizer was made %s direct "
-                     "colours",
-                     desc.direct_colors ? "sh" : "colors", desc.direct_colors ? "for" : "without");
+        return invalid(
+            "splat_gaussians_desc.%s is not NULL, but the rasterizer was made %s direct "
+            "colours",
+            desc.direct_colors ? "sh" : "colors", desc.direct_colors ? "for" : "without");
     SPLAT_TRY(arguments.read(from.means, "means", {n, 3}, to.means));
     SPLAT_TRY(arguments.read(from.scales, "scales", {n, 3}, to.scales));
     SPLAT_TRY(arguments.read(from.rotations, "rotations", {n, 4}, to.rotations));
@@ -188,10 +182,9 @@ struct NamedSceneKeeper {
 /// Copy `desc.gaussians` Gaussians into the kernels' layout.
 Status pack(api::RasterStateObject& object, const raster::RasterDesc& desc,
             const ops::GaussianRows& attributes) {
-    if (object.inputs.bytes() == 0) {
-        SPLAT_ASSIGN(object.inputs,
-                     gaussians::allocate_set(*object.context, object.rasterizer->desc()));
-    }
+    if (object.inputs.bytes() == 0)
+        SPLAT_SET(object.inputs,
+                  gaussians::allocate_set(*object.context, object.rasterizer->desc()));
     object.inputs.count = desc.gaussians;
     vk::Recorder recorder(*object.context);
     SPLAT_TRY(ops::pack_rows(recorder, desc, attributes, object.inputs.views()));
@@ -215,11 +208,8 @@ Result<raster::RasterDesc> api::raster_desc_of(const splat_rasterizer_desc& from
     const auto is_set = [&](std::uint32_t bit) { return (from.flags & bit) != 0; };
     const auto skips = [&](std::uint32_t bit) { return (from.disabled_skips & bit) == 0; };
     raster::RasterDesc desc;
-    desc.gaussians = from.gaussians;
+    SPLAT_COPY(desc, from, gaussians, width, height, sh_degree);
     desc.views = from.views == 0 ? 1 : from.views;
-    desc.width = from.width;
-    desc.height = from.height;
-    desc.sh_degree = from.sh_degree;
     desc.direct_colors = is_set(SPLAT_RASTERIZER_DIRECT_COLORS);
     const bool gsplat = from.convention == SPLAT_CONVENTION_GSPLAT;
     desc.convention = gsplat ? raster::Convention::kGsplat : raster::Convention::k3dgs;
@@ -265,8 +255,8 @@ Result<raster::PackedViews> api::pack_cameras(const raster::RasterDesc& desc,
     std::array<float, 3> color{};
     for (std::size_t k = 0; background != nullptr && k < 3; ++k) {
         if (!std::isfinite(background[k]))
-            return error(Code::kInvalidArgument, "background[%zu] is %g, expected a finite number",
-                         k, static_cast<double>(background[k]));
+            return invalid("background[%zu] is %g, expected a finite number", k,
+                           static_cast<double>(background[k]));
         color[k] = background[k];
     }
     return raster::pack_views(desc, views, color);
@@ -286,15 +276,8 @@ void api::RasterStateObject::describe() {
     splat_rasterizer_info filled{};
     filled.bytes = rasterizer->workspace().bytes() + inputs.bytes() + gradients->bytes();
     if (rasterizer->drawn()) {
-        filled.passes = stats.passes;
-        filled.visible = stats.visible;
-        filled.culled = stats.culled;
-        filled.non_finite = stats.non_finite;
-        filled.pairs = stats.pairs;
-        filled.longest = stats.longest;
-        filled.tiles = stats.tiles;
-        filled.empty_tiles = stats.empty_tiles;
-        filled.runs = stats.runs;
+        SPLAT_COPY(filled, stats, passes, visible, culled, non_finite, pairs, longest, tiles,
+                   empty_tiles, runs);
         filled.gaussians = rasterizer->drawn_desc().gaussians;
         filled.views = rasterizer->drawn_desc().views;
     }
@@ -307,31 +290,25 @@ Result<std::shared_ptr<api::RasterStateObject>> api::find_state(splat_rasterizer
     if (state == nullptr) return object->default_state;
     SPLAT_ASSIGN(const auto found, RasterStates::find(state, "state"));
     if (found->gradients != object->gradients)
-        return error(Code::kInvalidArgument,
-                     "state was made for another rasterizer, expected one of "
-                     "splat_raster_state_create(rasterizer, ...) or NULL");
+        return invalid(
+            "state was made for another rasterizer, expected one of "
+            "splat_raster_state_create(rasterizer, ...) or NULL");
     return found;
 }
 
 splat_result splat_rasterizer_create(splat_device device, const splat_rasterizer_desc* desc,
                                      splat_rasterizer* rasterizer) {
-    return api::create<api::Rasterizers>(
-        rasterizer, "rasterizer", [&]() -> Result<RasterizerPointer> {
-            SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
-            constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_NORMALS - 1;
-            SPLAT_TRY(api::check_desc(desc, kKnown));
-            return api::make_rasterizer(*owner, *desc);
-        });
+    return api::create(rasterizer, [&]() -> Result<RasterizerPointer> {
+        SPLAT_ASSIGN(const auto owner, api::find(device));
+        constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_NORMALS - 1;
+        SPLAT_TRY(api::check_desc(desc, kKnown));
+        return api::make_rasterizer(*owner, *desc);
+    });
 }
 
 splat_result splat_raster_state_create(splat_rasterizer rasterizer, splat_raster_state* state) {
-    return api::create_of<api::Rasterizers, api::RasterStates>(
-        rasterizer, "rasterizer", state, "state",
-        [](const auto& object) { return make_state(*object); });
-}
-
-splat_result splat_raster_state_destroy(splat_raster_state state) {
-    return api::destroy<api::RasterStates>(state, "state");
+    return api::create_of(rasterizer, state,
+                          [](const auto& object) { return make_state(*object); });
 }
 
 splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_raster_state state,
@@ -339,7 +316,7 @@ splat_result splat_rasterizer_forward_scene(splat_rasterizer rasterizer, splat_r
                                             uint32_t count, const float* background) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
-        SPLAT_ASSIGN(const auto from, api::Scenes::find(scene, "scene"));
+        SPLAT_ASSIGN(const auto from, api::find(scene));
         SPLAT_ASSIGN(const raster::PackedViews views,
                      views_of_call(*object, cameras, count, background));
         return api::draw_scene(*object, *from, views);
@@ -379,8 +356,4 @@ splat_result splat_rasterizer_get_info(splat_rasterizer rasterizer, splat_raster
         api::give(object->info.get(), info);
         return {};
     });
-}
-
-splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer) {
-    return api::destroy<api::Rasterizers>(rasterizer, "rasterizer");
 }

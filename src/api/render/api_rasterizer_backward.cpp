@@ -16,7 +16,7 @@ struct GradientTensors {
 
 Status check_made_for(bool made, const char* name, const char* flag) {
     if (made) return {};
-    return error(Code::kInvalidState, "%s needs a rasterizer made %s", name, flag);
+    return bad_state("%s needs a rasterizer made %s", name, flag);
 }
 
 /// Errors: kInvalidState for a tensor that this rasterizer was not made for.
@@ -114,8 +114,8 @@ splat_result splat_rasterizer_backward(splat_rasterizer rasterizer, splat_raster
         GradientTensors tensors;
         const std::lock_guard lock(object->context->mutex);
         if (!object->rasterizer->drawn())
-            return error(Code::kInvalidState,
-                         "the rasterizer has drawn nothing: call splat_rasterizer_forward first");
+            return bad_state(
+                "the rasterizer has drawn nothing: call splat_rasterizer_forward first");
         SPLAT_TRY(check_tensors(arguments, object->rasterizer->drawn_desc(), *gradients, tensors));
         SPLAT_TRY(arguments.check_unmapped());
         SPLAT_TRY(pack(*object, tensors));

@@ -37,21 +37,19 @@ static_assert(std::size(kOutputs) == SPLAT_OUTPUT_NORMALS);
 
 Result<const OutputRow*> find_output(const raster::RasterDesc& desc, splat_output output) {
     if (output < 1 || output > SPLAT_OUTPUT_NORMALS)
-        return error(Code::kInvalidArgument, "output is %d, expected 1 to %d", output,
-                     SPLAT_OUTPUT_NORMALS);
+        return invalid("output is %d, expected 1 to %d", output, SPLAT_OUTPUT_NORMALS);
     const OutputRow& row = kOutputs[output - 1];
     const bool depth = row.flag == SPLAT_RASTERIZER_DEPTH;
     if (row.flag != 0 && !(depth ? desc.extra : desc.normals))
-        return error(Code::kInvalidState, "output %s needs a rasterizer made with %s", row.name,
-                     depth ? "SPLAT_RASTERIZER_DEPTH" : "SPLAT_RASTERIZER_NORMALS");
+        return bad_state("output %s needs a rasterizer made with %s", row.name,
+                         depth ? "SPLAT_RASTERIZER_DEPTH" : "SPLAT_RASTERIZER_NORMALS");
     return &row;
 }
 
 /// The context's mutex is held.
 Status check_drawn(const api::RasterStateObject& object) {
     if (object.rasterizer->drawn()) return {};
-    return error(Code::kInvalidState,
-                 "the rasterizer has drawn nothing: call splat_rasterizer_forward first");
+    return bad_state("the rasterizer has drawn nothing: call splat_rasterizer_forward first");
 }
 
 std::uint64_t elements_of(const raster::RasterDesc& desc, const OutputRow& row) {
@@ -97,7 +95,7 @@ Status read_output(const api::RasterStateObject& object, const OutputRow& row, f
     SPLAT_ASSIGN(const float* splats,
                  numbers(context, space.splats.range(), 12 * count, splats_copy));
     const std::vector<float> conics = raster::conics_of({splats, 12 * count}, {radii, 2 * count});
-    std::copy(conics.begin(), conics.end(), to);
+    std::ranges::copy(conics, to);
     return {};
 }
 
@@ -139,8 +137,7 @@ Result<api::ImageView> api::image_of_output(splat_output output, const raster::R
                                             const splat_image& image, const char* name) {
     SPLAT_ASSIGN(const OutputRow* row, find_output(desc, output));
     if (!row->per_pixel)
-        return error(Code::kInvalidArgument, "output %s is no image: use splat_rasterizer_read",
-                     row->name);
+        return invalid("output %s is no image: use splat_rasterizer_read", row->name);
     const bool rgb = output == SPLAT_OUTPUT_RGB;
     SPLAT_ASSIGN(const ImageView view, image_to_fill(&image, name));
     const std::uint32_t channels = rgb && view.channels == 4 ? 4 : row->channels;
@@ -167,7 +164,7 @@ splat_result splat_rasterizer_output(splat_rasterizer rasterizer, splat_raster_s
                                      splat_output output, splat_tensor tensor) {
     return api::guarded([&]() -> Status {
         SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
-        SPLAT_TRY(api::Tensors::find(tensor, "tensor").status());
+        SPLAT_TRY(api::find(tensor).status());
         SPLAT_ASSIGN(const OutputRow* row, find_output(object->rasterizer->desc(), output));
         api::TensorArguments arguments(*object->context, "rasterizer");
         vk::BufferView view;
@@ -190,8 +187,7 @@ splat_result splat_rasterizer_read(splat_rasterizer rasterizer, splat_raster_sta
         const std::uint64_t needed =
             elements_of(object->rasterizer->drawn_desc(), *row) * row->channels * sizeof(float);
         if (bytes < needed)
-            return error(Code::kInvalidArgument, "bytes is %zu, but output %s takes %llu", bytes,
-                         row->name, static_cast<unsigned long long>(needed));
+            return invalid("bytes is %zu, but output %s takes %llu", bytes, row->name, llu(needed));
         return read_output(*object, *row, values);
     });
 }
@@ -214,9 +210,8 @@ splat_result splat_rasterizer_read_images(splat_rasterizer rasterizer, splat_ras
             views.push_back(view);
         }
         if (std::uint64_t{first} + count > drawn.views)
-            return error(
-                Code::kInvalidArgument, "views %u to %llu, but the last forward call drew %u",
-                first, static_cast<unsigned long long>(std::uint64_t{first} + count), drawn.views);
+            return invalid("views %u to %llu, but the last forward call drew %u", first,
+                           llu(std::uint64_t{first} + count), drawn.views);
         return api::fill_images(*object, output, first, views);
     });
 }

@@ -78,7 +78,7 @@ Status draw(api::DeviceObject& device, api::SceneObject& scene, splat_output out
 splat_result splat_scene_render(splat_scene scene, splat_device device, const splat_camera* cameras,
                                 uint32_t count, const splat_scene_render_desc* desc,
                                 const splat_image* images) {
-    return api::with<api::Scenes>(scene, "scene", [&](const auto& from) -> Status {
+    return api::with(scene, [&](const auto& from) -> Status {
         splat_scene_render_desc wanted{};
         if (desc != nullptr) {
             SPLAT_TRY(api::check_desc(desc, SPLAT_RASTERIZER_ANTIALIASED));
@@ -90,9 +90,9 @@ splat_result splat_scene_render(splat_scene scene, splat_device device, const sp
         }
         std::shared_ptr<api::DeviceObject> owner;
         if (device != nullptr) {
-            SPLAT_ASSIGN(owner, api::Devices::find(device, "device"));
+            SPLAT_ASSIGN(owner, api::find(device));
         } else {
-            SPLAT_ASSIGN(owner, api::open_device({}));
+            SPLAT_SET(owner, api::open_device({}));
         }
         const vk::DeviceInfo& limits = owner->context->device().info();
         const splat_rasterizer_desc rasterizer = rasterizer_of(*from, wanted);

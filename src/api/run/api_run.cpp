@@ -25,16 +25,8 @@ splat_run_event value_of(api::RunObject& object) {
     splat_run_event event{};
     event.kind = static_cast<splat_run_event_kind>(from.kind);
     if (!from.text.empty()) event.text = from.text.c_str();
-    event.warning = from.warning ? 1 : 0;
-    event.updated = from.updated ? 1 : 0;
-    event.logged = from.logged ? 1 : 0;
-    event.step = from.step;
-    event.attempts = from.attempts;
-    event.iterations = from.iterations;
-    event.skipped = from.skipped;
-    event.peak_bytes = from.peak_bytes;
-    event.seconds = from.seconds;
-    event.steps_per_second = from.steps_per_second;
+    SPLAT_COPY(event, from, warning, updated, logged, step, attempts, iterations, skipped,
+               peak_bytes, seconds, steps_per_second);
     if (!object.numbers.empty()) event.numbers = object.numbers.data();
     event.number_count = object.numbers.size();
     event.piece = from.piece;
@@ -42,10 +34,7 @@ splat_run_event value_of(api::RunObject& object) {
     if (from.kind != EventKind::kValidatedPiece) return event;
     const run::Piece& piece = from.validated;
     event.name = piece.name.c_str();
-    event.views = piece.views;
-    event.inputs = piece.inputs;
-    event.width = piece.width;
-    event.height = piece.height;
+    SPLAT_COPY(event, piece, views, inputs, width, height);
     event.image_count = piece.images.size();
     event.images = piece.images.data();
     event.truths = piece.truths.data();
@@ -56,7 +45,7 @@ splat_run_event value_of(api::RunObject& object) {
 
 splat_result splat_run_next(splat_run run, splat_run_event* event) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto object, api::Runs::find(run, "run"));
+        SPLAT_ASSIGN(const auto object, api::find(run));
         SPLAT_TRY(api::require(event, "event"));
         SPLAT_TRY(api::check_filled(*event));
         const vk::DeviceCall call(object->context->mutex);
@@ -70,16 +59,10 @@ splat_result splat_run_next(splat_run run, splat_run_event* event) {
 
 splat_result splat_run_interrupt(splat_run run) {
     if (api::Runs::interrupt(run)) return SPLAT_OK;
-    return api::guarded([&] { return api::Runs::find(run, "run").status(); });
+    return api::guarded([&] { return api::find(run).status(); });
 }
 
 splat_result splat_run_report(splat_run run, char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto object, api::Runs::find(run, "run"));
-        return give(run::figures_json(object->figures.get()));
-    });
-}
-
-splat_result splat_run_destroy(splat_run run) {
-    return api::destroy<api::Runs>(run, "run");
+    return api::report(run, buffer, capacity, needed,
+                       [](auto& object) { return run::figures_json(object.figures.get()); });
 }

@@ -26,9 +26,7 @@ Result<scene::OrbitOptions> orbit_options(const splat_orbit_desc* desc) {
     if (desc->width != 0) options.width = desc->width;
     if (desc->height != 0) options.height = desc->height;
     if (desc->fov_x != 0) options.fov_x = desc->fov_x;
-    options.elevation = desc->elevation;
-    options.start = desc->start;
-    options.distance = desc->distance;
+    SPLAT_COPY(options, *desc, elevation, start, distance);
     const scene::Vec3 up = vec3(desc->up);
     if (up != scene::Vec3{}) options.up = up;
     return options;
@@ -74,9 +72,8 @@ Result<io::CameraSet> load(const splat_camera_bytes* files, const splat_camera_f
     };
     const io::Bytes cameras = bytes(given.cameras, given.camera_bytes);
     if (given.images == nullptr && given.image_bytes != 0)
-        return error(Code::kInvalidArgument,
-                     "splat_camera_bytes.images is NULL, but image_bytes is %zu",
-                     given.image_bytes);
+        return invalid("splat_camera_bytes.images is NULL, but image_bytes is %zu",
+                       given.image_bytes);
     if (given.images == nullptr)
         return io::read_transforms_json(cameras, reading.width, reading.height, reading.options);
     return io::read_colmap(cameras, bytes(given.images, given.image_bytes), reading.options);
@@ -137,7 +134,7 @@ splat_result splat_camera_look_at(splat_camera* camera, const double* eye, const
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::require(camera, "camera", eye, "eye", target, "target", up, "up"));
         SPLAT_ASSIGN(const scene::Mat4 pose, scene::look_at(vec3(eye), vec3(target), vec3(up)));
-        std::copy(pose.begin(), pose.end(), camera->world_to_camera);
+        std::ranges::copy(pose, camera->world_to_camera);
         return {};
     });
 }
@@ -148,7 +145,7 @@ splat_result splat_camera_from_opengl(splat_camera* camera, const double* camera
         scene::Mat4 from;
         std::copy_n(camera_to_world, 16, from.begin());
         SPLAT_ASSIGN(const scene::Mat4 pose, scene::opencv_from_opengl(from));
-        std::copy(pose.begin(), pose.end(), camera->world_to_camera);
+        std::ranges::copy(pose, camera->world_to_camera);
         return {};
     });
 }
@@ -159,14 +156,14 @@ splat_result splat_camera_to_opengl(const splat_camera* camera, double* camera_t
         scene::Mat4 from;
         std::copy_n(camera->world_to_camera, 16, from.begin());
         SPLAT_ASSIGN(const scene::Mat4 pose, scene::opengl_from_opencv(from));
-        std::copy(pose.begin(), pose.end(), camera_to_world);
+        std::ranges::copy(pose, camera_to_world);
         return {};
     });
 }
 
 splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc, uint32_t count,
                                 splat_camera* cameras) {
-    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
+    return api::with(scene, [&](const auto& object) -> Status {
         if (count > 0) SPLAT_TRY(api::require(cameras, "cameras"));
         SPLAT_ASSIGN(scene::OrbitOptions options, orbit_options(desc));
         if (count == 0) return {};
@@ -174,7 +171,7 @@ splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc,
         const std::shared_lock lock(object->mutex);
         SPLAT_ASSIGN(const std::vector<scene::Camera> made,
                      scene::orbit(object->gaussians, options));
-        std::transform(made.begin(), made.end(), cameras, api::value_of);
+        std::ranges::transform(made, cameras, api::value_of);
         return {};
     });
 }
@@ -192,18 +189,18 @@ splat_result splat_camera_load_memory(const splat_camera_bytes* files,
 
 splat_result splat_camera_load_report(const char* path, const splat_camera_file_desc* desc,
                                       char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
         SPLAT_ASSIGN(const io::CameraSet set, load(path, desc));
-        return give(report_of(set));
+        return report_of(set);
     });
 }
 
 splat_result splat_camera_load_memory_report(const splat_camera_bytes* files,
                                              const splat_camera_file_desc* desc, char* buffer,
                                              size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
         SPLAT_ASSIGN(const io::CameraSet set, load(files, desc));
-        return give(report_of(set));
+        return report_of(set);
     });
 }
 

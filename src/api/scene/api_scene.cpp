@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <shared_mutex>
 
 #include "api/api_guard.h"
@@ -18,29 +17,26 @@ constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 27;
 
 Status check_count(std::uint64_t count) {
     if (count <= kMaxCount) return {};
-    return error(Code::kUnsupported, "a scene of %llu Gaussians, expected at most %llu",
-                 static_cast<unsigned long long>(count),
-                 static_cast<unsigned long long>(kMaxCount));
+    return unsupported("a scene of %llu Gaussians, expected at most %llu", llu(count),
+                       llu(kMaxCount));
 }
 
 Result<scene::Gaussians> gaussians_of(const splat_scene_desc& desc) {
     if (desc.sh_degree > scene::kMaxShDegree)
-        return error(Code::kInvalidArgument, "splat_scene_desc.sh_degree is %u, expected 0 to %u",
-                     desc.sh_degree, scene::kMaxShDegree);
+        return invalid("splat_scene_desc.sh_degree is %u, expected 0 to %u", desc.sh_degree,
+                       scene::kMaxShDegree);
     SPLAT_TRY(check_count(desc.count));
     const auto count = static_cast<std::size_t>(desc.count);
     scene::Gaussians gaussians = scene::make_gaussians(count, desc.sh_degree);
     const auto fill = [](const char* name, const float* from, std::uint64_t length,
                          std::vector<float>& to) -> Status {
         if (from == nullptr && length != 0)
-            return error(Code::kInvalidArgument,
-                         "splat_scene_desc.%s is NULL, but its length is %llu", name,
-                         static_cast<unsigned long long>(length));
+            return invalid("splat_scene_desc.%s is NULL, but its length is %llu", name,
+                           llu(length));
         if (from == nullptr) return {};
         if (length != 0 && length < to.size())
-            return error(Code::kInvalidArgument,
-                         "splat_scene_desc.%s has %llu floats, its Gaussians take %zu", name,
-                         static_cast<unsigned long long>(length), to.size());
+            return invalid("splat_scene_desc.%s has %llu floats, its Gaussians take %zu", name,
+                           llu(length), to.size());
         std::copy_n(from, to.size(), to.begin());
         return {};
     };
@@ -64,7 +60,7 @@ std::shared_ptr<api::SceneObject> scene_of(scene::Gaussians gaussians) {
 /// Replace the Gaussians of a scene by the result of `make`. On failure the scene stays as it was.
 template <class Make>
 splat_result replace(splat_scene scene, Make&& make) {
-    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
+    return api::with(scene, [&](const auto& object) -> Status {
         const std::lock_guard lock(object->mutex);
         SPLAT_ASSIGN(object->gaussians, make(std::as_const(object->gaussians)));
         object->copies.clear();
@@ -74,8 +70,7 @@ splat_result replace(splat_scene scene, Make&& make) {
 
 Status check_bytes(const char* name, std::size_t elements, std::size_t bytes) {
     if (bytes >= elements * sizeof(float)) return {};
-    return error(Code::kInvalidArgument, "bytes is %zu, but '%s' takes %zu", bytes, name,
-                 elements * sizeof(float));
+    return invalid("bytes is %zu, but '%s' takes %zu", bytes, name, elements * sizeof(float));
 }
 
 /// The attribute that a call names. Errors: NULL arguments, an unknown name, too few bytes.
@@ -96,17 +91,13 @@ splat_scene_info info_of(const scene::Statistics& s) {
     std::copy_n(glm::value_ptr(s.bounds.low), 3, info.low);
     std::copy_n(glm::value_ptr(s.bounds.high), 3, info.high);
     std::copy_n(glm::value_ptr(s.center), 3, info.center);
-    info.radius = s.radius;
+    SPLAT_COPY(info, s, radius, non_finite, bad_rotations, degenerate, invisible);
     info.scale_min = s.scales.min;
     info.scale_max = s.scales.max;
     info.scale_mean = s.scales.mean;
     info.opacity_min = s.opacities.min;
     info.opacity_max = s.opacities.max;
     info.opacity_mean = s.opacities.mean;
-    info.non_finite = s.non_finite;
-    info.bad_rotations = s.bad_rotations;
-    info.degenerate = s.degenerate;
-    info.invisible = s.invisible;
     return info;
 }
 
@@ -128,7 +119,7 @@ Result<std::vector<scene::Gaussians>> copies_of(const splat_scene* scenes, std::
 }  // namespace
 
 splat_result splat_scene_create(const splat_scene_desc* desc, splat_scene* scene) {
-    return api::create<api::Scenes>(scene, "scene", [&]() -> api::Scenes::Made {
+    return api::create(scene, [&]() -> api::Scenes::Made {
         SPLAT_TRY(api::check_desc(desc, 0));
         SPLAT_ASSIGN(scene::Gaussians gaussians, gaussians_of(*desc));
         return scene_of(std::move(gaussians));
@@ -137,24 +128,23 @@ splat_result splat_scene_create(const splat_scene_desc* desc, splat_scene* scene
 
 splat_result splat_scene_load_report(splat_scene scene, char* buffer, size_t capacity,
                                      size_t* needed) {
-    return api::report<api::Scenes>(scene, "scene", buffer, capacity, needed,
-                                    [](auto& object) { return object.report; });
+    return api::report(scene, buffer, capacity, needed, [](auto& object) { return object.report; });
 }
 
 splat_result splat_scene_read(splat_scene scene, const char* name, float* values, size_t bytes) {
-    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
+    return api::with(scene, [&](const auto& object) -> Status {
         const std::shared_lock lock(object->mutex);
         SPLAT_ASSIGN(const api::SceneAttribute* attribute,
                      attribute_of(*object, name, values, bytes));
         const std::vector<float> read = api::attribute_values(*attribute, object->gaussians);
-        std::copy(read.begin(), read.end(), values);
+        std::ranges::copy(read, values);
         return {};
     });
 }
 
 splat_result splat_scene_write(splat_scene scene, const char* name, const float* values,
                                size_t bytes) {
-    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
+    return api::with(scene, [&](const auto& object) -> Status {
         const std::lock_guard lock(object->mutex);
         SPLAT_ASSIGN(const api::SceneAttribute* attribute,
                      attribute_of(*object, name, values, bytes));
@@ -181,7 +171,7 @@ splat_result splat_scene_to_tensor(splat_scene scene, const char* name, splat_de
         values = api::attribute_values(*attribute, object->gaussians);
         return {};
     };
-    const splat_result result = api::with<api::Scenes>(scene, "scene", read);
+    const splat_result result = api::with(scene, read);
     if (result != SPLAT_OK) return result;
     return splat_tensor_from_host(device, &desc, values.data(), values.size() * sizeof(float),
                                   nullptr, tensor);
@@ -212,23 +202,17 @@ splat_result splat_scene_filter(splat_scene scene, uint32_t flags, double min_op
     return replace(scene, [&](const scene::Gaussians& from) -> Result<scene::Gaussians> {
         SPLAT_TRY(api::check_flags(flags, SPLAT_FILTER_FINITE | SPLAT_FILTER_SORT));
         if (!(min_opacity >= 0 && min_opacity <= 1))
-            return error(Code::kInvalidArgument, "min_opacity is %g, expected 0 to 1", min_opacity);
+            return invalid("min_opacity is %g, expected 0 to 1", min_opacity);
         scene::Gaussians kept = from;
-        if ((flags & SPLAT_FILTER_FINITE) != 0) {
-            SPLAT_ASSIGN(kept, scene::remove_invalid(kept));
-        }
-        if (min_opacity > 0) {
-            SPLAT_ASSIGN(kept, scene::filter_by_opacity(kept, min_opacity));
-        }
-        if ((flags & SPLAT_FILTER_SORT) != 0) {
-            SPLAT_ASSIGN(kept, scene::sort_morton(kept));
-        }
+        if ((flags & SPLAT_FILTER_FINITE) != 0) SPLAT_SET(kept, scene::remove_invalid(kept));
+        if (min_opacity > 0) SPLAT_SET(kept, scene::filter_by_opacity(kept, min_opacity));
+        if ((flags & SPLAT_FILTER_SORT) != 0) SPLAT_SET(kept, scene::sort_morton(kept));
         return kept;
     });
 }
 
 splat_result splat_scene_merge(const splat_scene* scenes, uint32_t count, splat_scene* scene) {
-    return api::create<api::Scenes>(scene, "scene", [&]() -> api::Scenes::Made {
+    return api::create(scene, [&]() -> api::Scenes::Made {
         if (count > 0) SPLAT_TRY(api::require(scenes, "scenes"));
         SPLAT_ASSIGN(const std::vector<scene::Gaussians> copies, copies_of(scenes, count));
         SPLAT_ASSIGN(scene::Gaussians merged, scene::merge(copies));
@@ -237,14 +221,9 @@ splat_result splat_scene_merge(const splat_scene* scenes, uint32_t count, splat_
 }
 
 splat_result splat_scene_get_info(splat_scene scene, splat_scene_info* info) {
-    return api::describe<api::Scenes>(
-        scene, "scene", info, "info", [&](auto& object) -> Result<splat_scene_info> {
-            const std::shared_lock lock(object.mutex);
-            SPLAT_ASSIGN(const scene::Statistics measured, scene::statistics(object.gaussians));
-            return info_of(measured);
-        });
-}
-
-splat_result splat_scene_destroy(splat_scene scene) {
-    return api::destroy<api::Scenes>(scene, "scene");
+    return api::describe(scene, info, "info", [&](auto& object) -> Result<splat_scene_info> {
+        const std::shared_lock lock(object.mutex);
+        SPLAT_ASSIGN(const scene::Statistics measured, scene::statistics(object.gaussians));
+        return info_of(measured);
+    });
 }

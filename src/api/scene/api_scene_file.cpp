@@ -19,9 +19,8 @@ static_assert(static_cast<int>(scene::Frame::kLdf) + 1 == SPLAT_FRAME_LDF);
 
 Status check_range(const char* field, std::int64_t value, std::int64_t least, std::int64_t most) {
     if (value >= least && value <= most) return {};
-    return error(Code::kInvalidArgument, "splat_scene_file_desc.%s is %lld, expected %lld to %lld",
-                 field, static_cast<long long>(value), static_cast<long long>(least),
-                 static_cast<long long>(most));
+    return invalid("splat_scene_file_desc.%s is %lld, expected %lld to %lld", field, lld(value),
+                   lld(least), lld(most));
 }
 
 /// The caller's desc, or the default one.
@@ -99,9 +98,8 @@ api::Scenes::Made load(io::Bytes file, const char* name, const splat_scene_file_
 Result<io::Buffer> file_of(api::SceneObject& object, const io::SceneFormat& format,
                            const splat_scene_file_desc& desc) {
     if (desc.spz_version != 0 && format.write != io::write_spz)
-        return error(Code::kInvalidArgument,
-                     "splat_scene_file_desc.spz_version is %u, but the file is a %s; leave it 0",
-                     desc.spz_version, format.name);
+        return invalid("splat_scene_file_desc.spz_version is %u, but the file is a %s; leave it 0",
+                       desc.spz_version, format.name);
     io::SaveOptions options;
     options.frame = frame_of(desc);
     options.sh_degree = degree_of(desc);
@@ -114,13 +112,12 @@ Result<io::Buffer> file_of(api::SceneObject& object, const io::SceneFormat& form
 }  // namespace
 
 splat_result splat_scene_formats(char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed,
-                             [](auto give) { return give(formats_text()); });
+    return api::guarded_text(buffer, capacity, needed, [] { return formats_text(); });
 }
 
 splat_result splat_scene_load(const char* path, const splat_scene_file_desc* desc,
                               splat_scene* scene) {
-    return api::create<api::Scenes>(scene, "scene", [&]() -> api::Scenes::Made {
+    return api::create(scene, [&]() -> api::Scenes::Made {
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         SPLAT_ASSIGN(const io::Buffer file, io::read_file(path));
@@ -130,7 +127,7 @@ splat_result splat_scene_load(const char* path, const splat_scene_file_desc* des
 
 splat_result splat_scene_load_memory(const void* data, size_t bytes,
                                      const splat_scene_file_desc* desc, splat_scene* scene) {
-    return api::create<api::Scenes>(scene, "scene", [&]() -> api::Scenes::Made {
+    return api::create(scene, [&]() -> api::Scenes::Made {
         SPLAT_TRY(api::require(data, "data"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         return load({static_cast<const std::byte*>(data), bytes}, "memory", full);
@@ -139,13 +136,11 @@ splat_result splat_scene_load_memory(const void* data, size_t bytes,
 
 splat_result splat_scene_save(splat_scene scene, const char* path,
                               const splat_scene_file_desc* desc) {
-    return api::with<api::Scenes>(scene, "scene", [&](const auto& object) -> Status {
+    return api::with(scene, [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         const io::SceneFormat* format = format_of(full);
-        if (format == nullptr) {
-            SPLAT_ASSIGN(format, io::written_scene_format(path));
-        }
+        if (format == nullptr) SPLAT_SET(format, io::written_scene_format(path));
         SPLAT_ASSIGN(const io::Buffer file, file_of(*object, *format, full));
         return io::write_file(path, file);
     });
@@ -154,13 +149,13 @@ splat_result splat_scene_save(splat_scene scene, const char* path,
 splat_result splat_scene_save_memory(splat_scene scene, const splat_scene_file_desc* desc,
                                      void* buffer, size_t capacity, size_t* needed) {
     return api::guarded_bytes(buffer, capacity, needed, [&](auto give) -> Status {
-        SPLAT_ASSIGN(const auto object, api::Scenes::find(scene, "scene"));
+        SPLAT_ASSIGN(const auto object, api::find(scene));
         SPLAT_ASSIGN(const splat_scene_file_desc full, complete(desc));
         const io::SceneFormat* const format = format_of(full);
         if (format == nullptr)
-            return error(Code::kInvalidArgument,
-                         "splat_scene_file_desc.format is 0, but memory has no extension; name a "
-                         "SPLAT_SCENE_ format");
+            return invalid(
+                "splat_scene_file_desc.format is 0, but memory has no extension; name a "
+                "SPLAT_SCENE_ format");
         SPLAT_ASSIGN(const io::Buffer file, file_of(*object, *format, full));
         return give(file);
     });

@@ -32,14 +32,13 @@ Result<const SceneAttribute*> find_attribute(const char* name) {
         if (std::string(name) == attribute.name) return &attribute;
         names += std::string(names.empty() ? "" : ", ") + attribute.name;
     }
-    return error(Code::kInvalidArgument, "name is '%s', expected one of %s", name, names.c_str());
+    return invalid("name is '%s', expected one of %s", name, names.c_str());
 }
 
 Result<Shape> attribute_shape(const SceneAttribute& attribute, const Gaussians& scene) {
     const auto count = static_cast<std::int64_t>(scene.count());
     if (count == 0)
-        return error(Code::kInvalidState, "the scene has no Gaussians, so '%s' has no elements",
-                     attribute.name);
+        return bad_state("the scene has no Gaussians, so '%s' has no elements", attribute.name);
     std::vector<std::int64_t> dims = {count};
     if (attribute.array == &Gaussians::sh) dims.push_back(scene::sh_coefficients(scene.sh_degree));
     if (attribute.array == &Gaussians::rotations)
@@ -67,8 +66,8 @@ Status set_attribute(const SceneAttribute& attribute, std::span<const float> val
         const auto value = static_cast<double>(stored[i]);
         const bool good = is_scale(attribute) ? value > 0 : value >= 0 && value <= 1;
         if (!good)
-            return error(Code::kInvalidArgument, "values[%zu] of '%s' is %g, expected %s", i,
-                         attribute.name, value, is_scale(attribute) ? "> 0" : "0 to 1");
+            return invalid("values[%zu] of '%s' is %g, expected %s", i, attribute.name, value,
+                           is_scale(attribute) ? "> 0" : "0 to 1");
         stored[i] =
             static_cast<float>(is_scale(attribute) ? std::log(value) : scene::logit_of(value));
     }

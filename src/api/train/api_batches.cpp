@@ -46,12 +46,11 @@ splat_result splat_batches_create(splat_dataset dataset, const char* config, uin
         SPLAT_ASSIGN(object->source, train::Prefetch::create(std::move(source), kBatchesAhead));
         return object;
     };
-    return api::create_of<api::Datasets, api::AllBatches>(dataset, "dataset", batches, "batches",
-                                                          make);
+    return api::create_of(dataset, batches, make);
 }
 
 splat_result splat_batches_next(splat_batches batches, uint64_t step, splat_trainer_batch* batch) {
-    return api::with<api::AllBatches>(batches, "batches", [&](const auto& object) -> Status {
+    return api::with(batches, [&](const auto& object) -> Status {
         SPLAT_TRY(api::require(batch, "batch"));
         SPLAT_TRY(api::check_filled(*batch));
         SPLAT_ASSIGN(object->batch, object->source->get(step));
@@ -61,8 +60,4 @@ splat_result splat_batches_next(splat_batches batches, uint64_t step, splat_trai
         api::give(batch_of(*object), batch);
         return {};
     });
-}
-
-splat_result splat_batches_destroy(splat_batches batches) {
-    return api::destroy<api::AllBatches>(batches, "batches");
 }

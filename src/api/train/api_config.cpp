@@ -9,30 +9,27 @@ using namespace splat;
 
 splat_result splat_config_check(const char* text, const char* const* values, size_t count,
                                 char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
         SPLAT_ASSIGN(const auto texts, api::texts_of(values, count));
         Config config("configuration");
-        if (text != nullptr) {
-            SPLAT_ASSIGN(config, read_config(text, "configuration"));
-        }
+        if (text != nullptr) SPLAT_SET(config, read_config(text, "configuration"));
         SPLAT_ASSIGN(config, config::with_values(config, texts));
         SPLAT_ASSIGN(const auto warnings, config::training_warnings(config));
         JsonWriter json;
         json.begin_object().key("warnings").begin_array();
         for (const std::string& warning : warnings) json.value(warning);
-        return give(json.end().end().text());
+        return json.end().end().text();
     });
 }
 
 splat_result splat_config_presets(char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed,
-                             [&](auto give) -> Status { return give(config::presets_json()); });
+    return api::guarded_text(buffer, capacity, needed, [] { return config::presets_json(); });
 }
 
 splat_result splat_config_preset(const char* name, char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
         SPLAT_TRY(api::require(name, "name"));
         SPLAT_ASSIGN(const config::Preset preset, config::preset_of(name));
-        return give(std::string(preset.text));
+        return std::string(preset.text);
     });
 }

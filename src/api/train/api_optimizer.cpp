@@ -19,8 +19,7 @@ struct OptimizerItems {
 
 Status on_device(const api::OfDevice& object, const vk::Context& context, const std::string& what) {
     if (object.context.get() == &context) return {};
-    return error(Code::kInvalidArgument, "%s is on another device than the optimizer",
-                 what.c_str());
+    return invalid("%s is on another device than the optimizer", what.c_str());
 }
 
 Status add_tensor(const splat_optimizer_item& item, const std::string& what,
@@ -33,8 +32,7 @@ Status add_tensor(const splat_optimizer_item& item, const std::string& what,
     SPLAT_ASSIGN(auto grad, api::find_tensor(item.gradient, (what + ".gradient").c_str(), context,
                                              "optimizer"));
     if (value == grad)
-        return error(Code::kInvalidArgument, "%s.gradient is the same tensor as its parameter",
-                     what.c_str());
+        return invalid("%s.gradient is the same tensor as its parameter", what.c_str());
     if (!(value->view.shape == grad->view.shape))
         return error(Code::kShape, "%s.gradient has the shape %s, expected %s", what.c_str(),
                      grad->view.shape.text().c_str(), value->view.shape.text().c_str());
@@ -46,8 +44,7 @@ Status add_tensor(const splat_optimizer_item& item, const std::string& what,
 
 Status check_gradients(bool made, const std::string& what, const char* flag) {
     if (made) return {};
-    return error(Code::kInvalidState, "%s was created without %s, so it has no gradients",
-                 what.c_str(), flag);
+    return bad_state("%s was created without %s, so it has no gradients", what.c_str(), flag);
 }
 
 Status add_item(const splat_optimizer_item& item, const std::string& what,
@@ -55,9 +52,8 @@ Status add_item(const splat_optimizer_item& item, const std::string& what,
     const bool tensor = item.parameter != nullptr || item.gradient != nullptr;
     const int kinds = (item.model != nullptr) + (item.module != nullptr) + (tensor ? 1 : 0);
     if (kinds != 1)
-        return error(Code::kInvalidArgument,
-                     "%s has %d of a model, a module and a tensor, expected one of them",
-                     what.c_str(), kinds);
+        return invalid("%s has %d of a model, a module and a tensor, expected one of them",
+                       what.c_str(), kinds);
     if (tensor) return add_tensor(item, what, context, to);
     const std::string prefix = item.name == nullptr ? "" : item.name;
     if (item.model != nullptr) {
@@ -83,12 +79,11 @@ Status add_groups(const splat_optimizer_desc& desc, OptimizerItems& to) {
     std::vector<train::OptimiserGroup> groups;
     for (std::uint64_t i = 0; i < desc.group_count; ++i) {
         const splat_optimizer_group& group = desc.groups[i];
-        const std::string what = format("groups[%llu]", static_cast<unsigned long long>(i));
+        const std::string what = format("groups[%llu]", llu(i));
         SPLAT_TRY(api::require(group.pattern, (what + ".pattern").c_str()));
         if (!std::isfinite(group.rate_factor) || group.rate_factor < 0)
-            return error(Code::kInvalidArgument,
-                         "%s.rate_factor is %g, expected a finite number of 0 or more",
-                         what.c_str(), group.rate_factor);
+            return invalid("%s.rate_factor is %g, expected a finite number of 0 or more",
+                           what.c_str(), group.rate_factor);
         groups.push_back({group.pattern, group.rate_factor, {group.beta1, group.beta2}, group.eps});
     }
     train::OptimiserRule base;
@@ -101,7 +96,7 @@ Status add_groups(const splat_optimizer_desc& desc, OptimizerItems& to) {
 /// Errors: kInvalidArgument for a number that is out of range, missing or without effect.
 Status check_schedule(const splat_optimizer_desc& desc) {
     const auto refuse = [](const char* field, const char* why) {
-        return error(Code::kInvalidArgument, "splat_optimizer_desc.%s %s", field, why);
+        return invalid("splat_optimizer_desc.%s %s", field, why);
     };
     const bool cosine = desc.schedule == SPLAT_SCHEDULE_COSINE;
     const bool step = desc.schedule == SPLAT_SCHEDULE_STEP;
@@ -161,17 +156,11 @@ Status check_tensors(const api::OptimizerObject& object) {
     return {};
 }
 
-/// A live optimizer, its device locked while `body` runs.
-template <class Body>
-splat_result with_optimizer(splat_optimizer optimizer, Body&& body) {
-    return api::guarded([&] { return api::use<api::Optimizers>(optimizer, "optimizer", body); });
-}
-
 /// Weights made by `make(object, weights)`, as a new handle.
 template <class Make>
 splat_result give_weights(splat_optimizer optimizer, const char* argument, splat_weights* weights,
                           const Make& make) {
-    return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
+    return api::locked(optimizer, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(weights, argument));
         SPLAT_TRY(check_tensors(object));
         auto made = std::make_shared<api::WeightsObject>();
@@ -193,9 +182,8 @@ splat_result splat_optimizer_create(splat_device device, const splat_optimizer_d
             SPLAT_TRY(api::require(desc->items, "splat_optimizer_desc.items"));
         OptimizerItems items;
         for (std::uint64_t i = 0; i < desc->item_count; ++i)
-            SPLAT_TRY(add_item(desc->items[i],
-                               format("items[%llu]", static_cast<unsigned long long>(i)),
-                               *owner->context, items));
+            SPLAT_TRY(
+                add_item(desc->items[i], format("items[%llu]", llu(i)), *owner->context, items));
         SPLAT_TRY(train::check_distinct(items.adam));
         SPLAT_TRY(add_groups(*desc, items));
         items.adam.schedule = schedule_of(*desc);
@@ -214,12 +202,11 @@ splat_result splat_optimizer_create(splat_device device, const splat_optimizer_d
         describe(*object);
         return object;
     };
-    return api::create_of<api::Devices, api::Optimizers>(device, "device", optimizer, "optimizer",
-                                                         make);
+    return api::create_of(device, optimizer, make);
 }
 
 splat_result splat_optimizer_step(splat_optimizer optimizer, splat_optimizer_info* info) {
-    return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
+    return api::locked(optimizer, [&](auto& object) -> Status {
         if (info != nullptr) SPLAT_TRY(api::check_fill(info, "info"));
         SPLAT_TRY(check_tensors(object));
         for (const auto& tensor : object.tensors) tensor->written();
@@ -233,7 +220,7 @@ splat_result splat_optimizer_step(splat_optimizer optimizer, splat_optimizer_inf
 
 splat_result splat_optimizer_gather_rows(splat_optimizer optimizer, const char* pattern,
                                          const int64_t* rows, uint64_t count) {
-    return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
+    return api::locked(optimizer, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(pattern, "pattern", rows, "rows"));
         SPLAT_ASSIGN(const std::vector<std::size_t> found,
                      train::find_parameters(object.optimiser->parameters(), pattern));
@@ -246,17 +233,16 @@ splat_result splat_optimizer_gather_rows(splat_optimizer optimizer, const char* 
 }
 
 splat_result splat_optimizer_zero_gradients(splat_optimizer optimizer) {
-    return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
+    return api::locked(optimizer, [&](auto& object) -> Status {
         SPLAT_TRY(check_tensors(object));
         return object.optimiser->zero_gradients();
     });
 }
 
 splat_result splat_optimizer_set_rate(splat_optimizer optimizer, double rate) {
-    return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
+    return api::locked(optimizer, [&](auto& object) -> Status {
         if (!std::isfinite(rate) || rate < 0)
-            return error(Code::kInvalidArgument,
-                         "rate is %g, expected a finite number of 0 or more", rate);
+            return invalid("rate is %g, expected a finite number of 0 or more", rate);
         object.optimiser->set_rate(rate);
         describe(object);
         return {};
@@ -264,7 +250,7 @@ splat_result splat_optimizer_set_rate(splat_optimizer optimizer, double rate) {
 }
 
 splat_result splat_optimizer_get_info(splat_optimizer optimizer, splat_optimizer_info* info) {
-    return api::describe<api::Optimizers>(optimizer, "optimizer", info, "info", [](auto& object) {
+    return api::describe(optimizer, info, "info", [](auto& object) {
         const std::lock_guard lock(object.info_mutex);
         return object.info;
     });
@@ -287,7 +273,7 @@ splat_result splat_optimizer_save(splat_optimizer optimizer, splat_weights* stat
 }
 
 splat_result splat_optimizer_load(splat_optimizer optimizer, splat_weights state) {
-    return with_optimizer(optimizer, [&](api::OptimizerObject& object) -> Status {
+    return api::locked(optimizer, [&](auto& object) -> Status {
         SPLAT_ASSIGN(const auto weights, api::weights_to_use(state, "state"));
         SPLAT_TRY(object.optimiser->load_state(weights->file));
         object.stepped = false;
@@ -295,8 +281,4 @@ splat_result splat_optimizer_load(splat_optimizer optimizer, splat_weights state
         describe(object);
         return {};
     });
-}
-
-splat_result splat_optimizer_destroy(splat_optimizer optimizer) {
-    return api::destroy<api::Optimizers>(optimizer, "optimizer");
 }

@@ -11,12 +11,6 @@ using namespace splat;
 
 namespace {
 
-/// A live trainer, its device locked while `body` runs.
-template <class Body>
-splat_result locked(splat_trainer trainer, Body&& body) {
-    return api::guarded([&] { return api::use<api::Trainers>(trainer, "trainer", body); });
-}
-
 /// The caller's arrays, with the lengths that the configuration implies.
 struct Arrays {
     std::vector<scene::Camera> cameras;
@@ -38,7 +32,7 @@ Status take(const splat_trainer_batch& from, const config::ModelConfig& network,
     const std::size_t targets = std::size_t{training.batch_size} * training.targets;
     if (from.cameras_count != 0 && from.cameras_count != targets)
         return error(Code::kShape, "splat_trainer_batch.cameras has %llu cameras, expected %zu",
-                     static_cast<unsigned long long>(from.cameras_count), targets);
+                     llu(from.cameras_count), targets);
     const auto array = [](const char* name, const float* values, std::uint64_t count,
                           const std::vector<std::uint64_t>& dims) {
         return api::host_array("splat_trainer_batch", name, {values, count}, dims);
@@ -92,9 +86,7 @@ std::string report_of(const api::TrainerObject& object) {
 
 splat_trainer_info api::info_of(const train::TrainStep& step) {
     splat_trainer_info info{};
-    info.skipped = step.skipped ? 1 : 0;
-    info.step = step.step;
-    info.pairs = step.pairs;
+    SPLAT_COPY(info, step, skipped, step, pairs, visible, culled, non_finite, gradients_zero, rate);
     info.loss = step.loss.total;
     info.squared_error = step.loss.squared;
     info.pixel_loss = step.loss.pixel;
@@ -104,11 +96,6 @@ splat_trainer_info api::info_of(const train::TrainStep& step) {
     info.update_ms = 1e3 * step.update_seconds;
     info.edge_loss = step.loss.of("edge");
     info.lpips = step.loss.of("lpips");
-    info.visible = step.visible;
-    info.culled = step.culled;
-    info.non_finite = step.non_finite;
-    info.gradients_zero = step.gradients_zero ? 1 : 0;
-    info.rate = step.rate;
     return info;
 }
 
@@ -123,16 +110,15 @@ std::shared_ptr<api::ModelObject> api::model_of(const std::shared_ptr<vk::Contex
 }
 
 splat_result splat_config_keys(char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed,
-                             [](auto give) { return give(config::keys_json()); });
+    return api::guarded_text(buffer, capacity, needed, [] { return config::keys_json(); });
 }
 
 splat_result splat_config_merge(const char* text, const char* const* values, size_t count,
                                 char* buffer, size_t capacity, size_t* needed) {
-    return api::guarded_text(buffer, capacity, needed, [&](auto give) -> Status {
+    return api::guarded_text(buffer, capacity, needed, [&]() -> Result<std::string> {
         SPLAT_ASSIGN(const std::vector<std::string> texts, api::texts_of(values, count));
         SPLAT_ASSIGN(const config::Settings made, api::settings_of(text, texts));
-        return give(config::merged_config_text(made));
+        return config::merged_config_text(made);
     });
 }
 
@@ -150,18 +136,18 @@ splat_result splat_trainer_create(splat_device device, const splat_trainer_desc*
                      train::Trainer::create(*object->context, made.network, made.training));
         return object;
     };
-    return api::create_of<api::Devices, api::Trainers>(device, "device", trainer, "trainer", make);
+    return api::create_of(device, trainer, make);
 }
 
 splat_result splat_trainer_model(splat_trainer trainer, splat_model* model) {
-    return api::create_of<api::Trainers, api::Models>(
-        trainer, "trainer", model, "model",
-        [](const auto& object) { return api::model_of(object->context, object->trainer); });
+    return api::create_of(trainer, model, [](const auto& object) {
+        return api::model_of(object->context, object->trainer);
+    });
 }
 
 splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch* batch,
                                 splat_trainer_info* info) {
-    return locked(trainer, [&](api::TrainerObject& object) -> Status {
+    return api::locked(trainer, [&](auto& object) -> Status {
         splat_trainer_batch taken{};
         SPLAT_TRY(api::take_input(batch, "batch", taken));
         SPLAT_TRY(api::check_fill(info, "info"));
@@ -178,12 +164,12 @@ splat_result splat_trainer_step(splat_trainer trainer, const splat_trainer_batch
 
 splat_result splat_trainer_report(splat_trainer trainer, char* buffer, size_t capacity,
                                   size_t* needed) {
-    return api::report<api::Trainers>(trainer, "trainer", buffer, capacity, needed,
-                                      [](auto& object) { return report_of(object); });
+    return api::report(trainer, buffer, capacity, needed,
+                       [](auto& object) { return report_of(object); });
 }
 
 splat_result splat_trainer_store(splat_trainer trainer, splat_weights* weights) {
-    return locked(trainer, [&](api::TrainerObject& object) -> Status {
+    return api::locked(trainer, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(weights, "weights"));
         auto made = std::make_shared<api::WeightsObject>();
         SPLAT_ASSIGN(made->file.tensors, object.trainer->averaged_state());
@@ -194,10 +180,10 @@ splat_result splat_trainer_store(splat_trainer trainer, splat_weights* weights) 
 }
 
 splat_result splat_trainer_save(splat_trainer trainer, const char* path) {
-    return locked(trainer, [&](api::TrainerObject& object) -> Status {
+    return api::locked(trainer, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(path, "path"));
         if (!std::string_view(path).ends_with(".safetensors"))  // others lose the metadata
-            return error(Code::kUnsupported, "'%s': a training is saved as .safetensors", path);
+            return unsupported("'%s': a training is saved as .safetensors", path);
         SPLAT_ASSIGN(const io::WeightsFile file, object.trainer->checkpoint());
         return io::save_weights(file, path);
     });
@@ -206,18 +192,18 @@ splat_result splat_trainer_save(splat_trainer trainer, const char* path) {
 splat_result splat_trainer_save_memory(splat_trainer trainer, void* buffer, size_t capacity,
                                        size_t* needed) {
     return api::guarded_bytes(buffer, capacity, needed, [&](auto give) -> Status {
-        return api::use<api::Trainers>(
-            trainer, "trainer", [&](api::TrainerObject& object) -> Status {
-                SPLAT_ASSIGN(const io::WeightsFile file, object.trainer->checkpoint());
-                SPLAT_ASSIGN(const io::FilePieces pieces,
-                             io::write_weights(file, io::WeightsFormat::kSafetensors));
-                return give(pieces.pieces());
-            });
+        SPLAT_ASSIGN(const auto object, api::find(trainer));
+        const std::lock_guard lock(object->context->mutex);
+        SPLAT_TRY(object->context->mutex.check());
+        SPLAT_ASSIGN(const io::WeightsFile file, object->trainer->checkpoint());
+        SPLAT_ASSIGN(const io::FilePieces pieces,
+                     io::write_weights(file, io::WeightsFormat::kSafetensors));
+        return give(pieces.pieces());
     });
 }
 
 splat_result splat_trainer_resume_memory(splat_trainer trainer, const void* data, size_t bytes) {
-    return locked(trainer, [&](api::TrainerObject& object) -> Status {
+    return api::locked(trainer, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(data, "data"));
         SPLAT_ASSIGN(const io::WeightsFile file,
                      io::read_weights(
@@ -227,13 +213,9 @@ splat_result splat_trainer_resume_memory(splat_trainer trainer, const void* data
 }
 
 splat_result splat_trainer_resume(splat_trainer trainer, const char* path) {
-    return locked(trainer, [&](api::TrainerObject& object) -> Status {
+    return api::locked(trainer, [&](auto& object) -> Status {
         SPLAT_TRY(api::require(path, "path"));
         SPLAT_ASSIGN(const io::WeightsFile file, io::load_weights(path));
         return resume(object, file);
     });
-}
-
-splat_result splat_trainer_destroy(splat_trainer trainer) {
-    return api::destroy<api::Trainers>(trainer, "trainer");
 }

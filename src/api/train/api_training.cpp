@@ -26,9 +26,9 @@ Result<run::RunDesc> run_desc_of(const splat_training_desc& given) {
     constexpr std::uint32_t kBoth = SPLAT_TRAINING_RESUME | SPLAT_TRAINING_OVERWRITE;
     SPLAT_TRY(api::require(given.folder, "splat_training_desc.folder"));
     if ((given.flags & kBoth) == kBoth)
-        return error(Code::kInvalidArgument,
-                     "splat_training_desc.flags ask to resume the run and to overwrite it, "
-                     "expected one of them");
+        return invalid(
+            "splat_training_desc.flags ask to resume the run and to overwrite it, "
+            "expected one of them");
     const Mode mode = (given.flags & SPLAT_TRAINING_RESUME) != 0      ? Mode::kResume
                       : (given.flags & SPLAT_TRAINING_OVERWRITE) != 0 ? Mode::kReplace
                                                                       : Mode::kNew;
@@ -37,13 +37,12 @@ Result<run::RunDesc> run_desc_of(const splat_training_desc& given) {
 
 Result<train::TrainingDesc> desc_of(const splat_training_desc& given) {
     if ((given.init_flags & ~kLoadFlags) != 0)
-        return error(Code::kInvalidArgument,
-                     "splat_training_desc.init_flags has unknown bits %#x: bits of "
-                     "splat_model_load without SPLAT_LOAD_ADAPTERS",
-                     given.init_flags & ~kLoadFlags);
+        return invalid(
+            "splat_training_desc.init_flags has unknown bits %#x: bits of "
+            "splat_model_load without SPLAT_LOAD_ADAPTERS",
+            given.init_flags & ~kLoadFlags);
     if (given.init == nullptr && given.init_flags != 0)
-        return error(
-            Code::kInvalidArgument,
+        return invalid(
             "splat_training_desc.init_flags is %#x, but init is NULL, so that they have no "
             "effect: expected 0",
             given.init_flags);
@@ -63,10 +62,9 @@ Result<train::TrainingDesc> desc_of(const splat_training_desc& given) {
 
 /// Errors: also kInvalidArgument for a run of another task.
 Result<std::shared_ptr<api::RunObject>> training_of(splat_run run) {
-    SPLAT_ASSIGN(auto object, api::Runs::find(run, "run"));
+    SPLAT_ASSIGN(auto object, api::find(run));
     if (object->trainer == nullptr)
-        return error(Code::kInvalidArgument,
-                     "run is no training, expected a run of splat_training_open");
+        return invalid("run is no training, expected a run of splat_training_open");
     return object;
 }
 
@@ -75,7 +73,7 @@ Result<std::shared_ptr<api::RunObject>> training_of(splat_run run) {
 splat_result splat_training_open(splat_device device, const splat_training_desc* desc,
                                  splat_run* run) {
     return api::guarded([&]() -> Status {
-        SPLAT_ASSIGN(const auto owner, api::Devices::find(device, "device"));
+        SPLAT_ASSIGN(const auto owner, api::find(device));
         SPLAT_TRY(api::require(run, "run"));
         SPLAT_TRY(api::check_desc(desc, SPLAT_TRAINING_RESUME | SPLAT_TRAINING_OVERWRITE));
         SPLAT_ASSIGN(const run::RunDesc made, run_desc_of(*desc));
@@ -99,9 +97,9 @@ splat_result splat_training_last_step(splat_run run, splat_trainer_info* info) {
         SPLAT_TRY(api::check_fill(info, "info"));
         const auto last = object->trainer->last();
         if (!last)
-            return error(Code::kInvalidState,
-                         "this session has done no step yet; call splat_run_next until an event is "
-                         "SPLAT_EVENT_STEP");
+            return bad_state(
+                "this session has done no step yet; call splat_run_next until an event is "
+                "SPLAT_EVENT_STEP");
         api::give(api::info_of(*last), info);
         return {};
     });

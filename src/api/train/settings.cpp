@@ -8,18 +8,14 @@ namespace splat::api {
 
 Result<config::Settings> settings_of(const char* text, std::span<const std::string> changes) {
     Config config("configuration");
-    if (text != nullptr) {
-        SPLAT_ASSIGN(config, read_config(text, "configuration"));
-    }
+    if (text != nullptr) SPLAT_SET(config, read_config(text, "configuration"));
     SPLAT_ASSIGN(config, config::with_values(config, changes));
     return config::settings_of(config);
 }
 
 Result<config::Settings> training_settings_of(const char* text, config::VectorsFrom vectors) {
     Config config("configuration");
-    if (text != nullptr) {
-        SPLAT_ASSIGN(config, read_config(text, "configuration"));
-    }
+    if (text != nullptr) SPLAT_SET(config, read_config(text, "configuration"));
     SPLAT_ASSIGN(const auto warnings, config::training_warnings(config, vectors));
     for (const std::string& warning : warnings) log(LogLevel::kWarning, warning);
     return config::settings_of(config);

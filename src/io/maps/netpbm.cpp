@@ -16,7 +16,7 @@ class NetpbmWords {
     NetpbmWords(Bytes file, std::string name) : text_(as_text(file)), name_(std::move(name)) {}
 
     Status bad(const std::string& problem) const {
-        return error(Code::kFormat, "%s: %s", name_.c_str(), problem.c_str());
+        return damaged("%s: %s", name_.c_str(), problem.c_str());
     }
 
     Result<std::string_view> word(const char* what) {
@@ -53,8 +53,8 @@ Result<Bytes> samples_of(Bytes file, std::size_t start, std::uint64_t expected,
                          const char* format_name) {
     const Bytes samples = file.subspan(std::min(start, file.size()));
     if (samples.size() == expected) return samples;
-    return error(Code::kFormat, "%s: %zu bytes of samples, expected %llu for its size", format_name,
-                 samples.size(), static_cast<unsigned long long>(expected));
+    return damaged("%s: %zu bytes of samples, expected %llu for its size", format_name,
+                   samples.size(), llu(expected));
 }
 
 }  // namespace
@@ -63,7 +63,7 @@ Result<Image> read_netpbm(Bytes file, const ImageOptions& options) {
     const std::string_view text = as_text(file);
     const bool colour = text.starts_with("P6");
     const char* const name = colour ? "PPM" : "PGM";
-    if (!colour && !text.starts_with("P5")) return error(Code::kFormat, "not a PGM or PPM file");
+    if (!colour && !text.starts_with("P5")) return damaged("not a PGM or PPM file");
     NetpbmWords words(file, name);
     Image image;
     SPLAT_ASSIGN(image.width, words.whole("width", kMostSide));
@@ -92,8 +92,7 @@ Result<Image> read_netpbm(Bytes file, const ImageOptions& options) {
 
 Result<NumberImage> read_pfm(Bytes file, NumberPart part) {
     const std::string_view text = as_text(file);
-    if (!text.starts_with("PF") && !text.starts_with("Pf"))
-        return error(Code::kFormat, "not a PFM file");
+    if (!text.starts_with("PF") && !text.starts_with("Pf")) return damaged("not a PFM file");
     NetpbmWords words(file, "PFM");
     NumberImage image;
     image.channels = text[1] == 'F' ? 3 : 1;

@@ -26,10 +26,10 @@ bool is_planar(const std::vector<std::uint64_t>& shape) {
 Status refuse_shape(const std::vector<std::uint64_t>& shape) {
     std::string text;
     for (const std::uint64_t size : shape) text += (text.empty() ? "" : ",") + std::to_string(size);
-    return error(Code::kUnsupported,
-                 "npy: an array [%s], expected [height,width], [height,width,channels] or "
-                 "[channels,height,width] of 1 to %u pixels a side and 1 to 4 channels",
-                 text.c_str(), scene::kMaxImageSide);
+    return unsupported(
+        "npy: an array [%s], expected [height,width], [height,width,channels] or "
+        "[channels,height,width] of 1 to %u pixels a side and 1 to 4 channels",
+        text.c_str(), scene::kMaxImageSide);
 }
 
 Result<NumberImage> npy_size(const NpyHeader& header) {

@@ -20,7 +20,7 @@ constexpr std::string_view kFreeForm[] = {"curv", "curv2", "surf",  "cstype", "d
 
 template <class Words>
 bool holds(const Words& words, std::string_view word) {
-    return std::find(std::begin(words), std::end(words), word) != std::end(words);
+    return std::ranges::find(words, word) != std::end(words);
 }
 
 class ObjReader {
@@ -31,9 +31,8 @@ class ObjReader {
         std::string_view line;
         while (lines_.next_record(line)) SPLAT_TRY(read_line(line));
         if (farthest_ > mesh_.vertices.size())
-            return error(
-                Code::kFormat, "OBJ line %zu: the face names vertex %llu, but the file has %zu",
-                farthest_line_, static_cast<unsigned long long>(farthest_), mesh_.vertices.size());
+            return damaged("OBJ line %zu: the face names vertex %llu, but the file has %zu",
+                           farthest_line_, llu(farthest_), mesh_.vertices.size());
         return std::move(mesh_);
     }
 
@@ -41,9 +40,8 @@ class ObjReader {
     Status read_line(std::string_view line) {
         const std::size_t last = line.find_last_not_of(" \t\r");
         if (line[last] == '\\')
-            return error(Code::kUnsupported,
-                         "OBJ line %zu: the line goes on in the next one; join such lines",
-                         lines_.number());
+            return unsupported("OBJ line %zu: the line goes on in the next one; join such lines",
+                               lines_.number());
         Words words(line, lines_);
         SPLAT_ASSIGN(const std::string_view keyword, words.word("keyword"));
         if (keyword == "v") return read_vertex(words);
@@ -51,9 +49,9 @@ class ObjReader {
         if (holds(kLeftOut, keyword)) return {};
         const std::string name(keyword.substr(0, 40));
         if (holds(kFreeForm, keyword))
-            return error(Code::kUnsupported,
-                         "OBJ line %zu: '%s' belongs to a free-form surface, expected polygons",
-                         lines_.number(), name.c_str());
+            return unsupported(
+                "OBJ line %zu: '%s' belongs to a free-form surface, expected polygons",
+                lines_.number(), name.c_str());
         return lines_.bad("the keyword is '" + name +
                           "', expected one of the format, such as v or f");
     }
@@ -64,8 +62,7 @@ class ObjReader {
         if (!scene::is_finite(vertex)) return lines_.bad("a coordinate is not finite");
         // Indices of triangles have 32 bits.
         if (mesh_.vertices.size() == std::numeric_limits<std::uint32_t>::max())
-            return error(Code::kUnsupported, "OBJ line %zu: more than 2^32 - 1 vertices",
-                         lines_.number());
+            return unsupported("OBJ line %zu: more than 2^32 - 1 vertices", lines_.number());
         mesh_.vertices.push_back(vertex);
         return {};
     }

@@ -10,11 +10,11 @@ Result<std::vector<scene::Vec3>> read_ply_points(Bytes file) {
     SPLAT_ASSIGN(const PlyHeader header, parse_ply_header(file));
     const PlyElement* const faces = header.find("face");
     if (faces != nullptr && faces->count > 0)
-        return error(Code::kUnsupported,
-                     "PLY: a mesh of %llu faces, expected points alone; write it as .obj, of whose "
-                     "surface points are drawn: python3 -c \"import trimesh; "
-                     "trimesh.load('IN.ply').export('OUT.obj')\"",
-                     static_cast<unsigned long long>(faces->count));
+        return unsupported(
+            "PLY: a mesh of %llu faces, expected points alone; write it as .obj, of whose "
+            "surface points are drawn: python3 -c \"import trimesh; "
+            "trimesh.load('IN.ply').export('OUT.obj')\"",
+            llu(faces->count));
     std::vector<scene::Vec3> points;
     PlyRows rows(header, file);
     for (const PlyElement& element : header.elements) {
@@ -25,7 +25,7 @@ Result<std::vector<scene::Vec3>> read_ply_points(Bytes file) {
         const std::optional<std::size_t> axes[] = {element.find("x"), element.find("y"),
                                                    element.find("z")};
         for (const auto& axis : axes)
-            if (!axis) return error(Code::kFormat, "PLY: the vertices have no x, y and z");
+            if (!axis) return damaged("PLY: the vertices have no x, y and z");
         SPLAT_TRY(rows.need(element));
         std::size_t bad = element.count;
         points.resize(element.count);
@@ -35,9 +35,9 @@ Result<std::vector<scene::Vec3>> read_ply_points(Bytes file) {
                 if (!std::isfinite(points[row][k])) bad = std::min(bad, row);
             }
         }));
-        if (bad < element.count) return error(Code::kFormat, "PLY: vertex %zu is not finite", bad);
+        if (bad < element.count) return damaged("PLY: vertex %zu is not finite", bad);
     }
-    if (points.empty()) return error(Code::kFormat, "PLY: there is no vertex");
+    if (points.empty()) return damaged("PLY: there is no vertex");
     return points;
 }
 

@@ -72,7 +72,7 @@ bool has_signature(Bytes file, std::size_t offset, std::string_view signature) {
 }  // namespace
 
 bool has_extension(const std::string& path, std::initializer_list<std::string_view> extensions) {
-    return std::find(extensions.begin(), extensions.end(), extension_of(path)) != extensions.end();
+    return std::ranges::find(extensions, extension_of(path)) != extensions.end();
 }
 
 bool is_image_name(const std::string& path) {
@@ -104,8 +104,7 @@ Result<Image> read_image(Bytes file, const ImageOptions& options) {
     for (const Format& format : kFormats)
         if (has_signature(file, format.offset, format.signature)) return format.read(file, options);
     const std::string other = unread_image(file);
-    return error(Code::kFormat, "%s",
-                 other.empty() ? "not a PNG, JPEG, WebP, PGM or PPM file" : other.c_str());
+    return damaged("%s", other.empty() ? "not a PNG, JPEG, WebP, PGM or PPM file" : other.c_str());
 }
 
 }  // namespace splat::io

@@ -1,3 +1,4 @@
+#include "core/no_copy.h"
 #include "io/photo/photo.h"
 
 #include <csetjmp>
@@ -45,7 +46,7 @@ void on_progress(j_common_ptr jpeg) {
     std::longjmp(state->escape, 1);
 }
 
-class JpegReader {
+class JpegReader : NoCopy {
   public:
     JpegReader(Bytes file, std::uint32_t max_scans) : file_(file) {
         jpeg_.err = jpeg_std_error(&state.errors);
@@ -54,8 +55,6 @@ class JpegReader {
         state.progress.progress_monitor = on_progress;
         state.max_scans = max_scans;
     }
-    JpegReader(const JpegReader&) = delete;
-    JpegReader& operator=(const JpegReader&) = delete;
     ~JpegReader() { jpeg_destroy_decompress(&jpeg_); }
 
     /// Fills all but the samples.
@@ -107,7 +106,7 @@ class JpegReader {
 };
 
 Status bad(const char* message) {
-    return error(Code::kFormat, "jpeg: %s", message);
+    return damaged("jpeg: %s", message);
 }
 
 }  // namespace
@@ -118,13 +117,12 @@ Result<Image> read_jpeg(Bytes file, const ImageOptions& options) {
     JpegReader reader(file, options.limits.max_jpeg_scans);
     Image image;
     if (!reader.read_header(image)) return bad(reader.state.message);
-    if (reader.cmyk)
-        return error(Code::kUnsupported, "jpeg: four channels (CMYK), expected gray or RGB");
+    if (reader.cmyk) return unsupported("jpeg: four channels (CMYK), expected gray or RGB");
     const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
     // Every block of 8 x 8 pixels takes at least one bit.
     if (pixels / 512 > file.size())
-        return error(Code::kFormat, "jpeg: %u x %u pixels cannot come from %zu bytes", image.width,
-                     image.height, file.size());
+        return damaged("jpeg: %u x %u pixels cannot come from %zu bytes", image.width, image.height,
+                       file.size());
     const Exif exif = exif_of(file, image.width, image.height);
     const bool turned = options.upright && exif.orientation != 1;
     const std::uint64_t copy = turned ? pixels * image.channels * sizeof image.samples[0] : 0;

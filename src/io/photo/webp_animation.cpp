@@ -32,7 +32,7 @@ std::vector<std::uint8_t> rgba_of(const Image& frame) {
 
 Status add_frame(WebPAnimEncoder* encoder, const Image& frame, const WebPConfig& config, int at) {
     WebPPicture picture;
-    if (WebPPictureInit(&picture) == 0) return error(Code::kUnsupported, "webp: another libwebp");
+    if (WebPPictureInit(&picture) == 0) return unsupported("webp: another libwebp");
     picture.use_argb = 1;
     picture.width = static_cast<int>(frame.width);
     picture.height = static_cast<int>(frame.height);
@@ -51,13 +51,13 @@ Result<Buffer> write_webp_animation(const std::vector<Image>& frames,
     SPLAT_TRY(check_frames(frames, options));
     const Image& first = frames.front();
     if (first.width > kMaxWebpSide || first.height > kMaxWebpSide)
-        return error(Code::kUnsupported, "webp: %u x %u pixels, the longest side is %u",
-                     first.width, first.height, kMaxWebpSide);
+        return unsupported("webp: %u x %u pixels, the longest side is %u", first.width,
+                           first.height, kMaxWebpSide);
     WebPAnimEncoderOptions settings;
     WebPConfig config;
     if (WebPAnimEncoderOptionsInit(&settings) == 0 || WebPConfigInit(&config) == 0 ||
         WebPConfigLosslessPreset(&config, kEffort) == 0)
-        return error(Code::kUnsupported, "webp: another libwebp");
+        return unsupported("webp: another libwebp");
     config.exact = 1;  // keep the colours below alpha 0
     settings.anim_params.loop_count = static_cast<int>(options.repeats);
     const std::unique_ptr<WebPAnimEncoder, DeleteEncoder> encoder(WebPAnimEncoderNew(
@@ -66,7 +66,7 @@ Result<Buffer> write_webp_animation(const std::vector<Image>& frames,
     std::int64_t at = 0;
     for (const Image& frame : frames) {
         if (at > INT32_MAX - std::int64_t{options.milliseconds})
-            return error(Code::kUnsupported, "webp: the animation takes more than 2^31 ms");
+            return unsupported("webp: the animation takes more than 2^31 ms");
         SPLAT_TRY(add_frame(encoder.get(), frame, config, static_cast<int>(at)));
         at += options.milliseconds;
     }

@@ -55,17 +55,16 @@ Result<std::uint32_t> degree_of(const PlyElement& vertex) {
     while (vertex.find(numbered("f_rest_", count))) ++count;
     for (std::uint32_t degree = 0; degree <= kMaxFileDegree; ++degree)
         if (count == 3 * std::size_t{sh_coefficients(degree)} - 3) return degree;
-    return error(Code::kFormat,
-                 "ply: %zu properties f_rest_*, expected 0, 9, 24 or 45 (SH degree 0 to 3)", count);
+    return damaged("ply: %zu properties f_rest_*, expected 0, 9, 24 or 45 (SH degree 0 to 3)",
+                   count);
 }
 
 void report_unused(const PlyElement& vertex, const std::vector<VertexField>& fields,
                    std::uint32_t file_degree, LoadReport& report) {
     const bool more_bands = file_degree > scene::kMaxShDegree;
     for (const PlyProperty& property : vertex.properties) {
-        const bool used = std::any_of(fields.begin(), fields.end(), [&](const VertexField& field) {
-            return field.name == property.name;
-        });
+        const bool used = std::ranges::any_of(
+            fields, [&](const VertexField& field) { return field.name == property.name; });
         if (!used && !(more_bands && property.name.starts_with("f_rest_")))
             report.ignored.push_back("vertex." + property.name);
     }
@@ -82,14 +81,13 @@ Result<Gaussians> read_vertices(const PlyElement& vertex, PlyRows& rows, LoadRep
     report_unused(vertex, fields, file_degree, report);
     std::erase_if(fields, [](const VertexField& field) { return field.values == nullptr; });
     // The message names what tells scenes from meshes and point clouds.
-    std::stable_partition(fields.begin(), fields.end(),
-                          [](const VertexField& field) { return field.name == "opacity"; });
+    std::ranges::stable_partition(fields,
+                                  [](const VertexField& field) { return field.name == "opacity"; });
     std::vector<std::size_t> columns;
     for (const VertexField& field : fields) {
         const auto column = vertex.find(field.name);
         if (!column || vertex.properties[*column].list_count)
-            return error(
-                Code::kFormat,
+            return damaged(
                 "ply: element 'vertex' has no number '%s'; expected the properties of a 3DGS "
                 "file: x y z f_dc_0..2 opacity scale_0..2 rot_0..3. Is it a mesh or a point "
                 "cloud?",
@@ -116,8 +114,7 @@ Result<bool> is_plain_ply(Bytes file) {
 
 Result<LoadedScene> read_ply(Bytes file, const LoadOptions& options) {
     SPLAT_ASSIGN(const PlyHeader header, parse_ply_header(file));
-    if (header.find("vertex") == nullptr)
-        return error(Code::kFormat, "ply: there is no element 'vertex'");
+    if (header.find("vertex") == nullptr) return damaged("ply: there is no element 'vertex'");
     PlyRows rows(header, file);
     DecodeBudget budget(file.size(), options.limits);
     Gaussians gaussians;

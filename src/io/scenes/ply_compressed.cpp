@@ -46,12 +46,12 @@ Result<std::vector<std::size_t>> columns_of(const PlyElement& element,
     for (const std::string& name : names) {
         const auto column = element.find(name);
         if (!column || element.properties[*column].list_count)
-            return error(Code::kFormat, "compressed ply: element '%s' has no number '%s'",
-                         element.name.c_str(), name.c_str());
+            return damaged("compressed ply: element '%s' has no number '%s'", element.name.c_str(),
+                           name.c_str());
         columns.push_back(*column);
     }
     for (const PlyProperty& property : element.properties)
-        if (std::find(names.begin(), names.end(), property.name) == names.end())
+        if (std::ranges::find(names, property.name) == names.end())
             report.ignored.push_back(element.name + "." + property.name);
     return columns;
 }
@@ -72,8 +72,8 @@ Status read_words(const PlyElement& element, PlyRows& rows, Packed& packed, Load
                  columns_of(element, {std::begin(kWords), std::end(kWords)}, report));
     for (const std::size_t column : columns)
         if (element.properties[column].type != NumberType::kU32)
-            return error(Code::kFormat, "compressed ply: '%s' is not of type uint",
-                         element.properties[column].name.c_str());
+            return damaged("compressed ply: '%s' is not of type uint",
+                           element.properties[column].name.c_str());
     SPLAT_TRY(rows.need(element));
     packed.words.resize(element.count);
     return rows.read(element, [&](std::size_t row, const std::vector<double>& values) {
@@ -85,10 +85,10 @@ Status read_words(const PlyElement& element, PlyRows& rows, Packed& packed, Load
 
 Status read_rest(const PlyElement& element, PlyRows& rows, Packed& packed, LoadReport& report) {
     const std::size_t each = element.properties.size();
-    const auto degree = std::find(std::begin(kRestOfDegree), std::end(kRestOfDegree), each);
+    const auto degree = std::ranges::find(kRestOfDegree, each);
     if (degree == std::end(kRestOfDegree) || each == 0)
-        return error(Code::kFormat,
-                     "compressed ply: element 'sh' has %zu properties, expected 9, 24 or 45", each);
+        return damaged("compressed ply: element 'sh' has %zu properties, expected 9, 24 or 45",
+                       each);
     std::vector<std::string> names;
     for (std::size_t i = 0; i < each; ++i) names.push_back("f_rest_" + std::to_string(i));
     SPLAT_ASSIGN(const auto columns, columns_of(element, names, report));
@@ -106,11 +106,10 @@ Status check_complete(const Packed& packed) {
     const std::size_t count = packed.words.size();
     const std::size_t chunks = static_cast<std::size_t>(ceil_div(count, kChunkSize));
     if (packed.chunks.size() < chunks)
-        return error(Code::kFormat, "compressed ply: %zu chunks for %zu Gaussians, expected %zu",
-                     packed.chunks.size(), count, chunks);
+        return damaged("compressed ply: %zu chunks for %zu Gaussians, expected %zu",
+                       packed.chunks.size(), count, chunks);
     if (packed.rest_each != 0 && packed.rest.size() != count * packed.rest_each)
-        return error(
-            Code::kFormat,
+        return damaged(
             "compressed ply: element 'sh' has %zu rows, expected one for each of %zu Gaussians",
             packed.rest.size() / packed.rest_each, count);
     return {};
@@ -198,8 +197,7 @@ Result<bool> is_compressed_ply(Bytes file) {
 Result<LoadedScene> read_compressed_ply(Bytes file, const LoadOptions& options) {
     SPLAT_ASSIGN(const PlyHeader header, parse_ply_header(file));
     if (!has_packed_chunks(header))
-        return error(Code::kFormat,
-                     "compressed ply: no elements 'chunk' and 'vertex' with 'packed_position'");
+        return damaged("compressed ply: no elements 'chunk' and 'vertex' with 'packed_position'");
     PlyRows rows(header, file);
     LoadReport report;
     Packed packed;

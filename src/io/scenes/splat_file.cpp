@@ -1,7 +1,6 @@
 #include "io/scene_file.h"
 #include "io/scene_formats.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -57,8 +56,7 @@ void encode(Buffer& to, const Gaussians& g, std::size_t i) {
 Result<LoadedScene> read_splat(Bytes file, const LoadOptions& options) {
     const std::size_t count = file.size() / kBytesEach;
     if (file.size() % kBytesEach != 0)
-        return error(
-            Code::kFormat,
+        return damaged(
             "splat: %zu bytes, expected a multiple of 32; %zu bytes follow Gaussian %zu. The "
             "file is truncated or of another format",
             file.size(), file.size() % kBytesEach, count);
@@ -86,17 +84,16 @@ Result<Buffer> write_splat(const Gaussians& gaussians, const SaveOptions& option
     for (std::size_t i = 0; i < scene.count(); ++i) {
         if (!all_finite(scene.rotations, i, 4) || !all_finite(scene.sh, i, 3) ||
             std::isnan(scene.opacity_logits[i]))
-            return error(
-                Code::kInvalidArgument,
+            return invalid(
                 "splat: Gaussian %zu has a rotation, opacity or colour that is not finite, "
                 "which bytes cannot hold; remove it, or write .ply",
                 i);
         for (std::size_t k = 3 * i; k < 3 * i + 3; ++k)
             if (is_lost(scene.log_scales[k]))
-                return error(Code::kInvalidArgument,
-                             "splat: Gaussian %zu has a log scale of %g, whose exponential float32 "
-                             "cannot hold, expected about -103 to 88; remove it, or write .ply",
-                             i, static_cast<double>(scene.log_scales[k]));
+                return invalid(
+                    "splat: Gaussian %zu has a log scale of %g, whose exponential float32 "
+                    "cannot hold, expected about -103 to 88; remove it, or write .ply",
+                    i, static_cast<double>(scene.log_scales[k]));
         encode(file, scene, i);
     }
     return file;

@@ -61,18 +61,17 @@ Result<Header> read_header(Reader& reader) {
     Header header;
     std::uint32_t magic = 0;
     SPLAT_TRY(reader.read(magic, "magic"));
-    if (magic != kSpzMagic) return error(Code::kFormat, "spz: the file does not start with 'NGSP'");
+    if (magic != kSpzMagic) return damaged("spz: the file does not start with 'NGSP'");
     SPLAT_TRY(reader.read(header, "header"));
     if (header.version < 1 || header.version > 4)
-        return error(Code::kUnsupported, "spz: version %u, expected 1 to 4", header.version);
+        return unsupported("spz: version %u, expected 1 to 4", header.version);
     if (header.degree > kMaxDegree)
-        return error(Code::kFormat, "spz: SH degree %u, expected 0 to %u", header.degree,
-                     kMaxDegree);
+        return damaged("spz: SH degree %u, expected 0 to %u", header.degree, kMaxDegree);
     if (header.fraction_bits > kMaxFractionBits)
-        return error(Code::kFormat, "spz: %u fraction bits, expected 0 to %u", header.fraction_bits,
-                     kMaxFractionBits);
+        return damaged("spz: %u fraction bits, expected 0 to %u", header.fraction_bits,
+                       kMaxFractionBits);
     if (header.version < 4 && (header.flags & kExtensions) != 0)
-        return error(Code::kUnsupported, "spz: a version %u file with extensions", header.version);
+        return unsupported("spz: a version %u file with extensions", header.version);
     return header;
 }
 
@@ -80,10 +79,10 @@ Result<Header> read_header(Reader& reader) {
 Status leave_out(const std::string& found, const LoadOptions& options, LoadReport& report) {
     report.left_out = found;
     if (options.lenient) return {};
-    return error(Code::kFormat,
-                 "spz: %s, expected none: the header counts too few Gaussians, or something was "
-                 "appended to the file; a lenient reader leaves them out",
-                 found.c_str());
+    return damaged(
+        "spz: %s, expected none: the header counts too few Gaussians, or something was "
+        "appended to the file; a lenient reader leaves them out",
+        found.c_str());
 }
 
 Status check_end(std::size_t left, const char* last, const LoadOptions& options,
@@ -112,9 +111,8 @@ Result<Arrays> unpack_whole(Bytes file, const Header& header, const LoadOptions&
     Reader reader(file, "spz");
     SPLAT_TRY(reader.take(kHeaderBytes, "header").status());
     const auto each = bytes_each(header);
-    for (std::size_t i = 0; i < kArrays; ++i) {
-        SPLAT_ASSIGN(arrays.views[i], reader.take(std::uint64_t{header.count} * each[i], "arrays"));
-    }
+    for (std::size_t i = 0; i < kArrays; ++i)
+        SPLAT_SET(arrays.views[i], reader.take(std::uint64_t{header.count} * each[i], "arrays"));
     SPLAT_TRY(check_end(reader.left(), "last array", options, report));
     return arrays;
 }
@@ -124,15 +122,14 @@ Result<Arrays> unpack_streams(Bytes file, const Header& header, const LoadOption
                               LoadReport& report, DecodeBudget& budget) {
     const std::size_t needed = header.degree == 0 ? kSh : kArrays;
     if (header.streams < needed)
-        return error(Code::kFormat, "spz: %u streams, expected %zu", header.streams, needed);
+        return damaged("spz: %u streams, expected %zu", header.streams, needed);
     Reader reader(file, "spz");
     SPLAT_TRY(reader.take(kHeaderBytes, "header").status());
     std::uint32_t table = 0;
     SPLAT_TRY(reader.read(table, "table offset"));
     SPLAT_TRY(reader.take(kHeader4Bytes - kHeaderBytes - sizeof table, "header").status());
     if (table < kHeader4Bytes)
-        return error(Code::kFormat, "spz: table at byte %u, expected %zu or more", table,
-                     kHeader4Bytes);
+        return damaged("spz: table at byte %u, expected %zu or more", table, kHeader4Bytes);
     if (table > kHeader4Bytes) report.ignored.emplace_back("extensions");
     SPLAT_TRY(reader.take(table - kHeader4Bytes, "extensions").status());
     SPLAT_ASSIGN(const Bytes rows, reader.take(std::uint64_t{header.streams} * 16, "table"));
@@ -147,8 +144,8 @@ Result<Arrays> unpack_streams(Bytes file, const Header& header, const LoadOption
         }
         const auto bytes = number<std::uint64_t>(rows.data() + i * 16 + 8);
         if (bytes != std::uint64_t{header.count} * each[i])
-            return error(Code::kFormat, "spz: stream %zu of %llu bytes, expected %u x %zu", i,
-                         static_cast<unsigned long long>(bytes), header.count, each[i]);
+            return damaged("spz: stream %zu of %llu bytes, expected %u x %zu", i, llu(bytes),
+                           header.count, each[i]);
         SPLAT_ASSIGN(const Bytes stream, reader.take(packed, "stream"));
         SPLAT_TRY(budget.take(bytes, 1, "spz stream"));
         SPLAT_ASSIGN(Buffer unpacked, unzstd(stream, bytes, "spz stream " + std::to_string(i)));
@@ -252,8 +249,7 @@ constexpr double kMaxFixed = 8388607;
 Status check_finite(const Gaussians& g) {
     for (std::size_t i = 0; i < g.count(); ++i)
         if (!holds_numbers(g, i))
-            return error(
-                Code::kInvalidArgument,
+            return invalid(
                 "spz: Gaussian %zu has a value that is not finite, which the format cannot "
                 "hold; remove it, or write .ply",
                 i);
@@ -294,8 +290,7 @@ Status check_scales(const Gaussians& g, bool clamp) {
     const std::string scaling = small > few && large > few
                                     ? std::string("write .ply")
                                     : splat::format("scale the scene by %.2g, write .ply", factor);
-    return error(
-        Code::kInvalidArgument,
+    return invalid(
         "spz: %zu of %zu Gaussians have a scale that the format does not hold, exp(-10) to "
         "exp(5.9375); %s, or let the scales be clamped",
         std::max(small, large), g.count(), scaling.c_str());
@@ -313,8 +308,7 @@ Result<std::uint8_t> choose_fraction_bits(const Gaussians& g) {
         ++finest;
     for (int bits = finest; bits >= 0; --bits)
         if (std::ldexp(largest, bits) <= kMaxFixed) return static_cast<std::uint8_t>(bits);
-    return error(
-        Code::kInvalidArgument,
+    return invalid(
         "spz: a mean is %g units from the origin, the format holds up to %g; scale the scene",
         largest, kMaxFixed);
 }
@@ -412,7 +406,7 @@ Result<LoadedScene> read_spz(Bytes file, const LoadOptions& options) {
     Reader reader(is_gzip(file) ? Bytes(head) : file, "spz");
     SPLAT_ASSIGN(const Header header, read_header(reader));
     if (is_gzip(file) && header.version >= 4)
-        return error(Code::kFormat, "spz: version 4 inside gzip, expected zstd streams");
+        return damaged("spz: version 4 inside gzip, expected zstd streams");
     DecodeBudget budget(file.size(), options.limits);
     SPLAT_TRY(check_count(header.count, std::min<std::uint32_t>(header.degree, scene::kMaxShDegree),
                           options, budget, "spz"));
@@ -428,13 +422,11 @@ Result<LoadedScene> read_spz(Bytes file, const LoadOptions& options) {
 
 Result<Buffer> write_spz(const Gaussians& gaussians, const SaveOptions& options) {
     if (options.spz_version != 3 && options.spz_version != 4)
-        return error(Code::kUnsupported, "spz: version %u to write, expected 3 or 4",
-                     options.spz_version);
+        return unsupported("spz: version %u to write, expected 3 or 4", options.spz_version);
     SPLAT_ASSIGN(Gaussians scene, prepare_save(gaussians, kSpzFrame, options));
     SPLAT_TRY(check_finite(scene));
     if (scene.count() > 0xFFFFFFFFU)
-        return error(Code::kUnsupported, "spz: %zu Gaussians, the format counts in 32 bits",
-                     scene.count());
+        return unsupported("spz: %zu Gaussians, the format counts in 32 bits", scene.count());
     SPLAT_TRY(check_scales(scene, options.clamp));
     warn_of_loss("spz", scene::normalise_rotations(scene), scene.count(),
                  "rotations have length 0");

@@ -49,10 +49,10 @@ class Unpickler {
             if (op == '.') break;
             const Run handler = handlers()[op];
             if (handler == nullptr)
-                return error(Code::kUnsupported,
-                             "pickle: byte %zu: opcode 0x%02x is not one that weights need; the "
-                             "file is damaged, or holds more than a state dict",
-                             at_, op);
+                return unsupported(
+                    "pickle: byte %zu: opcode 0x%02x is not one that weights need; the "
+                    "file is damaged, or holds more than a state dict",
+                    at_, op);
             SPLAT_TRY((this->*handler)());
             SPLAT_TRY(budget_.take(std::exchange(cost_, 0), 1, "pickle: values"));
             if (pickle_.nodes_.size() > Pickle::kMaxNodes)
@@ -65,7 +65,7 @@ class Unpickler {
     }
 
     [[nodiscard]] Status bad(const std::string& problem) const {
-        return error(Code::kFormat, "pickle: byte %zu: %s", at_, problem.c_str());
+        return damaged("pickle: byte %zu: %s", at_, problem.c_str());
     }
 
     std::uint32_t node(PickleNode value) {
@@ -87,10 +87,7 @@ class Unpickler {
     }
 
     Status push_new(Kind kind, std::int64_t integer = 0, std::string_view text = {}) {
-        PickleNode value;
-        value.kind = kind;
-        value.integer = integer;
-        value.text = text;
+        PickleNode value{.kind = kind, .integer = integer, .text = text};
         return push(node(std::move(value)));
     }
 
@@ -170,7 +167,7 @@ class Unpickler {
         std::uint8_t version = 0;
         SPLAT_TRY(reader_.read(version, "protocol"));
         if (version >= 2 && version <= 4) return {};
-        return error(Code::kUnsupported, "pickle: protocol %u, expected 2 to 4", version);
+        return unsupported("pickle: protocol %u, expected 2 to 4", version);
     }
 
     template <class T>
@@ -264,11 +261,11 @@ class Unpickler {
             if (known[i].name != full) continue;
             return push_new(Kind::kGlobal, static_cast<std::int64_t>(i), known[i].name);
         }
-        return error(Code::kUnsupported,
-                     "pickle: byte %zu: it asks for '%s', which is not part of a state dict and is "
-                     "not run; in Python, save the weights alone: "
-                     "torch.save(model.state_dict(), path)",
-                     at_, full.c_str());
+        return unsupported(
+            "pickle: byte %zu: it asks for '%s', which is not part of a state dict and is "
+            "not run; in Python, save the weights alone: "
+            "torch.save(model.state_dict(), path)",
+            at_, full.c_str());
     }
 
     /// A call of a global with a tuple of arguments.
@@ -466,7 +463,7 @@ const std::array<Unpickler::Run, 256>& Unpickler::handlers() {
 
 Result<Pickle> Pickle::read(Buffer bytes, DecodeBudget& budget, std::size_t count) {
     if (bytes.size() > kMaxBytes)
-        return error(Code::kFormat, "pickle: %zu bytes, the limit is %zu", bytes.size(), kMaxBytes);
+        return damaged("pickle: %zu bytes, the limit is %zu", bytes.size(), kMaxBytes);
     Pickle pickle;
     pickle.bytes_ = std::move(bytes);
     SPLAT_TRY(Unpickler(pickle, budget).run(count));

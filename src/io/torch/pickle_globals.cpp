@@ -81,8 +81,7 @@ Result<NumberType> Pickle::storage_type(const PickleNode& global) {
     if (global.kind == PickleNode::Kind::kGlobal &&
         pickle_globals()[row].role == PickleRole::kStorageType)
         return pickle_globals()[row].type;
-    return error(Code::kUnsupported, "pickle: '%s' is not a storage type",
-                 std::string(global.text).c_str());
+    return unsupported("pickle: '%s' is not a storage type", std::string(global.text).c_str());
 }
 
 const char* kind_name(PickleNode::Kind kind) {

@@ -13,7 +13,7 @@ namespace {
 using Kind = PickleNode::Kind;
 
 Status bad_pth(const std::string& problem) {
-    return error(Code::kFormat, "pth: %s", problem.c_str());
+    return damaged("pth: %s", problem.c_str());
 }
 
 /// A tensor's place in its storage.
@@ -118,11 +118,11 @@ class PthReader {
         view.offset = static_cast<std::uint64_t>(offset.integer);
         // The part of another storage that this one is, in files from before PyTorch 1.6; later always None.
         if (storage.items.size() > 5 && pickle()[storage.items[5]].kind != Kind::kNone)
-            return error(Code::kUnsupported,
-                         "pth: the storage of '%s' is part of another one; load the file in Python "
-                         "and save it "
-                         "again with torch.save()",
-                         name.c_str());
+            return unsupported(
+                "pth: the storage of '%s' is part of another one; load the file in Python "
+                "and save it "
+                "again with torch.save()",
+                name.c_str());
         SPLAT_ASSIGN(view.dims, numbers(node.items[2], "the shape of '" + name + "'"));
         SPLAT_ASSIGN(view.strides, numbers(node.items[3], "the stride of '" + name + "'"));
         SPLAT_ASSIGN(view.count, from_file(count_elements(view.dims, name)));
@@ -146,7 +146,7 @@ class PthReader {
             format("'%s' of shape %s and stride %s reaches beyond its storage of %llu "
                    "elements",
                    view.name.c_str(), dims_text(view.dims).c_str(), dims_text(view.strides).c_str(),
-                   static_cast<unsigned long long>(view.stored)));
+                   llu(view.stored)));
     }
 
     /// Loads the view's storage into stored_.
@@ -167,8 +167,8 @@ class PthReader {
         const auto expected = checked_mul(view.stored, type_bytes(view.type));
         if (expected && *expected == bytes) return {};
         return bad_pth(format("the storage of '%s' has %llu bytes, expected %llu of %s",
-                              view.name.c_str(), static_cast<unsigned long long>(bytes),
-                              static_cast<unsigned long long>(view.stored), type_name(view.type)));
+                              view.name.c_str(), llu(bytes), llu(view.stored),
+                              type_name(view.type)));
     }
 
     const Source& source_;
@@ -216,8 +216,8 @@ Result<NamedTensors> read_tensors(PthReader& reader, const PickleNode& dict,
                                   const DecodeLimits& limits) {
     const Pickle& pickle = reader.pickle();
     if (dict.items.size() / 2 > limits.max_items)
-        return bad_pth(format("%zu tensors, the limit is %llu", dict.items.size() / 2,
-                              static_cast<unsigned long long>(limits.max_items)));
+        return bad_pth(
+            format("%zu tensors, the limit is %llu", dict.items.size() / 2, llu(limits.max_items)));
     NamedTensors tensors;
     for (std::size_t i = 0; i < dict.items.size(); i += 2) {
         const PickleNode& key = pickle[dict.items[i]];

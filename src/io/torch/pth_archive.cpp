@@ -22,14 +22,14 @@ constexpr std::int64_t kLegacyProtocol = 1001;
 enum LegacyPickle : std::size_t { kProtocol, kMachine, kSaved, kKeys, kLegacyPickles };
 
 Status bad_archive(const std::string& problem) {
-    return error(Code::kFormat, "pth: %s", problem.c_str());
+    return damaged("pth: %s", problem.c_str());
 }
 
 Status big_endian(const std::string& order) {
-    return error(Code::kUnsupported,
-                 "pth: the byte order is '%s', expected 'little'; save the file again on a "
-                 "little-endian machine",
-                 order.c_str());
+    return unsupported(
+        "pth: the byte order is '%s', expected 'little'; save the file again on a "
+        "little-endian machine",
+        order.c_str());
 }
 
 Result<Pickle> in_pth(Result<Pickle> pickle, const char* where) {
@@ -53,8 +53,7 @@ class ZipPth : public PthArchive {
         SPLAT_TRY(check_byte_order());
         if (found->bytes > Pickle::kMaxBytes)
             return bad_archive(format("data.pkl has %llu bytes, the limit is %zu",
-                                      static_cast<unsigned long long>(found->bytes),
-                                      Pickle::kMaxBytes));
+                                      llu(found->bytes), Pickle::kMaxBytes));
         SPLAT_TRY(budget.take(found->bytes, 1, "pth: data.pkl"));
         Buffer bytes;
         SPLAT_TRY(zip_.read(*found, bytes));
@@ -129,8 +128,7 @@ class LegacyPth : public PthArchive {
     Status check_machine() {
         const PickleNode& protocol = pickle_.root(kProtocol);
         if (protocol.kind != Kind::kInt || protocol.integer != kLegacyProtocol)
-            return error(Code::kUnsupported, "pth: a protocol other than %lld",
-                         static_cast<long long>(kLegacyProtocol));
+            return unsupported("pth: a protocol other than %lld", lld(kLegacyProtocol));
         const PickleNode* little = pickle_.find(pickle_.root(kMachine), "little_endian");
         if (little == nullptr || little->kind != Kind::kBool)
             return bad_archive("it does not tell its byte order");
@@ -157,7 +155,7 @@ class LegacyPth : public PthArchive {
         if (keys.kind != Kind::kList) return bad_archive("it does not list its storages");
         if (keys.items.size() > budget.limits().max_items)
             return bad_archive(format("%zu storages, the limit is %llu", keys.items.size(),
-                                      static_cast<unsigned long long>(budget.limits().max_items)));
+                                      llu(budget.limits().max_items)));
         for (const std::uint32_t item : keys.items) {
             const std::string key(pickle_[item].text);
             const auto found = each.find(key);
@@ -174,8 +172,7 @@ class LegacyPth : public PthArchive {
             at += *bytes;
         }
         if (at == source_->size()) return {};
-        return bad_archive(format("%llu bytes follow the last storage",
-                                  static_cast<unsigned long long>(source_->size() - at)));
+        return bad_archive(format("%llu bytes follow the last storage", llu(source_->size() - at)));
     }
 
     static Status cut_off(const std::string& key) {

@@ -10,11 +10,8 @@ namespace splat::io {
 /// A file of torch.save(): a pickle, and the bytes of its storages. Since PyTorch 1.6 it is a zip with a file for
 /// each storage. Before, it is a magic number, a protocol number, facts of the machine, the pickle and the list of
 /// keys, all of them pickles, and then, for each key, the number of elements as int64 and the elements.
-class PthArchive {
+class PthArchive : NoCopy {
   public:
-    PthArchive() = default;
-    PthArchive(const PthArchive&) = delete;
-    PthArchive& operator=(const PthArchive&) = delete;
     virtual ~PthArchive() = default;
 
     /// `source` must outlive the archive.

@@ -74,8 +74,7 @@ Result<T> scalar_of(const Metadata& metadata, std::string_view name) {
         if (key != name) continue;
         const auto number = number_in<T>(text);
         if (!number)
-            return error(Code::kInvalidArgument, "metadata '%s' is '%s', expected a number",
-                         key.c_str(), text.c_str());
+            return invalid("metadata '%s' is '%s', expected a number", key.c_str(), text.c_str());
         value = *number;
     }
     return value;

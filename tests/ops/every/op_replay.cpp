@@ -13,6 +13,7 @@
 #include "nn/executor.h"
 #include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
+#include "support/parsed_json.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
