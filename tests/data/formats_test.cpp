@@ -56,9 +56,8 @@ TEST(Objaverse, SplitsItsObjectsAndScalesThem) {
     std::vector<float> poses = kPose;
     for (const float value : kPose) poses.push_back(value);
     poses[12 + 3] = 1;
-    for (int i = 0; i < 3; ++i) put_renders(folder.path() / ("o" + std::to_string(i)), poses);
+    for (int i = 0; i < 3; ++i) put_renders(folder / ("o" + std::to_string(i)), poses);
     const auto dataset = open_data(folder.path());
-    ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().format, "objaverse");
     EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"o0", "o1"}))
         << "99 of 100, rounded down";
@@ -67,9 +66,9 @@ TEST(Objaverse, SplitsItsObjectsAndScalesThem) {
     const Cameras c = cameras_of(*dataset);
     EXPECT_EQ(c.focals[0], 8.75F);
     EXPECT_EQ(c.poses[16 + 12], -1) << "one to the left; the first camera is 2 away already";
-    put_npy(folder.path() / "o0/001.npy", {3, 3}, std::vector<float>(9));
+    put_npy(folder / "o0/001.npy", {3, 3}, std::vector<float>(9));
     EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "001.npy': a pose of 9 numbers");
-    fs::remove(folder.path() / "o0/001.npy");
+    fs::remove(folder / "o0/001.npy");
     EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "images without pose: 1 (first '001')");
 }
 
@@ -77,9 +76,8 @@ TEST(Gso, IsAllToTestOn) {
     const SampleFolder folder;
     std::vector<float> poses = kPose;
     for (const float value : kPose) poses.push_back(value);
-    put_renders(folder.path() / "shoe/render_mvs_25/model", poses);
+    put_renders(folder / "shoe/render_mvs_25/model", poses);
     const auto dataset = open_data(folder.path(), "test");
-    ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().format, "gso");
     EXPECT_ERROR(data_status(folder.path()), Code::kNotFound, "it is for evaluation only");
     EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"shoe"}));
@@ -91,21 +89,20 @@ TEST(Nmr, ReadsListsAndCameras) {
     for (const float value : kPose) poses.push_back(value);
     put_nmr(folder.path(), poses, 12);
     const auto dataset = open_data(folder.path());
-    ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().format, "nmr");
     EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"02691156_b"}));
-    EXPECT_NEAR(static_cast<double>(cameras_of(*dataset).focals[0]), 3.7320509 * 4, 1e-5);
+    EXPECT_NEAR(cameras_of(*dataset).focals[0], 3.7320509 * 4, 1e-5);
     EXPECT_ERROR(data_status(folder.path(), "val"), Code::kNotFound, "softras_val.lst");
-    put_npz(folder.path() / "02691156/b/cameras.npz",
+    put_npz(folder / "02691156/b/cameras.npz",
             {{"world_mat_0", kPose}, {"world_mat_inv_1", kPose}});
     EXPECT_OK(data_status(folder.path()));
-    put_npz(folder.path() / "02691156/b/cameras.npz", {{"world_mat_0", kPose}});
+    put_npz(folder / "02691156/b/cameras.npz", {{"world_mat_0", kPose}});
     EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "neither world_mat_inv_1 nor world_mat_1");
-    put_npz(folder.path() / "02691156/b/cameras.npz",
+    put_npz(folder / "02691156/b/cameras.npz",
             {{"world_mat_0", kPose}, {"world_mat_1", kPose}, {"camera_mat_1", {2}}});
     EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "camera_mat_1 has the focal length 2");
-    put_npz(folder.path() / "02691156/b/cameras.npz",
+    put_npz(folder / "02691156/b/cameras.npz",
             {{"world_mat_0", kPose},
              {"world_mat_1", kPose},
              {"camera_mat_1", {3.7320509F, 0, 0, 0, 3, 0, 0, 0, 1}}});
@@ -122,7 +119,6 @@ TEST(Co3d, ReadsArrays) {
     sample.images[3 * 64 + 64] = 1;
     put_co3d(folder.path(), sample);
     const auto dataset = open_data(folder.path());
-    ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().format, "co3d");
     const Cameras c = cameras_of(*dataset);
     EXPECT_EQ(c.focals, (std::vector<float>{8, 10, 12, 12}));
@@ -136,23 +132,23 @@ TEST(Co3d, ReadsArrays) {
     EXPECT_EQ(images[0], 51.0F / 255);
     for (const float focal :
          {0.0F, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
-        put_npy(folder.path() / "co3d_hydrant_for_gs/train/106_1_2/focal_lengths.npy", {2, 1, 2},
+        put_npy(folder / "co3d_hydrant_for_gs/train/106_1_2/focal_lengths.npy", {2, 1, 2},
                 std::vector<float>{2, 2.5F, focal, 3});
         EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "frame 1 has the focal length");
     }
     put_co3d(folder.path(), sample);
-    put_npz(folder.path() / "co3d_hydrant_for_gs/train/camera_Ts.npz", {{"106_1_2", {0, 0, 3}}});
+    put_npz(folder / "co3d_hydrant_for_gs/train/camera_Ts.npz", {{"106_1_2", {0, 0, 3}}});
     EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "2 frames, but 2 rotations, 1 translations and 2 focal");
-    put_npy(folder.path() / "co3d_hydrant_for_gs/train/106_1_2/images_fg.npy", {2, 1, 8, 8},
+    put_npy(folder / "co3d_hydrant_for_gs/train/106_1_2/images_fg.npy", {2, 1, 8, 8},
             std::vector<float>(128));
     EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "images_fg.npy': expected float32");
     EXPECT_ERROR(data_status(folder.path(), "val"), Code::kNotFound, "0 files val/camera_Rs.npz");
-    fs::remove(folder.path() / "co3d_hydrant_for_gs/train/camera_Ts.npz");
+    fs::remove(folder / "co3d_hydrant_for_gs/train/camera_Ts.npz");
     bool lacks = false;
     DatasetDesc desc = data_desc(folder.path());
     desc.lacks_split = &lacks;
-    EXPECT_ERROR(Dataset::open(desc).status(), Code::kFormat, "camera_Ts.npz");
+    EXPECT_ERROR(Dataset::open(desc), Code::kFormat, "camera_Ts.npz");
     EXPECT_FALSE(lacks) << "the split is there, but damaged";
     desc.split = "val";
     EXPECT_EQ(Dataset::open(desc).status().code(), Code::kNotFound);
@@ -166,20 +162,18 @@ constexpr const char* kFrames = R"({"fl_x": 10, "cx": 6, "cy": 5, "w": 12, "h": 
 void put_photo(const fs::path& path) {
     io::Image image{12, 10, 3, 8, {}};
     for (std::uint16_t i = 0; i < 360; ++i) image.samples.push_back(i % 36 / 3 * 20);
-    const auto file = io::write_png(image);
-    ASSERT_OK(file.status());
+    const auto file = need(io::write_png(image));
     fs::create_directories(path.parent_path());
-    ASSERT_OK(io::write_file(path.string(), file.value()));
+    ASSERT_OK(io::write_file(path.string(), file));
 }
 
 TEST(ImageFolder, TakesTheSquareAroundThePrincipalPoint) {
     const SampleFolder folder;
-    put_text(folder.path() / "scene/transforms.json", kFrames);
-    put_photo(folder.path() / "scene/images/a.png");
-    put_photo(folder.path() / "scene/images/b.png");
-    for (const fs::path& path : {folder.path(), folder.path() / "scene"}) {
+    put_text(folder / "scene/transforms.json", kFrames);
+    put_photo(folder / "scene/images/a.png");
+    put_photo(folder / "scene/images/b.png");
+    for (const fs::path& path : {folder.path(), folder / "scene"}) {
         const auto dataset = open_data(path);
-        ASSERT_NE(dataset, nullptr);
         EXPECT_EQ(dataset->index().format, "images");
         EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"scene"}));
         EXPECT_EQ(dataset->resolution(), 10U);
@@ -195,21 +189,20 @@ TEST(ImageFolder, TakesTheSquareAroundThePrincipalPoint) {
         EXPECT_EQ(images[0], 20.0F / 255) << "column 1 of the photograph";
         EXPECT_EQ(images[9], 200.0F / 255);
     }
-    fs::remove(folder.path() / "scene/images/b.png");
+    fs::remove(folder / "scene/images/b.png");
     EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "no image './images/b'");
-    put_image(folder.path() / "scene/images/b.png", 8, 3);
+    put_image(folder / "scene/images/b.png", 8, 3);
     EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "its camera has 12 x 10");
 }
 
 TEST(ImageFolder, KnowsWhetherItHasSplits) {
     const SampleFolder folder;
-    const fs::path scene = folder.path() / "scene";
+    const fs::path scene = folder / "scene";
     put_text(scene / "transforms.json", kFrames);
     put_photo(scene / "images/a.png");
     put_photo(scene / "images/b.png");
     for (const fs::path& path : {folder.path(), scene, scene / "", scene / "images" / ".."}) {
         const auto dataset = open_data(path, "test");
-        ASSERT_NE(dataset, nullptr) << path;
         EXPECT_FALSE(dataset->index().has_splits);
         EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"scene"})) << path;
     }
@@ -218,12 +211,12 @@ TEST(ImageFolder, KnowsWhetherItHasSplits) {
     bool lacks = false;
     DatasetDesc desc = data_desc(folder.path(), "val");
     desc.lacks_split = &lacks;
-    EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound,
+    EXPECT_ERROR(Dataset::open(desc), Code::kNotFound,
                  "holds neither transforms.json nor transforms_val.json nor a COLMAP model");
     EXPECT_TRUE(lacks);
     fs::rename(scene / "transforms_train.json", scene / "transforms.json");
-    fs::create_directory(folder.path() / "train");
-    fs::rename(scene, folder.path() / "train/scene");
+    fs::create_directory(folder / "train");
+    fs::rename(scene, folder / "train/scene");
     EXPECT_TRUE(open_data(folder.path())->index().has_splits);
     EXPECT_ERROR(data_status(folder.path(), "val"), Code::kNotFound, "holds neither");
 }
@@ -231,10 +224,10 @@ TEST(ImageFolder, KnowsWhetherItHasSplits) {
 TEST(ImageFolder, WarnsOfObjectsWithoutTheSplitOfOthers) {
     const SampleFolder folder;
     for (const char* name : {"one", "other"}) {
-        put_text(folder.path() / name / "transforms.json", kFrames);
-        put_text(folder.path() / name / "transforms_val.json", kFrames);
-        put_photo(folder.path() / name / "images/a.png");
-        put_photo(folder.path() / name / "images/b.png");
+        put_text(folder / name / "transforms.json", kFrames);
+        put_text(folder / name / "transforms_val.json", kFrames);
+        put_photo(folder / name / "images/a.png");
+        put_photo(folder / name / "images/b.png");
     }
     std::string warned;
     const auto keep = [](void* user, int, const char* text) {
@@ -242,24 +235,21 @@ TEST(ImageFolder, WarnsOfObjectsWithoutTheSplitOfOthers) {
     };
     set_log_sink(keep, &warned, LogLevel::kWarning);
     EXPECT_TRUE(open_data(folder.path(), "val")->index().has_splits);
-    EXPECT_EQ(warned.find("which other objects have"), std::string::npos) << warned;
-    fs::remove(folder.path() / "other/transforms_val.json");
+    EXPECT_LACKS(warned, "which other objects have");
+    fs::remove(folder / "other/transforms_val.json");
     EXPECT_FALSE(open_data(folder.path(), "val")->index().has_splits);
     set_log_sink(nullptr, nullptr, LogLevel::kWarning);
-    EXPECT_NE(warned.find("other' has no transforms_val.json, which other objects have"),
-              std::string::npos)
-        << warned;
+    EXPECT_HAS(warned, "other' has no transforms_val.json, which other objects have");
 }
 
 TEST(ImageFolder, ReadsColmapModels) {
     const SampleFolder folder;
-    put_text(folder.path() / "sparse/0/cameras.txt", "1 PINHOLE 12 10 10 11 6 5\n");
-    put_text(folder.path() / "sparse/0/images.txt",
+    put_text(folder / "sparse/0/cameras.txt", "1 PINHOLE 12 10 10 11 6 5\n");
+    put_text(folder / "sparse/0/images.txt",
              "1 1 0 0 0 0 0 4 1 a.png\n\n2 1 0 0 0 -1 0 4 1 b.png\n\n");
-    put_photo(folder.path() / "images/a.png");
-    put_photo(folder.path() / "images/b.png");
+    put_photo(folder / "images/a.png");
+    put_photo(folder / "images/b.png");
     const auto dataset = open_data(folder.path());
-    ASSERT_NE(dataset, nullptr);
     const Cameras c = cameras_of(*dataset);
     EXPECT_EQ(c.focals, (std::vector<float>{10, 11, 10, 11}));
     EXPECT_EQ(c.poses[16 + 12], 1);
@@ -278,25 +268,20 @@ class GoldenNetFormats : public testing::Test {
             const SampleFolder folder;
             put(golden, folder.path());
             const auto dataset = open_data(folder.path());
-            ASSERT_NE(dataset, nullptr);
             const Cameras found = cameras_of(*dataset);
             const std::vector<float> poses = array(golden, set + ".rel_vw");
             ASSERT_EQ(found.poses.size(), poses.size());
             // 2e-5: float32 inverses of the reference, with translations up to 4, some of them
             // scaled.
             for (std::size_t i = 0; i < poses.size(); ++i)
-                EXPECT_NEAR(static_cast<double>(found.poses[i]), static_cast<double>(poses[i]),
-                            2e-5)
-                    << set << " " << i;
+                EXPECT_NEAR(found.poses[i], poses[i], 2e-5) << set << " " << i;
             if (set != "co3d") return;
             const std::vector<float> distances = array(golden, "co3d.origin_dist");
             const std::vector<float> focals = array(golden, "co3d.focal_px");
             for (std::size_t i = 0; i < distances.size(); ++i)
-                EXPECT_NEAR(static_cast<double>(found.distances[i]),
-                            static_cast<double>(distances[i]), 1e-5);
+                EXPECT_NEAR(found.distances[i], distances[i], 1e-5);
             for (std::size_t i = 0; i < focals.size(); ++i)  // for 128 pixels; here there are 8
-                EXPECT_NEAR(static_cast<double>(found.focals[i]),
-                            static_cast<double>(focals[i]) / 16, 1e-5);
+                EXPECT_NEAR(found.focals[i], static_cast<double>(focals[i]) / 16, 1e-5);
         });
     }
 

@@ -56,7 +56,6 @@ void put_maps(const fs::path& object, const std::vector<std::string>& stems) {
 
 void expect_maps(const fs::path& root, const std::string& split = "train") {
     const auto dataset = open_data(root, split);
-    ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().maps, kAllMaps);
     EXPECT_FALSE(dataset->index().alpha_masks);
     const ReadMaps maps = read_maps(*dataset);
@@ -64,9 +63,8 @@ void expect_maps(const fs::path& root, const std::string& split = "train") {
     EXPECT_EQ(maps.depths[64 + 9], 51.0F / 255) << "view 1, row 1, column 1";
     EXPECT_EQ(maps.normals[64], 61.0F / 255) << "channel 1";
     EXPECT_EQ(maps.masks[64], 91.0F / 255);
-    const auto checked = check_object(*dataset, 0);
-    ASSERT_OK(checked.status());
-    EXPECT_TRUE(checked.value().problems.empty());
+    const auto checked = need(check_object(*dataset, 0));
+    EXPECT_TRUE(checked.problems.empty());
 }
 
 std::vector<float> twice(const std::vector<float>& pose) {
@@ -80,9 +78,9 @@ TEST(Maps, OfNmr) {
     const SampleFolder folder;
     test::put_nmr(folder.path(), twice(kPose), 12);
     EXPECT_EQ(open_data(folder.path())->index().maps, 0U) << "images without alpha";
-    put_maps(folder.path() / "02691156/b", {"000", "001"});
+    put_maps(folder / "02691156/b", {"000", "001"});
     expect_maps(folder.path());
-    fs::remove(folder.path() / "02691156/b/normal/001.png");
+    fs::remove(folder / "02691156/b/normal/001.png");
     EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
                  "1 images in normal; poses without image: 1 (first '001')");
 }
@@ -90,9 +88,9 @@ TEST(Maps, OfNmr) {
 TEST(Maps, OfObjaverseAndGso) {
     for (const bool gso : {false, true}) {
         const SampleFolder folder;
-        const fs::path object = folder.path() / (gso ? "a/render_mvs_25/model" : "a");
+        const fs::path object = folder / (gso ? "a/render_mvs_25/model" : "a");
         test::put_renders(object, twice(kPose));
-        test::put_renders(folder.path() / (gso ? "b/render_mvs_25/model" : "b"), twice(kPose));
+        test::put_renders(folder / (gso ? "b/render_mvs_25/model" : "b"), twice(kPose));
         put_maps(object, {"000", "001"});
         const std::string split = gso ? "test" : "train";
         if (!gso) {
@@ -102,7 +100,7 @@ TEST(Maps, OfObjaverseAndGso) {
         const auto dataset = open_data(folder.path(), split);
         EXPECT_EQ(dataset->index().maps, flag_of(MapKind::kMask)) << "b has only its alpha";
         EXPECT_TRUE(dataset->index().alpha_masks);
-        put_maps(folder.path() / "b/render_mvs_25/model", {"000", "001"});
+        put_maps(folder / "b/render_mvs_25/model", {"000", "001"});
         expect_maps(folder.path(), split);
     }
 }
@@ -115,7 +113,7 @@ TEST(Maps, OfCo3d) {
     sample.focal = {2, 2, 2, 2};
     sample.images.assign(2 * 3 * 64, 0.2F);
     test::put_co3d(folder.path(), sample);
-    const fs::path sequence = folder.path() / "co3d_hydrant_for_gs/train/106_1_2";
+    const fs::path sequence = folder / "co3d_hydrant_for_gs/train/106_1_2";
     EXPECT_EQ(open_data(folder.path())->index().maps, 0U);
     std::vector<float> plane(128, 0.2F);
     plane[64] = 0.6F;
@@ -143,12 +141,12 @@ constexpr const char* kCamera = R"({"fl_x": 10, "cx": 4, "cy": 4, "w": 8, "h": 8
 
 TEST(Maps, OfPhotographs) {
     const SampleFolder folder;
-    put_text(folder.path() / "scene/transforms.json", kCamera);
+    put_text(folder / "scene/transforms.json", kCamera);
     for (const char* name : {"a", "b"})
-        put_image(folder.path() / "scene/images" / (std::string(name) + ".png"), 8, 3);
-    put_maps(folder.path() / "scene", {"a", "b"});
+        put_image(folder / "scene/images" / (std::string(name) + ".png"), 8, 3);
+    put_maps(folder / "scene", {"a", "b"});
     expect_maps(folder.path());
-    put_image(folder.path() / "scene/mask/a.png", 4, 1);
+    put_image(folder / "scene/mask/a.png", 4, 1);
     const auto dataset = open_data(folder.path());
     std::vector<float> mask(64);
     ViewArrays out;
@@ -160,7 +158,7 @@ TEST(Maps, OfPhotographs) {
 
 TEST(Maps, OfSrnInOtherImageFormats) {
     const SampleFolder folder;
-    const fs::path object = folder.path() / "a_train/o";
+    const fs::path object = folder / "a_train/o";
     put_text(object / "intrinsics.txt", "10. 4. 4. 0.\n0. 0. 0.\n1.\n8 8\n");
     for (const char* stem : {"0", "1"}) {
         put_text(object / "pose" / (std::string(stem) + ".txt"),
@@ -168,7 +166,6 @@ TEST(Maps, OfSrnInOtherImageFormats) {
         put_image(object / "rgb" / (std::string(stem) + ".png"), 8, 4, 0, 51);
     }
     const auto alpha = open_data(folder.path());
-    ASSERT_NE(alpha, nullptr);
     EXPECT_EQ(alpha->index().maps, flag_of(MapKind::kMask));
     const ReadMaps maps = read_maps(*alpha, false);
     EXPECT_EQ(maps.masks[0], 51.0F / 255) << "the alpha of rgb";
@@ -181,8 +178,8 @@ TEST(Maps, OfSrnInOtherImageFormats) {
 
 /// An object of SRN's format with two views of 8 x 8 pixels, without maps.
 fs::path put_plain(const SampleFolder& folder) {
-    test::put_object(folder.path() / "a_train/o");
-    return folder.path() / "a_train/o";
+    test::put_object(folder / "a_train/o");
+    return folder / "a_train/o";
 }
 
 std::vector<float> ramp(std::size_t count, float first, float step) {
@@ -201,7 +198,6 @@ TEST(Maps, OfArrays) {
         test::put_npy(object / "mask" / stem, {8, 8}, ramp(64, 0, 1.0F / 63));
     }
     const auto dataset = open_data(folder.path());
-    ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().maps, kAllMaps);
     const ReadMaps maps = read_maps(*dataset);
     for (std::size_t i = 0; i < 64; ++i) {
@@ -213,12 +209,12 @@ TEST(Maps, OfArrays) {
     EXPECT_TRUE(check_object(*dataset, 0).value().problems.empty());
     const auto refused = [&](const char* file, std::vector<std::uint64_t> shape,
                              std::vector<float> values, const char* part) {
-        const fs::path kept = folder.path() / "kept.npy";
+        const fs::path kept = folder / "kept.npy";
         fs::rename(object / file, kept);
         test::put_npy(object / file, std::move(shape), std::move(values));
         const auto found = check_object(*open_data(folder.path()), 0).value();
         ASSERT_EQ(found.problems.size(), 1U);
-        EXPECT_NE(found.problems[0].find(part), std::string::npos) << found.problems[0];
+        EXPECT_HAS(found.problems[0], part);
         fs::rename(kept, object / file);
     };
     refused(
@@ -272,7 +268,6 @@ TEST(Maps, OfOtherTypesAndOrders) {
     fs::copy(object / "normal/000000.npy", object / "normal/000001.npy");
     put_text(object / "mask/000001.pgm", pgm);
     const auto dataset = open_data(folder.path());
-    ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().maps, kAllMaps);
     const ReadMaps maps = read_maps(*dataset);
     for (std::size_t i = 0; i < 64; ++i) {
@@ -289,8 +284,7 @@ TEST(Maps, OfOtherTypesAndOrders) {
               std::as_bytes(std::span(negative)));
     const auto found = check_object(*dataset, 0).value();
     ASSERT_EQ(found.problems.size(), 1U);
-    EXPECT_NE(found.problems[0].find("mask/000000.npy': whole numbers from -1 to -1"),
-              std::string::npos);
+    EXPECT_HAS(found.problems[0], "mask/000000.npy': whole numbers from -1 to -1");
 }
 
 TEST(Maps, OfOtherFilesAreNamedAsNotRead) {
@@ -305,16 +299,15 @@ TEST(Maps, OfOtherFilesAreNamedAsNotRead) {
     set_log_sink(keep, &warned, LogLevel::kWarning);
     const auto dataset = open_data(folder.path());
     set_log_sink(nullptr, nullptr, LogLevel::kWarning);
-    EXPECT_NE(warned.find("3 files in folders of maps are not read, expected .png, .jpg, .webp, "
-                          ".pgm, .npy or .pfm: '" +
-                          (object / "depth/000000.tiff").string() + "', a TIFF file; convert it"),
-              std::string::npos)
-        << warned;
+    EXPECT_HAS(warned,
+               "3 files in folders of maps are not read, expected .png, .jpg, .webp, "
+               ".pgm, .npy or .pfm: '" +
+                   (object / "depth/000000.tiff").string() + "', a TIFF file; convert it");
     EXPECT_EQ(dataset->index().unread_count, 3U);
-    EXPECT_NE(report_text(*dataset).find("\"not_read_count\": 3"), std::string::npos);
+    EXPECT_HAS(report_text(*dataset), "\"not_read_count\": 3");
     DatasetDesc desc = data_desc(folder.path());
     desc.maps = flag_of(MapKind::kDepth);
-    EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound,
+    EXPECT_ERROR(Dataset::open(desc), Code::kNotFound,
                  "are not read, expected .png, .jpg, .webp, .pgm, .npy or .pfm: '" +
                      (object / "depth/000000.tiff").string());
 }
@@ -365,7 +358,7 @@ TEST(Maps, MasksOfZeroAndOneAreWhole) {
 
 TEST(Maps, MayHavePluralFoldersAndWholeNames) {
     const SampleFolder folder;
-    const fs::path scene = folder.path() / "scene";
+    const fs::path scene = folder / "scene";
     put_text(scene / "transforms.json", kCamera);
     for (const char* name : {"a.png", "b.png"}) put_image(scene / "images" / name, 8, 3);
     put_maps(scene, {"a", "b"});
@@ -377,7 +370,7 @@ TEST(Maps, MayHavePluralFoldersAndWholeNames) {
 
 TEST(Maps, MayBeNamedByTheCameras) {
     const SampleFolder folder;
-    const fs::path scene = folder.path() / "scene";
+    const fs::path scene = folder / "scene";
     const auto put_cameras = [&](const std::string& of_a, const std::string& of_b,
                                  const std::string& of_all = "") {
         const auto frame = [](const char* name, const std::string& more) {
@@ -398,7 +391,6 @@ TEST(Maps, MayBeNamedByTheCameras) {
     put_cameras(R"(, "mask_path": "m/x.png", "depth_file_path": "d/x.npy")",
                 R"(, "mask_path": "m/y.png", "depth_file_path": "d/y.npy")");
     const auto dataset = open_data(folder.path());
-    ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().maps, flag_of(MapKind::kMask) | flag_of(MapKind::kDepth));
     std::vector<float> masks(128), depths(128);
     ViewArrays out;
@@ -428,7 +420,7 @@ TEST(Maps, MayBeNamedByTheCameras) {
     bool lacks = false;
     DatasetDesc val = data_desc(folder.path(), "val");
     val.lacks_split = &lacks;
-    EXPECT_ERROR(Dataset::open(val).status(), Code::kNotFound, "lists no frames as val_filenames");
+    EXPECT_ERROR(Dataset::open(val), Code::kNotFound, "lists no frames as val_filenames");
     EXPECT_TRUE(lacks);
     lists(R"("train_filenames": ["images/c.png"])");
     EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
@@ -437,15 +429,14 @@ TEST(Maps, MayBeNamedByTheCameras) {
 
 TEST(Maps, AlphaIsTheMask) {
     const SampleFolder folder;
-    const fs::path object = folder.path() / "a";
+    const fs::path object = folder / "a";
     test::put_renders(object, twice(kPose));
-    test::put_renders(folder.path() / "b", twice(kPose));
+    test::put_renders(folder / "b", twice(kPose));
     put_image(object / "000.png", 8, 4, 0, 102);
     DatasetDesc desc = data_desc(folder.path());
     desc.maps = flag_of(MapKind::kMask);
     desc.background = {1, 1, 1};
     const auto dataset = open_data(desc);
-    ASSERT_NE(dataset, nullptr);
     const ReadMaps maps = read_maps(*dataset, false);
     EXPECT_EQ(maps.masks[0], 0.4F);
     EXPECT_EQ(maps.masks[64], 1.0F);
@@ -458,7 +449,7 @@ TEST(Maps, AlphaIsTheMask) {
     EXPECT_ERROR(open_data(desc)->read(0, views, out), Code::kFormat,
                  "object 'a', view 1: an image without alpha");
     desc.maps = flag_of(MapKind::kDepth);
-    EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound,
+    EXPECT_ERROR(Dataset::open(desc), Code::kNotFound,
                  "maps requested: depth; every object has: mask");
 }
 

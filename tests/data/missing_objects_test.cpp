@@ -129,26 +129,24 @@ void expect_gap(const Case& c, const std::string& what, bool unreadable,
     SCOPED_TRACE(std::string(c.format) + ": " + what);
     const SampleFolder folder;
     c.put(folder.path());
-    const fs::path object = folder.path() / c.objects / "b";
+    const fs::path object = folder / c.objects / "b";
     broken(object);
     DatasetDesc desc = desc_of(c, folder);
-    EXPECT_ERROR(Dataset::open(desc).status(), unreadable ? Code::kIo : Code::kFormat,
-                 object.string());
+    EXPECT_ERROR(Dataset::open(desc), unreadable ? Code::kIo : Code::kFormat, object.string());
     desc.lenient = true;
-    const auto checked = Dataset::open(desc);
-    ASSERT_OK(checked.status());
-    const DatasetIndex& all = checked.value()->index();
+    const auto checked = need(Dataset::open(desc));
+    const DatasetIndex& all = checked->index();
     ASSERT_EQ(all.names.size(), kObjects);
     for (std::uint32_t i = 0; i < kObjects; ++i)
-        EXPECT_EQ(check_object(*checked.value(), i).value().problems.empty(), i != 1) << i;
+        EXPECT_EQ(check_object(*checked, i).value().problems.empty(), i != 1) << i;
     desc.lenient = false;
     desc.allow_missing = true;
     const auto rest = Dataset::open(desc);
     if (unreadable) {
-        EXPECT_ERROR(rest.status(), Code::kIo, object.string());
+        EXPECT_ERROR(rest, Code::kIo, object.string());
         return;
     }
-    ASSERT_OK(rest.status());
+    ASSERT_OK(rest);
     const DatasetIndex& taken = rest.value()->index();
     EXPECT_EQ(taken.names, (std::vector<std::string>{all.names[0], all.names[2]}));
     ASSERT_EQ(taken.missing.size(), 1U);
@@ -183,7 +181,7 @@ TEST(MissingObjects, AreRefusedListedOrNamed) {
 TEST(MissingObjects, MapsThatOthersHaveAreMissed) {
     const SampleFolder folder;
     put_srn(folder.path());
-    const fs::path objects = folder.path() / "cars_train";
+    const fs::path objects = folder / "cars_train";
     for (const char* map :
          {"a/depth/000000.png", "a/depth/000001.png", "c/depth/000000.png", "c/depth/000001.png"})
         put_image(objects / map, 8, 1);
@@ -208,7 +206,7 @@ TEST(MissingObjects, ASplitOfNothingButGapsIsThere) {
         const SampleFolder folder;
         c.put(folder.path());
         for (const char* name : {"a", "b", "c", "d"})
-            fs::remove_all(folder.path() / c.objects / name / c.parts[0]);
+            fs::remove_all(folder / c.objects / name / c.parts[0]);
         DatasetDesc desc = desc_of(c, folder);
         desc.format = c.format;
         desc.allow_missing = true;
@@ -224,27 +222,26 @@ TEST(MissingObjects, ASplitOfNothingButGapsIsThere) {
     }
     const SampleFolder srn, co3d, images;
     put_srn(srn.path());
-    fs::create_symlink("/nonexistent/disk", srn.path() / "cars_val");
+    fs::create_symlink("/nonexistent/disk", srn / "cars_val");
     put_sequences(co3d.path());
-    fs::create_symlink("/nonexistent/disk", co3d.path() / "co3d_hydrant_for_gs/val");
-    put_photographs(images.path() / "train");
-    fs::create_symlink("/nonexistent/disk", images.path() / "val");
+    fs::create_symlink("/nonexistent/disk", co3d / "co3d_hydrant_for_gs/val");
+    put_photographs(images / "train");
+    fs::create_symlink("/nonexistent/disk", images / "val");
     for (const fs::path& path : {srn.path(), co3d.path(), images.path()}) {
         bool lacks = false;
         DatasetDesc desc = data_desc(path, "val");
         desc.lacks_split = &lacks;
-        EXPECT_ERROR(Dataset::open(desc).status(), Code::kFormat,
-                     "is a link to what does not exist");
+        EXPECT_ERROR(Dataset::open(desc), Code::kFormat, "is a link to what does not exist");
         EXPECT_FALSE(lacks);
     }
-    fs::remove(images.path() / "val");
-    fs::create_directory(images.path() / "val");
-    fs::create_symlink("/nonexistent/object", images.path() / "val/b");
-    EXPECT_ERROR(Dataset::open(data_desc(images.path(), "val")).status(), Code::kFormat,
+    fs::remove(images / "val");
+    fs::create_directory(images / "val");
+    fs::create_symlink("/nonexistent/object", images / "val/b");
+    EXPECT_ERROR(Dataset::open(data_desc(images.path(), "val")), Code::kFormat,
                  "val/b' is a link to what does not exist");
     const SampleFolder nmr;
     put_nmr_objects(nmr.path());
-    put_text(nmr.path() / "02828884/softras_train.lst", "\n");
+    put_text(nmr / "02828884/softras_train.lst", "\n");
     EXPECT_ERROR(test::data_status(nmr.path()), Code::kFormat, "names no object");
 }
 
@@ -258,17 +255,14 @@ TEST(MissingObjects, OtherFoldersAreNamed) {
         const bool listed = std::string(c.format) == "nmr";
         const SampleFolder folder;
         c.put(folder.path());
-        put_text(folder.path() / (listed ? "" : c.objects) / "aa/notes.txt", "not an object");
+        put_text(folder / (listed ? "" : c.objects) / "aa/notes.txt", "not an object");
         warned.clear();
         set_log_sink(keep, &warned, LogLevel::kWarning);
-        const auto dataset = Dataset::open(desc_of(c, folder));
+        const auto dataset = need(Dataset::open(desc_of(c, folder)));
         set_log_sink(nullptr, nullptr, LogLevel::kWarning);
-        ASSERT_OK(dataset.status());
-        EXPECT_EQ(dataset.value()->index().names.size(), kObjects);
-        EXPECT_EQ(dataset.value()->index().others, std::vector<std::string>{"aa"});
-        EXPECT_NE(warned.find("1 folders without a part of an object are not read: 'aa'"),
-                  std::string::npos)
-            << warned;
+        EXPECT_EQ(dataset->index().names.size(), kObjects);
+        EXPECT_EQ(dataset->index().others, std::vector<std::string>{"aa"});
+        EXPECT_HAS(warned, "1 folders without a part of an object are not read: 'aa'");
     }
 }
 
@@ -276,8 +270,8 @@ TEST(MissingObjects, OtherFoldersAreNamed) {
 TEST(MissingObjects, DoNotMoveTheSplit) {
     const SampleFolder folder;
     put_objaverse(folder.path());
-    fs::remove_all(folder.path() / "a");
-    fs::create_symlink("/nonexistent/elsewhere", folder.path() / "a");
+    fs::remove_all(folder / "a");
+    fs::create_symlink("/nonexistent/elsewhere", folder / "a");
     DatasetDesc desc = data_desc(folder.path(), "val");
     desc.allow_missing = true;
     EXPECT_EQ(test::open_data(desc)->index().names, std::vector<std::string>{"d"});
@@ -288,7 +282,7 @@ TEST(MissingObjects, DoNotMoveTheSplit) {
 TEST(MissingObjects, ACategoryWithoutTheListOfOthersIsOne) {
     const SampleFolder folder;
     put_nmr_objects(folder.path());
-    put_text(folder.path() / "02828884/softras_val.lst", "x\n");
+    put_text(folder / "02828884/softras_val.lst", "x\n");
     EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
                  "02828884/softras_train.lst', which other categories have");
     EXPECT_FALSE(Dataset::open(data_desc(folder.path(), "test")).ok());
@@ -329,17 +323,16 @@ TEST(MissingObjects, NoRefusalOfTheSystemTakesAnyAway) {
             DatasetDesc desc = desc_of(c, folder);
             desc.allow_missing = allowed;
             fault::arm(nullptr, fault::kForever);
-            const auto whole = everything(desc);
+            const auto whole = need(everything(desc));
             const std::uint64_t hits = fault::disarm();
-            ASSERT_OK(whole.status());
             ASSERT_GT(hits, 20U);
             for (const std::uint64_t count : {std::uint64_t{1}, fault::kForever})
                 for (std::uint64_t hit = 1; hit <= hits; ++hit, ++places) {
                     fault::arm(nullptr, hit, count);
-                    const auto found = everything(desc, whole.value());
+                    const auto found = everything(desc, whole);
                     fault::disarm();
                     errors += found.ok() ? 0 : 1;
-                    EXPECT_EQ(found.ok() ? found.value() : whole.value(), whole.value())
+                    EXPECT_EQ(found.ok() ? found.value() : whole, whole)
                         << c.format << ", place " << hit << " of " << hits << ", allowed "
                         << allowed << ", times " << count;
                 }

@@ -22,10 +22,9 @@ void put_object(const fs::path& folder) {
 }
 
 void put_npy(const fs::path& path, std::vector<std::uint64_t> shape, std::vector<float> values) {
-    const auto file = io::write_npy({std::move(shape), std::move(values)});
-    ASSERT_OK(file.status());
+    const auto file = need(io::write_npy({std::move(shape), std::move(values)}));
     fs::create_directories(path.parent_path());
-    ASSERT_OK(io::write_file(path.string(), file.value()));
+    ASSERT_OK(io::write_file(path.string(), file));
 }
 
 void put_npz(const fs::path& path, const std::map<std::string, std::vector<float>>& arrays) {
@@ -33,10 +32,9 @@ void put_npz(const fs::path& path, const std::map<std::string, std::vector<float
     for (const auto& [name, values] : arrays)
         ASSERT_OK(tensors.add(
             {name, {static_cast<std::int64_t>(values.size())}, io::NumberType::kF32, values}));
-    const auto file = io::write_npz(tensors);
-    ASSERT_OK(file.status());
+    const auto file = need(io::write_npz(tensors));
     fs::create_directories(path.parent_path());
-    ASSERT_OK(io::write_file(path.string(), file.value().pieces()));
+    ASSERT_OK(io::write_file(path.string(), file.pieces()));
 }
 
 std::string numbered(std::size_t i) {
@@ -83,9 +81,7 @@ data::DatasetDesc data_desc(const fs::path& path, const std::string& split) {
 }
 
 std::unique_ptr<data::Dataset> open_data(const data::DatasetDesc& desc) {
-    auto dataset = data::Dataset::open(desc);
-    EXPECT_OK(dataset.status());
-    return dataset.ok() ? std::move(dataset.value()) : nullptr;
+    return need(data::Dataset::open(desc));
 }
 
 std::unique_ptr<data::Dataset> open_data(const fs::path& path, const std::string& split) {

@@ -39,7 +39,7 @@ void put_co3d(const std::filesystem::path& root, const Co3dSample& sample);
 
 data::DatasetDesc data_desc(const std::filesystem::path& path, const std::string& split = "train");
 
-/// nullptr if it cannot be opened, which fails the test.
+/// Where it cannot be opened, the test fails and ends.
 std::unique_ptr<data::Dataset> open_data(const data::DatasetDesc& desc);
 std::unique_ptr<data::Dataset> open_data(const std::filesystem::path& path,
                                          const std::string& split = "train");

@@ -174,11 +174,7 @@ std::vector<double> values_of(const ScoreTable& file, const std::string& metric)
 TEST(RealScores, GiveThePublishedNumbers) {
     SPLAT_NEEDS_REAL_DATA();
     const std::string folder = *test::real_data_folder() + "/scores/";
-    const auto read = [&folder](const char* name) {
-        auto made = read_scores(folder + name);
-        EXPECT_OK(made.status());
-        return made.ok() ? made.value() : ScoreTable();
-    };
+    const auto read = [&folder](const char* name) { return need(read_scores(folder + name)); };
     const ScoreTable reference = read("reference.txt");
     EXPECT_EQ(reference.objects.size(), 704U);
     EXPECT_EQ(reference.metrics, (std::vector<std::string>{"psnr", "ssim", "lpips"}));

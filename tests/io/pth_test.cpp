@@ -33,7 +33,7 @@ Buffer one(const std::string& type, const std::string& storage, std::int64_t sto
 }
 
 void expect_pth_refused(const Buffer& file, const char* part, Code code = Code::kFormat) {
-    EXPECT_ERROR(read_file(file).status(), code, part);
+    EXPECT_ERROR(read_file(file), code, part);
 }
 
 using test::Golden;
@@ -41,7 +41,7 @@ using test::Golden;
 /// ckpt.npz, which describes the checkpoints in the same folder.
 Golden checkpoint_arrays(const std::string& folder) {
     auto npz = test::Npz::read(folder + "ckpt.npz.xz");
-    EXPECT_OK(npz.status());
+    EXPECT_OK(npz);
     return {npz.ok() ? std::move(npz.value()) : test::Npz(), "ckpt", false};
 }
 
@@ -82,19 +82,17 @@ TEST(GoldenNetCheckpoint, WeightsAndScalars) {
     const std::string folder = *test::golden_folder() + "/net/";
     const Golden golden = checkpoint_arrays(folder);
     for (const char* name : {"ckpt.pth", "ckgpu.pth"}) {
-        const auto source = open_source(folder + name);
-        ASSERT_OK(source.status());
-        const auto file = read_pth(*source.value());
-        ASSERT_OK(file.status());
-        EXPECT_FALSE(std::isnan(noted(file.value(), "iteration")));
-        EXPECT_FALSE(std::isnan(noted(file.value(), "best_PSNR")));
+        const auto source = need(open_source(folder + name));
+        const auto file = need(read_pth(*source));
+        EXPECT_FALSE(std::isnan(noted(file, "iteration")));
+        EXPECT_FALSE(std::isnan(noted(file, "best_PSNR")));
         if (std::string(name) == "ckgpu.pth") {  // other weights of the same network
-            EXPECT_EQ(file.value().tensors.size(), weights_of(golden));
+            EXPECT_EQ(file.tensors.size(), weights_of(golden));
             continue;
         }
-        expect_golden(file.value().tensors, golden);
+        expect_golden(file.tensors, golden);
         for (const char* number : {"loss", "iteration", "best_PSNR"})
-            EXPECT_EQ(noted(file.value(), number), golden_number(golden, number)) << number;
+            EXPECT_EQ(noted(file, number), golden_number(golden, number)) << number;
     }
 }
 
@@ -102,11 +100,9 @@ TEST(GoldenNetCheckpoint, WeightsAndScalars) {
 TEST(GoldenNetCheckpoint, OfficialFilesHoldAConfiguration) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
     const std::string folder = *test::golden_folder() + "/net/";
-    const auto source = open_source(folder + "official_style.pth");
-    ASSERT_OK(source.status());
-    const auto file = read_pth(*source.value());
-    ASSERT_OK(file.status());
-    expect_golden(file.value().tensors, checkpoint_arrays(folder));
+    const auto source = need(open_source(folder + "official_style.pth"));
+    const auto file = need(read_pth(*source));
+    expect_golden(file.tensors, checkpoint_arrays(folder));
 }
 
 TEST(GoldenNetCheckpoint, StridesAreThoseOfTheFile) {
@@ -120,10 +116,9 @@ TEST(GoldenNetCheckpoint, StridesAreThoseOfTheFile) {
 }
 
 TEST(Pth, ReadsStridesOffsetsAndTypes) {
-    const auto file = read_file(sample_pth());
-    ASSERT_OK(file.status());
-    const NamedTensors& tensors = file.value().tensors;
-    EXPECT_TRUE(file.value().metadata.empty());
+    const auto file = need(read_file(sample_pth()));
+    const NamedTensors& tensors = file.tensors;
+    EXPECT_TRUE(file.metadata.empty());
     ASSERT_EQ(tensors.size(), 2U);
     EXPECT_EQ(tensors[0].name, "a");
     EXPECT_EQ(tensors[0].values, (std::vector<float>{1, 3, 5, 2, 4, 6}));
@@ -133,9 +128,9 @@ TEST(Pth, ReadsStridesOffsetsAndTypes) {
     const std::string ten = raw_bytes<float>({0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
     const auto values = [&](std::int64_t offset, const std::vector<std::int64_t>& dims,
                             const std::vector<std::int64_t>& strides) {
-        const auto read_one = read_file(one("FloatStorage", ten, 10, offset, dims, strides));
-        EXPECT_OK(read_one.status());
-        return read_one.ok() ? read_one.value().tensors[0].values : LargeVector<float>();
+        return need(read_file(one("FloatStorage", ten, 10, offset, dims, strides)))
+            .tensors[0]
+            .values;
     };
     EXPECT_EQ(values(9, {1, 1}, {100, 100}), (std::vector<float>{9}));
     EXPECT_EQ(values(2, {2, 3}, {3, 1}), (std::vector<float>{2, 3, 4, 5, 6, 7}));
@@ -143,18 +138,16 @@ TEST(Pth, ReadsStridesOffsetsAndTypes) {
     EXPECT_EQ(values(0, {3, 0, 2}, {9, 9, 9}), std::vector<float>());
     EXPECT_EQ(values(3, {}, {}), (std::vector<float>{3}));
     const auto longs =
-        read_file(one("LongStorage", raw_bytes<std::int64_t>({-4, 5}), 2, 0, {2}, {1}));
-    ASSERT_OK(longs.status());
-    EXPECT_EQ(longs.value().tensors[0].values, (std::vector<float>{-4, 5}));
+        need(read_file(one("LongStorage", raw_bytes<std::int64_t>({-4, 5}), 2, 0, {2}, {1})));
+    EXPECT_EQ(longs.tensors[0].values, (std::vector<float>{-4, 5}));
 }
 
 TEST(Pth, ReadsFilesFromBeforeTorch16) {
     const Buffer bytes = test::sample_legacy_pth();
-    const auto file = read_file(bytes);
-    ASSERT_OK(file.status());
-    ASSERT_EQ(file.value().tensors.size(), 2U);
-    EXPECT_EQ(file.value().tensors[0].values, (std::vector<float>{1, 3, 5, 2, 4, 6}));
-    EXPECT_EQ(file.value().tensors[1].values, (std::vector<float>{1}));
+    const auto file = need(read_file(bytes));
+    ASSERT_EQ(file.tensors.size(), 2U);
+    EXPECT_EQ(file.tensors[0].values, (std::vector<float>{1, 3, 5, 2, 4, 6}));
+    EXPECT_EQ(file.tensors[1].values, (std::vector<float>{1}));
     const auto accepts = [](Bytes file_bytes) { return read_file(file_bytes).ok(); };
     test::expect_prefixes_refused(bytes, accepts);
     test::parse_damaged(bytes, accepts);
@@ -172,11 +165,10 @@ TEST(Pth, ReadsParametersFromBeforeTorch04) {
     parts.saved = pickle.done();
     parts.keys = {"7"};
     parts.storages.pop_back();
-    const auto file = read_file(test::sample_legacy_pth(parts));
-    ASSERT_OK(file.status());
-    ASSERT_EQ(file.value().tensors.size(), 1U);
-    EXPECT_EQ(file.value().tensors[0].name, "w");
-    EXPECT_EQ(file.value().tensors[0].values, (std::vector<float>{2, 5}));
+    const auto file = need(read_file(test::sample_legacy_pth(parts)));
+    ASSERT_EQ(file.tensors.size(), 1U);
+    EXPECT_EQ(file.tensors[0].name, "w");
+    EXPECT_EQ(file.tensors[0].values, (std::vector<float>{2, 5}));
 }
 
 TEST(Pth, RefusesDamageOfFilesFromBeforeTorch16) {
@@ -239,11 +231,10 @@ TEST(Pth, ReadsCheckpointsAndScalarsOfNumpy) {
     good.global("_codecs", "encode").text(std::string("\0\0\0\0\0\0", 6) + "8@").text("latin1");
     good.raw(pair + "R" + pair + "R").text("state_dict").raw("}").text("w");
     good.tensor("BoolStorage", "0", 2, 0, {2}, {1}).raw("su");
-    const auto file = read_file(sample_pth(good.done(), {std::string("\x01\0", 2)}));
-    ASSERT_OK(file.status());
-    EXPECT_EQ(file.value().metadata,
+    const auto file = need(read_file(sample_pth(good.done(), {std::string("\x01\0", 2)})));
+    EXPECT_EQ(file.metadata,
               (Metadata{{"iteration", "70000"}, {"loss", "-1.25"}, {"best_PSNR", "24"}}));
-    EXPECT_EQ(file.value().tensors[0].values, (std::vector<float>{1, 0}));
+    EXPECT_EQ(file.tensors[0].values, (std::vector<float>{1, 0}));
 }
 
 TEST(Pth, RefusesPrefixesAndSurvivesDamage) {
@@ -305,8 +296,8 @@ TEST(Pth, ManyViewsOfOneStorageStayWithinTheLimits) {
         pickle.text(std::to_string(i)).tensor("FloatStorage", "0", 1000, 0, {1000}, {1});
     pickle.raw("u");
     const Buffer file = sample_pth(pickle.done(), {std::string(4000, '\0')});
-    EXPECT_OK(read_file(file).status());
-    EXPECT_ERROR(read_file(file, {0, 1'000'000, 1000}).status(), Code::kFormat,
+    EXPECT_OK(read_file(file));
+    EXPECT_ERROR(read_file(file, {0, 1'000'000, 1000}), Code::kFormat,
                  "1000 x 4 bytes are too many for a file of");
 }
 

@@ -111,15 +111,13 @@ class GoldenNetGraft : public KernelsTest {
     }
     std::unique_ptr<Model> make(const ModelConfig& config, const io::NamedTensors& state,
                                 const ModelOptions& options) {
-        auto made = Model::create(context(), config, options);
-        EXPECT_OK(made.status());
-        if (!made.ok()) return nullptr;
-        EXPECT_OK(made.value()->init(3));
-        EXPECT_OK(made.value()->parameters().zero_gradients());
+        auto made = need(Model::create(context(), config, options));
+        EXPECT_OK(made->init(3));
+        EXPECT_OK(made->parameters().zero_gradients());
         model::LoadReport report;
-        EXPECT_OK(model::load_state(*made.value(), state,
-                                    {.source = {}, .graft = true, .take_rays = true}, report));
-        return std::move(made.value());
+        EXPECT_OK(model::load_state(*made, state, {.source = {}, .graft = true, .take_rays = true},
+                                    report));
+        return made;
     }
     std::vector<float> get(const vk::BufferView& view) {
         std::vector<float> values(view.shape.elements());
@@ -328,10 +326,10 @@ class GoldenNetTraining : public GoldenNetGraft {
     /// The first convolution's weight, its adapter folded in.
     std::vector<float> first_weight(Model& model, const nn::Parameter& first) {
         const auto state = model::save_state(model);
-        EXPECT_OK(state.status());
+        EXPECT_OK(state);
         const auto folded =
             model::merge_adapters(state.value(), state.value(), model.config().lora.alpha, 1);
-        EXPECT_OK(folded.status());
+        EXPECT_OK(folded);
         return folded.value().find(first.name)->values;
     }
     void expect_moved(const Golden& golden, const TrainingCase& c,

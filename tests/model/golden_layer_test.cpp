@@ -159,8 +159,7 @@ TEST_P(GoldenNetLayers, FoldedAdapters) {
                 ASSERT_OK(state.add({name + "." + part, golden.dims(name + ".p." + part),
                                      io::NumberType::kF32, golden.floats(name + ".p." + part)}));
             const auto folded =
-                model::merge_adapters(state, state, adapters(golden, name, "").alpha, 1);
-            ASSERT_OK(folded.status());
+                need(model::merge_adapters(state, state, adapters(golden, name, "").alpha, 1));
             const auto tensor = [&](const std::string& key, std::vector<float> values) {
                 std::vector<std::int64_t> dims = golden.dims(name + "." + key);
                 dims.resize(4, 1);
@@ -169,7 +168,7 @@ TEST_P(GoldenNetLayers, FoldedAdapters) {
             OpCall call;
             call.op = "conv2d";
             call.inputs = {tensor("x", golden.floats(name + ".x")),
-                           tensor("p.weight", folded.value().find(name + ".weight")->values),
+                           tensor("p.weight", folded.find(name + ".weight")->values),
                            {{golden.dim(name + ".p.bias", 0)}, golden.floats(name + ".p.bias")},
                            {}};
             const OpResult gpu = run_op(context(), call);
@@ -292,11 +291,10 @@ TEST_P(GoldenNetLayers, CrossAttention) {
             graph.op("attention", {conv("q_proj", norm(q), kernel_of(golden, "xatt", "q_proj.")),
                                    conv("k_proj", asked, kernel), conv("v_proj", asked, kernel)});
         const ValueId y = conv("out_proj", attended, kernel_of(golden, "xatt", "out_proj."), q);
-        ASSERT_OK(graph.status());
-        auto run = GraphRun::create(context(), graph, y, {q, kv});
-        ASSERT_OK(run.status());
-        ASSERT_OK(run.value()->put(q, of("q")));
-        ASSERT_OK(run.value()->put(kv, of("kv")));
+        ASSERT_OK(graph);
+        auto run = need(GraphRun::create(context(), graph, y, {q, kv}));
+        ASSERT_OK(run->put(q, of("q")));
+        ASSERT_OK(run->put(kv, of("kv")));
         /// Rows 2i of kv_proj belong to keys, rows 2i + 1 to values.
         const auto rows = [channels](const auto& both, std::size_t first) {
             std::remove_cvref_t<decltype(both)> half;
@@ -314,19 +312,18 @@ TEST_P(GoldenNetLayers, CrossAttention) {
         };
         each([&](ValueId id, const std::string& name, int half) {
             const auto all = of(("p." + name).c_str());
-            EXPECT_OK(
-                run.value()->put(id, half < 0 ? all : rows(all, static_cast<std::size_t>(half))));
+            EXPECT_OK(run->put(id, half < 0 ? all : rows(all, static_cast<std::size_t>(half))));
         });
-        ASSERT_OK(run.value()->run(of("g")));
-        expect_relative("y", run.value()->output(), golden.doubles("xatt.y64"), kGoldenLayer);
+        ASSERT_OK(run->run(of("g")));
+        expect_relative("y", run->output(), golden.doubles("xatt.y64"), kGoldenLayer);
         const auto gradient = [&](const std::string& what, ValueId id,
                                   const std::vector<double>& expected) {
             if (what == "d.k_proj.bias") {  // softmax does not see it
                 EXPECT_LE(norm_of(expected), 1e-12);
-                EXPECT_LE(norm_of(to_double(run.value()->gradient(id))), 1e-4);
+                EXPECT_LE(norm_of(to_double(run->gradient(id))), 1e-4);
                 return;
             }
-            expect_relative(what, run.value()->gradient(id), expected, 1e-4);
+            expect_relative(what, run->gradient(id), expected, 1e-4);
         };
         gradient("d_q", q, golden.doubles("xatt.d_q64"));
         gradient("d_kv", kv, golden.doubles("xatt.d_kv64"));

@@ -49,7 +49,7 @@ TEST_P(ObjectSlices, GiveWhatTheWholeGives) {
         EXPECT_OK(model.backward());
         for (const auto input : {Model::Input::kImages, Model::Input::kTokens}) {
             const auto gradient = model.input_gradient(input);
-            EXPECT_OK(gradient.status());
+            EXPECT_OK(gradient);
             if (gradient.ok()) batch.gradients.push_back(gradient.value());
         }
         for (const nn::Parameter& parameter : model.parameters().all())
@@ -172,10 +172,9 @@ TEST_P(ObjectSlices, TakeTensors) {
                     {"tokens", &inputs.tokens},
                     {"view_to_world", &inputs.poses}};
                 for (const auto& [name, values] : all) {
-                    const auto view = model->input_tensor(name);
-                    ASSERT_OK(view.status());
-                    ASSERT_EQ(view.value().shape.elements(), values->size()) << name;
-                    ASSERT_OK(context().write(view.value(), values->data(), values->size() * 4));
+                    const auto view = need(model->input_tensor(name));
+                    ASSERT_EQ(view.shape.elements(), values->size()) << name;
+                    ASSERT_OK(context().write(view, values->data(), values->size() * 4));
                 }
                 ASSERT_OK(model->use_tensors(0, 0));
             } else {

@@ -26,16 +26,14 @@ TEST(Preset, EveryEmbeddedOneIsReadAndNamedLikeItsFile) {
     EXPECT_TRUE(std::is_sorted(names.begin(), names.end()));
     std::set<std::string> files;
     for (const std::string& name : names) {
-        const auto preset = preset_of(name);
-        ASSERT_OK(preset.status());
-        EXPECT_EQ(preset.value().name, name);
-        EXPECT_FALSE(preset.value().title.empty()) << name;
-        EXPECT_FALSE(preset.value().licence.empty()) << name;
-        EXPECT_TRUE(files.insert(preset.value().file.name).second)
-            << name << ": a file of two presets";
-        EXPECT_TRUE(preset.value().file.sha256.empty() || preset.value().file.sha256.size() == 64);
+        const auto preset = need(preset_of(name));
+        EXPECT_EQ(preset.name, name);
+        EXPECT_FALSE(preset.title.empty()) << name;
+        EXPECT_FALSE(preset.licence.empty()) << name;
+        EXPECT_TRUE(files.insert(preset.file.name).second) << name << ": a file of two presets";
+        EXPECT_TRUE(preset.file.sha256.empty() || preset.file.sha256.size() == 64);
         // Without an address the note says how the file is had.
-        EXPECT_TRUE(!preset.value().file.url.empty() || !preset.value().note.empty()) << name;
+        EXPECT_TRUE(!preset.file.url.empty() || !preset.note.empty()) << name;
     }
     for (const char* name :
          {"midas-dpt-large", "midas-dpt-hybrid", "midas-small", "midas-small-hub", "u2net",
@@ -129,12 +127,10 @@ TEST(Preset, TakesHashesInCapitals) {
             changed("\"outputs\"", R"("file": {"name": "a", "url": "https://a/a", "sha256": ")" +
                                        hash + R"("}, "outputs")"));
     };
-    const auto own = with_hash(std::string(64, 'A'));
-    ASSERT_OK(own.status());
-    EXPECT_EQ(own.value().file.sha256, std::string(64, 'a'));
+    const auto own = need(with_hash(std::string(64, 'A')));
+    EXPECT_EQ(own.file.sha256, std::string(64, 'a'));
     for (const std::string& wrong : {std::string(63, 'a'), std::string(64, 'g')})
-        EXPECT_ERROR(with_hash(wrong).status(), Code::kInvalidArgument,
-                     "expected 64 hexadecimal digits");
+        EXPECT_ERROR(with_hash(wrong), Code::kInvalidArgument, "expected 64 hexadecimal digits");
 }
 
 TEST(Preset, HasTheFactsOfMoge) {
@@ -160,11 +156,11 @@ TEST(Preset, HasTheFactsOfMoge) {
 }
 
 TEST(Preset, OneOfTheCallersOwnIsJson) {
-    const auto own = preset_of("  " + changed("\"index\": 0", "\"index\": -1, \"threshold\": 9"));
-    ASSERT_OK(own.status());
-    EXPECT_EQ(own.value().input.height, 6U);
-    EXPECT_EQ(own.value().outputs[0].index, -1);
-    EXPECT_EQ(own.value().outputs[0].threshold, 9);
+    const auto own =
+        need(preset_of("  " + changed("\"index\": 0", "\"index\": -1, \"threshold\": 9")));
+    EXPECT_EQ(own.input.height, 6U);
+    EXPECT_EQ(own.outputs[0].index, -1);
+    EXPECT_EQ(own.outputs[0].threshold, 9);
 }
 
 TEST(Preset, SaysWhatIsWrong) {
@@ -192,16 +188,15 @@ TEST(Preset, SaysWhatIsWrong) {
         {"{\"layout\"", "[{\"layout\"", "preset"},
     };
     for (const auto& one : cases)
-        EXPECT_ERROR(preset_of(changed(one.from, one.to)).status(), Code::kInvalidArgument,
-                     one.part);
-    EXPECT_ERROR(preset_of("{").status(), Code::kInvalidArgument, "preset");
-    EXPECT_ERROR(preset_of("u2nte").status(), Code::kNotFound, "did you mean 'u2net'?");
-    EXPECT_ERROR(preset_of("segment").status(), Code::kNotFound, "expected birefnet, ");
+        EXPECT_ERROR(preset_of(changed(one.from, one.to)), Code::kInvalidArgument, one.part);
+    EXPECT_ERROR(preset_of("{"), Code::kInvalidArgument, "preset");
+    EXPECT_ERROR(preset_of("u2nte"), Code::kNotFound, "did you mean 'u2net'?");
+    EXPECT_ERROR(preset_of("segment"), Code::kNotFound, "expected birefnet, ");
 }
 
 TEST(Preset, IsFoundByTheNameOfItsFile) {
     EXPECT_EQ(preset_of_file("/models/u2net.onnx").value().name, "u2net");
-    EXPECT_ERROR(preset_of_file("/models/net.onnx").status(), Code::kNotFound, "'net.onnx'");
+    EXPECT_ERROR(preset_of_file("/models/net.onnx"), Code::kNotFound, "'net.onnx'");
 }
 
 TEST(Preset, ModelsLieInTheFolderOfTheEnvironment) {

@@ -69,10 +69,8 @@ struct Golden {
 template <class Body>
 void each_golden(const char* family, const Body& body) {
     for (const std::string& path : golden_files("net", family)) {
-        auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        body(Golden{std::move(npz.value()), golden_name(path),
-                    is_shipped_golden(path, family)});
+        auto npz = need(Npz::read(path));
+        body(Golden{std::move(npz), golden_name(path), is_shipped_golden(path, family)});
         if (testing::Test::HasFatalFailure()) return;
     }
 }

@@ -16,6 +16,9 @@ class SampleFolder {
     ~SampleFolder();
 
     [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+    std::filesystem::path operator/(const std::filesystem::path& below) const {
+        return path_ / below;
+    }
 
   private:
     std::filesystem::path path_;

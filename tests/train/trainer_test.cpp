@@ -84,11 +84,9 @@ struct Batch {
 class TrainerRules : public KernelsTest {
   protected:
     std::unique_ptr<Trainer> make(const model::ModelConfig& network, const TrainConfig& training) {
-        auto made = Trainer::create(context(), network, training);
-        EXPECT_OK(made.status());
-        if (!made.ok()) return nullptr;
-        EXPECT_OK(made.value()->model().init(7));
-        return std::move(made.value());
+        auto made = need(Trainer::create(context(), network, training));
+        EXPECT_OK(made->model().init(7));
+        return made;
     }
     TrainStep run(Trainer& trainer, const Batch& batch) {
         TrainStep step;
@@ -104,8 +102,9 @@ class TrainerRules : public KernelsTest {
         return values;
     }
     void expect_gradient_of_the_loss(const model::ModelConfig& network, TrainConfig training) {
-        SCOPED_TRACE(format("pixel loss %d, ssim %g, edge %g", static_cast<int>(training.pixel_loss),
-                            training.ssim_weight, training.edge_weight));
+        SCOPED_TRACE(format("pixel loss %d, ssim %g, edge %g",
+                            static_cast<int>(training.pixel_loss), training.ssim_weight,
+                            training.edge_weight));
         training.learning_rate = 0;
         const auto trainer = make(network, training);
         ASSERT_TRUE(trainer);
@@ -134,8 +133,7 @@ class TrainerRules : public KernelsTest {
             const double difference = (losses[1] - losses[0]) / (2.0 * static_cast<double>(kStep));
             // The float32 loss is good to 1e-6 of its size of about 0.3, which the step turns into
             // 4e-5; pixels that Gaussians enter and leave (alpha 1/255) add as much.
-            EXPECT_NEAR(difference, static_cast<double>(expected[i]), 2e-4 + 0.02 * largest)
-                << "bias " << i;
+            EXPECT_NEAR(difference, expected[i], 2e-4 + 0.02 * largest) << "bias " << i;
         }
     }
     static constexpr const char* kBias = "network_with_offset.out.bias";
@@ -229,11 +227,11 @@ TEST_P(TrainerLpips, TakesPart) {
     expect_gradient_of_the_loss(network, training);
     std::filesystem::remove(training.lpips_weights[0]);
     training.lpips_weights = {folder + "/lpips.safetensors"};
-    EXPECT_ERROR(Trainer::create(context(), network, training).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(Trainer::create(context(), network, training), Code::kInvalidArgument,
                  "features.0");
     std::filesystem::remove(training.lpips_weights[0]);
     training.lpips_weights.clear();
-    EXPECT_ERROR(Trainer::create(context(), network, training).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(Trainer::create(context(), network, training), Code::kInvalidArgument,
                  "'opt.lpips_weights' names no files");
 }
 
@@ -361,29 +359,25 @@ TEST_P(TrainerRules, ResumesBitByBit) {
     ASSERT_TRUE(whole && first);
     const auto batch = [&](std::uint64_t i) { return Batch(network, training, 100 + i); };
     for (std::uint64_t i = 0; i < 3; ++i) run(*first, batch(i));
-    const auto file = first->checkpoint();
-    ASSERT_OK(file.status());
+    const auto file = need(first->checkpoint());
     const auto second = make(network, training);
     ASSERT_TRUE(second);
     run(*second, batch(50));  // whatever it did before is gone
-    ASSERT_OK(second->resume(file.value()));
+    ASSERT_OK(second->resume(file));
     EXPECT_EQ(second->steps(), 3U);
     for (std::uint64_t i = 0; i < 6; ++i) run(*whole, batch(i));
     for (std::uint64_t i = 3; i < 6; ++i) run(*second, batch(i));
-    const auto expected = whole->checkpoint();
-    const auto got = second->checkpoint();
-    ASSERT_OK(expected.status());
-    ASSERT_OK(got.status());
-    EXPECT_EQ(expected.value().metadata, got.value().metadata);
-    const auto average = whole->averaged_state();
-    ASSERT_OK(average.status());
-    const io::NamedTensor* averaged = average.value().find(kBias);
-    const io::NamedTensor* current = expected.value().tensors.find(kBias);
+    const auto expected = need(whole->checkpoint());
+    const auto got = need(second->checkpoint());
+    EXPECT_EQ(expected.metadata, got.metadata);
+    const auto average = need(whole->averaged_state());
+    const io::NamedTensor* averaged = average.find(kBias);
+    const io::NamedTensor* current = expected.tensors.find(kBias);
     ASSERT_TRUE(averaged != nullptr && current != nullptr);
     EXPECT_NE(averaged->values, current->values);
-    EXPECT_EQ(averaged->values, expected.value().tensors.find(std::string("ema:") + kBias)->values);
-    for (const io::NamedTensor& tensor : expected.value().tensors) {
-        const io::NamedTensor* other = got.value().tensors.find(tensor.name);
+    EXPECT_EQ(averaged->values, expected.tensors.find(std::string("ema:") + kBias)->values);
+    for (const io::NamedTensor& tensor : expected.tensors) {
+        const io::NamedTensor* other = got.tensors.find(tensor.name);
         ASSERT_NE(other, nullptr);
         EXPECT_EQ(tensor.values, other->values) << tensor.name;
     }
@@ -392,25 +386,24 @@ TEST_P(TrainerRules, ResumesBitByBit) {
 TEST_P(TrainerRules, RefusesAStepWithoutAPlace) {
     TrainConfig training = small_training();
     training.schedule = config::Schedule::kStep;
-    EXPECT_ERROR(Trainer::create(context(), small_network(), training).status(),
-                 Code::kInvalidArgument, "'opt.step_lr_at' is 0, expected at least 1");
+    EXPECT_ERROR(Trainer::create(context(), small_network(), training), Code::kInvalidArgument,
+                 "'opt.step_lr_at' is 0, expected at least 1");
 }
 
 TEST_P(TrainerRules, RefusesADamagedOrForeignState) {
     const auto trainer = make(small_network(), small_training());
     ASSERT_TRUE(trainer);
-    auto file = trainer->checkpoint();
-    ASSERT_OK(file.status());
+    auto file = need(trainer->checkpoint());
     model::ModelConfig other = small_network();
     other.base_dim = 16;
     const auto wider = make(other, small_training());
     ASSERT_TRUE(wider);
-    EXPECT_ERROR(wider->resume(file.value()), Code::kInvalidArgument, "of another configuration");
-    for (auto& [key, text] : file.value().metadata)
+    EXPECT_ERROR(wider->resume(file), Code::kInvalidArgument, "of another configuration");
+    for (auto& [key, text] : file.metadata)
         if (key == "crc32") text = "1";
-    EXPECT_ERROR(trainer->resume(file.value()), Code::kFormat, "the file is damaged");
-    file.value().metadata.clear();
-    EXPECT_ERROR(trainer->resume(file.value()), Code::kFormat, "is not a training state");
+    EXPECT_ERROR(trainer->resume(file), Code::kFormat, "the file is damaged");
+    file.metadata.clear();
+    EXPECT_ERROR(trainer->resume(file), Code::kFormat, "is not a training state");
 }
 
 TEST_P(TrainerRules, SkipsAStepThatIsNotFinite) {
@@ -449,13 +442,11 @@ VKAPI_ATTR VkResult VKAPI_CALL load_without_averages(VkDevice device,
 
 TEST_P(TrainerRules, UpdatesAllOrNothing) {
     const auto device = make_context(context_desc(GetParam()));
-    ASSERT_NE(device, nullptr);
     auto& load = device->device().vk.vkCreateShaderModule;
     g_load = load;
     load = load_without_averages;
-    auto made = Trainer::create(*device, small_network(), small_training());
-    ASSERT_OK(made.status());
-    Trainer& trainer = *made.value();
+    auto made = need(Trainer::create(*device, small_network(), small_training()));
+    Trainer& trainer = *made;
     ASSERT_OK(trainer.model().init(7));
     nn::Parameters& parameters = trainer.model().parameters();
     const nn::Parameter& bias = *parameters.find(kBias);

@@ -49,15 +49,14 @@ TEST_F(TrainingResume, TakesOnResumingWhatMayChange) {
     EXPECT_EQ(events[0].text, "opt.iterations 4 -> 5");
     EXPECT_EQ(events[1].text, "logging.val_log 2 -> 0");
     EXPECT_EQ(events.back().step, 5U);
-    EXPECT_NE(file("run", "config.json").find("\"iterations\": 5"), std::string::npos);
+    EXPECT_HAS(file("run", "config.json"), "\"iterations\": 5");
 }
 
 TEST_F(TrainingResume, WarnsOfACosineThatGoesOn) {
     run(*open(desc("run", {"opt.lr_schedule=cosine"})));
     const std::vector<Event> events = run(*open(resumed("run", {"opt.iterations=5"})));
     EXPECT_TRUE(events[0].warning);
-    EXPECT_NE(events[0].text.find("opt.iterations 4 -> 5: with opt.lr_schedule cosine"),
-              std::string::npos);
+    EXPECT_HAS(events[0].text, "opt.iterations 4 -> 5: with opt.lr_schedule cosine");
     EXPECT_EQ(events.back().step, 5U);
 }
 
@@ -95,12 +94,11 @@ TEST_F(TrainingResume, ResumesWithTheDataOfTheRun) {
 TEST_F(TrainingResume, APieceThatIsDoneAgainCountsOnce) {
     SplatterTraining task(context_, desc("run").training);
     run::Messages messages;
-    ASSERT_OK(task.prepare(nullptr, messages).status());
+    ASSERT_OK(task.prepare(nullptr, messages));
     ASSERT_OK(task.start(messages));
     ASSERT_OK(task.begin());
-    const auto results = task.results();
-    ASSERT_OK(results.status());
-    ASSERT_OK(task.begin_validation(results.value()));
+    const auto results = need(task.results());
+    ASSERT_OK(task.begin_validation(results));
     for (int i = 0; i < 2; ++i) {
         run::Piece piece;
         ASSERT_OK(task.validate(0, piece));
@@ -117,9 +115,9 @@ TEST_F(TrainingResume, OtherValidationsBeginAnew) {
     ASSERT_TRUE(same);
     EXPECT_GT(same->figures().best_validation_psnr, 0);
     EXPECT_GT(same->figures().validation_psnr, 0) << "that of the latest validation";
-    EXPECT_EQ(file("run", "run.json").find("\"val_psnr\": 0,"), std::string::npos);
+    EXPECT_LACKS(file("run", "run.json"), "\"val_psnr\": 0,");
     const std::string kept = format("\"val_psnr\": %.17g", same->figures().validation_psnr);
-    EXPECT_NE(file("run", "run.json").find(kept), std::string::npos) << file("run", "run.json");
+    EXPECT_HAS(file("run", "run.json"), kept);
     EXPECT_EQ(kinds_of(run(*same)), "...scovd");
     same.reset();
     auto other = open(resumed("run", {"logging.val_views=1"}));

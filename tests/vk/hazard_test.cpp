@@ -54,12 +54,11 @@ CommandList record_scene(Context& context, std::vector<Buffer>& buffers,
     EXPECT_OK(r.dispatch(slow(d, {kN / 4, 4, 1}, 1, three_parts)));
     kinds.push_back("read after the write of a split dispatch");
     EXPECT_OK(r.copy(d, a));
-    return std::move(r.finish().value());
+    return need(r.finish());
 }
 
 TEST(Hazard, DetectsEachRemovedBarrier) {
     Context* context = test::shared_context();
-    ASSERT_NE(context, nullptr);
     std::vector<Buffer> buffers;
     std::vector<std::string> kinds{"against the list before"};
     const CommandList list = record_scene(*context, buffers, kinds);
@@ -88,14 +87,13 @@ TEST(Hazard, DetectsEachRemovedBarrier) {
 
 TEST(Hazard, NamesBothCommandsAndRanges) {
     Context* context = test::shared_context();
-    ASSERT_NE(context, nullptr);
     const Buffer a = device_buffer(*context, kN);
     const Buffer b = device_buffer(*context, kN);
     Recorder r(*context);
     r.omit_barriers = true;
     EXPECT_OK(r.fill(a.range(), 0));
     EXPECT_OK(r.dispatch(scale(a.range(), b.range(), kN, 2)));
-    const CommandList list = std::move(r.finish().value());
+    const CommandList list = need(r.finish());
     const Status status = check_hazards(list.commands());
     EXPECT_ERROR(status, Code::kInternal, "(fill)");
     EXPECT_ERROR(status, Code::kInternal, "(scale)");
@@ -104,7 +102,6 @@ TEST(Hazard, NamesBothCommandsAndRanges) {
 
 TEST(Hazard, SeesThroughCommandsBetween) {
     Context* context = test::shared_context();
-    ASSERT_NE(context, nullptr);
     std::vector<Buffer> buffers;
     for (int i = 0; i < 20; ++i) buffers.push_back(device_buffer(*context, 64));
     Recorder r(*context);
@@ -120,7 +117,6 @@ TEST(Hazard, EmptyListIsSafe) {
 
 TEST(Hazard, LayerReportsAMissingBarrierToo) {
     Context* context = test::shared_context();
-    ASSERT_NE(context, nullptr);
     if (!test::validation_on()) GTEST_SKIP() << "validation is off";
     const Buffer a = device_buffer(*context, kN);
     const Buffer b = device_buffer(*context, kN);
@@ -129,7 +125,7 @@ TEST(Hazard, LayerReportsAMissingBarrierToo) {
     r.omit_barriers = true;
     EXPECT_OK(r.dispatch(scale(a.range(), b.range(), kN, 2)));
     EXPECT_OK(r.dispatch(scale(b.range(), c.range(), kN, 2)));
-    CommandList list = std::move(r.finish().value());
+    CommandList list = need(r.finish());
     const test::ExpectedMessages bait;
     EXPECT_OK(context->run(list));
     EXPECT_GT(bait.count(), 0U)
@@ -139,13 +135,12 @@ TEST(Hazard, LayerReportsAMissingBarrierToo) {
 
 TEST(Hazard, LayerReportsAnAccessOutsideTheBinding) {
     Context* context = test::shared_context();
-    ASSERT_NE(context, nullptr);
     if (!test::validation_on()) GTEST_SKIP() << "validation is off";
     const Buffer y = device_buffer(*context, 64);
     const auto run_with = [&](std::uint32_t index) {
         Recorder r(*context);
         EXPECT_OK(r.dispatch(test::out_of_range(y.range(), index)));
-        CommandList list = std::move(r.finish().value());
+        CommandList list = need(r.finish());
         EXPECT_OK(context->run(list));
     };
     run_with(63);

@@ -23,7 +23,6 @@ class RecorderBarriers : public testing::Test {
   protected:
     void SetUp() override {
         context_ = test::shared_context();
-        ASSERT_NE(context_, nullptr);
         a_ = device_buffer(*context_, kElements);
         b_ = device_buffer(*context_, kElements);
         c_ = device_buffer(*context_, kElements);
@@ -35,15 +34,13 @@ class RecorderBarriers : public testing::Test {
     int barriers(const Record& record) {
         vk::Recorder recorder(*context_);
         record(recorder);
-        auto list = recorder.finish();
-        EXPECT_TRUE(list.ok()) << list.status().message();
-        if (!list.ok()) return -1;
-        EXPECT_OK(context_->run(list.value()));  // under synchronisation validation
+        auto list = need(recorder.finish());
+        EXPECT_OK(context_->run(list));  // under synchronisation validation
         int count = -1;
-        for (const Command& command : list.value().commands())
+        for (const Command& command : list.commands())
             count += command.kind == CommandKind::kBarrier ? 1 : 0;
-        EXPECT_EQ(list.value().commands().front().kind, CommandKind::kBarrier);
-        EXPECT_EQ(list.value().commands().back().kind, CommandKind::kToHost);
+        EXPECT_EQ(list.commands().front().kind, CommandKind::kBarrier);
+        EXPECT_EQ(list.commands().back().kind, CommandKind::kToHost);
         return count;
     }
 
@@ -176,7 +173,7 @@ TEST_F(RecorderBarriers, FindsTheModuleForTheKernels) {
         dispatch.kernels = kernels;
         EXPECT_OK(r.dispatch(dispatch));
         const auto list = r.finish();
-        EXPECT_OK(list.status());
+        EXPECT_OK(list);
         for (const Command& command : list.value().commands())
             if (command.kind == CommandKind::kDispatch) return command.shader;
         return "";
@@ -222,7 +219,6 @@ TEST_F(RecorderBarriers, RefusesViewsBeyondTheBindingLimit) {
         info.limits.max_texel_elements = 64;
     };
     const auto context = test::make_context(desc);
-    ASSERT_NE(context, nullptr);
     const Buffer x = device_buffer(*context, 1028);
     const Buffer y = device_buffer(*context, 1028);
     vk::Recorder r(*context);
@@ -241,7 +237,7 @@ TEST_F(RecorderBarriers, ComputesThroughBothKindsOfLoads) {
     vk::Recorder r(*context_);
     EXPECT_OK(r.dispatch(scale(in.range(), b_.range(), kElements, 3, 1)));
     EXPECT_OK(r.dispatch(test::texel(b_.range(), c_.range(), kElements / 4)));
-    CommandList list = std::move(r.finish().value());
+    CommandList list = need(r.finish());
     EXPECT_OK(context_->run(list));
     const std::vector<float> y = test::download(*context_, c_.range(), kElements);
     for (std::uint32_t i = 0; i < kElements; ++i) ASSERT_EQ(y[i], 2 * (3 * x[i] + 1)) << i;
@@ -253,7 +249,7 @@ TEST_F(RecorderBarriers, RunsAgainWithNewPushData) {
     EXPECT_OK(r.dispatch(scale(in.range(), b_.range(), kElements, 2)));
     EXPECT_OK(r.dispatch(scale(b_.range(), c_.range(), kElements, 5)));
     const std::size_t second = r.last_dispatch();
-    CommandList list = std::move(r.finish().value());
+    CommandList list = need(r.finish());
     for (const float factor : {5.0F, 7.0F, -1.0F}) {
         EXPECT_OK(list.set_push(second, test::ScaleParams{kElements, factor}));
         EXPECT_OK(context_->run(list));
@@ -266,7 +262,7 @@ TEST_F(RecorderBarriers, RunsAgainWithNewPushData) {
 
 TEST_F(RecorderBarriers, EmptyListRuns) {
     vk::Recorder r(*context_);
-    CommandList list = std::move(r.finish().value());
+    CommandList list = need(r.finish());
     EXPECT_TRUE(list.empty());
     EXPECT_TRUE(list.commands().empty());
     EXPECT_OK(context_->run(list));

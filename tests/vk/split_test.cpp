@@ -16,7 +16,6 @@ class Split : public testing::Test {
   protected:
     void SetUp() override {
         context_ = test::shared_context();
-        ASSERT_NE(context_, nullptr);
         y_ = device_buffer(*context_, kGroups[0] * kGroups[1]);
     }
 
@@ -29,7 +28,7 @@ class Split : public testing::Test {
     CommandList record(const Dispatch& dispatch) {
         Recorder recorder(*context_);
         EXPECT_OK(recorder.dispatch(dispatch));
-        return std::move(recorder.finish().value());
+        return need(recorder.finish());
     }
 
     static constexpr Groups kGroups{37, 11, 1};
@@ -82,7 +81,7 @@ TEST_F(Split, ManyShortDispatchesAreSpreadOverSubmits) {
     Recorder recorder(*context_);
     for (int i = 0; i < 10; ++i)
         EXPECT_OK(recorder.dispatch(slow(y_.range(), kGroups, 50, flops_for(*context_, 0.4))));
-    CommandList list = std::move(recorder.finish().value());
+    CommandList list = need(recorder.finish());
     EXPECT_EQ(parts_of(list).size(), 10U);
     EXPECT_EQ(list.submit_count(), 5U);
     CommandList whole = record(slow(y_.range(), kGroups, 50, 0));
