@@ -18,9 +18,7 @@ namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
-using test::put_image;
-using test::put_text;
-using test::SampleFolder;
+using namespace test;
 
 std::string frame_text(int number, const std::string& more = "") {
     return format(R"({"sequence_name": "1_2_3", "frame_number": %d, "frame_timestamp": 0.%d,
@@ -87,10 +85,8 @@ TEST_F(Co3dPrepare, WritesADataSet) {
     EXPECT_EQ(dataset->index().maps, flag_of(MapKind::kMask));
     EXPECT_EQ(dataset->resolution(), 8U);
     std::vector<float> focals(4);
-    ViewArrays out;
-    out.focals = focals.data();
     const std::uint32_t views[] = {0, 1};
-    ASSERT_OK(dataset->read(0, views, out));
+    ASSERT_OK(dataset->read(0, views, {.focals = focals.data()}));
     // 16 and 24 pixels; half of the largest square around (8, 6) is 6, so 16 / 6 of the half side 4.
     EXPECT_NEAR(focals[0], 16.0 / 6 * 4, 1e-5);
     EXPECT_NEAR(focals[1], 24.0 / 6 * 4, 1e-5);

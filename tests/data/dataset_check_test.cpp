@@ -9,9 +9,7 @@ namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
-using test::put_image;
-using test::put_text;
-using test::SampleFolder;
+using namespace test;
 
 class DatasetCheck : public testing::Test {
   protected:

@@ -15,13 +15,7 @@ namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
-using test::data_desc;
-using test::open_data;
-using test::put_image;
-using test::put_object;
-using test::put_text;
-using test::sample_cars;
-using test::SampleFolder;
+using namespace test;
 
 /// One view's numbers, of any array.
 struct Read {

@@ -10,8 +10,7 @@ namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
-using test::put_text;
-using test::SampleFolder;
+using namespace test;
 
 void put_jpeg(const fs::path& path, std::uint8_t millimetres) {
     fs::create_directories(path.parent_path());
@@ -21,10 +20,8 @@ void put_jpeg(const fs::path& path, std::uint8_t millimetres) {
 Result<std::vector<float>> focals_of(const fs::path& folder) {
     SPLAT_ASSIGN(const auto dataset, Dataset::open(test::data_desc(folder, "train")));
     std::vector<float> focals(4);
-    ViewArrays out;
-    out.focals = focals.data();
     const std::uint32_t views[] = {0, 1};
-    SPLAT_TRY(dataset->read(0, views, out));
+    SPLAT_TRY(dataset->read(0, views, {.focals = focals.data()}));
     return focals;
 }
 

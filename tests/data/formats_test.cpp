@@ -17,20 +17,7 @@ namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
-using test::Co3dSample;
-using test::data_desc;
-using test::data_status;
-using test::kPose;
-using test::numbered;
-using test::open_data;
-using test::put_co3d;
-using test::put_image;
-using test::put_nmr;
-using test::put_npy;
-using test::put_npz;
-using test::put_renders;
-using test::put_text;
-using test::SampleFolder;
+using namespace test;
 
 struct Cameras {
     std::vector<float> poses, quaternions, focals, distances;
@@ -42,11 +29,10 @@ Cameras cameras_of(Dataset& dataset) {
     const std::size_t n = views.size();
     Cameras c{std::vector<float>(n * 16), std::vector<float>(n * 4), std::vector<float>(n * 2),
               std::vector<float>(n)};
-    ViewArrays out;
-    out.view_to_world = c.poses.data();
-    out.quaternions = c.quaternions.data();
-    out.focals = c.focals.data();
-    out.origin_distances = c.distances.data();
+    ViewArrays out{.view_to_world = c.poses.data(),
+                   .quaternions = c.quaternions.data(),
+                   .focals = c.focals.data(),
+                   .origin_distances = c.distances.data()};
     EXPECT_OK(dataset.read(0, views, out));
     return c;
 }
@@ -111,10 +97,9 @@ TEST(Nmr, ReadsListsAndCameras) {
 
 TEST(Co3d, ReadsArrays) {
     const SampleFolder folder;
-    Co3dSample sample;
-    sample.r = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, -1, 0, 0, 0, 0, 1};
-    sample.t = {0, 0, 3, 0, 0, 4};
-    sample.focal = {2, 2.5F, 3, 3};
+    Co3dSample sample{.r = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, -1, 0, 0, 0, 0, 1},
+                      .t = {0, 0, 3, 0, 0, 4},
+                      .focal = {2, 2.5F, 3, 3}};
     sample.images.assign(2 * 3 * 64, 0.2F);
     sample.images[3 * 64 + 64] = 1;
     put_co3d(folder.path(), sample);
@@ -124,10 +109,8 @@ TEST(Co3d, ReadsArrays) {
     EXPECT_EQ(c.focals, (std::vector<float>{8, 10, 12, 12}));
     EXPECT_EQ(c.distances, (std::vector<float>{3, 4}));
     std::vector<float> images(2 * 3 * 64);
-    ViewArrays out;
-    out.images = images.data();
     const std::uint32_t views[] = {0, 1};
-    ASSERT_OK(dataset->read(0, views, out));
+    ASSERT_OK(dataset->read(0, views, {.images = images.data()}));
     EXPECT_EQ(images[3 * 64 + 64], 1);
     EXPECT_EQ(images[0], 51.0F / 255);
     for (const float focal :
@@ -182,10 +165,8 @@ TEST(ImageFolder, TakesTheSquareAroundThePrincipalPoint) {
         EXPECT_EQ(c.poses[16 + 12], 1) << "b is first, a is one to its right"
                                        << " (sorted as './images/b', 'images/a.png')";
         std::vector<float> images(300);
-        ViewArrays out;
-        out.images = images.data();
         const std::uint32_t view = 0;
-        ASSERT_OK(dataset->read(0, std::span(&view, 1), out));
+        ASSERT_OK(dataset->read(0, std::span(&view, 1), {.images = images.data()}));
         EXPECT_EQ(images[0], 20.0F / 255) << "column 1 of the photograph";
         EXPECT_EQ(images[9], 200.0F / 255);
     }

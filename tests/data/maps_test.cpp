@@ -14,13 +14,7 @@ namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
-using test::data_desc;
-using test::kPose;
-using test::numbered;
-using test::open_data;
-using test::put_image;
-using test::put_text;
-using test::SampleFolder;
+using namespace test;
 
 struct ReadMaps {
     std::vector<float> images, depths, normals, masks;
@@ -34,9 +28,7 @@ ReadMaps read_maps(Dataset& dataset, bool depths = true) {
     for (std::uint32_t i = 0; i < n; ++i) views[i] = i;
     ReadMaps maps{std::vector<float>(3 * area), std::vector<float>(area),
                   std::vector<float>(3 * area), std::vector<float>(area)};
-    ViewArrays out;
-    out.images = maps.images.data();
-    out.masks = maps.masks.data();
+    ViewArrays out{.images = maps.images.data(), .masks = maps.masks.data()};
     if (depths) {
         out.depths = maps.depths.data();
         out.normals = maps.normals.data();
@@ -107,10 +99,9 @@ TEST(Maps, OfObjaverseAndGso) {
 
 TEST(Maps, OfCo3d) {
     const SampleFolder folder;
-    test::Co3dSample sample;
-    sample.r = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1};
-    sample.t = {0, 0, 3, 0, 0, 4};
-    sample.focal = {2, 2, 2, 2};
+    test::Co3dSample sample{.r = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1},
+                            .t = {0, 0, 3, 0, 0, 4},
+                            .focal = {2, 2, 2, 2}};
     sample.images.assign(2 * 3 * 64, 0.2F);
     test::put_co3d(folder.path(), sample);
     const fs::path sequence = folder / "co3d_hydrant_for_gs/train/106_1_2";
@@ -149,10 +140,8 @@ TEST(Maps, OfPhotographs) {
     put_image(folder / "scene/mask/a.png", 4, 1);
     const auto dataset = open_data(folder.path());
     std::vector<float> mask(64);
-    ViewArrays out;
-    out.masks = mask.data();
     const std::uint32_t view = 0;
-    EXPECT_ERROR(dataset->read(0, std::span(&view, 1), out), Code::kFormat,
+    EXPECT_ERROR(dataset->read(0, std::span(&view, 1), {.masks = mask.data()}), Code::kFormat,
                  "mask/a.png': 4 x 4 pixels, its camera has 8 x 8");
 }
 
@@ -325,10 +314,8 @@ TEST(Maps, DepthOf16BitsIsScaled) {
     }
     const auto dataset = open_data(folder.path());
     std::vector<float> depths(64);
-    ViewArrays out;
-    out.depths = depths.data();
     const std::uint32_t view = 0;
-    ASSERT_OK(dataset->read(0, std::span(&view, 1), out));
+    ASSERT_OK(dataset->read(0, std::span(&view, 1), {.depths = depths.data()}));
     for (std::size_t i = 0; i < 64; ++i)
         EXPECT_EQ(depths[i], std::round(255 * static_cast<float>(i) / 63) / 255);
 }
@@ -393,11 +380,8 @@ TEST(Maps, MayBeNamedByTheCameras) {
     const auto dataset = open_data(folder.path());
     EXPECT_EQ(dataset->index().maps, flag_of(MapKind::kMask) | flag_of(MapKind::kDepth));
     std::vector<float> masks(128), depths(128);
-    ViewArrays out;
-    out.masks = masks.data();
-    out.depths = depths.data();
     const std::uint32_t views[] = {0, 1};
-    ASSERT_OK(dataset->read(0, views, out));
+    ASSERT_OK(dataset->read(0, views, {.depths = depths.data(), .masks = masks.data()}));
     EXPECT_EQ(masks[64], 91.0F / 255);
     EXPECT_EQ(depths[0], 0) << "not measured";
     EXPECT_EQ(depths[1], 1) << "the nearest";
@@ -444,9 +428,7 @@ TEST(Maps, AlphaIsTheMask) {
     put_image(object / "001.png", 8, 3);
     const std::uint32_t views[] = {0, 1};
     std::vector<float> masks(128);
-    ViewArrays out;
-    out.masks = masks.data();
-    EXPECT_ERROR(open_data(desc)->read(0, views, out), Code::kFormat,
+    EXPECT_ERROR(open_data(desc)->read(0, views, {.masks = masks.data()}), Code::kFormat,
                  "object 'a', view 1: an image without alpha");
     desc.maps = flag_of(MapKind::kDepth);
     EXPECT_ERROR(Dataset::open(desc), Code::kNotFound,

@@ -15,10 +15,7 @@ namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
-using test::data_desc;
-using test::put_image;
-using test::put_text;
-using test::SampleFolder;
+using namespace test;
 
 constexpr std::size_t kObjects = 3;
 
@@ -33,10 +30,8 @@ void put_srn(const fs::path& root) {
 }
 
 void put_sequences(const fs::path& root) {
-    test::Co3dSample sample;
-    sample.r = two({1, 0, 0, 0, 1, 0, 0, 0, 1});
-    sample.t = two({0, 0, 3});
-    sample.focal = {2, 2, 2, 2};
+    test::Co3dSample sample{
+        .r = two({1, 0, 0, 0, 1, 0, 0, 0, 1}), .t = two({0, 0, 3}), .focal = {2, 2, 2, 2}};
     sample.images.assign(2 * 3 * 64, 0.2F);
     std::map<std::string, std::vector<float>> r, t;
     for (const char* name : {"a", "b", "c"}) {
@@ -300,10 +295,8 @@ Result<std::map<std::string, std::string>> everything(
         const std::vector<std::uint32_t> views = {0, 1};
         const std::size_t area = std::size_t{dataset->resolution()} * dataset->resolution();
         std::vector<float> images(2 * 3 * area), poses(2 * 16);
-        ViewArrays out;
-        out.images = images.data();
-        out.view_to_world = poses.data();
-        SPLAT_TRY(dataset->read(object, views, out));
+        SPLAT_TRY(
+            dataset->read(object, views, {.images = images.data(), .view_to_world = poses.data()}));
         double sum = 0;
         for (const float value : images) sum += static_cast<double>(value);
         for (const float value : poses) sum += static_cast<double>(value);

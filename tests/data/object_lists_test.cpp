@@ -9,12 +9,7 @@ namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
-using test::data_desc;
-using test::data_status;
-using test::kPose;
-using test::open_data;
-using test::put_text;
-using test::SampleFolder;
+using namespace test;
 
 std::vector<float> two_poses() {
     std::vector<float> poses = kPose;
@@ -92,10 +87,9 @@ TEST(ObjectLists, OrderAndSplitObjaverse) {
 
 TEST(ObjectLists, ExcludeSequencesOfCo3d) {
     const SampleFolder folder;
-    test::Co3dSample sample;
-    sample.r = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1};
-    sample.t = {0, 0, 3, 0, 0, 4};
-    sample.focal = {2, 2, 2, 2};
+    test::Co3dSample sample{.r = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1},
+                            .t = {0, 0, 3, 0, 0, 4},
+                            .focal = {2, 2, 2, 2}};
     sample.images.assign(2 * 3 * 64, 0.2F);
     sample.name = "1_2_4";
     test::put_co3d(folder.path(), sample);
@@ -115,10 +109,9 @@ TEST(ObjectLists, ExcludeSequencesOfCo3d) {
 
 TEST(Categories, ChooseAmongFolders) {
     const SampleFolder folder;
-    test::Co3dSample sample;
-    sample.r = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1};
-    sample.t = {0, 0, 3, 0, 0, 4};
-    sample.focal = {2, 2, 2, 2};
+    test::Co3dSample sample{.r = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1},
+                            .t = {0, 0, 3, 0, 0, 4},
+                            .focal = {2, 2, 2, 2}};
     sample.images.assign(2 * 3 * 64, 0.2F);
     sample.name = "1_2_4";
     test::put_co3d(folder.path(), sample);

@@ -14,10 +14,7 @@ namespace fs = std::filesystem;
 
 /// A red rectangle, columns 20 to 59 and rows 10 to 29, on a ground of one colour.
 io::Image picture(std::uint32_t channels, std::uint16_t ground) {
-    io::Image image;
-    image.width = 100;
-    image.height = 50;
-    image.channels = channels;
+    io::Image image{.width = 100, .height = 50, .channels = channels, .samples = {}};
     for (std::uint32_t y = 0; y < image.height; ++y)
         for (std::uint32_t x = 0; x < image.width; ++x) {
             const bool inside = x >= 20 && x < 60 && y >= 10 && y < 30;
@@ -134,10 +131,7 @@ TEST_F(PhotographRules, FloodsIntoPocketsOfAllSides) {
 TEST_F(PhotographRules, TakesAMaskAndMaps) {
     Files desc{save("c.png", picture(3, 40))};
     io::Image mask = picture(4, 0);
-    io::Image gray;
-    gray.width = mask.width;
-    gray.height = mask.height;
-    gray.channels = 1;
+    io::Image gray{.width = mask.width, .height = mask.height, .channels = 1, .samples = {}};
     for (std::size_t i = 0; i < mask.samples.size(); i += 4)
         gray.samples.push_back(mask.samples[i + 3]);
     desc.mask = save("mask.png", gray);
@@ -178,7 +172,7 @@ TEST_F(PhotographRules, SamplesOf16BitsAreReducedTo8) {
         sample = static_cast<std::uint16_t>(257 * sample - (sample == 0 ? 0 : 100));
     for (data::Picture* each : {&eight, &sixteen}) each->mask = each->depth = each->image;
     const auto a = need(data::cut_photograph(eight, {})),
- b = need(data::cut_photograph(sixteen, {}));
+               b = need(data::cut_photograph(sixteen, {}));
     EXPECT_EQ(a.image, b.image);
     EXPECT_EQ(a.mask, b.mask);
     EXPECT_EQ(a.depth, b.depth);

@@ -14,10 +14,7 @@ namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
-using test::open_data;
-using test::put_image;
-using test::put_text;
-using test::SampleFolder;
+using namespace test;
 
 void put_photo(const fs::path& path, std::uint32_t width, std::uint32_t height) {
     fs::create_directories(path.parent_path());

@@ -94,9 +94,7 @@ Status data_status(const data::DatasetDesc& desc) {
     const std::uint32_t views[] = {0, 1};
     const std::size_t side = dataset.value()->resolution();
     std::vector<float> images(2 * 3 * side * side);
-    data::ViewArrays out;
-    out.images = images.data();
-    return dataset.value()->read(0, views, out);
+    return dataset.value()->read(0, views, {.images = images.data()});
 }
 
 Status data_status(const fs::path& path, const std::string& split) {

@@ -14,10 +14,7 @@ using data::ViewVectors;
 
 io::NamedTensor tensor(const std::string& name, std::vector<std::int64_t> dims,
                        const std::vector<float>& values) {
-    io::NamedTensor made;
-    made.name = name;
-    made.dims = std::move(dims);
-    made.values = values;
+    io::NamedTensor made{.name = name, .dims = std::move(dims), .values = values};
     return made;
 }
 

@@ -177,10 +177,7 @@ TEST_F(EvaluatorTest, ScoresImagesOfTheCaller) {
 
 TEST_F(EvaluatorTest, TakesOtherConditioningViews) {
     ASSERT_NO_FATAL_FAILURE(fill(0.01F));
-    Protocol protocol;
-    protocol.conditioning = {2};
-    protocol.novel = 1;
-    Evaluator made = evaluator(true, protocol);
+    Evaluator made = evaluator(true, {.conditioning = {2}, .novel = 1});
     const auto views = need(made.views(0));
     EXPECT_EQ(views.conditioning, std::vector<std::uint32_t>{2});
     EXPECT_EQ(views.novel.size(), 1U);

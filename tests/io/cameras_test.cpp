@@ -123,8 +123,7 @@ TEST(TransformsJson, LensesOtherThanPinholes) {
         return bytes_of(R"({"w": 4, "h": 4, "fl_x": 1, )" + members +
                         R"("frames": [{"file_path": "a", )" + kPose + "}]}");
     };
-    CameraOptions lenient;
-    lenient.ignore_distortion = true;
+    CameraOptions lenient{.ignore_distortion = true};
     const std::pair<const char*, const char*> lenses[] = {
         {R"("k1": 0.1, "k2": 0, )", "camera 'a': distortion k1 = 0.1"},
         {R"("k5": 0.1, )", "camera 'a': distortion k5 = 0.1"},
@@ -204,11 +203,9 @@ TEST(Colmap, ErrorsNameLineAndCause) {
                 "expected the points");
     refused(cameras, std::string("1 1 0 0 0 1 2 3 1 a\0b\n", 23), Code::kFormat, "a NUL");
     refused(cameras, "# nothing\n", Code::kFormat, "images.txt: there is no image");
-    CameraOptions one;
-    one.max_cameras = 1;
-    EXPECT_ERROR(
-        read_colmap_text(bytes_of(test::kColmapCameras), bytes_of(test::kColmapImages), one),
-        Code::kUnsupported, "more than 1");
+    EXPECT_ERROR(read_colmap_text(bytes_of(test::kColmapCameras), bytes_of(test::kColmapImages),
+                                  {.max_cameras = 1}),
+                 Code::kUnsupported, "more than 1");
 }
 
 /// A model of COLMAP that is no pinhole, with `focals` focal lengths and so many parameters.
@@ -226,8 +223,7 @@ constexpr OtherLens kOtherLenses[] = {{"OPENCV_FISHEYE", 5, 2, 8},
                                       {"THIN_PRISM_FISHEYE", 10, 2, 12}};
 
 TEST(Colmap, OtherLensesAreRefusedOrReadAsPinholes) {
-    CameraOptions ignore;
-    ignore.ignore_distortion = true;
+    CameraOptions ignore{.ignore_distortion = true};
     for (const OtherLens& lens : kOtherLenses) {
         std::string text = "1 " + std::string(lens.name) + " 64 48";
         Buffer binary;
@@ -270,8 +266,7 @@ TEST(Colmap, OtherLensesAreRefusedOrReadAsPinholes) {
 
 /// 50 pictures of one lens are one warning, which names what is ignored of it.
 TEST(Colmap, OneWarningTellsOfManyCameras) {
-    CameraOptions ignore;
-    ignore.ignore_distortion = true;
+    CameraOptions ignore{.ignore_distortion = true};
     std::string images;
     for (int i = 1; i <= 50; ++i) images += format("%d 1 0 0 0 0 0 4 1 %02d.png\n\n", i, i);
     const auto set = need(read_colmap_text(bytes_of("1 OPENCV 64 48 50 50 32 24 0.1 0 0.02 0"),
@@ -280,10 +275,8 @@ TEST(Colmap, OneWarningTellsOfManyCameras) {
               std::vector<std::string>{"50 cameras, such as '01.png': distortion k1 = 0.1, "
                                        "distortion p1 = 0.02 is ignored"});
     const auto refused = [&](bool may_ignore) {
-        CameraOptions options;
-        options.may_ignore = may_ignore;
         return read_colmap_text(bytes_of("1 OPENCV 64 48 50 50 32 24 0.1 0 0.02 0"),
-                                bytes_of(images), options)
+                                bytes_of(images), {.may_ignore = may_ignore})
             .status()
             .message();
     };

@@ -32,10 +32,7 @@
 namespace splat::io {
 namespace {
 
-using test::bytes_of;
-using test::PickleText;
-using test::put_png_chunk;
-using test::sample_zip;
+using namespace test;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr double kSlowdown = 20;  ///< factor of time; memory of sanitizers is their own

@@ -9,8 +9,7 @@
 namespace splat::io {
 namespace {
 
-using test::bytes_of;
-using test::PickleText;
+using namespace test;
 using Kind = Pickle::Kind;
 
 Result<Pickle> read_pickles(Buffer bytes, std::size_t count = 1) {

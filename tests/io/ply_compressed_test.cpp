@@ -12,9 +12,7 @@
 namespace splat::io {
 namespace {
 
-using test::compressed_ply_header;
-using test::CompressedPlyLayout;
-using test::sample_compressed_ply;
+using namespace test;
 
 bool accepts_compressed(Bytes file) {
     return read_compressed_ply(file).ok();
@@ -34,18 +32,14 @@ TEST(PlyCompressed, DecodesBothEndsOfEveryRange) {
 }
 
 TEST(PlyCompressed, RangesOfColourMayBeAbsent) {
-    CompressedPlyLayout layout;
-    layout.colors = false;
-    const auto loaded = need(read_compressed_ply(sample_compressed_ply(layout)));
+    const auto loaded = need(read_compressed_ply(sample_compressed_ply({.colors = false})));
     EXPECT_NEAR(loaded.gaussians.sh[0], -0.5 / scene::kSh0, 1e-5);
     EXPECT_NEAR(loaded.gaussians.sh[3], 0.5 / scene::kSh0, 1e-5);
 }
 
 TEST(PlyCompressed, BandsAreChannelMajorBytes) {
     for (const std::size_t rest : {9U, 24U, 45U}) {
-        CompressedPlyLayout layout;
-        layout.rest = rest;
-        const auto loaded = need(read_compressed_ply(sample_compressed_ply(layout)));
+        const auto loaded = need(read_compressed_ply(sample_compressed_ply({.rest = rest})));
         const auto& g = loaded.gaussians;
         ASSERT_EQ(scene::sh_coefficients(g.sh_degree) * 3, rest + 3);
         EXPECT_EQ(g.sh[1 * 3 + 0], -4.0F) << "f_rest_0: coefficient 1, red";
@@ -55,9 +49,7 @@ TEST(PlyCompressed, BandsAreChannelMajorBytes) {
 }
 
 TEST(PlyCompressed, ReportsPropertiesThatItDoesNotRead) {
-    CompressedPlyLayout layout;
-    layout.extra = true;
-    const auto loaded = need(read_compressed_ply(sample_compressed_ply(layout)));
+    const auto loaded = need(read_compressed_ply(sample_compressed_ply({.extra = true})));
     EXPECT_EQ(loaded.report.ignored, (std::vector<std::string>{"chunk.extra", "vertex.extra"}));
     EXPECT_EQ(loaded.gaussians.means, (std::vector<float>{-1, -1, -1, 2, 2, 2}));
     const auto plain = need(read_compressed_ply(sample_compressed_ply({})));
@@ -68,8 +60,7 @@ TEST(PlyCompressed, RefusesWhatDoesNotFitTogether) {
     const auto refused = [](CompressedPlyLayout layout, const char* part) {
         EXPECT_ERROR(read_compressed_ply(sample_compressed_ply(layout)), Code::kFormat, part);
     };
-    CompressedPlyLayout layout;
-    layout.chunks = "0";
+    CompressedPlyLayout layout{.chunks = "0"};
     EXPECT_FALSE(read_compressed_ply(sample_compressed_ply(layout)).ok());
     layout = {};
     layout.chunks = "1000000000000";
@@ -91,8 +82,7 @@ TEST(PlyCompressed, RefusesWhatDoesNotFitTogether) {
 }
 
 TEST(PlyCompressed, RefusesEveryPrefixAndSurvivesDamage) {
-    CompressedPlyLayout layout;
-    layout.rest = 9;
+    CompressedPlyLayout layout{.rest = 9};
     test::expect_prefixes_refused(sample_compressed_ply(layout), accepts_compressed);
     test::parse_damaged(sample_compressed_ply(layout), accepts_compressed);
 }

@@ -11,8 +11,7 @@
 namespace splat::io {
 namespace {
 
-using test::bytes_of;
-using test::sample_scene;
+using namespace test;
 
 const char* const kNames[] = {"x",      "y",       "z",       "f_dc_0",  "f_dc_1",
                               "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2",

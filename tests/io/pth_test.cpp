@@ -15,9 +15,7 @@
 namespace splat::io {
 namespace {
 
-using test::PickleText;
-using test::raw_bytes;
-using test::sample_pth;
+using namespace test;
 
 Result<WeightsFile> read_file(Bytes file, const DecodeLimits& limits = decode_limits()) {
     return read_pth(MemorySource(file), limits);
@@ -36,7 +34,6 @@ void expect_pth_refused(const Buffer& file, const char* part, Code code = Code::
     EXPECT_ERROR(read_file(file), code, part);
 }
 
-using test::Golden;
 
 /// ckpt.npz, which describes the checkpoints in the same folder.
 Golden checkpoint_arrays(const std::string& folder) {

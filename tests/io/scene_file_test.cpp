@@ -14,8 +14,7 @@
 namespace splat::io {
 namespace {
 
-using test::bytes_of;
-using test::sample_scene;
+using namespace test;
 
 const SceneFormat& format_named(const std::string& name) {
     for (const SceneFormat& format : scene_formats())

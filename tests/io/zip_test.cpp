@@ -9,9 +9,7 @@
 namespace splat::io {
 namespace {
 
-using test::sample_zip;
-using test::ZipEnd;
-using test::ZipPart;
+using namespace test;
 
 /// The contents of all files, joined.
 Result<std::string> read_all(Bytes file, const DecodeLimits& limits = decode_limits()) {

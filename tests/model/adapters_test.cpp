@@ -226,10 +226,8 @@ TEST_P(AdaptersExact, Convolutions) {
         config.lora.alpha = 8;
         config.lora.targets = {"layer"};
         config.lora.trained = {"layer"};
-        model::BuildOptions options;
-        options.precision = model::Precision::kStrict;
         nn::Graph graph(context());
-        Layers layers(graph, config, options);
+        Layers layers(graph, config, {.precision = model::Precision::kStrict});
         const nn::ValueId x = graph.input("x", {s.N, s.C, s.H, s.W});
         const nn::ValueId y = layers.conv("layer", x, s.K, s.R, {}, nn::kNoValue, 1, true);
         expect_exact(graph, y, x, s.text());

@@ -129,8 +129,7 @@ class Network {
 
   private:
     static model::BuildOptions strict() {
-        model::BuildOptions options;
-        options.precision = model::Precision::kStrict;
+        model::BuildOptions options{.precision = model::Precision::kStrict};
         return options;
     }
     model::SongUnet unet_;

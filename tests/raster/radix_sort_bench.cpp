@@ -112,9 +112,7 @@ void print(const char* what, std::vector<double> times) {
 }
 
 std::shared_ptr<vk::Context> profiled_context() {
-    vk::ContextDesc desc;
-    desc.profile = true;
-    auto made = vk::Context::create(desc);
+    auto made = vk::Context::create({.profile = true});
     if (!made.ok()) std::fprintf(stderr, "%s\n", made.status().message().c_str());
     return made.ok() ? std::move(made.value()) : nullptr;
 }

@@ -178,8 +178,7 @@ raster::RasterDesc raster_desc(const RasterCase& from, const RasterMode& mode) {
 }
 
 scene::Camera camera_of(const RasterCase& from) {
-    scene::Camera camera;
-    camera.name = from.name;
+    scene::Camera camera{.name = from.name};
     camera.width = static_cast<std::uint32_t>(from.camera.width);
     camera.height = static_cast<std::uint32_t>(from.camera.height);
     camera.fx = static_cast<double>(from.camera.fx);

@@ -78,9 +78,7 @@ Result<std::shared_ptr<Context>> open_context(const vk::ContextDesc& desc) {
 
 /// kNoDevice without a Vulkan loader, a driver or a usable device.
 Status find_device() {
-    vk::DeviceDesc desc;
-    desc.validation = validation_on();
-    return vk::Device::create(desc).status();
+    return vk::Device::create({.validation = validation_on()}).status();
 }
 
 class GpuEnvironment : public testing::Environment {

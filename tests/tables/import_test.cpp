@@ -16,8 +16,7 @@ namespace splat::tables {
 namespace {
 
 namespace fs = std::filesystem;
-using test::PublishedTables;
-using test::SampleFolder;
+using namespace test;
 
 Status import(const fs::path& folder, const std::string& split = "train") {
     return import_tables({folder.string(), split, (folder / ".splat" / split).string(), "", false},

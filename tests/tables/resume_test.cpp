@@ -21,10 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using data::Layout;
-using test::convert;
-using test::PublishedTables;
-using test::SampleFolder;
-using test::tree_of;
+using namespace test;
 
 /// 512 frames of 256 x 256 pixels are 100 MB: several entries of the journal.
 constexpr std::uint64_t kFrames = 512;

@@ -15,9 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using data::Layout;
-using test::convert;
-using test::SampleFolder;
-using test::tree_of;
+using namespace test;
 
 /// Hashes of cameras and images of every object of a split.
 std::vector<std::uint64_t> hashes_of(const fs::path& path, const std::string& split) {

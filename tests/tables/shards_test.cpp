@@ -13,8 +13,7 @@ namespace splat::tables {
 namespace {
 
 namespace fs = std::filesystem;
-using test::SampleFolder;
-using test::tree_of;
+using namespace test;
 
 StoreIndex small_index(const std::string& source) {
     StoreIndex index;

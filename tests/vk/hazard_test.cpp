@@ -12,11 +12,7 @@
 namespace splat::vk {
 namespace {
 
-using test::accumulate;
-using test::device_buffer;
-using test::part;
-using test::scale;
-using test::slow;
+using namespace test;
 
 constexpr std::uint32_t kN = 1024;
 

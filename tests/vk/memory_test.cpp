@@ -13,9 +13,7 @@
 namespace splat::vk {
 namespace {
 
-using test::context_desc;
-using test::device_buffer;
-using test::make_context;
+using namespace test;
 
 constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
 

@@ -11,11 +11,7 @@
 namespace splat::vk {
 namespace {
 
-using test::accumulate;
-using test::device_buffer;
-using test::part;
-using test::scale;
-using test::slow;
+using namespace test;
 
 constexpr std::uint32_t kElements = 1000;
 

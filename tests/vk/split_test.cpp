@@ -8,9 +8,7 @@
 namespace splat::vk {
 namespace {
 
-using test::device_buffer;
-using test::flops_for;
-using test::slow;
+using namespace test;
 
 class Split : public testing::Test {
   protected:

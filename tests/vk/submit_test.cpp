@@ -17,8 +17,7 @@
 namespace splat::vk {
 namespace {
 
-using test::device_buffer;
-using test::scale;
+using namespace test;
 
 constexpr std::uint32_t kScaled = 256;
 
