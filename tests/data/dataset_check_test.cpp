@@ -124,9 +124,7 @@ TEST_F(DatasetCheck, WarnsOfDuplicatePoses) {
 }
 
 TEST_F(DatasetCheck, WarnsOfBlankImages) {
-    const io::Image blank{16, 16, 1, 8, std::vector<std::uint16_t>(256, 255)};
-    const auto file = need(io::write_png(blank));
-    put_text(object_ / "rgb/000001.png", std::string(io::as_text(file)));
+    test::put_png(object_ / "rgb/000001.png", {16, 16, 1, 8, std::vector<std::uint16_t>(256, 255)});
     expect(nullptr, "view 1 is of one colour (255)");
 }
 

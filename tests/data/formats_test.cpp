@@ -6,11 +6,11 @@
 #include <limits>
 #include <map>
 
-#include "core/log.h"
 #include "data/sample_formats.h"
 #include "io/file.h"
 #include "support/expect_status.h"
 #include "support/golden_file.h"
+#include "support/log_capture.h"
 #include "synthetic/sample_folder.h"
 
 namespace splat::data {
@@ -39,8 +39,7 @@ Cameras cameras_of(Dataset& dataset) {
 
 TEST(Objaverse, SplitsItsObjectsAndScalesThem) {
     const SampleFolder folder;
-    std::vector<float> poses = kPose;
-    for (const float value : kPose) poses.push_back(value);
+    std::vector<float> poses = twice(kPose);
     poses[12 + 3] = 1;
     for (int i = 0; i < 3; ++i) put_renders(folder / ("o" + std::to_string(i)), poses);
     const auto dataset = open_data(folder.path());
@@ -60,9 +59,7 @@ TEST(Objaverse, SplitsItsObjectsAndScalesThem) {
 
 TEST(Gso, IsAllToTestOn) {
     const SampleFolder folder;
-    std::vector<float> poses = kPose;
-    for (const float value : kPose) poses.push_back(value);
-    put_renders(folder / "shoe/render_mvs_25/model", poses);
+    put_renders(folder / "shoe/render_mvs_25/model", twice(kPose));
     const auto dataset = open_data(folder.path(), "test");
     EXPECT_EQ(dataset->index().format, "gso");
     EXPECT_ERROR(data_status(folder.path()), Code::kNotFound, "it is for evaluation only");
@@ -71,9 +68,7 @@ TEST(Gso, IsAllToTestOn) {
 
 TEST(Nmr, ReadsListsAndCameras) {
     const SampleFolder folder;
-    std::vector<float> poses = kPose;
-    for (const float value : kPose) poses.push_back(value);
-    put_nmr(folder.path(), poses, 12);
+    put_nmr(folder.path(), twice(kPose), 12);
     const auto dataset = open_data(folder.path());
     EXPECT_EQ(dataset->index().format, "nmr");
     EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"02691156_b"}));
@@ -100,7 +95,6 @@ TEST(Co3d, ReadsArrays) {
     Co3dSample sample{.r = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, -1, 0, 0, 0, 0, 1},
                       .t = {0, 0, 3, 0, 0, 4},
                       .focal = {2, 2.5F, 3, 3}};
-    sample.images.assign(2 * 3 * 64, 0.2F);
     sample.images[3 * 64 + 64] = 1;
     put_co3d(folder.path(), sample);
     const auto dataset = open_data(folder.path());
@@ -138,16 +132,13 @@ TEST(Co3d, ReadsArrays) {
     EXPECT_TRUE(lacks);
 }
 
-constexpr const char* kFrames = R"({"fl_x": 10, "cx": 6, "cy": 5, "w": 12, "h": 10, "frames": [
-    {"file_path": "./images/b", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
-    {"file_path": "images/a.png", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})";
+const std::string kFrames = test::two_frames(R"("fl_x": 10, "cx": 6, "cy": 5, "w": 12, "h": 10)",
+                                             "./images/b", "images/a.png");
 
 void put_photo(const fs::path& path) {
     io::Image image{12, 10, 3, 8, {}};
     for (std::uint16_t i = 0; i < 360; ++i) image.samples.push_back(i % 36 / 3 * 20);
-    const auto file = need(io::write_png(image));
-    fs::create_directories(path.parent_path());
-    ASSERT_OK(io::write_file(path.string(), file));
+    test::put_png(path, image);
 }
 
 TEST(ImageFolder, TakesTheSquareAroundThePrincipalPoint) {
@@ -210,17 +201,12 @@ TEST(ImageFolder, WarnsOfObjectsWithoutTheSplitOfOthers) {
         put_photo(folder / name / "images/a.png");
         put_photo(folder / name / "images/b.png");
     }
-    std::string warned;
-    const auto keep = [](void* user, int, const char* text) {
-        *static_cast<std::string*>(user) += text;
-    };
-    set_log_sink(keep, &warned, LogLevel::kWarning);
+    const LogCapture log;
     EXPECT_TRUE(open_data(folder.path(), "val")->index().has_splits);
-    EXPECT_LACKS(warned, "which other objects have");
+    EXPECT_LACKS(log.text(), "which other objects have");
     fs::remove(folder / "other/transforms_val.json");
     EXPECT_FALSE(open_data(folder.path(), "val")->index().has_splits);
-    set_log_sink(nullptr, nullptr, LogLevel::kWarning);
-    EXPECT_HAS(warned, "other' has no transforms_val.json, which other objects have");
+    EXPECT_HAS(log.text(), "other' has no transforms_val.json, which other objects have");
 }
 
 TEST(ImageFolder, ReadsColmapModels) {
@@ -289,9 +275,8 @@ TEST_F(GoldenNetFormats, SrnGivesTheReferencesCameras) {
 
 TEST_F(GoldenNetFormats, Co3dGivesTheReferencesCameras) {
     compare("co3d", [](const test::Golden& file, const fs::path& root) {
-        Co3dSample sample{array(file, "co3d.R"), array(file, "co3d.T"),
-                          array(file, "co3d.focal_ndc")};
-        put_co3d(root, sample);
+        put_co3d(root,
+                 {array(file, "co3d.R"), array(file, "co3d.T"), array(file, "co3d.focal_ndc")});
     });
 }
 

@@ -141,7 +141,6 @@ TEST(HostileNames, OfListsAndArraysAreThoseOfFolders) {
         test::put_text(nmr / "02691156/softras_train.lst", name);
         EXPECT_ERROR(test::data_status(nmr.path()), Code::kFormat, "is not the name of a folder");
         test::Co3dSample sample{.r = {1, 0, 0, 0, 1, 0, 0, 0, 1}, .t = {0, 0, 3}, .focal = {2, 2}};
-        sample.images.assign(std::size_t{3} * 64, 0.2F);
         test::put_co3d(co3d.path(), sample);
         test::put_npz(co3d / "co3d_hydrant_for_gs/train/camera_Rs.npz", {{name, sample.r}});
         EXPECT_ERROR(test::data_status(co3d.path()), Code::kFormat, "is not the name of a folder");

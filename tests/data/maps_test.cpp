@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/log.h"
 #include "data/dataset_check.h"
 #include "data/sample_formats.h"
 #include "io/file.h"
 #include "support/expect_status.h"
+#include "support/log_capture.h"
 
 namespace splat::data {
 namespace {
@@ -59,16 +59,16 @@ void expect_maps(const fs::path& root, const std::string& split = "train") {
     EXPECT_TRUE(checked.problems.empty());
 }
 
-std::vector<float> twice(const std::vector<float>& pose) {
-    std::vector<float> poses = pose;
-    poses.insert(poses.end(), pose.begin(), pose.end());
+/// The second camera is one to the left.
+std::vector<float> two_poses() {
+    std::vector<float> poses = twice(kPose);
     poses[15] += 1;
     return poses;
 }
 
 TEST(Maps, OfNmr) {
     const SampleFolder folder;
-    test::put_nmr(folder.path(), twice(kPose), 12);
+    test::put_nmr(folder.path(), two_poses(), 12);
     EXPECT_EQ(open_data(folder.path())->index().maps, 0U) << "images without alpha";
     put_maps(folder / "02691156/b", {"000", "001"});
     expect_maps(folder.path());
@@ -81,8 +81,8 @@ TEST(Maps, OfObjaverseAndGso) {
     for (const bool gso : {false, true}) {
         const SampleFolder folder;
         const fs::path object = folder / (gso ? "a/render_mvs_25/model" : "a");
-        test::put_renders(object, twice(kPose));
-        test::put_renders(folder / (gso ? "b/render_mvs_25/model" : "b"), twice(kPose));
+        test::put_renders(object, two_poses());
+        test::put_renders(folder / (gso ? "b/render_mvs_25/model" : "b"), two_poses());
         put_maps(object, {"000", "001"});
         const std::string split = gso ? "test" : "train";
         if (!gso) {
@@ -99,11 +99,7 @@ TEST(Maps, OfObjaverseAndGso) {
 
 TEST(Maps, OfCo3d) {
     const SampleFolder folder;
-    test::Co3dSample sample{.r = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1},
-                            .t = {0, 0, 3, 0, 0, 4},
-                            .focal = {2, 2, 2, 2}};
-    sample.images.assign(2 * 3 * 64, 0.2F);
-    test::put_co3d(folder.path(), sample);
+    test::put_co3d(folder.path(), test::two_co3d_frames());
     const fs::path sequence = folder / "co3d_hydrant_for_gs/train/106_1_2";
     EXPECT_EQ(open_data(folder.path())->index().maps, 0U);
     std::vector<float> plane(128, 0.2F);
@@ -126,9 +122,8 @@ TEST(Maps, OfCo3d) {
                  "depths.npy': expected float32 [frames,1,side,side]");
 }
 
-constexpr const char* kCamera = R"({"fl_x": 10, "cx": 4, "cy": 4, "w": 8, "h": 8, "frames": [
-    {"file_path": "images/a.png", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
-    {"file_path": "images/b.png", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})";
+const std::string kCamera = test::two_frames(R"("fl_x": 10, "cx": 4, "cy": 4, "w": 8, "h": 8)",
+                                             "images/a.png", "images/b.png");
 
 TEST(Maps, OfPhotographs) {
     const SampleFolder folder;
@@ -281,14 +276,9 @@ TEST(Maps, OfOtherFilesAreNamedAsNotRead) {
     const fs::path object = put_plain(folder);
     for (const char* file : {"depth/000000.tiff", "depth/000001.tiff", "mask/000000.exr"})
         put_text(object / file, std::string("II*\0", 4));
-    std::string warned;
-    const auto keep = [](void* user, int, const char* text) {
-        *static_cast<std::string*>(user) += text;
-    };
-    set_log_sink(keep, &warned, LogLevel::kWarning);
+    const LogCapture log;
     const auto dataset = open_data(folder.path());
-    set_log_sink(nullptr, nullptr, LogLevel::kWarning);
-    EXPECT_HAS(warned,
+    EXPECT_HAS(log.text(),
                "3 files in folders of maps are not read, expected .png, .jpg, .webp, "
                ".pgm, .npy or .pfm: '" +
                    (object / "depth/000000.tiff").string() + "', a TIFF file; convert it");
@@ -309,8 +299,7 @@ TEST(Maps, DepthOf16BitsIsScaled) {
     for (std::uint16_t i = 0; i < 64; ++i)
         image.samples.push_back(static_cast<std::uint16_t>(800 + 10 * i));
     for (const char* stem : {"000000.png", "000001.png"}) {
-        put_image(object / "depth" / stem, 8, 1);
-        ASSERT_OK(io::write_file((object / "depth" / stem).string(), io::write_png(image).value()));
+        test::put_png(object / "depth" / stem, image);
     }
     const auto dataset = open_data(folder.path());
     std::vector<float> depths(64);
@@ -326,17 +315,16 @@ TEST(Maps, MasksOfZeroAndOneAreWhole) {
     io::Image image{8, 8, 1, 8, std::vector<std::uint16_t>(64)};
     image.samples[5] = 1;
     for (const char* stem : {"000000.png", "000001.png"}) {
-        put_image(object / "mask" / stem, 8, 1);
-        ASSERT_OK(io::write_file((object / "mask" / stem).string(), io::write_png(image).value()));
+        test::put_png(object / "mask" / stem, image);
     }
     const ReadMaps maps = read_maps(*open_data(folder.path()), false);
     EXPECT_EQ(maps.masks[5], 1);
     EXPECT_EQ(maps.masks[6], 0);
     image.samples[6] = 2;  // shades of gray stay
-    ASSERT_OK(io::write_file((object / "mask/000000.png").string(), io::write_png(image).value()));
+    test::put_png(object / "mask/000000.png", image);
     EXPECT_EQ(read_maps(*open_data(folder.path()), false).masks[5], 1.0F / 255);
     image.samples.assign(64, 0);
-    ASSERT_OK(io::write_file((object / "mask/000000.png").string(), io::write_png(image).value()));
+    test::put_png(object / "mask/000000.png", image);
     const auto found = check_object(*open_data(folder.path()), 0).value();
     EXPECT_TRUE(std::any_of(found.warnings.begin(), found.warnings.end(), [](const auto& text) {
         return text == "the mask of view 0 is empty";
@@ -414,8 +402,8 @@ TEST(Maps, MayBeNamedByTheCameras) {
 TEST(Maps, AlphaIsTheMask) {
     const SampleFolder folder;
     const fs::path object = folder / "a";
-    test::put_renders(object, twice(kPose));
-    test::put_renders(folder / "b", twice(kPose));
+    test::put_renders(object, two_poses());
+    test::put_renders(folder / "b", two_poses());
     put_image(object / "000.png", 8, 4, 0, 102);
     DatasetDesc desc = data_desc(folder.path());
     desc.maps = flag_of(MapKind::kMask);

@@ -5,10 +5,10 @@
 #include <functional>
 
 #include "core/fault.h"
-#include "core/log.h"
 #include "data/dataset_check.h"
 #include "data/sample_formats.h"
 #include "support/expect_status.h"
+#include "support/log_capture.h"
 #include "synthetic/sample_folder.h"
 
 namespace splat::data {
@@ -19,20 +19,12 @@ using namespace test;
 
 constexpr std::size_t kObjects = 3;
 
-std::vector<float> two(const std::vector<float>& values) {
-    std::vector<float> both = values;
-    both.insert(both.end(), values.begin(), values.end());
-    return both;
-}
-
 void put_srn(const fs::path& root) {
     for (const char* name : {"a", "b", "c"}) test::put_object(root / "cars_train" / name);
 }
 
 void put_sequences(const fs::path& root) {
-    test::Co3dSample sample{
-        .r = two({1, 0, 0, 0, 1, 0, 0, 0, 1}), .t = two({0, 0, 3}), .focal = {2, 2, 2, 2}};
-    sample.images.assign(2 * 3 * 64, 0.2F);
+    test::Co3dSample sample = test::two_co3d_frames();
     std::map<std::string, std::vector<float>> r, t;
     for (const char* name : {"a", "b", "c"}) {
         sample.name = name;
@@ -45,25 +37,24 @@ void put_sequences(const fs::path& root) {
 }
 
 void put_nmr_objects(const fs::path& root) {
-    for (const char* name : {"a", "b", "c"}) test::put_nmr(root, two(test::kPose), 12, name);
+    for (const char* name : {"a", "b", "c"}) test::put_nmr(root, twice(test::kPose), 12, name);
     put_text(root / "02691156/softras_train.lst", "a\nb\nc\n");
 }
 
 void put_objaverse(const fs::path& root) {
-    for (const char* name : {"a", "b", "c", "d"}) test::put_renders(root / name, two(test::kPose));
+    for (const char* name : {"a", "b", "c", "d"})
+        test::put_renders(root / name, twice(test::kPose));
 }
 
 void put_gso(const fs::path& root) {
     for (const char* name : {"a", "b", "c"})
-        test::put_renders(root / name / "render_mvs_25/model", two(test::kPose));
+        test::put_renders(root / name / "render_mvs_25/model", twice(test::kPose));
 }
 
 void put_photographs(const fs::path& root) {
-    constexpr const char* kTwoFrames = R"({"fl_x": 8, "w": 8, "h": 8, "frames": [
-        {"file_path": "0", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
-        {"file_path": "1", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})";
     for (const char* name : {"a", "b", "c"}) {
-        put_text(root / name / "transforms.json", kTwoFrames);
+        put_text(root / name / "transforms.json",
+                 test::two_frames(R"("fl_x": 8, "w": 8, "h": 8)", "0", "1"));
         for (const char* image : {"0.png", "1.png"}) put_image(root / name / image, 8, 3);
     }
 }
@@ -241,23 +232,17 @@ TEST(MissingObjects, ASplitOfNothingButGapsIsThere) {
 }
 
 TEST(MissingObjects, OtherFoldersAreNamed) {
-    std::string warned;
-    const auto keep = [](void* user, int, const char* text) {
-        *static_cast<std::string*>(user) += text;
-    };
     for (const Case& c : cases()) {
         SCOPED_TRACE(c.format);
         const bool listed = std::string(c.format) == "nmr";
         const SampleFolder folder;
         c.put(folder.path());
         put_text(folder / (listed ? "" : c.objects) / "aa/notes.txt", "not an object");
-        warned.clear();
-        set_log_sink(keep, &warned, LogLevel::kWarning);
+        const LogCapture log;
         const auto dataset = need(Dataset::open(desc_of(c, folder)));
-        set_log_sink(nullptr, nullptr, LogLevel::kWarning);
         EXPECT_EQ(dataset->index().names.size(), kObjects);
         EXPECT_EQ(dataset->index().others, std::vector<std::string>{"aa"});
-        EXPECT_HAS(warned, "1 folders without a part of an object are not read: 'aa'");
+        EXPECT_HAS(log.text(), "1 folders without a part of an object are not read: 'aa'");
     }
 }
 

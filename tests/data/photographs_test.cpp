@@ -3,12 +3,12 @@
 
 #include <cmath>
 
-#include "core/log.h"
 #include "data/dataset_check.h"
 #include "data/depth_range.h"
 #include "data/sample_formats.h"
 #include "io/file.h"
 #include "support/expect_status.h"
+#include "support/log_capture.h"
 
 namespace splat::data {
 namespace {
@@ -17,10 +17,8 @@ namespace fs = std::filesystem;
 using namespace test;
 
 void put_photo(const fs::path& path, std::uint32_t width, std::uint32_t height) {
-    fs::create_directories(path.parent_path());
-    const io::Image image{width, height, 3, 8,
-                          std::vector<std::uint16_t>(3UL * width * height, 99)};
-    ASSERT_OK(io::write_file(path.string(), io::write_png(image).value()));
+    test::put_png(path,
+                  {width, height, 3, 8, std::vector<std::uint16_t>(3UL * width * height, 99)});
 }
 
 /// A COLMAP model of cameras around the origin at a distance that look at it, 8 x 8 pixels, focal length 10.
@@ -41,27 +39,18 @@ void put_pictures(const fs::path& folder) {
 }
 
 std::string warnings_of(const DatasetDesc& desc) {
-    std::string warned;
-    const auto keep = [](void* user, int, const char* text) {
-        *static_cast<std::string*>(user) += std::string(text) + "\n";
-    };
-    set_log_sink(keep, &warned, LogLevel::kWarning);
+    const LogCapture log;
     EXPECT_OK(Dataset::open(desc));
-    set_log_sink(nullptr, nullptr, LogLevel::kWarning);
-    return warned;
+    return log.text();
 }
 
 TEST(Photographs, CropIsToldWithItsNumbers) {
     const SampleFolder folder;
     const fs::path scene = folder / "scene";
     for (const char* name : {"a.png", "b.png"}) put_photo(scene / name, 12, 20);
-    const auto put_cameras = [&](const char* more) {
-        put_text(scene / "transforms.json",
-                 std::string(R"({"fl_x": 10, "w": 12, "h": 20, )") + more + R"("frames": [
-            {"file_path": "a.png", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
-            {"file_path": "b.png", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})");
-    };
-    put_cameras(R"("cx": 7, "cy": 10, )");
+    put_text(
+        scene / "transforms.json",
+        test::two_frames(R"("fl_x": 10, "w": 12, "h": 20, "cx": 7, "cy": 10)", "a.png", "b.png"));
     DatasetDesc desc = test::data_desc(scene);
     desc.resolution = 4;
     EXPECT_EQ(warnings_of(desc),
@@ -71,9 +60,7 @@ TEST(Photographs, CropIsToldWithItsNumbers) {
     EXPECT_HAS(report_text(*open_data(scene)), "12 x 20 pixels to 10 x 10 (42 % of them)\"");
     for (const char* name : {"a.png", "b.png"}) put_photo(scene / name, 12, 12);
     put_text(scene / "transforms.json",
-             R"({"fl_x": 10, "w": 12, "h": 12, "frames": [
-        {"file_path": "a.png", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
-        {"file_path": "b.png", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})");
+             test::two_frames(R"("fl_x": 10, "w": 12, "h": 12)", "a.png", "b.png"));
     EXPECT_EQ(warnings_of(test::data_desc(scene)), "") << "squares are not cut";
 }
 
@@ -160,9 +147,7 @@ TEST(DepthRange, IsThatOfColmapsPoints) {
 TEST(DepthRange, IsNotKnownOfParallelCameras) {
     const SampleFolder folder;
     put_text(folder / "transforms.json",
-             R"({"fl_x": 10, "w": 8, "h": 8, "frames": [
-        {"file_path": "a.png", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
-        {"file_path": "b.png", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})");
+             test::two_frames(R"("fl_x": 10, "w": 8, "h": 8)", "a.png", "b.png"));
     put_pictures(folder.path());
     const auto dataset = open_data(folder.path());
     EXPECT_FALSE(depth_range(dataset->reader(), 0).value().known);

@@ -13,6 +13,19 @@ namespace fs = std::filesystem;
 
 const std::vector<float> kPose = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2};
 
+std::vector<float> twice(const std::vector<float>& values) {
+    std::vector<float> both = values;
+    both.insert(both.end(), values.begin(), values.end());
+    return both;
+}
+
+std::string two_frames(const std::string& members, const char* first, const char* second) {
+    return format(R"({%s, "frames": [
+    {"file_path": "%s", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
+    {"file_path": "%s", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})",
+                  members.c_str(), first, second);
+}
+
 void put_object(const fs::path& folder) {
     put_text(folder / "intrinsics.txt", "10. 4. 4. 0.\n0. 0. 0.\n1.\n8 8\n");
     put_text(folder / "pose/000000.txt", "1 0 0 0\n0 1 0 0\n0 0 1 -2\n0 0 0 1\n");
@@ -62,6 +75,13 @@ void put_nmr(const fs::path& root, const std::vector<float>& world_mat_inv, std:
         put_image(object / "image" / (numbered(i) + ".png"), 8, 3);
     }
     put_npz(object / "cameras.npz", arrays);
+}
+
+Co3dSample two_co3d_frames(const std::string& name) {
+    Co3dSample sample{
+        .r = twice({1, 0, 0, 0, 1, 0, 0, 0, 1}), .t = {0, 0, 3, 0, 0, 4}, .focal = {2, 2, 2, 2}};
+    sample.name = name;
+    return sample;
 }
 
 void put_co3d(const fs::path& root, const Co3dSample& sample) {

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <limits>
 
-#include "core/log.h"
 #include "io/compress.h"
 #include "io/sample_scene.h"
 #include "scene/activate.h"
 #include "support/compare.h"
 #include "support/expect_status.h"
+#include "support/log_capture.h"
 
 namespace splat::io {
 namespace {
@@ -106,14 +106,9 @@ TEST(Spz, RefusesAndTellsScalesThatItDoesNotHold) {
                  "500 of 1000 Gaussians have a scale that the format does not hold, exp(-10) to "
                  "exp(5.9375); scale the scene by 7.8, write .ply, or let the scales be clamped");
     const auto warned = [](const scene::Gaussians& gaussians, const SaveOptions& options = {}) {
-        std::string text;
-        const auto keep = [](void* user, int, const char* sentence) {
-            *static_cast<std::string*>(user) += sentence + std::string("\n");
-        };
-        set_log_sink(keep, &text, LogLevel::kWarning);
+        const test::LogCapture log;
         EXPECT_OK(write_spz(gaussians, options));
-        set_log_sink(nullptr, nullptr, LogLevel::kWarning);
-        return text;
+        return log.text();
     };
     SaveOptions clamp;
     clamp.clamp = true;

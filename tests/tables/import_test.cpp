@@ -5,6 +5,7 @@
 
 #include "io/image.h"
 #include "support/expect_status.h"
+#include "support/log_capture.h"
 #include "synthetic/sample_folder.h"
 #include "tables/import.h"
 #include "tables/published_tables.h"

@@ -6,6 +6,7 @@
 
 #include "data/dataset_check.h"
 #include "support/expect_status.h"
+#include "support/log_capture.h"
 #include "synthetic/sample_folder.h"
 #include "tables/journal.h"
 #include "tables/table_samples.h"

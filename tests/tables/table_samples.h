@@ -30,17 +30,4 @@ Status convert(const std::filesystem::path& from, const std::string& split, data
 std::string tree_of(const std::filesystem::path& folder,
                     const std::vector<std::string>& extensions);
 
-/// The messages of the library while it lives.
-class LogCapture {
-  public:
-    LogCapture();
-    ~LogCapture();
-    LogCapture(const LogCapture&) = delete;
-    LogCapture& operator=(const LogCapture&) = delete;
-    [[nodiscard]] const std::string& text() const { return text_; }
-
-  private:
-    std::string text_;
-};
-
 }  // namespace splat::test
