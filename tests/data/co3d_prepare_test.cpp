@@ -30,8 +30,7 @@ std::string frame_text(int number, const std::string& more = "") {
 }
 
 void put_gzip(const fs::path& path, const std::string& text) {
-    const auto packed = need(io::gzip(io::as_bytes(text)));
-    ASSERT_OK(io::write_file(path.string(), packed));
+    ASSERT_OK(io::write_file(path.string(), need(io::gzip(io::as_bytes(text)))));
 }
 
 class Co3dPrepare : public testing::Test {

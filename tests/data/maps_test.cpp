@@ -55,8 +55,7 @@ void expect_maps(const fs::path& root, const std::string& split = "train") {
     EXPECT_EQ(maps.depths[64 + 9], 51.0F / 255) << "view 1, row 1, column 1";
     EXPECT_EQ(maps.normals[64], 61.0F / 255) << "channel 1";
     EXPECT_EQ(maps.masks[64], 91.0F / 255);
-    const auto checked = need(check_object(*dataset, 0));
-    EXPECT_TRUE(checked.problems.empty());
+    EXPECT_TRUE(need(check_object(*dataset, 0)).problems.empty());
 }
 
 /// The second camera is one to the left.

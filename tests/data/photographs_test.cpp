@@ -117,8 +117,7 @@ TEST(DepthRange, IsThatOfThePlaceTheCamerasLookAt) {
               "data.zfar=5.66");
     EXPECT_NE(warning(0.8, 4.5), "");
     EXPECT_NE(warning(3.6, 8), "");
-    const auto checked = need(check_text(*dataset, 0));
-    EXPECT_HAS(checked, "\"depths\": {\"from\": \"cameras\"");
+    EXPECT_HAS(need(check_text(*dataset, 0)), "\"depths\": {\"from\": \"cameras\"");
 }
 
 TEST(DepthRange, IsThatOfColmapsPoints) {

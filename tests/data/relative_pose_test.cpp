@@ -22,8 +22,7 @@ using synthetic::turn_about;
 TEST(Folder, InverseOfAPoseRoundedToFloatsGoesBack) {
     Mat4 rounded = make_pose(turn_about(0, 0.3) * turn_about(2, 1.1), {100, 50, 7});
     for (double& number : rounded) number = static_cast<double>(static_cast<float>(number));
-    const auto there = need(inverse_pose(rounded));
-    const auto back = need(inverse_pose(there));
+    const auto back = need(inverse_pose(need(inverse_pose(rounded))));
     for (std::size_t i = 0; i < 16; ++i) EXPECT_NEAR(back[i], rounded[i], 1e-12) << i;
 }
 

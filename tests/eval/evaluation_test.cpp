@@ -170,8 +170,7 @@ TEST(Evaluation, CountsOfImagesHave32Bits) {
                                       {"images_blank", &Ledger::images_blank}}) {
         std::uint64_t& images = all.objects[0].ledger.*count;
         images = 4294967295;
-        const auto most = need(loaded());
-        EXPECT_EQ(most.at(0).ledger.*count, 4294967295);
+        EXPECT_EQ(need(loaded()).at(0).ledger.*count, 4294967295);
         images = 4294967296;
         EXPECT_ERROR(loaded(), Code::kFormat, name);
         images = 0;

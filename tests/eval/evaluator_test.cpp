@@ -105,8 +105,7 @@ TEST_F(EvaluatorTest, DrawsMoreCamerasThanOneGroup) {
     ASSERT_NO_FATAL_FAILURE(fill(0.01F));
     const predict::Views views = many_views();
     ObjectScores scores;
-    const auto images = need(draw_object(*context_, *network_, views, scores));
-    EXPECT_EQ(images, drawn_alone(views));
+    EXPECT_EQ(need(draw_object(*context_, *network_, views, scores)), drawn_alone(views));
     EXPECT_EQ(scores.drawn, 20U);
     EXPECT_EQ(scores.ledger.gaussians, 256U);
 }
@@ -181,8 +180,7 @@ TEST_F(EvaluatorTest, TakesOtherConditioningViews) {
     const auto views = need(made.views(0));
     EXPECT_EQ(views.conditioning, std::vector<std::uint32_t>{2});
     EXPECT_EQ(views.novel.size(), 1U);
-    const auto scores = need(made.score(0));
-    EXPECT_EQ(scores.novel.views, 1U);
+    EXPECT_EQ(need(made.score(0)).novel.views, 1U);
 }
 
 }  // namespace

@@ -50,8 +50,7 @@ void expect_same(const std::vector<scene::Camera>& a, const std::vector<scene::C
 
 TEST(TransformsJson, RoundTrip) {
     const auto cameras = sample_cameras();
-    const auto file = need(write_transforms_json(cameras));
-    const auto read = need(read_transforms_json(file));
+    const auto read = need(read_transforms_json(need(write_transforms_json(cameras))));
     expect_same(read.cameras, cameras, 1e-12);
     auto broken = cameras;
     broken[0].fx = 0;
@@ -337,8 +336,7 @@ TEST(Colmap, BinaryRefusesPrefixesDamageAndHostileCounts) {
 TEST(RealCameras, JsonAndColmapOfOneOrbitAgree) {
     SPLAT_NEEDS_REAL_DATA();
     const std::string folder = *test::real_data_folder() + "/images/guitar_orbit";
-    const auto file = need(read_file(folder + "/transforms.json"));
-    const auto json = need(read_transforms_json(file));
+    const auto json = need(read_transforms_json(need(read_file(folder + "/transforms.json"))));
     const auto model = need(load_colmap(folder));
     auto cameras = json.cameras;
     ASSERT_EQ(cameras.size(), 14U);

@@ -32,8 +32,7 @@ using File = FileTest;
 TEST_F(File, WritesReplacesAndReads) {
     for (const char* text : {"first", "", "the third, longer"}) {
         ASSERT_OK(write_file(path("a"), bytes_of(text)));
-        const auto read = need(read_file(path("a")));
-        EXPECT_EQ(as_text(read), text);
+        EXPECT_EQ(as_text(need(read_file(path("a")))), text);
     }
     EXPECT_EQ(files(), 1U);
 }
@@ -41,8 +40,7 @@ TEST_F(File, WritesReplacesAndReads) {
 TEST_F(File, NewFilesReplaceNone) {
     ASSERT_OK(write_new_file(path("new"), bytes_of("one")));
     EXPECT_ERROR(write_new_file(path("new"), bytes_of("two")), Code::kIo, "exists");
-    const auto read = need(read_file(path("new")));
-    EXPECT_EQ(as_text(read), "one");
+    EXPECT_EQ(as_text(need(read_file(path("new")))), "one");
     EXPECT_ERROR(write_new_file(path("none/a"), bytes_of("x")), Code::kNotFound, "No such file");
 }
 
@@ -246,8 +244,7 @@ TEST_F(File, AFailedWriteLeavesTheOldFileAlone) {
         EXPECT_GT(fault::disarm(), 0U) << point;
         EXPECT_EQ(status.code(), Code::kIo) << point;
         EXPECT_HAS(status.message(), path("a"));
-        const auto read = need(read_file(path("a")));
-        EXPECT_EQ(as_text(read), "old") << point;
+        EXPECT_EQ(as_text(need(read_file(path("a")))), "old") << point;
         EXPECT_EQ(files(), 1U) << point;
     }
 }
@@ -268,8 +265,7 @@ TEST(Reader, ChecksEveryStep) {
     std::uint32_t value = 0;
     ASSERT_OK(little.read(value, "value"));
     EXPECT_EQ(value, 0x04030201U);
-    const auto name = need(little.take_string("name"));
-    EXPECT_EQ(name, "name");
+    EXPECT_EQ(need(little.take_string("name")), "name");
     EXPECT_ERROR(little.take_string("other"), Code::kFormat, "'other' at byte 9");
     EXPECT_ERROR(little.read(value, "value"), Code::kFormat,
                  "'value' at byte 9 needs 4 x 1 bytes, but 1 are left");

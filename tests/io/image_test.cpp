@@ -40,8 +40,7 @@ TEST(Png, RoundTripIsExact) {
     for (const std::uint32_t bits : {8U, 16U})
         for (std::uint32_t channels = 1; channels <= 4U; ++channels) {
             const Image image = sample_image(13, 7, channels, bits);
-            const auto file = need(write_png(image));
-            const auto read = need(read_png(file));
+            const auto read = need(read_png(need(write_png(image))));
             EXPECT_EQ(read.width, 13U);
             EXPECT_EQ(read.height, 7U);
             EXPECT_EQ(read.channels, channels);
@@ -76,8 +75,7 @@ TEST(Png, DeepImagesOfFloatsAreRoundedAndClamped) {
 TEST(Png, FastFilesHoldTheSame) {
     const Image image = sample_image(130, 70, 3);
     const auto file = need(write_png(image, PngEffort::kFast));
-    const auto read = need(read_png(file));
-    EXPECT_EQ(read.samples, image.samples);
+    EXPECT_EQ(need(read_png(file)).samples, image.samples);
     EXPECT_NE(file, write_png(image).value());
 }
 
@@ -134,8 +132,7 @@ TEST(Apng, ChunksAreInOrderAndHoldTheFrames) {
     const std::vector<Image> frames = {sample_image(9, 5, 3, 8, 1), sample_image(9, 5, 3, 8, 2),
                                        sample_image(9, 5, 3, 8, 3)};
     const auto file = need(write_apng(frames, {40, 2}));
-    const auto first = need(read_png(file));
-    EXPECT_EQ(first.samples, frames[0].samples) << "programs without animation";
+    EXPECT_EQ(need(read_png(file)).samples, frames[0].samples) << "programs without animation";
     std::string types;
     std::uint32_t sequence = 0;
     std::size_t frame = 0;
@@ -158,9 +155,7 @@ TEST(Apng, EveryFilterDecodes) {
             for (std::size_t i = 0; i < image.samples.size() / 2; ++i)
                 image.samples[i] =
                     static_cast<std::uint16_t>((i / (17 * channels)) * seed * 5 % 256);
-            const auto file = need(write_apng({image}));
-            const auto read = need(read_png(file));
-            EXPECT_EQ(read.samples, image.samples);
+            EXPECT_EQ(need(read_png(need(write_apng({image})))).samples, image.samples);
         }
 }
 
@@ -183,9 +178,7 @@ TEST(Npy, RoundTripAndASecondReader) {
         const auto read = need(read_npy(file));
         EXPECT_EQ(read.shape, shape);
         EXPECT_EQ(read.values, array.values);
-        const auto other = need(test::parse_npy(file, "npy"));
-        const auto values = need(other.f32());
-        EXPECT_EQ(values, array.values);
+        EXPECT_EQ(need(need(test::parse_npy(file, "npy")).f32()), array.values);
     }
     EXPECT_FALSE(write_npy({{3}, {1, 2}}).ok());
 }
@@ -202,8 +195,7 @@ TEST(Npy, ReadsDoublesAndBigEndian) {
     Buffer file = npy("{'descr': '>f8', 'fortran_order': False, 'shape': (2,), }\n");
     put(file, 0.25, std::endian::big);
     put(file, -3.0, std::endian::big);
-    const auto read = need(read_npy(file));
-    EXPECT_EQ(read.values, (std::vector<float>{0.25F, -3.0F}));
+    EXPECT_EQ(need(read_npy(file)).values, (std::vector<float>{0.25F, -3.0F}));
     const auto accept = [](Bytes bytes) { return read_npy(bytes).ok(); };
     test::expect_prefixes_refused(file, accept);
     test::parse_damaged(file, accept);

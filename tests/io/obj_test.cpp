@@ -37,13 +37,11 @@ TEST(Obj, NegativeIndicesCountFromTheLatestVertex) {
 }
 
 TEST(Obj, AVertexMayFollowItsFace) {
-    const auto mesh = need(read(std::string("f 1 2 4\n") + kFour));
-    EXPECT_EQ(mesh.triangles, (Triangles{{0, 1, 3}}));
+    EXPECT_EQ(need(read(std::string("f 1 2 4\n") + kFour)).triangles, (Triangles{{0, 1, 3}}));
 }
 
 TEST(Obj, PointsAloneAreAMeshWithoutTriangles) {
-    const auto mesh = need(read(kFour));
-    EXPECT_TRUE(mesh.triangles.empty());
+    EXPECT_TRUE(need(read(kFour)).triangles.empty());
     EXPECT_OK(read(""));
 }
 

@@ -38,8 +38,7 @@ bool accepts_ply(Bytes file) {
 TEST(Ply, RoundTripKeepsBits) {
     for (std::uint32_t degree = 0; degree <= 3; ++degree) {
         const auto scene = sample_scene(17, degree);
-        const auto file = need(write_ply(scene));
-        const auto loaded = need(read_ply(file));
+        const auto loaded = need(read_ply(need(write_ply(scene))));
         test::expect_same_bits(loaded.gaussians, scene);
         const LoadReport& report = loaded.report;
         EXPECT_EQ(report.count, 17U);
@@ -158,8 +157,7 @@ TEST(Ply, KeepsNonFiniteValuesThroughARoundTrip) {
     scene.means[4] = std::numeric_limits<float>::quiet_NaN();
     scene.opacity_logits[2] = -std::numeric_limits<float>::infinity();
     scene.sh[7] = std::numeric_limits<float>::max();
-    const auto file = need(write_ply(scene));
-    const auto loaded = need(read_ply(file));
+    const auto loaded = need(read_ply(need(write_ply(scene))));
     test::expect_same_bits(loaded.gaussians, scene);
     EXPECT_EQ(loaded.report.non_finite_values, 2U);
 }
@@ -252,8 +250,7 @@ TEST(Ply, WritesAnotherDegreeOrFrame) {
     EXPECT_EQ(loaded.gaussians.means, scene.means);
     EXPECT_EQ(loaded.gaussians.sh_degree, 3U);
     EXPECT_EQ(loaded.report.frame, scene::Frame::kRub);
-    const auto raw = need(read_ply(file));
-    EXPECT_EQ(raw.gaussians.means[1], -scene.means[1]);
+    EXPECT_EQ(need(read_ply(file)).gaussians.means[1], -scene.means[1]);
     options.sh_degree = 4;
     EXPECT_ERROR(write_ply(scene, options), Code::kInvalidArgument, "sh_degree 4");
     auto broken = scene;

@@ -66,8 +66,7 @@ TEST(SceneFile, OptionsReachTheFormat) {
     SaveOptions newer;
     newer.spz_version = 4;
     const auto file = need(write_scene(sample_scene(3, 1), format_named("spz"), newer));
-    const auto loaded = need(read_scene(file, "b"));
-    EXPECT_EQ(loaded.report.version, 4U);
+    EXPECT_EQ(need(read_scene(file, "b")).report.version, 4U);
     LoadOptions few;
     few.max_count = 2;
     EXPECT_ERROR(read_scene(file, "b", few), Code::kUnsupported, "3 Gaussians");
@@ -105,8 +104,7 @@ TEST(SceneFile, AGivenFormatChoosesTheReader) {
     scene.means[0] = std::bit_cast<float>(std::uint32_t{0x41008B1F});
     const SceneFormat* const splat = &format_named("splat");
     const auto file = need(write_scene(scene, *splat));
-    const auto found = need(detect_scene_format(file, "a.bin"));
-    ASSERT_EQ(found, &format_named("spz"));
+    ASSERT_EQ(need(detect_scene_format(file, "a.bin")), &format_named("spz"));
     const auto loaded = need(read_scene(file, "a.bin", {}, splat));
     EXPECT_EQ(loaded.report.format, "splat");
     EXPECT_EQ(loaded.gaussians.means, scene.means);

@@ -56,16 +56,14 @@ TEST(SplatFile, RotationsOfAnyLengthAreWrittenAlike) {
     for (const float length : {4.0F, 0.125F}) {
         auto scaled = scene;
         for (float& component : scaled.rotations) component *= length;
-        const auto other = need(write_splat(scaled));
-        EXPECT_EQ(other, file) << length;
+        EXPECT_EQ(need(write_splat(scaled)), file) << length;
     }
 }
 
 TEST(SplatFile, FullAndNoOpacityStayFinite) {
     auto scene = sample_scene(2, 0);
     scene.opacity_logits = {1000.0F, -1000.0F};
-    const auto file = need(write_splat(scene));
-    const auto loaded = need(read_splat(file));
+    const auto loaded = need(read_splat(need(write_splat(scene))));
     EXPECT_EQ(loaded.gaussians.opacity_logits, (std::vector<float>{40, -40}));
     EXPECT_EQ(loaded.report.non_finite_values, 0U);
 }
@@ -73,16 +71,14 @@ TEST(SplatFile, FullAndNoOpacityStayFinite) {
 TEST(SplatFile, CountsScalesThatHaveNoLogarithm) {
     auto file = need(write_splat(sample_scene(1, 0)));
     for (std::size_t i = 12; i < 16; ++i) file[i] = std::byte{0};
-    const auto loaded = need(read_splat(file));
-    EXPECT_EQ(loaded.report.non_finite_values, 1U);
+    EXPECT_EQ(need(read_splat(file)).report.non_finite_values, 1U);
 }
 
 TEST(SplatFile, RefusesOtherLengths) {
     const auto file = need(write_splat(sample_scene(1, 0)));
     for (std::size_t size = 1; size < 32; ++size)
         EXPECT_ERROR(read_splat(Bytes(file).first(size)), Code::kFormat, "multiple of 32");
-    const auto none = need(read_splat({}));
-    EXPECT_EQ(none.gaussians.count(), 0U);
+    EXPECT_EQ(need(read_splat({})).gaussians.count(), 0U);
     test::parse_damaged(file, [](Bytes bytes) { return read_splat(bytes).ok(); });
 }
 

@@ -149,8 +149,7 @@ TEST_F(WeightsFileTest, KnowsCheckpoints) {
 
 TEST_F(WeightsFileTest, RefusesOtherFiles) {
     const auto refused = [](const std::string& text, const char* part, Code code) {
-        const Buffer bytes = test::bytes_of(text);
-        EXPECT_ERROR(read_weights(MemorySource(bytes), "x.pth"), code, part);
+        EXPECT_ERROR(read_weights(MemorySource(test::bytes_of(text)), "x.pth"), code, part);
     };
     refused("", "'x.pth': not weights", Code::kFormat);
     refused("ply\n", "not weights of a known format", Code::kFormat);

@@ -127,8 +127,7 @@ TEST(Preset, TakesHashesInCapitals) {
             changed("\"outputs\"", R"("file": {"name": "a", "url": "https://a/a", "sha256": ")" +
                                        hash + R"("}, "outputs")"));
     };
-    const auto own = need(with_hash(std::string(64, 'A')));
-    EXPECT_EQ(own.file.sha256, std::string(64, 'a'));
+    EXPECT_EQ(need(with_hash(std::string(64, 'A'))).file.sha256, std::string(64, 'a'));
     for (const std::string& wrong : {std::string(63, 'a'), std::string(64, 'g')})
         EXPECT_ERROR(with_hash(wrong), Code::kInvalidArgument, "expected 64 hexadecimal digits");
 }

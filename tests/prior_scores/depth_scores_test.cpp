@@ -112,8 +112,7 @@ TEST(DepthScores, AMaskHidesWhatIsNotFinite) {
     const std::vector<float> p = {1, 2, kNan, 4}, g = {2, 4, 6, kNan};
     EXPECT_ERROR(compare_depth(p, g), Code::kInvalidArgument,
                  "nan at number 2, expected finite numbers; leave such pixels out");
-    const auto scores = need(compare_depth(p, g, std::vector<float>{1, 0.75F, 0.5F, 0}));
-    EXPECT_EQ(scores.pixels, 2U);
+    EXPECT_EQ(need(compare_depth(p, g, std::vector<float>{1, 0.75F, 0.5F, 0})).pixels, 2U);
     EXPECT_ERROR(compare_depth(p, g, std::vector<float>{1, 1, 1, 0}), Code::kInvalidArgument,
                  "at number 2, the prediction is nan and the truth 6");
 }

@@ -46,8 +46,7 @@ TEST(NormalScores, MedianOfAnEvenCount) {
 }
 
 TEST(NormalScores, ASmallAngleIsNotRoundedAway) {
-    const auto scores = need(compare_normals(turned({0.001}), turned({0})));
-    EXPECT_NEAR(scores.mean, 0.001, 1e-9);
+    EXPECT_NEAR(need(compare_normals(turned({0.001}), turned({0}))).mean, 0.001, 1e-9);
 }
 
 TEST(NormalScores, LengthsDoNotMatter) {

@@ -40,8 +40,7 @@ TEST(PointScores, EqualSetsArePerfectAndFarOnesWorthless) {
 }
 
 TEST(PointScores, TheThresholdItselfIsOutside) {
-    const auto scores = need(compare_points(Points{{0, 0, 0}}, Points{{0, 0, 2}}, 2));
-    EXPECT_EQ(scores.f_score, 0);
+    EXPECT_EQ(need(compare_points(Points{{0, 0, 0}}, Points{{0, 0, 2}}, 2)).f_score, 0);
 }
 
 TEST(PointScores, SwappedSetsSwapTheDirections) {

@@ -136,8 +136,7 @@ TEST(Npz, ReadsFilesCompressedAsAWhole) {
         std::ofstream(path, std::ios::binary) << packed.substr(0, length);
         return Npz::read(path);
     };
-    const auto npz = need(read(size));
-    EXPECT_EQ(npz.names(), (std::vector<std::string>{"a", "b", "c", "d", "e"}));
+    EXPECT_EQ(need(read(size)).names(), (std::vector<std::string>{"a", "b", "c", "d", "e"}));
     for (std::size_t length = 6; length < size; ++length)
         EXPECT_HAS(read(length).status().message(), "xz data is damaged")
             << length << " of " << size;
@@ -183,8 +182,7 @@ TEST(Npz, ReadsText) {
     const auto npz =
         need(parse(zip({{"x.npy", npy("<U3", "2,", raw(characters)), true},
                         {"y.npy", npy("<U3", "", raw<std::uint32_t>({960, 0, 0})), true}})));
-    const auto texts = need(npz.find("x").value()->strings());
-    EXPECT_EQ(texts, (std::vector<std::string>{"ab", "c"}));
+    EXPECT_EQ(need(npz.find("x").value()->strings()), (std::vector<std::string>{"ab", "c"}));
     EXPECT_FALSE(npz.find("x").value()->f64().ok());
     EXPECT_FALSE(npz.find("y").value()->strings().ok()) << "not ASCII";
 }

@@ -67,8 +67,7 @@ TEST(Import, ParquetFilesOfAllSplitsAreReadByTheirColumn) {
     ASSERT_OK(import(folder.path()));
     expect_published(folder / ".splat/train");
     ASSERT_OK(import(folder.path(), "test"));
-    const auto store = need(Store::open((folder / ".splat/test").string()));
-    EXPECT_EQ(store->index().frames.size(), 3U);
+    EXPECT_EQ(need(Store::open((folder / ".splat/test").string()))->index().frames.size(), 3U);
     EXPECT_ERROR(import(folder.path(), "val"), Code::kNotFound, "no rows of this split");
 }
 

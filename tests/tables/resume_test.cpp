@@ -269,8 +269,7 @@ TEST(Resume, StoreIsTakenAfterItsClearingEnded) {
             }
             EXPECT_ERROR(status, Code::kIo, "cannot remove");
             index.source = "z";
-            const auto again = need(StoreWriter::open(path, index, true));
-            EXPECT_FALSE(again->is_begun());
+            EXPECT_FALSE(need(StoreWriter::open(path, index, true))->is_begun());
         }
         EXPECT_GE(removed, 4U) << "arrays and their checksums";
     }

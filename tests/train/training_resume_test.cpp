@@ -97,8 +97,7 @@ TEST_F(TrainingResume, APieceThatIsDoneAgainCountsOnce) {
     ASSERT_OK(task.prepare(nullptr, messages));
     ASSERT_OK(task.start(messages));
     ASSERT_OK(task.begin());
-    const auto results = need(task.results());
-    ASSERT_OK(task.begin_validation(results));
+    ASSERT_OK(task.begin_validation(need(task.results())));
     for (int i = 0; i < 2; ++i) {
         run::Piece piece;
         ASSERT_OK(task.validate(0, piece));

@@ -162,8 +162,7 @@ TEST(RefusedModel, MapsThatThePresetLacks) {
 
 TEST(OnnxRuntime, IsFoundWhereItIsNamed) {
     const std::string library = std::getenv("SPLAT_ONNXRUNTIME_LIBRARY");
-    const auto named = need(OnnxRuntime::load(library));
-    EXPECT_NE(named->version().find('.'), std::string::npos);
+    EXPECT_NE(need(OnnxRuntime::load(library))->version().find('.'), std::string::npos);
     EXPECT_OK(OnnxRuntime::load("")) << "by the environment";
     EXPECT_ERROR(OnnxRuntime::load("/nowhere/libonnxruntime.so"), Code::kNotFound,
                  "the library given is '/nowhere/libonnxruntime.so'");
