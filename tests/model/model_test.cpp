@@ -16,7 +16,6 @@ SPLAT_INSTANTIATE_KERNELS(ModelRules);
 TEST_P(ModelRules, StartsTheSameFromASeed) {
     const auto first = make(small_config());
     const auto second = make(small_config());
-    ASSERT_TRUE(first && second);
     const Inputs inputs(small_config());
     EXPECT_EQ(run(*first, inputs), run(*second, inputs));
     ASSERT_OK(second->init(8));
@@ -28,7 +27,6 @@ TEST_P(ModelRules, ObjectsOfABatchAreIndependent) {
     two.objects = 2;
     const auto pair = make(small_config(), two);
     const auto single = make(small_config());
-    ASSERT_TRUE(pair && single);
     randomise(*pair, 40);
     randomise(*single, 40);
     const Inputs both(small_config(), 2, 60);
@@ -50,7 +48,6 @@ TEST_P(ModelRules, CountsWhatIsNotFiniteOrTooFaint) {
         options.objects = 2;
         options.most_bytes = most_bytes;
         const auto model = make(small_config(), options);
-        ASSERT_TRUE(model);
         const auto count = [&] {
             run(*model, Inputs(small_config(), 2));
             return model->ledger();
@@ -82,7 +79,6 @@ TEST_P(ModelRules, AdditionsChangeNothingAtFirst) {
     more.tokens = 5;
     more.token_dim = 7;
     const auto attending = make(more);
-    ASSERT_TRUE(plain && adapted && attending);
     const Inputs inputs(small_config());
     const std::vector<float> expected = run(*plain, inputs);
     EXPECT_EQ(run(*adapted, inputs), expected);
@@ -106,7 +102,6 @@ TEST_P(ModelRules, RecomputedGradientsAreTheSame) {
         const auto kept = make(config, options);
         options.recompute = true;
         const auto again = make(config, options);
-        ASSERT_TRUE(kept && again);
         EXPECT_LT(again->executor().memory().bound, kept->executor().memory().bound);
         const Inputs inputs(config);
         std::vector<std::vector<float>> results[2];
@@ -136,7 +131,6 @@ TEST_P(ModelRules, MergedAdaptersPredictTheSame) {
     config.lora.alpha = 6;
     const auto adapted = make(config);
     const auto merged = make(small_config());
-    ASSERT_TRUE(adapted && merged);
     randomise(*adapted, 80);
     auto state = need(model::save_state(*adapted));
     auto adapters = need(model::save_adapters(*adapted));
@@ -172,7 +166,6 @@ TEST_P(ModelRules, MergedAdaptersPredictTheSame) {
 TEST_P(ModelRules, SavesWhatItLoads) {
     const auto first = make(small_config());
     const auto second = make(small_config());
-    ASSERT_TRUE(first && second);
     randomise(*first, 90);
     auto state = need(model::save_state(*first));
     model::LoadReport report;
@@ -185,7 +178,6 @@ TEST_P(ModelRules, SavesWhatItLoads) {
 /// A ray grid that differs from the configuration's by the rounding of a float16 file counts as the same.
 TEST_P(ModelRules, RoundedRaysAreTheSame) {
     const auto model = make(small_config());
-    ASSERT_TRUE(model);
     auto state = need(model::save_state(*model));
     const model::LoadOptions take{.source = {}, .graft = false, .take_rays = true};
     for (const auto type : {io::NumberType::kF16, io::NumberType::kF32}) {
@@ -210,7 +202,6 @@ TEST_P(ModelRules, ANetworkWithoutOffsetHasItsName) {
     config.offset = false;
     const auto first = make(config);
     const auto second = make(config);
-    ASSERT_TRUE(first && second);
     randomise(*first, 95);
     const auto state = need(model::save_state(*first));
     io::NamedTensors earlier;
@@ -240,7 +231,6 @@ TEST_P(ModelRules, GraftsByMeaning) {
     wide.depth = wide.mask = true;
     const auto from = make(narrow);
     const auto to = make(wide);
-    ASSERT_TRUE(from && to);
     randomise(*from, 100);
     auto state = need(model::save_state(*from));
     model::LoadOptions options;
@@ -269,7 +259,6 @@ TEST_P(ModelRules, GraftsByMeaning) {
 
 TEST_P(ModelRules, RefusesStatesOfOtherNetworks) {
     const auto model = make(small_config());
-    ASSERT_TRUE(model);
     auto state = need(model::save_state(*model));
     const auto without = [&](const char* name) {
         io::NamedTensors rest;
@@ -299,7 +288,6 @@ TEST_P(ModelRules, RefusesStatesOfOtherNetworks) {
     ModelConfig other = small_config();
     other.fov_degrees = 30;
     const auto narrow = make(other);
-    ASSERT_TRUE(narrow);
     EXPECT_ERROR(model::load_state(*narrow, state, {}, report), Code::kInvalidArgument,
                  "another field of view");
 }
@@ -308,7 +296,6 @@ TEST_P(ModelRules, RefusesStatesOfOtherNetworks) {
 TEST_P(ModelRules, ARefusedRayGridChangesNothing) {
     const auto from = make(small_config());
     const auto to = make(small_config());
-    ASSERT_TRUE(from && to);
     randomise(*from, 110);
     const auto state = need(model::save_state(*from));
     const auto before = need(model::save_state(*to));
@@ -457,7 +444,6 @@ TEST_P(ModelRules, NamesTheKeyWithoutAValidNetwork) {
 
 TEST_P(ModelRules, RefusesInputsThatDoNotFit) {
     const auto model = make(small_config());
-    ASSERT_TRUE(model);
     const Inputs good(small_config());
     Inputs bad = good;
     bad.images.pop_back();

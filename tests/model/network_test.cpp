@@ -297,7 +297,6 @@ TEST_P(NetworksTraining, WithoutOffsets) {
     const auto without = make(config);
     config.offset = true;
     const auto with = make(config);
-    ASSERT_TRUE(without && with);
     randomise(*without, 60);
     for (const nn::Parameter& parameter : without->parameters().all())
         ASSERT_OK(with->parameters().write(
@@ -333,7 +332,6 @@ TEST_P(NetworksTraining, AffineModulationIsThatOfTheNorm) {
     config.embedding_dim = 2;
     config.film = model::Film::kAffine;
     const auto modulated = make(config);
-    ASSERT_TRUE(plain && modulated);
     randomise(*modulated, 200);
     std::size_t blocks = 0;
     for (const nn::Parameter& parameter : plain->parameters().all()) {
@@ -374,7 +372,6 @@ TEST_P(NetworksTraining, FoldedAdaptersOfAModulatedNetwork) {
         config.lora.alpha = 6;
         config.lora.targets.emplace_back("8x8_conv");
         const auto adapted = make(config);
-        ASSERT_TRUE(folded && adapted);
         randomise(*adapted, 300);
         const auto state = need(model::save_state(*adapted));
         const ImageInputs inputs(config);
@@ -405,7 +402,6 @@ TEST_P(NetworksTraining, LearnsToAttend) {
     config.tokens = 5;
     config.token_dim = 7;
     const auto model = make(config);
-    ASSERT_TRUE(model);
     const ImageInputs inputs(config);
     ImageInputs others = inputs;
     for (float& token : others.tokens) token = -token;

@@ -107,7 +107,6 @@ class TrainerRules : public KernelsTest {
                             training.edge_weight));
         training.learning_rate = 0;
         const auto trainer = make(network, training);
-        ASSERT_TRUE(trainer);
         const Batch batch(network, training);
         run(*trainer, batch);
         const std::vector<float> expected = gradient(*trainer, kBias);
@@ -149,7 +148,6 @@ TEST_P(TrainerRules, LearnsABatchByHeart) {
     TrainConfig training = small_training();
     training.ssim_weight = 0.2;
     const auto trainer = make(small_network(), training);
-    ASSERT_TRUE(trainer);
     const Batch batch(small_network(), training);
     const TrainStep first = run(*trainer, batch);
     TrainStep last;
@@ -185,7 +183,6 @@ TEST_P(TrainerRules, EdgesAreWeighedBySize) {
     for (const bool by_size : {false, true}) {
         training.edge_by_size = by_size;
         const auto trainer = make(small_network(), training);
-        ASSERT_TRUE(trainer);
         const Batch batch(small_network(), training);
         const TrainStep first = run(*trainer, batch);
         EXPECT_NEAR(first.loss.total, first.loss.pixel + 0.5 * first.loss.of("edge"), 1e-12);
@@ -214,7 +211,6 @@ TEST_P(TrainerLpips, TakesPart) {
     model::ModelConfig network = small_network();
     network.resolution = 16;  // the least that VGG16 takes
     const auto trainer = make(network, training);
-    ASSERT_TRUE(trainer);
     const Batch batch(network, training);
     const TrainStep without = run(*trainer, batch);
     EXPECT_EQ(without.loss.of("lpips"), 0);
@@ -241,7 +237,6 @@ TEST_P(TrainerRules, PassesOfAnySizeGiveTheSameGradient) {
     two.micro_batch = 2;
     const auto single = make(small_network(), one);
     const auto pair = make(small_network(), two);
-    ASSERT_TRUE(single && pair);
     const Batch batch(small_network(), one);
     const TrainStep a = run(*single, batch);
     const TrainStep b = run(*pair, batch);
@@ -262,7 +257,6 @@ TEST_P(TrainerRules, RowsOfGradientsAreThoseOfTheSet) {
         TrainConfig training = small_training();
         training.micro_batch = objects;
         const auto trainer = make(small_network(), training);
-        ASSERT_TRUE(trainer);
         for (const std::uint64_t seed : {3U, 4U}) {
             run(*trainer, Batch(small_network(), training, seed));
             const gaussians::SetViews set = trainer->model().sets(true);
@@ -294,7 +288,6 @@ TEST_P(TrainerRules, ScaleTermsAreMeansOverTheBatch) {
     const auto pair = make(network, training);
     training.scale_terms = false;
     const auto without = make(network, training);
-    ASSERT_TRUE(single && pair && without);
     Batch batch(network, training);
     std::fill(batch.images.begin(),
               batch.images.begin() + static_cast<std::ptrdiff_t>(batch.images.size() / 2), 0.5F);
@@ -335,7 +328,6 @@ TEST_P(TrainerRules, RecomputesToTheSameBits) {
     const auto kept = make(network, training);
     training.recompute = true;
     const auto again = make(network, training);
-    ASSERT_TRUE(kept && again);
     EXPECT_LT(again->model().executor().memory().bound, kept->model().executor().memory().bound);
     const Batch batch(network, training);
     EXPECT_EQ(run(*again, batch).loss.total, run(*kept, batch).loss.total);
@@ -356,12 +348,10 @@ TEST_P(TrainerRules, ResumesBitByBit) {
     const TrainConfig training = small_training();
     const auto whole = make(network, training);
     const auto first = make(network, training);
-    ASSERT_TRUE(whole && first);
     const auto batch = [&](std::uint64_t i) { return Batch(network, training, 100 + i); };
     for (std::uint64_t i = 0; i < 3; ++i) run(*first, batch(i));
     const auto file = need(first->checkpoint());
     const auto second = make(network, training);
-    ASSERT_TRUE(second);
     run(*second, batch(50));  // whatever it did before is gone
     ASSERT_OK(second->resume(file));
     EXPECT_EQ(second->steps(), 3U);
@@ -392,12 +382,10 @@ TEST_P(TrainerRules, RefusesAStepWithoutAPlace) {
 
 TEST_P(TrainerRules, RefusesADamagedOrForeignState) {
     const auto trainer = make(small_network(), small_training());
-    ASSERT_TRUE(trainer);
     auto file = need(trainer->checkpoint());
     model::ModelConfig other = small_network();
     other.base_dim = 16;
     const auto wider = make(other, small_training());
-    ASSERT_TRUE(wider);
     EXPECT_ERROR(wider->resume(file), Code::kInvalidArgument, "of another configuration");
     for (auto& [key, text] : file.metadata)
         if (key == "crc32") text = "1";
@@ -408,7 +396,6 @@ TEST_P(TrainerRules, RefusesADamagedOrForeignState) {
 
 TEST_P(TrainerRules, SkipsAStepThatIsNotFinite) {
     const auto trainer = make(small_network(), small_training());
-    ASSERT_TRUE(trainer);
     const Batch batch(small_network(), small_training());
     run(*trainer, batch);
     nn::Parameters& parameters = trainer->model().parameters();
@@ -464,7 +451,6 @@ TEST_P(TrainerRules, UpdatesAllOrNothing) {
     EXPECT_EQ(trainer.steps(), 1U);
     ASSERT_OK(parameters.read(bias.value, after));
     const auto never_failed = make(small_network(), small_training());
-    ASSERT_TRUE(never_failed);
     run(*never_failed, batch);
     nn::Parameters& others = never_failed->model().parameters();
     ASSERT_OK(others.read(others.find(kBias)->value, expected));
@@ -474,7 +460,6 @@ TEST_P(TrainerRules, UpdatesAllOrNothing) {
 
 TEST_P(TrainerRules, RefusesABatchThatDoesNotFit) {
     const auto trainer = make(small_network(), small_training());
-    ASSERT_TRUE(trainer);
     Batch batch(small_network(), small_training());
     TrainStep step;
     batch.targets.pop_back();

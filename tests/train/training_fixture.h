@@ -71,11 +71,7 @@ class TrainingTest : public testing::Test {
                                                     std::move(task), interrupt_));
         return opened;
     }
-    std::optional<Opened> open(const Asked& asked) {
-        auto made = try_open(asked);
-        EXPECT_OK(made);
-        return made.ok() ? std::optional(std::move(made.value())) : std::nullopt;
-    }
+    std::optional<Opened> open(const Asked& asked) { return need(try_open(asked)); }
     Status refusal(const Asked& asked) { return try_open(asked).status(); }
     /// Every event until one ends the run.
     static std::vector<Event> run(const Opened& training) {

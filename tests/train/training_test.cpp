@@ -12,7 +12,6 @@ namespace {
 
 TEST_F(TrainingTest, GivesItsWorkPieceByPiece) {
     const auto training = open(desc("run"));
-    ASSERT_TRUE(training);
     EXPECT_TRUE(fs::exists(folder_.path() / "run/config.json"));
     const std::vector<Event> events = run(*training);
     EXPECT_EQ(kinds_of(events), ".covsscovsscovd") << "a state and a validation before step 1";
@@ -42,7 +41,6 @@ TEST_F(TrainingTest, GivesItsWorkPieceByPiece) {
 TEST_F(TrainingTest, KeepsALedger) {
     const Asked asked = desc("run");
     const auto training = open(asked);
-    ASSERT_TRUE(training);
     EXPECT_HAS(file("run", "run.json"), "\"ledger\": null");
     const std::vector<Event> events = run(*training);
     const Event* const first = first_of(events, EventKind::kStep);
@@ -70,7 +68,6 @@ TEST_F(TrainingTest, IsInterruptedFromAnotherThread) {
     run(*open(desc("whole")));
     {
         const auto training = open(desc("parts", {"opt.iterations=100000"}));
-        ASSERT_TRUE(training);
         std::thread other;
         Event event;
         while (event.kind < EventKind::kDone) {
@@ -91,7 +88,6 @@ TEST_F(TrainingTest, IsInterruptedFromAnotherThread) {
 
 TEST_F(TrainingTest, HasItsFolderForItself) {
     const auto training = open(desc("run"));
-    ASSERT_TRUE(training);
     EXPECT_ERROR(refusal(resumed("run")), Code::kInvalidState, "a run of process ");
     Asked over = desc("run");
     over.mode = Mode::kReplace;
@@ -126,7 +122,6 @@ TEST_F(TrainingTest, WarnsOfAnotherFieldOfView) {
 /// A disk that is full for a moment: the next call tells what was done, once.
 TEST_F(TrainingTest, TellsAfterAnErrorWhatItDid) {
     const auto training = open(desc("run", {"opt.iterations=3"}));
-    ASSERT_TRUE(training);
     std::vector<Event> events;
     std::size_t failed = 0;
     const auto next = [&](const char* fault_point, std::uint64_t at) {
@@ -162,7 +157,6 @@ TEST_F(TrainingTest, TellsAfterAnErrorWhatItDid) {
 TEST_F(TrainingTest, EndsWhereNothingIsDrawn) {
     const auto training = open(desc("run", {"model.opacity_bias=-30", "opt.iterations=1000",
                                             "logging.val_log=0", "logging.ckpt_iterations=0"}));
-    ASSERT_TRUE(training);
     const std::vector<Event> events = run(*training);
     EXPECT_EQ(events.back().kind, EventKind::kNothingDrawn);
     EXPECT_EQ(events.back().step, 200U);
@@ -177,17 +171,11 @@ TEST_F(TrainingTest, EndsWhereNothingIsDrawn) {
 
 /// White images and Gaussians that are not drawn before white.
 TEST_F(TrainingTest, EqualImagesHaveAnInfinitePsnr) {
-    io::Image white;
-    white.width = white.height = 16;
-    white.channels = 3;
-    white.samples.assign(std::size_t{3} * 16 * 16, 255);
-    const auto png = need(io::write_png(white));
+    const io::Image white{16, 16, 3, 8, std::vector<std::uint16_t>(3 * 16 * 16, 255)};
     for (const auto& entry : fs::recursive_directory_iterator(cars_.path))
-        if (entry.path().parent_path().filename() == "rgb")
-            test::put_text(entry.path(), std::string(io::as_text(png)));
+        if (entry.path().parent_path().filename() == "rgb") test::put_png(entry.path(), white);
     const auto training =
         open(desc("run", {"model.opacity_bias=-30", "opt.iterations=1", "logging.val_log=0"}));
-    ASSERT_TRUE(training);
     const std::vector<Event> events = run(*training);
     const Event* const step = first_of(events, EventKind::kStep);
     ASSERT_NE(step, nullptr);
@@ -198,7 +186,6 @@ TEST_F(TrainingTest, EqualImagesHaveAnInfinitePsnr) {
 TEST_F(TrainingTest, EndsWhereNothingIsFinite) {
     const auto training = open(desc("run", {"opt.base_lr=1000", "opt.iterations=1000",
                                             "logging.val_log=0", "logging.ckpt_iterations=0"}));
-    ASSERT_TRUE(training);
     const std::vector<Event> events = run(*training);
     EXPECT_EQ(events.back().kind, EventKind::kNotFinite);
     EXPECT_GE(events.back().skipped, 10U);
@@ -229,7 +216,6 @@ TEST_F(TrainingTest, RefusesBeforeItMakesAFolder) {
 TEST_F(TrainingTest, DoesNotValidateOnWhatItTrainsOn) {
     const std::string objects = cars_.path + "/srn_cars/cars_train";
     const auto training = open(desc("run", {"data.root='" + objects + "'", "opt.iterations=1"}));
-    ASSERT_TRUE(training);
     EXPECT_EQ(first_of(run(*training), EventKind::kValidation), nullptr);
     EXPECT_HAS(file("run", "log.txt"), "no validation: '" + objects + "' has no splits");
 }

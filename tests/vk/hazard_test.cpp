@@ -134,9 +134,7 @@ TEST(Hazard, LayerReportsAnAccessOutsideTheBinding) {
     if (!test::validation_on()) GTEST_SKIP() << "validation is off";
     const Buffer y = device_buffer(*context, 64);
     const auto run_with = [&](std::uint32_t index) {
-        Recorder r(*context);
-        EXPECT_OK(r.dispatch(test::out_of_range(y.range(), index)));
-        CommandList list = need(r.finish());
+        CommandList list = test::record(*context, {test::out_of_range(y.range(), index)});
         EXPECT_OK(context->run(list));
     };
     run_with(63);

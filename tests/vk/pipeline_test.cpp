@@ -21,9 +21,8 @@ TEST(Pipeline, SpecialisationConstantsChangeResults) {
     const Buffer x = test::upload(*context, std::vector<float>(100, 1));
     const Buffer y = test::device_buffer(*context, 100);
     for (const float offset : {0.0F, 0.5F, -3.0F}) {
-        Recorder recorder(*context);
-        EXPECT_OK(recorder.dispatch(test::scale(x.range(), y.range(), 100, 2, offset)));
-        CommandList list = need(recorder.finish());
+        CommandList list =
+            test::record(*context, {test::scale(x.range(), y.range(), 100, 2, offset)});
         EXPECT_OK(context->run(list));
         EXPECT_EQ(test::download(*context, y.range(), 100), std::vector<float>(100, 2 + offset));
     }
@@ -37,9 +36,7 @@ TEST(Pipeline, WorkgroupSizeIsAConstant) {
         Dispatch dispatch = test::scale(x.range(), y.range(), 256, 2);
         dispatch.constants[0].value = size;
         dispatch.groups = {1, 1, 1};
-        Recorder recorder(*context);
-        EXPECT_OK(recorder.dispatch(dispatch));
-        CommandList list = need(recorder.finish());
+        CommandList list = test::record(*context, {dispatch});
         EXPECT_OK(context->run(list));
         std::vector<float> expected(256, 0);
         std::fill_n(expected.begin(), size, 2.0F);
@@ -120,9 +117,7 @@ TEST_P(PipelineThreads, WhatDoesNotCompileIsTriedAgain) {
     vk.vkCreateComputePipelines = compile_without_memory;
     const Buffer x = test::upload(*context_, std::vector<float>(100, 1));
     const Buffer y = test::device_buffer(*context_, 100);
-    Recorder recorder(*context_);
-    EXPECT_OK(recorder.dispatch(test::scale(x.range(), y.range(), 100, 2, 0.5F)));
-    CommandList list = need(recorder.finish());
+    CommandList list = test::record(*context_, {test::scale(x.range(), y.range(), 100, 2, 0.5F)});
     for (int i = 0; i < 2; ++i)
         EXPECT_ERROR(context_->run(list), Code::kOutOfHostMemory, "vkCreateComputePipelines");
     vk.vkCreateShaderModule = load_without_memory;

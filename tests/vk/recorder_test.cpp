@@ -230,10 +230,9 @@ TEST_F(RecorderBarriers, RefusesViewsBeyondTheBindingLimit) {
 TEST_F(RecorderBarriers, ComputesThroughBothKindsOfLoads) {
     const std::vector<float> x = test::integer_fill(kElements, 1);
     const Buffer in = test::upload(*context_, x);
-    vk::Recorder r(*context_);
-    EXPECT_OK(r.dispatch(scale(in.range(), b_.range(), kElements, 3, 1)));
-    EXPECT_OK(r.dispatch(test::texel(b_.range(), c_.range(), kElements / 4)));
-    CommandList list = need(r.finish());
+    CommandList list =
+        test::record(*context_, {scale(in.range(), b_.range(), kElements, 3, 1),
+                                 test::texel(b_.range(), c_.range(), kElements / 4)});
     EXPECT_OK(context_->run(list));
     const std::vector<float> y = test::download(*context_, c_.range(), kElements);
     for (std::uint32_t i = 0; i < kElements; ++i) ASSERT_EQ(y[i], 2 * (3 * x[i] + 1)) << i;

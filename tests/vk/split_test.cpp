@@ -23,11 +23,7 @@ class Split : public testing::Test {
         return test::download_words(*context_, y_.range(), kGroups[0] * kGroups[1]);
     }
 
-    CommandList record(const Dispatch& dispatch) {
-        Recorder recorder(*context_);
-        EXPECT_OK(recorder.dispatch(dispatch));
-        return need(recorder.finish());
-    }
+    CommandList record(const Dispatch& dispatch) { return test::record(*context_, {dispatch}); }
 
     static constexpr Groups kGroups{37, 11, 1};
     Context* context_ = nullptr;

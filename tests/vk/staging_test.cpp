@@ -88,9 +88,8 @@ TEST(Staging, ComputesAsOnMappedMemory) {
         const auto context = test::make_context(desc);
         const Buffer in = test::upload(*context, x);
         const Buffer out = test::device_buffer(*context, 1000);
-        Recorder recorder(*context);
-        EXPECT_OK(recorder.dispatch(test::scale(in.range(), out.range(), 1000, 0.1F)));
-        CommandList list = need(recorder.finish());
+        CommandList list =
+            test::record(*context, {test::scale(in.range(), out.range(), 1000, 0.1F)});
         EXPECT_OK(context->run(list));
         results.push_back(test::download(*context, out.range(), 1000));
     }

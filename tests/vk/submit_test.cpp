@@ -52,9 +52,7 @@ VKAPI_ATTR VkResult VKAPI_CALL wait_loses_device(VkDevice device, std::uint32_t 
 }
 
 CommandList record_scale(Context& context, const BufferView& x, const BufferView& y, float factor) {
-    Recorder recorder(context);
-    EXPECT_OK(recorder.dispatch(scale(x, y, kScaled, factor)));
-    return need(recorder.finish());
+    return test::record(context, {scale(x, y, kScaled, factor)});
 }
 
 /// The next `count` waits for the device time out.
@@ -196,9 +194,7 @@ TEST_F(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
     const auto& context = scaling_->context;
     const Buffer y = device_buffer(*context, 64);
     const double flops = test::flops_for(*context, 5);
-    Recorder recorder(*context);
-    EXPECT_OK(recorder.dispatch(test::slow(y.range(), {64, 1, 1}, 1000, flops)));
-    CommandList list = need(recorder.finish());
+    CommandList list = test::record(*context, {test::slow(y.range(), {64, 1, 1}, 1000, flops)});
     ASSERT_GT(list.submit_count(), 2U);
     static int submits;
     submits = 0;
@@ -217,10 +213,8 @@ TEST_F(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
 TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
     const auto& context = scaling_->context;
     const Buffer y = device_buffer(*context, 64);
-    Recorder recorder(*context);
-    EXPECT_OK(
-        recorder.dispatch(test::slow(y.range(), {64, 1, 1}, 1000, test::flops_for(*context, 5))));
-    CommandList list = need(recorder.finish());
+    CommandList list = test::record(
+        *context, {test::slow(y.range(), {64, 1, 1}, 1000, test::flops_for(*context, 5))});
     const auto segments = static_cast<int>(list.submit_count());
     ASSERT_GT(segments, 3);
     static int submits, cancelled_at;
@@ -258,10 +252,8 @@ TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
 TEST_F(Submit, SplitListThatTimesOutIsRecoveredFrom) {
     const auto& context = scaling_->context;
     const Buffer y = device_buffer(*context, 64);
-    Recorder recorder(*context);
-    EXPECT_OK(
-        recorder.dispatch(test::slow(y.range(), {64, 1, 1}, 1000, test::flops_for(*context, 5))));
-    CommandList list = need(recorder.finish());
+    CommandList list = test::record(
+        *context, {test::slow(y.range(), {64, 1, 1}, 1000, test::flops_for(*context, 5))});
     ASSERT_GT(list.submit_count(), 3U);
     time_out(*context, kStuck);
     EXPECT_ERROR(context->run(list), Code::kTimeout, "SPLAT_TIMEOUT_SCALE");
