@@ -78,9 +78,9 @@ TEST_F(Co3dPrepare, WritesADataSet) {
     EXPECT_EQ(made.kept, 0U);
     EXPECT_EQ(calls_, 1);
     const fs::path split = fs::path(desc_.out) / "co3d_hydrant_for_gs/train";
-    EXPECT_EQ(test::file_text(split / "1_2_3/frame_order.txt"), "00000.png\n00001.png\n")
+    EXPECT_EQ(file_text(split / "1_2_3/frame_order.txt"), "00000.png\n00001.png\n")
         << "frame 1 comes first: it is earlier, and first in the list";
-    const auto dataset = test::open_data(desc_.out);
+    const auto dataset = open_data(desc_.out);
     EXPECT_EQ(dataset->index().maps, flag_of(MapKind::kMask));
     EXPECT_EQ(dataset->resolution(), 8U);
     std::vector<float> focals(4);
@@ -98,7 +98,7 @@ TEST_F(Co3dPrepare, KeepsCamerasOfEarlierCalls) {
     const fs::path split = fs::path(desc_.out) / "co3d_hydrant_for_gs/train";
     fs::copy(split / "1_2_3", split / "4_5_6", fs::copy_options::recursive);
     ASSERT_OK(prepare());
-    const auto dataset = test::open_data(desc_.out);
+    const auto dataset = open_data(desc_.out);
     EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"1_2_3", "4_5_6"}));
     EXPECT_OK(dataset->read_cameras());
 }
@@ -139,7 +139,7 @@ TEST_F(Co3dPrepare, NamesLeadNowhereElse) {
         fs::remove_all(desc_.out);
         ASSERT_OK(prepare());
         EXPECT_TRUE(fs::exists(fs::path(desc_.out) / "co3d_hydrant_for_gs/train" / PathName(name)));
-        EXPECT_EQ(test::open_data(desc_.out)->index().names,
+        EXPECT_EQ(open_data(desc_.out)->index().names,
                   std::vector<std::string>{PathName(name).text()});
         EXPECT_EQ(io::entries_in(folder_.path().string()).value().size(), 2U) << "in and out";
     }

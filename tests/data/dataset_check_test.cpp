@@ -13,7 +13,7 @@ using namespace test;
 
 class DatasetCheck : public testing::Test {
   protected:
-    void SetUp() override { test::write_all(test::sample_cars(folder_.path())); }
+    void SetUp() override { write_all(sample_cars(folder_.path())); }
 
     /// The findings on object 0 of the training split.
     ObjectCheck check(bool lenient = true) {
@@ -53,10 +53,10 @@ TEST_F(DatasetCheck, FindsNothingInGoodData) {
 
 TEST_F(DatasetCheck, HashIsThatOfTheContents) {
     const std::uint64_t before = check().hash;
-    const std::string pose = test::file_text(object_ / "pose/000001.txt");
+    const std::string pose = file_text(object_ / "pose/000001.txt");
     put_text(object_ / "pose/000001.txt", pose + "  \n");
     EXPECT_EQ(check().hash, before) << "blanks change nothing";
-    put_text(object_ / "pose/000001.txt", test::file_text(object_ / "pose/000000.txt"));
+    put_text(object_ / "pose/000001.txt", file_text(object_ / "pose/000000.txt"));
     EXPECT_NE(check().hash, before);
     put_text(object_ / "pose/000001.txt", pose);
     EXPECT_EQ(check().hash, before);
@@ -98,7 +98,7 @@ TEST_F(DatasetCheck, FindsOtherSizes) {
 /// The pixels of an image of another size are not decoded: these are cut off.
 TEST_F(DatasetCheck, ComparesSizesBeforePixels) {
     put_image(object_ / "rgb/000002.png", 32, 3);
-    const std::string whole = test::file_text(object_ / "rgb/000002.png");
+    const std::string whole = file_text(object_ / "rgb/000002.png");
     put_text(object_ / "rgb/000002.png", whole.substr(0, 60));
     expect("view 2: rgb has 32 x 32 pixels, the first image 16 x 16", nullptr);
 }
@@ -124,13 +124,13 @@ TEST_F(DatasetCheck, WarnsOfDuplicatePoses) {
 }
 
 TEST_F(DatasetCheck, WarnsOfBlankImages) {
-    test::put_png(object_ / "rgb/000001.png", {16, 16, 1, 8, std::vector<std::uint16_t>(256, 255)});
+    put_png(object_ / "rgb/000001.png", {16, 16, 1, 8, std::vector<std::uint16_t>(256, 255)});
     expect(nullptr, "view 1 is of one colour (255)");
 }
 
 TEST_F(DatasetCheck, ListsTenAndCountsTheRest) {
     test::SampleFolder other;
-    synthetic::WriterDesc desc = test::sample_cars(other.path());
+    synthetic::WriterDesc desc = sample_cars(other.path());
     desc.train_views = 25;
     ASSERT_OK(synthetic::write_object(desc, 0));
     const fs::path poses = other / "srn_cars/cars_train/000000_car/pose";

@@ -203,7 +203,7 @@ TEST(Srn, NamesWhatIsWrong) {
 
 TEST(Dataset, ReadsMapsThatAllObjectsHave) {
     const SampleFolder folder;
-    test::write_all(sample_cars(folder.path()));
+    write_all(sample_cars(folder.path()));
     DatasetDesc desc = data_desc(folder.path());
     desc.maps = 7;
     const auto dataset = open_data(desc);
@@ -232,8 +232,8 @@ TEST(Dataset, ReadsMapsThatAllObjectsHave) {
 TEST(Dataset, ShowsTheBackgroundBehindTransparentPixels) {
     const SampleFolder folder;
     for (const char* name : {"a", "b"})
-        test::put_renders(folder / name, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2,  //
-                                          1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, -2});
+        put_renders(folder / name, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2,  //
+                                    1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, -2});
     put_image(folder / "a/000.png", 8, 4, 0, 51);
     put_image(folder / "a/001.png", 8, 4, 0, 0);
     DatasetDesc desc = data_desc(folder.path());
@@ -266,7 +266,7 @@ TEST(Dataset, GivesOtherResolutions) {
 
 TEST(Dataset, SameBitsFromSmallAndLargeCachesInManyThreads) {
     const SampleFolder folder;
-    test::write_all(sample_cars(folder.path()));
+    write_all(sample_cars(folder.path()));
     DatasetDesc desc = data_desc(folder.path());
     const auto large = open_data(desc);
     desc.cache_bytes = 2000;  // two images

@@ -132,13 +132,13 @@ TEST(Co3d, ReadsArrays) {
     EXPECT_TRUE(lacks);
 }
 
-const std::string kFrames = test::two_frames(R"("fl_x": 10, "cx": 6, "cy": 5, "w": 12, "h": 10)",
-                                             "./images/b", "images/a.png");
+const std::string kFrames =
+    two_frames(R"("fl_x": 10, "cx": 6, "cy": 5, "w": 12, "h": 10)", "./images/b", "images/a.png");
 
 void put_photo(const fs::path& path) {
     io::Image image{12, 10, 3, 8, {}};
     for (std::uint16_t i = 0; i < 360; ++i) image.samples.push_back(i % 36 / 3 * 20);
-    test::put_png(path, image);
+    put_png(path, image);
 }
 
 TEST(ImageFolder, TakesTheSquareAroundThePrincipalPoint) {
@@ -228,10 +228,9 @@ class GoldenNetFormats : public testing::Test {
 
     /// Relative poses, quaternions and centres of all files of the family against those of a folder that
     /// `put` makes of the file's arrays.
-    static void compare(
-        const std::string& set,
-        const std::function<void(const test::Golden& file, const fs::path& root)>& put) {
-        test::each_golden("cams", [&](const test::Golden& golden) {
+    static void compare(const std::string& set,
+                        const std::function<void(const Golden& file, const fs::path& root)>& put) {
+        each_golden("cams", [&](const Golden& golden) {
             const SampleFolder folder;
             put(golden, folder.path());
             const auto dataset = open_data(folder.path());
@@ -252,14 +251,14 @@ class GoldenNetFormats : public testing::Test {
         });
     }
 
-    static std::vector<float> array(const test::Golden& file, const std::string& name) {
+    static std::vector<float> array(const Golden& file, const std::string& name) {
         const std::vector<double> values = file.doubles(name);
         return {values.begin(), values.end()};
     }
 };
 
 TEST_F(GoldenNetFormats, SrnGivesTheReferencesCameras) {
-    compare("srn", [](const test::Golden& file, const fs::path& root) {
+    compare("srn", [](const Golden& file, const fs::path& root) {
         const std::vector<float> poses = array(file, "srn.c2w");
         const fs::path object = root / "srn_cars/cars_train/a";
         put_text(object / "intrinsics.txt", "131.25 64 64 0\n0 0 0\n1\n128 128\n");
@@ -274,20 +273,20 @@ TEST_F(GoldenNetFormats, SrnGivesTheReferencesCameras) {
 }
 
 TEST_F(GoldenNetFormats, Co3dGivesTheReferencesCameras) {
-    compare("co3d", [](const test::Golden& file, const fs::path& root) {
+    compare("co3d", [](const Golden& file, const fs::path& root) {
         put_co3d(root,
                  {array(file, "co3d.R"), array(file, "co3d.T"), array(file, "co3d.focal_ndc")});
     });
 }
 
 TEST_F(GoldenNetFormats, NmrGivesTheReferencesCameras) {
-    compare("nmr", [](const test::Golden& file, const fs::path& root) {
+    compare("nmr", [](const Golden& file, const fs::path& root) {
         put_nmr(root, array(file, "nmr.world_mat_inv"), 16);
     });
 }
 
 TEST_F(GoldenNetFormats, ObjaverseGivesTheReferencesCameras) {
-    compare("obj", [](const test::Golden& file, const fs::path& root) {
+    compare("obj", [](const Golden& file, const fs::path& root) {
         put_renders(root / "a", array(file, "obj.w2c"));
         put_renders(root / "b", array(file, "obj.w2c"));
     });

@@ -67,12 +67,12 @@ std::vector<float> two_poses() {
 
 TEST(Maps, OfNmr) {
     const SampleFolder folder;
-    test::put_nmr(folder.path(), two_poses(), 12);
+    put_nmr(folder.path(), two_poses(), 12);
     EXPECT_EQ(open_data(folder.path())->index().maps, 0U) << "images without alpha";
     put_maps(folder / "02691156/b", {"000", "001"});
     expect_maps(folder.path());
     fs::remove(folder / "02691156/b/normal/001.png");
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "1 images in normal; poses without image: 1 (first '001')");
 }
 
@@ -80,8 +80,8 @@ TEST(Maps, OfObjaverseAndGso) {
     for (const bool gso : {false, true}) {
         const SampleFolder folder;
         const fs::path object = folder / (gso ? "a/render_mvs_25/model" : "a");
-        test::put_renders(object, two_poses());
-        test::put_renders(folder / (gso ? "b/render_mvs_25/model" : "b"), two_poses());
+        put_renders(object, two_poses());
+        put_renders(folder / (gso ? "b/render_mvs_25/model" : "b"), two_poses());
         put_maps(object, {"000", "001"});
         const std::string split = gso ? "test" : "train";
         if (!gso) {
@@ -98,31 +98,31 @@ TEST(Maps, OfObjaverseAndGso) {
 
 TEST(Maps, OfCo3d) {
     const SampleFolder folder;
-    test::put_co3d(folder.path(), test::two_co3d_frames());
+    put_co3d(folder.path(), two_co3d_frames());
     const fs::path sequence = folder / "co3d_hydrant_for_gs/train/106_1_2";
     EXPECT_EQ(open_data(folder.path())->index().maps, 0U);
     std::vector<float> plane(128, 0.2F);
     plane[64] = 0.6F;
-    test::put_npy(sequence / "masks.npy", {2, 1, 8, 8}, plane);
-    test::put_npy(sequence / "normals.npy", {2, 3, 8, 8}, std::vector<float>(384, 0.4F));
+    put_npy(sequence / "masks.npy", {2, 1, 8, 8}, plane);
+    put_npy(sequence / "normals.npy", {2, 3, 8, 8}, std::vector<float>(384, 0.4F));
     const auto masked = open_data(folder.path());
     EXPECT_EQ(masked->index().maps, flag_of(MapKind::kMask) | flag_of(MapKind::kNormal));
     EXPECT_EQ(read_maps(*masked, false).masks[64], 153.0F / 255);
-    test::put_npy(sequence / "depths.npy", {2, 1, 8, 8}, plane);
+    put_npy(sequence / "depths.npy", {2, 1, 8, 8}, plane);
     const auto all = open_data(folder.path());
     EXPECT_EQ(all->index().maps, kAllMaps);
     EXPECT_EQ(read_maps(*all).depths[0], 51.0F / 255);
     EXPECT_EQ(read_maps(*all).normals[0], 102.0F / 255);
-    test::put_npy(sequence / "depths.npy", {3, 1, 8, 8}, std::vector<float>(192));
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+    put_npy(sequence / "depths.npy", {3, 1, 8, 8}, std::vector<float>(192));
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "depths.npy': 3 frames, expected 2 as the images");
-    test::put_npy(sequence / "depths.npy", {2, 3, 8, 8}, std::vector<float>(384));
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+    put_npy(sequence / "depths.npy", {2, 3, 8, 8}, std::vector<float>(384));
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "depths.npy': expected float32 [frames,1,side,side]");
 }
 
-const std::string kCamera = test::two_frames(R"("fl_x": 10, "cx": 4, "cy": 4, "w": 8, "h": 8)",
-                                             "images/a.png", "images/b.png");
+const std::string kCamera =
+    two_frames(R"("fl_x": 10, "cx": 4, "cy": 4, "w": 8, "h": 8)", "images/a.png", "images/b.png");
 
 TEST(Maps, OfPhotographs) {
     const SampleFolder folder;
@@ -161,7 +161,7 @@ TEST(Maps, OfSrnInOtherImageFormats) {
 
 /// An object of SRN's format with two views of 8 x 8 pixels, without maps.
 fs::path put_plain(const SampleFolder& folder) {
-    test::put_object(folder / "a_train/o");
+    put_object(folder / "a_train/o");
     return folder / "a_train/o";
 }
 
@@ -176,9 +176,9 @@ TEST(Maps, OfArrays) {
     const SampleFolder folder;
     const fs::path object = put_plain(folder);
     for (const char* stem : {"000000.npy", "000001.npy"}) {
-        test::put_npy(object / "depth" / stem, {8, 8}, ramp(64, -3, 0.25F));
-        test::put_npy(object / "normal" / stem, {8, 8, 3}, ramp(192, -1, 2.0F / 191));
-        test::put_npy(object / "mask" / stem, {8, 8}, ramp(64, 0, 1.0F / 63));
+        put_npy(object / "depth" / stem, {8, 8}, ramp(64, -3, 0.25F));
+        put_npy(object / "normal" / stem, {8, 8, 3}, ramp(192, -1, 2.0F / 191));
+        put_npy(object / "mask" / stem, {8, 8}, ramp(64, 0, 1.0F / 63));
     }
     const auto dataset = open_data(folder.path());
     EXPECT_EQ(dataset->index().maps, kAllMaps);
@@ -194,7 +194,7 @@ TEST(Maps, OfArrays) {
                              std::vector<float> values, const char* part) {
         const fs::path kept = folder / "kept.npy";
         fs::rename(object / file, kept);
-        test::put_npy(object / file, std::move(shape), std::move(values));
+        put_npy(object / file, std::move(shape), std::move(values));
         const auto found = check_object(*open_data(folder.path()), 0).value();
         ASSERT_EQ(found.problems.size(), 1U);
         EXPECT_HAS(found.problems[0], part);
@@ -207,7 +207,7 @@ TEST(Maps, OfArrays) {
             "normal/000000.npy': 8 x 8 numbers of 1 channels, expected 3 channels and a square");
     refused("mask/000000.npy", {4, 8}, std::vector<float>(32), "a square");
     put_image(object / "depth/000001.png", 8, 1);
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "two files are the depth of view '000001'; remove one");
 }
 
@@ -298,7 +298,7 @@ TEST(Maps, DepthOf16BitsIsScaled) {
     for (std::uint16_t i = 0; i < 64; ++i)
         image.samples.push_back(static_cast<std::uint16_t>(800 + 10 * i));
     for (const char* stem : {"000000.png", "000001.png"}) {
-        test::put_png(object / "depth" / stem, image);
+        put_png(object / "depth" / stem, image);
     }
     const auto dataset = open_data(folder.path());
     std::vector<float> depths(64);
@@ -314,16 +314,16 @@ TEST(Maps, MasksOfZeroAndOneAreWhole) {
     io::Image image{8, 8, 1, 8, std::vector<std::uint16_t>(64)};
     image.samples[5] = 1;
     for (const char* stem : {"000000.png", "000001.png"}) {
-        test::put_png(object / "mask" / stem, image);
+        put_png(object / "mask" / stem, image);
     }
     const ReadMaps maps = read_maps(*open_data(folder.path()), false);
     EXPECT_EQ(maps.masks[5], 1);
     EXPECT_EQ(maps.masks[6], 0);
     image.samples[6] = 2;  // shades of gray stay
-    test::put_png(object / "mask/000000.png", image);
+    put_png(object / "mask/000000.png", image);
     EXPECT_EQ(read_maps(*open_data(folder.path()), false).masks[5], 1.0F / 255);
     image.samples.assign(64, 0);
-    test::put_png(object / "mask/000000.png", image);
+    put_png(object / "mask/000000.png", image);
     const auto found = check_object(*open_data(folder.path()), 0).value();
     EXPECT_TRUE(std::any_of(found.warnings.begin(), found.warnings.end(), [](const auto& text) {
         return text == "the mask of view 0 is empty";
@@ -361,7 +361,7 @@ TEST(Maps, MayBeNamedByTheCameras) {
     put_image(scene / "m/y.png", 8, 1, 91);
     std::vector<float> metres = ramp(64, 1, 1.0F / 63);
     metres[0] = 0;  // not measured
-    for (const char* name : {"d/x.npy", "d/y.npy"}) test::put_npy(scene / name, {8, 8}, metres);
+    for (const char* name : {"d/x.npy", "d/y.npy"}) put_npy(scene / name, {8, 8}, metres);
     put_cameras(R"(, "mask_path": "m/x.png", "depth_file_path": "d/x.npy")",
                 R"(, "mask_path": "m/y.png", "depth_file_path": "d/y.npy")");
     const auto dataset = open_data(folder.path());
@@ -375,34 +375,33 @@ TEST(Maps, MayBeNamedByTheCameras) {
     EXPECT_EQ(depths[63], 0) << "the farthest";
     EXPECT_GT(depths[2], depths[3]);
     put_cameras(R"(, "mask_path": "m/x.png")", R"(, "mask_path": "m/none.png")");
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
-                 "there is no mask map 'm/none.png'");
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "there is no mask map 'm/none.png'");
     put_cameras(R"(, "mask_path": "m/x.png")", "");
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "b.png' has no mask map, though other frames name theirs");
     put_cameras(R"(, "mask_path": 3)", "");
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat, "'mask_path' is not text");
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "'mask_path' is not text");
     const auto lists = [&](const std::string& text) { put_cameras("", "", text + ", "); };
     lists(
         R"("train_filenames": ["images/a.png", "images/b.png"], "test_filenames": ["images/a.png"])");
     EXPECT_EQ(open_data(folder.path())->index().views_of[0], 2U);
     EXPECT_TRUE(open_data(folder.path())->index().has_splits);
-    EXPECT_ERROR(test::data_status(folder.path(), "test"), Code::kFormat, "1 views, expected 2");
+    EXPECT_ERROR(data_status(folder.path(), "test"), Code::kFormat, "1 views, expected 2");
     bool lacks = false;
     DatasetDesc val = data_desc(folder.path(), "val");
     val.lacks_split = &lacks;
     EXPECT_ERROR(Dataset::open(val), Code::kNotFound, "lists no frames as val_filenames");
     EXPECT_TRUE(lacks);
     lists(R"("train_filenames": ["images/c.png"])");
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "train_filenames has 'images/c.png', which no frame has");
 }
 
 TEST(Maps, AlphaIsTheMask) {
     const SampleFolder folder;
     const fs::path object = folder / "a";
-    test::put_renders(object, two_poses());
-    test::put_renders(folder / "b", two_poses());
+    put_renders(object, two_poses());
+    put_renders(folder / "b", two_poses());
     put_image(object / "000.png", 8, 4, 0, 102);
     DatasetDesc desc = data_desc(folder.path());
     desc.maps = flag_of(MapKind::kMask);

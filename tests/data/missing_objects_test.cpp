@@ -20,41 +20,40 @@ using namespace test;
 constexpr std::size_t kObjects = 3;
 
 void put_srn(const fs::path& root) {
-    for (const char* name : {"a", "b", "c"}) test::put_object(root / "cars_train" / name);
+    for (const char* name : {"a", "b", "c"}) put_object(root / "cars_train" / name);
 }
 
 void put_sequences(const fs::path& root) {
-    test::Co3dSample sample = test::two_co3d_frames();
+    Co3dSample sample = two_co3d_frames();
     std::map<std::string, std::vector<float>> r, t;
     for (const char* name : {"a", "b", "c"}) {
         sample.name = name;
-        test::put_co3d(root, sample);
+        put_co3d(root, sample);
         r[name] = sample.r;
         t[name] = sample.t;
     }
-    test::put_npz(root / "co3d_hydrant_for_gs/train/camera_Rs.npz", r);
-    test::put_npz(root / "co3d_hydrant_for_gs/train/camera_Ts.npz", t);
+    put_npz(root / "co3d_hydrant_for_gs/train/camera_Rs.npz", r);
+    put_npz(root / "co3d_hydrant_for_gs/train/camera_Ts.npz", t);
 }
 
 void put_nmr_objects(const fs::path& root) {
-    for (const char* name : {"a", "b", "c"}) test::put_nmr(root, twice(test::kPose), 12, name);
+    for (const char* name : {"a", "b", "c"}) put_nmr(root, twice(kPose), 12, name);
     put_text(root / "02691156/softras_train.lst", "a\nb\nc\n");
 }
 
 void put_objaverse(const fs::path& root) {
-    for (const char* name : {"a", "b", "c", "d"})
-        test::put_renders(root / name, twice(test::kPose));
+    for (const char* name : {"a", "b", "c", "d"}) put_renders(root / name, twice(kPose));
 }
 
 void put_gso(const fs::path& root) {
     for (const char* name : {"a", "b", "c"})
-        test::put_renders(root / name / "render_mvs_25/model", twice(test::kPose));
+        put_renders(root / name / "render_mvs_25/model", twice(kPose));
 }
 
 void put_photographs(const fs::path& root) {
     for (const char* name : {"a", "b", "c"}) {
         put_text(root / name / "transforms.json",
-                 test::two_frames(R"("fl_x": 8, "w": 8, "h": 8)", "0", "1"));
+                 two_frames(R"("fl_x": 8, "w": 8, "h": 8)", "0", "1"));
         for (const char* image : {"0.png", "1.png"}) put_image(root / name / image, 8, 3);
     }
 }
@@ -137,7 +136,7 @@ void expect_gap(const Case& c, const std::string& what, bool unreadable,
     EXPECT_EQ(taken.names, (std::vector<std::string>{all.names[0], all.names[2]}));
     ASSERT_EQ(taken.missing.size(), 1U);
     EXPECT_EQ(taken.missing[0].first, all.names[1]);
-    EXPECT_OK(test::data_status(desc));
+    EXPECT_OK(data_status(desc));
 }
 
 TEST(MissingObjects, AreRefusedListedOrNamed) {
@@ -172,9 +171,9 @@ TEST(MissingObjects, MapsThatOthersHaveAreMissed) {
          {"a/depth/000000.png", "a/depth/000001.png", "c/depth/000000.png", "c/depth/000001.png"})
         put_image(objects / map, 8, 1);
     DatasetDesc desc = data_desc(folder.path());
-    EXPECT_EQ(test::open_data(desc)->index().maps, 0U) << "nobody asked for them";
+    EXPECT_EQ(open_data(desc)->index().maps, 0U) << "nobody asked for them";
     desc.lenient = true;
-    const auto dataset = test::open_data(desc);
+    const auto dataset = open_data(desc);
     const auto found = check_object(*dataset, 1).value();
     ASSERT_EQ(found.problems.size(), 1U);
     EXPECT_EQ(found.problems[0], "there are no depth maps in '" + (objects / "b/depth").string() +
@@ -182,7 +181,7 @@ TEST(MissingObjects, MapsThatOthersHaveAreMissed) {
     EXPECT_TRUE(check_object(*dataset, 0).value().problems.empty());
     put_image(objects / "b/depth/000000.png", 8, 1);
     put_image(objects / "b/depth/000001.png", 8, 1);
-    EXPECT_TRUE(check_object(*test::open_data(desc), 1).value().problems.empty());
+    EXPECT_TRUE(check_object(*open_data(desc), 1).value().problems.empty());
 }
 
 /// All gone is not a split that is not there, and nor is a split's folder that is a link to another disk.
@@ -228,7 +227,7 @@ TEST(MissingObjects, ASplitOfNothingButGapsIsThere) {
     const SampleFolder nmr;
     put_nmr_objects(nmr.path());
     put_text(nmr / "02828884/softras_train.lst", "\n");
-    EXPECT_ERROR(test::data_status(nmr.path()), Code::kFormat, "names no object");
+    EXPECT_ERROR(data_status(nmr.path()), Code::kFormat, "names no object");
 }
 
 TEST(MissingObjects, OtherFoldersAreNamed) {
@@ -254,16 +253,16 @@ TEST(MissingObjects, DoNotMoveTheSplit) {
     fs::create_symlink("/nonexistent/elsewhere", folder / "a");
     DatasetDesc desc = data_desc(folder.path(), "val");
     desc.allow_missing = true;
-    EXPECT_EQ(test::open_data(desc)->index().names, std::vector<std::string>{"d"});
+    EXPECT_EQ(open_data(desc)->index().names, std::vector<std::string>{"d"});
     desc.split = "train";
-    EXPECT_EQ(test::open_data(desc)->index().names, (std::vector<std::string>{"b", "c"}));
+    EXPECT_EQ(open_data(desc)->index().names, (std::vector<std::string>{"b", "c"}));
 }
 
 TEST(MissingObjects, ACategoryWithoutTheListOfOthersIsOne) {
     const SampleFolder folder;
     put_nmr_objects(folder.path());
     put_text(folder / "02828884/softras_val.lst", "x\n");
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "02828884/softras_train.lst', which other categories have");
     EXPECT_FALSE(Dataset::open(data_desc(folder.path(), "test")).ok());
 }

@@ -65,7 +65,7 @@ TEST(ObjectLists, LinesOfSourceViews) {
 
 TEST(ObjectLists, OrderAndSplitObjaverse) {
     const SampleFolder folder;
-    for (const char* name : {"a", "b", "c"}) test::put_renders(folder / name, twice(kPose));
+    for (const char* name : {"a", "b", "c"}) put_renders(folder / name, twice(kPose));
     put_text(folder / "lvis.json", R"(["c", "a"])");
     DatasetDesc desc = data_desc(folder.path());
     desc.objects_file = "lvis.json";  // in the folder of the data
@@ -81,8 +81,8 @@ TEST(ObjectLists, OrderAndSplitObjaverse) {
 
 TEST(ObjectLists, ExcludeSequencesOfCo3d) {
     const SampleFolder folder;
-    test::put_co3d(folder.path(), test::two_co3d_frames("1_2_4"));
-    test::put_co3d(folder.path(), test::two_co3d_frames("1_2_3"));
+    put_co3d(folder.path(), two_co3d_frames("1_2_4"));
+    put_co3d(folder.path(), two_co3d_frames("1_2_3"));
     put_text(folder / "bad_sequences.py", "['1_2_4', '9_9_9']");
     DatasetDesc desc = data_desc(folder.path());
     EXPECT_EQ(open_data(desc)->index().names, (std::vector<std::string>{"1_2_3", "1_2_4"}));
@@ -97,9 +97,9 @@ TEST(ObjectLists, ExcludeSequencesOfCo3d) {
 
 TEST(Categories, ChooseAmongFolders) {
     const SampleFolder folder;
-    test::put_co3d(folder.path(), test::two_co3d_frames("1_2_4"));
+    put_co3d(folder.path(), two_co3d_frames("1_2_4"));
     fs::rename(folder / "co3d_hydrant_for_gs", folder / "co3d_teddybear_for_gs");
-    test::put_co3d(folder.path(), test::two_co3d_frames("1_2_3"));
+    put_co3d(folder.path(), two_co3d_frames("1_2_3"));
     DatasetDesc desc = data_desc(folder.path());
     EXPECT_ERROR(data_status(desc), Code::kInvalidArgument, "give the path of one category");
     desc.category = "teddybears";
@@ -112,7 +112,7 @@ TEST(Categories, ChooseAmongFolders) {
 
 TEST(ObjectLists, SourceViewsAreNmrsTestObjects) {
     const SampleFolder folder;
-    for (const char* name : {"a", "b"}) test::put_nmr(folder.path(), twice(kPose), 12, name);
+    for (const char* name : {"a", "b"}) put_nmr(folder.path(), twice(kPose), 12, name);
     put_text(folder / "02691156/softras_test.lst", "a\n");
     put_text(folder / "views.txt", "02691156 b 1\n02691156 a 0\n");
     DatasetDesc desc = data_desc(folder.path(), "test");
@@ -134,7 +134,7 @@ TEST(ObjectLists, SourceViewsAreNmrsTestObjects) {
 
 TEST(ObjectLists, EachBelongsToOneFormat) {
     const SampleFolder folder;
-    test::put_nmr(folder.path(), twice(kPose), 12);
+    put_nmr(folder.path(), twice(kPose), 12);
     DatasetDesc desc = data_desc(folder.path());
     desc.objects_file = "x";
     EXPECT_ERROR(data_status(desc), Code::kInvalidArgument,

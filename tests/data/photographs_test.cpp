@@ -17,8 +17,7 @@ namespace fs = std::filesystem;
 using namespace test;
 
 void put_photo(const fs::path& path, std::uint32_t width, std::uint32_t height) {
-    test::put_png(path,
-                  {width, height, 3, 8, std::vector<std::uint16_t>(3UL * width * height, 99)});
+    put_png(path, {width, height, 3, 8, std::vector<std::uint16_t>(3UL * width * height, 99)});
 }
 
 /// A COLMAP model of cameras around the origin at a distance that look at it, 8 x 8 pixels, focal length 10.
@@ -48,10 +47,9 @@ TEST(Photographs, CropIsToldWithItsNumbers) {
     const SampleFolder folder;
     const fs::path scene = folder / "scene";
     for (const char* name : {"a.png", "b.png"}) put_photo(scene / name, 12, 20);
-    put_text(
-        scene / "transforms.json",
-        test::two_frames(R"("fl_x": 10, "w": 12, "h": 20, "cx": 7, "cy": 10)", "a.png", "b.png"));
-    DatasetDesc desc = test::data_desc(scene);
+    put_text(scene / "transforms.json",
+             two_frames(R"("fl_x": 10, "w": 12, "h": 20, "cx": 7, "cy": 10)", "a.png", "b.png"));
+    DatasetDesc desc = data_desc(scene);
     desc.resolution = 4;
     EXPECT_EQ(warnings_of(desc),
               "'" + scene.string() +
@@ -60,14 +58,14 @@ TEST(Photographs, CropIsToldWithItsNumbers) {
     EXPECT_HAS(report_text(*open_data(scene)), "12 x 20 pixels to 10 x 10 (42 % of them)\"");
     for (const char* name : {"a.png", "b.png"}) put_photo(scene / name, 12, 12);
     put_text(scene / "transforms.json",
-             test::two_frames(R"("fl_x": 10, "w": 12, "h": 12)", "a.png", "b.png"));
-    EXPECT_EQ(warnings_of(test::data_desc(scene)), "") << "squares are not cut";
+             two_frames(R"("fl_x": 10, "w": 12, "h": 12)", "a.png", "b.png"));
+    EXPECT_EQ(warnings_of(data_desc(scene)), "") << "squares are not cut";
 }
 
 TEST(Photographs, WithoutCamerasSayWhatTheyLack) {
     const SampleFolder folder;
     const auto refused = [&](const std::string& part) {
-        EXPECT_ERROR(Dataset::open(test::data_desc(folder.path())), Code::kFormat, part);
+        EXPECT_ERROR(Dataset::open(data_desc(folder.path())), Code::kFormat, part);
     };
     refused("is not a data set of a known format");
     put_text(folder / "statue/IMG_1.HEIC", std::string("\0\0\0\x18"
@@ -146,7 +144,7 @@ TEST(DepthRange, IsThatOfColmapsPoints) {
 TEST(DepthRange, IsNotKnownOfParallelCameras) {
     const SampleFolder folder;
     put_text(folder / "transforms.json",
-             test::two_frames(R"("fl_x": 10, "w": 8, "h": 8)", "a.png", "b.png"));
+             two_frames(R"("fl_x": 10, "w": 8, "h": 8)", "a.png", "b.png"));
     put_pictures(folder.path());
     const auto dataset = open_data(folder.path());
     EXPECT_FALSE(depth_range(dataset->reader(), 0).value().known);

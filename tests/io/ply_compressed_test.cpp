@@ -74,7 +74,7 @@ TEST(PlyCompressed, RefusesWhatDoesNotFitTogether) {
     layout.rest = 10;
     refused(layout, "10 properties");
     EXPECT_ERROR(read_ply(sample_compressed_ply({})), Code::kFormat, "'opacity'");
-    Buffer many = test::bytes_of(compressed_ply_header({true, 0, "1", "257", ""}));
+    Buffer many = bytes_of(compressed_ply_header({true, 0, "1", "257", ""}));
     many.resize(many.size() + 18 * 4 + 257 * 16);
     EXPECT_ERROR(read_compressed_ply(many), Code::kFormat,
                  "1 chunks for 257 Gaussians, expected 2");
@@ -82,8 +82,8 @@ TEST(PlyCompressed, RefusesWhatDoesNotFitTogether) {
 
 TEST(PlyCompressed, RefusesEveryPrefixAndSurvivesDamage) {
     CompressedPlyLayout layout{.rest = 9};
-    test::expect_prefixes_refused(sample_compressed_ply(layout), accepts_compressed);
-    test::parse_damaged(sample_compressed_ply(layout), accepts_compressed);
+    expect_prefixes_refused(sample_compressed_ply(layout), accepts_compressed);
+    parse_damaged(sample_compressed_ply(layout), accepts_compressed);
 }
 
 }  // namespace

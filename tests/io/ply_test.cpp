@@ -39,7 +39,7 @@ TEST(Ply, RoundTripKeepsBits) {
     for (std::uint32_t degree = 0; degree <= 3; ++degree) {
         const auto scene = sample_scene(17, degree);
         const auto loaded = need(read_ply(need(write_ply(scene))));
-        test::expect_same_bits(loaded.gaussians, scene);
+        expect_same_bits(loaded.gaussians, scene);
         const LoadReport& report = loaded.report;
         EXPECT_EQ(report.count, 17U);
         EXPECT_EQ(report.sh_degree, degree);
@@ -158,7 +158,7 @@ TEST(Ply, KeepsNonFiniteValuesThroughARoundTrip) {
     scene.opacity_logits[2] = -std::numeric_limits<float>::infinity();
     scene.sh[7] = std::numeric_limits<float>::max();
     const auto loaded = need(read_ply(need(write_ply(scene))));
-    test::expect_same_bits(loaded.gaussians, scene);
+    expect_same_bits(loaded.gaussians, scene);
     EXPECT_EQ(loaded.report.non_finite_values, 2U);
 }
 
@@ -227,15 +227,15 @@ TEST(Ply, RefusesWhatTheHeaderDoesNotCount) {
 
 TEST(Ply, RefusesEveryPrefix) {
     const auto file = need(write_ply(sample_scene(2, 1)));
-    test::expect_prefixes_refused(file, accepts_ply);
+    expect_prefixes_refused(file, accepts_ply);
     const std::string ascii = header("ascii", "1") + kEnd + kRow;
-    test::expect_prefixes_refused(bytes_of(ascii.substr(0, ascii.size() - 2)), accepts_ply);
+    expect_prefixes_refused(bytes_of(ascii.substr(0, ascii.size() - 2)), accepts_ply);
 }
 
 TEST(Ply, SurvivesDamage) {
     const auto file = need(write_ply(sample_scene(1, 1)));
-    test::parse_damaged(file, accepts_ply);
-    test::parse_damaged(bytes_of(header("ascii", "1") + kEnd + kRow), accepts_ply);
+    parse_damaged(file, accepts_ply);
+    parse_damaged(bytes_of(header("ascii", "1") + kEnd + kRow), accepts_ply);
 }
 
 TEST(Ply, WritesAnotherDegreeOrFrame) {

@@ -34,12 +34,11 @@ void expect_pth_refused(const Buffer& file, const char* part, Code code = Code::
     EXPECT_ERROR(read_file(file), code, part);
 }
 
-
 /// ckpt.npz, which describes the checkpoints in the same folder.
 Golden checkpoint_arrays(const std::string& folder) {
-    auto npz = test::Npz::read(folder + "ckpt.npz.xz");
+    auto npz = Npz::read(folder + "ckpt.npz.xz");
     EXPECT_OK(npz);
-    return {npz.ok() ? std::move(npz.value()) : test::Npz(), "ckpt", false};
+    return {npz.ok() ? std::move(npz.value()) : Npz(), "ckpt", false};
 }
 
 std::size_t weights_of(const Golden& golden) {
@@ -62,7 +61,7 @@ void expect_golden(const NamedTensors& tensors, const Golden& golden) {
 }
 
 double golden_number(const Golden& golden, const std::string& name) {
-    const test::NpyArray& array = golden.array(name);
+    const NpyArray& array = golden.array(name);
     return array.dtype == "f8" ? array.f64().value()[0]
                                : static_cast<double>(array.ints().value()[0]);
 }
@@ -76,7 +75,7 @@ double noted(const WeightsFile& file, std::string_view name) {
 
 TEST(GoldenNetCheckpoint, WeightsAndScalars) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    const std::string folder = *test::golden_folder() + "/net/";
+    const std::string folder = *golden_folder() + "/net/";
     const Golden golden = checkpoint_arrays(folder);
     for (const char* name : {"ckpt.pth", "ckgpu.pth"}) {
         const auto source = need(open_source(folder + name));
@@ -96,7 +95,7 @@ TEST(GoldenNetCheckpoint, WeightsAndScalars) {
 /// The published trainer of cars and chairs: the pickle holds its configuration, too.
 TEST(GoldenNetCheckpoint, OfficialFilesHoldAConfiguration) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    const std::string folder = *test::golden_folder() + "/net/";
+    const std::string folder = *golden_folder() + "/net/";
     const auto source = need(open_source(folder + "official_style.pth"));
     const auto file = need(read_pth(*source));
     expect_golden(file.tensors, checkpoint_arrays(folder));
@@ -104,7 +103,7 @@ TEST(GoldenNetCheckpoint, OfficialFilesHoldAConfiguration) {
 
 TEST(GoldenNetCheckpoint, StridesAreThoseOfTheFile) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    const Golden golden = checkpoint_arrays(*test::golden_folder() + "/net/");
+    const Golden golden = checkpoint_arrays(*golden_folder() + "/net/");
     std::size_t scattered = 0;
     for (const std::string& name : golden.npz.names())
         if (name.starts_with("stride.") && name.ends_with("conv0.weight"))
@@ -140,14 +139,14 @@ TEST(Pth, ReadsStridesOffsetsAndTypes) {
 }
 
 TEST(Pth, ReadsFilesFromBeforeTorch16) {
-    const Buffer bytes = test::sample_legacy_pth();
+    const Buffer bytes = sample_legacy_pth();
     const auto file = need(read_file(bytes));
     ASSERT_EQ(file.tensors.size(), 2U);
     EXPECT_EQ(file.tensors[0].values, (std::vector<float>{1, 3, 5, 2, 4, 6}));
     EXPECT_EQ(file.tensors[1].values, (std::vector<float>{1}));
     const auto accepts = [](Bytes file_bytes) { return read_file(file_bytes).ok(); };
-    test::expect_prefixes_refused(bytes, accepts);
-    test::parse_damaged(bytes, accepts);
+    expect_prefixes_refused(bytes, accepts);
+    parse_damaged(bytes, accepts);
 }
 
 /// Before PyTorch 0.4, Python 2: byte strings, another function, and parameters with a state.
@@ -158,11 +157,11 @@ TEST(Pth, ReadsParametersFromBeforeTorch04) {
     pickle.raw("((U\7storage").global("torch", "FloatStorage").raw("U\0017U\3cpu").integer(6);
     pickle.raw("NtQ").integer(1).tuple({2}).tuple({3}).raw("tR\x85R(\x88\x89");
     pickle.global("collections", "OrderedDict").raw(")Rtbee").raw("tR");
-    test::LegacyPth parts = test::legacy_parts();
+    LegacyPth parts = legacy_parts();
     parts.saved = pickle.done();
     parts.keys = {"7"};
     parts.storages.pop_back();
-    const auto file = need(read_file(test::sample_legacy_pth(parts)));
+    const auto file = need(read_file(sample_legacy_pth(parts)));
     ASSERT_EQ(file.tensors.size(), 1U);
     EXPECT_EQ(file.tensors[0].name, "w");
     EXPECT_EQ(file.tensors[0].values, (std::vector<float>{2, 5}));
@@ -170,11 +169,11 @@ TEST(Pth, ReadsParametersFromBeforeTorch04) {
 
 TEST(Pth, RefusesDamageOfFilesFromBeforeTorch16) {
     const auto refused = [](const char* part, auto change, Code code = Code::kFormat) {
-        test::LegacyPth parts = test::legacy_parts();
+        LegacyPth parts = legacy_parts();
         change(parts);
-        expect_pth_refused(test::sample_legacy_pth(parts), part, code);
+        expect_pth_refused(sample_legacy_pth(parts), part, code);
     };
-    using Parts = test::LegacyPth;
+    using Parts = LegacyPth;
     const auto machine = [](const std::string& value) {
         return [value](Parts& parts) {
             parts.machine = PickleText().raw("}").text("little_endian").raw(value + "s").done();
@@ -238,8 +237,8 @@ TEST(Pth, RefusesPrefixesAndSurvivesDamage) {
     const auto accepts = [](Bytes bytes) { return read_file(bytes).ok(); };
     const Buffer file = sample_pth();
     ASSERT_TRUE(accepts(file));
-    test::expect_prefixes_refused(file, accepts);
-    test::parse_damaged(file, accepts);
+    expect_prefixes_refused(file, accepts);
+    parse_damaged(file, accepts);
 }
 
 TEST(Pth, RefusesShapesThatLeaveTheStorage) {
@@ -265,8 +264,8 @@ TEST(Pth, RefusesShapesThatLeaveTheStorage) {
 }
 
 TEST(Pth, RefusesOtherFiles) {
-    expect_pth_refused(test::sample_zip({{"x/other", "y"}}), "holds no data.pkl");
-    expect_pth_refused(test::sample_zip({{"x/data.pkl", "N."}, {"y/data.pkl", "N."}}),
+    expect_pth_refused(sample_zip({{"x/other", "y"}}), "holds no data.pkl");
+    expect_pth_refused(sample_zip({{"x/data.pkl", "N."}, {"y/data.pkl", "N."}}),
                        "two files data.pkl");
     expect_pth_refused(sample_pth(PickleText().raw("}").done(), {}, "big"), "byte order is 'big'",
                        Code::kUnsupported);
@@ -282,7 +281,7 @@ TEST(Pth, RefusesOtherFiles) {
     PickleText missing;
     missing.raw("}").text("a").tensor("FloatStorage", "7", 1, 0, {1}, {1}).raw("s");
     expect_pth_refused(sample_pth(missing.done(), {raw_bytes<float>({1})}), "has no 'x/data/7'");
-    EXPECT_TRUE(is_legacy_pth(test::sample_legacy_pth()));
+    EXPECT_TRUE(is_legacy_pth(sample_legacy_pth()));
     EXPECT_FALSE(is_legacy_pth(sample_pth()));
 }
 

@@ -25,7 +25,7 @@ const SceneFormat& format_named(const std::string& name) {
 
 /// A small file of a format that is written, or of compressed .ply.
 Buffer sample_file(const SceneFormat& format) {
-    if (format.write == nullptr) return test::sample_compressed_ply({});
+    if (format.write == nullptr) return sample_compressed_ply({});
     return need(write_scene(sample_scene(3, format.max_sh_degree), format));
 }
 
@@ -125,7 +125,7 @@ TEST(SceneFile, ComesBackFromDisk) {
     const auto file = need(io::read_file(path));
     std::filesystem::remove(path);
     const auto loaded = need(read_scene(file, path));
-    test::expect_same_bits(loaded.gaussians, scene);
+    expect_same_bits(loaded.gaussians, scene);
     EXPECT_FALSE(io::read_file(path).ok());
     EXPECT_FALSE(write_file("/dev/null/a.ply", written).ok());
 }

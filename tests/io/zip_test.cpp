@@ -52,8 +52,8 @@ TEST(Zip, RefusesPrefixesAndSurvivesDamage) {
     wide[0].zip64 = true;
     for (const Buffer& file : {sample_zip(two()), sample_zip(wide, {.zip64 = true})}) {
         ASSERT_TRUE(accepts(file));
-        test::expect_prefixes_refused(file, accepts);
-        test::parse_damaged(file, accepts);
+        expect_prefixes_refused(file, accepts);
+        parse_damaged(file, accepts);
     }
 }
 
@@ -76,7 +76,7 @@ TEST(Zip, RefusesWhatIsDamaged) {
     parts = two();
     parts[1].name = parts[1].local_name = "a";
     expect_zip_refused(sample_zip(parts), "'a' appears twice");
-    expect_zip_refused(test::bytes_of("PK\x03\x04 no archive"), "no end-of-directory record");
+    expect_zip_refused(bytes_of("PK\x03\x04 no archive"), "no end-of-directory record");
     expect_zip_refused({}, "no end-of-directory record");
 }
 
@@ -143,7 +143,7 @@ TEST(Zip, HoldsNoMoreThanTheLimits) {
 TEST(Zip, ReadsWhatItWrites) {
     const std::string body = "the body";
     std::vector<ZipMember> members;
-    members.push_back({"first", test::bytes_of("head and "), as_bytes(body)});
+    members.push_back({"first", bytes_of("head and "), as_bytes(body)});
     members.push_back({"second", {}, {}});
     members.push_back({"third", {}, as_bytes(body)});
     const auto read = need(read_all(need(write_zip(std::move(members))).joined()));

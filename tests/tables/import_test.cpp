@@ -109,7 +109,7 @@ TEST(Import, ParquetColumnOfAnotherNameGivesAWarning) {
     tables.selects["rgbs"] =
         "SELECT uuid, frame_id, rgb AS depth FROM (" + tables.selects["rgbs"] + ")";
     ASSERT_OK(tables.write(folder.path()));
-    const test::LogCapture log;
+    const LogCapture log;
     ASSERT_OK(import(folder.path()));
     EXPECT_HAS(log.text(), "table rgbs");
     EXPECT_HAS(log.text(), "column 'depth', the only binary one, is taken as rgb");
@@ -222,7 +222,7 @@ TEST(Import, ParquetFilesThatAreDamagedAreRefused) {
     const SampleFolder folder;
     ASSERT_OK(PublishedTables().write(folder.path()));
     const fs::path file = folder / "rgbs/train/rgbs.parquet";
-    const std::string whole = test::file_text(file);
+    const std::string whole = file_text(file);
     const auto damaged = [&](const std::string& bytes) {
         std::ofstream(file, std::ios::binary) << bytes;
         return import(folder.path());
@@ -242,7 +242,7 @@ TEST(Import, ParquetFooterThatLiesAboutItsRowsIsRefused) {
     const SampleFolder folder;
     ASSERT_OK(PublishedTables().write(folder.path()));
     const fs::path file = folder / "depths/train/depths.parquet";
-    const std::string whole = test::file_text(file);
+    const std::string whole = file_text(file);
     std::uint32_t footer = 0;
     std::memcpy(&footer, &whole[whole.size() - 8], sizeof footer);
     // An i64 of the next field but one is 0x16 in Thrift's compact protocol, 6 is 12 as zigzag: num_rows of
@@ -304,16 +304,16 @@ TEST(Import, ColumnsOfOtherTypesAreRefusedWithARemedy) {
 TEST(Import, FoldersWithoutTablesAreRefused) {
     const SampleFolder folder;
     EXPECT_ERROR(import(folder.path()), Code::kNotFound, "lacks tables: intrins, poses, rgbs");
-    test::put_text(folder / "rgbs/train/a.parquet", "");
+    put_text(folder / "rgbs/train/a.parquet", "");
     EXPECT_ERROR(import(folder.path()), Code::kNotFound, "lacks tables: intrins, poses");
-    test::put_text(folder / "intrins/test/a.parquet", "");
-    test::put_text(folder / "poses/train/a.parquet", "");
+    put_text(folder / "intrins/test/a.parquet", "");
+    put_text(folder / "poses/train/a.parquet", "");
     EXPECT_ERROR(import(folder.path(), "val"), Code::kNotFound,
                  "no .parquet file of the split val in the folders of intrins, poses, rgbs");
     EXPECT_ERROR(import(folder.path()), Code::kFormat,
                  "no .parquet file of the split train in the folders of intrins, but there are "
                  "some of poses");
-    test::put_text(folder / "srn_chairs_rgbs/train/a.parquet", "");
+    put_text(folder / "srn_chairs_rgbs/train/a.parquet", "");
     EXPECT_ERROR(import(folder.path()), Code::kInvalidArgument,
                  "two tables rgbs, 'rgbs' and 'srn_chairs_rgbs'");
 }
@@ -321,7 +321,7 @@ TEST(Import, FoldersWithoutTablesAreRefused) {
 TEST(Import, MissingLibrarySaysHowToGetIt) {
     const SampleFolder folder;
     for (const char* table : {"intrins", "poses", "rgbs"})
-        test::put_text(folder / table / "train/a.parquet", "");
+        put_text(folder / table / "train/a.parquet", "");
     const Status status = import_tables(
         {folder.path().string(), "train", (folder / "s").string(), "/nowhere/libduckdb.so", false},
         nullptr);

@@ -122,7 +122,7 @@ TEST(Resume, ParquetImportRepeatsRowsThatTheDiskLost) {
 TEST(Resume, ParquetExportGoesOnAfterKill) {
     SPLAT_NEED_DUCKDB();
     const SampleFolder folder;
-    test::write_all(test::sample_cars(folder / "srn"));
+    write_all(sample_cars(folder / "srn"));
     const auto go = [&](const char* to, const Progress& progress) {
         return convert(folder / "srn", "train", Layout::kTables, folder / to, progress);
     };
@@ -141,7 +141,7 @@ TEST(Resume, ParquetExportGoesOnAfterKill) {
 
 TEST(Resume, ExportEndsWhileItLooksAtItsFiles) {
     const SampleFolder folder;
-    test::write_all(test::sample_cars(folder / "srn"));
+    write_all(sample_cars(folder / "srn"));
     for (const Layout to : {Layout::kStore, Layout::kSrn, Layout::kImages}) {
         const auto stop = [](std::uint64_t done, std::uint64_t) {
             return done > 0 ? Status() : Status(Code::kCancelled, "at the first object");
@@ -155,11 +155,11 @@ TEST(Resume, ExportEndsWhileItLooksAtItsFiles) {
 TEST(Resume, ParquetExportWithAChangedByteIsRefused) {
     SPLAT_NEED_DUCKDB();
     const SampleFolder folder;
-    test::write_all(test::sample_cars(folder / "srn"));
+    write_all(sample_cars(folder / "srn"));
     const fs::path out = folder / "out";
     ASSERT_OK(convert(folder / "srn", "val", Layout::kTables, out));
     const fs::path file = out / "depths/val/depths.parquet";
-    std::string bytes = test::file_text(file);
+    std::string bytes = file_text(file);
     bytes[bytes.size() / 3] = static_cast<char>(bytes[bytes.size() / 3] ^ 1);
     std::ofstream(file, std::ios::binary) << bytes;
     EXPECT_ERROR(convert(out, "val", Layout::kSrn, folder / "back"), Code::kFormat,
@@ -203,7 +203,7 @@ TEST(Resume, ParquetImportOntoAFullDiskGoesOnWithSpace) {
 TEST(Resume, ParquetExportOntoAFullDiskLeavesNoTable) {
     SPLAT_NEED_DUCKDB();
     const SampleFolder folder;
-    test::write_all(test::sample_cars(folder / "srn"));
+    write_all(sample_cars(folder / "srn"));
     rlimit before{};
     ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
     const auto handler = ::signal(SIGXFSZ, SIG_IGN);
@@ -240,7 +240,7 @@ TEST(Resume, StoreInUseIsRefused) {
                      "another process imports into it");
     }
     EXPECT_OK(StoreWriter::open(path, index, false));
-    test::put_text(folder / "full/photo.txt", "mine");
+    put_text(folder / "full/photo.txt", "mine");
     EXPECT_ERROR(StoreWriter::open((folder / "full").string(), index, false),
                  Code::kInvalidArgument, "is no store");
 }
@@ -293,7 +293,7 @@ TEST(Resume, StoreOfTooManyObjectsIsRefusedBeforeItBegins) {
 TEST(Resume, ChangedFilesAreNoticed) {
     const SampleFolder folder;
     const fs::path source = folder / "srn";
-    test::write_all(test::sample_cars(source));
+    write_all(sample_cars(source));
     const auto both = [&] {
         const Status store = convert(source, "train", Layout::kStore, folder / "store");
         const Status srn = convert(source, "train", Layout::kSrn, folder / "out");
@@ -315,7 +315,7 @@ TEST(Resume, ChangedFilesAreNoticed) {
 
 TEST(Resume, StoreOfAnotherSplitIsRefused) {
     const SampleFolder folder;
-    test::write_all(test::sample_cars(folder / "srn"));
+    write_all(sample_cars(folder / "srn"));
     const fs::path store = folder / "store";
     ASSERT_OK(convert(folder / "srn", "train", Layout::kStore, store));
     bool lacks = false;
@@ -331,10 +331,10 @@ TEST(Resume, StoreOfAnotherSplitIsRefused) {
 
 TEST(Resume, StoreWithADamagedRecordIsRefused) {
     const SampleFolder folder;
-    test::write_all(test::sample_cars(folder / "srn"));
+    write_all(sample_cars(folder / "srn"));
     ASSERT_OK(convert(folder / "srn", "val", Layout::kStore, folder / "store"));
     const fs::path file = folder / "store/val/rgb.npy";
-    std::string bytes = test::file_text(file);
+    std::string bytes = file_text(file);
     bytes.back() = static_cast<char>(bytes.back() ^ 1);
     std::ofstream(file, std::ios::binary) << bytes;
     EXPECT_ERROR(convert(folder / "store", "val", Layout::kSrn, folder / "back"), Code::kFormat,
@@ -342,7 +342,7 @@ TEST(Resume, StoreWithADamagedRecordIsRefused) {
     std::ofstream(file, std::ios::binary) << bytes.substr(0, bytes.size() - 1);
     EXPECT_ERROR(convert(folder / "store", "val", Layout::kSrn, folder / "back2"), Code::kFormat,
                  "it is truncated or damaged");
-    test::put_text(folder / "store/val/store.json", "{\"format\": \"libsplat store\"");
+    put_text(folder / "store/val/store.json", "{\"format\": \"libsplat store\"");
     EXPECT_ERROR(convert(folder / "store", "val", Layout::kSrn, folder / "back3"), Code::kFormat,
                  "remove the store and import again");
 }

@@ -39,7 +39,7 @@ std::vector<std::uint64_t> hashes_of(const fs::path& path, const std::string& sp
 TEST(RoundTrip, ParquetTablesGiveTheFilesOfSrnBack) {
     SPLAT_NEED_DUCKDB();
     const SampleFolder folder;
-    test::write_all(test::sample_cars(folder / "srn"));
+    write_all(sample_cars(folder / "srn"));
     for (const char* split : {"train", "val", "test"}) {
         ASSERT_OK(convert(folder / "srn", split, Layout::kTables, folder / "tables"));
         ASSERT_OK(convert(folder / "tables", split, Layout::kSrn, folder / "back"));
@@ -52,7 +52,7 @@ TEST(RoundTrip, ParquetTablesGiveTheFilesOfSrnBack) {
 
 TEST(RoundTrip, StoreGivesTheFilesOfSrnBack) {
     const SampleFolder folder;
-    test::write_all(test::sample_cars(folder / "srn"));
+    write_all(sample_cars(folder / "srn"));
     for (const char* split : {"train", "val", "test"}) {
         ASSERT_OK(convert(folder / "srn", split, Layout::kStore, folder / "store"));
         ASSERT_OK(convert(folder / "store", split, Layout::kSrn, folder / "back"));
@@ -65,7 +65,7 @@ TEST(RoundTrip, StoreGivesTheFilesOfSrnBack) {
 TEST(RoundTrip, TablesHaveThePublishedParquetSchema) {
     SPLAT_NEED_DUCKDB();
     const SampleFolder folder;
-    test::write_all(test::sample_cars(folder / "srn"));
+    write_all(sample_cars(folder / "srn"));
     const fs::path out = folder / "tables";
     ASSERT_OK(convert(folder / "srn", "train", Layout::kTables, out));
     const std::pair<const char*, const char*> rows[] = {
@@ -78,18 +78,18 @@ TEST(RoundTrip, TablesHaveThePublishedParquetSchema) {
     for (const auto& [table, columns] : rows) {
         const std::string file =
             (out / table / "train" / (std::string(table) + ".parquet")).string();
-        const auto found = need(test::ask_sql(
+        const auto found = need(ask_sql(
             out,
             "SELECT string_agg(column_name || ' ' || column_type, ', ') FROM (DESCRIBE SELECT "
             "* FROM read_parquet(" +
                 sql_literal(file) + "))"));
         EXPECT_EQ(found, columns);
-        const auto codec = need(test::ask_sql(
-            out, "SELECT string_agg(DISTINCT compression, ',') FROM parquet_metadata(" +
-                     sql_literal(file) + ")"));
+        const auto codec = need(
+            ask_sql(out, "SELECT string_agg(DISTINCT compression, ',') FROM parquet_metadata(" +
+                             sql_literal(file) + ")"));
         EXPECT_EQ(codec, "SNAPPY");
     }
-    const std::string card = test::file_text(out / "README.md");
+    const std::string card = file_text(out / "README.md");
     EXPECT_HAS(card,
                "- config_name: srn_cars_rgbs\n  data_files:\n  - split: train\n    path: "
                "\"rgbs/train/*.parquet\"\n");
@@ -97,14 +97,14 @@ TEST(RoundTrip, TablesHaveThePublishedParquetSchema) {
 
 TEST(RoundTrip, ViewsWithoutNumbersAreCounted) {
     const SampleFolder folder;
-    test::write_all(test::sample_cars(folder / "srn"));
+    write_all(sample_cars(folder / "srn"));
     const fs::path object = folder / "srn/srn_cars/cars_val/000000_car";
     for (const char* kind : {"pose", "rgb", "depth", "normal", "mask"}) {
         const std::string end = std::string(kind) == "pose" ? ".txt" : ".png";
         fs::rename(object / kind / ("000000" + end), object / kind / ("front" + end));
     }
     const std::vector<std::uint64_t> before = hashes_of(folder / "srn", "val");
-    const test::LogCapture log;
+    const LogCapture log;
     ASSERT_OK(convert(folder / "srn", "val", Layout::kSrn, folder / "out"));
     EXPECT_HAS(log.text(), "object '000000_car': names of views such as '000001'");
     EXPECT_TRUE(fs::exists(folder / "out/srn_cars/cars_val/000000_car/rgb/000003.png"));
@@ -115,8 +115,8 @@ TEST(RoundTrip, ViewsWithoutNumbersAreCounted) {
 void put_photographs(const fs::path& folder, double second_focal) {
     std::string frames;
     for (int i = 0; i < 3; ++i) {
-        test::put_image(folder / ("photo" + std::to_string(i) + ".png"), 16, 3,
-                        static_cast<std::uint32_t>(i));
+        put_image(folder / ("photo" + std::to_string(i) + ".png"), 16, 3,
+                  static_cast<std::uint32_t>(i));
         frames += format(
             "%s{\"file_path\": \"photo%d.png\", \"fl_x\": %g, \"fl_y\": %g, "
             "\"cx\": 8, \"cy\": 8, \"w\": 16, \"h\": 16, \"transform_matrix\": "
@@ -124,7 +124,7 @@ void put_photographs(const fs::path& folder, double second_focal) {
             i == 0 ? "" : ", ", i, i == 1 ? second_focal : 20.0, i == 1 ? second_focal : 20.0,
             i + 2);
     }
-    test::put_text(folder / "transforms.json", "{\"frames\": [" + frames + "]}");
+    put_text(folder / "transforms.json", "{\"frames\": [" + frames + "]}");
 }
 
 TEST(RoundTrip, ParquetTablesOfPhotographs) {
@@ -141,7 +141,7 @@ TEST(RoundTrip, ParquetTablesOfPhotographs) {
 
 TEST(RoundTrip, FoldersOfImagesGiveTheImagesAndCamerasBack) {
     const SampleFolder folder;
-    test::write_all(test::sample_cars(folder / "srn"));
+    write_all(sample_cars(folder / "srn"));
     const fs::path images = folder / "images", back = folder / "back";
     for (const char* split : {"train", "val", "test"}) {
         ASSERT_OK(convert(folder / "srn", split, Layout::kImages, images));
@@ -151,7 +151,7 @@ TEST(RoundTrip, FoldersOfImagesGiveTheImagesAndCamerasBack) {
     EXPECT_TRUE(tree_of(back, {".png"}) == tree_of(folder / "srn", {".png"}));
     // Cameras have all their digits, but go through other axes and an inverse.
     const auto numbers_of = [](const fs::path& file) {
-        std::istringstream text(test::file_text(file));
+        std::istringstream text(file_text(file));
         return std::vector<double>(std::istream_iterator<double>(text), {});
     };
     for (const char* file :
@@ -173,30 +173,30 @@ TEST(RoundTrip, FoldersOfImagesGiveTheImagesAndCamerasBack) {
 
 TEST(RoundTrip, ExportRefusesFoldersOfOthers) {
     const SampleFolder folder;
-    test::write_all(test::sample_cars(folder / "srn"));
+    write_all(sample_cars(folder / "srn"));
     EXPECT_ERROR(convert(folder / "srn", "train", Layout::kSrn, folder / "srn"),
                  Code::kInvalidArgument, "srn/srn_cars/cars_train' is there and is no export");
 }
 
 TEST(RoundTrip, ExportRefusesAnotherExportsFolder) {
     const SampleFolder folder;
-    test::write_all(test::sample_cars(folder / "srn"));
+    write_all(sample_cars(folder / "srn"));
     ASSERT_OK(convert(folder / "srn", "train", Layout::kSrn, folder / "out"));
     ASSERT_OK(convert(folder / "srn", "train", Layout::kSrn, folder / "out"));
-    auto desc = test::sample_cars(folder / "other");
+    auto desc = sample_cars(folder / "other");
     desc.train_views = 2;
-    test::write_all(desc);
+    write_all(desc);
     EXPECT_ERROR(convert(folder / "other", "train", Layout::kSrn, folder / "out"),
                  Code::kInvalidArgument, "holds another export of the split train");
 }
 
 TEST(RoundTrip, ListOfAnExportWithoutItsNumbersIsDamaged) {
     const SampleFolder folder;
-    test::put_text(folder / "a", "");
+    put_text(folder / "a", "");
     const auto verified = [&](const std::string& bytes, const std::string& crc) {
-        test::put_text(folder / "export_train.json",
-                       R"({"source": "s", "files": [{"path": "a", "bytes": )" + bytes +
-                           ", \"crc32\": " + crc + "}]}");
+        put_text(folder / "export_train.json",
+                 R"({"source": "s", "files": [{"path": "a", "bytes": )" + bytes +
+                     ", \"crc32\": " + crc + "}]}");
         return Journal::verify(folder.path().string(), "train");
     };
     EXPECT_OK(verified("0", "0"));

@@ -42,19 +42,19 @@ TEST(StoreWriter, LeavesFilesOfOthers) {
     const SampleFolder folder;
     const auto refused = [&](const char* name) {
         const fs::path full = folder / ("with_" + std::string(name));
-        test::put_text(full / name, "mine");
-        test::put_text(full / "rgb.npy", "photographs");
+        put_text(full / name, "mine");
+        put_text(full / "rgb.npy", "photographs");
         EXPECT_ERROR(write_part(full, {}), Code::kInvalidArgument, "is there and is no store");
-        EXPECT_EQ(test::file_text(full / name), "mine");
-        EXPECT_EQ(test::file_text(full / "rgb.npy"), "photographs");
+        EXPECT_EQ(file_text(full / name), "mine");
+        EXPECT_EQ(file_text(full / "rgb.npy"), "photographs");
     };
     for (const char* name : {"importance.csv", "import.log", "import_1_of_2.json.bak", "imports",
                              "lockers.csv", "store.json"})
         refused(name);
     const fs::path begun = folder / "begun";
     for (const char* name : {"import.log", "imports/a", "import_0_of_2.json.7-0.tmp"})
-        test::put_text(begun / name, "mine");
-    test::put_text(begun / "import.json", "{\"source\": \"y\", \"done\": {}}");
+        put_text(begun / name, "mine");
+    put_text(begun / "import.json", "{\"source\": \"y\", \"done\": {}}");
     ASSERT_OK(write_part(begun, {}));
     EXPECT_TRUE(is_store(begun.string()).value());
     EXPECT_TRUE(fs::exists(begun / "import.log"));
@@ -144,8 +144,7 @@ TEST(Shards, OfEarlierVersionsCount) {
     const SampleFolder folder;
     const fs::path store = folder / "store";
     ASSERT_OK(write_part(store, {0, 2}));
-    test::put_text(store / "import_0_of_2.json",
-                   R"({"source": "x", "done": {"all": 1, "rgbs 0": 3}})");
+    put_text(store / "import_0_of_2.json", R"({"source": "x", "done": {"all": 1, "rgbs 0": 3}})");
     ASSERT_OK(write_part(store, {1, 2}));
     EXPECT_TRUE(is_store(store.string()).value());
 }
@@ -153,9 +152,9 @@ TEST(Shards, OfEarlierVersionsCount) {
 TEST(Shards, ParquetTablesAreImportedInParts) {
     SPLAT_NEED_DUCKDB();
     const SampleFolder folder;
-    test::write_all(test::sample_cars(folder / "srn"));
+    write_all(sample_cars(folder / "srn"));
     const fs::path tables = folder / "tables";
-    ASSERT_OK(test::convert(folder / "srn", "train", data::Layout::kTables, tables));
+    ASSERT_OK(convert(folder / "srn", "train", data::Layout::kTables, tables));
     const auto import = [&](const char* to, Part part) {
         return import_tables({tables.string(), "train", (folder / to).string(), "", false, part},
                              nullptr);

@@ -95,7 +95,7 @@ TEST(Memory, ReusesHolesFirstFit) {
 
 TEST(Memory, RandomAllocationsNeverOverlap) {
     const auto context = plain_context(0, kMiB);
-    test::Rng rng(11);
+    Rng rng(11);
     std::vector<Buffer> held;
     std::uint64_t peak = 0;
     for (int step = 0; step < 2000; ++step) {
@@ -166,14 +166,14 @@ TEST(Memory, DetectsGuardsOverwrittenBeforeTheBufferWasFreed) {
 }
 
 TEST(Memory, PoisonsFreshAllocations) {
-    for (const std::uint32_t pattern : test::kPoisonPatterns) {
+    for (const std::uint32_t pattern : kPoisonPatterns) {
         ContextDesc desc = context_desc();
         desc.memory.poison = pattern;
         const auto context = make_context(desc);
         for (int round = 0; round < 2; ++round) {  // fresh memory and memory used before
             const Buffer buffer = device_buffer(*context, 1000);
             if (Memory::host(buffer.range()) == nullptr) GTEST_SKIP() << "not mapped";
-            EXPECT_EQ(test::download_words(*context, buffer.range(), 1000),
+            EXPECT_EQ(download_words(*context, buffer.range(), 1000),
                       std::vector<std::uint32_t>(1000, pattern));
             EXPECT_OK(context->fill(buffer.range(), 0x12345678U));
         }

@@ -13,14 +13,14 @@ using namespace test;
 class Split : public testing::Test {
   protected:
     void SetUp() override {
-        context_ = test::shared_context();
+        context_ = shared_context();
         y_ = device_buffer(*context_, kGroups[0] * kGroups[1]);
     }
 
     std::vector<std::uint32_t> run(CommandList& list) {
         EXPECT_OK(context_->fill(y_.range(), 0));
         EXPECT_OK(context_->run(list));
-        return test::download_words(*context_, y_.range(), kGroups[0] * kGroups[1]);
+        return download_words(*context_, y_.range(), kGroups[0] * kGroups[1]);
     }
 
     CommandList record(const Dispatch& dispatch) { return test::record(*context_, {dispatch}); }
@@ -85,12 +85,12 @@ TEST_F(Split, ManyShortDispatchesAreSpreadOverSubmits) {
 TEST_F(Split, PushDataReachesEveryPart) {
     CommandList whole = record(slow(y_.range(), kGroups, 99, 0));
     CommandList list = record(slow(y_.range(), kGroups, 1, flops_for(*context_, 5)));
-    EXPECT_OK(list.set_push(0, test::SlowParams{kGroups[0], 99}));
+    EXPECT_OK(list.set_push(0, SlowParams{kGroups[0], 99}));
     EXPECT_EQ(run(list), run(whole));
 }
 
 TEST_F(Split, ShadersThatCountGroupsStayWhole) {
-    const CommandList list = record(test::count_groups(y_.range(), 100, flops_for(*context_, 20)));
+    const CommandList list = record(count_groups(y_.range(), 100, flops_for(*context_, 20)));
     EXPECT_EQ(parts_of(list).size(), 1U);
     CommandList copy = list;
     EXPECT_EQ(run(copy)[0], 100U);

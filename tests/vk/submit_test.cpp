@@ -52,7 +52,7 @@ VKAPI_ATTR VkResult VKAPI_CALL wait_loses_device(VkDevice device, std::uint32_t 
 }
 
 CommandList record_scale(Context& context, const BufferView& x, const BufferView& y, float factor) {
-    return test::record(context, {scale(x, y, kScaled, factor)});
+    return record(context, {scale(x, y, kScaled, factor)});
 }
 
 /// The next `count` waits for the device time out.
@@ -89,14 +89,14 @@ void expect_lost_for_ever(Context& context, CommandList& list, const BufferView&
 class Submit : public testing::Test {
   protected:
     void SetUp() override {
-        const auto context = test::make_context();
-        Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
+        const auto context = make_context();
+        Buffer x = upload(*context, std::vector<float>(kScaled, 1));
         Buffer y = device_buffer(*context, kScaled);
         CommandList list = record_scale(*context, x.range(), y.range(), 3);
         scaling_.emplace(Scaling{context, std::move(x), std::move(y), std::move(list)});
     }
     void expect_scaled() {
-        EXPECT_EQ(test::download(*scaling_->context, scaling_->y.range(), kScaled),
+        EXPECT_EQ(download(*scaling_->context, scaling_->y.range(), kScaled),
                   std::vector<float>(kScaled, 3));
     }
     /// A device that one call of the driver reports as lost stays so, even if that call works again.
@@ -175,7 +175,7 @@ TEST_F(Submit, KeepsMemoryFreedDuringATimeout) {
         EXPECT_FALSE(fresh.range().overlaps(range)) << "the device may still write there";
     }  // list and fresh are destroyed while the run counts as pending
     EXPECT_OK(context->fill(keep.range(), 5));
-    EXPECT_EQ(test::download_words(*context, keep.range(), kScaled),
+    EXPECT_EQ(download_words(*context, keep.range(), kScaled),
               std::vector<std::uint32_t>(kScaled, 5));
     const Buffer after = device_buffer(*context, kScaled);
     EXPECT_OK(context->fill(after.range(), 6));
@@ -193,8 +193,8 @@ TEST_F(Submit, LossAtWaitIsSticky) {
 TEST_F(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
     const auto& context = scaling_->context;
     const Buffer y = device_buffer(*context, 64);
-    const double flops = test::flops_for(*context, 5);
-    CommandList list = test::record(*context, {test::slow(y.range(), {64, 1, 1}, 1000, flops)});
+    const double flops = flops_for(*context, 5);
+    CommandList list = record(*context, {slow(y.range(), {64, 1, 1}, 1000, flops)});
     ASSERT_GT(list.submit_count(), 2U);
     static int submits;
     submits = 0;
@@ -206,15 +206,15 @@ TEST_F(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
     };
     EXPECT_ERROR(context->run(list), Code::kOutOfDeviceMemory, "vkQueueSubmit");
     EXPECT_OK(context->run(list));
-    const std::vector<std::uint32_t> words = test::download_words(*context, y.range(), 64);
+    const std::vector<std::uint32_t> words = download_words(*context, y.range(), 64);
     for (std::uint32_t i = 0; i < 64; ++i) EXPECT_EQ(words[i] & 0xFFFFU, i);
 }
 
 TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
     const auto& context = scaling_->context;
     const Buffer y = device_buffer(*context, 64);
-    CommandList list = test::record(
-        *context, {test::slow(y.range(), {64, 1, 1}, 1000, test::flops_for(*context, 5))});
+    CommandList list =
+        record(*context, {slow(y.range(), {64, 1, 1}, 1000, flops_for(*context, 5))});
     const auto segments = static_cast<int>(list.submit_count());
     ASSERT_GT(segments, 3);
     static int submits, cancelled_at;
@@ -238,7 +238,7 @@ TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
     }
     EXPECT_OK(run(0));
     EXPECT_EQ(submits, segments);
-    const std::vector<std::uint32_t> words = test::download_words(*context, y.range(), 64);
+    const std::vector<std::uint32_t> words = download_words(*context, y.range(), 64);
     for (std::uint32_t i = 0; i < 64; ++i) EXPECT_EQ(words[i] & 0xFFFFU, i);
     const std::lock_guard lock(context->mutex);
     const Uncancelled whole(context->mutex);
@@ -252,15 +252,15 @@ TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
 TEST_F(Submit, SplitListThatTimesOutIsRecoveredFrom) {
     const auto& context = scaling_->context;
     const Buffer y = device_buffer(*context, 64);
-    CommandList list = test::record(
-        *context, {test::slow(y.range(), {64, 1, 1}, 1000, test::flops_for(*context, 5))});
+    CommandList list =
+        record(*context, {slow(y.range(), {64, 1, 1}, 1000, flops_for(*context, 5))});
     ASSERT_GT(list.submit_count(), 3U);
     time_out(*context, kStuck);
     EXPECT_ERROR(context->run(list), Code::kTimeout, "SPLAT_TIMEOUT_SCALE");
     EXPECT_ERROR(context->run(list), Code::kTimeout, "did not finish");
     g_timeouts = 0;
     EXPECT_OK(context->run(list));
-    const std::vector<std::uint32_t> words = test::download_words(*context, y.range(), 64);
+    const std::vector<std::uint32_t> words = download_words(*context, y.range(), 64);
     for (std::uint32_t i = 0; i < 64; ++i) EXPECT_EQ(words[i] & 0xFFFFU, i);
 }
 
@@ -280,12 +280,12 @@ Status scenario(Context& context, std::vector<float>& result) {
 }
 
 TEST_F(Submit, EveryFaultPointFailsCleanlyAndRetries) {
-    ContextDesc desc = test::context_desc();
+    ContextDesc desc = context_desc();
     desc.memory.hide_host = true;
     std::vector<float> result(kScaled, -1);
     fault::arm(nullptr, ~std::uint64_t{0} - 1, 1);  // never fails: counts
     {
-        const auto context = test::make_context(desc);
+        const auto context = make_context(desc);
         ASSERT_OK(scenario(*context, result));
     }
     const std::uint64_t points = fault::disarm();
