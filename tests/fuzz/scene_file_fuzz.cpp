@@ -4,17 +4,11 @@
 
 #include "fuzz/target.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     for (const char* name : {"x.ply", "x.splat", "x.spz", "x"}) {
         const auto format = io::detect_scene_format(file, name);
         if (fuzz::accepted(format.status())) fuzz::require(format.value() != nullptr);
     }
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)
