@@ -74,19 +74,15 @@ TEST(ConfigKeys, DefaultsAreThoseOfTheStructs) {
     for (const Key& key : config::all_keys()) {
         if (config::default_text(key) == "null") continue;
         const auto without =
-            read_settings(key.field.part == config::Part::kAdapters ? kAdapted : "{}");
-        ASSERT_OK(without.status());
+            need(read_settings(key.field.part == config::Part::kAdapters ? kAdapted : "{}"));
         if (key.name == std::string("opt.lora_finetune")) {
             EXPECT_EQ(config::default_text(key), "false");
             continue;
         }
-        const auto with = read_one(key, config::default_text(key));
-        ASSERT_OK(with.status());
-        EXPECT_EQ(config::merged_config_text(with.value()),
-                  config::merged_config_text(without.value()))
+        const auto with = need(read_one(key, config::default_text(key)));
+        EXPECT_EQ(config::merged_config_text(with), config::merged_config_text(without))
             << key.name;
-        EXPECT_EQ(config::config_text(with.value().network),
-                  config::config_text(without.value().network));
+        EXPECT_EQ(config::config_text(with.network), config::config_text(without.network));
     }
 }
 
@@ -99,7 +95,7 @@ TEST(ConfigKeys, RefuseOtherTypes) {
     for (const Key& key : config::all_keys())
         for (const auto& [type, value] : wrong) {
             if (key.field.type != type) continue;
-            EXPECT_ERROR(read_one(key, value).status(), Code::kInvalidArgument,
+            EXPECT_ERROR(read_one(key, value), Code::kInvalidArgument,
                          std::string("'") + key.name + "'");
         }
 }
@@ -112,7 +108,7 @@ TEST(ConfigKeys, RefuseValuesBeyondTheirRange) {
         const auto refused = [&](double value) {
             const std::string text = format("%.17g", value);
             // Two numbers, as opt.betas has.
-            EXPECT_ERROR(read_one(key, list ? "[" + text + ", " + text + "]" : text).status(),
+            EXPECT_ERROR(read_one(key, list ? "[" + text + ", " + text + "]" : text),
                          Code::kInvalidArgument,
                          "'" + std::string(key.name) + "' is " + format("%.15g", value) +
                              ", expected " + config::range_text(key));
@@ -121,9 +117,9 @@ TEST(ConfigKeys, RefuseValuesBeyondTheirRange) {
         if (std::isfinite(v.least)) refused(v.above ? v.least : v.least - 1);
         if (std::isfinite(v.most)) refused(v.below ? v.most : v.most + 1);
     }
-    EXPECT_ERROR(read_settings("model: {xyz_bias: 1e300}").status(), Code::kInvalidArgument,
+    EXPECT_ERROR(read_settings("model: {xyz_bias: 1e300}"), Code::kInvalidArgument,
                  "'model.xyz_bias' is 1e+300, expected a number that float32 holds");
-    EXPECT_ERROR(read_settings("model: {opacity_bias: 1e308}").status(), Code::kInvalidArgument,
+    EXPECT_ERROR(read_settings("model: {opacity_bias: 1e308}"), Code::kInvalidArgument,
                  "'model.opacity_bias' is 1e+308, expected a number that float32 holds");
 }
 
@@ -140,9 +136,8 @@ TEST(ConfigKeys, SayTheirRange) {
 }
 
 TEST(ConfigKeys, AreJson) {
-    const auto keys = parse_json_tree(config::keys_json(), "keys");
-    ASSERT_OK(keys.status());
-    const JsonTree::List& rows = *keys.value().list();
+    const auto keys = need(parse_json_tree(config::keys_json(), "keys"));
+    const JsonTree::List& rows = *keys.list();
     ASSERT_EQ(rows.size(), config::all_keys().size());
     for (const JsonTree& row : rows) {
         if (*row.find("key")->text() != "opt.betas") continue;
