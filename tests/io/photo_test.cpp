@@ -47,6 +47,18 @@ Buffer webp_of(const std::vector<std::uint8_t>& samples, int width, int height, 
     return file;
 }
 
+/// With an Exif segment of this content.
+Buffer with_segment(const Buffer& jpeg, const std::vector<std::uint8_t>& tiff) {
+    Buffer file(jpeg.begin(), jpeg.begin() + 2);
+    const auto length = static_cast<std::uint8_t>(2 + 6 + tiff.size());
+    for (const int byte :
+         {0xFF, 0xE1, 0, int{length}, int{'E'}, int{'x'}, int{'i'}, int{'f'}, 0, 0})
+        file.push_back(static_cast<std::byte>(byte));
+    for (const std::uint8_t byte : tiff) file.push_back(static_cast<std::byte>(byte));
+    file.insert(file.end(), jpeg.begin() + 2, jpeg.end());
+    return file;
+}
+
 /// An Exif segment with this orientation, in either order of bytes, behind another tag.
 Buffer with_exif(const Buffer& jpeg, std::uint16_t orientation, bool little) {
     std::vector<std::uint8_t> tiff;
@@ -67,14 +79,7 @@ Buffer with_exif(const Buffer& jpeg, std::uint16_t orientation, bool little) {
         put(0, 2);
     }
     put(0, 4);
-    Buffer file(jpeg.begin(), jpeg.begin() + 2);
-    const auto length = static_cast<std::uint8_t>(2 + 6 + tiff.size());
-    for (const int byte :
-         {0xFF, 0xE1, 0, int{length}, int{'E'}, int{'x'}, int{'i'}, int{'f'}, 0, 0})
-        file.push_back(static_cast<std::byte>(byte));
-    for (const std::uint8_t byte : tiff) file.push_back(static_cast<std::byte>(byte));
-    file.insert(file.end(), jpeg.begin() + 2, jpeg.end());
-    return file;
+    return with_segment(jpeg, tiff);
 }
 
 TEST(Exif, TurnsEachOrientationUpright) {
@@ -128,14 +133,7 @@ Buffer with_focal(const Buffer& jpeg, const std::vector<std::array<std::uint32_t
         entry(tag, type, type == 5 ? static_cast<std::uint32_t>(after) + value : value);
     put(0, 4);
     for (const std::uint32_t number : fractions) put(number, 4);
-    Buffer file(jpeg.begin(), jpeg.begin() + 2);
-    const auto length = static_cast<std::uint8_t>(2 + 6 + tiff.size());
-    for (const int byte :
-         {0xFF, 0xE1, 0, int{length}, int{'E'}, int{'x'}, int{'i'}, int{'f'}, 0, 0})
-        file.push_back(static_cast<std::byte>(byte));
-    for (const std::uint8_t byte : tiff) file.push_back(static_cast<std::byte>(byte));
-    file.insert(file.end(), jpeg.begin() + 2, jpeg.end());
-    return file;
+    return with_segment(jpeg, tiff);
 }
 
 TEST(Exif, TellsTheFocalLengthInPixels) {
@@ -210,19 +208,22 @@ TEST(Jpeg, RefusesOtherFiles) {
         EXPECT_ERROR(read_jpeg(Bytes(file).first(size)), Code::kFormat, "jpeg: ") << size;
 }
 
-TEST(Jpeg, SurvivesEveryDamagedByte) {
-    for (const bool progressive : {false, true}) {
-        const Buffer file = jpeg_of(ramp(17, 9, 3), 17, 9, 3, progressive, JCS_RGB);
-        for (std::size_t i = 0; i < file.size(); ++i)
-            for (const unsigned flip : {0x01U, 0x80U, 0xFFU}) {
-                Buffer damaged = file;
-                damaged[i] ^= static_cast<std::byte>(flip);
-                const auto image = read_jpeg(damaged, {64, 20000});
-                if (image.ok()) {
-                    EXPECT_OK(check_image(image.value()));
-                }
+/// With each byte changed in three ways, the file is refused or gives a valid image.
+void expect_damage_survived(const Buffer& file, Result<Image> (*read)(Bytes, const ImageOptions&)) {
+    for (std::size_t i = 0; i < file.size(); ++i)
+        for (const unsigned flip : {0x01U, 0x80U, 0xFFU}) {
+            Buffer damaged = file;
+            damaged[i] ^= static_cast<std::byte>(flip);
+            const auto image = read(damaged, {64, 20000});
+            if (image.ok()) {
+                EXPECT_OK(check_image(image.value()));
             }
-    }
+        }
+}
+
+TEST(Jpeg, SurvivesEveryDamagedByte) {
+    for (const bool progressive : {false, true})
+        expect_damage_survived(jpeg_of(ramp(17, 9, 3), 17, 9, 3, progressive, JCS_RGB), read_jpeg);
 }
 
 TEST(WebP, HoldsWhatWasWritten) {
@@ -246,16 +247,7 @@ TEST(WebP, RefusesOtherFiles) {
 }
 
 TEST(WebP, SurvivesEveryDamagedByte) {
-    const Buffer file = webp_of(ramp(17, 9, 4), 17, 9, 4);
-    for (std::size_t i = 0; i < file.size(); ++i)
-        for (const unsigned flip : {0x01U, 0x80U, 0xFFU}) {
-            Buffer damaged = file;
-            damaged[i] ^= static_cast<std::byte>(flip);
-            const auto image = read_webp(damaged, {64, 20000});
-            if (image.ok()) {
-                EXPECT_OK(check_image(image.value()));
-            }
-        }
+    expect_damage_survived(webp_of(ramp(17, 9, 4), 17, 9, 4), read_webp);
 }
 
 TEST(ImageFile, IsKnownByItsFirstBytes) {

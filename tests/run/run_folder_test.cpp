@@ -26,7 +26,6 @@ class RunFolderTest : public testing::Test {
     /// A run that has ended.
     void make_run() {
         const auto folder = open(Mode::kNew);
-        ASSERT_NE(folder, nullptr);
         ASSERT_OK(folder->begin("{}", {}));
     }
 
@@ -35,7 +34,6 @@ class RunFolderTest : public testing::Test {
 
 TEST_F(RunFolderTest, HoldsOneSessionAtATime) {
     const auto first = open(Mode::kNew);
-    ASSERT_NE(first, nullptr);
     EXPECT_FALSE(fs::exists(path())) << "nothing is made before everything is known to be right";
     const auto second = open(Mode::kNew);
     ASSERT_OK(first->begin("{}", {}));
@@ -62,7 +60,6 @@ TEST_F(RunFolderTest, LockEndsWithItsProcess) {
 /// A forked child that lives on does not keep the lock, and does not give it up.
 TEST_F(RunFolderTest, LockIsTheProcessesNotItsChildrens) {
     auto folder = open(Mode::kNew);
-    ASSERT_NE(folder, nullptr);
     ASSERT_OK(folder->begin("{}", {}));
     int pipe_ends[2];
     ASSERT_EQ(pipe(pipe_ends), 0);
@@ -122,7 +119,6 @@ TEST_F(RunFolderTest, ReplacesARunButKeepsItUntilThen) {
     for (const char* name : {"notes.txt", "half.tmp", "eval/mine.txt"})
         put_text(path() + "/" + name, "mine");
     const auto folder = open(Mode::kReplace);
-    ASSERT_NE(folder, nullptr);
     EXPECT_TRUE(fs::exists(path() + "/renders/step_00000001.png"));
     ASSERT_OK(folder->begin("{\"a\": 1}", {"weights"}));
     EXPECT_FALSE(fs::exists(path() + "/renders"));
@@ -141,7 +137,6 @@ TEST_F(RunFolderTest, SweepsWhatACrashLeft) {
     put_text(path() + "/checkpoints/step_0000000002.state.safetensors.12-2.tmp", "half");
     put_text(path() + "/checkpoints/step_0000000001.state.safetensors", "whole");
     const auto folder = open(Mode::kResume);
-    ASSERT_NE(folder, nullptr);
     EXPECT_EQ(need(folder->begin("{}", {})), 2U);
     EXPECT_EQ(folder->states().value().size(), 1U);
     EXPECT_FALSE(fs::exists(path() + "/run.json.12-1.tmp"));
@@ -152,7 +147,6 @@ TEST_F(RunFolderTest, BeginsInAFolderThatWasOnlyBegun) {
     put_text(path() + "/lock", "12\n");
     put_text(path() + "/config.json.12-1.tmp", "{");
     const auto folder = open(Mode::kNew);
-    ASSERT_NE(folder, nullptr);
     EXPECT_OK(folder->begin("{}", {}));
 }
 
@@ -162,7 +156,6 @@ TEST_F(RunFolderTest, CutsMetricsOfStepsThatRunAgain) {
              "{\"step\":2,\"val_psnr\":12.25}\n{\"step\":3,\"val_psnr\":null}\n{\"step\":1e300}\n"
              "{\"step\":4}\n{\"st");
     const auto folder = open(Mode::kResume);
-    ASSERT_NE(folder, nullptr);
     ASSERT_OK(folder->begin("{}", {}));
     ASSERT_EQ(folder->metrics().value().size(), 3U);
     const auto psnr = [&](std::size_t line) {
@@ -181,7 +174,6 @@ TEST_F(RunFolderTest, CutsMetricsOfStepsThatRunAgain) {
 #if SPLAT_FAULT_POINTS
 TEST_F(RunFolderTest, ALockThatCannotBeWrittenIsAnError) {
     const auto folder = open(Mode::kNew);
-    ASSERT_NE(folder, nullptr);
     fault::arm("io.write", 1);
     EXPECT_ERROR(folder->begin("{}", {}), Code::kIo, "/lock': No space left");
     EXPECT_EQ(fault::disarm(), 1U);
@@ -191,7 +183,6 @@ TEST_F(RunFolderTest, ALockThatCannotBeWrittenIsAnError) {
 TEST_F(RunFolderTest, WhatCannotBeListedIsAnError) {
     {
         const auto folder = open(Mode::kNew);
-        ASSERT_NE(folder, nullptr);
         ASSERT_OK(folder->begin("{}", {}));
         put_text(folder->state_path(3), "state");
         fault::arm("io.list", 1);
@@ -201,7 +192,6 @@ TEST_F(RunFolderTest, WhatCannotBeListedIsAnError) {
         EXPECT_EQ(folder->states().value().size(), 1U) << "nothing was removed";
     }
     const auto resumed = open(Mode::kResume);
-    ASSERT_NE(resumed, nullptr);
     fs::create_symlink("x", path() + "/link");
     fault::arm("io.stat", 1, fault::kForever);
     EXPECT_OK(resumed->begin("{}", {})) << "what a link names does not matter";
@@ -213,7 +203,6 @@ TEST_F(RunFolderTest, WhatCannotBeListedIsAnError) {
 
 TEST_F(RunFolderTest, GoesOnWithItsLinesAfterAFullDisk) {
     const auto folder = open(Mode::kNew);
-    ASSERT_NE(folder, nullptr);
     ASSERT_OK(folder->begin("{}", {}));
     fault::arm("io.write", 1, 2);
     EXPECT_ERROR(folder->metric("{\"step\":1}"), Code::kIo, "metrics.jsonl': No space left");
@@ -228,7 +217,6 @@ TEST_F(RunFolderTest, GoesOnWithItsLinesAfterAFullDisk) {
 
 TEST_F(RunFolderTest, KeepsTheLatestStates) {
     const auto folder = open(Mode::kNew);
-    ASSERT_NE(folder, nullptr);
     ASSERT_OK(folder->begin("{}", {}));
     for (const std::uint64_t step : {1U, 10U, 9U}) put_text(folder->state_path(step), "state");
     folder->keep_latest_states(2);
@@ -240,7 +228,6 @@ TEST_F(RunFolderTest, KeepsTheLatestStates) {
 
 TEST_F(RunFolderTest, SetsAsideAStateThatCannotBeRead) {
     const auto folder = open(Mode::kNew);
-    ASSERT_NE(folder, nullptr);
     ASSERT_OK(folder->begin("{}", {}));
     for (const std::uint64_t step : {1U, 2U}) put_text(folder->state_path(step), "state");
     ASSERT_OK(folder->set_aside(folder->state_path(2)));
@@ -253,7 +240,6 @@ TEST_F(RunFolderTest, SetsAsideAStateThatCannotBeRead) {
 TEST_F(RunFolderTest, NoFolderHoldsNoStates) {
     make_run();
     const auto folder = open(Mode::kResume);
-    ASSERT_NE(folder, nullptr);
     fs::remove_all(path() + "/checkpoints");
     const auto is_empty = [&] {
         const auto states = folder->states();

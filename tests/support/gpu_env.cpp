@@ -78,7 +78,9 @@ Result<std::shared_ptr<Context>> open_context(const vk::ContextDesc& desc) {
 
 /// kNoDevice without a Vulkan loader, a driver or a usable device.
 Status find_device() {
-    return vk::Device::create({.validation = validation_on()}).status();
+    vk::DeviceDesc desc;
+    desc.validation = validation_on();
+    return vk::Device::create(desc).status();
 }
 
 class GpuEnvironment : public testing::Environment {

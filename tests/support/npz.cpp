@@ -273,7 +273,8 @@ Result<NpyArray> parse_npy(std::span<const std::byte> bytes, const std::string& 
     const auto dims = field(header, "'shape': (", ")");
     if (!descr || !order || !dims) return bad(what, "its header lacks descr, order or shape");
     if (*order != "False") return bad(what, "it is in Fortran order, expected C order");
-    NpyArray array{.dtype = descr->size() >= 3 ? descr->substr(1) : *descr};
+    NpyArray array;
+    array.dtype = descr->size() >= 3 ? descr->substr(1) : *descr;
     const std::size_t item = item_bytes(array.dtype);
     if (item == 0 || (descr->front() != '<' && descr->front() != '|'))
         return bad(what, "dtype '" + std::string(*descr) + "' is not supported");

@@ -32,8 +32,7 @@ std::string npy(const NpyArray& array) {
     const std::string order = array.dtype == "u1" ? "|" : "<";
     std::string header = "{'descr': '" + order + array.dtype +
                          "', 'fortran_order': False, 'shape': (" + dims + "), }";
-    header.resize((10 + header.size() + 1 + 63) / 64 * 64 - 11,
-                  ' ');  // the data starts at a multiple of 64
+    header.resize((10 + header.size() + 1 + 63) / 64 * 64 - 11, ' ');  // the data starts at a multiple of 64
     header += '\n';
     return std::string("\x93NUMPY\x01\x00", 8) + little(header.size(), 2) + header +
            std::string(reinterpret_cast<const char*>(array.bytes.data()), array.bytes.size());

@@ -3,7 +3,6 @@
 #include <cstring>
 #include <fstream>
 
-#include "io/image.h"
 #include "support/expect_status.h"
 #include "support/log_capture.h"
 #include "synthetic/sample_folder.h"
@@ -118,13 +117,8 @@ TEST(Import, ParquetColumnOfAnotherNameGivesAWarning) {
 
 /// An SQL blob of an image of 4 x 4 pixels of one sample.
 std::string png_literal(std::uint16_t sample, std::uint32_t channels) {
-    const auto file = io::write_png(
+    return test::png_literal(
         {4, 4, channels, 8, std::vector<std::uint16_t>(std::size_t{16} * channels, sample)});
-    EXPECT_OK(file);
-    std::string text = "'";
-    for (const std::byte byte : file.value())
-        text += format("\\x%02X", static_cast<unsigned>(byte));
-    return text + "'::BLOB";
 }
 
 TEST(Import, ParquetImagesMayBeEncodedFiles) {

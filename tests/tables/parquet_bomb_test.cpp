@@ -2,7 +2,6 @@
 // memory and time are printed.
 #include <gtest/gtest.h>
 
-#include "io/image.h"
 #include "support/child_cost.h"
 #include "support/expect_status.h"
 #include "synthetic/sample_folder.h"
@@ -93,13 +92,8 @@ TEST(DecodeBomb, ParquetOfLongFrameIds) {
 
 /// An SQL blob of a black image, which takes few bytes.
 std::string black_png(std::uint32_t side) {
-    const auto file =
-        io::write_png({side, side, 3, 8, std::vector<std::uint16_t>(std::size_t{3} * side * side)});
-    EXPECT_OK(file);
-    std::string text = "'";
-    for (const std::byte byte : file.value())
-        text += format("\\x%02X", static_cast<unsigned>(byte));
-    return text + "'::BLOB";
+    return test::png_literal(
+        {side, side, 3, 8, std::vector<std::uint16_t>(std::size_t{3} * side * side)});
 }
 
 TEST(DecodeBomb, ParquetOfManyPixels) {

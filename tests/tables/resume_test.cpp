@@ -121,8 +121,7 @@ TEST(Resume, ParquetImportRepeatsRowsThatTheDiskLost) {
 
 TEST(Resume, ParquetExportGoesOnAfterKill) {
     SPLAT_NEED_DUCKDB();
-    const SampleFolder folder;
-    write_all(sample_cars(folder / "srn"));
+    const CarsFolder folder;
     const auto go = [&](const char* to, const Progress& progress) {
         return convert(folder / "srn", "train", Layout::kTables, folder / to, progress);
     };
@@ -140,8 +139,7 @@ TEST(Resume, ParquetExportGoesOnAfterKill) {
 }
 
 TEST(Resume, ExportEndsWhileItLooksAtItsFiles) {
-    const SampleFolder folder;
-    write_all(sample_cars(folder / "srn"));
+    const CarsFolder folder;
     for (const Layout to : {Layout::kStore, Layout::kSrn, Layout::kImages}) {
         const auto stop = [](std::uint64_t done, std::uint64_t) {
             return done > 0 ? Status() : Status(Code::kCancelled, "at the first object");
@@ -154,8 +152,7 @@ TEST(Resume, ExportEndsWhileItLooksAtItsFiles) {
 
 TEST(Resume, ParquetExportWithAChangedByteIsRefused) {
     SPLAT_NEED_DUCKDB();
-    const SampleFolder folder;
-    write_all(sample_cars(folder / "srn"));
+    const CarsFolder folder;
     const fs::path out = folder / "out";
     ASSERT_OK(convert(folder / "srn", "val", Layout::kTables, out));
     const fs::path file = out / "depths/val/depths.parquet";
@@ -202,8 +199,7 @@ TEST(Resume, ParquetImportOntoAFullDiskGoesOnWithSpace) {
 
 TEST(Resume, ParquetExportOntoAFullDiskLeavesNoTable) {
     SPLAT_NEED_DUCKDB();
-    const SampleFolder folder;
-    write_all(sample_cars(folder / "srn"));
+    const CarsFolder folder;
     rlimit before{};
     ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
     const auto handler = ::signal(SIGXFSZ, SIG_IGN);
@@ -314,8 +310,7 @@ TEST(Resume, ChangedFilesAreNoticed) {
 }
 
 TEST(Resume, StoreOfAnotherSplitIsRefused) {
-    const SampleFolder folder;
-    write_all(sample_cars(folder / "srn"));
+    const CarsFolder folder;
     const fs::path store = folder / "store";
     ASSERT_OK(convert(folder / "srn", "train", Layout::kStore, store));
     bool lacks = false;
@@ -330,8 +325,7 @@ TEST(Resume, StoreOfAnotherSplitIsRefused) {
 }
 
 TEST(Resume, StoreWithADamagedRecordIsRefused) {
-    const SampleFolder folder;
-    write_all(sample_cars(folder / "srn"));
+    const CarsFolder folder;
     ASSERT_OK(convert(folder / "srn", "val", Layout::kStore, folder / "store"));
     const fs::path file = folder / "store/val/rgb.npy";
     std::string bytes = file_text(file);

@@ -38,8 +38,7 @@ std::vector<std::uint64_t> hashes_of(const fs::path& path, const std::string& sp
 
 TEST(RoundTrip, ParquetTablesGiveTheFilesOfSrnBack) {
     SPLAT_NEED_DUCKDB();
-    const SampleFolder folder;
-    write_all(sample_cars(folder / "srn"));
+    const CarsFolder folder;
     for (const char* split : {"train", "val", "test"}) {
         ASSERT_OK(convert(folder / "srn", split, Layout::kTables, folder / "tables"));
         ASSERT_OK(convert(folder / "tables", split, Layout::kSrn, folder / "back"));
@@ -51,8 +50,7 @@ TEST(RoundTrip, ParquetTablesGiveTheFilesOfSrnBack) {
 }
 
 TEST(RoundTrip, StoreGivesTheFilesOfSrnBack) {
-    const SampleFolder folder;
-    write_all(sample_cars(folder / "srn"));
+    const CarsFolder folder;
     for (const char* split : {"train", "val", "test"}) {
         ASSERT_OK(convert(folder / "srn", split, Layout::kStore, folder / "store"));
         ASSERT_OK(convert(folder / "store", split, Layout::kSrn, folder / "back"));
@@ -64,8 +62,7 @@ TEST(RoundTrip, StoreGivesTheFilesOfSrnBack) {
 
 TEST(RoundTrip, TablesHaveThePublishedParquetSchema) {
     SPLAT_NEED_DUCKDB();
-    const SampleFolder folder;
-    write_all(sample_cars(folder / "srn"));
+    const CarsFolder folder;
     const fs::path out = folder / "tables";
     ASSERT_OK(convert(folder / "srn", "train", Layout::kTables, out));
     const std::pair<const char*, const char*> rows[] = {
@@ -96,8 +93,7 @@ TEST(RoundTrip, TablesHaveThePublishedParquetSchema) {
 }
 
 TEST(RoundTrip, ViewsWithoutNumbersAreCounted) {
-    const SampleFolder folder;
-    write_all(sample_cars(folder / "srn"));
+    const CarsFolder folder;
     const fs::path object = folder / "srn/srn_cars/cars_val/000000_car";
     for (const char* kind : {"pose", "rgb", "depth", "normal", "mask"}) {
         const std::string end = std::string(kind) == "pose" ? ".txt" : ".png";
@@ -140,8 +136,7 @@ TEST(RoundTrip, ParquetTablesOfPhotographs) {
 }
 
 TEST(RoundTrip, FoldersOfImagesGiveTheImagesAndCamerasBack) {
-    const SampleFolder folder;
-    write_all(sample_cars(folder / "srn"));
+    const CarsFolder folder;
     const fs::path images = folder / "images", back = folder / "back";
     for (const char* split : {"train", "val", "test"}) {
         ASSERT_OK(convert(folder / "srn", split, Layout::kImages, images));
@@ -172,15 +167,13 @@ TEST(RoundTrip, FoldersOfImagesGiveTheImagesAndCamerasBack) {
 }
 
 TEST(RoundTrip, ExportRefusesFoldersOfOthers) {
-    const SampleFolder folder;
-    write_all(sample_cars(folder / "srn"));
+    const CarsFolder folder;
     EXPECT_ERROR(convert(folder / "srn", "train", Layout::kSrn, folder / "srn"),
                  Code::kInvalidArgument, "srn/srn_cars/cars_train' is there and is no export");
 }
 
 TEST(RoundTrip, ExportRefusesAnotherExportsFolder) {
-    const SampleFolder folder;
-    write_all(sample_cars(folder / "srn"));
+    const CarsFolder folder;
     ASSERT_OK(convert(folder / "srn", "train", Layout::kSrn, folder / "out"));
     ASSERT_OK(convert(folder / "srn", "train", Layout::kSrn, folder / "out"));
     auto desc = sample_cars(folder / "other");

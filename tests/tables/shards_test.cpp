@@ -151,8 +151,7 @@ TEST(Shards, OfEarlierVersionsCount) {
 
 TEST(Shards, ParquetTablesAreImportedInParts) {
     SPLAT_NEED_DUCKDB();
-    const SampleFolder folder;
-    write_all(sample_cars(folder / "srn"));
+    const CarsFolder folder;
     const fs::path tables = folder / "tables";
     ASSERT_OK(convert(folder / "srn", "train", data::Layout::kTables, tables));
     const auto import = [&](const char* to, Part part) {

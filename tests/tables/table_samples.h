@@ -7,6 +7,7 @@
 
 #include "core/status.h"
 #include "data/dataset_export.h"
+#include "synthetic/sample_folder.h"
 #include "tables/session.h"
 
 namespace splat::test {
@@ -25,6 +26,12 @@ Result<std::string> ask_sql(const std::filesystem::path& folder, const std::stri
 /// Write a split of a data set in SRN's layout to another layout.
 Status convert(const std::filesystem::path& from, const std::string& split, data::Layout layout,
                const std::filesystem::path& to, const tables::Progress& progress = nullptr);
+
+/// A folder with sample_cars() in srn/.
+class CarsFolder : public SampleFolder {
+  public:
+    CarsFolder() { write_all(sample_cars(*this / "srn")); }
+};
 
 /// Relative paths of all files of a folder that have one of these extensions, each with its bytes.
 std::string tree_of(const std::filesystem::path& folder,

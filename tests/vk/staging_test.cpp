@@ -12,9 +12,9 @@ namespace splat::vk {
 namespace {
 
 /// A device whose memory the host cannot see and whose staging memory is not coherent.
-std::shared_ptr<Context> discrete_context() {
+std::shared_ptr<Context> discrete_context(bool hide_host = true) {
     ContextDesc desc = test::context_desc();
-    desc.memory.hide_host = true;
+    desc.memory.hide_host = hide_host;
     return test::make_context(desc);
 }
 
@@ -68,9 +68,7 @@ TEST(Staging, OneBufferServesAllTransfers) {
 
 TEST(Staging, WritesNothingBeyondItsBytes) {
     for (const bool hide_host : {false, true}) {
-        ContextDesc desc = test::context_desc();
-        desc.memory.hide_host = hide_host;
-        const auto context = test::make_context(desc);
+        const auto context = discrete_context(hide_host);
         const Buffer buffer = test::upload(*context, ramp(12, 0));
         const std::uint32_t fresh[5] = {100, 101, 102, 103, 104};
         EXPECT_OK(context->write(buffer.range(), fresh, sizeof fresh));
@@ -83,9 +81,7 @@ TEST(Staging, ComputesAsOnMappedMemory) {
     const std::vector<float> x = test::normal_fill(1000, 3);
     std::vector<std::vector<float>> results;
     for (const bool hide_host : {false, true}) {
-        ContextDesc desc = test::context_desc();
-        desc.memory.hide_host = hide_host;
-        const auto context = test::make_context(desc);
+        const auto context = discrete_context(hide_host);
         const Buffer in = test::upload(*context, x);
         const Buffer out = test::device_buffer(*context, 1000);
         CommandList list =

@@ -117,7 +117,19 @@ class Submit : public testing::Test {
         expect_scaled();
     }
 
+    /// Several segments, whose numbers expect_slow_done() knows.
+    CommandList record_slow() {
+        Context& context = *scaling_->context;
+        slow_ = device_buffer(context, 64);
+        return record(context, {slow(slow_.range(), {64, 1, 1}, 1000, flops_for(context, 5))});
+    }
+    void expect_slow_done() {
+        const auto words = download_words(*scaling_->context, slow_.range(), 64);
+        for (std::uint32_t i = 0; i < 64; ++i) EXPECT_EQ(words[i] & 0xFFFFU, i);
+    }
+
     std::optional<Scaling> scaling_;
+    Buffer slow_;
 };
 
 TEST_F(Submit, TimeoutIsReportedAndRecoveredFrom) {
@@ -192,9 +204,7 @@ TEST_F(Submit, LossAtWaitIsSticky) {
 
 TEST_F(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
     const auto& context = scaling_->context;
-    const Buffer y = device_buffer(*context, 64);
-    const double flops = flops_for(*context, 5);
-    CommandList list = record(*context, {slow(y.range(), {64, 1, 1}, 1000, flops)});
+    CommandList list = record_slow();
     ASSERT_GT(list.submit_count(), 2U);
     static int submits;
     submits = 0;
@@ -206,15 +216,12 @@ TEST_F(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
     };
     EXPECT_ERROR(context->run(list), Code::kOutOfDeviceMemory, "vkQueueSubmit");
     EXPECT_OK(context->run(list));
-    const std::vector<std::uint32_t> words = download_words(*context, y.range(), 64);
-    for (std::uint32_t i = 0; i < 64; ++i) EXPECT_EQ(words[i] & 0xFFFFU, i);
+    expect_slow_done();
 }
 
 TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
     const auto& context = scaling_->context;
-    const Buffer y = device_buffer(*context, 64);
-    CommandList list =
-        record(*context, {slow(y.range(), {64, 1, 1}, 1000, flops_for(*context, 5))});
+    CommandList list = record_slow();
     const auto segments = static_cast<int>(list.submit_count());
     ASSERT_GT(segments, 3);
     static int submits, cancelled_at;
@@ -238,8 +245,7 @@ TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
     }
     EXPECT_OK(run(0));
     EXPECT_EQ(submits, segments);
-    const std::vector<std::uint32_t> words = download_words(*context, y.range(), 64);
-    for (std::uint32_t i = 0; i < 64; ++i) EXPECT_EQ(words[i] & 0xFFFFU, i);
+    expect_slow_done();
     const std::lock_guard lock(context->mutex);
     const Uncancelled whole(context->mutex);
     submits = 0;
@@ -251,17 +257,14 @@ TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
 /// What was submitted is waited for; segments that were not submitted do not run.
 TEST_F(Submit, SplitListThatTimesOutIsRecoveredFrom) {
     const auto& context = scaling_->context;
-    const Buffer y = device_buffer(*context, 64);
-    CommandList list =
-        record(*context, {slow(y.range(), {64, 1, 1}, 1000, flops_for(*context, 5))});
+    CommandList list = record_slow();
     ASSERT_GT(list.submit_count(), 3U);
     time_out(*context, kStuck);
     EXPECT_ERROR(context->run(list), Code::kTimeout, "SPLAT_TIMEOUT_SCALE");
     EXPECT_ERROR(context->run(list), Code::kTimeout, "did not finish");
     g_timeouts = 0;
     EXPECT_OK(context->run(list));
-    const std::vector<std::uint32_t> words = download_words(*context, y.range(), 64);
-    for (std::uint32_t i = 0; i < 64; ++i) EXPECT_EQ(words[i] & 0xFFFFU, i);
+    expect_slow_done();
 }
 
 #if SPLAT_FAULT_POINTS
