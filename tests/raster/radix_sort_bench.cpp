@@ -112,7 +112,9 @@ void print(const char* what, std::vector<double> times) {
 }
 
 std::shared_ptr<vk::Context> profiled_context() {
-    auto made = vk::Context::create({.profile = true});
+    vk::ContextDesc desc;
+    desc.profile = true;
+    auto made = vk::Context::create(desc);
     if (!made.ok()) std::fprintf(stderr, "%s\n", made.status().message().c_str());
     return made.ok() ? std::move(made.value()) : nullptr;
 }

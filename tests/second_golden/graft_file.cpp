@@ -151,9 +151,10 @@ void put_adapters(Arrays& arrays, const Session& session, Numbers& numbers) {
 Arrays graft_file() {
     Arrays arrays;
     Numbers numbers(5);
-    Session session{.rgb = numbers.normal(kViews * 3 * kPixels),
-                    .priors = numbers.normal(kViews * kPriors * kPixels),
-                    .rays = rays()};
+    Session session;
+    session.rgb = numbers.normal(kViews * 3 * kPixels);
+    session.priors = numbers.normal(kViews * kPriors * kPixels);
+    session.rays = rays();
     put_cameras(session, numbers);
     arrays["first_name"] = test::npy_text(kFirst);
     arrays["x_rgb"] = test::npy_f32({1, kViews, 3, kSide, kSide}, session.rgb);
