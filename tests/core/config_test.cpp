@@ -44,8 +44,7 @@ defaults:
 )";
 
 TEST(Config, ReadsYamlOfHydra) {
-    const auto read = need(read_yaml_config(kYaml, "config.yaml"));
-    const Config& config = read;
+    const Config config = need(read_yaml_config(kYaml, "config.yaml"));
     EXPECT_EQ(config.get<std::int64_t>("opt.iterations", 0).value(), 800001);
     EXPECT_EQ(config.get<double>("opt.iterations", 0).value(), 800001.0);
     EXPECT_EQ(config.get<double>("opt.base_lr", 0).value(), 5e-5);
@@ -152,8 +151,7 @@ TEST(Config, RefusesWhatItDoesNotRead) {
 }
 
 TEST(Config, SaysWhatKindItExpects) {
-    const auto read = need(read_yaml_config("a: text\nb: [1]\nc: {d: 1.5}\n", "c.yaml"));
-    const Config& config = read;
+    const Config config = need(read_yaml_config("a: text\nb: [1]\nc: {d: 1.5}\n", "c.yaml"));
     EXPECT_ERROR(config.get<double>("a", 0), Code::kInvalidArgument,
                  "c.yaml: 'a' is a text, expected a number");
     EXPECT_ERROR(config.get<bool>("b", false), Code::kInvalidArgument, "'b' is a list");
@@ -166,8 +164,7 @@ TEST(Config, SaysWhatKindItExpects) {
 }
 
 TEST(Config, NamesTheNearestKey) {
-    const auto read = need(read_yaml_config("opt:\n  base_l: 1\n", "c.yaml"));
-    const Config& config = read;
+    const Config config = need(read_yaml_config("opt:\n  base_l: 1\n", "c.yaml"));
     EXPECT_ERROR(config.refuse_unknown({"opt.base_lr", "opt.betas"}, {"opt"}),
                  Code::kInvalidArgument,
                  "there is no key 'opt.base_l'; did you mean 'opt.base_lr'?");

@@ -22,10 +22,9 @@ void expect_tree_refused(const std::string& text, const std::string& because) {
 }
 
 TEST(JsonTree, HoldsWhatTheTextSays) {
-    const auto json = need(parse_json_tree(
+    const JsonTree root = need(parse_json_tree(
         R"({"a": [1, -2.5, 18446744073709551615, true, null, "x\u00e9", []], "b": 7, "d": {"a": {"b": 1}}})",
         "config"));
-    const JsonTree& root = json;
     ASSERT_TRUE(root.is_object());
     ASSERT_NE(root.find("a"), nullptr);
     const JsonTree::List* const list = root.find("a")->list();

@@ -106,10 +106,9 @@ class GoldenNetCameras : public testing::Test {
 constexpr double kPoseTolerance = 3e-6;
 
 TEST_F(GoldenNetCameras, PosesAndQuaternionsAreTheReferences) {
-    test::each_golden("cams", [&](const test::Golden& golden) {
-        const std::vector<std::string> sets = golden.cases("abs_vw");
-        golden.expect_cases(sets, {"srn", "co3d", "nmr", "obj"});
-        for (const std::string& set : sets) {
+    test::each_case(
+        "cams", "abs_vw", {"srn", "co3d", "nmr", "obj"},
+        [&](const test::Golden& golden, const std::string& set) {
             const std::vector<double> rows = golden.doubles(set + ".abs_vw");
             std::vector<Mat4> poses(rows.size() / 16);
             for (std::size_t i = 0; i < rows.size(); ++i)  // stored transposed
@@ -129,8 +128,7 @@ TEST_F(GoldenNetCameras, PosesAndQuaternionsAreTheReferences) {
                                 kPoseTolerance / std::max(w * w, 0.01))
                         << set << i;
             }
-        }
-    });
+        });
 }
 
 TEST_F(GoldenNetCameras, QuaternionsOfMatricesAreTheReferences) {

@@ -78,8 +78,7 @@ TEST_F(EvaluatorTest, ScoresWhatItDraws) {
     ASSERT_NO_FATAL_FAILURE(fill(0.01F));
     Evaluator made = evaluator();
     ASSERT_EQ(made.objects(), 1U);
-    const auto scores = need(made.score(0));
-    const ObjectScores& s = scores;
+    const ObjectScores s = need(made.score(0));
     EXPECT_EQ(s.conditioning.views, 1U);
     EXPECT_EQ(s.novel.views, 3U);
     EXPECT_TRUE(std::isnan(s.novel.lpips));

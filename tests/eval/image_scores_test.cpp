@@ -16,18 +16,14 @@ using eval::compare_images;
 
 TEST(ImageScores, MatchThePublishedDefinition) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    each_golden("metric", [&](const Golden& golden) {
-        const std::vector<std::string> pairs = golden.cases("a");
-        golden.expect_cases(pairs, {"0", "1", "2"});
-        for (const std::string& pair : pairs) {
-            const std::string a = pair + ".a";
-            const auto scores =
-                need(compare_images(golden.floats(a), golden.floats(pair + ".b"), golden.dim(a, 0),
-                                    golden.dim(a, 1), golden.dim(a, 2)));
-            // The window of the files' SSIM was rounded to float32.
-            EXPECT_NEAR(scores.ssim, golden.doubles(pair + ".ssim64")[0], 5e-7) << pair;
-            EXPECT_NEAR(scores.psnr, golden.doubles(pair + ".psnr64")[0], 1e-9) << pair;
-        }
+    each_case("metric", "a", {"0", "1", "2"}, [&](const Golden& golden, const std::string& pair) {
+        const std::string a = pair + ".a";
+        const auto scores =
+            need(compare_images(golden.floats(a), golden.floats(pair + ".b"), golden.dim(a, 0),
+                                golden.dim(a, 1), golden.dim(a, 2)));
+        // The window of the files' SSIM was rounded to float32.
+        EXPECT_NEAR(scores.ssim, golden.doubles(pair + ".ssim64")[0], 5e-7) << pair;
+        EXPECT_NEAR(scores.psnr, golden.doubles(pair + ".psnr64")[0], 1e-9) << pair;
     });
 }
 

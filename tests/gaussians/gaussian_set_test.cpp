@@ -152,8 +152,8 @@ TEST(GaussianSet, DownloadsAllThatWasUploaded) {
     const std::uint64_t version = set.version;
     ASSERT_OK(gaussians::upload(*context, host, set));
     EXPECT_NE(set.version, version);
-    const auto all = need(gaussians::download(*context, set.desc, set.views(), true));
-    const scene::Gaussians& got = all.gaussians;
+    const scene::Gaussians got =
+        need(gaussians::download(*context, set.desc, set.views(), true)).gaussians;
     EXPECT_EQ(got.means, host.means);
     EXPECT_EQ(got.rotations, host.rotations);
     EXPECT_EQ(got.sh, host.sh);

@@ -58,13 +58,13 @@ TEST(TransformsJson, RoundTrip) {
 }
 
 TEST(TransformsJson, AnglesSizesAndOverrides) {
-    const auto read =
+    const auto cameras =
         need(read_json(R"({"camera_angle_x": 1.5707963267948966, "w": 200, "h": 100, "frames": [
         {"file_path": "a", )" +
                        kPose + R"(},
         {"file_path": "b", "fl_x": 7, "cx": 3, "w": 50, "camera_angle_y": 1.5707963267948966, )" +
-                       kPose + R"(}]})"));
-    const auto& cameras = read.cameras;
+                       kPose + R"(}]})"))
+            .cameras;
     EXPECT_NEAR(cameras[0].fx, 100, 1e-9);
     EXPECT_NEAR(cameras[0].fy, 100, 1e-9);
     EXPECT_EQ(cameras[0].cy, 50);

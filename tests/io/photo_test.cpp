@@ -159,8 +159,7 @@ TEST(Photo, HeadersTellTheSizeWithoutPixels) {
         {webp_of(ramp(5, 4, 4), 5, 4, 4), {5, 4, 4, 8}},
         {write_png(gray).value(), {5, 3, 1, 16}}};
     for (const auto& [file, expected] : files) {
-        const auto image = need(read_image(file, {.upright = true, .header_only = true}));
-        const Image& found = image;
+        const Image found = need(read_image(file, {.upright = true, .header_only = true}));
         EXPECT_EQ((std::array{found.width, found.height, found.channels, found.bits}), expected);
         EXPECT_TRUE(found.samples.empty());
     }

@@ -31,8 +31,7 @@ TEST(Pickle, ReadsPlainValues) {
         "\x80\x02}q\0(X\1\0\0\0aq\1(K\1J\xfe\xff\xff\xffJp\x11\1\0G?\xf8\0\0\0\0\0\0N\x88tq\2"
         "X\1\0\0\0bq\3]q\4(X\1\0\0\0xq\5U\1yq\6\x8a\6\0\0\0\0\0\1eu.";
     const std::string text(kText, sizeof kText - 1);
-    const auto pickle = need(read(text));
-    const Pickle& p = pickle;
+    const Pickle p = need(read(text));
     const PickleNode* a = p.find(p.root(), "a");
     ASSERT_TRUE(a != nullptr && a->kind == Kind::kTuple && a->items.size() == 6);
     EXPECT_EQ(p[a->items[0]].integer, 1);
@@ -133,8 +132,7 @@ TEST(Pickle, StandsInForConfigurations) {
     text.global("__builtin__", "dict").raw("\x85Rub");
     text.text("_content").raw("]");
     object(text, "nodes AnyNode").raw("}").text("_val").real(0.9).raw("sbaubs");
-    const auto pickle = need(read(text.done()));
-    const Pickle& p = pickle;
+    const Pickle p = need(read(text.done()));
     const PickleNode* betas = p.find(p.root(), "betas");
     EXPECT_TRUE(betas != nullptr && betas->kind == Kind::kObject);
 }

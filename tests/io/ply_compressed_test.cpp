@@ -19,8 +19,7 @@ bool accepts_compressed(Bytes file) {
 }
 
 TEST(PlyCompressed, DecodesBothEndsOfEveryRange) {
-    const auto loaded = need(read_compressed_ply(sample_compressed_ply({})));
-    const auto& g = loaded.gaussians;
+    const auto g = need(read_compressed_ply(sample_compressed_ply({}))).gaussians;
     EXPECT_EQ(g.means, (std::vector<float>{-1, -1, -1, 2, 2, 2}));
     EXPECT_EQ(g.log_scales, (std::vector<float>{-8, -8, -8, 0, 0, 0}));
     EXPECT_NEAR(g.sh[0], -1 / scene::kSh0, 1e-5);
@@ -39,8 +38,7 @@ TEST(PlyCompressed, RangesOfColourMayBeAbsent) {
 
 TEST(PlyCompressed, BandsAreChannelMajorBytes) {
     for (const std::size_t rest : {9U, 24U, 45U}) {
-        const auto loaded = need(read_compressed_ply(sample_compressed_ply({.rest = rest})));
-        const auto& g = loaded.gaussians;
+        const auto g = need(read_compressed_ply(sample_compressed_ply({.rest = rest}))).gaussians;
         ASSERT_EQ(scene::sh_coefficients(g.sh_degree) * 3, rest + 3);
         EXPECT_EQ(g.sh[1 * 3 + 0], -4.0F) << "f_rest_0: coefficient 1, red";
         EXPECT_EQ(g.sh[2 * 3 + 0], 4.0F);

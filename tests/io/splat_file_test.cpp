@@ -20,8 +20,7 @@ TEST(SplatFile, ReadsTheLayout) {
     for (const float value : {1.0F, -2.0F, 3.0F, 0.5F, 1.0F, 2.0F}) put(file, value);
     for (const int value : {255, 0, 128, 51, 228, 128, 28, 128})
         put(file, static_cast<std::uint8_t>(value));
-    const auto loaded = need(read_splat(file));
-    const auto& g = loaded.gaussians;
+    const auto g = need(read_splat(file)).gaussians;
     EXPECT_EQ(g.means, (std::vector<float>{1, -2, 3}));
     EXPECT_NEAR(g.log_scales[0], std::log(0.5), 1e-6);
     EXPECT_NEAR(g.sh[0], 0.5 / scene::kSh0, 1e-6);
@@ -36,8 +35,7 @@ TEST(SplatFile, RoundTripIsWithinTheQuantisation) {
     auto scene = sample_scene(300, 0);
     const auto file = need(write_splat(scene));
     EXPECT_EQ(file.size(), 300U * 32U);
-    const auto loaded = need(read_splat(file));
-    const auto& g = loaded.gaussians;
+    const auto g = need(read_splat(file)).gaussians;
     EXPECT_EQ(g.means, scene.means);
     EXPECT_LT(test::max_difference(g.log_scales, scene.log_scales), 1e-6);
     // The colour 0.5 + kSh0 sh and the opacity are within half a step of 1/255.

@@ -53,20 +53,19 @@ void expect_config(const Golden& golden, const std::string& name, const Layers::
 }
 
 void GoldenNetLayers::expect_blocks(model::Precision precision) {
-    each_golden("block", [&](const Golden& golden) {
-        const std::vector<std::string> names = golden.cases("cfg");
-        golden.expect_cases(names, {"same", "wide", "att", "up", "dn", "film", "filmatt", "filmup",
-                                    "filmdn", "att2v"});
-        for (const std::string& name : names) {
-            const Layers::BlockShape shape = block_shape(golden, name);
-            expect_config(golden, name, shape);
-            GoldenLayer layer{.golden = golden, .name = name, .precision = precision};
-            layer.config.views =
-                static_cast<std::uint32_t>(golden.array(name + ".cfg").ints().value().at(6));
-            layer.build = [&](Layers& layers, ValueId x) { return layers.block(name, x, shape); };
-            expect_golden_layer(context(), layer);
-        }
-    });
+    each_case("block", "cfg",
+              {"same", "wide", "att", "up", "dn", "film", "filmatt", "filmup", "filmdn", "att2v"},
+              [&](const Golden& golden, const std::string& name) {
+                  const Layers::BlockShape shape = block_shape(golden, name);
+                  expect_config(golden, name, shape);
+                  GoldenLayer layer{.golden = golden, .name = name, .precision = precision};
+                  layer.config.views =
+                      static_cast<std::uint32_t>(golden.array(name + ".cfg").ints().value().at(6));
+                  layer.build = [&](Layers& layers, ValueId x) {
+                      return layers.block(name, x, shape);
+                  };
+                  expect_golden_layer(context(), layer);
+              });
 }
 
 TEST_P(GoldenNetLayers, Blocks) {
@@ -84,16 +83,12 @@ TEST_P(GoldenNetLayersFast, Blocks) {
 
 /// The mask before conv1 that the other implementation drew.
 TEST_P(GoldenNetLayers, BlockWithDropout) {
-    each_golden("block", [&](const Golden& golden) {
-        const std::vector<std::string> names = golden.cases("mask");
-        golden.expect_cases(names, {"drop"});
-        for (const std::string& name : names) {
-            GoldenLayer layer{.golden = golden, .name = name};
-            layer.build = [&](Layers& layers, ValueId x) {
-                return layers.block(name, x, block_shape(golden, name));
-            };
-            expect_golden_layer(context(), layer);
-        }
+    each_case("block", "mask", {"drop"}, [&](const Golden& golden, const std::string& name) {
+        GoldenLayer layer{.golden = golden, .name = name};
+        layer.build = [&](Layers& layers, ValueId x) {
+            return layers.block(name, x, block_shape(golden, name));
+        };
+        expect_golden_layer(context(), layer);
     });
 }
 
@@ -115,45 +110,38 @@ std::uint32_t kernel_of(const Golden& golden, const std::string& name,
 /// Adapters as a second branch next to the frozen weight. A linear layer is a 1x1 convolution of
 /// rows of one pixel, so matrices of the file are kernels of one tap here, with the same numbers.
 TEST_P(GoldenNetLayers, Adapters) {
-    each_golden("lora", [&](const Golden& golden) {
-        const std::vector<std::string> names = golden.cases("p.lora_A");
-        golden.expect_cases(names, {"lin", "lindrop", "c3", "c1"});
-        for (const std::string& name : names) {
-            GoldenLayer layer{.golden = golden, .name = name};
-            layer.config.lora = adapters(golden, name, "");
-            layer.config.lora.targets = {name};
-            layer.config.lora.trained = {".bias"};
-            layer.build = [&](Layers& layers, ValueId x) {
-                return layers.conv(name, x, golden.dim(layer.key("y"), 1), kernel_of(golden, name),
-                                   {}, kNoValue, 1, true);
-            };
-            expect_golden_layer(context(), layer);
-        }
-    });
+    each_case("lora", "p.lora_A", {"lin", "lindrop", "c3", "c1"},
+              [&](const Golden& golden, const std::string& name) {
+                  GoldenLayer layer{.golden = golden, .name = name};
+                  layer.config.lora = adapters(golden, name, "");
+                  layer.config.lora.targets = {name};
+                  layer.config.lora.trained = {".bias"};
+                  layer.build = [&](Layers& layers, ValueId x) {
+                      return layers.conv(name, x, golden.dim(layer.key("y"), 1),
+                                         kernel_of(golden, name), {}, kNoValue, 1, true);
+                  };
+                  expect_golden_layer(context(), layer);
+              });
 }
 
 TEST_P(GoldenNetLayers, BlockWithAdapters) {
-    each_golden("lora", [&](const Golden& golden) {
-        const std::vector<std::string> names = golden.cases("p.conv1.lora_A");
-        golden.expect_cases(names, {"block"});
-        for (const std::string& name : names) {
-            GoldenLayer layer{.golden = golden, .name = name};
-            layer.config.lora = adapters(golden, name, "conv1.");
-            layer.config.lora.trained = {".norm", ".bias", ".skip"};
-            layer.build = [&](Layers& layers, ValueId x) {
-                return layers.block(name, x, block_shape(golden, name));
-            };
-            expect_golden_layer(context(), layer);
-        }
-    });
+    each_case("lora", "p.conv1.lora_A", {"block"},
+              [&](const Golden& golden, const std::string& name) {
+                  GoldenLayer layer{.golden = golden, .name = name};
+                  layer.config.lora = adapters(golden, name, "conv1.");
+                  layer.config.lora.trained = {".norm", ".bias", ".skip"};
+                  layer.build = [&](Layers& layers, ValueId x) {
+                      return layers.block(name, x, block_shape(golden, name));
+                  };
+                  expect_golden_layer(context(), layer);
+              });
 }
 
 /// Folded into the weight, adapters give the same outputs. (`merged_w` of the file is the weight itself.)
 TEST_P(GoldenNetLayers, FoldedAdapters) {
-    each_golden("lora", [&](const Golden& golden) {
-        const std::vector<std::string> names = golden.cases("merged_y");
-        golden.expect_cases(names, {"lin", "c3", "c1"});
-        for (const std::string& name : names) {
+    each_case(
+        "lora", "merged_y", {"lin", "c3", "c1"},
+        [&](const Golden& golden, const std::string& name) {
             io::NamedTensors state;
             for (const char* part : {"weight", "lora_A", "lora_B"})
                 ASSERT_OK(state.add({name + "." + part, golden.dims(name + ".p." + part),
@@ -175,8 +163,7 @@ TEST_P(GoldenNetLayers, FoldedAdapters) {
             ASSERT_OK(gpu.status) << name;
             for (const char* key : {".y64", ".merged_y"})
                 expect_relative(name + key, gpu.outputs[0], golden.doubles(name + key), 1e-5);
-        }
-    });
+        });
 }
 
 /// Cases of the file that resample and then convolve: with the box (`c…`), which the network uses, or

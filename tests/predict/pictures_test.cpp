@@ -51,8 +51,7 @@ void expect_refused(const config::ModelConfig& config, const PictureInput& input
 }
 
 TEST(Pictures, OnePictureIsSeenByTheCameraOfTheNetwork) {
-    const auto made = need(views_of(network(), input_of(picture())));
-    const PictureViews& given = made;
+    const PictureViews given = need(views_of(network(), input_of(picture())));
     ASSERT_EQ(given.views.inputs.size(), 3U * 32 * 32);
     EXPECT_EQ(given.views.inputs, given.views.images);
     EXPECT_EQ(given.facts[0].found, data::MaskFrom::kBorder);

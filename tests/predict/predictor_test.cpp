@@ -62,9 +62,9 @@ class PredictorTest : public testing::Test {
 TEST_F(PredictorTest, PredictsTheOutputsOfItsModel) {
     const auto made = predictor(weights(settings_.network));
     ASSERT_OK(made->predict(picture()));
-    const auto read =
-        need(gaussians::download(*context_, made->model().set_desc(), made->model().set(0), true));
-    const scene::Gaussians& scene = read.gaussians;
+    const scene::Gaussians scene =
+        need(gaussians::download(*context_, made->model().set_desc(), made->model().set(0), true))
+            .gaussians;
     ASSERT_EQ(scene.count(), 256U);
     std::vector<float> means(3 * 256), scales(3 * 256), opacities(256);
     const auto outputs = made->model().outputs().value();

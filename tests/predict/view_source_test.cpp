@@ -44,8 +44,7 @@ TEST_F(ViewSourceTest, ReadsTheVectorsOfItsViews) {
                  "'data.tokens_file' is empty");
     config::Settings without = settings_;
     without.network.token_dim = without.network.tokens = 0;
-    const auto opened = need(ViewSource::open(without, "", "train"));
-    const auto& plain = opened;
+    const auto plain = need(ViewSource::open(without, "", "train"));
     io::WeightsFile file;
     for (std::uint32_t object = 0; object < plain->objects(); ++object) {
         io::NamedTensor tensor;
@@ -78,8 +77,7 @@ TEST_F(ViewSourceTest, ReadsImagesInputsAndCamerasOfTheViews) {
     const std::uint32_t side = source->resolution();
     const std::size_t area = std::size_t{side} * side;
     const std::uint32_t numbers[] = {2, 0, 3};
-    const auto views = need(source->read(0, numbers, 2));
-    const Views& v = views;
+    const Views v = need(source->read(0, numbers, 2));
     ASSERT_EQ(v.images.size(), 3 * 3 * area);
     ASSERT_EQ(v.inputs.size(), 2 * 6 * area);
     std::vector<float> depths(3 * area), masks(3 * area);

@@ -86,38 +86,32 @@ constexpr ModelFacts kFacts[] = {
 
 TEST(Preset, HasTheFactsOfItsModel) {
     for (const ModelFacts& facts : kFacts) {
+        SCOPED_TRACE(facts.name);
         const Preset preset = preset_of(facts.name).value();
         const PresetInput& in = preset.input;
-        ASSERT_EQ(preset.outputs.size(), 1U) << facts.name;
+        ASSERT_EQ(preset.outputs.size(), 1U);
         const PresetOutput& out = preset.outputs[0];
-        EXPECT_EQ(in.fit, facts.fit) << facts.name;
-        EXPECT_EQ(in.width, facts.width) << facts.name;
-        EXPECT_EQ(in.height, facts.width) << facts.name;
-        EXPECT_EQ(in.multiple, facts.multiple) << facts.name;
-        EXPECT_EQ(in.filter, facts.in) << facts.name;
-        EXPECT_EQ(in.by_maximum ? 0 : in.scale, facts.scale) << facts.name;
-        EXPECT_FALSE(in.channels_last) << facts.name;
-        EXPECT_EQ(in.mean[0], facts.mean) << facts.name;
-        EXPECT_EQ(in.std[0], facts.std) << facts.name;
-        if (facts.mean == 0.485)
-            EXPECT_EQ(in.mean, (std::array<double, 3>{0.485, 0.456, 0.406})) << facts.name;
-        else
-            EXPECT_EQ(in.mean, (std::array<double, 3>{facts.mean, facts.mean, facts.mean}))
-                << facts.name;
-        if (facts.std == 0.229)
-            EXPECT_EQ(in.std, (std::array<double, 3>{0.229, 0.224, 0.225})) << facts.name;
-        else
-            EXPECT_EQ(in.std, (std::array<double, 3>{facts.std, facts.std, facts.std}))
-                << facts.name;
-        EXPECT_EQ(out.index, facts.index) << facts.name;
-        EXPECT_EQ(out.channel, 0U) << facts.name;
-        EXPECT_EQ(out.sigmoid, facts.sigmoid) << facts.name;
-        EXPECT_EQ(out.min_max, facts.min_max) << facts.name;
-        EXPECT_EQ(out.bytes_first, facts.bytes_first) << facts.name;
-        EXPECT_EQ(out.threshold ? *out.threshold : -1, facts.threshold) << facts.name;
-        EXPECT_EQ(out.filter, facts.out) << facts.name;
-        EXPECT_EQ(out.depth, DepthOf::kInverse) << facts.name;
-        EXPECT_EQ(out.signs, (std::array<float, 3>{1, 1, 1})) << facts.name;
+        EXPECT_EQ(in.fit, facts.fit);
+        EXPECT_EQ(in.width, facts.width);
+        EXPECT_EQ(in.height, facts.width);
+        EXPECT_EQ(in.multiple, facts.multiple);
+        EXPECT_EQ(in.filter, facts.in);
+        EXPECT_EQ(in.by_maximum ? 0 : in.scale, facts.scale);
+        EXPECT_FALSE(in.channels_last);
+        using Colors = std::array<double, 3>;
+        EXPECT_EQ(in.mean, facts.mean == 0.485 ? (Colors{0.485, 0.456, 0.406})
+                                               : (Colors{facts.mean, facts.mean, facts.mean}));
+        EXPECT_EQ(in.std, facts.std == 0.229 ? (Colors{0.229, 0.224, 0.225})
+                                             : (Colors{facts.std, facts.std, facts.std}));
+        EXPECT_EQ(out.index, facts.index);
+        EXPECT_EQ(out.channel, 0U);
+        EXPECT_EQ(out.sigmoid, facts.sigmoid);
+        EXPECT_EQ(out.min_max, facts.min_max);
+        EXPECT_EQ(out.bytes_first, facts.bytes_first);
+        EXPECT_EQ(out.threshold ? *out.threshold : -1, facts.threshold);
+        EXPECT_EQ(out.filter, facts.out);
+        EXPECT_EQ(out.depth, DepthOf::kInverse);
+        EXPECT_EQ(out.signs, (std::array<float, 3>{1, 1, 1}));
     }
 }
 

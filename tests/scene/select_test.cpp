@@ -114,8 +114,7 @@ TEST(Statistics, MeasuresAndCounts) {
     g.means[20 * 3 + 2] = kInfinity;
     g.rotations[8] = kNanF;
     g.log_scales[5] = -std::numeric_limits<float>::infinity();
-    const auto result = need(statistics(g));
-    const Statistics& s = result;
+    const Statistics s = need(statistics(g));
     EXPECT_EQ(s.count, 21U);
     EXPECT_EQ(s.bounds.low, (Vec3{0, 0, 0}));
     EXPECT_EQ(s.bounds.high, (Vec3{19, 0, 0}));

@@ -75,6 +75,17 @@ void each_golden(const char* family, const Body& body) {
     }
 }
 
+/// Calls `body` with each file of the family and each of its cases that has `<case>.<key>`; the shipped file has these.
+template <class Body>
+void each_case(const char* family, const std::string& key, const std::set<std::string>& of_shipped,
+               const Body& body) {
+    each_golden(family, [&](const Golden& golden) {
+        const std::vector<std::string> names = golden.cases(key);
+        golden.expect_cases(names, of_shipped);
+        for (const std::string& name : names) body(golden, name);
+    });
+}
+
 /// ||got - expected|| <= figure * ||expected||.
 inline void expect_relative(const std::string& what, const std::vector<float>& got,
                             const std::vector<double>& expected, double figure) {
