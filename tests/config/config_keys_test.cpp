@@ -39,17 +39,18 @@ Result<Settings> read_one(const Key& key, const std::string& value) {
 TEST(ConfigKeys, HaveAllThatTheTableShows) {
     std::set<std::string> names;
     for (const Key& key : config::all_keys()) {
+        SCOPED_TRACE(key.name);
         EXPECT_TRUE(names.insert(key.name).second) << key.name << " has two rows";
         const std::string about = key.about;
-        ASSERT_FALSE(about.empty()) << key.name;
-        EXPECT_TRUE(std::isupper(static_cast<unsigned char>(about[0])) != 0) << key.name;
-        EXPECT_EQ(about.back(), '.') << key.name;
+        ASSERT_FALSE(about.empty());
+        EXPECT_TRUE(std::isupper(static_cast<unsigned char>(about[0])) != 0);
+        EXPECT_EQ(about.back(), '.');
         EXPECT_EQ(config::find_key(key.name), &key);
         const bool choice = key.field.type == KeyType::kChoice;
-        EXPECT_EQ(choice, *key.values.words != '\0') << key.name;
+        EXPECT_EQ(choice, *key.values.words != '\0');
         if (!key.acts) continue;
-        EXPECT_NE(config::default_text(key), "null") << key.name;
-        EXPECT_NE(key.field.type, KeyType::kAny) << key.name;
+        EXPECT_NE(config::default_text(key), "null");
+        EXPECT_NE(key.field.type, KeyType::kAny);
     }
     EXPECT_EQ(config::find_key("base_lr"), nullptr);
     EXPECT_EQ(config::find_key("opt"), nullptr);

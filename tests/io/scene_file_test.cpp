@@ -31,20 +31,21 @@ Buffer sample_file(const SceneFormat& format) {
 
 TEST(SceneFile, EveryFormatIsDetectedReadAndNamed) {
     for (const SceneFormat& format : scene_formats()) {
+        SCOPED_TRACE(format.name);
         if (format.write == nullptr && &format != &format_named("compressed ply")) continue;
         const Buffer file = sample_file(format);
         const std::string name = std::string("a") + format.extension;
         const auto found = detect_scene_format(file, name);
-        ASSERT_OK(found) << format.name;
+        ASSERT_OK(found);
         EXPECT_EQ(found.value()->name, format.name);
         const auto loaded = read_scene(file, name);
-        ASSERT_OK(loaded) << format.name;
+        ASSERT_OK(loaded);
         EXPECT_EQ(loaded.value().report.format, format.name);
-        EXPECT_EQ(loaded.value().report.frame, format.frame) << format.name;
-        EXPECT_LE(loaded.value().report.sh_degree, format.max_sh_degree) << format.name;
+        EXPECT_EQ(loaded.value().report.frame, format.frame);
+        EXPECT_LE(loaded.value().report.sh_degree, format.max_sh_degree);
         if (format.detect == nullptr) continue;
         const auto renamed = detect_scene_format(file, "folder.splat/other");
-        ASSERT_OK(renamed) << format.name;
+        ASSERT_OK(renamed);
         EXPECT_EQ(renamed.value(), &format) << "the magic identifies it without the name";
     }
 }

@@ -198,15 +198,16 @@ TEST_P(RasterizerSkips, EmptyRowsOfAFootprint) {
         for (std::size_t k = 0; k < 3; ++k) scene.scales[3 * i + k] *= 2;
     }
     for (const RasterMode& mode : kRasterModes) {
+        SCOPED_TRACE(mode.name);
         const raster::RasterDesc desc = raster_desc(scene, mode);
         raster::RasterDesc wide = desc;
         wide.skips.opacity_extent = false;
         const RasterRun with = run_raster(context(), scene, desc);
         const RasterRun without = run_raster(context(), scene, wide);
-        ASSERT_OK(with.status) << mode.name;
-        ASSERT_OK(without.status) << mode.name;
-        EXPECT_GT(with.stats.pairs, 0U) << mode.name;
-        EXPECT_EQ(with.image, without.image) << mode.name;
+        ASSERT_OK(with.status);
+        ASSERT_OK(without.status);
+        EXPECT_GT(with.stats.pairs, 0U);
+        EXPECT_EQ(with.image, without.image);
     }
 }
 
