@@ -1,13 +1,10 @@
 // Folders of each format, written here: with cameras of another implementation, and damaged.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <functional>
 #include <limits>
-#include <map>
 
 #include "data/sample_formats.h"
-#include "io/file.h"
 #include "support/expect_status.h"
 #include "support/golden_file.h"
 #include "support/log_capture.h"

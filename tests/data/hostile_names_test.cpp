@@ -9,7 +9,6 @@
 #include "core/path_name.h"
 #include "data/dataset_export.h"
 #include "data/sample_formats.h"
-#include "io/file.h"
 #include "io/folder.h"
 #include "io/reader.h"
 #include "support/expect_status.h"

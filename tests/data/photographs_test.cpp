@@ -6,7 +6,6 @@
 #include "data/dataset_check.h"
 #include "data/depth_range.h"
 #include "data/sample_formats.h"
-#include "io/file.h"
 #include "support/expect_status.h"
 #include "support/log_capture.h"
 

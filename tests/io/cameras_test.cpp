@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "io/colmap.h"
 #include "io/file.h"
 #include "io/sample_files.h"

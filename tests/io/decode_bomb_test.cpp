@@ -2,9 +2,7 @@
 // and time are printed and compared with the budget of the file.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cstdio>
-#include <cstdlib>
 
 #include <jpeglib.h>
 #include <webp/encode.h>

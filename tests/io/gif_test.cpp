@@ -3,8 +3,6 @@
 #include <gif_lib.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "support/expect_status.h"
 
 namespace splat::io {

@@ -9,7 +9,6 @@
 #include "model/adapters.h"
 #include "model/weights.h"
 #include "ops/op_harness.h"
-#include "support/golden.h"
 #include "support/golden_file.h"
 #include "support/rng_fill.h"
 

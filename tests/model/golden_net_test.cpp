@@ -2,14 +2,12 @@
 // for the keys.
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <sstream>
 
 #include "io/weights_file.h"
 #include "model/adapters.h"
 #include "model/model.h"
 #include "ops/op_harness.h"
-#include "support/golden.h"
 #include "support/golden_file.h"
 #include "support/rng_fill.h"
 

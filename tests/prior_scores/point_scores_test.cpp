@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "prior_scores/sample_points.h"
 #include "support/expect_status.h"

@@ -1,8 +1,6 @@
 #include "raster/rasterizer_harness.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 #include <numbers>
 
 namespace splat::test {

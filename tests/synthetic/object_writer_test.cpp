@@ -6,7 +6,6 @@
 #include <map>
 #include <thread>
 
-#include "io/file.h"
 #include "scene/camera_pose.h"
 #include "support/expect_status.h"
 #include "synthetic/ray_caster.h"

@@ -5,7 +5,6 @@
 // took more than 512 MiB; 77 no DuckDB library.
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
-
 #include "core/fault.h"
 #include "support/expect_status.h"
 #include "support/gpu_buffers.h"
