@@ -15,19 +15,18 @@ Result<ModelConfig> read_network(const std::string& text) {
 }
 
 TEST(ModelConfigFile, ChoosesWhatIsTrained) {
-    const auto config = read_network(
-        "opt:\n  freeze: [out.]\n  lora_finetune: true\n  lora_rank: 8\n"
-        "  lora_targets: [conv0]\n  train_with_adapters: [x16_conv., norm]\n");
-    ASSERT_OK(config.status());
-    EXPECT_EQ(config.value().frozen, std::vector<std::string>{"out."});
-    EXPECT_EQ(config.value().lora.rank, 8U);
-    EXPECT_EQ(config.value().lora.targets, std::vector<std::string>{"conv0"});
-    EXPECT_EQ(config.value().lora.trained, (std::vector<std::string>{"x16_conv.", "norm"}));
-    const auto plain = read_network("opt: {freeze: [norm], train_with_adapters: [x16_conv.]}\n");
-    ASSERT_OK(plain.status());
-    EXPECT_EQ(plain.value().frozen, std::vector<std::string>{"norm"});
-    EXPECT_TRUE(plain.value().lora.trained.empty()) << "there are no adapters";
-    EXPECT_ERROR(read_network("opt: {freeze: 3}\n").status(), Code::kInvalidArgument, "opt.freeze");
+    const auto config =
+        need(read_network("opt:\n  freeze: [out.]\n  lora_finetune: true\n  lora_rank: 8\n"
+                          "  lora_targets: [conv0]\n  train_with_adapters: [x16_conv., norm]\n"));
+    EXPECT_EQ(config.frozen, std::vector<std::string>{"out."});
+    EXPECT_EQ(config.lora.rank, 8U);
+    EXPECT_EQ(config.lora.targets, std::vector<std::string>{"conv0"});
+    EXPECT_EQ(config.lora.trained, (std::vector<std::string>{"x16_conv.", "norm"}));
+    const auto plain =
+        need(read_network("opt: {freeze: [norm], train_with_adapters: [x16_conv.]}\n"));
+    EXPECT_EQ(plain.frozen, std::vector<std::string>{"norm"});
+    EXPECT_TRUE(plain.lora.trained.empty()) << "there are no adapters";
+    EXPECT_ERROR(read_network("opt: {freeze: 3}\n"), Code::kInvalidArgument, "opt.freeze");
 }
 
 /// Configurations that the published code refuses, or for which it builds no network.
@@ -48,19 +47,18 @@ TEST(ModelConfigFile, RefusesEmbeddingsWithoutALayer) {
     EXPECT_ERROR(status("embedding: pose, encode_embedding: fourier"), Code::kInvalidArgument,
                  "'cam_embd.encode_embedding' is fourier, expected positional");
     EXPECT_ERROR(status("method: flim"), Code::kInvalidArgument, "'cam_embd.method' is 'flim'");
-    const auto custom = read_network(
+    const auto custom = need(read_network(
         "data: {custom_embedding: true}\n"
-        "cam_embd: {embedding: pose, dimension: 4, method: film, encode_embedding: null}\n");
-    ASSERT_OK(custom.status());
-    EXPECT_EQ(custom.value().embedding, config::Embedding::kCustom);
-    EXPECT_ERROR(read_network("data: {custom_embedding: true}\n").status(), Code::kInvalidArgument,
+        "cam_embd: {embedding: pose, dimension: 4, method: film, encode_embedding: null}\n"));
+    EXPECT_EQ(custom.embedding, config::Embedding::kCustom);
+    EXPECT_ERROR(read_network("data: {custom_embedding: true}\n"), Code::kInvalidArgument,
                  "'cam_embd.embedding' is none, expected pose where data.custom_embedding is true");
 }
 
 TEST(ModelConfigFile, TakesOneOfTwoHeads) {
     const auto offset = [](const char* keys) {
         const auto config = read_network(std::string("model: {") + keys + "}\n");
-        EXPECT_OK(config.status());
+        EXPECT_OK(config);
         return config.ok() && config.value().offset;
     };
     EXPECT_TRUE(offset(""));
@@ -71,16 +69,15 @@ TEST(ModelConfigFile, TakesOneOfTwoHeads) {
     EXPECT_FALSE(offset("network_with_offset: false, network_without_offset: true"));
     for (const char* both : {"true", "false"})
         EXPECT_ERROR(read_network(std::string("model: {network_with_offset: ") + both +
-                                  ", network_without_offset: " + both + "}\n")
-                         .status(),
+                                  ", network_without_offset: " + both + "}\n"),
                      Code::kInvalidArgument, std::string("are both ") + both);
 }
 
 /// Adapters of rank 0 would not exist, and all parameters would be trained.
 TEST(ModelConfigFile, RefusesAdaptersOfRankZero) {
-    EXPECT_ERROR(read_network("opt: {lora_finetune: true, lora_rank: 0}\n").status(),
-                 Code::kInvalidArgument, "'opt.lora_rank' is 0, expected 1 or more");
-    EXPECT_OK(read_network("opt: {lora_finetune: false, lora_rank: 0}\n").status());
+    EXPECT_ERROR(read_network("opt: {lora_finetune: true, lora_rank: 0}\n"), Code::kInvalidArgument,
+                 "'opt.lora_rank' is 0, expected 1 or more");
+    EXPECT_OK(read_network("opt: {lora_finetune: false, lora_rank: 0}\n"));
 }
 
 /// Reading the output of config_text() gives the same configuration.
@@ -92,13 +89,12 @@ TEST(ModelConfigFile, GoesRound) {
           "model: {base_dim: 8, channel_mult: [1, 3], network_without_offset: true}\n"
           "opt: {lora_finetune: true, lora_alpha: 3, train_with_adapters: [x16_conv.]}\n"}) {
         const auto config = read_network(text);
-        ASSERT_OK(config.status());
+        ASSERT_OK(config);
         const std::string written = config::config_text(config.value());
-        const auto again = read_network(written);
-        ASSERT_OK(again.status());
-        EXPECT_EQ(config::config_text(again.value()), written) << text;
-        EXPECT_EQ(again.value().frozen, config.value().frozen);
-        EXPECT_EQ(again.value().lora.trained, config.value().lora.trained);
+        const auto again = need(read_network(written));
+        EXPECT_EQ(config::config_text(again), written) << text;
+        EXPECT_EQ(again.frozen, config.value().frozen);
+        EXPECT_EQ(again.lora.trained, config.value().lora.trained);
     }
 }
 

@@ -39,17 +39,18 @@ Result<Settings> read_one(const Key& key, const std::string& value) {
 TEST(ConfigKeys, HaveAllThatTheTableShows) {
     std::set<std::string> names;
     for (const Key& key : config::all_keys()) {
+        SCOPED_TRACE(key.name);
         EXPECT_TRUE(names.insert(key.name).second) << key.name << " has two rows";
         const std::string about = key.about;
-        ASSERT_FALSE(about.empty()) << key.name;
-        EXPECT_TRUE(std::isupper(static_cast<unsigned char>(about[0])) != 0) << key.name;
-        EXPECT_EQ(about.back(), '.') << key.name;
+        ASSERT_FALSE(about.empty());
+        EXPECT_TRUE(std::isupper(static_cast<unsigned char>(about[0])) != 0);
+        EXPECT_EQ(about.back(), '.');
         EXPECT_EQ(config::find_key(key.name), &key);
         const bool choice = key.field.type == KeyType::kChoice;
-        EXPECT_EQ(choice, *key.values.words != '\0') << key.name;
+        EXPECT_EQ(choice, *key.values.words != '\0');
         if (!key.acts) continue;
-        EXPECT_NE(config::default_text(key), "null") << key.name;
-        EXPECT_NE(key.field.type, KeyType::kAny) << key.name;
+        EXPECT_NE(config::default_text(key), "null");
+        EXPECT_NE(key.field.type, KeyType::kAny);
     }
     EXPECT_EQ(config::find_key("base_lr"), nullptr);
     EXPECT_EQ(config::find_key("opt"), nullptr);
@@ -74,19 +75,15 @@ TEST(ConfigKeys, DefaultsAreThoseOfTheStructs) {
     for (const Key& key : config::all_keys()) {
         if (config::default_text(key) == "null") continue;
         const auto without =
-            read_settings(key.field.part == config::Part::kAdapters ? kAdapted : "{}");
-        ASSERT_OK(without.status());
+            need(read_settings(key.field.part == config::Part::kAdapters ? kAdapted : "{}"));
         if (key.name == std::string("opt.lora_finetune")) {
             EXPECT_EQ(config::default_text(key), "false");
             continue;
         }
-        const auto with = read_one(key, config::default_text(key));
-        ASSERT_OK(with.status());
-        EXPECT_EQ(config::merged_config_text(with.value()),
-                  config::merged_config_text(without.value()))
+        const auto with = need(read_one(key, config::default_text(key)));
+        EXPECT_EQ(config::merged_config_text(with), config::merged_config_text(without))
             << key.name;
-        EXPECT_EQ(config::config_text(with.value().network),
-                  config::config_text(without.value().network));
+        EXPECT_EQ(config::config_text(with.network), config::config_text(without.network));
     }
 }
 
@@ -99,7 +96,7 @@ TEST(ConfigKeys, RefuseOtherTypes) {
     for (const Key& key : config::all_keys())
         for (const auto& [type, value] : wrong) {
             if (key.field.type != type) continue;
-            EXPECT_ERROR(read_one(key, value).status(), Code::kInvalidArgument,
+            EXPECT_ERROR(read_one(key, value), Code::kInvalidArgument,
                          std::string("'") + key.name + "'");
         }
 }
@@ -112,7 +109,7 @@ TEST(ConfigKeys, RefuseValuesBeyondTheirRange) {
         const auto refused = [&](double value) {
             const std::string text = format("%.17g", value);
             // Two numbers, as opt.betas has.
-            EXPECT_ERROR(read_one(key, list ? "[" + text + ", " + text + "]" : text).status(),
+            EXPECT_ERROR(read_one(key, list ? "[" + text + ", " + text + "]" : text),
                          Code::kInvalidArgument,
                          "'" + std::string(key.name) + "' is " + format("%.15g", value) +
                              ", expected " + config::range_text(key));
@@ -121,9 +118,9 @@ TEST(ConfigKeys, RefuseValuesBeyondTheirRange) {
         if (std::isfinite(v.least)) refused(v.above ? v.least : v.least - 1);
         if (std::isfinite(v.most)) refused(v.below ? v.most : v.most + 1);
     }
-    EXPECT_ERROR(read_settings("model: {xyz_bias: 1e300}").status(), Code::kInvalidArgument,
+    EXPECT_ERROR(read_settings("model: {xyz_bias: 1e300}"), Code::kInvalidArgument,
                  "'model.xyz_bias' is 1e+300, expected a number that float32 holds");
-    EXPECT_ERROR(read_settings("model: {opacity_bias: 1e308}").status(), Code::kInvalidArgument,
+    EXPECT_ERROR(read_settings("model: {opacity_bias: 1e308}"), Code::kInvalidArgument,
                  "'model.opacity_bias' is 1e+308, expected a number that float32 holds");
 }
 
@@ -140,9 +137,8 @@ TEST(ConfigKeys, SayTheirRange) {
 }
 
 TEST(ConfigKeys, AreJson) {
-    const auto keys = parse_json_tree(config::keys_json(), "keys");
-    ASSERT_OK(keys.status());
-    const JsonTree::List& rows = *keys.value().list();
+    const auto keys = need(parse_json_tree(config::keys_json(), "keys"));
+    const JsonTree::List& rows = *keys.list();
     ASSERT_EQ(rows.size(), config::all_keys().size());
     for (const JsonTree& row : rows) {
         if (*row.find("key")->text() != "opt.betas") continue;

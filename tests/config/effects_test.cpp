@@ -10,15 +10,11 @@ namespace splat::test {
 namespace {
 
 Config yaml(const std::string& text) {
-    auto config = read_yaml_config(text, "test.yaml");
-    EXPECT_OK(config.status());
-    return config.ok() ? config.value() : Config("broken");
+    return need(read_yaml_config(text, "test.yaml"));
 }
 
 std::vector<std::string> warnings(const std::string& text) {
-    const auto found = config::training_warnings(yaml(text));
-    EXPECT_OK(found.status());
-    return found.ok() ? found.value() : std::vector<std::string>{"failed"};
+    return need(config::training_warnings(yaml(text)));
 }
 
 TEST(ConfigEffects, KeysWithoutEffectAreNamedWhereTheyAskForSomething) {
@@ -35,7 +31,7 @@ TEST(ConfigEffects, KeysWithoutEffectAreNamedWhereTheyAskForSomething) {
     for (const Case& c : cases) {
         const auto found = warnings(c.text);
         ASSERT_EQ(found.size(), 1U) << c.text;
-        EXPECT_NE(found[0].find(c.key), std::string::npos) << found[0];
+        EXPECT_HAS(found[0], c.key);
     }
     EXPECT_EQ(warnings("general: {mixed_precision: false, num_devices: 1, multiple_gpu: false}\n"
                        "opt: {epochs: null, pretrained_hf: null}\nlogging: {loop_log: 0}\n")
@@ -72,7 +68,7 @@ TEST(ConfigEffects, KeysThatNeedAnotherAreNamedWithoutIt) {
     for (const Case& c : cases) {
         const auto found = warnings(c.text);
         ASSERT_EQ(found.size(), 1U) << c.text;
-        EXPECT_NE(found[0].find(c.key), std::string::npos) << found[0];
+        EXPECT_HAS(found[0], c.key);
         EXPECT_EQ(warnings(c.complete).size(), 0U) << c.complete;
     }
 }
@@ -94,19 +90,16 @@ TEST(ConfigEffects, KeysWithoutEffectHaveTypes) {
     for (const char* text :
          {"general: {mixed_precision: sometimes}", "general: {num_devices: many}",
           "logging: {loop_log: [1]}", "opt: {epochs: 1.5}", "opt: {pretrained_hf: [true]}"})
-        EXPECT_ERROR(config::training_warnings(yaml(text)).status(), Code::kInvalidArgument,
-                     ", expected ");
+        EXPECT_ERROR(config::training_warnings(yaml(text)), Code::kInvalidArgument, ", expected ");
 }
 
 TEST(ConfigEffects, AHubIsRefusedWithTheFileToFetch) {
     for (const char* value : {"true", "szymanowiczs/splatter-image-v1"})
         EXPECT_ERROR(config::training_warnings(yaml(std::string("opt: {pretrained_hf: ") + value +
-                                                    "}\ndata: {category: hydrants}"))
-                         .status(),
+                                                    "}\ndata: {category: hydrants}")),
                      Code::kInvalidArgument, "download model_hydrants.pth");
     EXPECT_ERROR(
-        config::training_warnings(yaml("opt: {pretrained_hf: true}\ndata: {category: gso}"))
-            .status(),
+        config::training_warnings(yaml("opt: {pretrained_hf: true}\ndata: {category: gso}")),
         Code::kInvalidArgument, "model_latest.pth");
 }
 
@@ -120,40 +113,35 @@ TEST(ConfigEffects, ListsThatThePublishedCodeReadsAreMissed) {
         const std::string text = std::string("data: {category: ") + c.category;
         const auto found = warnings(text + "}");
         ASSERT_EQ(found.size(), 1U) << c.category;
-        EXPECT_NE(found[0].find("'data." + std::string(c.list) + "' is empty"), std::string::npos)
-            << found[0];
+        EXPECT_HAS(found[0], "'data." + std::string(c.list) + "' is empty");
         EXPECT_EQ(warnings(text + ", " + c.list + ": a}").size(), 0U);
     }
 }
 
 TEST(ConfigEffects, VectorsWithoutTheirFileAreRefused) {
     EXPECT_ERROR(config::training_warnings(
-                     yaml("data: {custom_embedding: true}\ncam_embd: {embedding: pose}"))
-                     .status(),
+                     yaml("data: {custom_embedding: true}\ncam_embd: {embedding: pose}")),
                  Code::kInvalidArgument, "'data.embedding_file' is empty");
-    EXPECT_ERROR(config::training_warnings(yaml("model: {token_dim: 2, tokens: 3}")).status(),
+    EXPECT_ERROR(config::training_warnings(yaml("model: {token_dim: 2, tokens: 3}")),
                  Code::kInvalidArgument, "'data.tokens_file' is empty");
 }
 
 /// A trainer's batches bring them.
 TEST(ConfigEffects, VectorsOfTheCallerNeedNoFile) {
     const Config config = yaml("model: {token_dim: 2, tokens: 3}");
-    EXPECT_ERROR(config::training_warnings(config).status(), Code::kInvalidArgument,
-                 "data.tokens_file");
-    EXPECT_OK(config::training_warnings(config, config::VectorsFrom::kCaller).status());
+    EXPECT_ERROR(config::training_warnings(config), Code::kInvalidArgument, "data.tokens_file");
+    EXPECT_OK(config::training_warnings(config, config::VectorsFrom::kCaller));
     EXPECT_ERROR(
-        config::training_warnings(yaml("opt: {lora_rank: 8}"), config::VectorsFrom::kCaller)
-            .status(),
+        config::training_warnings(yaml("opt: {lora_rank: 8}"), config::VectorsFrom::kCaller),
         Code::kInvalidArgument, "opt.lora_rank");
 }
 
 TEST(ConfigEffects, AdaptersWithoutTheirSwitchAreRefused) {
-    EXPECT_ERROR(config::training_warnings(yaml("opt: {lora_rank: 8}")).status(),
-                 Code::kInvalidArgument,
+    EXPECT_ERROR(config::training_warnings(yaml("opt: {lora_rank: 8}")), Code::kInvalidArgument,
                  "'opt.lora_rank' is 8, but without opt.lora_finetune there are no adapters");
     const auto found = warnings("opt: {lora_rank: 8, lora_finetune: false}");
     ASSERT_EQ(found.size(), 1U);
-    EXPECT_NE(found[0].find("opt.lora_rank"), std::string::npos);
+    EXPECT_HAS(found[0], "opt.lora_rank");
     EXPECT_EQ(warnings("opt: {lora_rank: 8, lora_finetune: true}").size(), 0U);
 }
 
@@ -161,10 +149,8 @@ TEST(ConfigEffects, GraftedChannelsThatCannotLearnAreNamed) {
     const std::string priors = "data: {use_pred_depth: true}\n";
     const auto found = warnings(priors + "opt: {lora_finetune: true}");
     ASSERT_EQ(found.size(), 1U);
-    EXPECT_NE(found[0].find("'network_with_offset.encoder.enc.128x128_conv.weight' is not trained"),
-              std::string::npos)
-        << found[0];
-    EXPECT_NE(found[0].find("opt.train_with_adapters"), std::string::npos) << found[0];
+    EXPECT_HAS(found[0], "'network_with_offset.encoder.enc.128x128_conv.weight' is not trained");
+    EXPECT_HAS(found[0], "opt.train_with_adapters");
     EXPECT_EQ(warnings(priors + "opt: {lora_finetune: true, train_with_adapters: [128x128_conv.]}")
                   .size(),
               0U);
@@ -176,7 +162,7 @@ TEST(ConfigEffects, GraftedChannelsThatCannotLearnAreNamed) {
                                "  train_with_adapters: [128x128_conv]}"}) {
         const auto frozen = warnings(priors + "opt: " + freeze);
         ASSERT_EQ(frozen.size(), 1U) << freeze;
-        EXPECT_NE(frozen[0].find("opt.freeze"), std::string::npos) << frozen[0];
+        EXPECT_HAS(frozen[0], "opt.freeze");
     }
     EXPECT_EQ(warnings(priors + "opt: {lora_finetune: true, lora_targets: [128x128_conv],\n"
                                 "  freeze: [128x128_conv.weight]}")
@@ -223,17 +209,15 @@ TEST(ConfigCategory, ImpliesItsGeometryAlsoOverAnotherOne) {
         "opt: {scale_terms: false}\n");
     const std::vector<std::string> to_hydrants = {"data.category=hydrants"};
     const auto config = config::with_values(base, to_hydrants);
-    ASSERT_OK(config.status());
-    const auto network = config::model_config(config.value());
-    const auto training = config::train_config(config.value());
-    ASSERT_OK(network.status());
-    ASSERT_OK(training.status());
-    EXPECT_EQ(network.value().fov_degrees, 0.0F);
-    EXPECT_EQ(network.value().znear, -2.0F);
-    EXPECT_EQ(network.value().zfar, 2.0F);
-    EXPECT_TRUE(network.value().origin_distance);
-    EXPECT_FALSE(training.value().white_background);
-    EXPECT_TRUE(training.value().scale_terms);
+    ASSERT_OK(config);
+    const auto network = need(config::model_config(config.value()));
+    const auto training = need(config::train_config(config.value()));
+    EXPECT_EQ(network.fov_degrees, 0.0F);
+    EXPECT_EQ(network.znear, -2.0F);
+    EXPECT_EQ(network.zfar, 2.0F);
+    EXPECT_TRUE(network.origin_distance);
+    EXPECT_FALSE(training.white_background);
+    EXPECT_TRUE(training.scale_terms);
 
     const std::vector<std::string> kept = {"data.category=hydrants", "data.znear=0.5"};
     EXPECT_EQ(config::model_config(config::with_values(base, kept).value()).value().znear, 0.5F);
@@ -244,14 +228,12 @@ TEST(ConfigCategory, ImpliesItsGeometryAlsoOverAnotherOne) {
 }
 
 TEST(ConfigCategory, AloneGivesItsDefaults) {
-    const auto nmr = config::model_config(yaml("data: {category: nmr}"));
-    ASSERT_OK(nmr.status());
-    EXPECT_EQ(nmr.value().resolution, 64U);
-    EXPECT_EQ(nmr.value().attention_resolutions, std::vector<std::uint32_t>{8});
-    EXPECT_EQ(nmr.value().zfar, 4.0F);
-    const auto other = config::model_config(yaml("data: {category: teapots}"));
-    ASSERT_OK(other.status());
-    EXPECT_EQ(other.value().zfar, 1.8F) << "an unknown category implies nothing";
+    const auto nmr = need(config::model_config(yaml("data: {category: nmr}")));
+    EXPECT_EQ(nmr.resolution, 64U);
+    EXPECT_EQ(nmr.attention_resolutions, std::vector<std::uint32_t>{8});
+    EXPECT_EQ(nmr.zfar, 4.0F);
+    const auto other = need(config::model_config(yaml("data: {category: teapots}")));
+    EXPECT_EQ(other.zfar, 1.8F) << "an unknown category implies nothing";
 }
 
 }  // namespace

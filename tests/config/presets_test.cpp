@@ -73,9 +73,9 @@ const std::map<std::string, Published> kPublished = {
 
 config::Settings settings_of(const config::Preset& preset) {
     const auto config = read_yaml_config(preset.text, std::string(preset.name));
-    EXPECT_OK(config.status());
+    EXPECT_OK(config);
     const auto made = config::settings_of(config.value());
-    EXPECT_OK(made.status()) << preset.name;
+    EXPECT_OK(made) << preset.name;
     return made.value();
 }
 
@@ -120,46 +120,40 @@ TEST(Presets, AreThePublishedConfigurations) {
 /// What a step costs, by the multiplications of a convolution of each level, beside that of the published cars model;
 /// 1000 steps of 800001.
 TEST(Presets, SmallEndsWithinMinutes) {
-    const auto small = config::preset_of("small"), cars = config::preset_of("cars");
-    ASSERT_OK(small.status());
-    ASSERT_OK(cars.status());
+    const auto small = need(config::preset_of("small")), cars = need(config::preset_of("cars"));
     const auto cost = [](const config::Settings& s) {
         return static_cast<double>(s.training.iterations) * s.training.batch_size *
                s.network.num_blocks *
                std::pow(static_cast<double>(s.network.base_dim) * s.network.resolution, 2);
     };
-    EXPECT_LT(cost(settings_of(small.value())), 1e-5 * cost(settings_of(cars.value())));
-    EXPECT_TRUE(settings_of(small.value()).training.white_background);
+    EXPECT_LT(cost(settings_of(small)), 1e-5 * cost(settings_of(cars)));
+    EXPECT_TRUE(settings_of(small).training.white_background);
 }
 
 /// A training of a preset says only what its user must add, or what holds of the published one as well.
 TEST(Presets, WarnOfWhatTheyLack) {
     for (const config::Preset& preset : config::presets()) {
         const auto config = read_yaml_config(preset.text, "x");
-        ASSERT_OK(config.status());
+        ASSERT_OK(config);
         const auto found = config::training_warnings(config.value());
-        ASSERT_OK(found.status()) << preset.name;
+        ASSERT_OK(found) << preset.name;
         const std::string category = settings_of(preset).training.category;
         const bool lists =
             category == "hydrants" || category == "teddybears" || category == "objaverse";
         const bool adapters = preset.name == "cars_priors_lora";
         ASSERT_EQ(found.value().size(), lists || adapters ? 1U : 0U) << preset.name;
         if (lists) {
-            EXPECT_NE(found.value()[0].find("_file' is empty"), std::string::npos);
+            EXPECT_HAS(found.value()[0], "_file' is empty");
         }
     }
 }
 
 TEST(Presets, AreListedAndFound) {
     const std::string json = config::presets_json();
-    EXPECT_NE(json.find(R"("name": "chairs", "about": "ShapeNet-SRN chairs from one view)"),
-              std::string::npos)
-        << json;
-    const auto cars = config::preset_of("cars");
-    ASSERT_OK(cars.status());
-    EXPECT_EQ(cars.value().name, "cars");
+    EXPECT_HAS(json, R"("name": "chairs", "about": "ShapeNet-SRN chairs from one view)");
+    EXPECT_EQ(need(config::preset_of("cars")).name, "cars");
     for (const char* name : {"", "car", "cars.yaml", "CARS"})
-        EXPECT_ERROR(config::preset_of(name).status(), Code::kInvalidArgument,
+        EXPECT_ERROR(config::preset_of(name), Code::kInvalidArgument,
                      "there are: cars, cars_2view,");
 }
 

@@ -48,15 +48,14 @@ Result<config::Settings> merge(const std::string& base, const std::string& over)
 /// Keys of published files that have no effect are named; nothing is refused.
 TEST(TrainConfigPublished, LoadWithWarningsOnly) {
     const auto config = read_yaml_config(defaults(true), "merged.yaml");
-    ASSERT_OK(config.status());
+    ASSERT_OK(config);
     const std::string objaverse[] = {"general.num_devices=2",   "general.mixed_precision=true",
                                      "data.category=objaverse", "data.objects_file=lvis.json",
                                      "opt.lora_finetune=false", "opt.lora_rank=4"};
     const auto warnings =
-        config::training_warnings(config::with_values(config.value(), objaverse).value());
-    ASSERT_OK(warnings.status());
+        need(config::training_warnings(config::with_values(config.value(), objaverse).value()));
     std::string named;
-    for (const std::string& warning : warnings.value())
+    for (const std::string& warning : warnings)
         named += warning.substr(0, warning.find(" has no")) + "\n";
     EXPECT_EQ(named,
               "merged.yaml: 'opt.lora_rank'\nmerged.yaml: 'logging.render_log'\n"
@@ -67,9 +66,7 @@ TEST(TrainConfigPublished, LoadWithWarningsOnly) {
 /// Keys of the trainer that made the released weights. A step without a schedule means the schedule step; -1 none.
 TEST(TrainConfigPublished, OlderKeysMeanWhatTheyMeant) {
     const auto made = [](const std::string& opt) {
-        const auto merged = merge(defaults(true), "opt: {" + opt + "}\n");
-        EXPECT_OK(merged.status());
-        return merged.ok() ? merged.value().training : config::TrainConfig();
+        return need(merge(defaults(true), "opt: {" + opt + "}\n")).training;
     };
     const config::TrainConfig cars =
         made("lambda_lpips: 0.01, start_lpips_after: 800001, step_lr_at: 800001");
@@ -81,15 +78,13 @@ TEST(TrainConfigPublished, OlderKeysMeanWhatTheyMeant) {
     EXPECT_EQ(objaverse.schedule, config::Schedule::kConstant);
     EXPECT_EQ(objaverse.rate(1000000), 5e-5);
     EXPECT_EQ(made("step_lr_at: 7, lr_schedule: cosine").schedule, config::Schedule::kCosine);
-    EXPECT_ERROR(merge(defaults(true), "opt: {step_lr_at: -2}\n").status(), Code::kInvalidArgument,
+    EXPECT_ERROR(merge(defaults(true), "opt: {step_lr_at: -2}\n"), Code::kInvalidArgument,
                  "'opt.step_lr_at' is -2, expected -1 to 10^15");
     const std::string never[] = {"opt.step_lr_at=-1"};
     const auto config = read_yaml_config(defaults(true), "merged.yaml");
     const auto warnings =
-        config::training_warnings(config::with_values(config.value(), never).value());
-    ASSERT_OK(warnings.status());
-    for (const std::string& warning : warnings.value())
-        EXPECT_EQ(warning.find("step_lr_at"), std::string::npos) << warning;
+        need(config::training_warnings(config::with_values(config.value(), never).value()));
+    for (const std::string& warning : warnings) EXPECT_LACKS(warning, "step_lr_at");
 }
 
 TEST(TrainConfigPublished, DataSetsOfOneFieldOfView) {
@@ -123,9 +118,8 @@ TEST(TrainConfigPublished, DataSetsOfOneFieldOfView) {
     };
     for (const Case& c : cases)
         for (const bool fov : {true, false}) {
-            const auto made = merge(defaults(fov), c.over);
-            ASSERT_OK(made.status());
-            const config::ModelConfig& n = made.value().network;
+            const auto made = need(merge(defaults(fov), c.over));
+            const config::ModelConfig& n = made.network;
             EXPECT_EQ(n.znear, static_cast<float>(c.znear)) << c.over;
             EXPECT_EQ(n.zfar, static_cast<float>(c.zfar)) << c.over;
             EXPECT_EQ(n.fov_degrees, static_cast<float>(c.fov)) << c.over;
@@ -134,9 +128,9 @@ TEST(TrainConfigPublished, DataSetsOfOneFieldOfView) {
             EXPECT_EQ(n.input_channels(), c.channels) << c.over;
             EXPECT_EQ(n.output_channels(), 24U) << "out_channels has no effect";
             EXPECT_EQ(n.embedding, config::Embedding::kNone);
-            EXPECT_EQ(made.value().training.batch_size, c.batch) << c.over;
-            EXPECT_FALSE(made.value().training.scale_terms) << c.over;
-            EXPECT_TRUE(made.value().training.white_background) << c.over;
+            EXPECT_EQ(made.training.batch_size, c.batch) << c.over;
+            EXPECT_FALSE(made.training.scale_terms) << c.over;
+            EXPECT_TRUE(made.training.white_background) << c.over;
         }
 }
 
@@ -146,34 +140,30 @@ TEST(TrainConfigPublished, Co3dHasFocalLengthsPerView) {
         const std::string data = "data: {znear: -2.0, zfar: 2.0, category: " + category +
                                  ", white_background: false, origin_distances: true}\n";
         for (const bool fov : {true, false}) {
-            const auto made = merge(defaults(fov), data);
-            ASSERT_OK(made.status());
-            const config::ModelConfig& n = made.value().network;
+            const auto made = need(merge(defaults(fov), data));
+            const config::ModelConfig& n = made.network;
             EXPECT_EQ(n.fov_degrees, 0.0F);
             EXPECT_TRUE(n.origin_distance);
             EXPECT_EQ(n.znear, -2.0F);
             EXPECT_EQ(n.input_channels(), 4U);
-            EXPECT_TRUE(made.value().training.scale_terms);
-            EXPECT_FALSE(made.value().training.white_background);
+            EXPECT_TRUE(made.training.scale_terms);
+            EXPECT_FALSE(made.training.white_background);
             // The written configuration reads as the same one.
-            const auto again = merge(config::merged_config_text(made.value()), "{}");
-            ASSERT_OK(again.status());
-            EXPECT_EQ(again.value().network.fov_degrees, 0.0F);
-            EXPECT_TRUE(again.value().training.scale_terms);
+            const auto again = need(merge(config::merged_config_text(made), "{}"));
+            EXPECT_EQ(again.network.fov_degrees, 0.0F);
+            EXPECT_TRUE(again.training.scale_terms);
         }
         // The file of the data set alone, and with keys that contradict it.
         const std::string alone = "data: {category: " + category + "}\n";
-        const auto bare = merge(alone, "{}");
-        ASSERT_OK(bare.status());
-        EXPECT_EQ(bare.value().network.fov_degrees, 0.0F);
-        EXPECT_TRUE(bare.value().network.origin_distance);
-        EXPECT_ERROR(merge(alone, "data: {fov: 30}").status(), Code::kInvalidArgument,
+        const auto bare = need(merge(alone, "{}"));
+        EXPECT_EQ(bare.network.fov_degrees, 0.0F);
+        EXPECT_TRUE(bare.network.origin_distance);
+        EXPECT_ERROR(merge(alone, "data: {fov: 30}"), Code::kInvalidArgument,
                      "'data.fov' is 30, but 'data.category' is '" + category + "'");
-        EXPECT_ERROR(merge(alone, "data: {origin_distances: false}").status(),
-                     Code::kInvalidArgument, "'data.origin_distances' is false");
-        const auto off = merge(alone, "opt: {scale_terms: false}");
-        ASSERT_OK(off.status());
-        EXPECT_FALSE(off.value().training.scale_terms) << "asked for by name";
+        EXPECT_ERROR(merge(alone, "data: {origin_distances: false}"), Code::kInvalidArgument,
+                     "'data.origin_distances' is false");
+        const auto off = need(merge(alone, "opt: {scale_terms: false}"));
+        EXPECT_FALSE(off.training.scale_terms) << "asked for by name";
     }
 }
 

@@ -16,15 +16,14 @@ Result<TrainConfig> read_training(const std::string& yaml) {
 }
 
 TEST(TrainConfigRules, DefaultsAreThePublishedOnes) {
-    const auto c = read_training("{}");
-    ASSERT_OK(c.status());
-    EXPECT_EQ(c.value().batch_size, 8U);
-    EXPECT_EQ(c.value().targets, 4U);
-    EXPECT_EQ(c.value().learning_rate, 5e-5);
-    EXPECT_EQ(c.value().eps, 1e-15);
-    EXPECT_EQ(c.value().ema_after, 100U);
-    EXPECT_EQ(c.value().rate(1), 5e-5);
-    EXPECT_EQ(c.value().rate(700'000), 5e-5);
+    const auto c = need(read_training("{}"));
+    EXPECT_EQ(c.batch_size, 8U);
+    EXPECT_EQ(c.targets, 4U);
+    EXPECT_EQ(c.learning_rate, 5e-5);
+    EXPECT_EQ(c.eps, 1e-15);
+    EXPECT_EQ(c.ema_after, 100U);
+    EXPECT_EQ(c.rate(1), 5e-5);
+    EXPECT_EQ(c.rate(700'000), 5e-5);
 }
 
 TEST(TrainConfigRules, ReadsWhatItWrites) {
@@ -39,21 +38,16 @@ TEST(TrainConfigRules, ReadsWhatItWrites) {
         "logging: {ckpt_iterations: 5, val_objects: 2}\n"
         "general: {random_seed: 9, precision: fast}\n",
         "test.yaml");
-    ASSERT_OK(config.status());
-    const auto network = config::model_config(config.value());
-    const auto training = config::train_config(config.value());
-    ASSERT_OK(network.status());
-    ASSERT_OK(training.status());
-    const std::string text = config::merged_config_text({network.value(), training.value()});
-    const auto again = read_json_config(text, "merged");
-    ASSERT_OK(again.status());
-    const auto network2 = config::model_config(again.value());
-    const auto training2 = config::train_config(again.value());
-    ASSERT_OK(network2.status());
-    ASSERT_OK(training2.status());
-    EXPECT_EQ(config::merged_config_text({network2.value(), training2.value()}), text);
-    EXPECT_EQ(network2.value().lora.rank, 8U);
-    const TrainConfig& c = training2.value();
+    ASSERT_OK(config);
+    const auto network = need(config::model_config(config.value()));
+    const auto training = need(config::train_config(config.value()));
+    const std::string text = config::merged_config_text({network, training});
+    const auto again = need(read_json_config(text, "merged"));
+    const auto network2 = need(config::model_config(again));
+    const auto training2 = need(config::train_config(again));
+    EXPECT_EQ(config::merged_config_text({network2, training2}), text);
+    EXPECT_EQ(network2.lora.rank, 8U);
+    const TrainConfig& c = training2;
     EXPECT_EQ(c.iterations, 1234U);
     EXPECT_EQ(c.micro_batch, 3U);
     EXPECT_TRUE(c.recompute);
@@ -89,36 +83,32 @@ TEST(TrainConfigRules, TheRateFollowsItsSchedule) {
 
 TEST(TrainConfigRules, ReplacesValues) {
     const auto config = read_yaml_config("opt: {base_lr: 1, batch_size: 2}", "test.yaml");
-    ASSERT_OK(config.status());
+    ASSERT_OK(config);
     const std::string texts[] = {"opt.base_lr=1e-3", "general.random_seed=5",
                                  "opt.betas=[0.5, 0.75]"};
-    const auto changed = config::with_values(config.value(), texts);
-    ASSERT_OK(changed.status());
-    const auto c = config::train_config(changed.value());
-    ASSERT_OK(c.status());
-    EXPECT_EQ(c.value().learning_rate, 1e-3);
-    EXPECT_EQ(c.value().seed, 5U);
-    EXPECT_EQ(c.value().betas[1], 0.75);
-    EXPECT_EQ(c.value().batch_size, 2U);
+    const auto c = need(config::train_config(need(config::with_values(config.value(), texts))));
+    EXPECT_EQ(c.learning_rate, 1e-3);
+    EXPECT_EQ(c.seed, 5U);
+    EXPECT_EQ(c.betas[1], 0.75);
+    EXPECT_EQ(c.batch_size, 2U);
     const std::string wrong[] = {"opt.base_lr"};
-    EXPECT_ERROR(config::with_values(config.value(), wrong).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(config::with_values(config.value(), wrong), Code::kInvalidArgument,
                  "'opt.base_lr' is not of the form key=value");
 }
 
 /// Published configurations have a weight of LPIPS but name no files; evaluations read them too.
 TEST(TrainConfigRules, TakesTheWeightOfLpipsWithoutItsFiles) {
-    const auto config = read_training("opt: {lambda_lpips: 0.01, start_lpips_after: 5}");
-    ASSERT_OK(config.status());
-    EXPECT_EQ(config.value().lpips_weight, 0.01);
-    EXPECT_EQ(config.value().lpips_after, 5U);
+    const auto config = need(read_training("opt: {lambda_lpips: 0.01, start_lpips_after: 5}"));
+    EXPECT_EQ(config.lpips_weight, 0.01);
+    EXPECT_EQ(config.lpips_after, 5U);
 }
 
 /// Files that Hydra merged contain sections of other programs.
 TEST(TrainConfigRules, LeavesSectionsOfOtherProgramsAlone) {
-    EXPECT_OK(read_training("defaults: [{dataset: cars}, _self_]\nhydra: {run: {dir: x}}\n"
-                            "wandb: {project: gs_pred}\ngeneral: {device: 0}\nlogging:\nopt: "
-                            "{pretrained_hf: null}\n")
-                  .status());
+    EXPECT_OK(
+        read_training("defaults: [{dataset: cars}, _self_]\nhydra: {run: {dir: x}}\n"
+                      "wandb: {project: gs_pred}\ngeneral: {device: 0}\nlogging:\nopt: "
+                      "{pretrained_hf: null}\n"));
 }
 
 TEST(TrainConfigRules, RefusesAndNamesTheKey) {
@@ -138,8 +128,8 @@ TEST(TrainConfigRules, RefusesAndNamesTheKey) {
         {"opt: {lora_rnak: 4}", "there is no key 'opt.lora_rnak'; did you mean 'opt.lora_rank'?"},
     };
     for (const auto& [yaml, part] : cases)
-        EXPECT_ERROR(read_training(yaml).status(), Code::kInvalidArgument, part);
-    EXPECT_ERROR(read_training("opt: {loss: " + std::string(100'000, 'x') + "}").status(),
+        EXPECT_ERROR(read_training(yaml), Code::kInvalidArgument, part);
+    EXPECT_ERROR(read_training("opt: {loss: " + std::string(100'000, 'x') + "}"),
                  Code::kInvalidArgument, "xxx...', expected one of l2, l1");
 }
 

@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "support/decimal_comma.h"
+#include "support/expect_status.h"
 
 namespace splat {
 namespace {
@@ -50,8 +51,8 @@ TEST_F(Environment, PositiveNumbersOnly) {
         const auto result = environment_positive(kName, 1);
         ASSERT_FALSE(result.ok()) << text;
         EXPECT_EQ(result.status().code(), Code::kInvalidArgument);
-        EXPECT_NE(result.status().message().find(kName), std::string::npos);
-        EXPECT_NE(result.status().message().find(text), std::string::npos);
+        EXPECT_HAS(result.status().message(), kName);
+        EXPECT_HAS(result.status().message(), text);
     }
 }
 

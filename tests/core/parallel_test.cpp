@@ -4,9 +4,7 @@
 
 #include <atomic>
 #include <chrono>
-#include <set>
 #include <stdexcept>
-#include <string>
 #include <thread>
 #include <vector>
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/checked_math.h"
+#include "support/expect_status.h"
 
 namespace splat {
 namespace {
@@ -47,15 +48,14 @@ TEST(Shape, RejectsOverflow) {
         const auto shape = create(dims);
         ASSERT_FALSE(shape.ok());
         EXPECT_EQ(shape.status().code(), Code::kInvalidArgument);
-        EXPECT_NE(shape.status().message().find("2^31 - 1"), std::string::npos);
+        EXPECT_HAS(shape.status().message(), "2^31 - 1");
     }
 }
 
 TEST(Shape, NamesWhatIsWrong) {
-    EXPECT_NE(create({4, 0, 2}).status().message().find("x: dims[1] is 0"), std::string::npos);
-    EXPECT_NE(create({-7}).status().message().find("dims[0] is -7"), std::string::npos);
-    EXPECT_NE(create({1, 1, 1, 1, 1, 1, 1, 1, 1}).status().message().find("rank is 9"),
-              std::string::npos);
+    EXPECT_HAS(create({4, 0, 2}).status().message(), "x: dims[1] is 0");
+    EXPECT_HAS(create({-7}).status().message(), "dims[0] is -7");
+    EXPECT_HAS(create({1, 1, 1, 1, 1, 1, 1, 1, 1}).status().message(), "rank is 9");
 }
 
 TEST(CheckedMath, FailsInsteadOfWrapping) {

@@ -18,9 +18,7 @@ namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
-using test::put_image;
-using test::put_text;
-using test::SampleFolder;
+using namespace test;
 
 std::string frame_text(int number, const std::string& more = "") {
     return format(R"({"sequence_name": "1_2_3", "frame_number": %d, "frame_timestamp": 0.%d,
@@ -32,16 +30,14 @@ std::string frame_text(int number, const std::string& more = "") {
 }
 
 void put_gzip(const fs::path& path, const std::string& text) {
-    const auto packed = io::gzip(io::as_bytes(text));
-    ASSERT_OK(packed.status());
-    ASSERT_OK(io::write_file(path.string(), packed.value()));
+    ASSERT_OK(io::write_file(path.string(), need(io::gzip(io::as_bytes(text)))));
 }
 
 class Co3dPrepare : public testing::Test {
   protected:
     void SetUp() override {
         desc_.raw = folder_.path().string();
-        desc_.out = (folder_.path() / "out").string();
+        desc_.out = (folder_ / "out").string();
         desc_.category = "hydrant";
         desc_.size = 8;
         for (int i = 0; i < 2; ++i) {
@@ -65,58 +61,53 @@ class Co3dPrepare : public testing::Test {
 
     void expect_refused(Code code, const char* part) {
         fs::remove_all(desc_.out);
-        EXPECT_ERROR(prepare().status(), code, part);
+        EXPECT_ERROR(prepare(), code, part);
         EXPECT_FALSE(fs::exists(fs::path(desc_.out) / "co3d_hydrant_for_gs/train/1_2_3"));
     }
 
     SampleFolder folder_;
-    fs::path raw_ = folder_.path() / "hydrant";
+    fs::path raw_ = folder_ / "hydrant";
     Co3dPreparation desc_;
     std::atomic<int> calls_{0};
 };
 
 TEST_F(Co3dPrepare, WritesADataSet) {
-    const auto made = prepare();
-    ASSERT_OK(made.status());
-    EXPECT_EQ(made.value().sequences, 1U);
-    EXPECT_EQ(made.value().frames, 2U);
-    EXPECT_EQ(made.value().kept, 0U);
+    const auto made = need(prepare());
+    EXPECT_EQ(made.sequences, 1U);
+    EXPECT_EQ(made.frames, 2U);
+    EXPECT_EQ(made.kept, 0U);
     EXPECT_EQ(calls_, 1);
     const fs::path split = fs::path(desc_.out) / "co3d_hydrant_for_gs/train";
-    EXPECT_EQ(test::file_text(split / "1_2_3/frame_order.txt"), "00000.png\n00001.png\n")
+    EXPECT_EQ(file_text(split / "1_2_3/frame_order.txt"), "00000.png\n00001.png\n")
         << "frame 1 comes first: it is earlier, and first in the list";
-    const auto dataset = test::open_data(desc_.out);
-    ASSERT_NE(dataset, nullptr);
+    const auto dataset = open_data(desc_.out);
     EXPECT_EQ(dataset->index().maps, flag_of(MapKind::kMask));
     EXPECT_EQ(dataset->resolution(), 8U);
     std::vector<float> focals(4);
-    ViewArrays out;
-    out.focals = focals.data();
     const std::uint32_t views[] = {0, 1};
-    ASSERT_OK(dataset->read(0, views, out));
+    ASSERT_OK(dataset->read(0, views, {.focals = focals.data()}));
     // 16 and 24 pixels; half of the largest square around (8, 6) is 6, so 16 / 6 of the half side 4.
-    EXPECT_NEAR(static_cast<double>(focals[0]), 16.0 / 6 * 4, 1e-5);
-    EXPECT_NEAR(static_cast<double>(focals[1]), 24.0 / 6 * 4, 1e-5);
+    EXPECT_NEAR(focals[0], 16.0 / 6 * 4, 1e-5);
+    EXPECT_NEAR(focals[1], 24.0 / 6 * 4, 1e-5);
     EXPECT_EQ(prepare().value().kept, 1U);
 }
 
 /// A call with a limit, after one of all, leaves the cameras of all.
 TEST_F(Co3dPrepare, KeepsCamerasOfEarlierCalls) {
-    ASSERT_OK(prepare().status());
+    ASSERT_OK(prepare());
     const fs::path split = fs::path(desc_.out) / "co3d_hydrant_for_gs/train";
     fs::copy(split / "1_2_3", split / "4_5_6", fs::copy_options::recursive);
-    ASSERT_OK(prepare().status());
-    const auto dataset = test::open_data(desc_.out);
-    ASSERT_NE(dataset, nullptr);
+    ASSERT_OK(prepare());
+    const auto dataset = open_data(desc_.out);
     EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"1_2_3", "4_5_6"}));
     EXPECT_OK(dataset->read_cameras());
 }
 
 TEST_F(Co3dPrepare, RefusesAFolderOfOtherValues) {
-    ASSERT_OK(prepare().status());
+    ASSERT_OK(prepare());
     const auto refused = [this](const Co3dPreparation& other, const char* part) {
-        EXPECT_ERROR(prepare_co3d(other, [](std::size_t, std::size_t) {}).status(),
-                     Code::kInvalidArgument, part);
+        EXPECT_ERROR(prepare_co3d(other, [](std::size_t, std::size_t) {}), Code::kInvalidArgument,
+                     part);
     };
     Co3dPreparation other = desc_;
     other.size = 16;
@@ -146,9 +137,9 @@ TEST_F(Co3dPrepare, NamesLeadNowhereElse) {
         put_gzip(raw_ / "sequence_annotations.jgz", renaming(R"([{"sequence_name": "1_2_3",
             "point_cloud": {"path": "hydrant/1_2_3/pointcloud.ply"}}])"));
         fs::remove_all(desc_.out);
-        ASSERT_OK(prepare().status());
+        ASSERT_OK(prepare());
         EXPECT_TRUE(fs::exists(fs::path(desc_.out) / "co3d_hydrant_for_gs/train" / PathName(name)));
-        EXPECT_EQ(test::open_data(desc_.out)->index().names,
+        EXPECT_EQ(open_data(desc_.out)->index().names,
                   std::vector<std::string>{PathName(name).text()});
         EXPECT_EQ(io::entries_in(folder_.path().string()).value().size(), 2U) << "in and out";
     }
@@ -235,10 +226,10 @@ TEST_F(Co3dPrepare, RefusesMissingAndOtherFiles) {
 }
 
 TEST(Co3dImage, RefusesBoxesAndPointsOutside) {
-    EXPECT_OK(crop_box({2, 2, 4, 4}, 16, 16).status());
-    EXPECT_ERROR(crop_box({2, 2, 0.5F, 4}, 16, 16).status(), Code::kFormat, "more than a pixel");
-    EXPECT_ERROR(crop_box({20, 2, 4, 4}, 16, 16).status(), Code::kFormat, "outside the image");
-    EXPECT_ERROR(principal_square({-1, 8}, 16, 16).status(), Code::kFormat, "not inside");
+    EXPECT_OK(crop_box({2, 2, 4, 4}, 16, 16));
+    EXPECT_ERROR(crop_box({2, 2, 0.5F, 4}, 16, 16), Code::kFormat, "more than a pixel");
+    EXPECT_ERROR(crop_box({20, 2, 4, 4}, 16, 16), Code::kFormat, "outside the image");
+    EXPECT_ERROR(principal_square({-1, 8}, 16, 16), Code::kFormat, "not inside");
 }
 
 TEST(Co3dImage, EmptyMasksGiveTheWholeImage) {

@@ -9,25 +9,19 @@ namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
-using test::put_image;
-using test::put_text;
-using test::SampleFolder;
+using namespace test;
 
 class DatasetCheck : public testing::Test {
   protected:
-    void SetUp() override { test::write_all(test::sample_cars(folder_.path())); }
+    void SetUp() override { write_all(sample_cars(folder_.path())); }
 
     /// The findings on object 0 of the training split.
     ObjectCheck check(bool lenient = true) {
         DatasetDesc desc;
         desc.path = folder_.path().string();
         desc.lenient = lenient;
-        const auto dataset = Dataset::open(desc);
-        EXPECT_OK(dataset.status());
-        if (!dataset.ok()) return {};
-        const auto found = check_object(*dataset.value(), 0);
-        EXPECT_OK(found.status());
-        return found.ok() ? found.value() : ObjectCheck();
+        const auto dataset = need(Dataset::open(desc));
+        return need(check_object(*dataset, 0));
     }
 
     /// Exactly one problem and one warning that contain the parts; no finding where the part is
@@ -39,15 +33,15 @@ class DatasetCheck : public testing::Test {
         ASSERT_EQ(found.warnings.size(), warning == nullptr ? 0U : 1U)
             << (found.warnings.empty() ? "" : found.warnings.back());
         if (problem != nullptr) {
-            EXPECT_NE(found.problems[0].find(problem), std::string::npos) << found.problems[0];
+            EXPECT_HAS(found.problems[0], problem);
         }
         if (warning != nullptr) {
-            EXPECT_NE(found.warnings[0].find(warning), std::string::npos) << found.warnings[0];
+            EXPECT_HAS(found.warnings[0], warning);
         }
     }
 
     SampleFolder folder_;
-    fs::path object_ = folder_.path() / "srn_cars/cars_train/000000_car";
+    fs::path object_ = folder_ / "srn_cars/cars_train/000000_car";
 };
 
 TEST_F(DatasetCheck, FindsNothingInGoodData) {
@@ -59,10 +53,10 @@ TEST_F(DatasetCheck, FindsNothingInGoodData) {
 
 TEST_F(DatasetCheck, HashIsThatOfTheContents) {
     const std::uint64_t before = check().hash;
-    const std::string pose = test::file_text(object_ / "pose/000001.txt");
+    const std::string pose = file_text(object_ / "pose/000001.txt");
     put_text(object_ / "pose/000001.txt", pose + "  \n");
     EXPECT_EQ(check().hash, before) << "blanks change nothing";
-    put_text(object_ / "pose/000001.txt", test::file_text(object_ / "pose/000000.txt"));
+    put_text(object_ / "pose/000001.txt", file_text(object_ / "pose/000000.txt"));
     EXPECT_NE(check().hash, before);
     put_text(object_ / "pose/000001.txt", pose);
     EXPECT_EQ(check().hash, before);
@@ -82,8 +76,8 @@ TEST_F(DatasetCheck, FindsMissingMaps) {
     fs::remove(object_ / "depth/000001.png");
     const ObjectCheck found = check();
     ASSERT_EQ(found.problems.size(), 2U);
-    EXPECT_NE(found.problems[0].find("3 poses and 2 images in depth"), std::string::npos);
-    EXPECT_NE(found.problems[1].find("depth' has no map '000001'"), std::string::npos);
+    EXPECT_HAS(found.problems[0], "3 poses and 2 images in depth");
+    EXPECT_HAS(found.problems[1], "depth' has no map '000001'");
 }
 
 TEST_F(DatasetCheck, FindsDamagedImages) {
@@ -104,7 +98,7 @@ TEST_F(DatasetCheck, FindsOtherSizes) {
 /// The pixels of an image of another size are not decoded: these are cut off.
 TEST_F(DatasetCheck, ComparesSizesBeforePixels) {
     put_image(object_ / "rgb/000002.png", 32, 3);
-    const std::string whole = test::file_text(object_ / "rgb/000002.png");
+    const std::string whole = file_text(object_ / "rgb/000002.png");
     put_text(object_ / "rgb/000002.png", whole.substr(0, 60));
     expect("view 2: rgb has 32 x 32 pixels, the first image 16 x 16", nullptr);
 }
@@ -130,34 +124,28 @@ TEST_F(DatasetCheck, WarnsOfDuplicatePoses) {
 }
 
 TEST_F(DatasetCheck, WarnsOfBlankImages) {
-    const io::Image blank{16, 16, 1, 8, std::vector<std::uint16_t>(256, 255)};
-    const auto file = io::write_png(blank);
-    ASSERT_OK(file.status());
-    put_text(object_ / "rgb/000001.png", std::string(io::as_text(file.value())));
+    put_png(object_ / "rgb/000001.png", {16, 16, 1, 8, std::vector<std::uint16_t>(256, 255)});
     expect(nullptr, "view 1 is of one colour (255)");
 }
 
 TEST_F(DatasetCheck, ListsTenAndCountsTheRest) {
     test::SampleFolder other;
-    synthetic::WriterDesc desc = test::sample_cars(other.path());
+    synthetic::WriterDesc desc = sample_cars(other.path());
     desc.train_views = 25;
     ASSERT_OK(synthetic::write_object(desc, 0));
-    const fs::path poses = other.path() / "srn_cars/cars_train/000000_car/pose";
+    const fs::path poses = other / "srn_cars/cars_train/000000_car/pose";
     for (int view = 1; view < 25; ++view)
         fs::copy_file(poses / "000000.txt", poses / format("%06d.txt", view),
                       fs::copy_options::overwrite_existing);
     DatasetDesc opened;
     opened.path = other.path().string();
-    const auto dataset = Dataset::open(opened);
-    ASSERT_OK(dataset.status());
-    const auto found = check_object(*dataset.value(), 0);
-    ASSERT_OK(found.status());
-    ASSERT_EQ(found.value().warnings.size(), 11U);
-    EXPECT_EQ(found.value().warnings.back(), "and 14 more warnings");
-    EXPECT_ERROR(check_object(*dataset.value(), 1).status(), Code::kInvalidArgument, "object is 1");
-    EXPECT_EQ(
-        check_text(*dataset.value(), 0).value().find("{\"name\": \"000000_car\", \"views\": 25, "),
-        0U);
+    const auto dataset = need(Dataset::open(opened));
+    const auto found = need(check_object(*dataset, 0));
+    ASSERT_EQ(found.warnings.size(), 11U);
+    EXPECT_EQ(found.warnings.back(), "and 14 more warnings");
+    EXPECT_ERROR(check_object(*dataset, 1), Code::kInvalidArgument, "object is 1");
+    EXPECT_EQ(check_text(*dataset, 0).value().find("{\"name\": \"000000_car\", \"views\": 25, "),
+              0U);
 }
 
 }  // namespace

@@ -15,13 +15,7 @@ namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
-using test::data_desc;
-using test::open_data;
-using test::put_image;
-using test::put_object;
-using test::put_text;
-using test::sample_cars;
-using test::SampleFolder;
+using namespace test;
 
 /// One view's numbers, of any array.
 struct Read {
@@ -58,11 +52,10 @@ Status open_status(const fs::path& path, std::uint32_t maps = 0) {
 
 TEST(Srn, GivesImagesAndCameras) {
     const SampleFolder folder;
-    put_object(folder.path() / "srn_cars/cars_train/b");
-    put_object(folder.path() / "srn_cars/cars_train/a");
-    put_text(folder.path() / "srn_cars/cars_train/.c.1-0.tmp/intrinsics.txt", "");
+    put_object(folder / "srn_cars/cars_train/b");
+    put_object(folder / "srn_cars/cars_train/a");
+    put_text(folder / "srn_cars/cars_train/.c.1-0.tmp/intrinsics.txt", "");
     const auto dataset = open_data(folder.path());
-    ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().names, (std::vector<std::string>{"a", "b"}));
     EXPECT_EQ(dataset->index().maps, 0U);
     EXPECT_EQ(dataset->resolution(), 8U);
@@ -98,7 +91,7 @@ TEST(Srn, FindsTheFolderOfTheSplit) {
     ASSERT_NE(open_data(desc), nullptr);
     EXPECT_EQ(open_data(desc)->index().names.front(), "b");
     desc.split = "val";
-    EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound,
+    EXPECT_ERROR(Dataset::open(desc), Code::kNotFound,
                  "folders of splits: chairs_2.0_train, chairs_test");
     put_object(root / "srn_cars/cars_train/a");
     EXPECT_ERROR(open_status(root), Code::kInvalidArgument, "srn_cars, srn_chairs");
@@ -109,12 +102,12 @@ TEST(Srn, FindsTheFolderOfTheSplit) {
         ASSERT_NE(open_data(desc), nullptr);
     }
     desc.category = "nmr";
-    EXPECT_ERROR(Dataset::open(desc).status(), Code::kInvalidArgument, "give the path of one");
+    EXPECT_ERROR(Dataset::open(desc), Code::kInvalidArgument, "give the path of one");
 }
 
 TEST(Srn, AFolderWithoutSplitsServesAny) {
     const SampleFolder folder;
-    put_object(folder.path() / "a");
+    put_object(folder / "a");
     bool lacks = false;
     DatasetDesc desc = data_desc(folder.path());
     for (const char* split : {"train", "test"}) {
@@ -123,10 +116,10 @@ TEST(Srn, AFolderWithoutSplitsServesAny) {
         EXPECT_FALSE(open_data(desc)->index().has_splits);
     }
     desc.lacks_split = &lacks;
-    EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound, "has no splits: its objects");
+    EXPECT_ERROR(Dataset::open(desc), Code::kNotFound, "has no splits: its objects");
     EXPECT_TRUE(lacks) << "for one who looks for a split of its own";
-    fs::create_directory(folder.path() / "cars_train");
-    fs::rename(folder.path() / "a", folder.path() / "cars_train/a");
+    fs::create_directory(folder / "cars_train");
+    fs::rename(folder / "a", folder / "cars_train/a");
     desc.split = "train";
     ASSERT_NE(open_data(desc), nullptr);
     EXPECT_TRUE(open_data(desc)->index().has_splits);
@@ -134,7 +127,7 @@ TEST(Srn, AFolderWithoutSplitsServesAny) {
 
 TEST(Srn, TellsAMissingSplitFromADamagedOne) {
     const SampleFolder folder;
-    put_object(folder.path() / "cars_train/a");
+    put_object(folder / "cars_train/a");
     DatasetDesc desc = data_desc(folder.path(), "val");
     const auto lacks = [&](Code code = Code::kNotFound) {
         bool told = false;
@@ -143,19 +136,19 @@ TEST(Srn, TellsAMissingSplitFromADamagedOne) {
         return told;
     };
     EXPECT_TRUE(lacks());
-    fs::create_directories(folder.path() / "cars_val");
+    fs::create_directories(folder / "cars_val");
     EXPECT_FALSE(lacks(Code::kFormat)) << "its objects are missing";
-    put_object(folder.path() / "cars_val/a");
+    put_object(folder / "cars_val/a");
     desc.maps = flag_of(MapKind::kDepth);
     EXPECT_FALSE(lacks()) << "its maps are missing";
-    EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound,
+    EXPECT_ERROR(Dataset::open(desc), Code::kNotFound,
                  "maps requested: depth; every object has: none; missing: '" +
-                     (folder.path() / "cars_val/a/depth").string());
+                     (folder / "cars_val/a/depth").string());
 }
 
 TEST(Srn, NamesWhatIsWrong) {
     const SampleFolder folder;
-    const fs::path object = folder.path() / "cars_train/a";
+    const fs::path object = folder / "cars_train/a";
     const auto wrong = [&](auto change, const char* part, Code code = Code::kFormat) {
         fs::remove_all(object);
         put_object(object);
@@ -167,7 +160,7 @@ TEST(Srn, NamesWhatIsWrong) {
         }
         DatasetDesc desc;
         desc.path = folder.path().string();
-        auto dataset = std::move(Dataset::open(desc).value());
+        auto dataset = need(Dataset::open(desc));
         EXPECT_ERROR(read(*dataset, 0, {0, 1}).status, code, part);
     };
     wrong([&] { fs::remove(object / "pose/000001.txt"); },
@@ -210,11 +203,10 @@ TEST(Srn, NamesWhatIsWrong) {
 
 TEST(Dataset, ReadsMapsThatAllObjectsHave) {
     const SampleFolder folder;
-    test::write_all(sample_cars(folder.path()));
+    write_all(sample_cars(folder.path()));
     DatasetDesc desc = data_desc(folder.path());
     desc.maps = 7;
     const auto dataset = open_data(desc);
-    ASSERT_NE(dataset, nullptr);
     const Read r = read(*dataset, 0, {2, 0}, true);
     ASSERT_OK(r.status);
     std::size_t inside = 0;
@@ -227,8 +219,8 @@ TEST(Dataset, ReadsMapsThatAllObjectsHave) {
     }
     EXPECT_GT(inside, 40U);
     EXPECT_EQ(*std::max_element(r.depths.begin(), r.depths.end()), 254.0F / 255);
-    EXPECT_NEAR(static_cast<double>(r.focals[0]), 131.25 / 8, 1e-6);
-    fs::remove_all(folder.path() / "srn_cars/cars_train/000001_car/normal");
+    EXPECT_NEAR(r.focals[0], 131.25 / 8, 1e-6);
+    fs::remove_all(folder / "srn_cars/cars_train/000001_car/normal");
     EXPECT_ERROR(open_status(folder.path(), 3), Code::kNotFound,
                  "maps requested: depth, normal; every object has: depth, mask");
     EXPECT_OK(open_status(folder.path(), 5));
@@ -240,10 +232,10 @@ TEST(Dataset, ReadsMapsThatAllObjectsHave) {
 TEST(Dataset, ShowsTheBackgroundBehindTransparentPixels) {
     const SampleFolder folder;
     for (const char* name : {"a", "b"})
-        test::put_renders(folder.path() / name, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2,  //
-                                                 1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, -2});
-    put_image(folder.path() / "a/000.png", 8, 4, 0, 51);
-    put_image(folder.path() / "a/001.png", 8, 4, 0, 0);
+        put_renders(folder / name, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2,  //
+                                    1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, -2});
+    put_image(folder / "a/000.png", 8, 4, 0, 51);
+    put_image(folder / "a/001.png", 8, 4, 0, 0);
     DatasetDesc desc = data_desc(folder.path());
     desc.background = {1, 0.5F, 0};
     const Read r = read(*open_data(desc), 0, {0, 1});
@@ -256,7 +248,7 @@ TEST(Dataset, ShowsTheBackgroundBehindTransparentPixels) {
 
 TEST(Dataset, GivesOtherResolutions) {
     const SampleFolder folder;
-    put_object(folder.path() / "cars_train/a");
+    put_object(folder / "cars_train/a");
     DatasetDesc desc = data_desc(folder.path());
     desc.resolution = 4;
     const auto dataset = open_data(desc);
@@ -264,8 +256,8 @@ TEST(Dataset, GivesOtherResolutions) {
     ASSERT_OK(r.status);
     EXPECT_EQ(r.images.size(), 48U);
     EXPECT_EQ(r.focals, (std::vector<float>{5, 5}));
-    const auto stored = io::read_png(
-        io::read_file((folder.path() / "cars_train/a/rgb/000000.png").string()).value());
+    const auto stored =
+        io::read_png(io::read_file((folder / "cars_train/a/rgb/000000.png").string()).value());
     const io::Image small = resample(stored.value(), 4, 4, Filter::kBicubic).value();
     for (std::size_t i = 0; i < 16; ++i)
         for (std::size_t c = 0; c < 3; ++c)
@@ -274,7 +266,7 @@ TEST(Dataset, GivesOtherResolutions) {
 
 TEST(Dataset, SameBitsFromSmallAndLargeCachesInManyThreads) {
     const SampleFolder folder;
-    test::write_all(sample_cars(folder.path()));
+    write_all(sample_cars(folder.path()));
     DatasetDesc desc = data_desc(folder.path());
     const auto large = open_data(desc);
     desc.cache_bytes = 2000;  // two images
@@ -303,14 +295,14 @@ TEST(Dataset, SameBitsFromSmallAndLargeCachesInManyThreads) {
 
 TEST(Dataset, RefusesInvalidDescsAndNumbers) {
     const SampleFolder folder;
-    put_object(folder.path() / "cars_train/a");
+    put_object(folder / "cars_train/a");
     DatasetDesc good;
     good.path = folder.path().string();
     const auto refused = [&good](auto change, const char* part,
                                  Code code = Code::kInvalidArgument) {
         DatasetDesc desc = good;
         change(desc);
-        EXPECT_ERROR(Dataset::open(desc).status(), code, part);
+        EXPECT_ERROR(Dataset::open(desc), code, part);
     };
     refused([](DatasetDesc& d) { d.format = "x"; },
             "format is 'x', expected one of store, tables, srn");
@@ -329,8 +321,8 @@ TEST(Dataset, RefusesInvalidDescsAndNumbers) {
 
 TEST(Dataset, ReportsWhatItHolds) {
     const SampleFolder folder;
-    put_object(folder.path() / "cars_train/a");
-    put_object(folder.path() / "cars_train/b");
+    put_object(folder / "cars_train/a");
+    put_object(folder / "cars_train/b");
     DatasetDesc desc = data_desc(folder.path());
     desc.limit = 1;
     desc.resolution = 4;

@@ -4,23 +4,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/log.h"
 #include "data/dataset_check.h"
 #include "data/sample_formats.h"
 #include "io/file.h"
 #include "support/expect_status.h"
+#include "support/log_capture.h"
 
 namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
-using test::data_desc;
-using test::kPose;
-using test::numbered;
-using test::open_data;
-using test::put_image;
-using test::put_text;
-using test::SampleFolder;
+using namespace test;
 
 struct ReadMaps {
     std::vector<float> images, depths, normals, masks;
@@ -34,9 +28,7 @@ ReadMaps read_maps(Dataset& dataset, bool depths = true) {
     for (std::uint32_t i = 0; i < n; ++i) views[i] = i;
     ReadMaps maps{std::vector<float>(3 * area), std::vector<float>(area),
                   std::vector<float>(3 * area), std::vector<float>(area)};
-    ViewArrays out;
-    out.images = maps.images.data();
-    out.masks = maps.masks.data();
+    ViewArrays out{.images = maps.images.data(), .masks = maps.masks.data()};
     if (depths) {
         out.depths = maps.depths.data();
         out.normals = maps.normals.data();
@@ -56,7 +48,6 @@ void put_maps(const fs::path& object, const std::vector<std::string>& stems) {
 
 void expect_maps(const fs::path& root, const std::string& split = "train") {
     const auto dataset = open_data(root, split);
-    ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().maps, kAllMaps);
     EXPECT_FALSE(dataset->index().alpha_masks);
     const ReadMaps maps = read_maps(*dataset);
@@ -64,35 +55,33 @@ void expect_maps(const fs::path& root, const std::string& split = "train") {
     EXPECT_EQ(maps.depths[64 + 9], 51.0F / 255) << "view 1, row 1, column 1";
     EXPECT_EQ(maps.normals[64], 61.0F / 255) << "channel 1";
     EXPECT_EQ(maps.masks[64], 91.0F / 255);
-    const auto checked = check_object(*dataset, 0);
-    ASSERT_OK(checked.status());
-    EXPECT_TRUE(checked.value().problems.empty());
+    EXPECT_TRUE(need(check_object(*dataset, 0)).problems.empty());
 }
 
-std::vector<float> twice(const std::vector<float>& pose) {
-    std::vector<float> poses = pose;
-    poses.insert(poses.end(), pose.begin(), pose.end());
+/// The second camera is one to the left.
+std::vector<float> two_poses() {
+    std::vector<float> poses = twice(kPose);
     poses[15] += 1;
     return poses;
 }
 
 TEST(Maps, OfNmr) {
     const SampleFolder folder;
-    test::put_nmr(folder.path(), twice(kPose), 12);
+    put_nmr(folder.path(), two_poses(), 12);
     EXPECT_EQ(open_data(folder.path())->index().maps, 0U) << "images without alpha";
-    put_maps(folder.path() / "02691156/b", {"000", "001"});
+    put_maps(folder / "02691156/b", {"000", "001"});
     expect_maps(folder.path());
-    fs::remove(folder.path() / "02691156/b/normal/001.png");
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+    fs::remove(folder / "02691156/b/normal/001.png");
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "1 images in normal; poses without image: 1 (first '001')");
 }
 
 TEST(Maps, OfObjaverseAndGso) {
     for (const bool gso : {false, true}) {
         const SampleFolder folder;
-        const fs::path object = folder.path() / (gso ? "a/render_mvs_25/model" : "a");
-        test::put_renders(object, twice(kPose));
-        test::put_renders(folder.path() / (gso ? "b/render_mvs_25/model" : "b"), twice(kPose));
+        const fs::path object = folder / (gso ? "a/render_mvs_25/model" : "a");
+        put_renders(object, two_poses());
+        put_renders(folder / (gso ? "b/render_mvs_25/model" : "b"), two_poses());
         put_maps(object, {"000", "001"});
         const std::string split = gso ? "test" : "train";
         if (!gso) {
@@ -102,65 +91,57 @@ TEST(Maps, OfObjaverseAndGso) {
         const auto dataset = open_data(folder.path(), split);
         EXPECT_EQ(dataset->index().maps, flag_of(MapKind::kMask)) << "b has only its alpha";
         EXPECT_TRUE(dataset->index().alpha_masks);
-        put_maps(folder.path() / "b/render_mvs_25/model", {"000", "001"});
+        put_maps(folder / "b/render_mvs_25/model", {"000", "001"});
         expect_maps(folder.path(), split);
     }
 }
 
 TEST(Maps, OfCo3d) {
     const SampleFolder folder;
-    test::Co3dSample sample;
-    sample.r = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1};
-    sample.t = {0, 0, 3, 0, 0, 4};
-    sample.focal = {2, 2, 2, 2};
-    sample.images.assign(2 * 3 * 64, 0.2F);
-    test::put_co3d(folder.path(), sample);
-    const fs::path sequence = folder.path() / "co3d_hydrant_for_gs/train/106_1_2";
+    put_co3d(folder.path(), two_co3d_frames());
+    const fs::path sequence = folder / "co3d_hydrant_for_gs/train/106_1_2";
     EXPECT_EQ(open_data(folder.path())->index().maps, 0U);
     std::vector<float> plane(128, 0.2F);
     plane[64] = 0.6F;
-    test::put_npy(sequence / "masks.npy", {2, 1, 8, 8}, plane);
-    test::put_npy(sequence / "normals.npy", {2, 3, 8, 8}, std::vector<float>(384, 0.4F));
+    put_npy(sequence / "masks.npy", {2, 1, 8, 8}, plane);
+    put_npy(sequence / "normals.npy", {2, 3, 8, 8}, std::vector<float>(384, 0.4F));
     const auto masked = open_data(folder.path());
     EXPECT_EQ(masked->index().maps, flag_of(MapKind::kMask) | flag_of(MapKind::kNormal));
     EXPECT_EQ(read_maps(*masked, false).masks[64], 153.0F / 255);
-    test::put_npy(sequence / "depths.npy", {2, 1, 8, 8}, plane);
+    put_npy(sequence / "depths.npy", {2, 1, 8, 8}, plane);
     const auto all = open_data(folder.path());
     EXPECT_EQ(all->index().maps, kAllMaps);
     EXPECT_EQ(read_maps(*all).depths[0], 51.0F / 255);
     EXPECT_EQ(read_maps(*all).normals[0], 102.0F / 255);
-    test::put_npy(sequence / "depths.npy", {3, 1, 8, 8}, std::vector<float>(192));
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+    put_npy(sequence / "depths.npy", {3, 1, 8, 8}, std::vector<float>(192));
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "depths.npy': 3 frames, expected 2 as the images");
-    test::put_npy(sequence / "depths.npy", {2, 3, 8, 8}, std::vector<float>(384));
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+    put_npy(sequence / "depths.npy", {2, 3, 8, 8}, std::vector<float>(384));
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "depths.npy': expected float32 [frames,1,side,side]");
 }
 
-constexpr const char* kCamera = R"({"fl_x": 10, "cx": 4, "cy": 4, "w": 8, "h": 8, "frames": [
-    {"file_path": "images/a.png", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
-    {"file_path": "images/b.png", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})";
+const std::string kCamera =
+    two_frames(R"("fl_x": 10, "cx": 4, "cy": 4, "w": 8, "h": 8)", "images/a.png", "images/b.png");
 
 TEST(Maps, OfPhotographs) {
     const SampleFolder folder;
-    put_text(folder.path() / "scene/transforms.json", kCamera);
+    put_text(folder / "scene/transforms.json", kCamera);
     for (const char* name : {"a", "b"})
-        put_image(folder.path() / "scene/images" / (std::string(name) + ".png"), 8, 3);
-    put_maps(folder.path() / "scene", {"a", "b"});
+        put_image(folder / "scene/images" / (std::string(name) + ".png"), 8, 3);
+    put_maps(folder / "scene", {"a", "b"});
     expect_maps(folder.path());
-    put_image(folder.path() / "scene/mask/a.png", 4, 1);
+    put_image(folder / "scene/mask/a.png", 4, 1);
     const auto dataset = open_data(folder.path());
     std::vector<float> mask(64);
-    ViewArrays out;
-    out.masks = mask.data();
     const std::uint32_t view = 0;
-    EXPECT_ERROR(dataset->read(0, std::span(&view, 1), out), Code::kFormat,
+    EXPECT_ERROR(dataset->read(0, std::span(&view, 1), {.masks = mask.data()}), Code::kFormat,
                  "mask/a.png': 4 x 4 pixels, its camera has 8 x 8");
 }
 
 TEST(Maps, OfSrnInOtherImageFormats) {
     const SampleFolder folder;
-    const fs::path object = folder.path() / "a_train/o";
+    const fs::path object = folder / "a_train/o";
     put_text(object / "intrinsics.txt", "10. 4. 4. 0.\n0. 0. 0.\n1.\n8 8\n");
     for (const char* stem : {"0", "1"}) {
         put_text(object / "pose" / (std::string(stem) + ".txt"),
@@ -168,7 +149,6 @@ TEST(Maps, OfSrnInOtherImageFormats) {
         put_image(object / "rgb" / (std::string(stem) + ".png"), 8, 4, 0, 51);
     }
     const auto alpha = open_data(folder.path());
-    ASSERT_NE(alpha, nullptr);
     EXPECT_EQ(alpha->index().maps, flag_of(MapKind::kMask));
     const ReadMaps maps = read_maps(*alpha, false);
     EXPECT_EQ(maps.masks[0], 51.0F / 255) << "the alpha of rgb";
@@ -181,8 +161,8 @@ TEST(Maps, OfSrnInOtherImageFormats) {
 
 /// An object of SRN's format with two views of 8 x 8 pixels, without maps.
 fs::path put_plain(const SampleFolder& folder) {
-    test::put_object(folder.path() / "a_train/o");
-    return folder.path() / "a_train/o";
+    put_object(folder / "a_train/o");
+    return folder / "a_train/o";
 }
 
 std::vector<float> ramp(std::size_t count, float first, float step) {
@@ -196,12 +176,11 @@ TEST(Maps, OfArrays) {
     const SampleFolder folder;
     const fs::path object = put_plain(folder);
     for (const char* stem : {"000000.npy", "000001.npy"}) {
-        test::put_npy(object / "depth" / stem, {8, 8}, ramp(64, -3, 0.25F));
-        test::put_npy(object / "normal" / stem, {8, 8, 3}, ramp(192, -1, 2.0F / 191));
-        test::put_npy(object / "mask" / stem, {8, 8}, ramp(64, 0, 1.0F / 63));
+        put_npy(object / "depth" / stem, {8, 8}, ramp(64, -3, 0.25F));
+        put_npy(object / "normal" / stem, {8, 8, 3}, ramp(192, -1, 2.0F / 191));
+        put_npy(object / "mask" / stem, {8, 8}, ramp(64, 0, 1.0F / 63));
     }
     const auto dataset = open_data(folder.path());
-    ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().maps, kAllMaps);
     const ReadMaps maps = read_maps(*dataset);
     for (std::size_t i = 0; i < 64; ++i) {
@@ -213,12 +192,12 @@ TEST(Maps, OfArrays) {
     EXPECT_TRUE(check_object(*dataset, 0).value().problems.empty());
     const auto refused = [&](const char* file, std::vector<std::uint64_t> shape,
                              std::vector<float> values, const char* part) {
-        const fs::path kept = folder.path() / "kept.npy";
+        const fs::path kept = folder / "kept.npy";
         fs::rename(object / file, kept);
-        test::put_npy(object / file, std::move(shape), std::move(values));
+        put_npy(object / file, std::move(shape), std::move(values));
         const auto found = check_object(*open_data(folder.path()), 0).value();
         ASSERT_EQ(found.problems.size(), 1U);
-        EXPECT_NE(found.problems[0].find(part), std::string::npos) << found.problems[0];
+        EXPECT_HAS(found.problems[0], part);
         fs::rename(kept, object / file);
     };
     refused(
@@ -228,7 +207,7 @@ TEST(Maps, OfArrays) {
             "normal/000000.npy': 8 x 8 numbers of 1 channels, expected 3 channels and a square");
     refused("mask/000000.npy", {4, 8}, std::vector<float>(32), "a square");
     put_image(object / "depth/000001.png", 8, 1);
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "two files are the depth of view '000001'; remove one");
 }
 
@@ -272,7 +251,6 @@ TEST(Maps, OfOtherTypesAndOrders) {
     fs::copy(object / "normal/000000.npy", object / "normal/000001.npy");
     put_text(object / "mask/000001.pgm", pgm);
     const auto dataset = open_data(folder.path());
-    ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().maps, kAllMaps);
     const ReadMaps maps = read_maps(*dataset);
     for (std::size_t i = 0; i < 64; ++i) {
@@ -289,8 +267,7 @@ TEST(Maps, OfOtherTypesAndOrders) {
               std::as_bytes(std::span(negative)));
     const auto found = check_object(*dataset, 0).value();
     ASSERT_EQ(found.problems.size(), 1U);
-    EXPECT_NE(found.problems[0].find("mask/000000.npy': whole numbers from -1 to -1"),
-              std::string::npos);
+    EXPECT_HAS(found.problems[0], "mask/000000.npy': whole numbers from -1 to -1");
 }
 
 TEST(Maps, OfOtherFilesAreNamedAsNotRead) {
@@ -298,23 +275,17 @@ TEST(Maps, OfOtherFilesAreNamedAsNotRead) {
     const fs::path object = put_plain(folder);
     for (const char* file : {"depth/000000.tiff", "depth/000001.tiff", "mask/000000.exr"})
         put_text(object / file, std::string("II*\0", 4));
-    std::string warned;
-    const auto keep = [](void* user, int, const char* text) {
-        *static_cast<std::string*>(user) += text;
-    };
-    set_log_sink(keep, &warned, LogLevel::kWarning);
+    const LogCapture log;
     const auto dataset = open_data(folder.path());
-    set_log_sink(nullptr, nullptr, LogLevel::kWarning);
-    EXPECT_NE(warned.find("3 files in folders of maps are not read, expected .png, .jpg, .webp, "
-                          ".pgm, .npy or .pfm: '" +
-                          (object / "depth/000000.tiff").string() + "', a TIFF file; convert it"),
-              std::string::npos)
-        << warned;
+    EXPECT_HAS(log.text(),
+               "3 files in folders of maps are not read, expected .png, .jpg, .webp, "
+               ".pgm, .npy or .pfm: '" +
+                   (object / "depth/000000.tiff").string() + "', a TIFF file; convert it");
     EXPECT_EQ(dataset->index().unread_count, 3U);
-    EXPECT_NE(report_text(*dataset).find("\"not_read_count\": 3"), std::string::npos);
+    EXPECT_HAS(report_text(*dataset), "\"not_read_count\": 3");
     DatasetDesc desc = data_desc(folder.path());
     desc.maps = flag_of(MapKind::kDepth);
-    EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound,
+    EXPECT_ERROR(Dataset::open(desc), Code::kNotFound,
                  "are not read, expected .png, .jpg, .webp, .pgm, .npy or .pfm: '" +
                      (object / "depth/000000.tiff").string());
 }
@@ -327,15 +298,12 @@ TEST(Maps, DepthOf16BitsIsScaled) {
     for (std::uint16_t i = 0; i < 64; ++i)
         image.samples.push_back(static_cast<std::uint16_t>(800 + 10 * i));
     for (const char* stem : {"000000.png", "000001.png"}) {
-        put_image(object / "depth" / stem, 8, 1);
-        ASSERT_OK(io::write_file((object / "depth" / stem).string(), io::write_png(image).value()));
+        put_png(object / "depth" / stem, image);
     }
     const auto dataset = open_data(folder.path());
     std::vector<float> depths(64);
-    ViewArrays out;
-    out.depths = depths.data();
     const std::uint32_t view = 0;
-    ASSERT_OK(dataset->read(0, std::span(&view, 1), out));
+    ASSERT_OK(dataset->read(0, std::span(&view, 1), {.depths = depths.data()}));
     for (std::size_t i = 0; i < 64; ++i)
         EXPECT_EQ(depths[i], std::round(255 * static_cast<float>(i) / 63) / 255);
 }
@@ -346,17 +314,16 @@ TEST(Maps, MasksOfZeroAndOneAreWhole) {
     io::Image image{8, 8, 1, 8, std::vector<std::uint16_t>(64)};
     image.samples[5] = 1;
     for (const char* stem : {"000000.png", "000001.png"}) {
-        put_image(object / "mask" / stem, 8, 1);
-        ASSERT_OK(io::write_file((object / "mask" / stem).string(), io::write_png(image).value()));
+        put_png(object / "mask" / stem, image);
     }
     const ReadMaps maps = read_maps(*open_data(folder.path()), false);
     EXPECT_EQ(maps.masks[5], 1);
     EXPECT_EQ(maps.masks[6], 0);
     image.samples[6] = 2;  // shades of gray stay
-    ASSERT_OK(io::write_file((object / "mask/000000.png").string(), io::write_png(image).value()));
+    put_png(object / "mask/000000.png", image);
     EXPECT_EQ(read_maps(*open_data(folder.path()), false).masks[5], 1.0F / 255);
     image.samples.assign(64, 0);
-    ASSERT_OK(io::write_file((object / "mask/000000.png").string(), io::write_png(image).value()));
+    put_png(object / "mask/000000.png", image);
     const auto found = check_object(*open_data(folder.path()), 0).value();
     EXPECT_TRUE(std::any_of(found.warnings.begin(), found.warnings.end(), [](const auto& text) {
         return text == "the mask of view 0 is empty";
@@ -365,7 +332,7 @@ TEST(Maps, MasksOfZeroAndOneAreWhole) {
 
 TEST(Maps, MayHavePluralFoldersAndWholeNames) {
     const SampleFolder folder;
-    const fs::path scene = folder.path() / "scene";
+    const fs::path scene = folder / "scene";
     put_text(scene / "transforms.json", kCamera);
     for (const char* name : {"a.png", "b.png"}) put_image(scene / "images" / name, 8, 3);
     put_maps(scene, {"a", "b"});
@@ -377,7 +344,7 @@ TEST(Maps, MayHavePluralFoldersAndWholeNames) {
 
 TEST(Maps, MayBeNamedByTheCameras) {
     const SampleFolder folder;
-    const fs::path scene = folder.path() / "scene";
+    const fs::path scene = folder / "scene";
     const auto put_cameras = [&](const std::string& of_a, const std::string& of_b,
                                  const std::string& of_all = "") {
         const auto frame = [](const char* name, const std::string& more) {
@@ -394,58 +361,52 @@ TEST(Maps, MayBeNamedByTheCameras) {
     put_image(scene / "m/y.png", 8, 1, 91);
     std::vector<float> metres = ramp(64, 1, 1.0F / 63);
     metres[0] = 0;  // not measured
-    for (const char* name : {"d/x.npy", "d/y.npy"}) test::put_npy(scene / name, {8, 8}, metres);
+    for (const char* name : {"d/x.npy", "d/y.npy"}) put_npy(scene / name, {8, 8}, metres);
     put_cameras(R"(, "mask_path": "m/x.png", "depth_file_path": "d/x.npy")",
                 R"(, "mask_path": "m/y.png", "depth_file_path": "d/y.npy")");
     const auto dataset = open_data(folder.path());
-    ASSERT_NE(dataset, nullptr);
     EXPECT_EQ(dataset->index().maps, flag_of(MapKind::kMask) | flag_of(MapKind::kDepth));
     std::vector<float> masks(128), depths(128);
-    ViewArrays out;
-    out.masks = masks.data();
-    out.depths = depths.data();
     const std::uint32_t views[] = {0, 1};
-    ASSERT_OK(dataset->read(0, views, out));
+    ASSERT_OK(dataset->read(0, views, {.depths = depths.data(), .masks = masks.data()}));
     EXPECT_EQ(masks[64], 91.0F / 255);
     EXPECT_EQ(depths[0], 0) << "not measured";
     EXPECT_EQ(depths[1], 1) << "the nearest";
     EXPECT_EQ(depths[63], 0) << "the farthest";
     EXPECT_GT(depths[2], depths[3]);
     put_cameras(R"(, "mask_path": "m/x.png")", R"(, "mask_path": "m/none.png")");
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
-                 "there is no mask map 'm/none.png'");
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "there is no mask map 'm/none.png'");
     put_cameras(R"(, "mask_path": "m/x.png")", "");
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "b.png' has no mask map, though other frames name theirs");
     put_cameras(R"(, "mask_path": 3)", "");
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat, "'mask_path' is not text");
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat, "'mask_path' is not text");
     const auto lists = [&](const std::string& text) { put_cameras("", "", text + ", "); };
     lists(
         R"("train_filenames": ["images/a.png", "images/b.png"], "test_filenames": ["images/a.png"])");
     EXPECT_EQ(open_data(folder.path())->index().views_of[0], 2U);
     EXPECT_TRUE(open_data(folder.path())->index().has_splits);
-    EXPECT_ERROR(test::data_status(folder.path(), "test"), Code::kFormat, "1 views, expected 2");
+    EXPECT_ERROR(data_status(folder.path(), "test"), Code::kFormat, "1 views, expected 2");
     bool lacks = false;
     DatasetDesc val = data_desc(folder.path(), "val");
     val.lacks_split = &lacks;
-    EXPECT_ERROR(Dataset::open(val).status(), Code::kNotFound, "lists no frames as val_filenames");
+    EXPECT_ERROR(Dataset::open(val), Code::kNotFound, "lists no frames as val_filenames");
     EXPECT_TRUE(lacks);
     lists(R"("train_filenames": ["images/c.png"])");
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "train_filenames has 'images/c.png', which no frame has");
 }
 
 TEST(Maps, AlphaIsTheMask) {
     const SampleFolder folder;
-    const fs::path object = folder.path() / "a";
-    test::put_renders(object, twice(kPose));
-    test::put_renders(folder.path() / "b", twice(kPose));
+    const fs::path object = folder / "a";
+    put_renders(object, two_poses());
+    put_renders(folder / "b", two_poses());
     put_image(object / "000.png", 8, 4, 0, 102);
     DatasetDesc desc = data_desc(folder.path());
     desc.maps = flag_of(MapKind::kMask);
     desc.background = {1, 1, 1};
     const auto dataset = open_data(desc);
-    ASSERT_NE(dataset, nullptr);
     const ReadMaps maps = read_maps(*dataset, false);
     EXPECT_EQ(maps.masks[0], 0.4F);
     EXPECT_EQ(maps.masks[64], 1.0F);
@@ -453,12 +414,10 @@ TEST(Maps, AlphaIsTheMask) {
     put_image(object / "001.png", 8, 3);
     const std::uint32_t views[] = {0, 1};
     std::vector<float> masks(128);
-    ViewArrays out;
-    out.masks = masks.data();
-    EXPECT_ERROR(open_data(desc)->read(0, views, out), Code::kFormat,
+    EXPECT_ERROR(open_data(desc)->read(0, views, {.masks = masks.data()}), Code::kFormat,
                  "object 'a', view 1: an image without alpha");
     desc.maps = flag_of(MapKind::kDepth);
-    EXPECT_ERROR(Dataset::open(desc).status(), Code::kNotFound,
+    EXPECT_ERROR(Dataset::open(desc), Code::kNotFound,
                  "maps requested: depth; every object has: mask");
 }
 

@@ -5,70 +5,55 @@
 #include <functional>
 
 #include "core/fault.h"
-#include "core/log.h"
 #include "data/dataset_check.h"
 #include "data/sample_formats.h"
 #include "support/expect_status.h"
+#include "support/log_capture.h"
 #include "synthetic/sample_folder.h"
 
 namespace splat::data {
 namespace {
 
 namespace fs = std::filesystem;
-using test::data_desc;
-using test::put_image;
-using test::put_text;
-using test::SampleFolder;
+using namespace test;
 
 constexpr std::size_t kObjects = 3;
 
-std::vector<float> two(const std::vector<float>& values) {
-    std::vector<float> both = values;
-    both.insert(both.end(), values.begin(), values.end());
-    return both;
-}
-
 void put_srn(const fs::path& root) {
-    for (const char* name : {"a", "b", "c"}) test::put_object(root / "cars_train" / name);
+    for (const char* name : {"a", "b", "c"}) put_object(root / "cars_train" / name);
 }
 
 void put_sequences(const fs::path& root) {
-    test::Co3dSample sample;
-    sample.r = two({1, 0, 0, 0, 1, 0, 0, 0, 1});
-    sample.t = two({0, 0, 3});
-    sample.focal = {2, 2, 2, 2};
-    sample.images.assign(2 * 3 * 64, 0.2F);
+    Co3dSample sample = two_co3d_frames();
     std::map<std::string, std::vector<float>> r, t;
     for (const char* name : {"a", "b", "c"}) {
         sample.name = name;
-        test::put_co3d(root, sample);
+        put_co3d(root, sample);
         r[name] = sample.r;
         t[name] = sample.t;
     }
-    test::put_npz(root / "co3d_hydrant_for_gs/train/camera_Rs.npz", r);
-    test::put_npz(root / "co3d_hydrant_for_gs/train/camera_Ts.npz", t);
+    put_npz(root / "co3d_hydrant_for_gs/train/camera_Rs.npz", r);
+    put_npz(root / "co3d_hydrant_for_gs/train/camera_Ts.npz", t);
 }
 
 void put_nmr_objects(const fs::path& root) {
-    for (const char* name : {"a", "b", "c"}) test::put_nmr(root, two(test::kPose), 12, name);
+    for (const char* name : {"a", "b", "c"}) put_nmr(root, twice(kPose), 12, name);
     put_text(root / "02691156/softras_train.lst", "a\nb\nc\n");
 }
 
 void put_objaverse(const fs::path& root) {
-    for (const char* name : {"a", "b", "c", "d"}) test::put_renders(root / name, two(test::kPose));
+    for (const char* name : {"a", "b", "c", "d"}) put_renders(root / name, twice(kPose));
 }
 
 void put_gso(const fs::path& root) {
     for (const char* name : {"a", "b", "c"})
-        test::put_renders(root / name / "render_mvs_25/model", two(test::kPose));
+        put_renders(root / name / "render_mvs_25/model", twice(kPose));
 }
 
 void put_photographs(const fs::path& root) {
-    constexpr const char* kTwoFrames = R"({"fl_x": 8, "w": 8, "h": 8, "frames": [
-        {"file_path": "0", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
-        {"file_path": "1", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})";
     for (const char* name : {"a", "b", "c"}) {
-        put_text(root / name / "transforms.json", kTwoFrames);
+        put_text(root / name / "transforms.json",
+                 two_frames(R"("fl_x": 8, "w": 8, "h": 8)", "0", "1"));
         for (const char* image : {"0.png", "1.png"}) put_image(root / name / image, 8, 3);
     }
 }
@@ -129,31 +114,29 @@ void expect_gap(const Case& c, const std::string& what, bool unreadable,
     SCOPED_TRACE(std::string(c.format) + ": " + what);
     const SampleFolder folder;
     c.put(folder.path());
-    const fs::path object = folder.path() / c.objects / "b";
+    const fs::path object = folder / c.objects / "b";
     broken(object);
     DatasetDesc desc = desc_of(c, folder);
-    EXPECT_ERROR(Dataset::open(desc).status(), unreadable ? Code::kIo : Code::kFormat,
-                 object.string());
+    EXPECT_ERROR(Dataset::open(desc), unreadable ? Code::kIo : Code::kFormat, object.string());
     desc.lenient = true;
-    const auto checked = Dataset::open(desc);
-    ASSERT_OK(checked.status());
-    const DatasetIndex& all = checked.value()->index();
+    const auto checked = need(Dataset::open(desc));
+    const DatasetIndex& all = checked->index();
     ASSERT_EQ(all.names.size(), kObjects);
     for (std::uint32_t i = 0; i < kObjects; ++i)
-        EXPECT_EQ(check_object(*checked.value(), i).value().problems.empty(), i != 1) << i;
+        EXPECT_EQ(check_object(*checked, i).value().problems.empty(), i != 1) << i;
     desc.lenient = false;
     desc.allow_missing = true;
     const auto rest = Dataset::open(desc);
     if (unreadable) {
-        EXPECT_ERROR(rest.status(), Code::kIo, object.string());
+        EXPECT_ERROR(rest, Code::kIo, object.string());
         return;
     }
-    ASSERT_OK(rest.status());
+    ASSERT_OK(rest);
     const DatasetIndex& taken = rest.value()->index();
     EXPECT_EQ(taken.names, (std::vector<std::string>{all.names[0], all.names[2]}));
     ASSERT_EQ(taken.missing.size(), 1U);
     EXPECT_EQ(taken.missing[0].first, all.names[1]);
-    EXPECT_OK(test::data_status(desc));
+    EXPECT_OK(data_status(desc));
 }
 
 TEST(MissingObjects, AreRefusedListedOrNamed) {
@@ -183,14 +166,14 @@ TEST(MissingObjects, AreRefusedListedOrNamed) {
 TEST(MissingObjects, MapsThatOthersHaveAreMissed) {
     const SampleFolder folder;
     put_srn(folder.path());
-    const fs::path objects = folder.path() / "cars_train";
+    const fs::path objects = folder / "cars_train";
     for (const char* map :
          {"a/depth/000000.png", "a/depth/000001.png", "c/depth/000000.png", "c/depth/000001.png"})
         put_image(objects / map, 8, 1);
     DatasetDesc desc = data_desc(folder.path());
-    EXPECT_EQ(test::open_data(desc)->index().maps, 0U) << "nobody asked for them";
+    EXPECT_EQ(open_data(desc)->index().maps, 0U) << "nobody asked for them";
     desc.lenient = true;
-    const auto dataset = test::open_data(desc);
+    const auto dataset = open_data(desc);
     const auto found = check_object(*dataset, 1).value();
     ASSERT_EQ(found.problems.size(), 1U);
     EXPECT_EQ(found.problems[0], "there are no depth maps in '" + (objects / "b/depth").string() +
@@ -198,7 +181,7 @@ TEST(MissingObjects, MapsThatOthersHaveAreMissed) {
     EXPECT_TRUE(check_object(*dataset, 0).value().problems.empty());
     put_image(objects / "b/depth/000000.png", 8, 1);
     put_image(objects / "b/depth/000001.png", 8, 1);
-    EXPECT_TRUE(check_object(*test::open_data(desc), 1).value().problems.empty());
+    EXPECT_TRUE(check_object(*open_data(desc), 1).value().problems.empty());
 }
 
 /// All gone is not a split that is not there, and nor is a split's folder that is a link to another disk.
@@ -208,7 +191,7 @@ TEST(MissingObjects, ASplitOfNothingButGapsIsThere) {
         const SampleFolder folder;
         c.put(folder.path());
         for (const char* name : {"a", "b", "c", "d"})
-            fs::remove_all(folder.path() / c.objects / name / c.parts[0]);
+            fs::remove_all(folder / c.objects / name / c.parts[0]);
         DatasetDesc desc = desc_of(c, folder);
         desc.format = c.format;
         desc.allow_missing = true;
@@ -224,51 +207,41 @@ TEST(MissingObjects, ASplitOfNothingButGapsIsThere) {
     }
     const SampleFolder srn, co3d, images;
     put_srn(srn.path());
-    fs::create_symlink("/nonexistent/disk", srn.path() / "cars_val");
+    fs::create_symlink("/nonexistent/disk", srn / "cars_val");
     put_sequences(co3d.path());
-    fs::create_symlink("/nonexistent/disk", co3d.path() / "co3d_hydrant_for_gs/val");
-    put_photographs(images.path() / "train");
-    fs::create_symlink("/nonexistent/disk", images.path() / "val");
+    fs::create_symlink("/nonexistent/disk", co3d / "co3d_hydrant_for_gs/val");
+    put_photographs(images / "train");
+    fs::create_symlink("/nonexistent/disk", images / "val");
     for (const fs::path& path : {srn.path(), co3d.path(), images.path()}) {
         bool lacks = false;
         DatasetDesc desc = data_desc(path, "val");
         desc.lacks_split = &lacks;
-        EXPECT_ERROR(Dataset::open(desc).status(), Code::kFormat,
-                     "is a link to what does not exist");
+        EXPECT_ERROR(Dataset::open(desc), Code::kFormat, "is a link to what does not exist");
         EXPECT_FALSE(lacks);
     }
-    fs::remove(images.path() / "val");
-    fs::create_directory(images.path() / "val");
-    fs::create_symlink("/nonexistent/object", images.path() / "val/b");
-    EXPECT_ERROR(Dataset::open(data_desc(images.path(), "val")).status(), Code::kFormat,
+    fs::remove(images / "val");
+    fs::create_directory(images / "val");
+    fs::create_symlink("/nonexistent/object", images / "val/b");
+    EXPECT_ERROR(Dataset::open(data_desc(images.path(), "val")), Code::kFormat,
                  "val/b' is a link to what does not exist");
     const SampleFolder nmr;
     put_nmr_objects(nmr.path());
-    put_text(nmr.path() / "02828884/softras_train.lst", "\n");
-    EXPECT_ERROR(test::data_status(nmr.path()), Code::kFormat, "names no object");
+    put_text(nmr / "02828884/softras_train.lst", "\n");
+    EXPECT_ERROR(data_status(nmr.path()), Code::kFormat, "names no object");
 }
 
 TEST(MissingObjects, OtherFoldersAreNamed) {
-    std::string warned;
-    const auto keep = [](void* user, int, const char* text) {
-        *static_cast<std::string*>(user) += text;
-    };
     for (const Case& c : cases()) {
         SCOPED_TRACE(c.format);
         const bool listed = std::string(c.format) == "nmr";
         const SampleFolder folder;
         c.put(folder.path());
-        put_text(folder.path() / (listed ? "" : c.objects) / "aa/notes.txt", "not an object");
-        warned.clear();
-        set_log_sink(keep, &warned, LogLevel::kWarning);
-        const auto dataset = Dataset::open(desc_of(c, folder));
-        set_log_sink(nullptr, nullptr, LogLevel::kWarning);
-        ASSERT_OK(dataset.status());
-        EXPECT_EQ(dataset.value()->index().names.size(), kObjects);
-        EXPECT_EQ(dataset.value()->index().others, std::vector<std::string>{"aa"});
-        EXPECT_NE(warned.find("1 folders without a part of an object are not read: 'aa'"),
-                  std::string::npos)
-            << warned;
+        put_text(folder / (listed ? "" : c.objects) / "aa/notes.txt", "not an object");
+        const LogCapture log;
+        const auto dataset = need(Dataset::open(desc_of(c, folder)));
+        EXPECT_EQ(dataset->index().names.size(), kObjects);
+        EXPECT_EQ(dataset->index().others, std::vector<std::string>{"aa"});
+        EXPECT_HAS(log.text(), "1 folders without a part of an object are not read: 'aa'");
     }
 }
 
@@ -276,20 +249,20 @@ TEST(MissingObjects, OtherFoldersAreNamed) {
 TEST(MissingObjects, DoNotMoveTheSplit) {
     const SampleFolder folder;
     put_objaverse(folder.path());
-    fs::remove_all(folder.path() / "a");
-    fs::create_symlink("/nonexistent/elsewhere", folder.path() / "a");
+    fs::remove_all(folder / "a");
+    fs::create_symlink("/nonexistent/elsewhere", folder / "a");
     DatasetDesc desc = data_desc(folder.path(), "val");
     desc.allow_missing = true;
-    EXPECT_EQ(test::open_data(desc)->index().names, std::vector<std::string>{"d"});
+    EXPECT_EQ(open_data(desc)->index().names, std::vector<std::string>{"d"});
     desc.split = "train";
-    EXPECT_EQ(test::open_data(desc)->index().names, (std::vector<std::string>{"b", "c"}));
+    EXPECT_EQ(open_data(desc)->index().names, (std::vector<std::string>{"b", "c"}));
 }
 
 TEST(MissingObjects, ACategoryWithoutTheListOfOthersIsOne) {
     const SampleFolder folder;
     put_nmr_objects(folder.path());
-    put_text(folder.path() / "02828884/softras_val.lst", "x\n");
-    EXPECT_ERROR(test::data_status(folder.path()), Code::kFormat,
+    put_text(folder / "02828884/softras_val.lst", "x\n");
+    EXPECT_ERROR(data_status(folder.path()), Code::kFormat,
                  "02828884/softras_train.lst', which other categories have");
     EXPECT_FALSE(Dataset::open(data_desc(folder.path(), "test")).ok());
 }
@@ -306,10 +279,8 @@ Result<std::map<std::string, std::string>> everything(
         const std::vector<std::uint32_t> views = {0, 1};
         const std::size_t area = std::size_t{dataset->resolution()} * dataset->resolution();
         std::vector<float> images(2 * 3 * area), poses(2 * 16);
-        ViewArrays out;
-        out.images = images.data();
-        out.view_to_world = poses.data();
-        SPLAT_TRY(dataset->read(object, views, out));
+        SPLAT_TRY(
+            dataset->read(object, views, {.images = images.data(), .view_to_world = poses.data()}));
         double sum = 0;
         for (const float value : images) sum += static_cast<double>(value);
         for (const float value : poses) sum += static_cast<double>(value);
@@ -329,17 +300,16 @@ TEST(MissingObjects, NoRefusalOfTheSystemTakesAnyAway) {
             DatasetDesc desc = desc_of(c, folder);
             desc.allow_missing = allowed;
             fault::arm(nullptr, fault::kForever);
-            const auto whole = everything(desc);
+            const auto whole = need(everything(desc));
             const std::uint64_t hits = fault::disarm();
-            ASSERT_OK(whole.status());
             ASSERT_GT(hits, 20U);
             for (const std::uint64_t count : {std::uint64_t{1}, fault::kForever})
                 for (std::uint64_t hit = 1; hit <= hits; ++hit, ++places) {
                     fault::arm(nullptr, hit, count);
-                    const auto found = everything(desc, whole.value());
+                    const auto found = everything(desc, whole);
                     fault::disarm();
                     errors += found.ok() ? 0 : 1;
-                    EXPECT_EQ(found.ok() ? found.value() : whole.value(), whole.value())
+                    EXPECT_EQ(found.ok() ? found.value() : whole, whole)
                         << c.format << ", place " << hit << " of " << hits << ", allowed "
                         << allowed << ", times " << count;
                 }

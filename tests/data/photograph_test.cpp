@@ -14,10 +14,7 @@ namespace fs = std::filesystem;
 
 /// A red rectangle, columns 20 to 59 and rows 10 to 29, on a ground of one colour.
 io::Image picture(std::uint32_t channels, std::uint16_t ground) {
-    io::Image image;
-    image.width = 100;
-    image.height = 50;
-    image.channels = channels;
+    io::Image image{.width = 100, .height = 50, .channels = channels, .samples = {}};
     for (std::uint32_t y = 0; y < image.height; ++y)
         for (std::uint32_t x = 0; x < image.width; ++x) {
             const bool inside = x >= 20 && x < 60 && y >= 10 && y < 30;
@@ -41,7 +38,7 @@ class PhotographRules : public testing::Test {
     std::string save(const char* name, const io::Image& image) {
         const std::string path = folder_ / name;
         const auto file = io::write_png(image);
-        EXPECT_OK(file.status());
+        EXPECT_OK(file);
         EXPECT_OK(io::write_file(path, file.value()));
         return path;
     }
@@ -85,12 +82,11 @@ class PhotographRules : public testing::Test {
 };
 
 TEST_F(PhotographRules, FollowsTheAlpha) {
-    const auto photo = read({save("a.png", picture(4, 90))});
-    ASSERT_OK(photo.status());
-    EXPECT_EQ(photo.value().mask_from, data::MaskFrom::kAlpha);
-    EXPECT_STREQ(data::mask_from_name(photo.value().mask_from), "alpha");
-    expect_in_the_middle(photo.value());
-    EXPECT_TRUE(photo.value().depth.empty());
+    const auto photo = need(read({save("a.png", picture(4, 90))}));
+    EXPECT_EQ(photo.mask_from, data::MaskFrom::kAlpha);
+    EXPECT_STREQ(data::mask_from_name(photo.mask_from), "alpha");
+    expect_in_the_middle(photo);
+    EXPECT_TRUE(photo.depth.empty());
 }
 
 TEST_F(PhotographRules, FloodsFromTheBorder) {
@@ -98,18 +94,16 @@ TEST_F(PhotographRules, FloodsFromTheBorder) {
     for (std::size_t pixel = 0; pixel < 300; ++pixel)
         image.samples[3 * pixel] =
             static_cast<std::uint16_t>(195 + pixel % 10);  // not quite uniform
-    const auto photo = read({save("b.png", image)});
-    ASSERT_OK(photo.status());
-    EXPECT_EQ(photo.value().mask_from, data::MaskFrom::kBorder);
-    EXPECT_STREQ(data::mask_from_name(photo.value().mask_from), "border");
-    expect_in_the_middle(photo.value());
+    const auto photo = need(read({save("b.png", image)}));
+    EXPECT_EQ(photo.mask_from, data::MaskFrom::kBorder);
+    EXPECT_STREQ(data::mask_from_name(photo.mask_from), "border");
+    expect_in_the_middle(photo);
     // An alpha of a screenshot, which leaves nothing out.
     io::Image opaque = picture(4, 200);
     for (std::size_t i = 3; i < opaque.samples.size(); i += 4) opaque.samples[i] = 255;
-    const auto screenshot = read({save("screenshot.png", opaque)});
-    ASSERT_OK(screenshot.status());
-    EXPECT_EQ(screenshot.value().mask_from, data::MaskFrom::kBorder);
-    expect_in_the_middle(screenshot.value());
+    const auto screenshot = need(read({save("screenshot.png", opaque)}));
+    EXPECT_EQ(screenshot.mask_from, data::MaskFrom::kBorder);
+    expect_in_the_middle(screenshot);
 }
 
 /// A square of 20 pixels in the middle of 60, white inside where it opens to one side.
@@ -126,55 +120,48 @@ TEST_F(PhotographRules, FloodsIntoPocketsOfAllSides) {
                 const bool pocket = across >= 26 && across < 34 && depth >= 25;
                 image.samples.insert(image.samples.end(), 3, object && !pocket ? 0 : 255);
             }
-        const auto photo = read({save("pocket.png", image)});
-        ASSERT_OK(photo.status());
-        EXPECT_EQ(photo.value().mask_from, data::MaskFrom::kBorder);
-        EXPECT_EQ(photo.value().mask[16 * 32 + 16], 0) << "in the pocket of side " << side;
+        const auto photo = need(read({save("pocket.png", image)}));
+        EXPECT_EQ(photo.mask_from, data::MaskFrom::kBorder);
+        EXPECT_EQ(photo.mask[16 * 32 + 16], 0) << "in the pocket of side " << side;
         const std::size_t closed[] = {16 * 32 + 9, 9 * 32 + 16, 16 * 32 + 22, 22 * 32 + 16};
-        EXPECT_EQ(photo.value().mask[closed[side]], 1) << "at the end of that of side " << side;
+        EXPECT_EQ(photo.mask[closed[side]], 1) << "at the end of that of side " << side;
     }
 }
 
 TEST_F(PhotographRules, TakesAMaskAndMaps) {
     Files desc{save("c.png", picture(3, 40))};
     io::Image mask = picture(4, 0);
-    io::Image gray;
-    gray.width = mask.width;
-    gray.height = mask.height;
-    gray.channels = 1;
+    io::Image gray{.width = mask.width, .height = mask.height, .channels = 1, .samples = {}};
     for (std::size_t i = 0; i < mask.samples.size(); i += 4)
         gray.samples.push_back(mask.samples[i + 3]);
     desc.mask = save("mask.png", gray);
     for (std::uint16_t& sample : gray.samples) sample = 51;
     desc.depth = save("depth.png", gray);
     desc.normal = save("normal.png", gray);
-    const auto photo = read(desc);
-    ASSERT_OK(photo.status());
-    EXPECT_EQ(photo.value().mask_from, data::MaskFrom::kMask);
-    EXPECT_STREQ(data::mask_from_name(photo.value().mask_from), "mask");
-    expect_in_the_middle(photo.value());
+    const auto photo = need(read(desc));
+    EXPECT_EQ(photo.mask_from, data::MaskFrom::kMask);
+    EXPECT_STREQ(data::mask_from_name(photo.mask_from), "mask");
+    expect_in_the_middle(photo);
     const std::size_t middle = 16 * 32 + 16;
-    ASSERT_EQ(photo.value().depth.size(), 1024U);
-    EXPECT_NEAR(photo.value().depth[middle], 0.2F, 1e-6F) << "51 of 255";
-    EXPECT_EQ(photo.value().depth[0], 0);
-    ASSERT_EQ(photo.value().normal.size(), 3072U);
-    EXPECT_NEAR(photo.value().normal[2048 + middle], 0.2F, 1e-6F);
-    EXPECT_EQ(photo.value().normal[0], 0.5F);
+    ASSERT_EQ(photo.depth.size(), 1024U);
+    EXPECT_NEAR(photo.depth[middle], 0.2F, 1e-6F) << "51 of 255";
+    EXPECT_EQ(photo.depth[0], 0);
+    ASSERT_EQ(photo.normal.size(), 3072U);
+    EXPECT_NEAR(photo.normal[2048 + middle], 0.2F, 1e-6F);
+    EXPECT_EQ(photo.normal[0], 0.5F);
 }
 
 TEST_F(PhotographRules, AUniformPictureIsTheObject) {
     io::Image image = picture(3, 0);
     std::fill(image.samples.begin(), image.samples.end(), std::uint16_t{80});
-    const auto photo = read({save("d.png", image)});
-    ASSERT_OK(photo.status());
-    EXPECT_EQ(photo.value().mask_from, data::MaskFrom::kNothing);
-    EXPECT_STREQ(data::mask_from_name(photo.value().mask_from), "nothing");
+    const auto photo = need(read({save("d.png", image)}));
+    EXPECT_EQ(photo.mask_from, data::MaskFrom::kNothing);
+    EXPECT_STREQ(data::mask_from_name(photo.mask_from), "nothing");
     Files whole{save("e.png", picture(4, 0))};
     whole.options.crop = false;
-    const auto square = read(whole);
-    ASSERT_OK(square.status());
-    EXPECT_EQ(square.value().side, 50) << "the largest square in the middle";
-    EXPECT_EQ(square.value().x, 25);
+    const auto square = need(read(whole));
+    EXPECT_EQ(square.side, 50) << "the largest square in the middle";
+    EXPECT_EQ(square.x, 25);
 }
 
 TEST_F(PhotographRules, SamplesOf16BitsAreReducedTo8) {
@@ -184,32 +171,30 @@ TEST_F(PhotographRules, SamplesOf16BitsAreReducedTo8) {
     for (std::uint16_t& sample : sixteen.image.image.samples)
         sample = static_cast<std::uint16_t>(257 * sample - (sample == 0 ? 0 : 100));
     for (data::Picture* each : {&eight, &sixteen}) each->mask = each->depth = each->image;
-    const auto a = data::cut_photograph(eight, {}), b = data::cut_photograph(sixteen, {});
-    ASSERT_OK(a.status());
-    ASSERT_OK(b.status());
-    EXPECT_EQ(a.value().image, b.value().image);
-    EXPECT_EQ(a.value().mask, b.value().mask);
-    EXPECT_EQ(a.value().depth, b.value().depth);
+    const auto a = need(data::cut_photograph(eight, {})),
+               b = need(data::cut_photograph(sixteen, {}));
+    EXPECT_EQ(a.image, b.image);
+    EXPECT_EQ(a.mask, b.mask);
+    EXPECT_EQ(a.depth, b.depth);
 }
 
 TEST_F(PhotographRules, RefusesAndNamesTheFile) {
     Files desc{"nowhere.png"};
-    EXPECT_ERROR(read(desc).status(), Code::kNotFound, "nowhere.png");
+    EXPECT_ERROR(read(desc), Code::kNotFound, "nowhere.png");
     desc.image = save("f.png", picture(3, 200));
     io::Image small = picture(3, 0);
     small.height = 25;
     small.samples.resize(small.samples.size() / 2);
     desc.depth = save("small.png", small);
-    EXPECT_ERROR(read(desc).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(read(desc), Code::kInvalidArgument,
                  "is 100 x 25 pixels, expected the image's 100 x 50");
     desc.depth.clear();
     io::Image black = picture(3, 0);
     std::fill(black.samples.begin(), black.samples.end(), std::uint16_t{0});
     desc.mask = save("black.png", black);
-    EXPECT_ERROR(read(desc).status(), Code::kInvalidArgument,
-                 "the mask has no pixel above one half");
+    EXPECT_ERROR(read(desc), Code::kInvalidArgument, "the mask has no pixel above one half");
     desc.options.foreground = 0;
-    EXPECT_ERROR(read(desc).status(), Code::kInvalidArgument, "foreground is 0");
+    EXPECT_ERROR(read(desc), Code::kInvalidArgument, "foreground is 0");
 }
 
 }  // namespace

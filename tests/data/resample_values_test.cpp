@@ -20,10 +20,8 @@ std::vector<float> drawn_values(std::size_t count) {
 std::vector<double> resampled(const std::vector<float>& values, std::uint32_t width,
                               std::uint32_t height, std::uint32_t channels, std::uint32_t to_width,
                               std::uint32_t to_height, ValueFilter filter) {
-    const auto made = resample_values(std::span<const float>(values), width, height, channels,
-                                      to_width, to_height, filter);
-    EXPECT_OK(made.status());
-    return made.ok() ? made.value() : std::vector<double>();
+    return need(resample_values(std::span<const float>(values), width, height, channels, to_width,
+                                to_height, filter));
 }
 
 TEST(ResampleValues, EqualsTheReference) {
@@ -76,10 +74,10 @@ TEST(ResampleValues, PillowsKernelsAreThoseOfImagesBeforeRounding) {
 TEST(ResampleValues, RefusesSizesThatDoNotFit) {
     const std::vector<float> values(6);
     const std::span<const float> span(values);
-    EXPECT_ERROR(resample_values(span, 2, 2, 1, 1, 1, ValueFilter::kCubic).status(),
-                 Code::kInvalidArgument, "6 numbers");
-    EXPECT_ERROR(resample_values(span, 3, 2, 1, 0, 1, ValueFilter::kCubic).status(),
-                 Code::kInvalidArgument, "0 x 1");
+    EXPECT_ERROR(resample_values(span, 2, 2, 1, 1, 1, ValueFilter::kCubic), Code::kInvalidArgument,
+                 "6 numbers");
+    EXPECT_ERROR(resample_values(span, 3, 2, 1, 0, 1, ValueFilter::kCubic), Code::kInvalidArgument,
+                 "0 x 1");
 }
 
 TEST(ResampleValues, HasNames) {

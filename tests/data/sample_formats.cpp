@@ -13,6 +13,19 @@ namespace fs = std::filesystem;
 
 const std::vector<float> kPose = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2};
 
+std::vector<float> twice(const std::vector<float>& values) {
+    std::vector<float> both = values;
+    both.insert(both.end(), values.begin(), values.end());
+    return both;
+}
+
+std::string two_frames(const std::string& members, const char* first, const char* second) {
+    return format(R"({%s, "frames": [
+    {"file_path": "%s", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]},
+    {"file_path": "%s", "transform_matrix": [[1,0,0,1],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}]})",
+                  members.c_str(), first, second);
+}
+
 void put_object(const fs::path& folder) {
     put_text(folder / "intrinsics.txt", "10. 4. 4. 0.\n0. 0. 0.\n1.\n8 8\n");
     put_text(folder / "pose/000000.txt", "1 0 0 0\n0 1 0 0\n0 0 1 -2\n0 0 0 1\n");
@@ -22,10 +35,9 @@ void put_object(const fs::path& folder) {
 }
 
 void put_npy(const fs::path& path, std::vector<std::uint64_t> shape, std::vector<float> values) {
-    const auto file = io::write_npy({std::move(shape), std::move(values)});
-    ASSERT_OK(file.status());
+    const auto file = need(io::write_npy({std::move(shape), std::move(values)}));
     fs::create_directories(path.parent_path());
-    ASSERT_OK(io::write_file(path.string(), file.value()));
+    ASSERT_OK(io::write_file(path.string(), file));
 }
 
 void put_npz(const fs::path& path, const std::map<std::string, std::vector<float>>& arrays) {
@@ -33,10 +45,9 @@ void put_npz(const fs::path& path, const std::map<std::string, std::vector<float
     for (const auto& [name, values] : arrays)
         ASSERT_OK(tensors.add(
             {name, {static_cast<std::int64_t>(values.size())}, io::NumberType::kF32, values}));
-    const auto file = io::write_npz(tensors);
-    ASSERT_OK(file.status());
+    const auto file = need(io::write_npz(tensors));
     fs::create_directories(path.parent_path());
-    ASSERT_OK(io::write_file(path.string(), file.value().pieces()));
+    ASSERT_OK(io::write_file(path.string(), file.pieces()));
 }
 
 std::string numbered(std::size_t i) {
@@ -66,6 +77,13 @@ void put_nmr(const fs::path& root, const std::vector<float>& world_mat_inv, std:
     put_npz(object / "cameras.npz", arrays);
 }
 
+Co3dSample two_co3d_frames(const std::string& name) {
+    Co3dSample sample{
+        .r = twice({1, 0, 0, 0, 1, 0, 0, 0, 1}), .t = {0, 0, 3, 0, 0, 4}, .focal = {2, 2, 2, 2}};
+    sample.name = name;
+    return sample;
+}
+
 void put_co3d(const fs::path& root, const Co3dSample& sample) {
     const fs::path split = root / "co3d_hydrant_for_gs/train";
     const std::uint64_t frames = sample.t.size() / 3;
@@ -83,9 +101,7 @@ data::DatasetDesc data_desc(const fs::path& path, const std::string& split) {
 }
 
 std::unique_ptr<data::Dataset> open_data(const data::DatasetDesc& desc) {
-    auto dataset = data::Dataset::open(desc);
-    EXPECT_OK(dataset.status());
-    return dataset.ok() ? std::move(dataset.value()) : nullptr;
+    return need(data::Dataset::open(desc));
 }
 
 std::unique_ptr<data::Dataset> open_data(const fs::path& path, const std::string& split) {
@@ -98,9 +114,7 @@ Status data_status(const data::DatasetDesc& desc) {
     const std::uint32_t views[] = {0, 1};
     const std::size_t side = dataset.value()->resolution();
     std::vector<float> images(2 * 3 * side * side);
-    data::ViewArrays out;
-    out.images = images.data();
-    return dataset.value()->read(0, views, out);
+    return dataset.value()->read(0, views, {.images = images.data()});
 }
 
 Status data_status(const fs::path& path, const std::string& split) {

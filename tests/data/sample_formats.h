@@ -10,6 +10,12 @@ namespace splat::test {
 /// A pose [3,4] without rotation, at -2 along z.
 extern const std::vector<float> kPose;
 
+/// Two cameras' numbers from those of one.
+std::vector<float> twice(const std::vector<float>& values);
+
+/// A transforms.json with these members and two frames, the second one unit to the right of the first.
+std::string two_frames(const std::string& members, const char* first, const char* second);
+
 /// An object of SRN's format, of two views of 8 x 8 pixels.
 void put_object(const std::filesystem::path& folder);
 
@@ -34,12 +40,15 @@ struct Co3dSample {
     std::string name = "106_1_2";
 };
 
+/// Two frames without rotation, 3 and 4 away.
+Co3dSample two_co3d_frames(const std::string& name = "106_1_2");
+
 /// A preprocessed sequence of hydrants; the only one that has cameras.
 void put_co3d(const std::filesystem::path& root, const Co3dSample& sample);
 
 data::DatasetDesc data_desc(const std::filesystem::path& path, const std::string& split = "train");
 
-/// nullptr if it cannot be opened, which fails the test.
+/// Where it cannot be opened, the test fails and ends.
 std::unique_ptr<data::Dataset> open_data(const data::DatasetDesc& desc);
 std::unique_ptr<data::Dataset> open_data(const std::filesystem::path& path,
                                          const std::string& split = "train");

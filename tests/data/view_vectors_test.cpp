@@ -14,10 +14,7 @@ using data::ViewVectors;
 
 io::NamedTensor tensor(const std::string& name, std::vector<std::int64_t> dims,
                        const std::vector<float>& values) {
-    io::NamedTensor made;
-    made.name = name;
-    made.dims = std::move(dims);
-    made.values = values;
+    io::NamedTensor made{.name = name, .dims = std::move(dims), .values = values};
     return made;
 }
 
@@ -58,12 +55,11 @@ class ViewVectorsTest : public testing::Test {
 TEST_F(ViewVectorsTest, RowsOfViewsInTheirOrder) {
     for (const char* name : {"v.safetensors", "v.npz"}) {
         const auto path = write(name, tensor("b", {3, 2}, {5, 6, 7, 8, 9, 10}));
-        const auto vectors = ViewVectors::load(path, {2}, index_, "data.embedding_file");
-        ASSERT_OK(vectors.status());
+        const auto vectors = need(ViewVectors::load(path, {2}, index_, "data.embedding_file"));
         std::vector<float> rows;
         const std::uint32_t views[] = {2, 0};
-        vectors.value().append(1, views, rows);
-        vectors.value().append(0, std::span(views).subspan(1), rows);
+        vectors.append(1, views, rows);
+        vectors.append(0, std::span(views).subspan(1), rows);
         EXPECT_EQ(rows, (std::vector<float>{9, 10, 5, 6, 1, 2}));
     }
 }
@@ -72,11 +68,10 @@ TEST_F(ViewVectorsTest, RowsOfViewsInTheirOrder) {
 TEST_F(ViewVectorsTest, TheArrayOfTheSplitComesFirst) {
     const auto path =
         write("v.npz", tensor("b", {1}, {0}), tensor("val/b", {3, 2}, {1, 2, 3, 4, 5, 6}));
-    const auto vectors = ViewVectors::load(path, {2}, index_, "data.embedding_file");
-    ASSERT_OK(vectors.status());
+    const auto vectors = need(ViewVectors::load(path, {2}, index_, "data.embedding_file"));
     std::vector<float> rows;
     const std::uint32_t views[] = {1};
-    vectors.value().append(1, views, rows);
+    vectors.append(1, views, rows);
     EXPECT_EQ(rows, (std::vector<float>{3, 4}));
 }
 

@@ -18,15 +18,13 @@ class EvaluatorTest : public testing::Test {
   protected:
     void SetUp() override {
         context_ = test::shared_context();
-        ASSERT_NE(context_, nullptr);
-        synthetic::WriterDesc cars = test::sample_cars(folder_.path() / "cars");
+        synthetic::WriterDesc cars = test::sample_cars(folder_ / "cars");
         cars.resolution = 16;
         test::write_all(cars);
         settings_.network = test::small_config();
         settings_.training.root = cars.path;
-        auto made = predict::Predictor::create(*context_, settings_);
-        ASSERT_OK(made.status());
-        network_ = std::move(made.value());
+        auto made = need(predict::Predictor::create(*context_, settings_));
+        network_ = std::move(made);
     }
     void fill(float weight) {
         nn::Parameters& parameters = network_->model().parameters();
@@ -36,7 +34,7 @@ class EvaluatorTest : public testing::Test {
     }
     Evaluator evaluator(bool network = true, Protocol protocol = {}) {
         auto data = predict::ViewSource::open(settings_, "", "test");
-        EXPECT_OK(data.status());
+        EXPECT_OK(data);
         Evaluation labels;
         labels.method = network ? "" : "mine";
         Evaluator made(std::move(data.value()), std::move(protocol), {}, labels);
@@ -50,7 +48,7 @@ class EvaluatorTest : public testing::Test {
     predict::Views many_views() {
         Evaluator made = evaluator(false);
         auto read = made.read(0);
-        EXPECT_OK(read.status());
+        EXPECT_OK(read);
         predict::Views views = std::move(read.value());
         const scene::Camera first = views.cameras[0];
         views.cameras.assign(predict::Predictor::kDrawnAtOnce + 4, first);
@@ -64,7 +62,7 @@ class EvaluatorTest : public testing::Test {
         std::vector<float> images;
         for (const scene::Camera& camera : views.cameras) {
             const auto image = network_->draw(std::span(&camera, 1));
-            EXPECT_OK(image.status());
+            EXPECT_OK(image);
             images.insert(images.end(), image.value().begin(), image.value().end());
         }
         return images;
@@ -80,9 +78,7 @@ TEST_F(EvaluatorTest, ScoresWhatItDraws) {
     ASSERT_NO_FATAL_FAILURE(fill(0.01F));
     Evaluator made = evaluator();
     ASSERT_EQ(made.objects(), 1U);
-    const auto scores = made.score(0);
-    ASSERT_OK(scores.status());
-    const ObjectScores& s = scores.value();
+    const ObjectScores s = need(made.score(0));
     EXPECT_EQ(s.conditioning.views, 1U);
     EXPECT_EQ(s.novel.views, 3U);
     EXPECT_TRUE(std::isnan(s.novel.lpips));
@@ -91,27 +87,24 @@ TEST_F(EvaluatorTest, ScoresWhatItDraws) {
     EXPECT_EQ(s.ledger.invisible + s.ledger.visible, 256U);
     const std::size_t plane = std::size_t{3} * 16 * 16;
     ASSERT_EQ(made.drawn().size(), 4 * plane);
-    const auto views = made.read(0);
-    ASSERT_OK(views.status());
+    const auto views = need(made.read(0));
     double psnr = 0;
     for (std::size_t i = 1; i < 4; ++i)
         psnr += compare_images(std::span(made.drawn()).subspan(i * plane, plane),
-                               std::span(views.value().images).subspan(i * plane, plane), 3, 16, 16)
+                               std::span(views.images).subspan(i * plane, plane), 3, 16, 16)
                     .value()
                     .psnr /
                 3;
     EXPECT_NEAR(s.novel.psnr, psnr, 1e-9);
     EXPECT_EQ(made.evaluation().objects.size(), 1U);
-    EXPECT_ERROR(made.score(1).status(), Code::kInvalidArgument, "object 1 does not exist");
+    EXPECT_ERROR(made.score(1), Code::kInvalidArgument, "object 1 does not exist");
 }
 
 TEST_F(EvaluatorTest, DrawsMoreCamerasThanOneGroup) {
     ASSERT_NO_FATAL_FAILURE(fill(0.01F));
     const predict::Views views = many_views();
     ObjectScores scores;
-    const auto images = draw_object(*context_, *network_, views, scores);
-    ASSERT_OK(images.status());
-    EXPECT_EQ(images.value(), drawn_alone(views));
+    EXPECT_EQ(need(draw_object(*context_, *network_, views, scores)), drawn_alone(views));
     EXPECT_EQ(scores.drawn, 20U);
     EXPECT_EQ(scores.ledger.gaussians, 256U);
 }
@@ -147,57 +140,46 @@ TEST_F(EvaluatorTest, DrawsItsObjectBesideOtherPredictions) {
     });
     while (predictions == 0) std::this_thread::yield();
     ObjectScores scores;
-    const auto images = draw_object(*context_, *network_, views, scores);
+    const auto images = need(draw_object(*context_, *network_, views, scores));
     drawn = true;
-    ASSERT_OK(images.status());
-    EXPECT_EQ(images.value(), expected);
+    EXPECT_EQ(images, expected);
     EXPECT_GT(predictions, 1);
 }
 
 TEST_F(EvaluatorTest, WeightsThatOverflowHaveNoScore) {
     ASSERT_NO_FATAL_FAILURE(fill(3.4e38F));
     Evaluator made = evaluator();
-    const auto scores = made.score(0);
-    ASSERT_OK(scores.status());
-    EXPECT_GT(scores.value().ledger.outputs_not_finite, 0U);
-    EXPECT_TRUE(std::isnan(scores.value().novel.psnr));
-    EXPECT_TRUE(std::isnan(scores.value().novel.ssim));
-    EXPECT_EQ(scores.value().novel.views, 3U);
+    const auto scores = need(made.score(0));
+    EXPECT_GT(scores.ledger.outputs_not_finite, 0U);
+    EXPECT_TRUE(std::isnan(scores.novel.psnr));
+    EXPECT_TRUE(std::isnan(scores.novel.ssim));
+    EXPECT_EQ(scores.novel.views, 3U);
     EXPECT_TRUE(std::isnan(summary_of(made.evaluation()).conditioning.psnr));
 }
 
 TEST_F(EvaluatorTest, ScoresImagesOfTheCaller) {
     Evaluator made = evaluator(false);
-    EXPECT_ERROR(made.score(0).status(), Code::kInvalidState, "no network");
-    auto views = made.read(0);
-    ASSERT_OK(views.status());
-    std::vector<float>& images = views.value().images;
-    const auto perfect = made.score_images(0, images);
-    ASSERT_OK(perfect.status());
-    EXPECT_EQ(perfect.value().novel.perfect, 3U);
-    EXPECT_EQ(perfect.value().novel.ssim, 1);
+    EXPECT_ERROR(made.score(0), Code::kInvalidState, "no network");
+    auto views = need(made.read(0));
+    std::vector<float>& images = views.images;
+    const auto perfect = need(made.score_images(0, images));
+    EXPECT_EQ(perfect.novel.perfect, 3U);
+    EXPECT_EQ(perfect.novel.ssim, 1);
     images[5] = std::nanf("");
-    const auto broken = made.score_images(0, images);
-    ASSERT_OK(broken.status());
-    EXPECT_EQ(broken.value().ledger.images_not_finite, 1U);
-    EXPECT_TRUE(std::isnan(broken.value().novel.ssim));
+    const auto broken = need(made.score_images(0, images));
+    EXPECT_EQ(broken.ledger.images_not_finite, 1U);
+    EXPECT_TRUE(std::isnan(broken.novel.ssim));
     images.pop_back();
-    EXPECT_ERROR(made.score_images(0, images).status(), Code::kShape, "4 views of 3 x 16 x 16");
+    EXPECT_ERROR(made.score_images(0, images), Code::kShape, "4 views of 3 x 16 x 16");
 }
 
 TEST_F(EvaluatorTest, TakesOtherConditioningViews) {
     ASSERT_NO_FATAL_FAILURE(fill(0.01F));
-    Protocol protocol;
-    protocol.conditioning = {2};
-    protocol.novel = 1;
-    Evaluator made = evaluator(true, protocol);
-    const auto views = made.views(0);
-    ASSERT_OK(views.status());
-    EXPECT_EQ(views.value().conditioning, std::vector<std::uint32_t>{2});
-    EXPECT_EQ(views.value().novel.size(), 1U);
-    const auto scores = made.score(0);
-    ASSERT_OK(scores.status());
-    EXPECT_EQ(scores.value().novel.views, 1U);
+    Evaluator made = evaluator(true, {.conditioning = {2}, .novel = 1});
+    const auto views = need(made.views(0));
+    EXPECT_EQ(views.conditioning, std::vector<std::uint32_t>{2});
+    EXPECT_EQ(views.novel.size(), 1U);
+    EXPECT_EQ(need(made.score(0)).novel.views, 1U);
 }
 
 }  // namespace

@@ -24,12 +24,10 @@ class ScoreTableTest : public testing::Test {
         return read_scores((folder_ / name).string());
     }
     ScoreTable read(const char* name, const std::string& text) {
-        const auto made = read_text(name, text);
-        EXPECT_OK(made.status());
-        return made.ok() ? made.value() : ScoreTable();
+        return need(read_text(name, text));
     }
     void refused(const std::string& text, const char* part) {
-        EXPECT_ERROR(read_text("bad.csv", text).status(), Code::kFormat, part);
+        EXPECT_ERROR(read_text("bad.csv", text), Code::kFormat, part);
     }
 
     std::filesystem::path folder_ =

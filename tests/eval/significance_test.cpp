@@ -62,15 +62,12 @@ TEST(Significance, RandomFlipsTendToTheExactNumber) {
     // Five standard deviations of 300000 draws.
     EXPECT_NEAR(drawn.p_permutation, exact, 5 * std::sqrt(exact * (1 - exact) / 300000));
     EXPECT_EQ(drawn.p_permutation, compare_paired(more_a, more_b).p_permutation) << "the same seed";
-    ResampleOptions other;
-    other.seed = 1;
-    EXPECT_NE(drawn.p_permutation, compare_paired(more_a, more_b, other).p_permutation);
+    EXPECT_NE(drawn.p_permutation, compare_paired(more_a, more_b, {.seed = 1}).p_permutation);
 }
 
 /// A probability from random draws is at least that of the observed signs, which are one of the draws.
 TEST(Significance, NoNumberOfFlipsProvesADifference) {
-    ResampleOptions options;
-    options.permutations = 100;
+    ResampleOptions options{.permutations = 100};
     const std::vector<double> a(40, 0.0);
     const std::vector<double> b(40, 1.0);
     EXPECT_EQ(compare_paired(a, b, options).p_permutation, 1.0 / 101);
@@ -118,9 +115,7 @@ TEST(Significance, PooledTestsDoNotDependOnTheOrder) {
 /// p is uniform if there is nothing to find: about 5 of 100 are below 0.05.
 TEST(Significance, FindsNothingWhereThereIsNothing) {
     int found = 0;
-    ResampleOptions options;
-    options.permutations = 2000;
-    options.bootstraps = 1;
+    ResampleOptions options{.permutations = 2000, .bootstraps = 1};
     for (unsigned i = 0; i < 200; ++i)
         found +=
             compare_paired(sample(25, 0, 2 * i), sample(25, 0, 2 * i + 1), options).p_permutation <
@@ -174,18 +169,12 @@ std::vector<double> values_of(const ScoreTable& file, const std::string& metric)
 TEST(RealScores, GiveThePublishedNumbers) {
     SPLAT_NEEDS_REAL_DATA();
     const std::string folder = *test::real_data_folder() + "/scores/";
-    const auto read = [&folder](const char* name) {
-        auto made = read_scores(folder + name);
-        EXPECT_OK(made.status());
-        return made.ok() ? made.value() : ScoreTable();
-    };
+    const auto read = [&folder](const char* name) { return need(read_scores(folder + name)); };
     const ScoreTable reference = read("reference.txt");
     EXPECT_EQ(reference.objects.size(), 704U);
     EXPECT_EQ(reference.metrics, (std::vector<std::string>{"psnr", "ssim", "lpips"}));
     const double base[] = {23.99898, .92284, .07703};
-    ResampleOptions options;
-    options.permutations = 100000;
-    options.bootstraps = 1;
+    ResampleOptions options{.permutations = 100000, .bootstraps = 1};
     for (const Published& row : kPublished) {
         const ScoreTable other = read(row.file);
         for (const auto& [name, value] : other.values.at("psnr"))

@@ -4,11 +4,9 @@
 #include "io/colmap.h"
 #include "scene/camera_pose.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes input) {
+SPLAT_FUZZ_TARGET(io::Bytes input) {
     const auto [cameras, images] = fuzz::files_of<2>(input);
     for (const bool binary : {false, true}) {
         const auto read = binary ? io::read_colmap_binary(cameras, images)
@@ -19,7 +17,3 @@ void check(io::Bytes input) {
     }
     static_cast<void>(fuzz::accepted(io::read_colmap(cameras, images).status()));
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

@@ -2,11 +2,9 @@
 
 #include "fuzz/target.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     for (const auto& read :
          {read_yaml_config(io::as_text(file), "x"), read_json_config(io::as_text(file), "x")}) {
         if (!read.ok()) continue;
@@ -17,7 +15,3 @@ void check(io::Bytes file) {
         }
     }
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

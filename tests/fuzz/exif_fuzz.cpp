@@ -5,16 +5,10 @@
 #include "fuzz/target.h"
 #include "io/photo/photo.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     const io::Exif exif = io::exif_of(file, 6000, 4000);
     fuzz::require(exif.orientation >= 1 && exif.orientation <= 8);
     fuzz::require(std::isfinite(exif.focal) && exif.focal >= 0);
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

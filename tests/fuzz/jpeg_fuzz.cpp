@@ -3,11 +3,9 @@
 #include "fuzz/target.h"
 #include "io/photo/photo.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     io::ImageOptions options = {512, 1U << 20U};
     options.upright = true;
     const auto image = io::read_jpeg(file, options);
@@ -20,7 +18,3 @@ void check(io::Bytes file) {
                   header.value().height == image.value().height &&
                   header.value().channels == image.value().channels);
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

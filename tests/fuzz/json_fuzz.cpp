@@ -7,11 +7,9 @@
 #include "fuzz/target.h"
 #include "support/parsed_json.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     const std::string_view text = io::as_text(file);
     const auto tree = parse_json_tree(text, "x");
     const Status events = visit_json(text, "x", [](const JsonEvent&) { return Status(); });
@@ -24,7 +22,3 @@ void check(io::Bytes file) {
     for (const JsonScalar& member : flat.value())
         fuzz::require(tree.value().find(member.name) != nullptr);
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

@@ -3,9 +3,9 @@
 #include "io/maps/number_image.h"
 #include "io/npy.h"
 
-namespace {
-
 using namespace splat;
+
+namespace {
 
 /// Maps of numbers, also PFM and PGM, by the same bytes.
 void check_maps(io::Bytes file) {
@@ -19,7 +19,9 @@ void check_maps(io::Bytes file) {
     (void)fuzz::accepted(io::read_netpbm(file).status());
 }
 
-void check(io::Bytes file) {
+}  // namespace
+
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     check_maps(file);
     const auto array = io::read_npy(file);
     if (!fuzz::accepted(array.status())) return;
@@ -28,7 +30,3 @@ void check(io::Bytes file) {
     const auto again = io::read_npy(written.value());
     fuzz::require(again.ok() && again.value().shape == array.value().shape);
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

@@ -3,11 +3,9 @@
 #include "io/weights_formats.h"
 #include "io/zip.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     const io::MemorySource source(file);
     const DecodeLimits small{64, 1U << 20U, 1000};
     const auto zip = io::Zip::open(source, "zip", small);
@@ -27,7 +25,4 @@ void check(io::Bytes file) {
     fuzz::require(again.ok() && again.value().tensors.size() == read.value().tensors.size());
 }
 
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)
 SPLAT_FUZZ_MUTATOR(fuzz::repair_zip)

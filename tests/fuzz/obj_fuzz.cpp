@@ -3,11 +3,9 @@
 #include "fuzz/target.h"
 #include "io/mesh/mesh.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     const auto read = io::read_obj(file);
     if (!fuzz::accepted(read.status())) return;
     const io::Mesh& mesh = read.value();
@@ -15,7 +13,3 @@ void check(io::Bytes file) {
     for (const auto& triangle : mesh.triangles)
         for (const std::uint32_t index : triangle) fuzz::require(index < mesh.vertices.size());
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

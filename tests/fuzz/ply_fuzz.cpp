@@ -5,11 +5,9 @@
 #include "fuzz/target.h"
 #include "io/scene_formats.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     const io::LoadOptions options = fuzz::small_scenes();
     const auto compressed = io::read_compressed_ply(file, options);
     if (fuzz::accepted(compressed.status())) fuzz::check_scene(compressed.value());
@@ -26,7 +24,3 @@ void check(io::Bytes file) {
     if (!means.empty())
         fuzz::require(std::memcmp(means.data(), scene.means.data(), means.size() * 4) == 0);
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

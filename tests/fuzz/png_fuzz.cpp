@@ -4,13 +4,15 @@
 #include "fuzz/target.h"
 #include "io/image.h"
 
-namespace {
-
 using namespace splat;
+
+namespace {
 
 const io::ImageOptions kSmall = {512, 1U << 20U};
 
-void check(io::Bytes file) {
+}  // namespace
+
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     const auto image = io::read_png(file, kSmall);
     if (!fuzz::accepted(image.status())) return;
     fuzz::require(io::check_image(image.value()).ok());
@@ -20,7 +22,4 @@ void check(io::Bytes file) {
     fuzz::require(again.ok() && again.value().samples == image.value().samples);
 }
 
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)
 SPLAT_FUZZ_MUTATOR(fuzz::repair_png)

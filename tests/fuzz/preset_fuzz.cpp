@@ -3,11 +3,9 @@
 #include "fuzz/target.h"
 #include "prior_models/prepare.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     const auto read = prior_models::parse_preset(std::string(io::as_text(file)));
     if (!read.ok()) {
         fuzz::require(read.status().code() == Code::kInvalidArgument);
@@ -29,7 +27,3 @@ void check(io::Bytes file) {
         fuzz::require(size.value().height % input.multiple == 0);
     }
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

@@ -5,9 +5,9 @@
 #include "io/torch/pickle.h"
 #include "io/weights_formats.h"
 
-namespace {
-
 using namespace splat;
+
+namespace {
 
 /// What is read can be written, and is read again bit by bit.
 void check_writing(const io::WeightsFile& file) {
@@ -25,8 +25,10 @@ void check_writing(const io::WeightsFile& file) {
     }
 }
 
+}  // namespace
+
 /// The pickle is also read alone.
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     const io::MemorySource source(file);
     const DecodeLimits small{64, 1U << 20U, 1000};
     const auto read = io::read_pth(source, small);
@@ -44,7 +46,4 @@ void check(io::Bytes file) {
     static_cast<void>(pickle.value().find(root, "model_state_dict"));
 }
 
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)
 SPLAT_FUZZ_MUTATOR(fuzz::repair_zip)

@@ -1,11 +1,9 @@
 #include "fuzz/target.h"
 #include "io/weights_formats.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     const io::MemorySource source(file);
     const auto read = io::read_safetensors(source, {64, 1U << 20U, 1000});
     if (!fuzz::accepted(read.status())) return;
@@ -19,7 +17,3 @@ void check(io::Bytes file) {
         fuzz::require(other != nullptr && other->dims == tensor.dims);
     }
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

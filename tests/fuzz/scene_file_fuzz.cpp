@@ -5,11 +5,9 @@
 
 #include "fuzz/target.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     for (const io::SceneFormat& format : io::scene_formats()) {
         const auto found = io::detect_scene_format(file, "x" + std::string(format.extension));
         if (fuzz::accepted(found.status())) fuzz::require(found.value() != nullptr);
@@ -23,7 +21,3 @@ void check(io::Bytes file) {
     const auto unnamed = io::detect_scene_format(file, "x");
     if (fuzz::accepted(unnamed.status())) fuzz::require(unnamed.value() != nullptr);
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

@@ -3,9 +3,9 @@
 #include "config/config_file.h"
 #include "fuzz/target.h"
 
-namespace {
-
 using namespace splat;
+
+namespace {
 
 /// Text for config.json of a run; nothing for a configuration that is refused.
 std::string merged(const Result<Config>& read) {
@@ -14,14 +14,12 @@ std::string merged(const Result<Config>& read) {
     return settings.ok() ? config::merged_config_text(settings.value()) : std::string();
 }
 
-void check(io::Bytes file) {
+}  // namespace
+
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     const std::string text(io::as_text(file));
     const std::string values = merged(read_config(text, "x"));
     if (!values.empty()) fuzz::require(merged(read_config(values, "x")) == values);
     const std::string one = text.substr(0, text.find('\n'));
     static_cast<void>(merged(config::with_values(Config("x"), std::span(&one, 1))));
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

@@ -3,11 +3,9 @@
 #include "fuzz/target.h"
 #include "io/scene_formats.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     const auto loaded = io::read_spz(file, fuzz::small_scenes());
     if (!fuzz::accepted(loaded.status())) return;
     fuzz::check_scene(loaded.value());
@@ -18,7 +16,3 @@ void check(io::Bytes file) {
         if (written.ok()) fuzz::require(io::read_spz(written.value(), fuzz::small_scenes()).ok());
     }
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

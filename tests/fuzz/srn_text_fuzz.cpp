@@ -5,17 +5,11 @@
 #include "fuzz/target.h"
 #include "tables/srn_text.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     const auto focal = tables::focal_of(io::as_text(file));
     if (fuzz::accepted(focal.status()))
         fuzz::require(std::isfinite(focal.value().x) && std::isfinite(focal.value().y));
     static_cast<void>(fuzz::accepted(tables::pose_of(io::as_text(file)).status()));
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

@@ -52,10 +52,12 @@ std::array<io::Bytes, Count> files_of(io::Bytes input) {
 
 }  // namespace splat::fuzz
 
-/// The entry that libFuzzer and regression_main.cpp call.
-#define SPLAT_FUZZ_TARGET(check)                                                        \
+/// The entry that libFuzzer and regression_main.cpp call; the body of a function of the input follows.
+#define SPLAT_FUZZ_TARGET(input)                                                        \
+    static void check(input);                                                           \
     extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);  \
     extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) { \
         check(std::as_bytes(std::span(data, size)));                                    \
         return 0;                                                                       \
-    }
+    }                                                                                   \
+    static void check(input)

@@ -4,11 +4,9 @@
 #include "io/transforms_json.h"
 #include "scene/camera_pose.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     io::CameraOptions options;
     options.ignore_distortion = !file.empty() && file.size() % 2 == 0;
     const auto read = io::read_transforms_json(file, 64, 64, options);
@@ -19,7 +17,3 @@ void check(io::Bytes file) {
     const auto again = io::read_transforms_json(written.value());
     fuzz::require(again.ok() && again.value().cameras.size() == read.value().cameras.size());
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

@@ -3,11 +3,9 @@
 #include "fuzz/target.h"
 #include "io/photo/photo.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     io::ImageOptions options = {256, 1U << 18U};  // libwebp makes 20 KB for each 4 x 4 pixels
     const auto image = io::read_webp(file, options);
     options.header_only = true;
@@ -19,7 +17,3 @@ void check(io::Bytes file) {
                   header.value().height == image.value().height &&
                   header.value().channels == image.value().channels);
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

@@ -36,7 +36,6 @@ scene::Gaussians random_gaussians(std::size_t count, std::uint32_t degree) {
 /// Host and device pack a scene to the same bits.
 TEST(GaussianSet, DeviceAndHostAgree) {
     vk::Context* context = shared_context();
-    ASSERT_NE(context, nullptr);
     for (const std::uint32_t degree : {0U, 1U, 3U}) {
         const scene::Gaussians host = random_gaussians(kPacked, degree);
         std::vector<float> activated_scales, activated_opacities;
@@ -46,11 +45,9 @@ TEST(GaussianSet, DeviceAndHostAgree) {
             activated_opacities.push_back(
                 static_cast<float>(scene::opacity_of(static_cast<double>(value))));
         const gaussians::SetDesc desc = desc_of(kPacked, degree);
-        auto by_host = gaussians::allocate_set(*context, desc);
-        auto by_device = gaussians::allocate_set(*context, desc);
-        ASSERT_OK(by_host.status());
-        ASSERT_OK(by_device.status());
-        ASSERT_OK(gaussians::upload(*context, host, by_host.value()));
+        auto by_host = need(gaussians::allocate_set(*context, desc));
+        auto by_device = need(gaussians::allocate_set(*context, desc));
+        ASSERT_OK(gaussians::upload(*context, host, by_host));
         const vk::Buffer means = upload(*context, host.means);
         const vk::Buffer scales = upload(*context, activated_scales);
         const vk::Buffer rotations = upload(*context, host.rotations);
@@ -59,23 +56,21 @@ TEST(GaussianSet, DeviceAndHostAgree) {
         const ops::GaussianRows views = {means.range(), scales.range(), rotations.range(),
                                          opacities.range(), sh.range()};
         vk::Recorder recorder(*context);
-        ASSERT_OK(ops::pack_rows(recorder, desc, views, by_device.value().views()));
-        vk::CommandList list = std::move(recorder.finish().value());
+        ASSERT_OK(ops::pack_rows(recorder, desc, views, by_device.views()));
+        vk::CommandList list = need(recorder.finish());
         ASSERT_OK(context->run(list));
         const std::size_t colors = kPacked * desc.color_quads() * 4;
-        EXPECT_EQ(download(*context, by_device.value().gaussians.range(), kPacked * 12),
-                  download(*context, by_host.value().gaussians.range(), kPacked * 12));
-        EXPECT_EQ(download(*context, by_device.value().colors.range(), colors),
-                  download(*context, by_host.value().colors.range(), colors));
+        EXPECT_EQ(download(*context, by_device.gaussians.range(), kPacked * 12),
+                  download(*context, by_host.gaussians.range(), kPacked * 12));
+        EXPECT_EQ(download(*context, by_device.colors.range(), colors),
+                  download(*context, by_host.colors.range(), colors));
     }
 }
 
 TEST(GaussianSet, UnpackInvertsAndAccumulates) {
     vk::Context* context = shared_context();
-    ASSERT_NE(context, nullptr);
     const gaussians::SetDesc desc = desc_of(300, 0, true);
-    auto packed = gaussians::allocate_set(*context, desc);
-    ASSERT_OK(packed.status());
+    auto packed = need(gaussians::allocate_set(*context, desc));
     const std::vector<float> means = normal_fill(900, 1);
     const std::vector<float> colors = normal_fill(900, 2);
     const vk::Buffer from_means = upload(*context, means);
@@ -86,14 +81,14 @@ TEST(GaussianSet, UnpackInvertsAndAccumulates) {
     ops::GaussianRows from;
     from.means = from_means.range();
     from.colors = from_colors.range();
-    ASSERT_OK(ops::pack_rows(recorder, desc, from, packed.value().views()));
+    ASSERT_OK(ops::pack_rows(recorder, desc, from, packed.views()));
     ops::GaussianRows to;
     to.means = to_means.range();
-    ASSERT_OK(ops::unpack_rows(recorder, desc, packed.value().views(), to, false));
+    ASSERT_OK(ops::unpack_rows(recorder, desc, packed.views(), to, false));
     ops::GaussianRows summed;
     summed.colors = to_colors.range();
-    ASSERT_OK(ops::unpack_rows(recorder, desc, packed.value().views(), summed, true));
-    vk::CommandList list = std::move(recorder.finish().value());
+    ASSERT_OK(ops::unpack_rows(recorder, desc, packed.views(), summed, true));
+    vk::CommandList list = need(recorder.finish());
     ASSERT_OK(context->run(list));
     EXPECT_EQ(download(*context, to_means.range(), 900), means);
     const std::vector<float> sum = download(*context, to_colors.range(), 900);
@@ -102,15 +97,13 @@ TEST(GaussianSet, UnpackInvertsAndAccumulates) {
 
 TEST(GaussianSet, DegreesAreCutAndPadded) {
     vk::Context* context = shared_context();
-    ASSERT_NE(context, nullptr);
     const scene::Gaussians host = random_gaussians(5, 1);
     for (const std::uint32_t degree : {0U, 2U}) {
         const gaussians::SetDesc desc = desc_of(5, degree);
-        auto packed = gaussians::allocate_set(*context, desc);
-        ASSERT_OK(packed.status());
-        ASSERT_OK(gaussians::upload(*context, host, packed.value()));
+        auto packed = need(gaussians::allocate_set(*context, desc));
+        ASSERT_OK(gaussians::upload(*context, host, packed));
         const std::size_t stride = std::size_t{4} * desc.color_quads();
-        const auto colors = download(*context, packed.value().colors.range(), 5 * stride);
+        const auto colors = download(*context, packed.colors.range(), 5 * stride);
         const std::size_t taken = degree == 0 ? 3 : 12;
         for (std::size_t i = 0; i < 5; ++i)
             for (std::size_t k = 0; k < stride; ++k)
@@ -136,37 +129,31 @@ scene::Gaussians doubtful_gaussians() {
 
 TEST(GaussianSet, DownloadsWhatAnImageCanShow) {
     vk::Context* context = shared_context();
-    ASSERT_NE(context, nullptr);
-    auto set = gaussians::allocate_set(*context, desc_of(9, 0));
-    ASSERT_OK(set.status());
-    ASSERT_OK(gaussians::upload(*context, doubtful_gaussians(), set.value()));
-    std::vector<float> packed = download(*context, set.value().gaussians.range(), 9 * 12);
+    auto set = need(gaussians::allocate_set(*context, desc_of(9, 0)));
+    ASSERT_OK(gaussians::upload(*context, doubtful_gaussians(), set));
+    std::vector<float> packed = download(*context, set.gaussians.range(), 9 * 12);
     packed[12 * 7 + 3] = 1.5F;  // no logit gives these
     packed[12 * 8 + 3] = -0.5F;
-    ASSERT_OK(context->write(set.value().gaussians.range(), packed.data(), packed.size() * 4));
-    const auto shown = gaussians::download(*context, set.value().desc, set.value().views(), false);
-    ASSERT_OK(shown.status());
-    EXPECT_EQ(shown.value().not_finite, 6U);
-    EXPECT_EQ(shown.value().faint, 1U);
-    ASSERT_EQ(shown.value().gaussians.count(), 2U);
-    EXPECT_EQ(shown.value().gaussians.means[0], 0.0F);
-    EXPECT_EQ(shown.value().gaussians.means[3], 4.0F);
-    EXPECT_OK(scene::check_arrays(shown.value().gaussians));
+    ASSERT_OK(context->write(set.gaussians.range(), packed.data(), packed.size() * 4));
+    const auto shown = need(gaussians::download(*context, set.desc, set.views(), false));
+    EXPECT_EQ(shown.not_finite, 6U);
+    EXPECT_EQ(shown.faint, 1U);
+    ASSERT_EQ(shown.gaussians.count(), 2U);
+    EXPECT_EQ(shown.gaussians.means[0], 0.0F);
+    EXPECT_EQ(shown.gaussians.means[3], 4.0F);
+    EXPECT_OK(scene::check_arrays(shown.gaussians));
 }
 
 TEST(GaussianSet, DownloadsAllThatWasUploaded) {
     vk::Context* context = shared_context();
-    ASSERT_NE(context, nullptr);
     const scene::Gaussians host = random_gaussians(300, 1);
-    auto set = gaussians::allocate_set(*context, desc_of(400, 1));
-    ASSERT_OK(set.status());
-    ASSERT_OK(gaussians::upload(*context, host, set.value()));
-    const std::uint64_t version = set.value().version;
-    ASSERT_OK(gaussians::upload(*context, host, set.value()));
-    EXPECT_NE(set.value().version, version);
-    const auto all = gaussians::download(*context, set.value().desc, set.value().views(), true);
-    ASSERT_OK(all.status());
-    const scene::Gaussians& got = all.value().gaussians;
+    auto set = need(gaussians::allocate_set(*context, desc_of(400, 1)));
+    ASSERT_OK(gaussians::upload(*context, host, set));
+    const std::uint64_t version = set.version;
+    ASSERT_OK(gaussians::upload(*context, host, set));
+    EXPECT_NE(set.version, version);
+    const scene::Gaussians got =
+        need(gaussians::download(*context, set.desc, set.views(), true)).gaussians;
     EXPECT_EQ(got.means, host.means);
     EXPECT_EQ(got.rotations, host.rotations);
     EXPECT_EQ(got.sh, host.sh);
@@ -179,22 +166,19 @@ TEST(GaussianSet, DownloadsAllThatWasUploaded) {
 
 TEST(GaussianSet, AFlatGaussianGetsTheLeastScale) {
     vk::Context* context = shared_context();
-    ASSERT_NE(context, nullptr);
     scene::Gaussians host = random_gaussians(1, 0);
     host.log_scales[1] = -500;
-    auto set = gaussians::allocate_set(*context, desc_of(1, 0));
-    ASSERT_OK(set.status());
-    ASSERT_OK(gaussians::upload(*context, host, set.value()));
-    const auto all = gaussians::download(*context, set.value().desc, set.value().views(), true);
-    ASSERT_OK(all.status());
-    EXPECT_EQ(all.value().gaussians.log_scales[1], std::log(std::numeric_limits<float>::min()));
+    auto set = need(gaussians::allocate_set(*context, desc_of(1, 0)));
+    ASSERT_OK(gaussians::upload(*context, host, set));
+    const auto all = need(gaussians::download(*context, set.desc, set.views(), true));
+    EXPECT_EQ(all.gaussians.log_scales[1], std::log(std::numeric_limits<float>::min()));
 }
 
 gaussians::SetStatistics statistics_of(vk::Context& context, const gaussians::GaussianSet& set) {
     const vk::Buffer partial = device_buffer(context, gaussians::set_statistics_bytes(set.count));
     vk::Recorder recorder(context);
     EXPECT_OK(gaussians::set_statistics(recorder, set.desc, set.views(), partial.range()));
-    vk::CommandList list = std::move(recorder.finish().value());
+    vk::CommandList list = need(recorder.finish());
     EXPECT_OK(context.run(list));
     std::vector<std::uint32_t> words(gaussians::set_statistics_bytes(set.count) / 4);
     EXPECT_OK(context.read(partial.range(), words.data(), words.size() * 4));
@@ -203,7 +187,6 @@ gaussians::SetStatistics statistics_of(vk::Context& context, const gaussians::Ga
 
 TEST(SetStatistics, CountEachGaussianOnce) {
     vk::Context* context = shared_context();
-    ASSERT_NE(context, nullptr);
     constexpr std::size_t kCount = 2500;  // more than two chunks
     scene::Gaussians host = scene::make_gaussians(kCount, 1);
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -215,10 +198,9 @@ TEST(SetStatistics, CountEachGaussianOnce) {
     host.opacity_logits[3] = -6;  // opacity 0.0025
     host.opacity_logits[2499] = -6;
     host.opacity_logits[4] = kNaN;
-    auto set = gaussians::allocate_set(*context, desc_of(kCount, 1));
-    ASSERT_OK(set.status());
-    ASSERT_OK(gaussians::upload(*context, host, set.value()));
-    const gaussians::SetStatistics found = statistics_of(*context, set.value());
+    auto set = need(gaussians::allocate_set(*context, desc_of(kCount, 1)));
+    ASSERT_OK(gaussians::upload(*context, host, set));
+    const gaussians::SetStatistics found = statistics_of(*context, set);
     EXPECT_EQ(found.numbers_not_finite, 4U);
     EXPECT_EQ(found.not_finite, 3U);
     EXPECT_EQ(found.faint, 3U);
@@ -227,15 +209,13 @@ TEST(SetStatistics, CountEachGaussianOnce) {
 
 TEST(SetStatistics, LeastVisibleOpacity) {
     vk::Context* context = shared_context();
-    ASSERT_NE(context, nullptr);
     const float least = 1.0F / 255;
-    auto set = gaussians::allocate_set(*context, desc_of(2, 0));
-    ASSERT_OK(set.status());
+    auto set = need(gaussians::allocate_set(*context, desc_of(2, 0)));
     std::vector<float> quads(24);
     quads[3] = least;
     quads[15] = std::nextafter(least, 0.0F);
-    ASSERT_OK(context->write(set.value().gaussians.range(), quads.data(), quads.size() * 4));
-    EXPECT_EQ(statistics_of(*context, set.value()).faint, 1U);
+    ASSERT_OK(context->write(set.gaussians.range(), quads.data(), quads.size() * 4));
+    EXPECT_EQ(statistics_of(*context, set).faint, 1U);
 }
 
 }  // namespace

@@ -11,6 +11,8 @@
 #include <iterator>
 #include <set>
 
+#include "support/expect_status.h"
+
 namespace splat::house {
 namespace {
 
@@ -176,8 +178,7 @@ void expect_none(const Findings& findings) {
 void expect_found(const Findings& findings, std::size_t count, std::string_view part) {
     ASSERT_EQ(findings.size(), count) << ::testing::PrintToString(findings);
     if (count > 0) {
-        EXPECT_NE(findings[0].find(part), std::string::npos)
-            << "expected '" << part << "' in: " << findings[0];
+        EXPECT_HAS(findings[0], part);
     }
 }
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "house/repo.h"
+#include "support/expect_status.h"
 
 namespace splat::house {
 namespace {
@@ -61,9 +62,8 @@ TEST(Symbols, ExportedAreThoseDeclared) {
 TEST(Symbols, LibraryHasItsSonameAndNeedsNoVulkan) {
     const Output dynamic = run(SPLAT_READELF " -d " SPLAT_LIBRARY);
     ASSERT_EQ(dynamic.status, 0);
-    EXPECT_NE(dynamic.text.find("Library soname: [libsplat.so.0]"), std::string::npos)
-        << dynamic.text;
-    EXPECT_EQ(dynamic.text.find("libvulkan"), std::string::npos) << dynamic.text;
+    EXPECT_HAS(dynamic.text, "Library soname: [libsplat.so.0]");
+    EXPECT_LACKS(dynamic.text, "libvulkan");
 }
 
 TEST(Symbols, RuleAcceptsEqualSets) {

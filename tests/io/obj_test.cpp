@@ -16,39 +16,33 @@ Result<io::Mesh> read(const std::string& text) {
 constexpr const char* kFour = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
 TEST(Obj, FacesOfEveryForm) {
-    const auto mesh = read(
-        "# a house\r\nmtllib house.mtl\no house\nv 0 0 0\nv 1 0 .5\nv 1 1e0 0 0.5 0.5 0.5\n"
-        "\tv -0.0 1 0 1\nvt 0 0\nvn 0 0 1\ng front\nusemtl red\ns 1\n"
-        "f 1 2 3\nf 1/1 2/1 3/1\nf 1//1 2//1 4//1\n  f 1/1/1 3/1/1 4/1/1 \r\nl 1 2\np 1\n");
-    ASSERT_OK(mesh.status());
-    EXPECT_EQ(mesh.value().vertices.size(), 4U);
-    EXPECT_EQ(mesh.value().vertices[1], (scene::Vec3{1, 0, 0.5}));
-    EXPECT_EQ(mesh.value().triangles, (Triangles{{0, 1, 2}, {0, 1, 2}, {0, 1, 3}, {0, 2, 3}}));
+    const auto mesh = need(
+        read("# a house\r\nmtllib house.mtl\no house\nv 0 0 0\nv 1 0 .5\nv 1 1e0 0 0.5 0.5 0.5\n"
+             "\tv -0.0 1 0 1\nvt 0 0\nvn 0 0 1\ng front\nusemtl red\ns 1\n"
+             "f 1 2 3\nf 1/1 2/1 3/1\nf 1//1 2//1 4//1\n  f 1/1/1 3/1/1 4/1/1 \r\nl 1 2\np 1\n"));
+    EXPECT_EQ(mesh.vertices.size(), 4U);
+    EXPECT_EQ(mesh.vertices[1], (scene::Vec3{1, 0, 0.5}));
+    EXPECT_EQ(mesh.triangles, (Triangles{{0, 1, 2}, {0, 1, 2}, {0, 1, 3}, {0, 2, 3}}));
 }
 
 TEST(Obj, PolygonsBecomeFans) {
-    const auto mesh = read(std::string(kFour) + "v 0 2 0\nf 1 2 3 4 5\n");
-    ASSERT_OK(mesh.status());
-    EXPECT_EQ(mesh.value().triangles, (Triangles{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}));
+    const auto mesh = need(read(std::string(kFour) + "v 0 2 0\nf 1 2 3 4 5\n"));
+    EXPECT_EQ(mesh.triangles, (Triangles{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}));
 }
 
 TEST(Obj, NegativeIndicesCountFromTheLatestVertex) {
-    const auto mesh = read("v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\nv 0 1 0\nf -1 -2/7 -4//2\n");
-    ASSERT_OK(mesh.status());
-    EXPECT_EQ(mesh.value().triangles, (Triangles{{0, 1, 2}, {3, 2, 0}}));
+    const auto mesh =
+        need(read("v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\nv 0 1 0\nf -1 -2/7 -4//2\n"));
+    EXPECT_EQ(mesh.triangles, (Triangles{{0, 1, 2}, {3, 2, 0}}));
 }
 
 TEST(Obj, AVertexMayFollowItsFace) {
-    const auto mesh = read(std::string("f 1 2 4\n") + kFour);
-    ASSERT_OK(mesh.status());
-    EXPECT_EQ(mesh.value().triangles, (Triangles{{0, 1, 3}}));
+    EXPECT_EQ(need(read(std::string("f 1 2 4\n") + kFour)).triangles, (Triangles{{0, 1, 3}}));
 }
 
 TEST(Obj, PointsAloneAreAMeshWithoutTriangles) {
-    const auto mesh = read(kFour);
-    ASSERT_OK(mesh.status());
-    EXPECT_TRUE(mesh.value().triangles.empty());
-    EXPECT_OK(read("").status());
+    EXPECT_TRUE(need(read(kFour)).triangles.empty());
+    EXPECT_OK(read(""));
 }
 
 TEST(Obj, ErrorsNameTheLine) {
@@ -71,11 +65,10 @@ TEST(Obj, ErrorsNameTheLine) {
         {"ply\n", "OBJ line 1: the keyword is 'ply'"},
     };
     for (const auto& [text, sentence] : formats)
-        EXPECT_ERROR(read(text).status(), Code::kFormat, sentence) << text;
-    EXPECT_ERROR(read(four + "curv 0 1 1 2\n").status(), Code::kUnsupported,
+        EXPECT_ERROR(read(text), Code::kFormat, sentence) << text;
+    EXPECT_ERROR(read(four + "curv 0 1 1 2\n"), Code::kUnsupported,
                  "OBJ line 5: 'curv' belongs to a free-form surface");
-    EXPECT_ERROR(read(four + "f 1 2 \\\n3\n").status(), Code::kUnsupported,
-                 "OBJ line 5: the line goes on");
+    EXPECT_ERROR(read(four + "f 1 2 \\\n3\n"), Code::kUnsupported, "OBJ line 5: the line goes on");
 }
 
 TEST(Obj, EveryPrefixIsReadOrRefused) {

@@ -9,8 +9,7 @@
 namespace splat::io {
 namespace {
 
-using test::bytes_of;
-using test::PickleText;
+using namespace test;
 using Kind = Pickle::Kind;
 
 Result<Pickle> read_pickles(Buffer bytes, std::size_t count = 1) {
@@ -23,7 +22,7 @@ Result<Pickle> read(const std::string& text) {
 }
 
 void expect_pickle_refused(const std::string& text, const char* part, Code code = Code::kFormat) {
-    EXPECT_ERROR(read(text).status(), code, part);
+    EXPECT_ERROR(read(text), code, part);
 }
 
 TEST(Pickle, ReadsPlainValues) {
@@ -32,9 +31,7 @@ TEST(Pickle, ReadsPlainValues) {
         "\x80\x02}q\0(X\1\0\0\0aq\1(K\1J\xfe\xff\xff\xffJp\x11\1\0G?\xf8\0\0\0\0\0\0N\x88tq\2"
         "X\1\0\0\0bq\3]q\4(X\1\0\0\0xq\5U\1yq\6\x8a\6\0\0\0\0\0\1eu.";
     const std::string text(kText, sizeof kText - 1);
-    const auto pickle = read(text);
-    ASSERT_OK(pickle.status());
-    const Pickle& p = pickle.value();
+    const Pickle p = need(read(text));
     const PickleNode* a = p.find(p.root(), "a");
     ASSERT_TRUE(a != nullptr && a->kind == Kind::kTuple && a->items.size() == 6);
     EXPECT_EQ(p[a->items[0]].integer, 1);
@@ -63,31 +60,27 @@ TEST(Pickle, ReadsPlainValues) {
 TEST(Pickle, ReadsOrderedDictsOfPython2) {
     PickleText text;
     text.global("collections", "OrderedDict").raw("(](](U\1aK\7e](U\1bNeetR");
-    const auto pickle = read(text.done());
-    ASSERT_OK(pickle.status());
-    EXPECT_EQ(pickle.value().root().items.size(), 4U);
-    const PickleNode* a = pickle.value().find(pickle.value().root(), "a");
+    const auto pickle = need(read(text.done()));
+    EXPECT_EQ(pickle.root().items.size(), 4U);
+    const PickleNode* a = pickle.find(pickle.root(), "a");
     ASSERT_NE(a, nullptr);
     EXPECT_EQ(a->integer, 7);
 }
 
 TEST(Pickle, ReadsSeveralThatFollowEachOther) {
     const std::string two = "\x80\x02K\1q\1.\x80\x02K\2.rest";
-    const auto pickle = read_pickles(bytes_of(two), 2);
-    ASSERT_OK(pickle.status());
-    EXPECT_EQ(pickle.value().root(0).integer, 1);
-    EXPECT_EQ(pickle.value().root(1).integer, 2);
-    EXPECT_EQ(pickle.value().size(), two.size() - 4);
-    EXPECT_ERROR(read_pickles(bytes_of("\x80\x02K\1q\1.\x80\x02h\1."), 2).status(), Code::kFormat,
+    const auto pickle = need(read_pickles(bytes_of(two), 2));
+    EXPECT_EQ(pickle.root(0).integer, 1);
+    EXPECT_EQ(pickle.root(1).integer, 2);
+    EXPECT_EQ(pickle.size(), two.size() - 4);
+    EXPECT_ERROR(read_pickles(bytes_of("\x80\x02K\1q\1.\x80\x02h\1."), 2), Code::kFormat,
                  "the memo has no value")
         << "each has its own memo";
 }
 
 TEST(Pickle, NumbersOfAnyLength) {
     const auto value = [](const std::string& op) {
-        const auto pickle = read("\x80\x02" + op + ".");
-        EXPECT_OK(pickle.status());
-        return pickle.ok() ? pickle.value().root().integer : 0;
+        return need(read("\x80\x02" + op + ".")).root().integer;
     };
     EXPECT_EQ(value(std::string("\x8a\0", 2)), 0);
     EXPECT_EQ(value("\x8a\1\xff"), -1);
@@ -139,9 +132,7 @@ TEST(Pickle, StandsInForConfigurations) {
     text.global("__builtin__", "dict").raw("\x85Rub");
     text.text("_content").raw("]");
     object(text, "nodes AnyNode").raw("}").text("_val").real(0.9).raw("sbaubs");
-    const auto pickle = read(text.done());
-    ASSERT_OK(pickle.status());
-    const Pickle& p = pickle.value();
+    const Pickle p = need(read(text.done()));
     const PickleNode* betas = p.find(p.root(), "betas");
     EXPECT_TRUE(betas != nullptr && betas->kind == Kind::kObject);
 }
@@ -178,7 +169,7 @@ TEST(Pickle, RefusesOtherUsesOfConfigurations) {
     many.raw("u");
     for (int i = 0; i < 1000; ++i) object(many).raw("h\1b");
     DecodeBudget budget(0, {0, 1ULL << 20U});
-    EXPECT_OK(Pickle::read(bytes_of(many.raw("t").done()), budget).status());
+    EXPECT_OK(Pickle::read(bytes_of(many.raw("t").done()), budget));
 }
 
 TEST(Pickle, RefusesCallsThatDoNotFit) {
@@ -227,20 +218,19 @@ TEST(Pickle, RefusesBrokenPrograms) {
 
 TEST(Pickle, CyclesAndDepthAreHarmless) {
     // A list that holds itself, and one of 200000 levels.
-    const auto cycle = read(std::string("\x80\x02]q\0h\0a.", 9));
-    ASSERT_OK(cycle.status());
-    EXPECT_EQ(&cycle.value()[cycle.value().root().items[0]], &cycle.value().root());
+    const auto cycle = need(read(std::string("\x80\x02]q\0h\0a.", 9)));
+    EXPECT_EQ(&cycle[cycle.root().items[0]], &cycle.root());
     std::string deep = "\x80\x02";
     for (int i = 0; i < 200000; ++i) deep += "]";
     for (int i = 1; i < 200000; ++i) deep += "a";
-    EXPECT_OK(read(deep + ".").status());
+    EXPECT_OK(read(deep + "."));
     expect_pickle_refused("\x80\x02" + std::string(257, '('), "deeper than 256 levels");
 }
 
 TEST(Pickle, HasLimits) {
     expect_pickle_refused("\x80\x02" + std::string(Pickle::kMaxNodes + 1, ']'),
                           "more than 4194304 values");
-    EXPECT_ERROR(read_pickles(Buffer(Pickle::kMaxBytes + 1)).status(), Code::kFormat,
+    EXPECT_ERROR(read_pickles(Buffer(Pickle::kMaxBytes + 1)), Code::kFormat,
                  "the limit is 67108864");
 }
 

@@ -12,18 +12,14 @@
 namespace splat::io {
 namespace {
 
-using test::compressed_ply_header;
-using test::CompressedPlyLayout;
-using test::sample_compressed_ply;
+using namespace test;
 
 bool accepts_compressed(Bytes file) {
     return read_compressed_ply(file).ok();
 }
 
 TEST(PlyCompressed, DecodesBothEndsOfEveryRange) {
-    const auto loaded = read_compressed_ply(sample_compressed_ply({}));
-    ASSERT_OK(loaded.status());
-    const auto& g = loaded.value().gaussians;
+    const auto g = need(read_compressed_ply(sample_compressed_ply({}))).gaussians;
     EXPECT_EQ(g.means, (std::vector<float>{-1, -1, -1, 2, 2, 2}));
     EXPECT_EQ(g.log_scales, (std::vector<float>{-8, -8, -8, 0, 0, 0}));
     EXPECT_NEAR(g.sh[0], -1 / scene::kSh0, 1e-5);
@@ -35,21 +31,14 @@ TEST(PlyCompressed, DecodesBothEndsOfEveryRange) {
 }
 
 TEST(PlyCompressed, RangesOfColourMayBeAbsent) {
-    CompressedPlyLayout layout;
-    layout.colors = false;
-    const auto loaded = read_compressed_ply(sample_compressed_ply(layout));
-    ASSERT_OK(loaded.status());
-    EXPECT_NEAR(loaded.value().gaussians.sh[0], -0.5 / scene::kSh0, 1e-5);
-    EXPECT_NEAR(loaded.value().gaussians.sh[3], 0.5 / scene::kSh0, 1e-5);
+    const auto loaded = need(read_compressed_ply(sample_compressed_ply({.colors = false})));
+    EXPECT_NEAR(loaded.gaussians.sh[0], -0.5 / scene::kSh0, 1e-5);
+    EXPECT_NEAR(loaded.gaussians.sh[3], 0.5 / scene::kSh0, 1e-5);
 }
 
 TEST(PlyCompressed, BandsAreChannelMajorBytes) {
     for (const std::size_t rest : {9U, 24U, 45U}) {
-        CompressedPlyLayout layout;
-        layout.rest = rest;
-        const auto loaded = read_compressed_ply(sample_compressed_ply(layout));
-        ASSERT_OK(loaded.status());
-        const auto& g = loaded.value().gaussians;
+        const auto g = need(read_compressed_ply(sample_compressed_ply({.rest = rest}))).gaussians;
         ASSERT_EQ(scene::sh_coefficients(g.sh_degree) * 3, rest + 3);
         EXPECT_EQ(g.sh[1 * 3 + 0], -4.0F) << "f_rest_0: coefficient 1, red";
         EXPECT_EQ(g.sh[2 * 3 + 0], 4.0F);
@@ -58,25 +47,17 @@ TEST(PlyCompressed, BandsAreChannelMajorBytes) {
 }
 
 TEST(PlyCompressed, ReportsPropertiesThatItDoesNotRead) {
-    CompressedPlyLayout layout;
-    layout.extra = true;
-    const auto loaded = read_compressed_ply(sample_compressed_ply(layout));
-    ASSERT_OK(loaded.status());
-    EXPECT_EQ(loaded.value().report.ignored,
-              (std::vector<std::string>{"chunk.extra", "vertex.extra"}));
-    EXPECT_EQ(loaded.value().gaussians.means, (std::vector<float>{-1, -1, -1, 2, 2, 2}));
-    const auto plain = read_compressed_ply(sample_compressed_ply({}));
-    ASSERT_OK(plain.status());
-    EXPECT_TRUE(plain.value().report.ignored.empty());
+    const auto loaded = need(read_compressed_ply(sample_compressed_ply({.extra = true})));
+    EXPECT_EQ(loaded.report.ignored, (std::vector<std::string>{"chunk.extra", "vertex.extra"}));
+    EXPECT_EQ(loaded.gaussians.means, (std::vector<float>{-1, -1, -1, 2, 2, 2}));
+    EXPECT_TRUE(need(read_compressed_ply(sample_compressed_ply({}))).report.ignored.empty());
 }
 
 TEST(PlyCompressed, RefusesWhatDoesNotFitTogether) {
     const auto refused = [](CompressedPlyLayout layout, const char* part) {
-        EXPECT_ERROR(read_compressed_ply(sample_compressed_ply(layout)).status(), Code::kFormat,
-                     part);
+        EXPECT_ERROR(read_compressed_ply(sample_compressed_ply(layout)), Code::kFormat, part);
     };
-    CompressedPlyLayout layout;
-    layout.chunks = "0";
+    CompressedPlyLayout layout{.chunks = "0"};
     EXPECT_FALSE(read_compressed_ply(sample_compressed_ply(layout)).ok());
     layout = {};
     layout.chunks = "1000000000000";
@@ -90,18 +71,16 @@ TEST(PlyCompressed, RefusesWhatDoesNotFitTogether) {
     refused(layout, "one for each of 2");
     layout.rest = 10;
     refused(layout, "10 properties");
-    EXPECT_ERROR(read_ply(sample_compressed_ply({})).status(), Code::kFormat, "'opacity'");
-    Buffer many = test::bytes_of(compressed_ply_header({true, 0, "1", "257", ""}));
+    EXPECT_ERROR(read_ply(sample_compressed_ply({})), Code::kFormat, "'opacity'");
+    Buffer many = bytes_of(compressed_ply_header({true, 0, "1", "257", ""}));
     many.resize(many.size() + 18 * 4 + 257 * 16);
-    EXPECT_ERROR(read_compressed_ply(many).status(), Code::kFormat,
+    EXPECT_ERROR(read_compressed_ply(many), Code::kFormat,
                  "1 chunks for 257 Gaussians, expected 2");
 }
 
 TEST(PlyCompressed, RefusesEveryPrefixAndSurvivesDamage) {
-    CompressedPlyLayout layout;
-    layout.rest = 9;
-    test::expect_prefixes_refused(sample_compressed_ply(layout), accepts_compressed);
-    test::parse_damaged(sample_compressed_ply(layout), accepts_compressed);
+    CompressedPlyLayout layout{.rest = 9};
+    expect_sturdy(sample_compressed_ply(layout), accepts_compressed);
 }
 
 }  // namespace

@@ -11,8 +11,7 @@
 namespace splat::io {
 namespace {
 
-using test::bytes_of;
-using test::sample_scene;
+using namespace test;
 
 const char* const kNames[] = {"x",      "y",       "z",       "f_dc_0",  "f_dc_1",
                               "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2",
@@ -39,12 +38,9 @@ bool accepts_ply(Bytes file) {
 TEST(Ply, RoundTripKeepsBits) {
     for (std::uint32_t degree = 0; degree <= 3; ++degree) {
         const auto scene = sample_scene(17, degree);
-        const auto file = write_ply(scene);
-        ASSERT_OK(file.status());
-        const auto loaded = read_ply(file.value());
-        ASSERT_OK(loaded.status());
-        test::expect_same_bits(loaded.value().gaussians, scene);
-        const LoadReport& report = loaded.value().report;
+        const auto loaded = need(read_ply(need(write_ply(scene))));
+        expect_same_bits(loaded.gaussians, scene);
+        const LoadReport& report = loaded.report;
         EXPECT_EQ(report.count, 17U);
         EXPECT_EQ(report.sh_degree, degree);
         EXPECT_EQ(report.frame, scene::Frame::kRdf);
@@ -54,9 +50,8 @@ TEST(Ply, RoundTripKeepsBits) {
 }
 
 TEST(Ply, WritesTheOrderThatViewersExpect) {
-    const auto file = write_ply(sample_scene(1, 1));
-    ASSERT_OK(file.status());
-    const std::string text(as_text(file.value()));
+    const auto file = need(write_ply(sample_scene(1, 1)));
+    const std::string text(as_text(file));
     std::string expected = "ply\nformat binary_little_endian 1.0\nelement vertex 1\n";
     for (const char* name :
          {"x",        "y",        "z",        "nx",       "ny",       "nz",       "f_dc_0",
@@ -71,25 +66,24 @@ TEST(Ply, WritesTheOrderThatViewersExpect) {
 
 TEST(Ply, RestCoefficientsAreChannelMajor) {
     auto scene = sample_scene(1, 1);
-    const auto file = write_ply(scene);
-    ASSERT_OK(file.status());
-    const std::byte* const rest = file.value().data() + file.value().size() - 4 * (8 + 9);
+    const auto file = need(write_ply(scene));
+    const std::byte* const rest = file.data() + file.size() - 4 * (8 + 9);
     for (std::size_t channel = 0; channel < 3; ++channel)
         for (std::size_t k = 0; k < 3; ++k)
             EXPECT_EQ(number<float>(rest + 4 * (channel * 3 + k)), scene.sh[(k + 1) * 3 + channel]);
 }
 
 TEST(Ply, ReadsAsciiWithEveryKindOfBlank) {
-    const auto loaded = read_ply(bytes_of(header("ascii", "2") + "comment a b\r\n" + kEnd + kRow +
-                                          "\r\n\t+1 2e0 nan inf -inf 0 -1 -3 -4 -5 0 0 0 2"));
-    ASSERT_OK(loaded.status());
-    const auto& g = loaded.value().gaussians;
+    const auto loaded =
+        need(read_ply(bytes_of(header("ascii", "2") + "comment a b\r\n" + kEnd + kRow +
+                               "\r\n\t+1 2e0 nan inf -inf 0 -1 -3 -4 -5 0 0 0 2")));
+    const auto& g = loaded.gaussians;
     EXPECT_EQ(g.means[0], 1.0F);
     EXPECT_EQ(g.log_scales[2], -5.0F);
     EXPECT_EQ(g.means[4], 2.0F);
     EXPECT_TRUE(std::isnan(g.means[5]));
     EXPECT_EQ(g.rotations[7], 1.0F) << "normalised";
-    EXPECT_EQ(loaded.value().report.non_finite_values, 3U);
+    EXPECT_EQ(loaded.report.non_finite_values, 3U);
 }
 
 TEST(Ply, ReadsBigEndianAndEveryScalarType) {
@@ -112,7 +106,7 @@ TEST(Ply, ReadsBigEndianAndEveryScalarType) {
                 if (name == "double") put(file, static_cast<double>(value), order);
             }
             const auto loaded = read_ply(file);
-            ASSERT_OK(loaded.status()) << encoding << " " << type;
+            ASSERT_OK(loaded) << encoding << " " << type;
             EXPECT_EQ(loaded.value().gaussians.means, (std::vector<float>{3, 4, 5})) << type;
             EXPECT_EQ(loaded.value().gaussians.opacity_logits[0], 9.0F) << type;
             EXPECT_EQ(loaded.value().gaussians.rotations[0], 1.0F) << type;
@@ -127,10 +121,9 @@ TEST(Ply, IgnoresAndReportsUnknownProperties) {
     for (int i = 13; i >= 0; --i) text += std::string("property float ") + kNames[i] + "\n";
     text += "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
     text += "3 7 8 9 0.5\n200 2 0.1 0.2 0 0 0 1 3 4 5 6 0 0 0 13 12 11\n1 0 0\n";
-    const auto loaded = read_ply(bytes_of(text));
-    ASSERT_OK(loaded.status());
-    EXPECT_EQ(loaded.value().gaussians.means, (std::vector<float>{11, 12, 13}));
-    EXPECT_EQ(loaded.value().report.ignored,
+    const auto loaded = need(read_ply(bytes_of(text)));
+    EXPECT_EQ(loaded.gaussians.means, (std::vector<float>{11, 12, 13}));
+    EXPECT_EQ(loaded.report.ignored,
               (std::vector<std::string>{"vertex.red", "vertex.extra", "element camera",
                                         "element nothing", "element face"}));
 }
@@ -142,23 +135,21 @@ TEST(Ply, DropsAndReportsBandsAboveTheHighest) {
         text += "property float f_rest_" + std::to_string(i) + "\n";
         row += " " + std::to_string(i);
     }
-    const auto loaded = read_ply(bytes_of(text + kEnd + row));
-    ASSERT_OK(loaded.status());
-    EXPECT_EQ(loaded.value().gaussians.sh_degree, 3U);
-    EXPECT_EQ(loaded.value().gaussians.sh[15 * 3 + 1], 24.0F + 14.0F);
-    EXPECT_EQ(loaded.value().report.ignored, std::vector<std::string>{"SH bands 4 to 4"});
+    const auto loaded = need(read_ply(bytes_of(text + kEnd + row)));
+    EXPECT_EQ(loaded.gaussians.sh_degree, 3U);
+    EXPECT_EQ(loaded.gaussians.sh[15 * 3 + 1], 24.0F + 14.0F);
+    EXPECT_EQ(loaded.report.ignored, std::vector<std::string>{"SH bands 4 to 4"});
 }
 
 TEST(Ply, KeepsAndCountsBadRotations) {
     const std::string row = "1 2 3 0.5 -0.5 0 -1 -3 -4 -5 ";
-    const auto loaded = read_ply(bytes_of(header("ascii", "3") + kEnd + row + "0 0 0 0\n" + row +
-                                          "nan 1 0 0\n" + row + "0 3 0 4\n"));
-    ASSERT_OK(loaded.status());
-    EXPECT_EQ(loaded.value().report.bad_rotations, 2U);
-    EXPECT_EQ(loaded.value().gaussians.rotations[1], 0.0F);
-    EXPECT_EQ(loaded.value().gaussians.rotations[5], 1.0F);
-    EXPECT_EQ(loaded.value().gaussians.rotations[9], 0.6F);
-    EXPECT_EQ(loaded.value().gaussians.rotations[11], 0.8F);
+    const auto loaded = need(read_ply(bytes_of(header("ascii", "3") + kEnd + row + "0 0 0 0\n" +
+                                               row + "nan 1 0 0\n" + row + "0 3 0 4\n")));
+    EXPECT_EQ(loaded.report.bad_rotations, 2U);
+    EXPECT_EQ(loaded.gaussians.rotations[1], 0.0F);
+    EXPECT_EQ(loaded.gaussians.rotations[5], 1.0F);
+    EXPECT_EQ(loaded.gaussians.rotations[9], 0.6F);
+    EXPECT_EQ(loaded.gaussians.rotations[11], 0.8F);
 }
 
 TEST(Ply, KeepsNonFiniteValuesThroughARoundTrip) {
@@ -166,12 +157,9 @@ TEST(Ply, KeepsNonFiniteValuesThroughARoundTrip) {
     scene.means[4] = std::numeric_limits<float>::quiet_NaN();
     scene.opacity_logits[2] = -std::numeric_limits<float>::infinity();
     scene.sh[7] = std::numeric_limits<float>::max();
-    const auto file = write_ply(scene);
-    ASSERT_OK(file.status());
-    const auto loaded = read_ply(file.value());
-    ASSERT_OK(loaded.status());
-    test::expect_same_bits(loaded.value().gaussians, scene);
-    EXPECT_EQ(loaded.value().report.non_finite_values, 2U);
+    const auto loaded = need(read_ply(need(write_ply(scene))));
+    expect_same_bits(loaded.gaussians, scene);
+    EXPECT_EQ(loaded.report.non_finite_values, 2U);
 }
 
 TEST(Ply, RefusesHostileCountsBeforeItAllocates) {
@@ -184,7 +172,7 @@ TEST(Ply, RefusesHostileCountsBeforeItAllocates) {
         EXPECT_FALSE(status_of(bytes_of(header("ascii", count) + kEnd + kRow)).ok()) << count;
     LoadOptions small;
     small.max_count = 1;
-    EXPECT_ERROR(read_ply(bytes_of(header("ascii", "2") + kEnd + kRow + kRow), small).status(),
+    EXPECT_ERROR(read_ply(bytes_of(header("ascii", "2") + kEnd + kRow + kRow), small),
                  Code::kUnsupported, "max_count");
 }
 
@@ -216,7 +204,7 @@ TEST(Ply, ErrorsNameProblemAndPlace) {
 /// A header that counts too few rows, or bytes at the end: refused, and left out and reported if lenient.
 TEST(Ply, RefusesWhatTheHeaderDoesNotCount) {
     const auto file = write_ply(sample_scene(10, 0));
-    ASSERT_OK(file.status());
+    ASSERT_OK(file);
     const std::string text(as_text(file.value()));
     const std::string few = std::string(text).replace(text.find("vertex 10"), 9, "vertex 1");
     const struct {
@@ -230,28 +218,24 @@ TEST(Ply, RefusesWhatTheHeaderDoesNotCount) {
         EXPECT_ERROR(status_of(bytes_of(c.file)), Code::kFormat, said.c_str());
         LoadOptions lenient;
         lenient.lenient = true;
-        const auto loaded = read_ply(bytes_of(c.file), lenient);
-        ASSERT_OK(loaded.status());
-        EXPECT_EQ(loaded.value().gaussians.count(), c.count);
-        EXPECT_TRUE(loaded.value().report.left_out.starts_with(said))
-            << loaded.value().report.left_out;
+        const auto loaded = need(read_ply(bytes_of(c.file), lenient));
+        EXPECT_EQ(loaded.gaussians.count(), c.count);
+        EXPECT_TRUE(loaded.report.left_out.starts_with(said)) << loaded.report.left_out;
     }
     EXPECT_OK(status_of(bytes_of(header("ascii", "1") + kEnd + kRow + " \n\r\n"))) << "blanks";
 }
 
 TEST(Ply, RefusesEveryPrefix) {
-    const auto file = write_ply(sample_scene(2, 1));
-    ASSERT_OK(file.status());
-    test::expect_prefixes_refused(file.value(), accepts_ply);
+    const auto file = need(write_ply(sample_scene(2, 1)));
+    expect_prefixes_refused(file, accepts_ply);
     const std::string ascii = header("ascii", "1") + kEnd + kRow;
-    test::expect_prefixes_refused(bytes_of(ascii.substr(0, ascii.size() - 2)), accepts_ply);
+    expect_prefixes_refused(bytes_of(ascii.substr(0, ascii.size() - 2)), accepts_ply);
 }
 
 TEST(Ply, SurvivesDamage) {
-    const auto file = write_ply(sample_scene(1, 1));
-    ASSERT_OK(file.status());
-    test::parse_damaged(file.value(), accepts_ply);
-    test::parse_damaged(bytes_of(header("ascii", "1") + kEnd + kRow), accepts_ply);
+    const auto file = need(write_ply(sample_scene(1, 1)));
+    parse_damaged(file, accepts_ply);
+    parse_damaged(bytes_of(header("ascii", "1") + kEnd + kRow), accepts_ply);
 }
 
 TEST(Ply, WritesAnotherDegreeOrFrame) {
@@ -259,23 +243,19 @@ TEST(Ply, WritesAnotherDegreeOrFrame) {
     SaveOptions options;
     options.sh_degree = 3;
     options.frame = scene::Frame::kRub;
-    const auto file = write_ply(scene, options);
-    ASSERT_OK(file.status());
+    const auto file = need(write_ply(scene, options));
     LoadOptions as_rub;
     as_rub.frame = scene::Frame::kRub;
-    auto loaded = read_ply(file.value(), as_rub);
-    ASSERT_OK(loaded.status());
-    EXPECT_EQ(loaded.value().gaussians.means, scene.means);
-    EXPECT_EQ(loaded.value().gaussians.sh_degree, 3U);
-    EXPECT_EQ(loaded.value().report.frame, scene::Frame::kRub);
-    const auto raw = read_ply(file.value());
-    ASSERT_OK(raw.status());
-    EXPECT_EQ(raw.value().gaussians.means[1], -scene.means[1]);
+    auto loaded = need(read_ply(file, as_rub));
+    EXPECT_EQ(loaded.gaussians.means, scene.means);
+    EXPECT_EQ(loaded.gaussians.sh_degree, 3U);
+    EXPECT_EQ(loaded.report.frame, scene::Frame::kRub);
+    EXPECT_EQ(need(read_ply(file)).gaussians.means[1], -scene.means[1]);
     options.sh_degree = 4;
-    EXPECT_ERROR(write_ply(scene, options).status(), Code::kInvalidArgument, "sh_degree 4");
+    EXPECT_ERROR(write_ply(scene, options), Code::kInvalidArgument, "sh_degree 4");
     auto broken = scene;
     broken.means.pop_back();
-    EXPECT_ERROR(write_ply(broken).status(), Code::kInvalidArgument, "'means'");
+    EXPECT_ERROR(write_ply(broken), Code::kInvalidArgument, "'means'");
 }
 
 }  // namespace

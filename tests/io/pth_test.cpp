@@ -15,9 +15,7 @@
 namespace splat::io {
 namespace {
 
-using test::PickleText;
-using test::raw_bytes;
-using test::sample_pth;
+using namespace test;
 
 Result<WeightsFile> read_file(Bytes file, const DecodeLimits& limits = decode_limits()) {
     return read_pth(MemorySource(file), limits);
@@ -33,16 +31,14 @@ Buffer one(const std::string& type, const std::string& storage, std::int64_t sto
 }
 
 void expect_pth_refused(const Buffer& file, const char* part, Code code = Code::kFormat) {
-    EXPECT_ERROR(read_file(file).status(), code, part);
+    EXPECT_ERROR(read_file(file), code, part);
 }
-
-using test::Golden;
 
 /// ckpt.npz, which describes the checkpoints in the same folder.
 Golden checkpoint_arrays(const std::string& folder) {
-    auto npz = test::Npz::read(folder + "ckpt.npz.xz");
-    EXPECT_OK(npz.status());
-    return {npz.ok() ? std::move(npz.value()) : test::Npz(), "ckpt", false};
+    auto npz = Npz::read(folder + "ckpt.npz.xz");
+    EXPECT_OK(npz);
+    return {npz.ok() ? std::move(npz.value()) : Npz(), "ckpt", false};
 }
 
 std::size_t weights_of(const Golden& golden) {
@@ -65,7 +61,7 @@ void expect_golden(const NamedTensors& tensors, const Golden& golden) {
 }
 
 double golden_number(const Golden& golden, const std::string& name) {
-    const test::NpyArray& array = golden.array(name);
+    const NpyArray& array = golden.array(name);
     return array.dtype == "f8" ? array.f64().value()[0]
                                : static_cast<double>(array.ints().value()[0]);
 }
@@ -79,39 +75,35 @@ double noted(const WeightsFile& file, std::string_view name) {
 
 TEST(GoldenNetCheckpoint, WeightsAndScalars) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    const std::string folder = *test::golden_folder() + "/net/";
+    const std::string folder = *golden_folder() + "/net/";
     const Golden golden = checkpoint_arrays(folder);
     for (const char* name : {"ckpt.pth", "ckgpu.pth"}) {
-        const auto source = open_source(folder + name);
-        ASSERT_OK(source.status());
-        const auto file = read_pth(*source.value());
-        ASSERT_OK(file.status());
-        EXPECT_FALSE(std::isnan(noted(file.value(), "iteration")));
-        EXPECT_FALSE(std::isnan(noted(file.value(), "best_PSNR")));
+        const auto source = need(open_source(folder + name));
+        const auto file = need(read_pth(*source));
+        EXPECT_FALSE(std::isnan(noted(file, "iteration")));
+        EXPECT_FALSE(std::isnan(noted(file, "best_PSNR")));
         if (std::string(name) == "ckgpu.pth") {  // other weights of the same network
-            EXPECT_EQ(file.value().tensors.size(), weights_of(golden));
+            EXPECT_EQ(file.tensors.size(), weights_of(golden));
             continue;
         }
-        expect_golden(file.value().tensors, golden);
+        expect_golden(file.tensors, golden);
         for (const char* number : {"loss", "iteration", "best_PSNR"})
-            EXPECT_EQ(noted(file.value(), number), golden_number(golden, number)) << number;
+            EXPECT_EQ(noted(file, number), golden_number(golden, number)) << number;
     }
 }
 
 /// The published trainer of cars and chairs: the pickle holds its configuration, too.
 TEST(GoldenNetCheckpoint, OfficialFilesHoldAConfiguration) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    const std::string folder = *test::golden_folder() + "/net/";
-    const auto source = open_source(folder + "official_style.pth");
-    ASSERT_OK(source.status());
-    const auto file = read_pth(*source.value());
-    ASSERT_OK(file.status());
-    expect_golden(file.value().tensors, checkpoint_arrays(folder));
+    const std::string folder = *golden_folder() + "/net/";
+    const auto source = need(open_source(folder + "official_style.pth"));
+    const auto file = need(read_pth(*source));
+    expect_golden(file.tensors, checkpoint_arrays(folder));
 }
 
 TEST(GoldenNetCheckpoint, StridesAreThoseOfTheFile) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
-    const Golden golden = checkpoint_arrays(*test::golden_folder() + "/net/");
+    const Golden golden = checkpoint_arrays(*golden_folder() + "/net/");
     std::size_t scattered = 0;
     for (const std::string& name : golden.npz.names())
         if (name.starts_with("stride.") && name.ends_with("conv0.weight"))
@@ -120,10 +112,9 @@ TEST(GoldenNetCheckpoint, StridesAreThoseOfTheFile) {
 }
 
 TEST(Pth, ReadsStridesOffsetsAndTypes) {
-    const auto file = read_file(sample_pth());
-    ASSERT_OK(file.status());
-    const NamedTensors& tensors = file.value().tensors;
-    EXPECT_TRUE(file.value().metadata.empty());
+    const auto file = need(read_file(sample_pth()));
+    const NamedTensors& tensors = file.tensors;
+    EXPECT_TRUE(file.metadata.empty());
     ASSERT_EQ(tensors.size(), 2U);
     EXPECT_EQ(tensors[0].name, "a");
     EXPECT_EQ(tensors[0].values, (std::vector<float>{1, 3, 5, 2, 4, 6}));
@@ -133,9 +124,9 @@ TEST(Pth, ReadsStridesOffsetsAndTypes) {
     const std::string ten = raw_bytes<float>({0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
     const auto values = [&](std::int64_t offset, const std::vector<std::int64_t>& dims,
                             const std::vector<std::int64_t>& strides) {
-        const auto read_one = read_file(one("FloatStorage", ten, 10, offset, dims, strides));
-        EXPECT_OK(read_one.status());
-        return read_one.ok() ? read_one.value().tensors[0].values : LargeVector<float>();
+        return need(read_file(one("FloatStorage", ten, 10, offset, dims, strides)))
+            .tensors[0]
+            .values;
     };
     EXPECT_EQ(values(9, {1, 1}, {100, 100}), (std::vector<float>{9}));
     EXPECT_EQ(values(2, {2, 3}, {3, 1}), (std::vector<float>{2, 3, 4, 5, 6, 7}));
@@ -143,21 +134,18 @@ TEST(Pth, ReadsStridesOffsetsAndTypes) {
     EXPECT_EQ(values(0, {3, 0, 2}, {9, 9, 9}), std::vector<float>());
     EXPECT_EQ(values(3, {}, {}), (std::vector<float>{3}));
     const auto longs =
-        read_file(one("LongStorage", raw_bytes<std::int64_t>({-4, 5}), 2, 0, {2}, {1}));
-    ASSERT_OK(longs.status());
-    EXPECT_EQ(longs.value().tensors[0].values, (std::vector<float>{-4, 5}));
+        need(read_file(one("LongStorage", raw_bytes<std::int64_t>({-4, 5}), 2, 0, {2}, {1})));
+    EXPECT_EQ(longs.tensors[0].values, (std::vector<float>{-4, 5}));
 }
 
 TEST(Pth, ReadsFilesFromBeforeTorch16) {
-    const Buffer bytes = test::sample_legacy_pth();
-    const auto file = read_file(bytes);
-    ASSERT_OK(file.status());
-    ASSERT_EQ(file.value().tensors.size(), 2U);
-    EXPECT_EQ(file.value().tensors[0].values, (std::vector<float>{1, 3, 5, 2, 4, 6}));
-    EXPECT_EQ(file.value().tensors[1].values, (std::vector<float>{1}));
+    const Buffer bytes = sample_legacy_pth();
+    const auto file = need(read_file(bytes));
+    ASSERT_EQ(file.tensors.size(), 2U);
+    EXPECT_EQ(file.tensors[0].values, (std::vector<float>{1, 3, 5, 2, 4, 6}));
+    EXPECT_EQ(file.tensors[1].values, (std::vector<float>{1}));
     const auto accepts = [](Bytes file_bytes) { return read_file(file_bytes).ok(); };
-    test::expect_prefixes_refused(bytes, accepts);
-    test::parse_damaged(bytes, accepts);
+    expect_sturdy(bytes, accepts);
 }
 
 /// Before PyTorch 0.4, Python 2: byte strings, another function, and parameters with a state.
@@ -168,24 +156,23 @@ TEST(Pth, ReadsParametersFromBeforeTorch04) {
     pickle.raw("((U\7storage").global("torch", "FloatStorage").raw("U\0017U\3cpu").integer(6);
     pickle.raw("NtQ").integer(1).tuple({2}).tuple({3}).raw("tR\x85R(\x88\x89");
     pickle.global("collections", "OrderedDict").raw(")Rtbee").raw("tR");
-    test::LegacyPth parts = test::legacy_parts();
+    LegacyPth parts = legacy_parts();
     parts.saved = pickle.done();
     parts.keys = {"7"};
     parts.storages.pop_back();
-    const auto file = read_file(test::sample_legacy_pth(parts));
-    ASSERT_OK(file.status());
-    ASSERT_EQ(file.value().tensors.size(), 1U);
-    EXPECT_EQ(file.value().tensors[0].name, "w");
-    EXPECT_EQ(file.value().tensors[0].values, (std::vector<float>{2, 5}));
+    const auto file = need(read_file(sample_legacy_pth(parts)));
+    ASSERT_EQ(file.tensors.size(), 1U);
+    EXPECT_EQ(file.tensors[0].name, "w");
+    EXPECT_EQ(file.tensors[0].values, (std::vector<float>{2, 5}));
 }
 
 TEST(Pth, RefusesDamageOfFilesFromBeforeTorch16) {
     const auto refused = [](const char* part, auto change, Code code = Code::kFormat) {
-        test::LegacyPth parts = test::legacy_parts();
+        LegacyPth parts = legacy_parts();
         change(parts);
-        expect_pth_refused(test::sample_legacy_pth(parts), part, code);
+        expect_pth_refused(sample_legacy_pth(parts), part, code);
     };
-    using Parts = test::LegacyPth;
+    using Parts = LegacyPth;
     const auto machine = [](const std::string& value) {
         return [value](Parts& parts) {
             parts.machine = PickleText().raw("}").text("little_endian").raw(value + "s").done();
@@ -239,19 +226,17 @@ TEST(Pth, ReadsCheckpointsAndScalarsOfNumpy) {
     good.global("_codecs", "encode").text(std::string("\0\0\0\0\0\0", 6) + "8@").text("latin1");
     good.raw(pair + "R" + pair + "R").text("state_dict").raw("}").text("w");
     good.tensor("BoolStorage", "0", 2, 0, {2}, {1}).raw("su");
-    const auto file = read_file(sample_pth(good.done(), {std::string("\x01\0", 2)}));
-    ASSERT_OK(file.status());
-    EXPECT_EQ(file.value().metadata,
+    const auto file = need(read_file(sample_pth(good.done(), {std::string("\x01\0", 2)})));
+    EXPECT_EQ(file.metadata,
               (Metadata{{"iteration", "70000"}, {"loss", "-1.25"}, {"best_PSNR", "24"}}));
-    EXPECT_EQ(file.value().tensors[0].values, (std::vector<float>{1, 0}));
+    EXPECT_EQ(file.tensors[0].values, (std::vector<float>{1, 0}));
 }
 
 TEST(Pth, RefusesPrefixesAndSurvivesDamage) {
     const auto accepts = [](Bytes bytes) { return read_file(bytes).ok(); };
     const Buffer file = sample_pth();
     ASSERT_TRUE(accepts(file));
-    test::expect_prefixes_refused(file, accepts);
-    test::parse_damaged(file, accepts);
+    expect_sturdy(file, accepts);
 }
 
 TEST(Pth, RefusesShapesThatLeaveTheStorage) {
@@ -277,8 +262,8 @@ TEST(Pth, RefusesShapesThatLeaveTheStorage) {
 }
 
 TEST(Pth, RefusesOtherFiles) {
-    expect_pth_refused(test::sample_zip({{"x/other", "y"}}), "holds no data.pkl");
-    expect_pth_refused(test::sample_zip({{"x/data.pkl", "N."}, {"y/data.pkl", "N."}}),
+    expect_pth_refused(sample_zip({{"x/other", "y"}}), "holds no data.pkl");
+    expect_pth_refused(sample_zip({{"x/data.pkl", "N."}, {"y/data.pkl", "N."}}),
                        "two files data.pkl");
     expect_pth_refused(sample_pth(PickleText().raw("}").done(), {}, "big"), "byte order is 'big'",
                        Code::kUnsupported);
@@ -294,7 +279,7 @@ TEST(Pth, RefusesOtherFiles) {
     PickleText missing;
     missing.raw("}").text("a").tensor("FloatStorage", "7", 1, 0, {1}, {1}).raw("s");
     expect_pth_refused(sample_pth(missing.done(), {raw_bytes<float>({1})}), "has no 'x/data/7'");
-    EXPECT_TRUE(is_legacy_pth(test::sample_legacy_pth()));
+    EXPECT_TRUE(is_legacy_pth(sample_legacy_pth()));
     EXPECT_FALSE(is_legacy_pth(sample_pth()));
 }
 
@@ -305,8 +290,8 @@ TEST(Pth, ManyViewsOfOneStorageStayWithinTheLimits) {
         pickle.text(std::to_string(i)).tensor("FloatStorage", "0", 1000, 0, {1000}, {1});
     pickle.raw("u");
     const Buffer file = sample_pth(pickle.done(), {std::string(4000, '\0')});
-    EXPECT_OK(read_file(file).status());
-    EXPECT_ERROR(read_file(file, {0, 1'000'000, 1000}).status(), Code::kFormat,
+    EXPECT_OK(read_file(file));
+    EXPECT_ERROR(read_file(file, {0, 1'000'000, 1000}), Code::kFormat,
                  "1000 x 4 bytes are too many for a file of");
 }
 

@@ -33,36 +33,34 @@ TEST(RealScenes, FourGaussiansOfSplatTransform) {
                  {"minimal-v3.spz", "spz", 3},
                  {"minimal-v4.spz", "spz", 4}};
     for (const auto& file : files) {
+        SCOPED_TRACE(file.name);
         const auto loaded = load_real(std::string("format_fixtures/") + file.name);
-        ASSERT_OK(loaded.status()) << file.name;
+        ASSERT_OK(loaded);
         const LoadReport& report = loaded.value().report;
         EXPECT_EQ(report.format, file.format);
-        EXPECT_EQ(report.version, file.version) << file.name;
-        EXPECT_EQ(report.count, 4U) << file.name;
-        EXPECT_EQ(report.sh_degree, 0U) << file.name;
-        EXPECT_EQ(report.non_finite_values + report.bad_rotations, 0U) << file.name;
-        EXPECT_TRUE(report.ignored.empty()) << file.name;
+        EXPECT_EQ(report.version, file.version);
+        EXPECT_EQ(report.count, 4U);
+        EXPECT_EQ(report.sh_degree, 0U);
+        EXPECT_EQ(report.non_finite_values + report.bad_rotations, 0U);
+        EXPECT_TRUE(report.ignored.empty());
         for (const float logit : loaded.value().gaussians.opacity_logits)
-            EXPECT_NEAR(scene::opacity_of(static_cast<double>(logit)), 0.9, 0.005) << file.name;
+            EXPECT_NEAR(scene::opacity_of(static_cast<double>(logit)), 0.9, 0.005);
         for (const float value : loaded.value().gaussians.log_scales)
-            EXPECT_NEAR(value, std::log(0.1), 1.0 / 32 + 1e-6) << file.name;
+            EXPECT_NEAR(value, std::log(0.1), 1.0 / 32 + 1e-6);
     }
-    EXPECT_ERROR(load_real("format_fixtures/minimal.ksplat").status(), Code::kUnsupported,
-                 "ksplat");
+    EXPECT_ERROR(load_real("format_fixtures/minimal.ksplat"), Code::kUnsupported, "ksplat");
 }
 
 TEST(RealScenes, ThreeGaussiansInThreeFormatsAgree) {
     SPLAT_NEEDS_REAL_DATA();
     const std::string stem = "format_fixtures/test-splat.3-points-from-train.";
-    const auto ply = load_real(stem + "ply");
-    const auto splat = load_real(stem + "splat");
-    ASSERT_OK(ply.status());
-    ASSERT_OK(splat.status());
-    const auto& expected = ply.value().gaussians;
+    const auto ply = need(load_real(stem + "ply"));
+    const auto splat = need(load_real(stem + "splat"));
+    const auto& expected = ply.gaussians;
     ASSERT_EQ(expected.count(), 3U);
     EXPECT_EQ(expected.sh_degree, 3U);
     // The .splat holds the same three in another order.
-    const auto& got = splat.value().gaussians;
+    const auto& got = splat.gaussians;
     for (std::size_t i = 0; i < 3; ++i) {
         std::size_t match = 3;
         for (std::size_t j = 0; j < 3; ++j)
@@ -88,12 +86,10 @@ TEST(RealScenes, ThreeGaussiansInThreeFormatsAgree) {
 TEST(RealScenes, ThreeGaussiansOfSpzAgree) {
     SPLAT_NEEDS_REAL_DATA();
     const std::string stem = "format_fixtures/test-splat.3-points-from-train.";
-    const auto ply = load_real(stem + "ply");
-    const auto spz = load_real(stem + "spz");
-    ASSERT_OK(ply.status());
-    ASSERT_OK(spz.status());
-    const auto& expected = ply.value().gaussians;
-    const auto& got = spz.value().gaussians;
+    const auto ply = need(load_real(stem + "ply"));
+    const auto spz = need(load_real(stem + "spz"));
+    const auto& expected = ply.gaussians;
+    const auto& got = spz.gaussians;
     ASSERT_EQ(got.count(), 3U);
     EXPECT_EQ(got.sh_degree, 3U);
     EXPECT_LE(test::max_difference(got.log_scales, expected.log_scales), 1.0 / 32 + 1e-6);
@@ -105,13 +101,11 @@ TEST(RealScenes, ThreeGaussiansOfSpzAgree) {
 
 TEST(RealScenes, CompressedGuitarIsTheDecodedOne) {
     SPLAT_NEEDS_REAL_DATA();
-    const auto compressed = load_real("scenes/guitar.compressed.ply");
-    const auto plain = load_real("derived/guitar_inria_sh0.ply");
-    ASSERT_OK(compressed.status());
-    ASSERT_OK(plain.status());
-    const auto& got = compressed.value().gaussians;
-    const auto& expected = plain.value().gaussians;
-    EXPECT_EQ(compressed.value().report.format, "compressed ply");
+    const auto compressed = need(load_real("scenes/guitar.compressed.ply"));
+    const auto plain = need(load_real("derived/guitar_inria_sh0.ply"));
+    const auto& got = compressed.gaussians;
+    const auto& expected = plain.gaussians;
+    EXPECT_EQ(compressed.report.format, "compressed ply");
     EXPECT_EQ(got.count(), 90854U);
     EXPECT_EQ(got.sh_degree, 0U);
     EXPECT_LE(test::max_difference(got.means, expected.means), 1e-6);
@@ -124,7 +118,7 @@ TEST(RealScenes, CompressedGuitarIsTheDecodedOne) {
             opacity, std::abs(scene::opacity_of(static_cast<double>(got.opacity_logits[i])) -
                               scene::opacity_of(static_cast<double>(expected.opacity_logits[i]))));
     EXPECT_LE(opacity, 1.01e-4) << "the other decoder stays 1e-4 away from 0 and 1";
-    RecordProperty("non_finite", static_cast<int>(compressed.value().report.non_finite_values));
+    RecordProperty("non_finite", static_cast<int>(compressed.report.non_finite_values));
 }
 
 }  // namespace

@@ -31,6 +31,12 @@ void expect_prefixes_refused(const io::Buffer& file, const Accepts& accepts);
 /// Parse the file once for each byte set to 0, set to 255, and with one bit flipped.
 void parse_damaged(const io::Buffer& file, const Accepts& accepts);
 
+/// Both of these.
+inline void expect_sturdy(const io::Buffer& file, const Accepts& accepts) {
+    expect_prefixes_refused(file, accepts);
+    parse_damaged(file, accepts);
+}
+
 io::Buffer bytes_of(const std::string& text);
 
 }  // namespace splat::test

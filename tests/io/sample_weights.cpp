@@ -133,8 +133,7 @@ LegacyPth legacy_parts() {
     PickleText pickle;
     pickle.raw("}(").text("a").tensor("FloatStorage", "7", 6, 0, {2, 3}, {1, 2}, true);
     pickle.text("b").tensor("HalfStorage", "12", 2, 1, {}, {}, true).raw("u");
-    LegacyPth parts;
-    parts.saved = pickle.done();
+    LegacyPth parts{.saved = pickle.done()};
     return parts;
 }
 

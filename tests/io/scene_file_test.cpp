@@ -14,8 +14,7 @@
 namespace splat::io {
 namespace {
 
-using test::bytes_of;
-using test::sample_scene;
+using namespace test;
 
 const SceneFormat& format_named(const std::string& name) {
     for (const SceneFormat& format : scene_formats())
@@ -26,28 +25,27 @@ const SceneFormat& format_named(const std::string& name) {
 
 /// A small file of a format that is written, or of compressed .ply.
 Buffer sample_file(const SceneFormat& format) {
-    if (format.write == nullptr) return test::sample_compressed_ply({});
-    const auto file = write_scene(sample_scene(3, format.max_sh_degree), format);
-    EXPECT_OK(file.status());
-    return file.ok() ? file.value() : Buffer();
+    if (format.write == nullptr) return sample_compressed_ply({});
+    return need(write_scene(sample_scene(3, format.max_sh_degree), format));
 }
 
 TEST(SceneFile, EveryFormatIsDetectedReadAndNamed) {
     for (const SceneFormat& format : scene_formats()) {
+        SCOPED_TRACE(format.name);
         if (format.write == nullptr && &format != &format_named("compressed ply")) continue;
         const Buffer file = sample_file(format);
         const std::string name = std::string("a") + format.extension;
         const auto found = detect_scene_format(file, name);
-        ASSERT_OK(found.status()) << format.name;
+        ASSERT_OK(found);
         EXPECT_EQ(found.value()->name, format.name);
         const auto loaded = read_scene(file, name);
-        ASSERT_OK(loaded.status()) << format.name;
+        ASSERT_OK(loaded);
         EXPECT_EQ(loaded.value().report.format, format.name);
-        EXPECT_EQ(loaded.value().report.frame, format.frame) << format.name;
-        EXPECT_LE(loaded.value().report.sh_degree, format.max_sh_degree) << format.name;
+        EXPECT_EQ(loaded.value().report.frame, format.frame);
+        EXPECT_LE(loaded.value().report.sh_degree, format.max_sh_degree);
         if (format.detect == nullptr) continue;
         const auto renamed = detect_scene_format(file, "folder.splat/other");
-        ASSERT_OK(renamed.status()) << format.name;
+        ASSERT_OK(renamed);
         EXPECT_EQ(renamed.value(), &format) << "the magic identifies it without the name";
     }
 }
@@ -56,43 +54,39 @@ TEST(SceneFile, ExtensionChoosesTheWriter) {
     for (const SceneFormat& format : scene_formats()) {
         if (format.write == nullptr) continue;
         const auto found = written_scene_format("folder/a" + std::string(format.extension));
-        ASSERT_OK(found.status()) << format.name;
+        ASSERT_OK(found) << format.name;
         EXPECT_EQ(found.value(), &format);
     }
     EXPECT_EQ(written_scene_format("a.SPZ").value(), &format_named("spz"));
-    EXPECT_ERROR(written_scene_format("a.glb").status(), Code::kUnsupported,
-                 "'.glb', expected .ply, ");
-    EXPECT_ERROR(write_scene(sample_scene(1, 0), format_named("compressed ply")).status(),
+    EXPECT_ERROR(written_scene_format("a.glb"), Code::kUnsupported, "'.glb', expected .ply, ");
+    EXPECT_ERROR(write_scene(sample_scene(1, 0), format_named("compressed ply")),
                  Code::kUnsupported, "read only; write .ply, ");
 }
 
 TEST(SceneFile, OptionsReachTheFormat) {
     SaveOptions newer;
     newer.spz_version = 4;
-    const auto file = write_scene(sample_scene(3, 1), format_named("spz"), newer);
-    ASSERT_OK(file.status());
-    const auto loaded = read_scene(file.value(), "b");
-    ASSERT_OK(loaded.status());
-    EXPECT_EQ(loaded.value().report.version, 4U);
+    const auto file = need(write_scene(sample_scene(3, 1), format_named("spz"), newer));
+    EXPECT_EQ(need(read_scene(file, "b")).report.version, 4U);
     LoadOptions few;
     few.max_count = 2;
-    EXPECT_ERROR(read_scene(file.value(), "b", few).status(), Code::kUnsupported, "3 Gaussians");
+    EXPECT_ERROR(read_scene(file, "b", few), Code::kUnsupported, "3 Gaussians");
 }
 
 TEST(SceneFile, RefusesDegreesThatTheFormatDoesNotHold) {
     SaveOptions options;
     options.sh_degree = 2;
-    EXPECT_ERROR(write_scene(sample_scene(1, 2), format_named("splat"), options).status(),
+    EXPECT_ERROR(write_scene(sample_scene(1, 2), format_named("splat"), options),
                  Code::kInvalidArgument, "sh_degree 2 to write, but splat holds at most 0");
-    EXPECT_OK(write_scene(sample_scene(1, 2), format_named("splat")).status());
+    EXPECT_OK(write_scene(sample_scene(1, 2), format_named("splat")));
     options.sh_degree = 0;
-    EXPECT_OK(write_scene(sample_scene(1, 2), format_named("splat"), options).status());
+    EXPECT_OK(write_scene(sample_scene(1, 2), format_named("splat"), options));
 }
 
 TEST(SceneFile, RefusesOtherFiles) {
     const auto refused = [](const std::string& text, const char* name, Code code,
                             const char* part) {
-        EXPECT_ERROR(read_scene(bytes_of(text), name).status(), code, part);
+        EXPECT_ERROR(read_scene(bytes_of(text), name), code, part);
     };
     refused("glTF....", "a.glb", Code::kUnsupported, "glTF");
     refused("PK\x03\x04", "a.sog", Code::kUnsupported, "SOG");
@@ -110,21 +104,16 @@ TEST(SceneFile, AGivenFormatChoosesTheReader) {
     // The first float of a .splat file is a position. Here its bytes are the magic of gzip.
     scene.means[0] = std::bit_cast<float>(std::uint32_t{0x41008B1F});
     const SceneFormat* const splat = &format_named("splat");
-    const auto file = write_scene(scene, *splat);
-    ASSERT_OK(file.status());
-    const auto found = detect_scene_format(file.value(), "a.bin");
-    ASSERT_OK(found.status());
-    ASSERT_EQ(found.value(), &format_named("spz"));
-    const auto loaded = read_scene(file.value(), "a.bin", {}, splat);
-    ASSERT_OK(loaded.status());
-    EXPECT_EQ(loaded.value().report.format, "splat");
-    EXPECT_EQ(loaded.value().gaussians.means, scene.means);
+    const auto file = need(write_scene(scene, *splat));
+    ASSERT_EQ(need(detect_scene_format(file, "a.bin")), &format_named("spz"));
+    const auto loaded = need(read_scene(file, "a.bin", {}, splat));
+    EXPECT_EQ(loaded.report.format, "splat");
+    EXPECT_EQ(loaded.gaussians.means, scene.means);
     const SceneFormat* const ply = &format_named("ply");
-    const auto plain = write_scene(scene, *ply);
-    ASSERT_OK(plain.status());
-    EXPECT_ERROR(read_scene(plain.value(), "a", {}, &format_named("compressed ply")).status(),
-                 Code::kFormat, "'a' is of the format ply, expected compressed ply");
-    EXPECT_ERROR(read_scene(bytes_of("abc"), "a.splat", {}, ply).status(), Code::kFormat,
+    const auto plain = need(write_scene(scene, *ply));
+    EXPECT_ERROR(read_scene(plain, "a", {}, &format_named("compressed ply")), Code::kFormat,
+                 "'a' is of the format ply, expected compressed ply");
+    EXPECT_ERROR(read_scene(bytes_of("abc"), "a.splat", {}, ply), Code::kFormat,
                  "'a.splat': ply: ");
 }
 
@@ -132,17 +121,14 @@ TEST(SceneFile, ComesBackFromDisk) {
     const auto scene = sample_scene(5, 2);
     const std::string path = std::filesystem::temp_directory_path() /
                              ("splat-scene-" + std::to_string(getpid()) + ".ply");
-    const auto written = write_scene(scene, format_named("ply"));
-    ASSERT_OK(written.status());
-    ASSERT_OK(write_file(path, written.value()));
-    const auto file = io::read_file(path);
+    const auto written = need(write_scene(scene, format_named("ply")));
+    ASSERT_OK(write_file(path, written));
+    const auto file = need(io::read_file(path));
     std::filesystem::remove(path);
-    ASSERT_OK(file.status());
-    const auto loaded = read_scene(file.value(), path);
-    ASSERT_OK(loaded.status());
-    test::expect_same_bits(loaded.value().gaussians, scene);
+    const auto loaded = need(read_scene(file, path));
+    expect_same_bits(loaded.gaussians, scene);
     EXPECT_FALSE(io::read_file(path).ok());
-    EXPECT_FALSE(write_file("/dev/null/a.ply", written.value()).ok());
+    EXPECT_FALSE(write_file("/dev/null/a.ply", written).ok());
 }
 
 }  // namespace

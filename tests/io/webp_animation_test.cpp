@@ -45,9 +45,8 @@ TEST(WebpAnimation, FramesComeBackToTheBit) {
     for (std::uint32_t channels = 1; channels <= 4; ++channels) {
         const std::vector<Image> frames = {noise(channels, 3), noise(channels, 90),
                                            noise(channels, 150)};
-        Result<Buffer> file = write_webp_animation(frames, {70, 0});
-        ASSERT_OK(file.status());
-        const Played played(file.value());
+        auto file = need(write_webp_animation(frames, {70, 0}));
+        const Played played(file);
         ASSERT_EQ(played.frames.size(), 3U) << channels << " channels";
         EXPECT_EQ(played.info.loop_count, 0U) << "for ever";
         EXPECT_EQ(played.ends, (std::vector<int>{70, 140, 210}));
@@ -64,9 +63,8 @@ TEST(WebpAnimation, FramesComeBackToTheBit) {
 }
 
 TEST(WebpAnimation, EqualFramesKeepTheirTime) {
-    Result<Buffer> file = write_webp_animation({noise(3, 1), noise(3, 1), noise(3, 8)}, {50, 2});
-    ASSERT_OK(file.status());
-    const Played played(file.value());
+    auto file = need(write_webp_animation({noise(3, 1), noise(3, 1), noise(3, 8)}, {50, 2}));
+    const Played played(file);
     EXPECT_EQ(played.ends, (std::vector<int>{100, 150})) << "of one image less";
 }
 

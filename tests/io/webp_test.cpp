@@ -112,12 +112,10 @@ TEST(Webp, KeepsLosslessPixels) {
                 SCOPED_TRACE(testing::Message()
                              << "look " << static_cast<int>(look) << " of " << colors << " colors, "
                              << width << " x " << height << ", method " << method);
-                const auto image = read_webp(
-                    encode(rgba, width, height, true, lossless_config(method, quality), &features));
-                ASSERT_OK(image.status());
-                if (image.value().channels == 4) {
-                    EXPECT_EQ(image.value().samples,
-                              std::vector<std::uint16_t>(rgba.begin(), rgba.end()));
+                const auto image = need(read_webp(encode(
+                    rgba, width, height, true, lossless_config(method, quality), &features)));
+                if (image.channels == 4) {
+                    EXPECT_EQ(image.samples, std::vector<std::uint16_t>(rgba.begin(), rgba.end()));
                 }
             }
         }
@@ -135,7 +133,7 @@ TEST(Webp, ReadsAlphaOfLossyFiles) {
                     config.alpha_quality = filter == 1 ? 30 : 100;
                     const Buffer file =
                         encode(picture(look, width, height, 1), width, height, true, config);
-                    EXPECT_OK(read_webp(file).status());
+                    EXPECT_OK(read_webp(file));
                 }
 }
 
@@ -172,12 +170,11 @@ TEST(Webp, MasksOfManyPixelsAreRead) {
         config.lossless = alpha ? 0 : 1;
         const Buffer file = encode(rgba, side, side, alpha, config);
         EXPECT_LT(file.size(), 400'000U);
-        const auto image = read_webp(file);
-        ASSERT_OK(image.status());
-        const std::size_t channels = image.value().channels;
+        const auto image = need(read_webp(file));
+        const std::size_t channels = image.channels;
         ASSERT_EQ(channels, alpha ? 4U : 3U);
         for (std::size_t i = 0; i < rgba.size() / 4; ++i)
-            ASSERT_EQ(image.value().samples[channels * (i + 1) - 1], rgba[4 * i + (alpha ? 3 : 2)]);
+            ASSERT_EQ(image.samples[channels * (i + 1) - 1], rgba[4 * i + (alpha ? 3 : 2)]);
     }
 }
 
@@ -198,7 +195,7 @@ TEST(Webp, ShortStreamsEndInZeros) {
     const Buffer file = test::with_webp_alpha(encode(gray, kWidth, kHeight, false, lossy), kWidth,
                                               kHeight, alpha.bytes());
     EXPECT_TRUE(decodes(file));
-    EXPECT_OK(read_webp(file).status());
+    EXPECT_OK(read_webp(file));
 }
 
 /// Nothing is refused but what libwebp refuses. Returns whether it is read.
@@ -272,7 +269,7 @@ TEST(Webp, BareStreamsAreNoFiles) {
     std::memcpy(&two[4], &size, sizeof size);
     for (const Buffer& file : {stream.bytes(), riff, two}) {
         EXPECT_TRUE(decodes(file));
-        EXPECT_ERROR(read_webp(file).status(), Code::kFormat, "has no image");
+        EXPECT_ERROR(read_webp(file), Code::kFormat, "has no image");
     }
 }
 

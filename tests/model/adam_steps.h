@@ -49,9 +49,8 @@ class AdamSteps {
 
   private:
     void submit(vk::Recorder& recorder) {
-        auto list = recorder.finish();
-        ASSERT_OK(list.status());
-        ASSERT_OK(context_.run(list.value()));
+        auto list = need(recorder.finish());
+        ASSERT_OK(context_.run(list));
     }
 
     vk::Context& context_;

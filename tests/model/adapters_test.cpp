@@ -30,13 +30,11 @@ class Adapters : public KernelsTest {
         config.attention_resolutions = {8};
         config.lora.rank = rank;
         config.lora.alpha = alpha;
-        auto made = Model::create(context(), config, {});
-        EXPECT_OK(made.status());
-        if (!made.ok()) return nullptr;
-        for (const nn::Parameter& parameter : made.value()->parameters().all())
-            EXPECT_OK(made.value()->parameters().write(
-                parameter, normal_fill(parameter.shape.elements(), seed++)));
-        return std::move(made.value());
+        auto made = need(Model::create(context(), config, {}));
+        for (const nn::Parameter& parameter : made->parameters().all())
+            EXPECT_OK(made->parameters().write(parameter,
+                                               normal_fill(parameter.shape.elements(), seed++)));
+        return made;
     }
     std::vector<float> read(Model& model, const nn::Parameter& parameter) {
         std::vector<float> values;
@@ -50,22 +48,19 @@ INSTANTIATE_TEST_SUITE_P(Kernels, Adapters, testing::Values(vk::Kernels::kPlain)
 TEST_P(Adapters, GoRoundUnderTheNamesOfPeft) {
     const auto first = make(10);
     const auto second = make(500);
-    ASSERT_TRUE(first && second);
-    const auto file = model::save_adapters(*first);
-    ASSERT_OK(file.status());
-    const io::NamedTensor* a = file.value().tensors.find(std::string(kConv0) + ".lora_A.weight");
-    const io::NamedTensor* b = file.value().tensors.find(std::string(kConv0) + ".lora_B.weight");
+    const auto file = need(model::save_adapters(*first));
+    const io::NamedTensor* a = file.tensors.find(std::string(kConv0) + ".lora_A.weight");
+    const io::NamedTensor* b = file.tensors.find(std::string(kConv0) + ".lora_B.weight");
     ASSERT_TRUE(a != nullptr && b != nullptr);
     EXPECT_EQ(a->dims, (std::vector<std::int64_t>{3, 4, 3, 3}));
     EXPECT_EQ(b->dims, (std::vector<std::int64_t>{4, 3, 1, 1}));
-    EXPECT_EQ(file.value().metadata,
+    EXPECT_EQ(file.metadata,
               (io::Metadata{{"format", "pt"}, {"lora_alpha", "6"}, {"lora_rank", "3"}}));
 
     model::LoadReport report;
-    ASSERT_OK(model::load_adapters(*second, file.value(), report));
-    EXPECT_EQ(report.copied.size(), file.value().tensors.size());
+    ASSERT_OK(model::load_adapters(*second, file, report));
+    EXPECT_EQ(report.copied.size(), file.tensors.size());
     const auto untouched = make(500);
-    ASSERT_TRUE(untouched);
     for (const nn::Parameter& parameter : second->parameters().all()) {
         const bool adapter = parameter.name.find(".lora_") != std::string::npos;
         const auto& from = adapter ? first : untouched;
@@ -77,29 +72,24 @@ TEST_P(Adapters, GoRoundUnderTheNamesOfPeft) {
 TEST_P(Adapters, AreReadUnderTheNamesOfStateDicts) {
     const auto first = make(10);
     const auto second = make(500);
-    ASSERT_TRUE(first && second);
-    const auto state = model::save_state(*first);
-    ASSERT_OK(state.status());
+    const auto state = need(model::save_state(*first));
     io::WeightsFile file;
-    for (const io::NamedTensor& tensor : state.value())
+    for (const io::NamedTensor& tensor : state)
         if (tensor.name.find(".lora_") != std::string::npos) {
             ASSERT_OK(file.tensors.add(tensor));
         }
     model::LoadReport report;
     ASSERT_OK(model::load_adapters(*second, file, report));
     const char* name = "network_with_offset.encoder.dec.8x8_in0.qkv.lora_B";
-    EXPECT_EQ(read(*second, *second->parameters().find(name)), state.value().find(name)->values);
+    EXPECT_EQ(read(*second, *second->parameters().find(name)), state.find(name)->values);
 }
 
 /// Networks without offset were once saved under the names of those with one.
 TEST_P(Adapters, AreReadUnderEarlierNames) {
     const auto first = make(10, 3, 6, false);
     const auto second = make(500, 3, 6, false);
-    ASSERT_TRUE(first && second);
-    const auto state = model::save_state(*first);
-    const auto file = model::save_adapters(*first);
-    ASSERT_OK(state.status());
-    ASSERT_OK(file.status());
+    const auto state = need(model::save_state(*first));
+    const auto file = need(model::save_adapters(*first));
     const auto earlier = [](const io::NamedTensors& tensors) {
         io::NamedTensors renamed;
         for (io::NamedTensor tensor : tensors) {
@@ -110,51 +100,42 @@ TEST_P(Adapters, AreReadUnderEarlierNames) {
         return renamed;
     };
     io::WeightsFile old;
-    old.tensors = earlier(file.value().tensors);
+    old.tensors = earlier(file.tensors);
     ASSERT_NE(old.tensors.find(std::string(kConv0) + ".lora_A.weight"), nullptr);
     model::LoadReport report;
     ASSERT_OK(model::load_adapters(*second, old, report));
     const char* name = "network_wo_offset.encoder.dec.8x8_in0.qkv.lora_B";
-    EXPECT_EQ(read(*second, *second->parameters().find(name)), state.value().find(name)->values);
+    EXPECT_EQ(read(*second, *second->parameters().find(name)), state.find(name)->values);
 
-    const auto merged = model::merge_adapters(state.value(), file.value().tensors, 6, 1);
-    ASSERT_OK(merged.status());
-    const io::NamedTensors old_state = earlier(state.value());
+    const auto merged = need(model::merge_adapters(state, file.tensors, 6, 1));
+    const io::NamedTensors old_state = earlier(state);
     const std::pair<const io::NamedTensors*, const io::NamedTensors*> pairs[] = {
-        {&state.value(), &old.tensors},
-        {&old_state, &file.value().tensors},
-        {&old_state, &old.tensors}};
+        {&state, &old.tensors}, {&old_state, &file.tensors}, {&old_state, &old.tensors}};
     for (const auto& [weights, adapters] : pairs) {
-        const auto again = model::merge_adapters(*weights, *adapters, 6, 1);
-        ASSERT_OK(again.status());
-        ASSERT_EQ(again.value().size(), merged.value().size());
-        for (std::size_t i = 0; i < merged.value().size(); ++i)
-            EXPECT_EQ(again.value()[i].values, merged.value()[i].values) << again.value()[i].name;
+        const auto again = need(model::merge_adapters(*weights, *adapters, 6, 1));
+        ASSERT_EQ(again.size(), merged.size());
+        for (std::size_t i = 0; i < merged.size(); ++i)
+            EXPECT_EQ(again[i].values, merged[i].values) << again[i].name;
     }
 }
 
 TEST_P(Adapters, RefusesOtherFiles) {
     const auto model = make(10);
     const auto without = make(20, 0);
-    ASSERT_TRUE(model && without);
-    const auto saved = model::save_adapters(*model);
-    ASSERT_OK(saved.status());
+    const auto saved = need(model::save_adapters(*model));
     model::LoadReport report;
-    EXPECT_ERROR(model::save_adapters(*without).status(), Code::kInvalidState, "no adapters");
-    EXPECT_ERROR(model::load_adapters(*without, saved.value(), report), Code::kInvalidState,
-                 "no adapters");
+    EXPECT_ERROR(model::save_adapters(*without), Code::kInvalidState, "no adapters");
+    EXPECT_ERROR(model::load_adapters(*without, saved, report), Code::kInvalidState, "no adapters");
     const auto other = make(30, 3, 7);
-    ASSERT_TRUE(other);
-    EXPECT_ERROR(model::load_adapters(*other, saved.value(), report), Code::kInvalidArgument,
+    EXPECT_ERROR(model::load_adapters(*other, saved, report), Code::kInvalidArgument,
                  "lora_alpha 6, the configuration has 7");
     const auto wider = make(30, 2);
-    ASSERT_TRUE(wider);
-    EXPECT_ERROR(model::load_adapters(*wider, saved.value(), report), Code::kShape,
+    EXPECT_ERROR(model::load_adapters(*wider, saved, report), Code::kShape,
                  "has shape [3, 36], expected [2, 36]");
 
     const auto changed = [&](const std::function<void(io::NamedTensor&)>& change) {
         io::WeightsFile file;
-        for (io::NamedTensor tensor : saved.value().tensors) {
+        for (io::NamedTensor tensor : saved.tensors) {
             if (tensor.name == std::string(kConv0) + ".lora_B.weight") change(tensor);
             if (!tensor.name.empty()) {
                 EXPECT_OK(file.tensors.add(std::move(tensor)));
@@ -176,26 +157,21 @@ TEST_P(Adapters, RefusesOtherFiles) {
                      t.values = {};
                  }),
                  Code::kShape, "expected a matrix");
-    io::WeightsFile more = saved.value();
+    io::WeightsFile more = saved;
     ASSERT_OK(more.tensors.add({"elsewhere.lora_A", {3, 1}, io::NumberType::kF32, {1, 2, 3}}));
     EXPECT_ERROR(model::load_adapters(*model, more, report), Code::kInvalidArgument,
                  "'elsewhere.lora_A' belongs to no adapted layer");
-    const auto state = model::save_state(*model);
-    ASSERT_OK(state.status());
-    EXPECT_ERROR(model::merge_adapters(state.value(), more.tensors, 6, 1).status(),
-                 Code::kInvalidArgument,
+    const auto state = need(model::save_state(*model));
+    EXPECT_ERROR(model::merge_adapters(state, more.tensors, 6, 1), Code::kInvalidArgument,
                  "the adapter 'elsewhere.lora_A' belongs to no weight: the file has no "
                  "'elsewhere.weight'");
-    EXPECT_ERROR(
-        model::merge_adapters(state.value(),
-                              changed([](io::NamedTensor& t) { t.name.clear(); }).tensors, 6, 1)
-            .status(),
-        Code::kInvalidArgument, "only one half");
-    EXPECT_ERROR(model::merge_adapters(state.value(), changed([](io::NamedTensor& t) {
-                                                          t.dims = {3, 4};
-                                                      }).tensors,
-                                       6, 1)
-                     .status(),
+    EXPECT_ERROR(model::merge_adapters(
+                     state, changed([](io::NamedTensor& t) { t.name.clear(); }).tensors, 6, 1),
+                 Code::kInvalidArgument, "only one half");
+    EXPECT_ERROR(model::merge_adapters(state, changed([](io::NamedTensor& t) {
+                                                  t.dims = {3, 4};
+                                              }).tensors,
+                                       6, 1),
                  Code::kShape, "do not multiply");
 }
 
@@ -205,9 +181,9 @@ class AdaptersExact : public KernelsTest {
   protected:
     void expect_exact(const nn::Graph& graph, nn::ValueId y, nn::ValueId x,
                       const std::string& what) {
-        ASSERT_OK(graph.status()) << what;
+        ASSERT_OK(graph) << what;
         auto gpu = GraphRun::create(context(), graph, y, {x});
-        ASSERT_OK(gpu.status()) << what;
+        ASSERT_OK(gpu) << what;
         GraphReference reference(graph);
         std::vector<nn::ValueId> leaves;
         for (nn::ValueId id = 0; id < graph.values().size(); ++id)
@@ -243,10 +219,8 @@ TEST_P(AdaptersExact, Convolutions) {
         config.lora.alpha = 8;
         config.lora.targets = {"layer"};
         config.lora.trained = {"layer"};
-        model::BuildOptions options;
-        options.precision = model::Precision::kStrict;
         nn::Graph graph(context());
-        Layers layers(graph, config, options);
+        Layers layers(graph, config, {.precision = model::Precision::kStrict});
         const nn::ValueId x = graph.input("x", {s.N, s.C, s.H, s.W});
         const nn::ValueId y = layers.conv("layer", x, s.K, s.R, {}, nn::kNoValue, 1, true);
         expect_exact(graph, y, x, s.text());

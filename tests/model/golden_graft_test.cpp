@@ -9,7 +9,6 @@
 #include "model/adapters.h"
 #include "model/weights.h"
 #include "ops/op_harness.h"
-#include "support/golden.h"
 #include "support/golden_file.h"
 #include "support/rng_fill.h"
 
@@ -111,15 +110,13 @@ class GoldenNetGraft : public KernelsTest {
     }
     std::unique_ptr<Model> make(const ModelConfig& config, const io::NamedTensors& state,
                                 const ModelOptions& options) {
-        auto made = Model::create(context(), config, options);
-        EXPECT_OK(made.status());
-        if (!made.ok()) return nullptr;
-        EXPECT_OK(made.value()->init(3));
-        EXPECT_OK(made.value()->parameters().zero_gradients());
+        auto made = need(Model::create(context(), config, options));
+        EXPECT_OK(made->init(3));
+        EXPECT_OK(made->parameters().zero_gradients());
         model::LoadReport report;
-        EXPECT_OK(model::load_state(*made.value(), state,
-                                    {.source = {}, .graft = true, .take_rays = true}, report));
-        return std::move(made.value());
+        EXPECT_OK(model::load_state(*made, state, {.source = {}, .graft = true, .take_rays = true},
+                                    report));
+        return made;
     }
     std::vector<float> get(const vk::BufferView& view) {
         std::vector<float> values(view.shape.elements());
@@ -201,7 +198,6 @@ void GoldenNetGraft::expect_golden(model::Precision precision) {
         options.gradients = options.input_gradient = true;
         options.build.precision = precision;
         const auto narrow = make(graft_config(golden), state, options);
-        ASSERT_TRUE(narrow);
         const auto expected = outputs(*narrow, GraftInputs(golden, golden.floats("x_rgb")).view());
         expect_outputs(expected, golden, "o_old.");
         for (const Variant& variant : variants_of(golden))
@@ -215,7 +211,6 @@ void GoldenNetGraft::expect_variant(const Golden& golden, const Variant& variant
     const std::string at = variant.name;
     const auto wide =
         make(variant.widened(graft_config(golden)), state_of(golden, "old."), options);
-    ASSERT_TRUE(wide);
     const nn::Parameter& first = *wide->parameters().find(first_name(golden));
     EXPECT_EQ(get(first.value), golden.floats("new_" + at + "." + first.name));
     const auto got = outputs(
@@ -263,7 +258,6 @@ TEST_P(GoldenNetGraft, FreshAdapters) {
         options.build.precision = model::Precision::kStrict;
         const GraftInputs inputs(golden, images_of(golden, golden.floats("x_prior"), widest));
         const auto ours = make(config, state, options);
-        ASSERT_TRUE(ours);
         const auto expected = outputs(*ours, inputs.view());
         expect_outputs(expected, golden, "o_lora.");
         for (const io::NamedTensor& tensor : adapters) {
@@ -282,7 +276,6 @@ TEST_P(GoldenNetGraft, FreshAdapters) {
             ASSERT_OK(state.add(tensor));
         }
         const auto theirs = make(config, state, options);
-        ASSERT_TRUE(theirs);
         EXPECT_EQ(outputs(*theirs, inputs.view()), expected);
     });
 }
@@ -328,10 +321,10 @@ class GoldenNetTraining : public GoldenNetGraft {
     /// The first convolution's weight, its adapter folded in.
     std::vector<float> first_weight(Model& model, const nn::Parameter& first) {
         const auto state = model::save_state(model);
-        EXPECT_OK(state.status());
+        EXPECT_OK(state);
         const auto folded =
             model::merge_adapters(state.value(), state.value(), model.config().lora.alpha, 1);
-        EXPECT_OK(folded.status());
+        EXPECT_OK(folded);
         return folded.value().find(first.name)->values;
     }
     void expect_moved(const Golden& golden, const TrainingCase& c,
@@ -346,7 +339,6 @@ void GoldenNetTraining::expect_moved(const Golden& golden, const TrainingCase& c
     ModelOptions options = graft_options(golden);
     options.gradients = true;
     const auto wide = make(c.config(graft_config(golden), name), state_of(golden, "old."), options);
-    ASSERT_TRUE(wide);
     const std::vector<float> priors = normal_fill(golden.floats("x_prior").size(), 77);
     const GraftInputs inputs(golden, images_of(golden, priors, c.variant));
     const auto got = outputs(*wide, inputs.view());
@@ -386,7 +378,6 @@ TEST_P(GoldenNetTraining, MovesNewChannels) {
                 cases.push_back({variant, learns});
         const auto narrow =
             make(graft_config(golden), state_of(golden, "old."), graft_options(golden));
-        ASSERT_TRUE(narrow);
         const auto expected = outputs(*narrow, GraftInputs(golden, golden.floats("x_rgb")).view());
         for (const TrainingCase& c : cases) {
             SCOPED_TRACE(c.text());

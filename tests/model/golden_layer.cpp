@@ -75,9 +75,7 @@ class Run {
         const Shape shape = image_shape(golden.dims(layer_.key("x")));
         x_ = graph_.input("x", shape);
         const bool masked = golden.has(layer_.key("mask"));
-        model::BuildOptions options;
-        options.precision = layer_.precision;
-        Layers layers(graph_, layer_.config, options);
+        Layers layers(graph_, layer_.config, {.precision = layer_.precision});
         if (golden.has(layer_.key("emb"))) {
             const auto dims = golden.dims(layer_.key("emb"));
             emb_ = graph_.input(
@@ -98,11 +96,8 @@ class Run {
             SPLAT_TRY(parameters_->write(parameter, golden.floats(layer_.key(key.c_str()))));
         }
         SPLAT_TRY(parameters_->zero_gradients());
-        nn::ExecutorDesc desc;
-        desc.outputs = {y_};
-        desc.backward = true;
-        desc.grad_outputs = {y_};
-        desc.grad_inputs = {x_};
+        nn::ExecutorDesc desc{
+            .outputs = {y_}, .backward = true, .grad_outputs = {y_}, .grad_inputs = {x_}};
         if (emb_ != kNoValue) desc.grad_inputs.push_back(emb_);
         SPLAT_ASSIGN(executor_, nn::Executor::create(context_, graph_, *parameters_, desc));
         return {};

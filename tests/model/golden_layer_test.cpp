@@ -53,20 +53,19 @@ void expect_config(const Golden& golden, const std::string& name, const Layers::
 }
 
 void GoldenNetLayers::expect_blocks(model::Precision precision) {
-    each_golden("block", [&](const Golden& golden) {
-        const std::vector<std::string> names = golden.cases("cfg");
-        golden.expect_cases(names, {"same", "wide", "att", "up", "dn", "film", "filmatt", "filmup",
-                                    "filmdn", "att2v"});
-        for (const std::string& name : names) {
-            const Layers::BlockShape shape = block_shape(golden, name);
-            expect_config(golden, name, shape);
-            GoldenLayer layer{.golden = golden, .name = name, .precision = precision};
-            layer.config.views =
-                static_cast<std::uint32_t>(golden.array(name + ".cfg").ints().value().at(6));
-            layer.build = [&](Layers& layers, ValueId x) { return layers.block(name, x, shape); };
-            expect_golden_layer(context(), layer);
-        }
-    });
+    each_case("block", "cfg",
+              {"same", "wide", "att", "up", "dn", "film", "filmatt", "filmup", "filmdn", "att2v"},
+              [&](const Golden& golden, const std::string& name) {
+                  const Layers::BlockShape shape = block_shape(golden, name);
+                  expect_config(golden, name, shape);
+                  GoldenLayer layer{.golden = golden, .name = name, .precision = precision};
+                  layer.config.views =
+                      static_cast<std::uint32_t>(golden.array(name + ".cfg").ints().value().at(6));
+                  layer.build = [&](Layers& layers, ValueId x) {
+                      return layers.block(name, x, shape);
+                  };
+                  expect_golden_layer(context(), layer);
+              });
 }
 
 TEST_P(GoldenNetLayers, Blocks) {
@@ -84,16 +83,12 @@ TEST_P(GoldenNetLayersFast, Blocks) {
 
 /// The mask before conv1 that the other implementation drew.
 TEST_P(GoldenNetLayers, BlockWithDropout) {
-    each_golden("block", [&](const Golden& golden) {
-        const std::vector<std::string> names = golden.cases("mask");
-        golden.expect_cases(names, {"drop"});
-        for (const std::string& name : names) {
-            GoldenLayer layer{.golden = golden, .name = name};
-            layer.build = [&](Layers& layers, ValueId x) {
-                return layers.block(name, x, block_shape(golden, name));
-            };
-            expect_golden_layer(context(), layer);
-        }
+    each_case("block", "mask", {"drop"}, [&](const Golden& golden, const std::string& name) {
+        GoldenLayer layer{.golden = golden, .name = name};
+        layer.build = [&](Layers& layers, ValueId x) {
+            return layers.block(name, x, block_shape(golden, name));
+        };
+        expect_golden_layer(context(), layer);
     });
 }
 
@@ -115,52 +110,44 @@ std::uint32_t kernel_of(const Golden& golden, const std::string& name,
 /// Adapters as a second branch next to the frozen weight. A linear layer is a 1x1 convolution of
 /// rows of one pixel, so matrices of the file are kernels of one tap here, with the same numbers.
 TEST_P(GoldenNetLayers, Adapters) {
-    each_golden("lora", [&](const Golden& golden) {
-        const std::vector<std::string> names = golden.cases("p.lora_A");
-        golden.expect_cases(names, {"lin", "lindrop", "c3", "c1"});
-        for (const std::string& name : names) {
-            GoldenLayer layer{.golden = golden, .name = name};
-            layer.config.lora = adapters(golden, name, "");
-            layer.config.lora.targets = {name};
-            layer.config.lora.trained = {".bias"};
-            layer.build = [&](Layers& layers, ValueId x) {
-                return layers.conv(name, x, golden.dim(layer.key("y"), 1), kernel_of(golden, name),
-                                   {}, kNoValue, 1, true);
-            };
-            expect_golden_layer(context(), layer);
-        }
-    });
+    each_case("lora", "p.lora_A", {"lin", "lindrop", "c3", "c1"},
+              [&](const Golden& golden, const std::string& name) {
+                  GoldenLayer layer{.golden = golden, .name = name};
+                  layer.config.lora = adapters(golden, name, "");
+                  layer.config.lora.targets = {name};
+                  layer.config.lora.trained = {".bias"};
+                  layer.build = [&](Layers& layers, ValueId x) {
+                      return layers.conv(name, x, golden.dim(layer.key("y"), 1),
+                                         kernel_of(golden, name), {}, kNoValue, 1, true);
+                  };
+                  expect_golden_layer(context(), layer);
+              });
 }
 
 TEST_P(GoldenNetLayers, BlockWithAdapters) {
-    each_golden("lora", [&](const Golden& golden) {
-        const std::vector<std::string> names = golden.cases("p.conv1.lora_A");
-        golden.expect_cases(names, {"block"});
-        for (const std::string& name : names) {
-            GoldenLayer layer{.golden = golden, .name = name};
-            layer.config.lora = adapters(golden, name, "conv1.");
-            layer.config.lora.trained = {".norm", ".bias", ".skip"};
-            layer.build = [&](Layers& layers, ValueId x) {
-                return layers.block(name, x, block_shape(golden, name));
-            };
-            expect_golden_layer(context(), layer);
-        }
-    });
+    each_case("lora", "p.conv1.lora_A", {"block"},
+              [&](const Golden& golden, const std::string& name) {
+                  GoldenLayer layer{.golden = golden, .name = name};
+                  layer.config.lora = adapters(golden, name, "conv1.");
+                  layer.config.lora.trained = {".norm", ".bias", ".skip"};
+                  layer.build = [&](Layers& layers, ValueId x) {
+                      return layers.block(name, x, block_shape(golden, name));
+                  };
+                  expect_golden_layer(context(), layer);
+              });
 }
 
 /// Folded into the weight, adapters give the same outputs. (`merged_w` of the file is the weight itself.)
 TEST_P(GoldenNetLayers, FoldedAdapters) {
-    each_golden("lora", [&](const Golden& golden) {
-        const std::vector<std::string> names = golden.cases("merged_y");
-        golden.expect_cases(names, {"lin", "c3", "c1"});
-        for (const std::string& name : names) {
+    each_case(
+        "lora", "merged_y", {"lin", "c3", "c1"},
+        [&](const Golden& golden, const std::string& name) {
             io::NamedTensors state;
             for (const char* part : {"weight", "lora_A", "lora_B"})
                 ASSERT_OK(state.add({name + "." + part, golden.dims(name + ".p." + part),
                                      io::NumberType::kF32, golden.floats(name + ".p." + part)}));
             const auto folded =
-                model::merge_adapters(state, state, adapters(golden, name, "").alpha, 1);
-            ASSERT_OK(folded.status());
+                need(model::merge_adapters(state, state, adapters(golden, name, "").alpha, 1));
             const auto tensor = [&](const std::string& key, std::vector<float> values) {
                 std::vector<std::int64_t> dims = golden.dims(name + "." + key);
                 dims.resize(4, 1);
@@ -169,15 +156,14 @@ TEST_P(GoldenNetLayers, FoldedAdapters) {
             OpCall call;
             call.op = "conv2d";
             call.inputs = {tensor("x", golden.floats(name + ".x")),
-                           tensor("p.weight", folded.value().find(name + ".weight")->values),
+                           tensor("p.weight", folded.find(name + ".weight")->values),
                            {{golden.dim(name + ".p.bias", 0)}, golden.floats(name + ".p.bias")},
                            {}};
             const OpResult gpu = run_op(context(), call);
             ASSERT_OK(gpu.status) << name;
             for (const char* key : {".y64", ".merged_y"})
                 expect_relative(name + key, gpu.outputs[0], golden.doubles(name + key), 1e-5);
-        }
-    });
+        });
 }
 
 /// Cases of the file that resample and then convolve: with the box (`c…`), which the network uses, or
@@ -292,11 +278,10 @@ TEST_P(GoldenNetLayers, CrossAttention) {
             graph.op("attention", {conv("q_proj", norm(q), kernel_of(golden, "xatt", "q_proj.")),
                                    conv("k_proj", asked, kernel), conv("v_proj", asked, kernel)});
         const ValueId y = conv("out_proj", attended, kernel_of(golden, "xatt", "out_proj."), q);
-        ASSERT_OK(graph.status());
-        auto run = GraphRun::create(context(), graph, y, {q, kv});
-        ASSERT_OK(run.status());
-        ASSERT_OK(run.value()->put(q, of("q")));
-        ASSERT_OK(run.value()->put(kv, of("kv")));
+        ASSERT_OK(graph);
+        auto run = need(GraphRun::create(context(), graph, y, {q, kv}));
+        ASSERT_OK(run->put(q, of("q")));
+        ASSERT_OK(run->put(kv, of("kv")));
         /// Rows 2i of kv_proj belong to keys, rows 2i + 1 to values.
         const auto rows = [channels](const auto& both, std::size_t first) {
             std::remove_cvref_t<decltype(both)> half;
@@ -314,19 +299,18 @@ TEST_P(GoldenNetLayers, CrossAttention) {
         };
         each([&](ValueId id, const std::string& name, int half) {
             const auto all = of(("p." + name).c_str());
-            EXPECT_OK(
-                run.value()->put(id, half < 0 ? all : rows(all, static_cast<std::size_t>(half))));
+            EXPECT_OK(run->put(id, half < 0 ? all : rows(all, static_cast<std::size_t>(half))));
         });
-        ASSERT_OK(run.value()->run(of("g")));
-        expect_relative("y", run.value()->output(), golden.doubles("xatt.y64"), kGoldenLayer);
+        ASSERT_OK(run->run(of("g")));
+        expect_relative("y", run->output(), golden.doubles("xatt.y64"), kGoldenLayer);
         const auto gradient = [&](const std::string& what, ValueId id,
                                   const std::vector<double>& expected) {
             if (what == "d.k_proj.bias") {  // softmax does not see it
                 EXPECT_LE(norm_of(expected), 1e-12);
-                EXPECT_LE(norm_of(to_double(run.value()->gradient(id))), 1e-4);
+                EXPECT_LE(norm_of(to_double(run->gradient(id))), 1e-4);
                 return;
             }
-            expect_relative(what, run.value()->gradient(id), expected, 1e-4);
+            expect_relative(what, run->gradient(id), expected, 1e-4);
         };
         gradient("d_q", q, golden.doubles("xatt.d_q64"));
         gradient("d_kv", kv, golden.doubles("xatt.d_kv64"));

@@ -2,14 +2,12 @@
 // for the keys.
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <sstream>
 
 #include "io/weights_file.h"
 #include "model/adapters.h"
 #include "model/model.h"
 #include "ops/op_harness.h"
-#include "support/golden.h"
 #include "support/golden_file.h"
 #include "support/rng_fill.h"
 
@@ -222,9 +220,8 @@ void expect_gradients(const Session& session, const Golden& golden) {
                         session.model->input_gradient(model::Model::Input::kImages).value(),
                         image_gradient(golden, session.model->config()), kNetGradient);
     if (golden.has("d_emb")) {
-        const auto gradient = session.model->input_gradient(model::Model::Input::kEmbedding);
-        ASSERT_OK(gradient.status());
-        expect_relative(golden.name + " emb", gradient.value(), to_double(golden.floats("d_emb")),
+        const auto gradient = need(session.model->input_gradient(model::Model::Input::kEmbedding));
+        expect_relative(golden.name + " emb", gradient, to_double(golden.floats("d_emb")),
                         kNetGradient + own);
     }
 }
@@ -310,13 +307,11 @@ TEST_P(GoldenNet, FoldedAdapters) {
         options.build.precision = model::Precision::kStrict;
         Session beside(context(), golden, options);
         ASSERT_OK(beside.open());
-        const auto state = model::save_state(*beside.model);
-        ASSERT_OK(state.status());
+        const auto state = need(model::save_state(*beside.model));
         const float alpha = beside.model->config().lora.alpha;
-        const auto folded = model::merge_adapters(state.value(), state.value(), alpha, 1);
-        ASSERT_OK(folded.status());
+        const auto folded = need(model::merge_adapters(state, state, alpha, 1));
         Session inside(context(), golden, options);
-        ASSERT_OK(inside.open(&folded.value()));
+        ASSERT_OK(inside.open(&folded));
         expect_outputs(inside, golden, "merged.");
         const std::vector<float> raw = beside.get(beside.model->raw_output());
         const double unit = 1e-6 * largest(raw);
@@ -339,17 +334,15 @@ TEST_P(GoldenNet, FoldedAdapters) {
 /// A checkpoint of the published trainer predicts here what it predicted there.
 TEST_P(GoldenNet, CheckpointPredictsWhatItDid) {
     const std::string folder = *golden_folder() + "/net/";
-    auto npz = Npz::read(folder + "ckpt.npz.xz");
-    ASSERT_OK(npz.status());
-    const Golden golden{std::move(npz.value()), "ckpt"};
+    auto npz = need(Npz::read(folder + "ckpt.npz.xz"));
+    const Golden golden{std::move(npz), "ckpt"};
     for (const char* file : {"ckpt.pth", "ckgpu.pth"}) {
-        const auto weights = io::load_weights(folder + file);
-        ASSERT_OK(weights.status());
+        const auto weights = need(io::load_weights(folder + file));
         ModelOptions options;
         options.objects = golden.dim("x", 0);
         options.build.precision = model::Precision::kStrict;
         Session session(context(), golden, options);
-        ASSERT_OK(session.open(&weights.value().tensors)) << file;
+        ASSERT_OK(session.open(&weights.tensors)) << file;
         expect_outputs(session, golden, "o.");
     }
 }

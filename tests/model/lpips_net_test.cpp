@@ -37,24 +37,23 @@ INSTANTIATE_TEST_SUITE_P(Kernels, LpipsRules, testing::Values(vk::Kernels::kCpu)
                          kernels_test_name);
 
 TEST_P(LpipsRules, EqualImagesAreAtDistanceZero) {
-    const auto net = make(vgg_weights(), linear_weights());
-    ASSERT_OK(net.status());
+    const auto net = need(make(vgg_weights(), linear_weights()));
     const std::size_t image = std::size_t{3} * kSide * kSide;
     std::vector<float> render = normal_fill(2 * image, 3, 0.5, 0.2);
     std::vector<float> target = render;
     for (std::size_t i = image; i < 2 * image; ++i) target[i] = 1 - target[i];
     const auto run = [&] {
-        put(net.value()->render(), render);
-        put(net.value()->target(), target);
-        EXPECT_OK(net.value()->forward());
-        return get(net.value()->values());
+        put(net->render(), render);
+        put(net->target(), target);
+        EXPECT_OK(net->forward());
+        return get(net->values());
     };
     const std::vector<float> values = run();
     EXPECT_EQ(values[0], 0) << "the first images are the same";
     EXPECT_GT(values[1], 0.01F);
-    put(net.value()->value_gradients(), {1, 1});
-    ASSERT_OK(net.value()->backward());
-    const std::vector<float> gradient = get(net.value()->render_gradient());
+    put(net->value_gradients(), {1, 1});
+    ASSERT_OK(net->backward());
+    const std::vector<float> gradient = get(net->render_gradient());
     double slope = 0;
     for (std::size_t i = 0; i < gradient.size(); ++i) {
         if (i < image) {
@@ -81,25 +80,23 @@ TEST_P(LpipsRules, RefusesOtherWeights) {
         return made;
     };
     const io::NamedTensors linear = linear_weights();
-    EXPECT_ERROR(make(vgg_weights(), vgg_weights()).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(make(vgg_weights(), vgg_weights()), Code::kInvalidArgument,
                  "no file has the tensor 'lin0.model.1.weight' [64]");
-    EXPECT_ERROR(make(linear, linear).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(make(linear, linear), Code::kInvalidArgument,
                  "no file has the tensor 'features.0.weight' [64, 3, 3, 3]");
     EXPECT_ERROR(make(vgg_weights(), changed(linear, "lin3.model.1.weight",
                                              [](io::NamedTensor& t) {
                                                  t.dims = {1, 256, 1, 1};
                                                  t.values.own().resize(256);
-                                             }))
-                     .status(),
+                                             })),
                  Code::kShape, "'lin3.model.1.weight' has shape [1, 256, 1, 1], expected [512]");
     EXPECT_ERROR(make(vgg_weights(), changed(linear, "lin2.model.1.weight",
-                                             [](io::NamedTensor& t) { t.values.own()[7] = NAN; }))
-                     .status(),
+                                             [](io::NamedTensor& t) { t.values.own()[7] = NAN; })),
                  Code::kInvalidArgument, "'lin2.model.1.weight' holds nan at 7");
-    EXPECT_ERROR(make(vgg_weights(), linear, {.images = 1, .side = 15}).status(),
-                 Code::kInvalidArgument, "1 images of 15 pixels");
-    EXPECT_ERROR(make(vgg_weights(), linear, {.images = 0, .side = 32}).status(),
-                 Code::kInvalidArgument, "0 images");
+    EXPECT_ERROR(make(vgg_weights(), linear, {.images = 1, .side = 15}), Code::kInvalidArgument,
+                 "1 images of 15 pixels");
+    EXPECT_ERROR(make(vgg_weights(), linear, {.images = 0, .side = 32}), Code::kInvalidArgument,
+                 "0 images");
 }
 
 }  // namespace

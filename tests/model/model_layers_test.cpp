@@ -21,7 +21,6 @@ ModelConfig with_tokens() {
 /// In the bottleneck and the decoder's last block of each level with attention, not in the encoder.
 TEST_P(ModelLayers, TokensAreAttendedToInBottleneckAndDecoder) {
     const auto model = make(with_tokens());
-    ASSERT_TRUE(model);
     std::vector<std::string> layers;
     const std::string end = ".cross_attention.q_proj.weight";
     for (const nn::Parameter& parameter : model->parameters().all())
@@ -40,26 +39,24 @@ TEST_P(ModelLayers, TokensAreAttendedToInBottleneckAndDecoder) {
 TEST_P(ModelLayers, TokensOfEarlierEncodersAreLeftOut) {
     const auto from = make(with_tokens());
     const auto to = make(with_tokens());
-    ASSERT_TRUE(from && to);
     randomise(*from, 130);
-    auto state = model::save_state(*from);
-    ASSERT_OK(state.status());
+    auto state = need(model::save_state(*from));
     const std::string name =
         "network_with_offset.encoder.enc.8x8_block0.cross_attention.q_proj.weight";
-    ASSERT_OK(state.value().add({name, {1}, io::NumberType::kF32, {1}}));
+    ASSERT_OK(state.add({name, {1}, io::NumberType::kF32, {1}}));
     model::LoadReport report;
-    EXPECT_ERROR(model::load_state(*to, state.value(), {}, report), Code::kInvalidArgument,
+    EXPECT_ERROR(model::load_state(*to, state, {}, report), Code::kInvalidArgument,
                  name +
                      "'; networks of earlier versions also attended to tokens in the encoder: "
                      "graft the file to leave that out");
     model::LoadOptions graft;
     graft.graft = true;
-    ASSERT_OK(model::load_state(*to, state.value(), graft, report));
+    ASSERT_OK(model::load_state(*to, state, graft, report));
     EXPECT_EQ(report.left_out, std::vector<std::string>{name});
     const Inputs inputs(with_tokens());
     EXPECT_EQ(run(*to, inputs), run(*from, inputs));
-    ASSERT_OK(state.value().add({"dec.cross_attention.more", {1}, io::NumberType::kF32, {1}}));
-    EXPECT_ERROR(model::load_state(*to, state.value(), {}, report), Code::kInvalidArgument,
+    ASSERT_OK(state.add({"dec.cross_attention.more", {1}, io::NumberType::kF32, {1}}));
+    EXPECT_ERROR(model::load_state(*to, state, {}, report), Code::kInvalidArgument,
                  "2 tensors that this network lacks, one is 'dec.cross_attention.more'");
 }
 
@@ -82,23 +79,19 @@ TEST_P(ModelLayers, LinearLayersTakeAdapters) {
     options.gradients = true;
     const auto adapted = make(adapted_linear(kRank), options);
     const auto merged = make(adapted_linear(0), options);
-    ASSERT_TRUE(adapted && merged);
     randomise(*adapted, 140);
-    const auto file = model::save_adapters(*adapted);
-    ASSERT_OK(file.status());
+    const auto file = need(model::save_adapters(*adapted));
     const std::string prefix = "network_with_offset.encoder.";
-    const io::NamedTensor* a = file.value().tensors.find("base_model.model." + prefix +
-                                                         "enc.8x8_block0.affine.lora_A.weight");
+    const io::NamedTensor* a =
+        file.tensors.find("base_model.model." + prefix + "enc.8x8_block0.affine.lora_A.weight");
     ASSERT_NE(a, nullptr);
     EXPECT_EQ(a->dims, (std::vector<std::int64_t>{kRank, 32}));
 
-    const auto state = model::save_state(*adapted);
-    ASSERT_OK(state.status());
-    const auto folded = model::merge_adapters(state.value(), file.value().tensors, 6, 1);
-    ASSERT_OK(folded.status());
+    const auto state = need(model::save_state(*adapted));
+    const auto folded = need(model::merge_adapters(state, file.tensors, 6, 1));
     model::LoadReport report;
-    ASSERT_OK(model::load_state(*merged, folded.value(), {}, report));
-    ASSERT_OK(model::load_adapters(*adapted, file.value(), report));
+    ASSERT_OK(model::load_state(*merged, folded, {}, report));
+    ASSERT_OK(model::load_adapters(*adapted, file, report));
 
     Inputs inputs(adapted_linear(kRank));
     const std::vector<float> embedding = normal_fill(12, 150);
@@ -153,7 +146,6 @@ TEST_P(ModelLayers, LinearLayersTakeAdapters) {
 TEST_P(ModelLayers, LinearAdaptersStartWithoutEffect) {
     const auto adapted = make(adapted_linear(2));
     const auto plain = make(adapted_linear(0));
-    ASSERT_TRUE(adapted && plain);
     Inputs inputs(adapted_linear(0));
     const std::vector<float> embedding = normal_fill(12, 150);
     const auto predict = [&](Model& model) {

@@ -16,7 +16,6 @@ SPLAT_INSTANTIATE_KERNELS(ModelRules);
 TEST_P(ModelRules, StartsTheSameFromASeed) {
     const auto first = make(small_config());
     const auto second = make(small_config());
-    ASSERT_TRUE(first && second);
     const Inputs inputs(small_config());
     EXPECT_EQ(run(*first, inputs), run(*second, inputs));
     ASSERT_OK(second->init(8));
@@ -28,7 +27,6 @@ TEST_P(ModelRules, ObjectsOfABatchAreIndependent) {
     two.objects = 2;
     const auto pair = make(small_config(), two);
     const auto single = make(small_config());
-    ASSERT_TRUE(pair && single);
     randomise(*pair, 40);
     randomise(*single, 40);
     const Inputs both(small_config(), 2, 60);
@@ -50,7 +48,6 @@ TEST_P(ModelRules, CountsWhatIsNotFiniteOrTooFaint) {
         options.objects = 2;
         options.most_bytes = most_bytes;
         const auto model = make(small_config(), options);
-        ASSERT_TRUE(model);
         const auto count = [&] {
             run(*model, Inputs(small_config(), 2));
             return model->ledger();
@@ -82,7 +79,6 @@ TEST_P(ModelRules, AdditionsChangeNothingAtFirst) {
     more.tokens = 5;
     more.token_dim = 7;
     const auto attending = make(more);
-    ASSERT_TRUE(plain && adapted && attending);
     const Inputs inputs(small_config());
     const std::vector<float> expected = run(*plain, inputs);
     EXPECT_EQ(run(*adapted, inputs), expected);
@@ -106,7 +102,6 @@ TEST_P(ModelRules, RecomputedGradientsAreTheSame) {
         const auto kept = make(config, options);
         options.recompute = true;
         const auto again = make(config, options);
-        ASSERT_TRUE(kept && again);
         EXPECT_LT(again->executor().memory().bound, kept->executor().memory().bound);
         const Inputs inputs(config);
         std::vector<std::vector<float>> results[2];
@@ -118,9 +113,8 @@ TEST_P(ModelRules, RecomputedGradientsAreTheSame) {
             ASSERT_OK(model->backward());
             for (const auto input : {Model::Input::kImages, Model::Input::kTokens}) {
                 if (input == Model::Input::kTokens && config.tokens == 0) continue;
-                const auto gradient = model->input_gradient(input);
-                ASSERT_OK(gradient.status());
-                result.push_back(gradient.value());
+                const auto gradient = need(model->input_gradient(input));
+                result.push_back(gradient);
             }
             result.push_back(read(model->raw_output()));
             for (const nn::Parameter& parameter : model->parameters().all())
@@ -137,16 +131,12 @@ TEST_P(ModelRules, MergedAdaptersPredictTheSame) {
     config.lora.alpha = 6;
     const auto adapted = make(config);
     const auto merged = make(small_config());
-    ASSERT_TRUE(adapted && merged);
     randomise(*adapted, 80);
-    auto state = model::save_state(*adapted);
-    ASSERT_OK(state.status());
-    auto adapters = model::save_adapters(*adapted);
-    ASSERT_OK(adapters.status());
-    auto folded = model::merge_adapters(state.value(), adapters.value().tensors, 6, 1);
-    ASSERT_OK(folded.status());
+    auto state = need(model::save_state(*adapted));
+    auto adapters = need(model::save_adapters(*adapted));
+    auto folded = need(model::merge_adapters(state, adapters.tensors, 6, 1));
     model::LoadReport report;
-    ASSERT_OK(model::load_state(*merged, folded.value(), {}, report));
+    ASSERT_OK(model::load_state(*merged, folded, {}, report));
     const Inputs inputs(config);
     const std::vector<float> expected = run(*adapted, inputs);
     const std::vector<float> got = run(*merged, inputs);
@@ -155,16 +145,14 @@ TEST_P(ModelRules, MergedAdaptersPredictTheSame) {
         worst = std::max(worst, std::abs(static_cast<double>(got[i] - expected[i])));
     EXPECT_LE(worst, 1e-6) << "float32 sums of the same numbers in another order; seen 4.5e-8";
     ASSERT_OK(model::load_state(
-        *merged, model::merge_adapters(state.value(), adapters.value().tensors, 0, 1).value(), {},
-        report));
+        *merged, model::merge_adapters(state, adapters.tensors, 0, 1).value(), {}, report));
     EXPECT_GT(relative_l2(run(*merged, inputs), expected), 1e-3) << "without adapters";
 
-    auto unfolded = model::merge_adapters(folded.value(), adapters.value().tensors, 6, -1);
-    ASSERT_OK(unfolded.status());
-    for (const io::NamedTensor& tensor : unfolded.value())
+    auto unfolded = need(model::merge_adapters(folded, adapters.tensors, 6, -1));
+    for (const io::NamedTensor& tensor : unfolded)
         for (std::size_t i = 0; i < tensor.values.size(); ++i) {
-            const float original = state.value().find(tensor.name)->values[i];
-            const float between = folded.value().find(tensor.name)->values[i];
+            const float original = state.find(tensor.name)->values[i];
+            const float between = folded.find(tensor.name)->values[i];
             // One rounding each way, of half an ulp.
             const double bound = 0x1p-24 * static_cast<double>(std::abs(between)) +
                                  0x1p-24 * static_cast<double>(std::abs(tensor.values[i]));
@@ -178,12 +166,10 @@ TEST_P(ModelRules, MergedAdaptersPredictTheSame) {
 TEST_P(ModelRules, SavesWhatItLoads) {
     const auto first = make(small_config());
     const auto second = make(small_config());
-    ASSERT_TRUE(first && second);
     randomise(*first, 90);
-    auto state = model::save_state(*first);
-    ASSERT_OK(state.status());
+    auto state = need(model::save_state(*first));
     model::LoadReport report;
-    ASSERT_OK(model::load_state(*second, state.value(), {}, report));
+    ASSERT_OK(model::load_state(*second, state, {}, report));
     EXPECT_TRUE(report.fresh.empty() && report.left_out.empty() && report.widened.empty());
     const Inputs inputs(small_config());
     EXPECT_EQ(run(*second, inputs), run(*first, inputs));
@@ -192,13 +178,11 @@ TEST_P(ModelRules, SavesWhatItLoads) {
 /// A ray grid that differs from the configuration's by the rounding of a float16 file counts as the same.
 TEST_P(ModelRules, RoundedRaysAreTheSame) {
     const auto model = make(small_config());
-    ASSERT_TRUE(model);
-    auto state = model::save_state(*model);
-    ASSERT_OK(state.status());
+    auto state = need(model::save_state(*model));
     const model::LoadOptions take{.source = {}, .graft = false, .take_rays = true};
     for (const auto type : {io::NumberType::kF16, io::NumberType::kF32}) {
         io::NamedTensors changed;
-        for (io::NamedTensor tensor : state.value()) {
+        for (io::NamedTensor tensor : state) {
             if (tensor.name.ends_with("ray_dirs")) {
                 tensor.type = type;
                 for (float& ray : tensor.values.own())
@@ -218,21 +202,19 @@ TEST_P(ModelRules, ANetworkWithoutOffsetHasItsName) {
     config.offset = false;
     const auto first = make(config);
     const auto second = make(config);
-    ASSERT_TRUE(first && second);
     randomise(*first, 95);
-    const auto state = model::save_state(*first);
-    ASSERT_OK(state.status());
+    const auto state = need(model::save_state(*first));
     io::NamedTensors earlier;
-    for (io::NamedTensor tensor : state.value()) {
+    for (io::NamedTensor tensor : state) {
         EXPECT_FALSE(tensor.name.starts_with("network_with_offset.")) << tensor.name;
         if (tensor.name.starts_with("network_wo_offset."))
             tensor.name = "network_with_offset." + tensor.name.substr(18);
         ASSERT_OK(earlier.add(std::move(tensor)));
     }
-    EXPECT_NE(state.value().find("network_wo_offset.out.bias"), nullptr);
+    EXPECT_NE(state.find("network_wo_offset.out.bias"), nullptr);
     model::LoadReport report;
     const Inputs inputs(config);
-    const io::NamedTensors* const files[] = {&state.value(), &earlier};
+    const io::NamedTensors* const files[] = {&state, &earlier};
     for (const io::NamedTensors* file : files) {
         ASSERT_OK(second->init(8));
         ASSERT_OK(model::load_state(*second, *file, {}, report));
@@ -249,20 +231,18 @@ TEST_P(ModelRules, GraftsByMeaning) {
     wide.depth = wide.mask = true;
     const auto from = make(narrow);
     const auto to = make(wide);
-    ASSERT_TRUE(from && to);
     randomise(*from, 100);
-    auto state = model::save_state(*from);
-    ASSERT_OK(state.status());
+    auto state = need(model::save_state(*from));
     model::LoadOptions options;
     model::LoadReport report;
-    EXPECT_ERROR(model::load_state(*to, state.value(), options, report), Code::kShape, "graft");
+    EXPECT_ERROR(model::load_state(*to, state, options, report), Code::kShape, "graft");
     options.graft = true;
-    EXPECT_ERROR(model::load_state(*to, state.value(), options, report), Code::kShape,
+    EXPECT_ERROR(model::load_state(*to, state, options, report), Code::kShape,
                  "name the file's channels");
-    EXPECT_EQ(model::likely_channels(narrow, state.value()), model::channels_of(narrow));
-    EXPECT_EQ(model::likely_channels(wide, state.value()), model::ImageChannels{});
+    EXPECT_EQ(model::likely_channels(narrow, state), model::channels_of(narrow));
+    EXPECT_EQ(model::likely_channels(wide, state), model::ImageChannels{});
     options.source = model::channels_of(narrow);
-    ASSERT_OK(model::load_state(*to, state.value(), options, report));
+    ASSERT_OK(model::load_state(*to, state, options, report));
     ASSERT_EQ(report.widened.size(), 1U);
 
     const Inputs seven(wide);
@@ -279,12 +259,10 @@ TEST_P(ModelRules, GraftsByMeaning) {
 
 TEST_P(ModelRules, RefusesStatesOfOtherNetworks) {
     const auto model = make(small_config());
-    ASSERT_TRUE(model);
-    auto state = model::save_state(*model);
-    ASSERT_OK(state.status());
+    auto state = need(model::save_state(*model));
     const auto without = [&](const char* name) {
         io::NamedTensors rest;
-        for (const io::NamedTensor& tensor : state.value())
+        for (const io::NamedTensor& tensor : state)
             if (tensor.name != name) {
                 EXPECT_OK(rest.add(tensor));
             }
@@ -310,8 +288,7 @@ TEST_P(ModelRules, RefusesStatesOfOtherNetworks) {
     ModelConfig other = small_config();
     other.fov_degrees = 30;
     const auto narrow = make(other);
-    ASSERT_TRUE(narrow);
-    EXPECT_ERROR(model::load_state(*narrow, state.value(), {}, report), Code::kInvalidArgument,
+    EXPECT_ERROR(model::load_state(*narrow, state, {}, report), Code::kInvalidArgument,
                  "another field of view");
 }
 
@@ -319,15 +296,12 @@ TEST_P(ModelRules, RefusesStatesOfOtherNetworks) {
 TEST_P(ModelRules, ARefusedRayGridChangesNothing) {
     const auto from = make(small_config());
     const auto to = make(small_config());
-    ASSERT_TRUE(from && to);
     randomise(*from, 110);
-    const auto state = model::save_state(*from);
-    const auto before = model::save_state(*to);
-    ASSERT_OK(state.status());
-    ASSERT_OK(before.status());
+    const auto state = need(model::save_state(*from));
+    const auto before = need(model::save_state(*to));
     const auto with_rays = [&](std::vector<std::int64_t> dims, std::vector<float> values) {
         io::NamedTensors changed;
-        for (const io::NamedTensor& tensor : state.value())
+        for (const io::NamedTensor& tensor : state)
             if (tensor.name != "ray_dirs") {
                 EXPECT_OK(changed.add(tensor));
             }
@@ -348,10 +322,9 @@ TEST_P(ModelRules, ARefusedRayGridChangesNothing) {
     EXPECT_ERROR(
         model::load_state(*to, with_rays({1, 3, 2, 2}, std::vector<float>(12)), options, report),
         Code::kShape, "'ray_dirs' has shape [1, 3, 2, 2], expected [1, 3, 16, 16]");
-    const auto after = model::save_state(*to);
-    ASSERT_OK(after.status());
-    for (const io::NamedTensor& tensor : after.value())
-        EXPECT_EQ(tensor.values, before.value().find(tensor.name)->values) << tensor.name;
+    const auto after = need(model::save_state(*to));
+    for (const io::NamedTensor& tensor : after)
+        EXPECT_EQ(tensor.values, before.find(tensor.name)->values) << tensor.name;
 }
 
 /// Poses and view indices modulate like a given vector of their sines and cosines.
@@ -450,28 +423,27 @@ TEST_P(ModelRules, NamesTheKeyWithoutAValidNetwork) {
     ModelConfig config = small_config();
     config.base_dim = 36;
     config.channel_mult = {1, 4};
-    EXPECT_ERROR(Model::create(context(), config, {}).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(Model::create(context(), config, {}), Code::kInvalidArgument,
                  "layer 'network_with_offset.encoder.enc.8x8_block0.norm1' has 144 channels, which "
                  "do not divide into its 32 groups; model.base_dim is 36");
     ModelOptions options;
     options.gradients = true;
     config = small_config();
     config.frozen = {"network_with_offset."};
-    EXPECT_ERROR(Model::create(context(), config, options).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(Model::create(context(), config, options), Code::kInvalidArgument,
                  "opt.freeze leave no parameter to be trained");
-    EXPECT_OK(Model::create(context(), config, {}).status());
+    EXPECT_OK(Model::create(context(), config, {}));
     config = small_config();
     config.lora.rank = 2;
     config.lora.targets.clear();
-    EXPECT_ERROR(Model::create(context(), config, options).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(Model::create(context(), config, options), Code::kInvalidArgument,
                  "opt.lora_targets, opt.train_with_adapters and opt.freeze leave no parameter");
     config.lora.trained = {"out.bias"};
-    EXPECT_OK(Model::create(context(), config, options).status());
+    EXPECT_OK(Model::create(context(), config, options));
 }
 
 TEST_P(ModelRules, RefusesInputsThatDoNotFit) {
     const auto model = make(small_config());
-    ASSERT_TRUE(model);
     const Inputs good(small_config());
     Inputs bad = good;
     bad.images.pop_back();

@@ -129,8 +129,7 @@ class Network {
 
   private:
     static model::BuildOptions strict() {
-        model::BuildOptions options;
-        options.precision = model::Precision::kStrict;
+        model::BuildOptions options{.precision = model::Precision::kStrict};
         return options;
     }
     model::SongUnet unet_;
@@ -153,31 +152,28 @@ TEST_P(Networks, OutputsAndGradientsMatchFloat64) {
     for (const NetworkCase& c : network_cases()) {
         SCOPED_TRACE(c.name);
         const Network network(context(), c.config);
-        ASSERT_OK(network.graph.status());
-        auto gpu = GraphRun::create(context(), network.graph, network.output, network.inputs);
-        ASSERT_OK(gpu.status());
+        ASSERT_OK(network.graph);
+        auto gpu = need(GraphRun::create(context(), network.graph, network.output, network.inputs));
         GraphReference reference(network.graph);
         for (const ValueId id : network.leaves()) {
             const std::vector<float> numbers = network.numbers(id);
             reference.put(id, to_double(numbers));
-            ASSERT_OK(gpu.value()->put(id, numbers));
+            ASSERT_OK(gpu->put(id, numbers));
         }
         const std::vector<float> grad =
             normal_fill(network.graph.value(network.output).shape.elements(), 9);
-        ASSERT_OK(gpu.value()->run(grad));
+        ASSERT_OK(gpu->run(grad));
         reference.forward();
-        expect_relative("output", gpu.value()->output(), reference.value(network.output),
-                        kNetworkOutput);
+        expect_relative("output", gpu->output(), reference.value(network.output), kNetworkOutput);
         reference.backward(network.output, to_double(grad));
         for (const ValueId id : network.leaves()) {
             if (!network.trains(id)) continue;
             const std::string& name = network.graph.value(id).name;
             if (without_effect(name)) {
                 EXPECT_LE(norm_of(reference.gradient(id)), 1e-10) << name;
-                EXPECT_LE(norm_of(to_double(gpu.value()->gradient(id))), 1e-4) << name;
+                EXPECT_LE(norm_of(to_double(gpu->gradient(id))), 1e-4) << name;
             } else {
-                expect_relative(name, gpu.value()->gradient(id), reference.gradient(id),
-                                kNetworkGradient);
+                expect_relative(name, gpu->gradient(id), reference.gradient(id), kNetworkGradient);
             }
         }
     }
@@ -187,11 +183,10 @@ TEST_P(Networks, OutputsAndGradientsMatchFloat64) {
 /// through all parameters and inputs.
 TEST(NetworksReference, GradcheckFloat64) {
     vk::Context* context = shared_context();
-    ASSERT_NE(context, nullptr);
     for (const NetworkCase& c : network_cases()) {
         SCOPED_TRACE(c.name);
         const Network network(*context, c.config);
-        ASSERT_OK(network.graph.status());
+        ASSERT_OK(network.graph);
         const std::vector<double> grad =
             to_double(normal_fill(network.graph.value(network.output).shape.elements(), 9));
         GraphReference reference(network.graph);
@@ -302,7 +297,6 @@ TEST_P(NetworksTraining, WithoutOffsets) {
     const auto without = make(config);
     config.offset = true;
     const auto with = make(config);
-    ASSERT_TRUE(without && with);
     randomise(*without, 60);
     for (const nn::Parameter& parameter : without->parameters().all())
         ASSERT_OK(with->parameters().write(
@@ -338,7 +332,6 @@ TEST_P(NetworksTraining, AffineModulationIsThatOfTheNorm) {
     config.embedding_dim = 2;
     config.film = model::Film::kAffine;
     const auto modulated = make(config);
-    ASSERT_TRUE(plain && modulated);
     randomise(*modulated, 200);
     std::size_t blocks = 0;
     for (const nn::Parameter& parameter : plain->parameters().all()) {
@@ -379,18 +372,15 @@ TEST_P(NetworksTraining, FoldedAdaptersOfAModulatedNetwork) {
         config.lora.alpha = 6;
         config.lora.targets.emplace_back("8x8_conv");
         const auto adapted = make(config);
-        ASSERT_TRUE(folded && adapted);
         randomise(*adapted, 300);
-        const auto state = model::save_state(*adapted);
-        ASSERT_OK(state.status());
+        const auto state = need(model::save_state(*adapted));
         const ImageInputs inputs(config);
         const std::vector<double> expected = to_double(means(*adapted, inputs));
         model::LoadReport report;
         for (const int times : {1, 0}) {
-            const auto merged = model::merge_adapters(state.value(), state.value(),
-                                                      6 * static_cast<float>(times), 1);
-            ASSERT_OK(merged.status());
-            ASSERT_OK(model::load_state(*folded, merged.value(), {}, report));
+            const auto merged =
+                need(model::merge_adapters(state, state, 6 * static_cast<float>(times), 1));
+            ASSERT_OK(model::load_state(*folded, merged, {}, report));
             const std::vector<float> got = means(*folded, inputs);
             if (times == 1) {
                 expect_relative("means", got, expected, 1e-5);
@@ -412,7 +402,6 @@ TEST_P(NetworksTraining, LearnsToAttend) {
     config.tokens = 5;
     config.token_dim = 7;
     const auto model = make(config);
-    ASSERT_TRUE(model);
     const ImageInputs inputs(config);
     ImageInputs others = inputs;
     for (float& token : others.tokens) token = -token;

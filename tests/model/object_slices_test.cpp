@@ -49,7 +49,7 @@ TEST_P(ObjectSlices, GiveWhatTheWholeGives) {
         EXPECT_OK(model.backward());
         for (const auto input : {Model::Input::kImages, Model::Input::kTokens}) {
             const auto gradient = model.input_gradient(input);
-            EXPECT_OK(gradient.status());
+            EXPECT_OK(gradient);
             if (gradient.ok()) batch.gradients.push_back(gradient.value());
         }
         for (const nn::Parameter& parameter : model.parameters().all())
@@ -57,7 +57,6 @@ TEST_P(ObjectSlices, GiveWhatTheWholeGives) {
         return batch;
     };
     const auto whole = make(config, options_of(0));
-    ASSERT_TRUE(whole);
     ASSERT_EQ(whole->slices(), 1U);
     const Batch expected = run_batch(*whole);
     // The largest activation of an object has the 24 channels that the decoder concatenates.
@@ -65,7 +64,6 @@ TEST_P(ObjectSlices, GiveWhatTheWholeGives) {
     for (const auto& [most, slices] :
          {std::pair{std::uint64_t{1}, 4U}, std::pair{2 * of_object, 2U}}) {
         const auto sliced = make(config, options_of(most));
-        ASSERT_TRUE(sliced);
         EXPECT_EQ(sliced->slices(), slices);
         EXPECT_LT(sliced->executor().memory().arenas, whole->executor().memory().arenas);
         const Batch got = run_batch(*sliced);
@@ -94,7 +92,6 @@ TEST_P(ObjectSlices, HaveDropoutOfTheirOwn) {
     const auto sliced = make(config, options);
     options.objects = 1;
     const auto single = make(config, options);
-    ASSERT_TRUE(sliced && single);
     Inputs inputs(config, 4, 17);
     const auto quarter = static_cast<std::ptrdiff_t>(inputs.images.size() / 4);
     for (std::ptrdiff_t i = 1; i < 4; ++i)
@@ -124,7 +121,6 @@ TEST_P(ObjectSlices, HaveDropoutOfTheirOwn) {
 TEST_P(ObjectSlices, RefuseWhatDoesNotFit) {
     const ModelConfig config = small_config();
     const auto sliced = make(config, options_of(1));
-    ASSERT_TRUE(sliced);
     const Inputs one(config, 1);
     EXPECT_EQ(sliced->set_input(one.view()).code(), Code::kShape);
     EXPECT_EQ(sliced->backward().code(), Code::kInvalidState);
@@ -161,7 +157,6 @@ TEST_P(ObjectSlices, TakeTensors) {
         std::vector<float> results[2], gradients[2];
         for (const bool tensors : {false, true}) {
             const auto model = make(config, options_of(most_bytes));
-            ASSERT_TRUE(model);
             EXPECT_EQ(model->slices(), most_bytes == 0 ? 1U : 4U);
             randomise(*model, 90);
             if (tensors) {
@@ -172,10 +167,9 @@ TEST_P(ObjectSlices, TakeTensors) {
                     {"tokens", &inputs.tokens},
                     {"view_to_world", &inputs.poses}};
                 for (const auto& [name, values] : all) {
-                    const auto view = model->input_tensor(name);
-                    ASSERT_OK(view.status());
-                    ASSERT_EQ(view.value().shape.elements(), values->size()) << name;
-                    ASSERT_OK(context().write(view.value(), values->data(), values->size() * 4));
+                    const auto view = need(model->input_tensor(name));
+                    ASSERT_EQ(view.shape.elements(), values->size()) << name;
+                    ASSERT_OK(context().write(view, values->data(), values->size() * 4));
                 }
                 ASSERT_OK(model->use_tensors(0, 0));
             } else {

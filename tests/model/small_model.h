@@ -52,12 +52,10 @@ struct Inputs {
 class ModelTest : public KernelsTest {
   protected:
     std::unique_ptr<Model> make(const ModelConfig& config, const ModelOptions& options = {}) {
-        auto made = Model::create(context(), config, options);
-        EXPECT_OK(made.status());
-        if (!made.ok()) return nullptr;
-        EXPECT_OK(made.value()->init(7));
-        EXPECT_OK(made.value()->parameters().zero_gradients());
-        return std::move(made.value());
+        auto made = need(Model::create(context(), config, options));
+        EXPECT_OK(made->init(7));
+        EXPECT_OK(made->parameters().zero_gradients());
+        return made;
     }
     std::vector<float> read(const vk::BufferView& view) {
         std::vector<float> values(view.shape.elements());

@@ -47,13 +47,11 @@ Result<PictureViews> views_of(const config::ModelConfig& config, const PictureIn
 
 void expect_refused(const config::ModelConfig& config, const PictureInput& input,
                     const char* part) {
-    EXPECT_ERROR(views_of(config, input).status(), Code::kInvalidArgument, part);
+    EXPECT_ERROR(views_of(config, input), Code::kInvalidArgument, part);
 }
 
 TEST(Pictures, OnePictureIsSeenByTheCameraOfTheNetwork) {
-    const auto made = views_of(network(), input_of(picture()));
-    ASSERT_OK(made.status());
-    const PictureViews& given = made.value();
+    const PictureViews given = need(views_of(network(), input_of(picture())));
     ASSERT_EQ(given.views.inputs.size(), 3U * 32 * 32);
     EXPECT_EQ(given.views.inputs, given.views.images);
     EXPECT_EQ(given.facts[0].found, data::MaskFrom::kBorder);
@@ -63,11 +61,10 @@ TEST(Pictures, OnePictureIsSeenByTheCameraOfTheNetwork) {
     const std::vector<float> identity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
     EXPECT_EQ(given.views.view_to_world, identity);
     EXPECT_EQ(given.views.quaternions, (std::vector<float>{1, 0, 0, 0}));
-    const auto camera = scene::camera_from_fov(
-        32, 32, static_cast<double>(network().fov_degrees) * std::numbers::pi / 180);
-    ASSERT_OK(camera.status());
-    EXPECT_EQ(given.views.cameras[0].fx, camera.value().fx);
-    EXPECT_EQ(given.views.cameras[0].world_to_camera, camera.value().world_to_camera);
+    const auto camera = need(scene::camera_from_fov(
+        32, 32, static_cast<double>(network().fov_degrees) * std::numbers::pi / 180));
+    EXPECT_EQ(given.views.cameras[0].fx, camera.fx);
+    EXPECT_EQ(given.views.cameras[0].world_to_camera, camera.world_to_camera);
 }
 
 TEST(Pictures, MapsFollowTheColours) {
@@ -77,10 +74,9 @@ TEST(Pictures, MapsFollowTheColours) {
     input.picture.depth = picture(1, 100);
     input.picture.normal = picture(3, 150);
     input.origin_distance = 2.5;
-    const auto made = views_of(config, input);
-    ASSERT_OK(made.status());
+    const auto made = need(views_of(config, input));
     const std::size_t area = std::size_t{32} * 32, middle = 16 * 32 + 16;
-    const std::vector<float>& planes = made.value().views.inputs;
+    const std::vector<float>& planes = made.views.inputs;
     ASSERT_EQ(planes.size(), 9 * area);
     EXPECT_NEAR(planes[middle], 30 / 255.0, 1e-6);
     EXPECT_NEAR(planes[3 * area + middle], 100 / 255.0, 1e-6) << "depth";
@@ -95,12 +91,10 @@ TEST(Pictures, FocalLengthsScaleWithTheSquare) {
     config.fov_degrees = 0;
     PictureInput input = input_of(picture());
     input.focal = 62;
-    const auto made = views_of(config, input);
-    ASSERT_OK(made.status());
-    EXPECT_EQ(made.value().views.focals, (std::vector<float>{64, 64})) << "62 / 31 * 32";
-    EXPECT_EQ(made.value().views.cameras[0].fx, 64);
-    EXPECT_NEAR(made.value().facts[0].fov_degrees, 2 * std::atan(0.25) * 180 / std::numbers::pi,
-                1e-9);
+    const auto made = need(views_of(config, input));
+    EXPECT_EQ(made.views.focals, (std::vector<float>{64, 64})) << "62 / 31 * 32";
+    EXPECT_EQ(made.views.cameras[0].fx, 64);
+    EXPECT_NEAR(made.facts[0].fov_degrees, 2 * std::atan(0.25) * 180 / std::numbers::pi, 1e-9);
 }
 
 TEST(Pictures, TellsAFieldOfViewThatDiffers) {
@@ -120,13 +114,11 @@ TEST(Pictures, SeveralViewsAreRelativeToTheFirst) {
     std::vector<PictureInput> inputs = {input_of(picture()), input_of(picture())};
     for (PictureInput& input : inputs) input.crop = false;
     const auto first = scene::look_at({0, 0, -2}, {0, 0, 0}, scene::kUp);
-    const auto second = scene::look_at({1, -0.5, -1.5}, {0, 0, 0}, scene::kUp);
-    ASSERT_OK(second.status());
+    const auto second = need(scene::look_at({1, -0.5, -1.5}, {0, 0, 0}, scene::kUp));
     inputs[0].world_to_camera = first.value();
-    inputs[1].world_to_camera = second.value();
-    const auto made = views_of_pictures(config, kWhite, inputs);
-    ASSERT_OK(made.status());
-    const Views& views = made.value().views;
+    inputs[1].world_to_camera = second;
+    const auto made = need(views_of_pictures(config, kWhite, inputs));
+    const Views& views = made.views;
     EXPECT_EQ(views.inputs.size(), 2U * 3 * 32 * 32);
     EXPECT_EQ(views.view_to_world[0], 1);
     EXPECT_NEAR(views.view_to_world[16 + 12], 1, 1e-6) << "x of the second, seen by the first";
@@ -137,20 +129,19 @@ TEST(Pictures, SeveralViewsAreRelativeToTheFirst) {
     EXPECT_NEAR(2 * pose[2] + pose[3], 0, 1e-6);
     EXPECT_NEAR(2 * pose[6] + pose[7], 0, 1e-6);
     EXPECT_NEAR(2 * pose[10] + pose[11], std::sqrt(3.5), 1e-6);
-    EXPECT_EQ(made.value().facts[1].side, 60) << "whole pictures";
+    EXPECT_EQ(made.facts[1].side, 60) << "whole pictures";
 
     inputs[1].world_to_camera = scene::Mat4{};
-    EXPECT_ERROR(views_of_pictures(config, kWhite, inputs).status(), Code::kInvalidArgument,
-                 "pictures[1]");
-    inputs[1].world_to_camera = second.value();
+    EXPECT_ERROR(views_of_pictures(config, kWhite, inputs), Code::kInvalidArgument, "pictures[1]");
+    inputs[1].world_to_camera = second;
     inputs[1].crop = true;
-    EXPECT_ERROR(views_of_pictures(config, kWhite, inputs).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(views_of_pictures(config, kWhite, inputs), Code::kInvalidArgument,
                  "pictures[1]: one of 2 views is to be cut out");
     inputs[1].world_to_camera.reset();
-    EXPECT_ERROR(views_of_pictures(config, kWhite, inputs).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(views_of_pictures(config, kWhite, inputs), Code::kInvalidArgument,
                  "pictures[1]: no pose");
     inputs.pop_back();
-    EXPECT_ERROR(views_of_pictures(config, kWhite, inputs).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(views_of_pictures(config, kWhite, inputs), Code::kInvalidArgument,
                  "1 pictures, expected 2");
 }
 

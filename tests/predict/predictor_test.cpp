@@ -18,26 +18,25 @@ class PredictorTest : public testing::Test {
   protected:
     void SetUp() override {
         context_ = test::shared_context();
-        ASSERT_NE(context_, nullptr);
         settings_.network = test::small_config();
     }
     io::WeightsFile weights(const config::ModelConfig& config) {
         auto made = model::Model::create(*context_, config, {});
-        EXPECT_OK(made.status());
+        EXPECT_OK(made);
         EXPECT_OK(made.value()->init(7));
         std::uint64_t seed = 1;
         for (const nn::Parameter& parameter : made.value()->parameters().all())
             EXPECT_OK(made.value()->parameters().write(
                 parameter, test::normal_fill(parameter.shape.elements(), seed++, 0, 0.1)));
         auto state = model::save_state(*made.value());
-        EXPECT_OK(state.status());
+        EXPECT_OK(state);
         io::WeightsFile file;
         file.tensors = std::move(state.value());
         return file;
     }
     std::unique_ptr<Predictor> predictor(const io::WeightsFile& file) {
         auto made = Predictor::create(*context_, settings_);
-        EXPECT_OK(made.status());
+        EXPECT_OK(made);
         model::LoadReport report;
         EXPECT_OK(made.value()->load(file, report));
         return std::move(made.value());
@@ -63,10 +62,9 @@ class PredictorTest : public testing::Test {
 TEST_F(PredictorTest, PredictsTheOutputsOfItsModel) {
     const auto made = predictor(weights(settings_.network));
     ASSERT_OK(made->predict(picture()));
-    const auto read =
-        gaussians::download(*context_, made->model().set_desc(), made->model().set(0), true);
-    ASSERT_OK(read.status());
-    const scene::Gaussians& scene = read.value().gaussians;
+    const scene::Gaussians scene =
+        need(gaussians::download(*context_, made->model().set_desc(), made->model().set(0), true))
+            .gaussians;
     ASSERT_EQ(scene.count(), 256U);
     std::vector<float> means(3 * 256), scales(3 * 256), opacities(256);
     const auto outputs = made->model().outputs().value();
@@ -77,8 +75,8 @@ TEST_F(PredictorTest, PredictsTheOutputsOfItsModel) {
     for (std::size_t i = 0; i < scales.size(); ++i)
         EXPECT_EQ(scene.log_scales[i], std::log(scales[i])) << i;
     for (std::size_t i = 0; i < 256; ++i)
-        EXPECT_NEAR(scene::opacity_of(static_cast<double>(scene.opacity_logits[i])),
-                    static_cast<double>(opacities[i]), 1e-6);
+        EXPECT_NEAR(scene::opacity_of(static_cast<double>(scene.opacity_logits[i])), opacities[i],
+                    1e-6);
 }
 
 TEST_F(PredictorTest, RefusesInputsOfAnotherSize) {
@@ -96,15 +94,13 @@ TEST_F(PredictorTest, DrawsAnyNumberOfCamerasToTheSameImages) {
         cameras.push_back(camera());
         cameras.back().world_to_camera[3] = 0.02 * i;
     }
-    const auto images = made->draw(cameras);
-    ASSERT_OK(images.status());
+    const auto images = need(made->draw(cameras));
     const std::size_t plane = std::size_t{3} * 16 * 16;
-    ASSERT_EQ(images.value().size(), cameras.size() * plane);
+    ASSERT_EQ(images.size(), cameras.size() * plane);
     for (const std::size_t i : {std::size_t{0}, std::size_t{7}, std::size_t{15}}) {
-        const auto one = made->draw(std::span(cameras).subspan(i, 1));
-        ASSERT_OK(one.status());
-        EXPECT_TRUE(std::equal(one.value().begin(), one.value().end(),
-                               images.value().begin() + static_cast<std::ptrdiff_t>(i * plane)))
+        const auto one = need(made->draw(std::span(cameras).subspan(i, 1)));
+        EXPECT_TRUE(std::equal(one.begin(), one.end(),
+                               images.begin() + static_cast<std::ptrdiff_t>(i * plane)))
             << i;
     }
     EXPECT_TRUE(made->draw({}).value().empty());
@@ -129,21 +125,18 @@ TEST_F(PredictorTest, FoldsTheAdaptersOfItsWeights) {
     settings_.network.lora.alpha = 3;
     const io::WeightsFile file = weights(settings_.network);
     io::WeightsFile folded;
-    auto merged = model::merge_adapters(file.tensors, file.tensors, 3, 1);
-    ASSERT_OK(merged.status());
-    folded.tensors = std::move(merged.value());
+    auto merged = need(model::merge_adapters(file.tensors, file.tensors, 3, 1));
+    folded.tensors = std::move(merged);
     const auto adapted = predictor(file);
     settings_.network.lora = {};
     const auto plain = predictor(folded);
     ASSERT_OK(adapted->predict(picture()));
     ASSERT_OK(plain->predict(picture()));
-    const auto a = adapted->scene();
-    const auto b = plain->scene();
-    ASSERT_OK(a.status());
-    ASSERT_OK(b.status());
-    EXPECT_GT(a.value().gaussians.count(), 0U);
-    EXPECT_EQ(a.value().gaussians.means, b.value().gaussians.means);
-    EXPECT_EQ(a.value().gaussians.sh, b.value().gaussians.sh);
+    const auto a = need(adapted->scene());
+    const auto b = need(plain->scene());
+    EXPECT_GT(a.gaussians.count(), 0U);
+    EXPECT_EQ(a.gaussians.means, b.gaussians.means);
+    EXPECT_EQ(a.gaussians.sh, b.gaussians.sh);
 }
 
 TEST_F(PredictorTest, TellsAnOutputThatIsNotFinite) {

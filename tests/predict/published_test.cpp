@@ -18,7 +18,7 @@ using io::NamedTensors;
 config::ModelConfig network_of(const char* preset) {
     const auto found = config::preset_of(preset);
     const auto settings = settings_of(std::string(found.value().text), preset);
-    EXPECT_OK(settings.status());
+    EXPECT_OK(settings);
     return settings.value().network;
 }
 
@@ -121,7 +121,6 @@ TEST(Published, LeavesTheFirstTrainingOut) {
 /// The names and shapes that traits are read from are those of the networks that are built.
 TEST(Published, TraitsAreThoseOfNetworksThatAreBuilt) {
     vk::Context* const context = test::shared_context();
-    ASSERT_NE(context, nullptr);
     config::ModelConfig plain;
     plain.resolution = 16;
     plain.base_dim = 8;
@@ -142,11 +141,8 @@ TEST(Published, TraitsAreThoseOfNetworksThatAreBuilt) {
     all[5].token_dim = 6;
     all[5].tokens = 3;
     for (std::size_t i = 0; i < all.size(); ++i) {
-        const auto made = model::Model::create(*context, all[i], {});
-        ASSERT_OK(made.status());
-        const auto state = model::save_state(*made.value());
-        ASSERT_OK(state.status());
-        EXPECT_EQ(traits_of(state.value()), traits_of(all[i])) << "network " << i;
+        const auto made = need(model::Model::create(*context, all[i], {}));
+        EXPECT_EQ(traits_of(need(model::save_state(*made))), traits_of(all[i])) << "network " << i;
     }
 }
 

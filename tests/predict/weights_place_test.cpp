@@ -10,30 +10,23 @@ namespace splat::predict {
 namespace {
 
 TEST(WeightsPlace, FindsBuiltInWeightsOfTheBuildFolder) {
-    const auto path = builtin_weights(kDefaultWeights);
-    ASSERT_OK(path.status());
-    EXPECT_TRUE(path.value().ends_with("tools/weights/cars64/weights.safetensors"));
-    const auto config = config_beside(path.value());
-    ASSERT_OK(config.status());
-    EXPECT_TRUE(config.value().ends_with("cars64/config.json"));
-    const auto maps = builtin_weights("cars64-depth-normal");
-    ASSERT_OK(maps.status());
-    EXPECT_TRUE(maps.value().ends_with("tools/weights/cars64-depth-normal/weights.safetensors"));
-    const auto maps_config = config_beside(maps.value());
-    ASSERT_OK(maps_config.status());
-    EXPECT_TRUE(maps_config.value().ends_with("cars64-depth-normal/config.json"));
+    const auto path = need(builtin_weights(kDefaultWeights));
+    EXPECT_TRUE(path.ends_with("tools/weights/cars64/weights.safetensors"));
+    EXPECT_TRUE(need(config_beside(path)).ends_with("cars64/config.json"));
+    const auto maps = need(builtin_weights("cars64-depth-normal"));
+    EXPECT_TRUE(maps.ends_with("tools/weights/cars64-depth-normal/weights.safetensors"));
+    EXPECT_TRUE(need(config_beside(maps)).ends_with("cars64-depth-normal/config.json"));
 }
 
 TEST(WeightsPlace, TakesNamesWhereNoFileIsCalledSo) {
     EXPECT_EQ(weights_named("cars64").value(), builtin_weights("cars64").value());
     for (const char* path : {"gone.pth", "folder/cars64", "./cars64", ""})
         EXPECT_EQ(weights_named(path).value(), path) << "a path: whoever reads it refuses it";
-    EXPECT_ERROR(weights_named("cars").status(), Code::kNotFound, "there is no file 'cars'");
-    EXPECT_ERROR(weights_named("cars").status(), Code::kNotFound,
-                 "expected cars64, cars64-depth-normal");
+    EXPECT_ERROR(weights_named("cars"), Code::kNotFound, "there is no file 'cars'");
+    EXPECT_ERROR(weights_named("cars"), Code::kNotFound, "expected cars64, cars64-depth-normal");
     const test::SampleFolder folder;
     const auto before = std::filesystem::current_path();
-    test::put_text(folder.path() / "cars64", "a file of the caller's");
+    test::put_text(folder / "cars64", "a file of the caller's");
     std::filesystem::current_path(folder.path());
     EXPECT_EQ(weights_named("cars64").value(), "cars64");
     std::filesystem::current_path(before);
@@ -41,61 +34,58 @@ TEST(WeightsPlace, TakesNamesWhereNoFileIsCalledSo) {
 
 TEST(WeightsPlace, PrefersThoseOfThePrefixOfAnInstalledLibrary) {
     const test::SampleFolder folder;
-    const auto prefix = folder.path() / "prefix";
+    const auto prefix = folder / "prefix";
     test::put_text(prefix / "share/libsplat/weights/small/weights.safetensors", "1");
     test::put_text(prefix / "share/libsplat/weights/other/weights.safetensors", "1");
     test::put_text(prefix / "share/libsplat/weights/empty/README.md", "1");
     test::put_text(prefix / "tools/weights/small/weights.safetensors", "1");
     for (const char* library : {"lib", "lib/x86_64-linux-gnu"}) {
-        const auto path = builtin_weights_near(prefix / library, "small");
-        ASSERT_OK(path.status());
-        EXPECT_EQ(path.value(), prefix / "share/libsplat/weights/small/weights.safetensors");
+        const auto path = need(builtin_weights_near(prefix / library, "small"));
+        EXPECT_EQ(path, prefix / "share/libsplat/weights/small/weights.safetensors");
     }
     for (const char* name : {"large", "", "..", "small/../small", "empty"})
-        EXPECT_ERROR(builtin_weights_near(prefix / "lib", name).status(), Code::kNotFound,
+        EXPECT_ERROR(builtin_weights_near(prefix / "lib", name), Code::kNotFound,
                      "expected other, small");
-    EXPECT_ERROR(builtin_weights_near("/nonexistent/lib", "small").status(), Code::kNotFound,
-                 "no others");
+    EXPECT_ERROR(builtin_weights_near("/nonexistent/lib", "small"), Code::kNotFound, "no others");
 }
 
 TEST(WeightsPlace, FindsTheConfigurationBesideWeights) {
     const test::SampleFolder folder;
-    const std::string weights = folder.path() / "weights.npz";
-    EXPECT_ERROR(config_beside(weights).status(), Code::kNotFound, "no config.json or config.yaml");
-    test::put_text(folder.path() / "config.yaml", "{}");
-    EXPECT_EQ(config_beside(weights).value(), folder.path() / "config.yaml");
-    test::put_text(folder.path() / "config.json", "{}");
-    EXPECT_EQ(config_beside(weights).value(), folder.path() / "config.json");
+    const std::string weights = folder / "weights.npz";
+    EXPECT_ERROR(config_beside(weights), Code::kNotFound, "no config.json or config.yaml");
+    test::put_text(folder / "config.yaml", "{}");
+    EXPECT_EQ(config_beside(weights).value(), folder / "config.yaml");
+    test::put_text(folder / "config.json", "{}");
+    EXPECT_EQ(config_beside(weights).value(), folder / "config.json");
     const std::filesystem::path named = std::filesystem::path(weights).replace_extension(".json");
     test::put_text(named, "{}");
     EXPECT_EQ(config_beside(weights).value(), named) << "that of these weights comes first";
-    const std::string adapters = folder.path() / "other" / "chairs.safetensors";
+    const std::string adapters = folder / "other" / "chairs.safetensors";
     EXPECT_EQ(config_beside(weights, adapters).value(), named) << "the adapters have none";
-    test::put_text(folder.path() / "other" / "chairs.json", "{}");
-    EXPECT_EQ(config_beside(weights, adapters).value(), folder.path() / "other" / "chairs.json");
+    test::put_text(folder / "other" / "chairs.json", "{}");
+    EXPECT_EQ(config_beside(weights, adapters).value(), folder / "other" / "chairs.json");
 }
 
 TEST(WeightsPlace, ReadsNetworkAndTraining) {
-    const auto settings = settings_of(
-        "data:\n  training_resolution: 32\n  category: chairs\nopt:\n  base_lr: 1.0e-3\n", "file");
-    ASSERT_OK(settings.status());
-    EXPECT_EQ(settings.value().network.resolution, 32U);
-    EXPECT_EQ(settings.value().training.category, "chairs");
-    EXPECT_EQ(settings.value().training.learning_rate, 1e-3);
-    EXPECT_ERROR(settings_of("data: [", "file").status(), Code::kInvalidArgument, "file");
+    const auto settings = need(settings_of(
+        "data:\n  training_resolution: 32\n  category: chairs\nopt:\n  base_lr: 1.0e-3\n", "file"));
+    EXPECT_EQ(settings.network.resolution, 32U);
+    EXPECT_EQ(settings.training.category, "chairs");
+    EXPECT_EQ(settings.training.learning_rate, 1e-3);
+    EXPECT_ERROR(settings_of("data: [", "file"), Code::kInvalidArgument, "file");
 }
 
 TEST(WeightsPlace, TakesTheAlphaOfAdaptersFromTheirFile) {
     config::ModelConfig network;
     io::WeightsFile adapters;
-    EXPECT_ERROR(adapters_alpha(adapters, network).status(), Code::kInvalidArgument, "neither");
+    EXPECT_ERROR(adapters_alpha(adapters, network), Code::kInvalidArgument, "neither");
     network.lora.rank = 2;
     network.lora.alpha = 3;
     EXPECT_EQ(adapters_alpha(adapters, network).value(), 3);
     adapters.metadata = {{"lora_alpha", "0.5"}};
     EXPECT_EQ(adapters_alpha(adapters, network).value(), 0.5);
     adapters.metadata = {{"lora_alpha", "half"}};
-    EXPECT_ERROR(adapters_alpha(adapters, network).status(), Code::kFormat, "'half'");
+    EXPECT_ERROR(adapters_alpha(adapters, network), Code::kFormat, "'half'");
 }
 
 TEST(WeightsPlace, TakesTheAlphaOfAdaptersInAnyLocale) {

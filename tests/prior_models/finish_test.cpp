@@ -32,9 +32,7 @@ float drawn(std::size_t i) {
 }
 
 PriorMap map_of(const PresetOutput& output, const OnnxTensor& tensor, Extent size, MapForm form) {
-    auto map = finish(output, {&tensor, nullptr, nullptr, 0}, size, form, "output");
-    EXPECT_OK(map.status());
-    return map.ok() ? map.value() : PriorMap{};
+    return need(finish(output, {&tensor, nullptr, nullptr, 0}, size, form, "output"));
 }
 
 Bytes bytes_of(const PriorMap& map) {

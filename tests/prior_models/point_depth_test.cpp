@@ -35,10 +35,9 @@ TEST(PointDepth, FindsTheShiftOfACamera) {
         for (const double shift : {-3.0, 0.0, 1.1, 2.4}) {
             const OnnxTensor scale{{1}, {2.5F}};
             const MapSource source{nullptr, &scale, nullptr, 0};
-            const auto depth = point_depth(wall_points(focal, shift, 2.5), source, "points");
-            ASSERT_OK(depth.status());
-            for (std::size_t i = 0; i < depth.value().values.size(); ++i)
-                EXPECT_NEAR(depth.value().values[i], wall(i % kWidth, i / kWidth), 2e-3)
+            const auto depth = need(point_depth(wall_points(focal, shift, 2.5), source, "points"));
+            for (std::size_t i = 0; i < depth.values.size(); ++i)
+                EXPECT_NEAR(depth.values[i], wall(i % kWidth, i / kWidth), 2e-3)
                     << "focal length " << focal << ", shift " << shift;
         }
 }
@@ -50,23 +49,22 @@ TEST(PointDepth, WhatTheMaskLeavesOutIsFarthest) {
         mask.values[i] = 0.2F;
         points.values[3 * i + 2] = 1e6F;  // must not matter
     }
-    const auto depth = point_depth(points, {nullptr, nullptr, &mask, 0}, "points");
-    ASSERT_OK(depth.status());
+    const auto depth = need(point_depth(points, {nullptr, nullptr, &mask, 0}, "points"));
     double farthest = 0;
     for (std::size_t i = kWidth; i < std::size_t{kWidth} * kHeight; ++i)
         farthest = std::max(farthest, wall(i % kWidth, i / kWidth));
-    for (std::size_t i = 0; i < kWidth; ++i) EXPECT_NEAR(depth.value().values[i], farthest, 2e-3);
+    for (std::size_t i = 0; i < kWidth; ++i) EXPECT_NEAR(depth.values[i], farthest, 2e-3);
 }
 
 TEST(PointDepth, RefusesAnEmptyMaskAndOneOfAnotherSize) {
     const Planes points = wall_points(45, 0, 1);
     const OnnxTensor empty{{1, kHeight, kWidth},
                            std::vector<float>(std::size_t{kWidth} * kHeight, 0)};
-    EXPECT_ERROR(point_depth(points, {nullptr, nullptr, &empty, 0}, "points").status(),
-                 Code::kInvalidState, "no valid point");
+    EXPECT_ERROR(point_depth(points, {nullptr, nullptr, &empty, 0}, "points"), Code::kInvalidState,
+                 "no valid point");
     const OnnxTensor small{{1, 2, 2}, {1, 1, 1, 1}};
-    EXPECT_ERROR(point_depth(points, {nullptr, nullptr, &small, 0}, "points").status(),
-                 Code::kFormat, "2 x 2 pixels, expected the points' 40 x 30");
+    EXPECT_ERROR(point_depth(points, {nullptr, nullptr, &small, 0}, "points"), Code::kFormat,
+                 "2 x 2 pixels, expected the points' 40 x 30");
 }
 
 }  // namespace

@@ -26,16 +26,14 @@ TEST(Preset, EveryEmbeddedOneIsReadAndNamedLikeItsFile) {
     EXPECT_TRUE(std::is_sorted(names.begin(), names.end()));
     std::set<std::string> files;
     for (const std::string& name : names) {
-        const auto preset = preset_of(name);
-        ASSERT_OK(preset.status());
-        EXPECT_EQ(preset.value().name, name);
-        EXPECT_FALSE(preset.value().title.empty()) << name;
-        EXPECT_FALSE(preset.value().licence.empty()) << name;
-        EXPECT_TRUE(files.insert(preset.value().file.name).second)
-            << name << ": a file of two presets";
-        EXPECT_TRUE(preset.value().file.sha256.empty() || preset.value().file.sha256.size() == 64);
+        const auto preset = need(preset_of(name));
+        EXPECT_EQ(preset.name, name);
+        EXPECT_FALSE(preset.title.empty()) << name;
+        EXPECT_FALSE(preset.licence.empty()) << name;
+        EXPECT_TRUE(files.insert(preset.file.name).second) << name << ": a file of two presets";
+        EXPECT_TRUE(preset.file.sha256.empty() || preset.file.sha256.size() == 64);
         // Without an address the note says how the file is had.
-        EXPECT_TRUE(!preset.value().file.url.empty() || !preset.value().note.empty()) << name;
+        EXPECT_TRUE(!preset.file.url.empty() || !preset.note.empty()) << name;
     }
     for (const char* name :
          {"midas-dpt-large", "midas-dpt-hybrid", "midas-small", "midas-small-hub", "u2net",
@@ -88,38 +86,32 @@ constexpr ModelFacts kFacts[] = {
 
 TEST(Preset, HasTheFactsOfItsModel) {
     for (const ModelFacts& facts : kFacts) {
+        SCOPED_TRACE(facts.name);
         const Preset preset = preset_of(facts.name).value();
         const PresetInput& in = preset.input;
-        ASSERT_EQ(preset.outputs.size(), 1U) << facts.name;
+        ASSERT_EQ(preset.outputs.size(), 1U);
         const PresetOutput& out = preset.outputs[0];
-        EXPECT_EQ(in.fit, facts.fit) << facts.name;
-        EXPECT_EQ(in.width, facts.width) << facts.name;
-        EXPECT_EQ(in.height, facts.width) << facts.name;
-        EXPECT_EQ(in.multiple, facts.multiple) << facts.name;
-        EXPECT_EQ(in.filter, facts.in) << facts.name;
-        EXPECT_EQ(in.by_maximum ? 0 : in.scale, facts.scale) << facts.name;
-        EXPECT_FALSE(in.channels_last) << facts.name;
-        EXPECT_EQ(in.mean[0], facts.mean) << facts.name;
-        EXPECT_EQ(in.std[0], facts.std) << facts.name;
-        if (facts.mean == 0.485)
-            EXPECT_EQ(in.mean, (std::array<double, 3>{0.485, 0.456, 0.406})) << facts.name;
-        else
-            EXPECT_EQ(in.mean, (std::array<double, 3>{facts.mean, facts.mean, facts.mean}))
-                << facts.name;
-        if (facts.std == 0.229)
-            EXPECT_EQ(in.std, (std::array<double, 3>{0.229, 0.224, 0.225})) << facts.name;
-        else
-            EXPECT_EQ(in.std, (std::array<double, 3>{facts.std, facts.std, facts.std}))
-                << facts.name;
-        EXPECT_EQ(out.index, facts.index) << facts.name;
-        EXPECT_EQ(out.channel, 0U) << facts.name;
-        EXPECT_EQ(out.sigmoid, facts.sigmoid) << facts.name;
-        EXPECT_EQ(out.min_max, facts.min_max) << facts.name;
-        EXPECT_EQ(out.bytes_first, facts.bytes_first) << facts.name;
-        EXPECT_EQ(out.threshold ? *out.threshold : -1, facts.threshold) << facts.name;
-        EXPECT_EQ(out.filter, facts.out) << facts.name;
-        EXPECT_EQ(out.depth, DepthOf::kInverse) << facts.name;
-        EXPECT_EQ(out.signs, (std::array<float, 3>{1, 1, 1})) << facts.name;
+        EXPECT_EQ(in.fit, facts.fit);
+        EXPECT_EQ(in.width, facts.width);
+        EXPECT_EQ(in.height, facts.width);
+        EXPECT_EQ(in.multiple, facts.multiple);
+        EXPECT_EQ(in.filter, facts.in);
+        EXPECT_EQ(in.by_maximum ? 0 : in.scale, facts.scale);
+        EXPECT_FALSE(in.channels_last);
+        using Colors = std::array<double, 3>;
+        EXPECT_EQ(in.mean, facts.mean == 0.485 ? (Colors{0.485, 0.456, 0.406})
+                                               : (Colors{facts.mean, facts.mean, facts.mean}));
+        EXPECT_EQ(in.std, facts.std == 0.229 ? (Colors{0.229, 0.224, 0.225})
+                                             : (Colors{facts.std, facts.std, facts.std}));
+        EXPECT_EQ(out.index, facts.index);
+        EXPECT_EQ(out.channel, 0U);
+        EXPECT_EQ(out.sigmoid, facts.sigmoid);
+        EXPECT_EQ(out.min_max, facts.min_max);
+        EXPECT_EQ(out.bytes_first, facts.bytes_first);
+        EXPECT_EQ(out.threshold ? *out.threshold : -1, facts.threshold);
+        EXPECT_EQ(out.filter, facts.out);
+        EXPECT_EQ(out.depth, DepthOf::kInverse);
+        EXPECT_EQ(out.signs, (std::array<float, 3>{1, 1, 1}));
     }
 }
 
@@ -129,12 +121,9 @@ TEST(Preset, TakesHashesInCapitals) {
             changed("\"outputs\"", R"("file": {"name": "a", "url": "https://a/a", "sha256": ")" +
                                        hash + R"("}, "outputs")"));
     };
-    const auto own = with_hash(std::string(64, 'A'));
-    ASSERT_OK(own.status());
-    EXPECT_EQ(own.value().file.sha256, std::string(64, 'a'));
+    EXPECT_EQ(need(with_hash(std::string(64, 'A'))).file.sha256, std::string(64, 'a'));
     for (const std::string& wrong : {std::string(63, 'a'), std::string(64, 'g')})
-        EXPECT_ERROR(with_hash(wrong).status(), Code::kInvalidArgument,
-                     "expected 64 hexadecimal digits");
+        EXPECT_ERROR(with_hash(wrong), Code::kInvalidArgument, "expected 64 hexadecimal digits");
 }
 
 TEST(Preset, HasTheFactsOfMoge) {
@@ -160,11 +149,11 @@ TEST(Preset, HasTheFactsOfMoge) {
 }
 
 TEST(Preset, OneOfTheCallersOwnIsJson) {
-    const auto own = preset_of("  " + changed("\"index\": 0", "\"index\": -1, \"threshold\": 9"));
-    ASSERT_OK(own.status());
-    EXPECT_EQ(own.value().input.height, 6U);
-    EXPECT_EQ(own.value().outputs[0].index, -1);
-    EXPECT_EQ(own.value().outputs[0].threshold, 9);
+    const auto own =
+        need(preset_of("  " + changed("\"index\": 0", "\"index\": -1, \"threshold\": 9")));
+    EXPECT_EQ(own.input.height, 6U);
+    EXPECT_EQ(own.outputs[0].index, -1);
+    EXPECT_EQ(own.outputs[0].threshold, 9);
 }
 
 TEST(Preset, SaysWhatIsWrong) {
@@ -192,16 +181,15 @@ TEST(Preset, SaysWhatIsWrong) {
         {"{\"layout\"", "[{\"layout\"", "preset"},
     };
     for (const auto& one : cases)
-        EXPECT_ERROR(preset_of(changed(one.from, one.to)).status(), Code::kInvalidArgument,
-                     one.part);
-    EXPECT_ERROR(preset_of("{").status(), Code::kInvalidArgument, "preset");
-    EXPECT_ERROR(preset_of("u2nte").status(), Code::kNotFound, "did you mean 'u2net'?");
-    EXPECT_ERROR(preset_of("segment").status(), Code::kNotFound, "expected birefnet, ");
+        EXPECT_ERROR(preset_of(changed(one.from, one.to)), Code::kInvalidArgument, one.part);
+    EXPECT_ERROR(preset_of("{"), Code::kInvalidArgument, "preset");
+    EXPECT_ERROR(preset_of("u2nte"), Code::kNotFound, "did you mean 'u2net'?");
+    EXPECT_ERROR(preset_of("segment"), Code::kNotFound, "expected birefnet, ");
 }
 
 TEST(Preset, IsFoundByTheNameOfItsFile) {
     EXPECT_EQ(preset_of_file("/models/u2net.onnx").value().name, "u2net");
-    EXPECT_ERROR(preset_of_file("/models/net.onnx").status(), Code::kNotFound, "'net.onnx'");
+    EXPECT_ERROR(preset_of_file("/models/net.onnx"), Code::kNotFound, "'net.onnx'");
 }
 
 TEST(Preset, ModelsLieInTheFolderOfTheEnvironment) {

@@ -28,17 +28,13 @@ TEST(GoldenNetInformationFidelity, OfBothRanges) {
     each_golden("prior", [&](const Golden& golden) {
         const std::vector<float> p = golden.floats("vif.pred"), t = golden.floats("vif.gt");
         const std::uint32_t height = golden.dim("vif.gt", 1), width = golden.dim("vif.gt", 2);
-        const auto published = information_fidelity(p, t, 3, height, width, kPublished);
-        const auto scores = information_fidelity(p, t, 3, height, width);
-        ASSERT_OK(published.status());
-        ASSERT_OK(scores.status());
+        const auto published = need(information_fidelity(p, t, 3, height, width, kPublished));
+        const auto scores = need(information_fidelity(p, t, 3, height, width));
         const std::vector<double> expected = golden.doubles("vif.channels64");
-        for (std::size_t c = 0; c < 3; ++c)
-            EXPECT_NEAR(published.value().channels[c], expected[c], 1e-12);
-        EXPECT_NEAR(published.value().vif, golden.doubles("vif.mean64")[0], 1e-12);
-        EXPECT_NEAR(published.value().vif, golden.doubles("vif.mean")[0], 1e-6)
-            << "computed in float32";
-        EXPECT_NEAR(scores.value().vif, golden.doubles("vif.mean255")[0], 1e-12);
+        for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(published.channels[c], expected[c], 1e-12);
+        EXPECT_NEAR(published.vif, golden.doubles("vif.mean64")[0], 1e-12);
+        EXPECT_NEAR(published.vif, golden.doubles("vif.mean")[0], 1e-6) << "computed in float32";
+        EXPECT_NEAR(scores.vif, golden.doubles("vif.mean255")[0], 1e-12);
     });
 }
 
@@ -49,22 +45,19 @@ TEST(GoldenNetInformationFidelity, TheConstantAlphaIsAveragedInAsPublished) {
         const std::size_t pixels = std::size_t{height} * width;
         const auto p = with_alpha(golden.floats("vif.pred"), pixels);
         const auto t = with_alpha(golden.floats("vif.gt"), pixels);
-        const auto published = information_fidelity(p, t, 4, height, width, kPublished);
-        ASSERT_OK(published.status());
-        EXPECT_NEAR(published.value().vif, (3 * golden.doubles("vif.mean64")[0] + 1) / 4, 1e-12);
-        const auto scores = information_fidelity(p, t, 4, height, width, {1, false});
-        ASSERT_OK(scores.status());
-        EXPECT_NEAR(scores.value().vif, golden.doubles("vif.mean64")[0], 1e-12);
-        EXPECT_EQ(scores.value().channels.size(), 3U);
-        EXPECT_EQ(scores.value().constant, 0U);
+        const auto published = need(information_fidelity(p, t, 4, height, width, kPublished));
+        EXPECT_NEAR(published.vif, (3 * golden.doubles("vif.mean64")[0] + 1) / 4, 1e-12);
+        const auto scores = need(information_fidelity(p, t, 4, height, width, {1, false}));
+        EXPECT_NEAR(scores.vif, golden.doubles("vif.mean64")[0], 1e-12);
+        EXPECT_EQ(scores.channels.size(), 3U);
+        EXPECT_EQ(scores.constant, 0U);
     });
 }
 
 TEST(InformationFidelity, EqualImagesHaveAllOfIt) {
     const std::vector<float> image = normal_fill(2 * 41 * 47, 1, 0.5, 0.2);
-    const auto scores = information_fidelity(image, image, 2, 41, 47, {255, true});
-    ASSERT_OK(scores.status());
-    EXPECT_NEAR(scores.value().vif, 1, 1e-9) << "the variance has 1e-10 in its denominator";
+    const auto scores = need(information_fidelity(image, image, 2, 41, 47, {255, true}));
+    EXPECT_NEAR(scores.vif, 1, 1e-9) << "the variance has 1e-10 in its denominator";
 }
 
 TEST(InformationFidelity, NoiseLosesSomeAndAConstantAll) {
@@ -72,13 +65,12 @@ TEST(InformationFidelity, NoiseLosesSomeAndAConstantAll) {
     std::vector<float> noisy = image;
     const std::vector<float> noise = normal_fill(45 * 43, 2, 0, 0.1);
     for (std::size_t i = 0; i < noisy.size(); ++i) noisy[i] += noise[i];
-    const auto some = information_fidelity(noisy, image, 1, 45, 43);
-    const auto none = information_fidelity(std::vector<float>(45 * 43, 0.5F), image, 1, 45, 43);
-    ASSERT_OK(some.status());
-    ASSERT_OK(none.status());
-    EXPECT_GT(some.value().vif, 0.05);
-    EXPECT_LT(some.value().vif, 0.9);
-    EXPECT_EQ(none.value().vif, 0);
+    const auto some = need(information_fidelity(noisy, image, 1, 45, 43));
+    const auto none =
+        need(information_fidelity(std::vector<float>(45 * 43, 0.5F), image, 1, 45, 43));
+    EXPECT_GT(some.vif, 0.05);
+    EXPECT_LT(some.vif, 0.9);
+    EXPECT_EQ(none.vif, 0);
 }
 
 TEST(InformationFidelity, AConstantTruthHasNone) {
@@ -86,37 +78,32 @@ TEST(InformationFidelity, AConstantTruthHasNone) {
     std::vector<float> half = constant;  // the second channel is constant
     const std::vector<float> first = normal_fill(41 * 41, 1, 0.5, 0.2);
     std::copy(first.begin(), first.end(), half.begin());
-    const auto none = information_fidelity(half, constant, 2, 41, 41, {255, false});
-    ASSERT_OK(none.status());
-    EXPECT_TRUE(std::isnan(none.value().vif));
-    EXPECT_EQ(none.value().constant, 1U) << "of one channel; the second is alpha";
-    const auto one = information_fidelity(half, half, 2, 41, 41, {255, true});
-    ASSERT_OK(one.status());
-    EXPECT_NEAR(one.value().vif, 1, 1e-9);
-    EXPECT_EQ(one.value().constant, 0U) << "equal and constant alphas count as 1";
+    const auto none = need(information_fidelity(half, constant, 2, 41, 41, {255, false}));
+    EXPECT_TRUE(std::isnan(none.vif));
+    EXPECT_EQ(none.constant, 1U) << "of one channel; the second is alpha";
+    const auto one = need(information_fidelity(half, half, 2, 41, 41, {255, true}));
+    EXPECT_NEAR(one.vif, 1, 1e-9);
+    EXPECT_EQ(one.constant, 0U) << "equal and constant alphas count as 1";
     std::vector<float> other = half;
     other.back() = 1;
-    const auto left_out = information_fidelity(other, half, 2, 41, 41, {255, true});
-    ASSERT_OK(left_out.status());
-    EXPECT_EQ(left_out.value().constant, 1U);
-    EXPECT_TRUE(std::isnan(left_out.value().channels[1]));
-    EXPECT_NEAR(left_out.value().vif, 1, 1e-9);
+    const auto left_out = need(information_fidelity(other, half, 2, 41, 41, {255, true}));
+    EXPECT_EQ(left_out.constant, 1U);
+    EXPECT_TRUE(std::isnan(left_out.channels[1]));
+    EXPECT_NEAR(left_out.vif, 1, 1e-9);
 }
 
 TEST(InformationFidelity, RefusesWhatCannotBeCompared) {
     std::vector<float> image = normal_fill(41 * 41, 1, 0.5, 0.2);
-    EXPECT_ERROR(information_fidelity(image, image, 1, 40, 41).status(), Code::kShape,
+    EXPECT_ERROR(information_fidelity(image, image, 1, 40, 41), Code::kShape,
                  "41 x 40 pixels, expected at least 41 x 41");
-    EXPECT_ERROR(
-        information_fidelity(std::vector<float>{1}, std::vector<float>{1}, 1, 1, 1).status(),
-        Code::kShape, "at least 41");
-    EXPECT_ERROR(information_fidelity(image, image, 2, 41, 41).status(), Code::kShape,
-                 "expected 3362");
+    EXPECT_ERROR(information_fidelity(std::vector<float>{1}, std::vector<float>{1}, 1, 1, 1),
+                 Code::kShape, "at least 41");
+    EXPECT_ERROR(information_fidelity(image, image, 2, 41, 41), Code::kShape, "expected 3362");
     const std::vector<float> good = image;
     image[7] = std::numeric_limits<float>::infinity();
-    EXPECT_ERROR(information_fidelity(image, good, 1, 41, 41).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(information_fidelity(image, good, 1, 41, 41), Code::kInvalidArgument,
                  "the prediction is inf at number 7");
-    EXPECT_ERROR(information_fidelity(good, image, 1, 41, 41).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(information_fidelity(good, image, 1, 41, 41), Code::kInvalidArgument,
                  "the truth is inf");
 }
 

@@ -22,11 +22,10 @@ io::Mesh two_planes() {
 
 TEST(SurfacePoints, LieOnTheSurfaceEvenly) {
     constexpr std::size_t kCount = 40000;
-    const auto points = sample_surface(two_planes(), kCount, 7);
-    ASSERT_OK(points.status());
-    ASSERT_EQ(points.value().size(), kCount);
+    const auto points = need(sample_surface(two_planes(), kCount, 7));
+    ASSERT_EQ(points.size(), kCount);
     double square = 0, quarter = 0;
-    for (const scene::Vec3& point : points.value()) {
+    for (const scene::Vec3& point : points) {
         ASSERT_GE(point[0], 0);
         ASSERT_GE(point[1], 0);
         if (point[2] == 2) {
@@ -44,46 +43,38 @@ TEST(SurfacePoints, LieOnTheSurfaceEvenly) {
 }
 
 TEST(SurfacePoints, TheSeedAndThePlaceDecide) {
-    const auto a = sample_surface(two_planes(), 100, 7),
-               longer = sample_surface(two_planes(), 200, 7),
-               other = sample_surface(two_planes(), 100, 8);
-    ASSERT_OK(a.status());
-    ASSERT_OK(longer.status());
-    ASSERT_OK(other.status());
-    EXPECT_TRUE(std::equal(a.value().begin(), a.value().end(), longer.value().begin()));
-    EXPECT_NE(a.value(), other.value());
+    const auto a = need(sample_surface(two_planes(), 100, 7)),
+               longer = need(sample_surface(two_planes(), 200, 7)),
+               other = need(sample_surface(two_planes(), 100, 8));
+    EXPECT_TRUE(std::equal(a.begin(), a.end(), longer.begin()));
+    EXPECT_NE(a, other);
 }
 
 TEST(SurfacePoints, TrianglesWithoutAreaGetNone) {
     io::Mesh mesh = two_planes();
     mesh.vertices.push_back({9, 9, 9});
     mesh.triangles = {{7, 7, 7}, {0, 1, 2}, {7, 7, 0}};
-    const auto points = sample_surface(mesh, 1000, 1);
-    ASSERT_OK(points.status());
-    for (const scene::Vec3& point : points.value()) EXPECT_EQ(point[2], 2);
+    const auto points = need(sample_surface(mesh, 1000, 1));
+    for (const scene::Vec3& point : points) EXPECT_EQ(point[2], 2);
     mesh.triangles = {{7, 7, 7}};
-    EXPECT_ERROR(sample_surface(mesh, 1, 1).status(), Code::kInvalidArgument, "an area of 0");
-    EXPECT_ERROR(sample_surface({}, 1, 1).status(), Code::kInvalidArgument, "no faces");
+    EXPECT_ERROR(sample_surface(mesh, 1, 1), Code::kInvalidArgument, "an area of 0");
+    EXPECT_ERROR(sample_surface({}, 1, 1), Code::kInvalidArgument, "no faces");
     mesh.vertices[7] = {1e300, 1e300, 0};
     mesh.triangles = {{0, 1, 7}, {1, 2, 7}};
-    EXPECT_ERROR(sample_surface(mesh, 1, 1).status(), Code::kInvalidArgument,
-                 "expected more than 0");
+    EXPECT_ERROR(sample_surface(mesh, 1, 1), Code::kInvalidArgument, "expected more than 0");
 }
 
 TEST(DepthPoints, AreWhereTheCameraSeesThem) {
-    auto made = scene::camera_from_fov(3, 2, 1.0);
-    ASSERT_OK(made.status());
-    scene::Camera camera = made.value();
-    const auto pose = scene::look_at({4, -1, 2}, {0, 0.5, 0}, scene::kUp);
-    ASSERT_OK(pose.status());
-    camera.world_to_camera = pose.value();
-    const auto points = points_of_depth(std::vector<float>{1, 2, 0, 4, -1, 8}, camera);
-    ASSERT_OK(points.status());
+    auto made = need(scene::camera_from_fov(3, 2, 1.0));
+    scene::Camera camera = made;
+    const auto pose = need(scene::look_at({4, -1, 2}, {0, 0.5, 0}, scene::kUp));
+    camera.world_to_camera = pose;
+    const auto points = need(points_of_depth(std::vector<float>{1, 2, 0, 4, -1, 8}, camera));
     const double depths[] = {1, 2, 4, 8};
     const double columns[] = {0, 1, 0, 2}, rows[] = {0, 0, 1, 1};
-    ASSERT_EQ(points.value().size(), 4U);
+    ASSERT_EQ(points.size(), 4U);
     for (std::size_t i = 0; i < 4; ++i) {
-        const scene::Vec3 seen = scene::rotation_of(camera.world_to_camera) * points.value()[i] +
+        const scene::Vec3 seen = scene::rotation_of(camera.world_to_camera) * points[i] +
                                  scene::translation_of(camera.world_to_camera);
         EXPECT_NEAR(seen[2], depths[i], 1e-12);
         EXPECT_NEAR(camera.fx * seen[0] / seen[2] + camera.cx, columns[i] + 0.5, 1e-12);
@@ -92,13 +83,11 @@ TEST(DepthPoints, AreWhereTheCameraSeesThem) {
 }
 
 TEST(DepthPoints, RefuseWhatIsNoDepth) {
-    auto camera = scene::camera_from_fov(2, 1, 1.0);
-    ASSERT_OK(camera.status());
-    EXPECT_ERROR(points_of_depth(std::vector<float>{1}, camera.value()).status(), Code::kShape,
+    auto camera = need(scene::camera_from_fov(2, 1, 1.0));
+    EXPECT_ERROR(points_of_depth(std::vector<float>{1}, camera), Code::kShape,
                  "1 numbers, expected 2");
     const std::vector<float> infinite = {1, std::numeric_limits<float>::infinity()};
-    EXPECT_ERROR(points_of_depth(infinite, camera.value()).status(), Code::kInvalidArgument,
-                 "inf at number 1");
+    EXPECT_ERROR(points_of_depth(infinite, camera), Code::kInvalidArgument, "inf at number 1");
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "raster/fragile.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "ops/op_harness.h"
 #include "support/expect_status.h"
@@ -87,9 +86,7 @@ class RadixSort : public KernelsTest {
         if (second && !words.empty()) {
             EXPECT_OK(context().write(seconds[1].range(), complements.data(), words.size() * 2));
         }
-        const auto space = raster::allocate_radix_sort(context(), desc);
-        EXPECT_OK(space.status());
-        if (!space.ok()) return {};
+        const auto space = need(raster::allocate_radix_sort(context(), desc));
         const vk::Buffer count = upload(context(), Words{static_cast<std::uint32_t>(entries)});
         const vk::Buffer kept = device_buffer(context(), 1);
         EXPECT_OK(raster::radix_sort(recorder, desc,
@@ -98,12 +95,10 @@ class RadixSort : public KernelsTest {
                                       {seconds[0].range(), seconds[1].range()},
                                       count.range(),
                                       kept.range()},
-                                     space.value()));
+                                     space));
         const std::uint32_t side = raster::radix_sort_side(recorder, desc);
-        auto list = recorder.finish();
-        EXPECT_OK(list.status());
-        if (!list.ok()) return {};
-        EXPECT_OK(context().run(list.value()));
+        auto list = need(recorder.finish());
+        EXPECT_OK(context().run(list));
         const std::size_t stayed = download_words(context(), kept.range(), 1)[0];
         EXPECT_LE(stayed, entries);
         const std::size_t n = std::min(stayed, entries);

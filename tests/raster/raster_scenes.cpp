@@ -91,59 +91,28 @@ void spoil(RasterCase& scene, std::size_t i, std::size_t way) {
     float* rotation = &scene.rotations[4 * i];
     float* sh = &scene.sh[3 * i * scene.sh_coefficients];
     const ref::CameraFrame<double> frame(reference_scene<double>(scene, kRasterModes[0]).camera);
-    const auto set_mean = [&](double along) {
+    const std::pair<float*, float> numbers[] = {{&mean[0], nan},
+                                                {&mean[1], -infinity},
+                                                {&mean[2], infinity},
+                                                {&scale[1], nan},
+                                                {&scale[0], infinity},
+                                                {&rotation[2], nan},
+                                                {&rotation[0], infinity},
+                                                {nullptr, 0.0F},  // all of the rotation
+                                                {nullptr, 1e-8F},
+                                                {&scene.opacities[i], nan},
+                                                {&scene.opacities[i], 0},
+                                                {&scene.opacities[i], -1},
+                                                {&sh[0], nan},
+                                                {&sh[3 * scene.sh_coefficients - 1], infinity}};
+    if (way >= std::size(numbers)) {  // at the camera, and behind it
+        const double along = way == std::size(numbers) ? 0 : -1;
         for (std::size_t k = 0; k < 3; ++k)
             mean[k] = narrow(frame.centre[k] + along * frame.rotation[2][k]);
-    };
-    switch (way) {
-        case 0:
-            mean[0] = nan;
-            break;
-        case 1:
-            mean[1] = -infinity;
-            break;
-        case 2:
-            mean[2] = infinity;
-            break;
-        case 3:
-            scale[1] = nan;
-            break;
-        case 4:
-            scale[0] = infinity;
-            break;
-        case 5:
-            rotation[2] = nan;
-            break;
-        case 6:
-            rotation[0] = infinity;
-            break;
-        case 7:
-            std::fill_n(rotation, 4, 0.0F);
-            break;
-        case 8:
-            std::fill_n(rotation, 4, 1e-8F);
-            break;
-        case 9:
-            scene.opacities[i] = nan;
-            break;
-        case 10:
-            scene.opacities[i] = 0;
-            break;
-        case 11:
-            scene.opacities[i] = -1;
-            break;
-        case 12:
-            sh[0] = nan;
-            break;
-        case 13:
-            sh[3 * scene.sh_coefficients - 1] = infinity;
-            break;
-        case 14:
-            set_mean(0);
-            break;
-        default:
-            set_mean(-1);
-            break;
+    } else if (const auto& [place, value] = numbers[way]; place != nullptr) {
+        *place = value;
+    } else {
+        std::fill_n(rotation, 4, value);
     }
 }
 

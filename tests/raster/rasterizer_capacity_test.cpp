@@ -53,7 +53,7 @@ CapacityRun draw_all(vk::Context& context, RasterSession& session, const gaussia
     EXPECT_EQ(desc.gaussians, scene.count);
     EXPECT_EQ(desc.views, cameras.size());
     const auto packed = gaussians::allocate_set(context, rasterizer.desc());
-    EXPECT_OK(packed.status());
+    EXPECT_OK(packed);
     const vk::Buffer image = upload(context, normal_fill(4 * rasterizer.desc().pixels(), 1));
     const vk::Buffer depth = upload(context, normal_fill(rasterizer.desc().pixels(), 2));
     EXPECT_OK(rasterizer.backward(image.range(), depth.range(), packed.value().views()));
@@ -83,13 +83,13 @@ TEST_P(RasterizerCapacity, FewerAreDrawnAsByAnExactRasterizer) {
     const RasterCase large = random_scene({300, 45, 35}, 90, 2);
     const RasterCase small = random_scene({70, 45, 35}, 91, 2);
     RasterSession most(context(), large, all_gradients(large, kMostViews));
-    ASSERT_OK(most.status());
+    ASSERT_OK(most);
     const std::vector<scene::Camera> cameras = spread_cameras(large, kMostViews);
     const CapacityRun first = draw_all(context(), most, most.scene().views(), cameras);
     for (const std::uint32_t views : {2U, 1U}) {
         SCOPED_TRACE(views);
         RasterSession exact(context(), small, all_gradients(small, views));
-        ASSERT_OK(exact.status());
+        ASSERT_OK(exact);
         const std::span<const scene::Camera> part(cameras.data(), views);
         const CapacityRun expected = draw_all(context(), exact, exact.scene().views(), part);
         ASSERT_GT(expected.stats.pairs, 0U);
@@ -103,7 +103,7 @@ TEST_P(RasterizerCapacity, FewerAreDrawnAsByAnExactRasterizer) {
 TEST_P(RasterizerCapacity, NoGaussiansAndNoViews) {
     const RasterCase from = random_scene({70, 45, 35}, 91, 2);
     RasterSession session(context(), from, all_gradients(from, 2));
-    ASSERT_OK(session.status());
+    ASSERT_OK(session);
     const std::vector<scene::Camera> cameras = spread_cameras(from, 2);
     const CapacityRun first = draw_all(context(), session, session.scene().views(), cameras);
     gaussians::SetViews none = session.scene().views();

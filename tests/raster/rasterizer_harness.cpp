@@ -1,8 +1,6 @@
 #include "raster/rasterizer_harness.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 #include <numbers>
 
 namespace splat::test {
@@ -178,8 +176,7 @@ raster::RasterDesc raster_desc(const RasterCase& from, const RasterMode& mode) {
 }
 
 scene::Camera camera_of(const RasterCase& from) {
-    scene::Camera camera;
-    camera.name = from.name;
+    scene::Camera camera{.name = from.name};
     camera.width = static_cast<std::uint32_t>(from.camera.width);
     camera.height = static_cast<std::uint32_t>(from.camera.height);
     camera.fx = static_cast<double>(from.camera.fx);

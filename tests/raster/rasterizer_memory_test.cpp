@@ -112,7 +112,7 @@ TEST_P(RasterizerMemory, GrowsToTheSameBits) {
 TEST_P(RasterizerMemory, GrowsOnce) {
     const RasterCase scene = wide_faint_scene({120, 120, 90});
     RasterSession session(context(), scene, raster_desc(scene, kRasterModes[0]));
-    ASSERT_OK(session.status());
+    ASSERT_OK(session);
     ASSERT_OK(session.forward());
     EXPECT_EQ(session.rasterizer().stats().runs, 2U);
     const std::vector<float> image = session.image();
@@ -134,11 +134,9 @@ TEST_P(RasterizerMemory, GrowthPastTheBudgetLeavesItUsable) {
     std::uint64_t after = 0;
     for (const bool enough : {true, false}) {
         const auto device = limited(enough ? 0 : (before + after) / 2);
-        ASSERT_NE(device, nullptr);
-        const auto other = PackedCase::create(*device, narrow, desc);
-        ASSERT_OK(other.status());
+        const auto other = need(PackedCase::create(*device, narrow, desc));
         RasterSession session(*device, scene, desc);
-        ASSERT_OK(session.status());
+        ASSERT_OK(session);
         before = device->memory().use().used;
         if (enough) {
             ASSERT_OK(session.forward());
@@ -152,7 +150,7 @@ TEST_P(RasterizerMemory, GrowthPastTheBudgetLeavesItUsable) {
                          Code::kInvalidArgument, "needs a forward call");
         }
         const scene::Camera camera = camera_of(scene);
-        ASSERT_OK(session.draw(other.value().scene.views(), {&camera, 1}));
+        ASSERT_OK(session.draw(other.scene.views(), {&camera, 1}));
         EXPECT_EQ(session.image(), expected) << enough;
     }
 }
@@ -186,7 +184,6 @@ void expect_same_in_groups(vk::Context& whole_device, vk::Context& narrow, const
 TEST_P(RasterizerMemory, GroupsOfTileRowsGiveTheSameImage) {
     const RasterCase scene = wide_faint_scene({360, 32, 96});
     const auto narrow = lowered(16 * scene.pixels());
-    ASSERT_NE(narrow, nullptr);
     const bool cpu =
         GetParam() == vk::Kernels::kCpu;  // the gradient takes seconds with other kernels
     expect_same_in_groups(context(), *narrow, scene, kRasterModes[0], 2, cpu);
@@ -198,7 +195,6 @@ TEST_P(RasterizerMemory, PassesDoNotDependOnEarlierScenes) {
     RasterCase few = wide;
     for (float& scale : few.scales) scale *= 0.1F;
     const auto narrow = lowered(16 * wide.pixels());
-    ASSERT_NE(narrow, nullptr);
     const raster::RasterDesc desc = with_gradients(raster_desc(wide, kRasterModes[0]));
     const std::vector<float> weights = normal_fill(4 * wide.pixels(), 1);
     RasterSession fresh(*narrow, few, desc);
@@ -238,7 +234,6 @@ TEST_P(RasterizerMemory, OutputsOfAGaussianDependOnNoWindowOrSkip) {
     for (std::size_t i = 1; i < scene.count(); i += 8) scene.opacities[i] *= 0.2F;
     for (const std::size_t i : {17, 65, 29, 77}) scene.scales[3 * i] = 1e-4F;
     const auto narrow = lowered(16 * scene.pixels());
-    ASSERT_NE(narrow, nullptr);
     for (const RasterMode& mode : std::span(kRasterModes).first(2)) {
         SCOPED_TRACE(mode.name);
         raster::RasterDesc desc = raster_desc(scene, mode);
@@ -266,9 +261,8 @@ TEST_P(RasterizerMemory, OutputsOfAGaussianDependOnNoWindowOrSkip) {
 TEST_P(RasterizerMemory, RefusesRowsThatNoBindingHolds) {
     const RasterCase scene = wide_faint_scene({1100, 64, 48});
     const auto narrow = lowered(std::uint64_t{48} * 1100);
-    ASSERT_NE(narrow, nullptr);
     RasterSession session(*narrow, scene, with_gradients(raster_desc(scene, kRasterModes[0])));
-    ASSERT_OK(session.status());
+    ASSERT_OK(session);
     EXPECT_ERROR(session.forward(), Code::kUnsupported, "with one row of tiles");
     EXPECT_ERROR(session.backward(std::vector<float>(4 * scene.pixels())), Code::kInvalidArgument,
                  "needs a forward call");
@@ -306,7 +300,7 @@ void expect_right_or_refused(vk::Context& context, std::size_t count, bool backw
     desc.skips.blocks = blocks;
     desc.backward = backward;
     RasterSession session(context, scene, desc);
-    ASSERT_OK(session.status());
+    ASSERT_OK(session);
     const Status status = session.forward();
     if (!status.ok()) {
         EXPECT_ERROR(status, Code::kUnsupported, "Gaussians on one tile, but loops");
@@ -405,7 +399,6 @@ TEST_P(RasterizerMemoryFull, GroupsOfTileRowsGiveTheSameImage) {
     for (const std::size_t count : {360, 1000}) {
         const RasterCase scene = wide_faint_scene({count, 32, 96});
         const auto narrow = lowered(16 * scene.pixels());
-        ASSERT_NE(narrow, nullptr);
         for (const RasterMode& mode : kRasterModes) {
             SCOPED_TRACE(mode.name);
             expect_same_in_groups(context(), *narrow, scene, mode, count == 360 ? 2 : 5);
@@ -434,7 +427,7 @@ TEST_P(RasterizerMemoryFull, ManyLargeGaussiansReachEveryTile) {
     for (float& scale : scene.scales) scale = 9;
     raster::RasterDesc desc = raster_desc(scene, kRasterModes[1]);
     RasterSession session(context(), scene, desc);
-    ASSERT_OK(session.status());
+    ASSERT_OK(session);
     ASSERT_OK(session.forward());
     const raster::RasterStats& stats = session.rasterizer().stats();
     EXPECT_EQ(stats.longest, scene.count());

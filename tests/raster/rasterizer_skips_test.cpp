@@ -36,7 +36,7 @@ struct Bits {
 
 Bits bits_of(vk::Context& context, const RasterCase& scene, const raster::RasterDesc& desc) {
     RasterSession session(context, scene, with_gradients(desc));
-    EXPECT_OK(session.status());
+    EXPECT_OK(session);
     if (!session.status().ok()) return {};
     EXPECT_OK(session.forward());
     const std::size_t pixels = scene.pixels();
@@ -127,8 +127,8 @@ TEST_P(RasterizerSkips, OccludedOnesHaveNoBackwardPass) {
     const std::vector<float> weights = normal_fill(4 * scene.pixels(), 1);
     RasterSession whole(context(), scene, desc);
     RasterSession spoiled(context(), scene, desc);
-    ASSERT_OK(whole.status());
-    ASSERT_OK(spoiled.status());
+    ASSERT_OK(whole);
+    ASSERT_OK(spoiled);
     ASSERT_OK(whole.forward());
     ASSERT_OK(whole.backward(weights));
     ASSERT_OK(spoiled.forward());
@@ -158,7 +158,7 @@ TEST_P(RasterizerSkips, BandsThatTheSceneLacks) {
     for (std::size_t i = 0; i < scene.sh.size(); ++i)
         if (i % kNumbers >= kThere) scene.sh[i] = 0;
     RasterSession session(context(), scene, raster_desc(scene, kRasterModes[0]));
-    ASSERT_OK(session.status());
+    ASSERT_OK(session);
     const scene::Camera camera = camera_of(scene);
     ASSERT_OK(session.draw(session.scene().views(), {&camera, 1}));
     const std::vector<float> expected = session.image();
@@ -198,15 +198,16 @@ TEST_P(RasterizerSkips, EmptyRowsOfAFootprint) {
         for (std::size_t k = 0; k < 3; ++k) scene.scales[3 * i + k] *= 2;
     }
     for (const RasterMode& mode : kRasterModes) {
+        SCOPED_TRACE(mode.name);
         const raster::RasterDesc desc = raster_desc(scene, mode);
         raster::RasterDesc wide = desc;
         wide.skips.opacity_extent = false;
         const RasterRun with = run_raster(context(), scene, desc);
         const RasterRun without = run_raster(context(), scene, wide);
-        ASSERT_OK(with.status) << mode.name;
-        ASSERT_OK(without.status) << mode.name;
-        EXPECT_GT(with.stats.pairs, 0U) << mode.name;
-        EXPECT_EQ(with.image, without.image) << mode.name;
+        ASSERT_OK(with.status);
+        ASSERT_OK(without.status);
+        EXPECT_GT(with.stats.pairs, 0U);
+        EXPECT_EQ(with.image, without.image);
     }
 }
 

@@ -58,7 +58,7 @@ TEST_P(Rasterizer, RefusesDescriptionsThatMakeNoSense) {
 TEST_P(Rasterizer, RefusesCamerasAndLeavesTheImage) {
     const RasterCase scene = random_scene(kSmall, 3);
     RasterSession session(context(), scene, with_gradients(small_desc()));
-    ASSERT_OK(session.status());
+    ASSERT_OK(session);
     ASSERT_OK(session.forward());
     const std::vector<float> image = session.image();
     const auto refuses = [&](auto change, const char* part) {
@@ -102,11 +102,11 @@ TEST_P(Rasterizer, RefusesBackwardWithoutForward) {
     const RasterCase scene = random_scene(kSmall, 3);
     const std::vector<float> ones(4 * scene.pixels(), 1.0F);
     RasterSession forward_only(context(), scene, small_desc());
-    ASSERT_OK(forward_only.status());
+    ASSERT_OK(forward_only);
     ASSERT_OK(forward_only.forward());
     EXPECT_ERROR(forward_only.backward(ones), Code::kInvalidArgument, "made without backward");
     RasterSession session(context(), scene, with_gradients(small_desc()));
-    ASSERT_OK(session.status());
+    ASSERT_OK(session);
     const std::vector<float> before = session.gradients();
     EXPECT_ERROR(session.backward(ones), Code::kInvalidArgument, "needs a forward call");
     const std::vector<float> after = session.gradients();
@@ -121,7 +121,7 @@ TEST_P(Rasterizer, RefusesBackwardWithoutForward) {
 void expect_background(vk::Context& context, const RasterCase& scene) {
     for (const RasterMode& mode : kRasterModes) {
         RasterSession session(context, scene, with_gradients(raster_desc(scene, mode)));
-        ASSERT_OK(session.status());
+        ASSERT_OK(session);
         ASSERT_OK(session.forward());
         const std::vector<float> image = session.image();
         for (std::size_t i = 0; i < image.size(); ++i)
@@ -183,7 +183,7 @@ class Marked {
 TEST_P(Rasterizer, LeavesOutCallsThatChangeNothing) {
     const RasterCase scene = random_scene(kSmall, 3);
     RasterSession session(context(), scene, small_desc());
-    ASSERT_OK(session.status());
+    ASSERT_OK(session);
     scene::Camera camera = camera_of(scene);
     const auto forward = [&](std::uint64_t version) {
         return [&, version] { return session.forward({&camera, 1}, version); };
@@ -207,10 +207,9 @@ TEST_P(Rasterizer, LeavesOutCallsThatChangeNothing) {
     EXPECT_ERROR(session.forward({&camera, 1}, 8), Code::kInvalidArgument, "focal");
     camera = camera_of(scene);
     EXPECT_TRUE(marked.drawn_by(forward(8)));
-    auto other = PackedCase::create(context(), random_scene(kSmall, 4), small_desc());
-    ASSERT_OK(other.status());
+    auto other = need(PackedCase::create(context(), random_scene(kSmall, 4), small_desc()));
     EXPECT_TRUE(marked.drawn_by([&] {
-        gaussians::SetViews others = other.value().scene.views();
+        gaussians::SetViews others = other.scene.views();
         others.version = 8;
         return session.draw(others, {&camera, 1});
     })) << "another scene of the same version";
@@ -221,7 +220,7 @@ TEST_P(Rasterizer, DrawsEveryCallIfAskedTo) {
     raster::RasterDesc desc = small_desc();
     desc.skips.unchanged = false;
     RasterSession session(context(), scene, desc);
-    ASSERT_OK(session.status());
+    ASSERT_OK(session);
     Marked marked(context(), session);
     EXPECT_TRUE(marked.drawn_by([&] { return session.forward(7); }));
     EXPECT_TRUE(marked.drawn_by([&] { return session.forward(7); }));

@@ -47,7 +47,7 @@ void expect_views(vk::Context& context, const RasterCase& scene, const RasterMod
     RasterSession single(context, scene, desc);
     desc.views = kViews;
     RasterSession together(context, scene, desc);
-    ASSERT_OK(together.status());
+    ASSERT_OK(together);
     ASSERT_OK(together.forward(cameras));
     const std::vector<float> grad_image = normal_fill(4 * kViews * scene.pixels(), 1);
     const std::vector<float> grad_depth = normal_fill(kViews * scene.pixels(), 2);
@@ -81,7 +81,7 @@ TEST_P(RasterizerViews, PoseGradientsHoldForScaledCameras) {
     const RasterCase scene = random_scene({100, 37, 29}, 93, 2);
     const std::vector<float> weights = normal_fill(4 * scene.pixels(), 4);
     RasterSession session(context(), scene, with_gradients(raster_desc(scene, kRasterModes[1])));
-    ASSERT_OK(session.status());
+    ASSERT_OK(session);
     std::vector<float> poses[2];
     for (const double factor : {1.0, 2.0}) {
         scene::Camera camera = camera_of(scene);
@@ -142,7 +142,7 @@ TEST_P(RasterizerViewsFull, ManyViewsAreRightToTheLast) {
     for (const std::uint32_t views : {1000U, 20000U}) {
         desc.views = views;
         RasterSession many(context(), scene, desc);
-        ASSERT_OK(many.status());
+        ASSERT_OK(many);
         ASSERT_OK(many.forward());
         std::vector<float> all;
         for (std::uint32_t v = 0; v < views; ++v)

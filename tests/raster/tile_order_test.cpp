@@ -54,10 +54,8 @@ class TileOrder : public testing::Test {
         vk::Recorder recorder(*context_);
         EXPECT_OK(raster::tile_ranges(recorder, desc_of(tiles), {0, 1}, from.range(),
                                       sorted.range(), {to.range(), order.range(), stats.range()}));
-        auto list = recorder.finish();
-        EXPECT_OK(list.status());
-        if (!list.ok()) return {};
-        EXPECT_OK(context_->run(list.value()));
+        auto list = need(recorder.finish());
+        EXPECT_OK(context_->run(list));
         EXPECT_EQ(download_words(*context_, to.range(), 2 * tiles), ranges);
         const Words counts = download_words(*context_, stats.range(), params::kStatWords);
         EXPECT_EQ(counts[params::kStatLongest], *std::max_element(lengths.begin(), lengths.end()));

@@ -20,18 +20,13 @@ using test::put_text;
 
 class RunFolderTest : public testing::Test {
   protected:
-    std::unique_ptr<RunFolder> open(Mode mode) {
-        auto made = RunFolder::open(path(), mode);
-        EXPECT_OK(made.status());
-        return made.ok() ? std::move(made.value()) : nullptr;
-    }
-    [[nodiscard]] std::string path() const { return (folder_.path() / "run").string(); }
+    std::unique_ptr<RunFolder> open(Mode mode) { return need(RunFolder::open(path(), mode)); }
+    [[nodiscard]] std::string path() const { return (folder_ / "run").string(); }
     Status refusal(Mode mode) { return RunFolder::open(path(), mode).status(); }
     /// A run that has ended.
     void make_run() {
         const auto folder = open(Mode::kNew);
-        ASSERT_NE(folder, nullptr);
-        ASSERT_OK(folder->begin("{}", {}).status());
+        ASSERT_OK(folder->begin("{}", {}));
     }
 
     test::SampleFolder folder_;
@@ -39,12 +34,11 @@ class RunFolderTest : public testing::Test {
 
 TEST_F(RunFolderTest, HoldsOneSessionAtATime) {
     const auto first = open(Mode::kNew);
-    ASSERT_NE(first, nullptr);
     EXPECT_FALSE(fs::exists(path())) << "nothing is made before everything is known to be right";
     const auto second = open(Mode::kNew);
-    ASSERT_OK(first->begin("{}", {}).status());
+    ASSERT_OK(first->begin("{}", {}));
     const std::string process = "a run of process " + std::to_string(getpid());
-    EXPECT_ERROR(second->begin("{}", {}).status(), Code::kInvalidState, process);
+    EXPECT_ERROR(second->begin("{}", {}), Code::kInvalidState, process);
     for (const Mode mode : {Mode::kResume, Mode::kReplace})
         EXPECT_ERROR(refusal(mode), Code::kInvalidState, process);
 }
@@ -66,8 +60,7 @@ TEST_F(RunFolderTest, LockEndsWithItsProcess) {
 /// A forked child that lives on does not keep the lock, and does not give it up.
 TEST_F(RunFolderTest, LockIsTheProcessesNotItsChildrens) {
     auto folder = open(Mode::kNew);
-    ASSERT_NE(folder, nullptr);
-    ASSERT_OK(folder->begin("{}", {}).status());
+    ASSERT_OK(folder->begin("{}", {}));
     int pipe_ends[2];
     ASSERT_EQ(pipe(pipe_ends), 0);
     const pid_t child = fork();
@@ -109,9 +102,9 @@ TEST_F(RunFolderTest, RefusesWhatItDoesNotExpect) {
     fs::remove_all(path());
     make_run();
     EXPECT_ERROR(refusal(Mode::kNew), Code::kInvalidState, "holds a run");
-    put_text(folder_.path() / "file", "");
-    EXPECT_ERROR(RunFolder::open((folder_.path() / "file").string(), Mode::kNew).status(),
-                 Code::kInvalidState, "is not a run");
+    put_text(folder_ / "file", "");
+    EXPECT_ERROR(RunFolder::open((folder_ / "file").string(), Mode::kNew), Code::kInvalidState,
+                 "is not a run");
 }
 
 TEST_F(RunFolderTest, ReplacesARunButKeepsItUntilThen) {
@@ -126,9 +119,8 @@ TEST_F(RunFolderTest, ReplacesARunButKeepsItUntilThen) {
     for (const char* name : {"notes.txt", "half.tmp", "eval/mine.txt"})
         put_text(path() + "/" + name, "mine");
     const auto folder = open(Mode::kReplace);
-    ASSERT_NE(folder, nullptr);
     EXPECT_TRUE(fs::exists(path() + "/renders/step_00000001.png"));
-    ASSERT_OK(folder->begin("{\"a\": 1}", {"weights"}).status());
+    ASSERT_OK(folder->begin("{\"a\": 1}", {"weights"}));
     EXPECT_FALSE(fs::exists(path() + "/renders"));
     EXPECT_FALSE(fs::exists(path() + "/weights_best.safetensors"));
     EXPECT_TRUE(fs::exists(path() + "/scene_best.safetensors")) << "no result of the task";
@@ -145,10 +137,7 @@ TEST_F(RunFolderTest, SweepsWhatACrashLeft) {
     put_text(path() + "/checkpoints/step_0000000002.state.safetensors.12-2.tmp", "half");
     put_text(path() + "/checkpoints/step_0000000001.state.safetensors", "whole");
     const auto folder = open(Mode::kResume);
-    ASSERT_NE(folder, nullptr);
-    const auto swept = folder->begin("{}", {});
-    ASSERT_OK(swept.status());
-    EXPECT_EQ(swept.value(), 2U);
+    EXPECT_EQ(need(folder->begin("{}", {})), 2U);
     EXPECT_EQ(folder->states().value().size(), 1U);
     EXPECT_FALSE(fs::exists(path() + "/run.json.12-1.tmp"));
 }
@@ -158,8 +147,7 @@ TEST_F(RunFolderTest, BeginsInAFolderThatWasOnlyBegun) {
     put_text(path() + "/lock", "12\n");
     put_text(path() + "/config.json.12-1.tmp", "{");
     const auto folder = open(Mode::kNew);
-    ASSERT_NE(folder, nullptr);
-    EXPECT_OK(folder->begin("{}", {}).status());
+    EXPECT_OK(folder->begin("{}", {}));
 }
 
 TEST_F(RunFolderTest, CutsMetricsOfStepsThatRunAgain) {
@@ -168,8 +156,7 @@ TEST_F(RunFolderTest, CutsMetricsOfStepsThatRunAgain) {
              "{\"step\":2,\"val_psnr\":12.25}\n{\"step\":3,\"val_psnr\":null}\n{\"step\":1e300}\n"
              "{\"step\":4}\n{\"st");
     const auto folder = open(Mode::kResume);
-    ASSERT_NE(folder, nullptr);
-    ASSERT_OK(folder->begin("{}", {}).status());
+    ASSERT_OK(folder->begin("{}", {}));
     ASSERT_EQ(folder->metrics().value().size(), 3U);
     const auto psnr = [&](std::size_t line) {
         return folder->metrics().value()[line].number("val_psnr");
@@ -187,9 +174,8 @@ TEST_F(RunFolderTest, CutsMetricsOfStepsThatRunAgain) {
 #if SPLAT_FAULT_POINTS
 TEST_F(RunFolderTest, ALockThatCannotBeWrittenIsAnError) {
     const auto folder = open(Mode::kNew);
-    ASSERT_NE(folder, nullptr);
     fault::arm("io.write", 1);
-    EXPECT_ERROR(folder->begin("{}", {}).status(), Code::kIo, "/lock': No space left");
+    EXPECT_ERROR(folder->begin("{}", {}), Code::kIo, "/lock': No space left");
     EXPECT_EQ(fault::disarm(), 1U);
 }
 
@@ -197,30 +183,27 @@ TEST_F(RunFolderTest, ALockThatCannotBeWrittenIsAnError) {
 TEST_F(RunFolderTest, WhatCannotBeListedIsAnError) {
     {
         const auto folder = open(Mode::kNew);
-        ASSERT_NE(folder, nullptr);
-        ASSERT_OK(folder->begin("{}", {}).status());
+        ASSERT_OK(folder->begin("{}", {}));
         put_text(folder->state_path(3), "state");
         fault::arm("io.list", 1);
-        EXPECT_ERROR(folder->states().status(), Code::kIo, "cannot list the folder '");
+        EXPECT_ERROR(folder->states(), Code::kIo, "cannot list the folder '");
         folder->keep_latest_states(0);
         EXPECT_EQ(fault::disarm(), 2U);
         EXPECT_EQ(folder->states().value().size(), 1U) << "nothing was removed";
     }
     const auto resumed = open(Mode::kResume);
-    ASSERT_NE(resumed, nullptr);
     fs::create_symlink("x", path() + "/link");
     fault::arm("io.stat", 1, fault::kForever);
-    EXPECT_OK(resumed->begin("{}", {}).status()) << "what a link names does not matter";
+    EXPECT_OK(resumed->begin("{}", {})) << "what a link names does not matter";
     fault::disarm();
     fault::arm("io.list", 1);
-    EXPECT_ERROR(resumed->begin("{}", {}).status(), Code::kIo, "cannot list the folder '");
+    EXPECT_ERROR(resumed->begin("{}", {}), Code::kIo, "cannot list the folder '");
     EXPECT_EQ(fault::disarm(), 1U);
 }
 
 TEST_F(RunFolderTest, GoesOnWithItsLinesAfterAFullDisk) {
     const auto folder = open(Mode::kNew);
-    ASSERT_NE(folder, nullptr);
-    ASSERT_OK(folder->begin("{}", {}).status());
+    ASSERT_OK(folder->begin("{}", {}));
     fault::arm("io.write", 1, 2);
     EXPECT_ERROR(folder->metric("{\"step\":1}"), Code::kIo, "metrics.jsonl': No space left");
     EXPECT_ERROR(folder->log("one"), Code::kIo, "log.txt': No space left");
@@ -234,8 +217,7 @@ TEST_F(RunFolderTest, GoesOnWithItsLinesAfterAFullDisk) {
 
 TEST_F(RunFolderTest, KeepsTheLatestStates) {
     const auto folder = open(Mode::kNew);
-    ASSERT_NE(folder, nullptr);
-    ASSERT_OK(folder->begin("{}", {}).status());
+    ASSERT_OK(folder->begin("{}", {}));
     for (const std::uint64_t step : {1U, 10U, 9U}) put_text(folder->state_path(step), "state");
     folder->keep_latest_states(2);
     const auto left = folder->states().value();
@@ -246,8 +228,7 @@ TEST_F(RunFolderTest, KeepsTheLatestStates) {
 
 TEST_F(RunFolderTest, SetsAsideAStateThatCannotBeRead) {
     const auto folder = open(Mode::kNew);
-    ASSERT_NE(folder, nullptr);
-    ASSERT_OK(folder->begin("{}", {}).status());
+    ASSERT_OK(folder->begin("{}", {}));
     for (const std::uint64_t step : {1U, 2U}) put_text(folder->state_path(step), "state");
     ASSERT_OK(folder->set_aside(folder->state_path(2)));
     EXPECT_EQ(test::file_text(folder->state_path(2) + ".unreadable"), "state");
@@ -259,11 +240,10 @@ TEST_F(RunFolderTest, SetsAsideAStateThatCannotBeRead) {
 TEST_F(RunFolderTest, NoFolderHoldsNoStates) {
     make_run();
     const auto folder = open(Mode::kResume);
-    ASSERT_NE(folder, nullptr);
     fs::remove_all(path() + "/checkpoints");
     const auto is_empty = [&] {
         const auto states = folder->states();
-        EXPECT_OK(states.status());
+        EXPECT_OK(states);
         return states.ok() && states.value().empty();
     };
     EXPECT_TRUE(is_empty());
@@ -275,10 +255,9 @@ TEST_F(RunFolderTest, NoFolderHoldsNoStates) {
 }
 
 TEST_F(RunFolderTest, SaysWhyItCannotWrite) {
-    put_text(folder_.path() / "file", "");
-    const auto folder = RunFolder::open((folder_.path() / "file/run").string(), Mode::kNew);
-    ASSERT_OK(folder.status());
-    EXPECT_ERROR(folder.value()->begin("{}", {}).status(), Code::kIo, "cannot make the folder");
+    put_text(folder_ / "file", "");
+    const auto folder = need(RunFolder::open((folder_ / "file/run").string(), Mode::kNew));
+    EXPECT_ERROR(folder->begin("{}", {}), Code::kIo, "cannot make the folder");
 }
 
 }  // namespace

@@ -120,7 +120,7 @@ class RunTest : public testing::Test {
   protected:
     Result<std::unique_ptr<run::Run>> open(const std::string& name, Mode mode = Mode::kNew,
                                            ToyDesc toy = {}) {
-        return run::Run::open({(folder_.path() / name).string(), mode, "1.2.3"},
+        return run::Run::open({(folder_ / name).string(), mode, "1.2.3"},
                               std::make_unique<Toy>(std::move(toy)), interrupt_);
     }
     /// Letters of the events until the end, or `most` of them.
@@ -135,11 +135,11 @@ class RunTest : public testing::Test {
     }
     std::string play(const std::string& name, Mode mode, const ToyDesc& toy = {}) {
         const auto run = open(name, mode, toy);
-        EXPECT_OK(run.status());
+        EXPECT_OK(run);
         return run.ok() ? play(*run.value()) : "";
     }
     [[nodiscard]] std::string file(const std::string& name) const {
-        return test::file_text(folder_.path() / name);
+        return test::file_text(folder_ / name);
     }
 
     test::SampleFolder folder_;
@@ -153,23 +153,21 @@ TEST_F(RunTest, PlaysATask) {
                            "\"half\":0.5,\"skipped\":0,\"seconds\":"),
               0U)
         << metrics;
-    EXPECT_NE(metrics.find("\"peak_bytes\":5,\"odd\":true}\n"), std::string::npos) << metrics;
+    EXPECT_HAS(metrics, "\"peak_bytes\":5,\"odd\":true}\n");
     const std::string record = file("toy/run.json");
-    EXPECT_NE(record.find("\"ledger\": {\"odd\": false},\n  \"state\": \"done\",\n  \"library\": "
-                          "\"1.2.3\",\n  \"toy\": \"toy\"\n}\n"),
-              std::string::npos)
-        << record;
+    EXPECT_HAS(record,
+               "\"ledger\": {\"odd\": false},\n  \"state\": \"done\",\n  \"library\": "
+               "\"1.2.3\",\n  \"toy\": \"toy\"\n}\n");
     EXPECT_EQ(file("toy/log.txt"),
               "starts\nplays\nstep 0: validated\nstep 2: validated\nstep 4: validated\n"
               "done: 4 steps, loss 0.958196, best toy PSNR 16.00 dB\n");
 }
 
 TEST_F(RunTest, GivesNumbersByName) {
-    const auto opened = open("toy");
-    ASSERT_OK(opened.status());
+    const auto opened = need(open("toy"));
     const auto names = [&](EventKind kind) {
         Event event;
-        while (event.kind != kind) EXPECT_OK(opened.value()->next(event));
+        while (event.kind != kind) EXPECT_OK(opened->next(event));
         std::string all;
         for (const Number& number : event.numbers) all += std::string(number.name) + " ";
         return all;
@@ -182,11 +180,10 @@ TEST_F(RunTest, GivesNumbersByName) {
 TEST_F(RunTest, GoesOnBitByBitFromAnyPlace) {
     play("whole", Mode::kNew);
     for (std::size_t calls = 0; calls < 19; ++calls) {
-        fs::remove_all(folder_.path() / "parts");
+        fs::remove_all(folder_ / "parts");
         {
-            const auto begun = open("parts");
-            ASSERT_OK(begun.status());
-            play(*begun.value(), calls);
+            const auto begun = need(open("parts"));
+            play(*begun, calls);
         }
         play("parts", Mode::kResume);
         for (const char* name : {"toy_last.safetensors", "toy_best.safetensors",
@@ -200,10 +197,10 @@ TEST_F(RunTest, RefusesToGoOnWithOtherFacts) {
     play("toy", Mode::kNew);
     ToyDesc other;
     other.data = "another";
-    EXPECT_ERROR(open("toy", Mode::kResume, other).status(), Code::kInvalidArgument, "another toy");
-    EXPECT_OK(open("begun").status());
-    test::put_text(folder_.path() / "begun/run.json", "{}");
-    EXPECT_ERROR(open("begun", Mode::kResume).status(), Code::kFormat,
+    EXPECT_ERROR(open("toy", Mode::kResume, other), Code::kInvalidArgument, "another toy");
+    EXPECT_OK(open("begun"));
+    test::put_text(folder_ / "begun/run.json", "{}");
+    EXPECT_ERROR(open("begun", Mode::kResume), Code::kFormat,
                  "begun/run.json' tells of no toy; without it a run that has no state yet cannot "
                  "begin again");
 }
@@ -215,11 +212,9 @@ TEST_F(RunTest, OtherValidationsBeginAnew) {
     ToyDesc other;
     other.pieces = 1;
     EXPECT_EQ(play("toy", Mode::kResume, other), "...ovd");
-    EXPECT_NE(file("toy/log.txt")
-                  .find("warning: the validations so far saw other numbers of pieces, "
-                        "so the best toy PSNR and toy_best.safetensors begin anew"),
-              std::string::npos)
-        << file("toy/log.txt");
+    EXPECT_HAS(file("toy/log.txt"),
+               "warning: the validations so far saw other numbers of pieces, "
+               "so the best toy PSNR and toy_best.safetensors begin anew");
 }
 
 TEST_F(RunTest, EndsWhereNothingIsLearned) {
@@ -230,29 +225,25 @@ TEST_F(RunTest, EndsWhereNothingIsLearned) {
     toy.outcomes = {Outcome::kDrewNothing};
     EXPECT_EQ(play("asleep", Mode::kNew, toy).back(), 'b');
     const std::string asleep = file("asleep/log.txt");
-    EXPECT_NE(asleep.find("step 20: 20 steps in a row drew nothing (it slept); the run fails after "
-                          "200"),
-              std::string::npos)
-        << asleep;
-    EXPECT_NE(asleep.find("nothing is learned: play more"), std::string::npos) << asleep;
+    EXPECT_HAS(asleep,
+               "step 20: 20 steps in a row drew nothing (it slept); the run fails after "
+               "200");
+    EXPECT_HAS(asleep, "nothing is learned: play more");
     toy.outcomes = {Outcome::kSkipped, Outcome::kSkipped, Outcome::kUpdated};
     toy.iterations = 5;
     EXPECT_EQ(play("stumbles", Mode::kNew, toy).back(), 'd') << "never ten in a row";
     toy.outcomes = {Outcome::kSkipped};
     EXPECT_EQ(play("falls", Mode::kNew, toy), "..cssssssssssn");
-    EXPECT_NE(file("falls/log.txt").find("are not finite: play less; the last good state"),
-              std::string::npos);
+    EXPECT_HAS(file("falls/log.txt"), "are not finite: play less; the last good state");
 }
 
 TEST_F(RunTest, IsInterrupted) {
-    const auto opened = open("toy");
-    ASSERT_OK(opened.status());
-    play(*opened.value(), 7);
+    const auto opened = need(open("toy"));
+    play(*opened, 7);
     interrupt_.raise();
-    EXPECT_EQ(play(*opened.value()), "ci");
-    EXPECT_NE(file("toy/run.json").find("\"interrupted\""), std::string::npos);
-    EXPECT_NE(file("toy/log.txt").find("interrupted after step 1; play on\n"), std::string::npos)
-        << file("toy/log.txt");
+    EXPECT_EQ(play(*opened), "ci");
+    EXPECT_HAS(file("toy/run.json"), "\"interrupted\"");
+    EXPECT_HAS(file("toy/log.txt"), "interrupted after step 1; play on\n");
 }
 
 }  // namespace

@@ -18,22 +18,21 @@ Vec3 project(const Camera& c, const Vec3& p) {
 
 Camera sample_camera() {
     auto camera = camera_from_fov(640, 480, 1.0);
-    EXPECT_OK(camera.status());
+    EXPECT_OK(camera);
     auto pose = look_at({1, -2, -5}, {0.5, 0, 0}, kUp);
-    EXPECT_OK(pose.status());
+    EXPECT_OK(pose);
     camera.value().world_to_camera = pose.value();
     return camera.value();
 }
 
 TEST(CameraPose, FieldOfViewReachesTheEdges) {
-    const auto camera = camera_from_fov(200, 100, std::numbers::pi / 2);
-    ASSERT_OK(camera.status());
-    EXPECT_NEAR(camera.value().fx, 100, 1e-9);
-    EXPECT_NEAR(project(camera.value(), {1, 0, 1})[0], 200, 1e-9);
-    EXPECT_NEAR(project(camera.value(), {0, 0, 1})[1], 50, 1e-9);
+    const auto camera = need(camera_from_fov(200, 100, std::numbers::pi / 2));
+    EXPECT_NEAR(camera.fx, 100, 1e-9);
+    EXPECT_NEAR(project(camera, {1, 0, 1})[0], 200, 1e-9);
+    EXPECT_NEAR(project(camera, {0, 0, 1})[1], 50, 1e-9);
     for (const double angle : {0.0, -1.0, 4.0, std::numeric_limits<double>::quiet_NaN()})
         EXPECT_FALSE(camera_from_fov(10, 10, angle).ok());
-    EXPECT_ERROR(camera_from_fov(0, 10, 1).status(), Code::kInvalidArgument, "0 x 10 pixels");
+    EXPECT_ERROR(camera_from_fov(0, 10, 1), Code::kInvalidArgument, "0 x 10 pixels");
 }
 
 TEST(CameraPose, LookAtPutsTheTargetInTheMiddle) {
@@ -56,20 +55,16 @@ TEST(CameraPose, LookAtPutsTheTargetInTheMiddle) {
 
 TEST(CameraPose, OpenGlAndOpenCvAreInverse) {
     const Camera camera = sample_camera();
-    const auto gl = opengl_from_opencv(camera.world_to_camera);
-    ASSERT_OK(gl.status());
-    EXPECT_NEAR(gl.value()[3], 1, 1e-12) << "the last column is the camera's place";
-    EXPECT_NEAR(gl.value()[7], -2, 1e-12);
-    const auto back = opencv_from_opengl(gl.value());
-    ASSERT_OK(back.status());
-    for (std::size_t i = 0; i < 16; ++i)
-        EXPECT_NEAR(back.value()[i], camera.world_to_camera[i], 1e-12);
+    const auto gl = need(opengl_from_opencv(camera.world_to_camera));
+    EXPECT_NEAR(gl[3], 1, 1e-12) << "the last column is the camera's place";
+    EXPECT_NEAR(gl[7], -2, 1e-12);
+    const auto back = need(opencv_from_opengl(gl));
+    for (std::size_t i = 0; i < 16; ++i) EXPECT_NEAR(back[i], camera.world_to_camera[i], 1e-12);
     // A camera of OpenGL at the origin looks along -z with y up.
-    const auto cv = opencv_from_opengl(kNoPose);
-    ASSERT_OK(cv.status());
-    EXPECT_EQ(cv.value()[5], -1);
-    EXPECT_EQ(cv.value()[10], -1);
-    EXPECT_FALSE(std::signbit(cv.value()[3])) << "the origin, and no -0 in files";
+    const auto cv = need(opencv_from_opengl(kNoPose));
+    EXPECT_EQ(cv[5], -1);
+    EXPECT_EQ(cv[10], -1);
+    EXPECT_FALSE(std::signbit(cv[3])) << "the origin, and no -0 in files";
 }
 
 TEST(CameraPose, PosesRoundedToFloatsKeepTheirPlaces) {
@@ -80,20 +75,16 @@ TEST(CameraPose, PosesRoundedToFloatsKeepTheirPlaces) {
     camera.world_to_camera[3] = 100;
     camera.world_to_camera[7] = 50;
     camera.world_to_camera[11] = 7;
-    const auto gl = opengl_from_opencv(camera.world_to_camera);
-    ASSERT_OK(gl.status());
-    const auto back = opencv_from_opengl(gl.value());
-    ASSERT_OK(back.status());
+    const auto back = need(opencv_from_opengl(need(opengl_from_opencv(camera.world_to_camera))));
     for (std::size_t i = 0; i < 16; ++i)
-        EXPECT_NEAR(back.value()[i], camera.world_to_camera[i], 1e-12) << i;
+        EXPECT_NEAR(back[i], camera.world_to_camera[i], 1e-12) << i;
 }
 
 TEST(CameraPose, QuaternionPose) {
     const double h = std::sqrt(0.5);
-    const auto pose = pose_from_quaternion({2 * h, 0, 0, 2 * h}, {1, 2, 3});
-    ASSERT_OK(pose.status());
+    const auto pose = need(pose_from_quaternion({2 * h, 0, 0, 2 * h}, {1, 2, 3}));
     const double expected[] = {0, -1, 0, 1, 1, 0, 0, 2, 0, 0, 1, 3, 0, 0, 0, 1};
-    for (std::size_t i = 0; i < 16; ++i) EXPECT_NEAR(pose.value()[i], expected[i], 1e-12);
+    for (std::size_t i = 0; i < 16; ++i) EXPECT_NEAR(pose[i], expected[i], 1e-12);
     EXPECT_FALSE(pose_from_quaternion({0, 0, 0, 0}, {}).ok());
 }
 

@@ -58,9 +58,8 @@ TEST(Orbit, EveryViewHoldsTheWholeScene) {
             options.width = width;
             options.height = height;
             options.elevation = elevation;
-            const auto cameras = orbit(scene, options);
-            ASSERT_OK(cameras.status());
-            const double most = most_filled(cameras.value(), scene);
+            const auto cameras = need(orbit(scene, options));
+            const double most = most_filled(cameras, scene);
             EXPECT_LE(most, kOrbitFill + 1e-9) << width << " x " << height << ", " << elevation;
             EXPECT_GT(most, kOrbitFill - 0.01) << width << " x " << height << ", " << elevation;
         }
@@ -69,23 +68,18 @@ TEST(Orbit, EveryViewHoldsTheWholeScene) {
 TEST(Orbit, UpIsAnyDirection) {
     OrbitOptions options;
     options.up = {3, -1, 2};
-    const auto cameras = orbit(guitar(), options);
-    ASSERT_OK(cameras.status());
-    EXPECT_LE(most_filled(cameras.value(), guitar()), kOrbitFill + 1e-9);
+    EXPECT_LE(most_filled(need(orbit(guitar(), options)), guitar()), kOrbitFill + 1e-9);
     options.up = {0, 0, 0};
     EXPECT_FALSE(orbit(guitar(), options).ok());
 }
 
 TEST(Orbit, WhatIsFarOrFaintDoesNotMakeTheSceneSmall) {
     Gaussians scene = guitar();
-    const auto alone = orbit(scene);
-    ASSERT_OK(alone.status());
+    const auto alone = need(orbit(scene));
     for (int i = 0; i < 10; ++i) add(scene, {100 + 5.0 * i, 0, 0});
     add(scene, {NAN, 0, 0});
     for (int i = 0; i < 3000; ++i) add(scene, {0, 3, 5}, kFaint);
-    const auto together = orbit(scene);
-    ASSERT_OK(together.status());
-    EXPECT_EQ(camera_center(alone.value()[0]), camera_center(together.value()[0]));
+    EXPECT_EQ(camera_center(alone[0]), camera_center(need(orbit(scene))[0]));
 }
 
 TEST(Orbit, BeginsBeforeTheSceneAndAboveIt) {
@@ -98,19 +92,18 @@ TEST(Orbit, BeginsBeforeTheSceneAndAboveIt) {
     options.height = 200;
     for (const double distance : {0.0, 4.0}) {
         options.distance = distance;
-        const auto cameras = orbit(scene, options);
-        ASSERT_OK(cameras.status());
-        ASSERT_EQ(cameras.value().size(), 7U);
-        for (const Camera& camera : cameras.value()) {
+        const auto cameras = need(orbit(scene, options));
+        ASSERT_EQ(cameras.size(), 7U);
+        for (const Camera& camera : cameras) {
             EXPECT_OK(check_camera(camera));
             const Vec3 eye = camera_center(camera);
             EXPECT_LT(eye[1], 2) << "above: -y is up";
             const double far = glm::distance(eye, Vec3(1, 2, 3));
             EXPECT_NEAR(far, distance > 0 ? distance : far, 1e-9);
         }
-        EXPECT_NEAR(camera_center(cameras.value()[0])[0], 1, 1e-9);
-        EXPECT_LT(camera_center(cameras.value()[0])[2], 3) << "before the scene";
-        EXPECT_EQ(cameras.value()[3].name, "003");
+        EXPECT_NEAR(camera_center(cameras[0])[0], 1, 1e-9);
+        EXPECT_LT(camera_center(cameras[0])[2], 3) << "before the scene";
+        EXPECT_EQ(cameras[3].name, "003");
     }
     options.distance = -4;
     EXPECT_FALSE(orbit(scene, options).ok());
@@ -122,18 +115,16 @@ TEST(Orbit, InvisibleScenesAreFramedAsIfVisible) {
         add(visible, {x, 2, 3});
         add(invisible, {x, 2, 3}, kFaint);
     }
-    const auto framed = orbit(invisible);
-    ASSERT_OK(framed.status());
-    EXPECT_EQ(camera_center(framed.value()[0]), camera_center(orbit(visible).value()[0]));
+    EXPECT_EQ(camera_center(need(orbit(invisible))[0]), camera_center(orbit(visible).value()[0]));
 }
 
 TEST(Orbit, WithoutExtentItNeedsADistance) {
     Gaussians scene;
     OrbitOptions options;
     for (const float logit : {kOpaque, kFaint, kFaint}) {  // nothing, one, still one that is seen
-        EXPECT_ERROR(orbit(scene, options).status(), Code::kInvalidArgument, "no visible extent");
+        EXPECT_ERROR(orbit(scene, options), Code::kInvalidArgument, "no visible extent");
         options.distance = 4;
-        EXPECT_OK(orbit(scene, options).status());
+        EXPECT_OK(orbit(scene, options));
         options.distance = 0;
         add(scene, {0.5 * static_cast<double>(scene.count()), 0, 0}, logit);
     }

@@ -52,23 +52,20 @@ TEST(Activate, LogitsAreClampedAndOthersAreNone) {
 TEST(Select, CropKeepsTheFacesAndTheOrder) {
     Gaussians g = row_of(6);
     g.means[3 * 3 + 1] = kNanF;
-    const auto cropped = crop(g, {{1, -1, -1}, {4, 1, 1}});
-    ASSERT_OK(cropped.status());
-    ASSERT_EQ(cropped.value().count(), 3U);
-    EXPECT_EQ(cropped.value().means[0], 1.0F);
-    EXPECT_EQ(cropped.value().means[6], 4.0F);
-    EXPECT_EQ(cropped.value().sh[12], g.sh[2 * 12]);
-    EXPECT_ERROR(crop(g, {{1, 0, 0}, {0, 1, 1}}).status(), Code::kInvalidArgument, "axis x");
+    const auto cropped = need(crop(g, {{1, -1, -1}, {4, 1, 1}}));
+    ASSERT_EQ(cropped.count(), 3U);
+    EXPECT_EQ(cropped.means[0], 1.0F);
+    EXPECT_EQ(cropped.means[6], 4.0F);
+    EXPECT_EQ(cropped.sh[12], g.sh[2 * 12]);
+    EXPECT_ERROR(crop(g, {{1, 0, 0}, {0, 1, 1}}), Code::kInvalidArgument, "axis x");
     g.sh.pop_back();
-    EXPECT_ERROR(crop(g, {{0, 0, 0}, {1, 1, 1}}).status(), Code::kInvalidArgument, "'sh'");
+    EXPECT_ERROR(crop(g, {{0, 0, 0}, {1, 1, 1}}), Code::kInvalidArgument, "'sh'");
 }
 
 TEST(Select, FilterByOpacity) {
     Gaussians g = row_of(4);
     g.opacity_logits = {-1, 0, kNanF, kInfinity};
-    const auto kept = filter_by_opacity(g, 0.5);
-    ASSERT_OK(kept.status());
-    EXPECT_EQ(kept.value().opacity_logits, (std::vector<float>{0, kInfinity}));
+    EXPECT_EQ(need(filter_by_opacity(g, 0.5)).opacity_logits, (std::vector<float>{0, kInfinity}));
     EXPECT_FALSE(filter_by_opacity(g, 1.5).ok());
 }
 
@@ -79,40 +76,35 @@ TEST(Select, RemoveInvalid) {
     g.opacity_logits[2] = kNanF;
     for (std::size_t k = 0; k < 4; ++k) g.rotations[3 * 4 + k] = 0;
     g.sh[4 * 12 + 11] = -kInfinity;
-    const auto kept = remove_invalid(g);
-    ASSERT_OK(kept.status());
-    EXPECT_EQ(kept.value().count(), 2U);
-    EXPECT_EQ(kept.value().means[3], 5.0F);
+    const auto kept = need(remove_invalid(g));
+    EXPECT_EQ(kept.count(), 2U);
+    EXPECT_EQ(kept.means[3], 5.0F);
 }
 
 TEST(Select, MergePadsTheLowerDegree) {
     const auto a = sample_scene(2, 0);
     const auto b = sample_scene(3, 2);
-    const auto all = merge({a, b});
-    ASSERT_OK(all.status());
-    EXPECT_OK(check_arrays(all.value()));
-    EXPECT_EQ(all.value().count(), 5U);
-    EXPECT_EQ(all.value().sh_degree, 2U);
-    EXPECT_EQ(all.value().sh[27], a.sh[3]);
-    EXPECT_EQ(all.value().sh[27 + 3], 0.0F);
-    EXPECT_EQ(all.value().sh[2 * 27 + 26], b.sh[26]);
-    const auto none = merge({});
-    ASSERT_OK(none.status());
-    EXPECT_EQ(none.value().count(), 0U);
+    const auto all = need(merge({a, b}));
+    EXPECT_OK(check_arrays(all));
+    EXPECT_EQ(all.count(), 5U);
+    EXPECT_EQ(all.sh_degree, 2U);
+    EXPECT_EQ(all.sh[27], a.sh[3]);
+    EXPECT_EQ(all.sh[27 + 3], 0.0F);
+    EXPECT_EQ(all.sh[2 * 27 + 26], b.sh[26]);
+    EXPECT_EQ(need(merge({})).count(), 0U);
 }
 
 TEST(Select, MortonOrderBringsNeighboursTogether) {
     Gaussians g = row_of(5);
     const float xs[] = {7, 0, 6, kNanF, 1};
     for (std::size_t i = 0; i < 5; ++i) g.means[i * 3] = xs[i];
-    const auto sorted = sort_morton(g);
-    ASSERT_OK(sorted.status());
-    EXPECT_EQ(sorted.value().means[0], 0.0F);
-    EXPECT_EQ(sorted.value().means[3], 1.0F);
-    EXPECT_EQ(sorted.value().means[6], 6.0F);
-    EXPECT_EQ(sorted.value().means[9], 7.0F);
-    EXPECT_TRUE(std::isnan(sorted.value().means[12]));
-    EXPECT_EQ(sorted.value().opacity_logits[0], g.opacity_logits[1]);
+    const auto sorted = need(sort_morton(g));
+    EXPECT_EQ(sorted.means[0], 0.0F);
+    EXPECT_EQ(sorted.means[3], 1.0F);
+    EXPECT_EQ(sorted.means[6], 6.0F);
+    EXPECT_EQ(sorted.means[9], 7.0F);
+    EXPECT_TRUE(std::isnan(sorted.means[12]));
+    EXPECT_EQ(sorted.opacity_logits[0], g.opacity_logits[1]);
 }
 
 TEST(Statistics, MeasuresAndCounts) {
@@ -122,9 +114,7 @@ TEST(Statistics, MeasuresAndCounts) {
     g.means[20 * 3 + 2] = kInfinity;
     g.rotations[8] = kNanF;
     g.log_scales[5] = -std::numeric_limits<float>::infinity();
-    const auto result = statistics(g);
-    ASSERT_OK(result.status());
-    const Statistics& s = result.value();
+    const Statistics s = need(statistics(g));
     EXPECT_EQ(s.count, 21U);
     EXPECT_EQ(s.bounds.low, (Vec3{0, 0, 0}));
     EXPECT_EQ(s.bounds.high, (Vec3{19, 0, 0}));
@@ -137,9 +127,7 @@ TEST(Statistics, MeasuresAndCounts) {
     EXPECT_EQ(s.bad_rotations, 1U);
     EXPECT_EQ(s.degenerate, 1U);
     EXPECT_EQ(s.invisible, 1U);
-    const auto none = statistics({});
-    ASSERT_OK(none.status());
-    EXPECT_EQ(none.value().radius, 0);
+    EXPECT_EQ(need(statistics({})).radius, 0);
 }
 
 }  // namespace

@@ -218,11 +218,8 @@ Arrays lora_file() {
     {
         Case made(arrays, numbers, "block");
         const Id x = made.input("x", {3, 20, 3, 5});
-        BlockSpec spec;
-        spec.in = 20;
-        spec.out = 12;
-        spec.attention = true;
-        made.finish(adapted_layers(made, 6, 0.5).block("", x, spec));
+        made.finish(
+            adapted_layers(made, 6, 0.5).block("", x, {.in = 20, .out = 12, .attention = true}));
     }
     return arrays;
 }

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdarg>
-#include <cstdio>
 #include <functional>
 
 namespace splat::test {

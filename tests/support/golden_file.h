@@ -69,12 +69,21 @@ struct Golden {
 template <class Body>
 void each_golden(const char* family, const Body& body) {
     for (const std::string& path : golden_files("net", family)) {
-        auto npz = Npz::read(path);
-        ASSERT_OK(npz.status());
-        body(Golden{std::move(npz.value()), golden_name(path),
-                    is_shipped_golden(path, family)});
+        auto npz = need(Npz::read(path));
+        body(Golden{std::move(npz), golden_name(path), is_shipped_golden(path, family)});
         if (testing::Test::HasFatalFailure()) return;
     }
+}
+
+/// Calls `body` with each file of the family and each of its cases that has `<case>.<key>`; the shipped file has these.
+template <class Body>
+void each_case(const char* family, const std::string& key, const std::set<std::string>& of_shipped,
+               const Body& body) {
+    each_golden(family, [&](const Golden& golden) {
+        const std::vector<std::string> names = golden.cases(key);
+        golden.expect_cases(names, of_shipped);
+        for (const std::string& name : names) body(golden, name);
+    });
 }
 
 /// ||got - expected|| <= figure * ||expected||.

@@ -9,6 +9,7 @@
 
 #include "core/environment.h"
 #include "core/log.h"
+#include "support/expect_status.h"
 #include "support/gpu_buffers.h"
 #include "support/require_vulkan.h"
 #include "support/rng_fill.h"
@@ -47,8 +48,7 @@ void print_validation(void*, int level, const char* message) {
 }
 
 void expect_guards_whole(Context& context) {
-    const Status status = context.memory().check_guards();
-    EXPECT_TRUE(status.ok()) << status.message();
+    EXPECT_OK(context.memory().check_guards());
 }
 
 /// A copy that reads what a fill wrote, without the barrier between them.
@@ -63,6 +63,17 @@ Status record_hazard(Context& context) {
     SPLAT_TRY(recorder.copy(from.range(), to.range()));
     SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
     return context.run(list);
+}
+
+Result<std::shared_ptr<Context>> open_context(const vk::ContextDesc& desc) {
+    SPLAT_ASSIGN(std::shared_ptr<Context> inner, Context::create(desc));
+    Context* raw = inner.get();
+    std::shared_ptr<Context> context(raw, [inner = std::move(inner)](Context* closing) mutable {
+        expect_guards_whole(*closing);
+        inner.reset();
+    });
+    registry().open.push_back(context);
+    return context;
 }
 
 /// kNoDevice without a Vulkan loader, a driver or a usable device.
@@ -82,9 +93,6 @@ class GpuEnvironment : public testing::Environment {
                 GTEST_SKIP() << "[ device   ] none, so nothing is tested: " << status.message();
         }
         Context* context = shared_context();
-        ASSERT_NE(context, nullptr)
-            << (vulkan_required() ? "SPLAT_REQUIRE_VULKAN is set, so a missing device is a failure"
-                                  : "");
         const vk::DeviceInfo& info = context->device().info();
         std::printf("[ device   ] %s, %s\n", info.name.c_str(), info.driver.c_str());
         if (!validation_on()) {
@@ -92,8 +100,7 @@ class GpuEnvironment : public testing::Environment {
             return;
         }
         const ExpectedMessages bait;
-        const Status status = record_hazard(*context);
-        ASSERT_TRUE(status.ok()) << status.message();
+        ASSERT_OK(record_hazard(*context));
         ASSERT_GT(bait.count(), 0U)
             << "the validation layer is loaded, but did not report a hazard made on purpose; is "
                "VK_LAYER_ENABLES or vk_layer_settings.txt overriding its features?";
@@ -147,25 +154,17 @@ vk::ContextDesc context_desc(Kernels kernels, Bounds bounds) {
 }
 
 std::shared_ptr<Context> make_context(const vk::ContextDesc& desc) {
-    auto opened = Context::create(desc);
-    if (!opened.ok()) {
-        ADD_FAILURE() << "cannot open a device: " << opened.status().message();
-        return nullptr;
-    }
-    std::shared_ptr<Context> inner = opened.value();
-    Context* raw = inner.get();
-    std::shared_ptr<Context> context(raw, [inner = std::move(inner)](Context* closing) mutable {
-        expect_guards_whole(*closing);
-        inner.reset();
-    });
-    registry().open.push_back(context);
-    return context;
+    return need(open_context(desc));
 }
 
 Context* shared_context(Kernels kernels) {
     std::shared_ptr<Context>& slot = registry().shared[kernels];
     const Bounds bounds = validation_on() ? Bounds::kExact : Bounds::kGuards;
-    if (slot == nullptr) slot = make_context(context_desc(kernels, bounds));
+    if (slot == nullptr) {
+        auto opened = open_context(context_desc(kernels, bounds));
+        EXPECT_OK(opened);
+        if (opened.ok()) slot = std::move(opened.value());
+    }
     return slot.get();
 }
 
@@ -177,12 +176,10 @@ Context* poisoned_context(Kernels kernels, std::uint32_t pattern) {
         desc.memory.poison.reset();
         desc.memory.block_bytes = kBlock;
         slot.context = make_context(desc);
-        if (slot.context == nullptr) return nullptr;
         slot.anchor = device_buffer(*slot.context, 4);
     }
     const vk::Buffer rest = device_buffer(*slot.context, (kBlock - 4096) / 4);
-    const Status status = slot.context->fill(rest.range(), pattern);
-    EXPECT_TRUE(status.ok()) << status.message();
+    EXPECT_OK(slot.context->fill(rest.range(), pattern));
     EXPECT_EQ(slot.context->memory().use().allocations, 1U);
     return slot.context.get();
 }

@@ -24,12 +24,13 @@ enum class Bounds {
 vk::ContextDesc context_desc(vk::Kernels kernels = vk::Kernels::kAuto,
                              Bounds bounds = Bounds::kGuards);
 
-/// A context for one test; nullptr, with a test failure, if it cannot be opened. Its guard
-/// bytes are checked when the test ends or when it closes, whichever comes first.
+/// A context for one test, which fails and ends where it cannot be opened. Its guard bytes are
+/// checked when the test ends or when it closes, whichever comes first.
 std::shared_ptr<vk::Context> make_context(const vk::ContextDesc& desc = context_desc());
 
 /// One context per set of kernels, opened on first use and shared by all tests of the program;
-/// exact bounds under validation, else guards. Null, with a test failure, if it cannot be opened.
+/// exact bounds under validation, else guards. Null, with a test failure, if it cannot be opened;
+/// tests do not run without the one of kAuto.
 vk::Context* shared_context(vk::Kernels kernels = vk::Kernels::kAuto);
 
 /// A second shared context per set of kernels, with guards. Memory that it allocates from now on is

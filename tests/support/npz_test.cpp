@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "support/expect_status.h"
 #include "support/npz.h"
 #include "support/npz_writer.h"
 
@@ -88,18 +89,16 @@ Result<Npz> parse(const std::string& file) {
 }
 
 TEST(Npz, ReadsStoredAndDeflatedMembers) {
-    const auto npz = parse(sample());
-    ASSERT_TRUE(npz.ok()) << npz.status().message();
-    EXPECT_EQ(npz.value().names(), (std::vector<std::string>{"a", "b", "c", "d", "e"}));
-    const NpyArray& a = *npz.value().find("a").value();
+    const auto npz = need(parse(sample()));
+    EXPECT_EQ(npz.names(), (std::vector<std::string>{"a", "b", "c", "d", "e"}));
+    const NpyArray& a = *npz.find("a").value();
     EXPECT_EQ(a.shape, (std::vector<std::size_t>{2, 3}));
     EXPECT_EQ(a.f32().value(), (std::vector<float>{1, 2, 3, 4, 5, 6.5F}));
     EXPECT_EQ(a.f64().value()[5], 6.5);
-    EXPECT_EQ(npz.value().find("b").value()->f64().value(), (std::vector<double>{0.1, -1e300}));
-    EXPECT_EQ(npz.value().find("c").value()->ints().value(), (std::vector<std::int64_t>{-7}));
-    EXPECT_EQ(npz.value().find("d").value()->ints().value(),
-              (std::vector<std::int64_t>{1, 2, 255}));
-    EXPECT_EQ(npz.value().find("e").value()->elements(), 0U);
+    EXPECT_EQ(npz.find("b").value()->f64().value(), (std::vector<double>{0.1, -1e300}));
+    EXPECT_EQ(npz.find("c").value()->ints().value(), (std::vector<std::int64_t>{-7}));
+    EXPECT_EQ(npz.find("d").value()->ints().value(), (std::vector<std::int64_t>{1, 2, 255}));
+    EXPECT_EQ(npz.find("e").value()->elements(), 0U);
 }
 
 TEST(Npz, ReadsWhatIsWritten) {
@@ -110,11 +109,10 @@ TEST(Npz, ReadsWhatIsWritten) {
                                             {"e", npy_text("ab")},
                                             {"f", npy_f32({0, 3}, {})}});
     ASSERT_TRUE(written.ok()) << written.message();
-    const auto npz = Npz::read(path);
+    const auto npz = need(Npz::read(path));
     std::remove(path.c_str());
-    ASSERT_TRUE(npz.ok()) << npz.status().message();
-    const auto at = [&](const char* name) { return *npz.value().find(name).value(); };
-    EXPECT_EQ(npz.value().names(), (std::vector<std::string>{"a", "b.c", "d", "e", "f"}));
+    const auto at = [&](const char* name) { return *npz.find(name).value(); };
+    EXPECT_EQ(npz.names(), (std::vector<std::string>{"a", "b.c", "d", "e", "f"}));
     EXPECT_EQ(at("a").shape, (std::vector<std::size_t>{2, 1}));
     EXPECT_EQ(at("a").f32().value(), (std::vector<float>{1.5F, -0.1F}));
     EXPECT_EQ(at("b.c").f64().value(), (std::vector<double>{0.1, -1e300}));
@@ -138,11 +136,9 @@ TEST(Npz, ReadsFilesCompressedAsAWhole) {
         std::ofstream(path, std::ios::binary) << packed.substr(0, length);
         return Npz::read(path);
     };
-    const auto npz = read(size);
-    ASSERT_TRUE(npz.ok()) << npz.status().message();
-    EXPECT_EQ(npz.value().names(), (std::vector<std::string>{"a", "b", "c", "d", "e"}));
+    EXPECT_EQ(need(read(size)).names(), (std::vector<std::string>{"a", "b", "c", "d", "e"}));
     for (std::size_t length = 6; length < size; ++length)
-        EXPECT_NE(read(length).status().message().find("xz data is damaged"), std::string::npos)
+        EXPECT_HAS(read(length).status().message(), "xz data is damaged")
             << length << " of " << size;
     std::remove(path.c_str());
 }
@@ -151,7 +147,7 @@ TEST(Npz, NamesWhatIsThere) {
     const auto npz = parse(sample());
     const auto missing = npz.value().find("z");
     ASSERT_FALSE(missing.ok());
-    EXPECT_NE(missing.status().message().find("a b c d e"), std::string::npos);
+    EXPECT_HAS(missing.status().message(), "a b c d e");
     EXPECT_FALSE(npz.value().find("b").value()->f32().ok());
     EXPECT_FALSE(npz.value().find("a").value()->ints().ok());
     EXPECT_FALSE(Npz::read("/nonexistent/x.npz").ok());
@@ -178,20 +174,17 @@ TEST(Npz, RefusesFlippedDataBits) {
     damaged[last_of_b] = static_cast<char>(damaged[last_of_b] ^ 1);
     const auto result = parse(damaged);
     ASSERT_FALSE(result.ok());
-    EXPECT_NE(result.status().message().find("b.npy: its CRC"), std::string::npos)
-        << result.status().message();
+    EXPECT_HAS(result.status().message(), "b.npy: its CRC");
 }
 
 TEST(Npz, ReadsText) {
     const std::vector<std::uint32_t> characters = {'a', 'b', 0, 'c', 0, 0};
-    const auto npz = parse(zip({{"x.npy", npy("<U3", "2,", raw(characters)), true},
-                                {"y.npy", npy("<U3", "", raw<std::uint32_t>({960, 0, 0})), true}}));
-    ASSERT_TRUE(npz.ok()) << npz.status().message();
-    const auto texts = npz.value().find("x").value()->strings();
-    ASSERT_TRUE(texts.ok()) << texts.status().message();
-    EXPECT_EQ(texts.value(), (std::vector<std::string>{"ab", "c"}));
-    EXPECT_FALSE(npz.value().find("x").value()->f64().ok());
-    EXPECT_FALSE(npz.value().find("y").value()->strings().ok()) << "not ASCII";
+    const auto npz =
+        need(parse(zip({{"x.npy", npy("<U3", "2,", raw(characters)), true},
+                        {"y.npy", npy("<U3", "", raw<std::uint32_t>({960, 0, 0})), true}})));
+    EXPECT_EQ(need(npz.find("x").value()->strings()), (std::vector<std::string>{"ab", "c"}));
+    EXPECT_FALSE(npz.find("x").value()->f64().ok());
+    EXPECT_FALSE(npz.find("y").value()->strings().ok()) << "not ASCII";
 }
 
 TEST(Npz, RefusesForeignArrays) {

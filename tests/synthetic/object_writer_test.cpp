@@ -6,7 +6,6 @@
 #include <map>
 #include <thread>
 
-#include "io/file.h"
 #include "scene/camera_pose.h"
 #include "support/expect_status.h"
 #include "synthetic/ray_caster.h"
@@ -83,7 +82,7 @@ TEST(ObjectWriter, AnInterruptedObjectIsWrittenAnew) {
     const SampleFolder folder;
     const WriterDesc desc = sample_cars(folder.path());
     // Leftovers of a killed process; no running process has such a number.
-    const fs::path split = folder.path() / "srn_cars/cars_train";
+    const fs::path split = folder / "srn_cars/cars_train";
     test::put_text(split / ".000000_car.2000000000-0.tmp/rgb/000000.png", "part");
     test::put_text(split / ".000001_car.2000000000-0.tmp/rgb/000000.png", "part");
     ASSERT_OK(write_object(desc, 0));
@@ -94,7 +93,7 @@ TEST(ObjectWriter, AnInterruptedObjectIsWrittenAnew) {
 
 TEST(ObjectWriter, AKilledProcessOfTheSameNumberBlocksNoObject) {
     const SampleFolder folder;
-    const fs::path split = folder.path() / "srn_cars/cars_train";
+    const fs::path split = folder / "srn_cars/cars_train";
     for (int k = 0; k < 1000; ++k)
         test::put_text(split / (".000000_car." + std::to_string(::getpid()) + "-" +
                                 std::to_string(k) + ".tmp/rgb/000000.png"),

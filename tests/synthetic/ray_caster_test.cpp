@@ -44,10 +44,10 @@ TEST(RayCaster, DepthAndNormalsOfABallAreExact) {
             }
             ++hits;
             const double t = (-b - std::sqrt(discriminant)) / a;
-            EXPECT_NEAR(static_cast<double>(picture.depth[i]), t, 1e-6);
+            EXPECT_NEAR(picture.depth[i], t, 1e-6);
             const Vec3 normal = {t * d[0] / 0.4, t * d[1] / 0.4, (t - 1.3) / 0.4};
             for (std::size_t k = 0; k < 3; ++k)
-                EXPECT_NEAR(static_cast<double>(picture.normals[i * 3 + k]), normal[k], 1e-6);
+                EXPECT_NEAR(picture.normals[i * 3 + k], normal[k], 1e-6);
         }
     EXPECT_GT(hits, 400);
 }
@@ -63,8 +63,8 @@ TEST(RayCaster, NearerSolidsHideFartherOnes) {
     EXPECT_EQ(front.rgb[middle + 1], 0);
     EXPECT_GT(back.rgb[middle + 1], 0.4F);
     EXPECT_EQ(back.rgb[middle], 0);
-    EXPECT_NEAR(static_cast<double>(front.depth[middle / 3]), 1.1, 1e-6);
-    EXPECT_NEAR(static_cast<double>(back.depth[middle / 3]), 0.9, 1e-6);
+    EXPECT_NEAR(front.depth[middle / 3], 1.1, 1e-6);
+    EXPECT_NEAR(back.depth[middle / 3], 0.9, 1e-6);
 }
 
 /// Windows around solids only save time: the image is that of solids without them.

@@ -31,6 +31,11 @@ void put_text(const fs::path& path, const std::string& text) {
     std::ofstream(path) << text;
 }
 
+void put_png(const fs::path& path, const io::Image& image) {
+    fs::create_directories(path.parent_path());
+    ASSERT_OK(io::write_file(path.string(), need(io::write_png(image))));
+}
+
 void put_image(const fs::path& path, std::uint32_t size, std::uint32_t channels,
                std::uint32_t first, std::uint8_t alpha) {
     io::Image image{size, size, channels, 8, {}};
@@ -40,10 +45,7 @@ void put_image(const fs::path& path, std::uint32_t size, std::uint32_t channels,
                 image.samples.push_back(
                     c == 3 ? alpha
                            : static_cast<std::uint16_t>((16 * y + 4 * x + c + first) % 256));
-    const auto file = io::write_png(image);
-    ASSERT_OK(file.status());
-    fs::create_directories(path.parent_path());
-    ASSERT_OK(io::write_file(path.string(), file.value()));
+    put_png(path, image);
 }
 
 std::string file_text(const fs::path& path) {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "io/image.h"
 #include "synthetic/object_writer.h"
 
 namespace splat::test {
@@ -16,6 +17,9 @@ class SampleFolder {
     ~SampleFolder();
 
     [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+    std::filesystem::path operator/(const std::filesystem::path& below) const {
+        return path_ / below;
+    }
 
   private:
     std::filesystem::path path_;
@@ -23,6 +27,9 @@ class SampleFolder {
 
 /// Replace or create a file, with its folders.
 void put_text(const std::filesystem::path& path, const std::string& text);
+
+/// Replace or create a PNG file, with its folders.
+void put_png(const std::filesystem::path& path, const io::Image& image);
 
 /// An 8-bit image of gray, RGB or RGBA; the sample c of column x and row y is 16 y + 4 x + c + first.
 void put_image(const std::filesystem::path& path, std::uint32_t size, std::uint32_t channels,

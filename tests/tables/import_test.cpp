@@ -3,8 +3,8 @@
 #include <cstring>
 #include <fstream>
 
-#include "io/image.h"
 #include "support/expect_status.h"
+#include "support/log_capture.h"
 #include "synthetic/sample_folder.h"
 #include "tables/import.h"
 #include "tables/published_tables.h"
@@ -16,8 +16,7 @@ namespace splat::tables {
 namespace {
 
 namespace fs = std::filesystem;
-using test::PublishedTables;
-using test::SampleFolder;
+using namespace test;
 
 Status import(const fs::path& folder, const std::string& split = "train") {
     return import_tables({folder.string(), split, (folder / ".splat" / split).string(), "", false},
@@ -35,18 +34,16 @@ int sample_of(const Store& store, Table map, std::uint64_t row) {
 
 /// The store holds what PublishedTables describes.
 void expect_published(const fs::path& folder) {
-    const auto opened = Store::open(folder.string());
-    ASSERT_OK(opened.status());
-    const Store& store = *opened.value();
+    const auto opened = need(Store::open(folder.string()));
+    const Store& store = *opened;
     EXPECT_EQ(store.index().resolution, 4U);
     ASSERT_EQ(store.index().objects.size(), 2U);
     EXPECT_EQ(store.index().objects[0].name, "a");
     EXPECT_EQ(store.index().objects[0].intrinsics, "4 2 2 0\n0 0 0\n1\n4 4\n");
     EXPECT_EQ(store.index().frames, (std::vector<std::int64_t>{0, 1, 2, 0, 1, 2}));
     for (std::uint64_t row = 0; row < 6; ++row) {
-        const auto pose = store.pose(row);
-        ASSERT_OK(pose.status());
-        EXPECT_EQ(pose.value(), "1 0 0 0 0 1 0 0 0 0 1 -" + std::to_string(row + 1) + " 0 0 0 1");
+        const auto pose = need(store.pose(row));
+        EXPECT_EQ(pose, "1 0 0 0 0 1 0 0 0 0 1 -" + std::to_string(row + 1) + " 0 0 0 1");
         const int number = static_cast<int>(row);
         EXPECT_EQ(sample_of(store, Table::kRgb, row), 'a' + number);
         EXPECT_EQ(sample_of(store, Table::kDepth, row), 'A' + number);
@@ -59,7 +56,7 @@ TEST(Import, ParquetRowsJoinByTheirIds) {
     const SampleFolder folder;
     ASSERT_OK(PublishedTables().write(folder.path()));
     ASSERT_OK(import(folder.path()));
-    expect_published(folder.path() / ".splat/train");
+    expect_published(folder / ".splat/train");
 }
 
 TEST(Import, ParquetFilesOfAllSplitsAreReadByTheirColumn) {
@@ -67,18 +64,16 @@ TEST(Import, ParquetFilesOfAllSplitsAreReadByTheirColumn) {
     const SampleFolder folder;
     ASSERT_OK(PublishedTables().write_with_split(folder.path()));
     ASSERT_OK(import(folder.path()));
-    expect_published(folder.path() / ".splat/train");
+    expect_published(folder / ".splat/train");
     ASSERT_OK(import(folder.path(), "test"));
-    const auto store = Store::open((folder.path() / ".splat/test").string());
-    ASSERT_OK(store.status());
-    EXPECT_EQ(store.value()->index().frames.size(), 3U);
+    EXPECT_EQ(need(Store::open((folder / ".splat/test").string()))->index().frames.size(), 3U);
     EXPECT_ERROR(import(folder.path(), "val"), Code::kNotFound, "no rows of this split");
 }
 
 TEST(Import, ParquetFilesLieInFoldersOfAnyName) {
     SPLAT_NEED_DUCKDB();
     const SampleFolder folder;
-    const fs::path odd = folder.path() / "a[1] b?c*/split=test";
+    const fs::path odd = folder / "a[1] b?c*/split=test";
     fs::create_directories(odd);
     ASSERT_OK(PublishedTables().write_with_split(odd));
     ASSERT_OK(import(odd));
@@ -96,14 +91,14 @@ TEST(Import, ParquetFilesMayBeMany) {
             select = "SELECT * FROM (" + select + ") WHERE uuid = '" + (first ? "b" : "a") + "'";
         ASSERT_OK(half.write(folder.path()));
         for (const auto& [name, select] : half.selects) {
-            const fs::path in = folder.path() / name / "train";
-            const fs::path out = folder.path() / "set" / ("srn_cars_" + name) / "train";
+            const fs::path in = folder / name / "train";
+            const fs::path out = folder / "set" / ("srn_cars_" + name) / "train";
             fs::create_directories(out);
             fs::rename(in / (name + ".parquet"), out / (std::string(part) + ".parquet"));
         }
     }
-    ASSERT_OK(import(folder.path() / "set"));
-    expect_published(folder.path() / "set/.splat/train");
+    ASSERT_OK(import(folder / "set"));
+    expect_published(folder / "set/.splat/train");
 }
 
 TEST(Import, ParquetColumnOfAnotherNameGivesAWarning) {
@@ -113,23 +108,17 @@ TEST(Import, ParquetColumnOfAnotherNameGivesAWarning) {
     tables.selects["rgbs"] =
         "SELECT uuid, frame_id, rgb AS depth FROM (" + tables.selects["rgbs"] + ")";
     ASSERT_OK(tables.write(folder.path()));
-    const test::LogCapture log;
+    const LogCapture log;
     ASSERT_OK(import(folder.path()));
-    EXPECT_NE(log.text().find("table rgbs"), std::string::npos) << log.text();
-    EXPECT_NE(log.text().find("column 'depth', the only binary one, is taken as rgb"),
-              std::string::npos);
-    expect_published(folder.path() / ".splat/train");
+    EXPECT_HAS(log.text(), "table rgbs");
+    EXPECT_HAS(log.text(), "column 'depth', the only binary one, is taken as rgb");
+    expect_published(folder / ".splat/train");
 }
 
 /// An SQL blob of an image of 4 x 4 pixels of one sample.
 std::string png_literal(std::uint16_t sample, std::uint32_t channels) {
-    const auto file = io::write_png(
+    return test::png_literal(
         {4, 4, channels, 8, std::vector<std::uint16_t>(std::size_t{16} * channels, sample)});
-    EXPECT_OK(file.status());
-    std::string text = "'";
-    for (const std::byte byte : file.value())
-        text += format("\\x%02X", static_cast<unsigned>(byte));
-    return text + "'::BLOB";
 }
 
 TEST(Import, ParquetImagesMayBeEncodedFiles) {
@@ -149,7 +138,7 @@ TEST(Import, ParquetImagesMayBeEncodedFiles) {
         depth + " END, 'path': NULL} AS depth FROM (" + tables.selects["depths"] + ")";
     ASSERT_OK(tables.write(folder.path()));
     ASSERT_OK(import(folder.path()));
-    expect_published(folder.path() / ".splat/train");
+    expect_published(folder / ".splat/train");
 }
 
 struct BadTable {
@@ -218,7 +207,7 @@ TEST(Import, ParquetTablesWithErrorsAreRefused) {
         tables.selects[row.table] = "WITH t AS (" + tables.selects[row.table] + ") " + row.select;
         ASSERT_OK(tables.write(folder.path())) << row.select;
         EXPECT_ERROR(import(folder.path()), Code::kFormat, row.message) << row.select;
-        EXPECT_FALSE(is_store((folder.path() / ".splat/train").string()).value());
+        EXPECT_FALSE(is_store((folder / ".splat/train").string()).value());
     }
 }
 
@@ -226,8 +215,8 @@ TEST(Import, ParquetFilesThatAreDamagedAreRefused) {
     SPLAT_NEED_DUCKDB();
     const SampleFolder folder;
     ASSERT_OK(PublishedTables().write(folder.path()));
-    const fs::path file = folder.path() / "rgbs/train/rgbs.parquet";
-    const std::string whole = test::file_text(file);
+    const fs::path file = folder / "rgbs/train/rgbs.parquet";
+    const std::string whole = file_text(file);
     const auto damaged = [&](const std::string& bytes) {
         std::ofstream(file, std::ios::binary) << bytes;
         return import(folder.path());
@@ -239,15 +228,15 @@ TEST(Import, ParquetFilesThatAreDamagedAreRefused) {
     EXPECT_ERROR(damaged(whole.substr(0, whole.size() - 8) + "\xFF\xFF\xFF\x7FPAR1"), Code::kFormat,
                  "rgbs.parquet");
     ASSERT_OK(damaged(whole));
-    expect_published(folder.path() / ".splat/train");
+    expect_published(folder / ".splat/train");
 }
 
 TEST(Import, ParquetFooterThatLiesAboutItsRowsIsRefused) {
     SPLAT_NEED_DUCKDB();
     const SampleFolder folder;
     ASSERT_OK(PublishedTables().write(folder.path()));
-    const fs::path file = folder.path() / "depths/train/depths.parquet";
-    const std::string whole = test::file_text(file);
+    const fs::path file = folder / "depths/train/depths.parquet";
+    const std::string whole = file_text(file);
     std::uint32_t footer = 0;
     std::memcpy(&footer, &whole[whole.size() - 8], sizeof footer);
     // An i64 of the next field but one is 0x16 in Thrift's compact protocol, 6 is 12 as zigzag: num_rows of
@@ -258,9 +247,9 @@ TEST(Import, ParquetFooterThatLiesAboutItsRowsIsRefused) {
         std::string lie = whole;
         lie[at + 1] = 14;
         std::ofstream(file, std::ios::binary) << lie;
-        fs::remove_all(folder.path() / ".splat");
+        fs::remove_all(folder / ".splat");
         const Status status = import(folder.path());
-        if (status.ok()) expect_published(folder.path() / ".splat/train");
+        if (status.ok()) expect_published(folder / ".splat/train");
         if (status.code() == Code::kFormat) ++refused;
     }
     EXPECT_EQ(refused, 2U);
@@ -272,7 +261,7 @@ TEST(Import, ReadsFilesNamedAfterTheirSplit) {
     const SampleFolder folder;
     ASSERT_OK(PublishedTables().write(folder.path()));
     for (const char* table : {"intrins", "poses", "rgbs", "depths", "normals", "segmentation"}) {
-        const fs::path below = folder.path() / table;
+        const fs::path below = folder / table;
         if (!fs::exists(below / "train")) continue;
         int files = 0;
         for (const auto& entry : fs::directory_iterator(below / "train"))
@@ -281,7 +270,7 @@ TEST(Import, ReadsFilesNamedAfterTheirSplit) {
     }
     EXPECT_TRUE(is_tables(folder.path().string()).value());
     ASSERT_OK(import(folder.path()));
-    expect_published(folder.path() / ".splat/train");
+    expect_published(folder / ".splat/train");
     EXPECT_ERROR(import(folder.path(), "val"), Code::kNotFound,
                  "no .parquet file of the split val");
 }
@@ -309,16 +298,16 @@ TEST(Import, ColumnsOfOtherTypesAreRefusedWithARemedy) {
 TEST(Import, FoldersWithoutTablesAreRefused) {
     const SampleFolder folder;
     EXPECT_ERROR(import(folder.path()), Code::kNotFound, "lacks tables: intrins, poses, rgbs");
-    test::put_text(folder.path() / "rgbs/train/a.parquet", "");
+    put_text(folder / "rgbs/train/a.parquet", "");
     EXPECT_ERROR(import(folder.path()), Code::kNotFound, "lacks tables: intrins, poses");
-    test::put_text(folder.path() / "intrins/test/a.parquet", "");
-    test::put_text(folder.path() / "poses/train/a.parquet", "");
+    put_text(folder / "intrins/test/a.parquet", "");
+    put_text(folder / "poses/train/a.parquet", "");
     EXPECT_ERROR(import(folder.path(), "val"), Code::kNotFound,
                  "no .parquet file of the split val in the folders of intrins, poses, rgbs");
     EXPECT_ERROR(import(folder.path()), Code::kFormat,
                  "no .parquet file of the split train in the folders of intrins, but there are "
                  "some of poses");
-    test::put_text(folder.path() / "srn_chairs_rgbs/train/a.parquet", "");
+    put_text(folder / "srn_chairs_rgbs/train/a.parquet", "");
     EXPECT_ERROR(import(folder.path()), Code::kInvalidArgument,
                  "two tables rgbs, 'rgbs' and 'srn_chairs_rgbs'");
 }
@@ -326,16 +315,15 @@ TEST(Import, FoldersWithoutTablesAreRefused) {
 TEST(Import, MissingLibrarySaysHowToGetIt) {
     const SampleFolder folder;
     for (const char* table : {"intrins", "poses", "rgbs"})
-        test::put_text(folder.path() / table / "train/a.parquet", "");
-    const Status status =
-        import_tables({folder.path().string(), "train", (folder.path() / "s").string(),
-                       "/nowhere/libduckdb.so", false},
-                      nullptr);
+        put_text(folder / table / "train/a.parquet", "");
+    const Status status = import_tables(
+        {folder.path().string(), "train", (folder / "s").string(), "/nowhere/libduckdb.so", false},
+        nullptr);
     EXPECT_ERROR(status, Code::kNotFound, "npm pack @duckdb/node-bindings-linux-x64");
     EXPECT_ERROR(status, Code::kNotFound, "/nowhere/libduckdb.so");
-    EXPECT_ERROR(import_tables({folder.path().string(), "train", (folder.path() / "s").string(),
-                                "libz.so.1", false},
-                               nullptr),
+    EXPECT_ERROR(import_tables(
+                     {folder.path().string(), "train", (folder / "s").string(), "libz.so.1", false},
+                     nullptr),
                  Code::kUnsupported, "has no function duckdb_");
 }
 

@@ -2,7 +2,6 @@
 // memory and time are printed.
 #include <gtest/gtest.h>
 
-#include "io/image.h"
 #include "support/child_cost.h"
 #include "support/expect_status.h"
 #include "synthetic/sample_folder.h"
@@ -37,20 +36,19 @@ std::uint64_t bytes_below(const fs::path& folder) {
 void expect_harmless(const char* name, const test::PublishedTables& tables, std::string_view part) {
     const test::SampleFolder folder;
     ASSERT_OK(tables.write(folder.path(), ", COMPRESSION zstd"));
-    const fs::path store = folder.path() / "store";
+    const fs::path store = folder / "store";
     const test::ChildCost cost = test::cost_of([&] {
         const Status status =
             import_tables({folder.path().string(), "train", store.string(), "", false}, nullptr);
         return status.ok() ? "imported" : code_name(status.code()) + (": " + status.message());
     });
-    const auto files = find_tables(folder.path().string(), "train");
-    ASSERT_OK(files.status());
+    const auto files = need(find_tables(folder.path().string(), "train"));
     const std::uint64_t disk = bytes_below(store);
     std::printf("%-12s %8llu bytes: %5.0f MB, %5.0f MB of disk, %5.2f s: %.200s\n", name,
-                static_cast<unsigned long long>(bytes_of(files.value())),
+                static_cast<unsigned long long>(bytes_of(files)),
                 static_cast<double>(cost.bytes) / 1e6, static_cast<double>(disk) / 1e6,
                 cost.seconds, cost.answer.c_str());
-    EXPECT_NE(cost.answer.find(part), std::string::npos) << cost.answer;
+    EXPECT_HAS(cost.answer, part);
     EXPECT_LE(static_cast<double>(cost.bytes), kMostBytes * kScale);
     EXPECT_LE(cost.seconds, kMostSeconds * kScale);
     EXPECT_LE(disk, kMostDiskBytes);
@@ -94,13 +92,8 @@ TEST(DecodeBomb, ParquetOfLongFrameIds) {
 
 /// An SQL blob of a black image, which takes few bytes.
 std::string black_png(std::uint32_t side) {
-    const auto file =
-        io::write_png({side, side, 3, 8, std::vector<std::uint16_t>(std::size_t{3} * side * side)});
-    EXPECT_OK(file.status());
-    std::string text = "'";
-    for (const std::byte byte : file.value())
-        text += format("\\x%02X", static_cast<unsigned>(byte));
-    return text + "'::BLOB";
+    return test::png_literal(
+        {side, side, 3, 8, std::vector<std::uint16_t>(std::size_t{3} * side * side)});
 }
 
 TEST(DecodeBomb, ParquetOfManyPixels) {

@@ -1,5 +1,6 @@
 #include "tables/published_tables.h"
 
+#include "support/expect_status.h"
 #include "tables/table_samples.h"
 
 namespace splat::test {
@@ -17,6 +18,13 @@ std::string image_select(const std::string& column, int first, int bytes,
 }
 
 }  // namespace
+
+std::string png_literal(const io::Image& image) {
+    std::string text = "'";
+    for (const std::byte byte : need(io::write_png(image)))
+        text += format("\\x%02X", static_cast<unsigned>(byte));
+    return text + "'::BLOB";
+}
 
 PublishedTables::PublishedTables() {
     selects["intrins"] =

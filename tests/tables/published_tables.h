@@ -5,8 +5,12 @@
 #include <string>
 
 #include "core/status.h"
+#include "io/image.h"
 
 namespace splat::test {
+
+/// An SQL blob of an image as a PNG file.
+std::string png_literal(const io::Image& image);
 
 /// A small set of tables, written by DuckDB's own SQL in the published schema: objects "a" and "b" of 3 views of
 /// 4 x 4 pixels; row i of each table is view i % 3 of object i / 3, and rows are in falling order. A sample of image

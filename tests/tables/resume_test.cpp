@@ -21,10 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using data::Layout;
-using test::convert;
-using test::PublishedTables;
-using test::SampleFolder;
-using test::tree_of;
+using namespace test;
 
 /// 512 frames of 256 x 256 pixels are 100 MB: several entries of the journal.
 constexpr std::uint64_t kFrames = 512;
@@ -86,7 +83,7 @@ TEST(Resume, ParquetImportGoesOnAfterKill) {
     ASSERT_OK(write_large(folder.path()));
     ASSERT_TRUE(
         killed([&] { static_cast<void>(import_to_store(folder.path(), kill_after(960))); }));
-    EXPECT_FALSE(is_store((folder.path() / "store").string()).value());
+    EXPECT_FALSE(is_store((folder / "store").string()).value());
     std::uint64_t first = 0;  // row of rgb, after those of poses
     ASSERT_OK(
         import_to_store(folder.path(), [&](std::uint64_t done, std::uint64_t total) -> Status {
@@ -95,11 +92,11 @@ TEST(Resume, ParquetImportGoesOnAfterKill) {
             return {};
         }));
     EXPECT_GT(first, 320U) << "rows before the last entry of the journal were read again";
-    const std::string resumed = tree_of(folder.path() / "store", {".npy", ".json"});
-    fs::remove_all(folder.path() / "store");
+    const std::string resumed = tree_of(folder / "store", {".npy", ".json"});
+    fs::remove_all(folder / "store");
     ASSERT_OK(import_to_store(folder.path(), nullptr));
-    EXPECT_TRUE(resumed == tree_of(folder.path() / "store", {".npy", ".json"}));
-    fs::remove_all(folder.path() / "rgbs/train");
+    EXPECT_TRUE(resumed == tree_of(folder / "store", {".npy", ".json"}));
+    fs::remove_all(folder / "rgbs/train");
     EXPECT_ERROR(import_to_store(folder.path(), nullptr), Code::kFormat, "rgbs");
 }
 
@@ -110,66 +107,62 @@ TEST(Resume, ParquetImportRepeatsRowsThatTheDiskLost) {
     ASSERT_TRUE(
         killed([&] { static_cast<void>(import_to_store(folder.path(), kill_after(960))); }));
     {
-        std::fstream file(folder.path() / "store/rgb.npy",
+        std::fstream file(folder / "store/rgb.npy",
                           std::ios::in | std::ios::out | std::ios::binary);
         file.seekp(-1000, std::ios::end);  // the first row of the table is the last of the store
         file << "lost";
     }
     ASSERT_OK(import_to_store(folder.path(), nullptr));
-    const std::string resumed = tree_of(folder.path() / "store", {".npy"});
-    fs::remove_all(folder.path() / "store");
+    const std::string resumed = tree_of(folder / "store", {".npy"});
+    fs::remove_all(folder / "store");
     ASSERT_OK(import_to_store(folder.path(), nullptr));
-    EXPECT_TRUE(resumed == tree_of(folder.path() / "store", {".npy"}));
+    EXPECT_TRUE(resumed == tree_of(folder / "store", {".npy"}));
 }
 
 TEST(Resume, ParquetExportGoesOnAfterKill) {
     SPLAT_NEED_DUCKDB();
-    const SampleFolder folder;
-    test::write_all(test::sample_cars(folder.path() / "srn"));
+    const CarsFolder folder;
     const auto go = [&](const char* to, const Progress& progress) {
-        return convert(folder.path() / "srn", "train", Layout::kTables, folder.path() / to,
-                       progress);
+        return convert(folder / "srn", "train", Layout::kTables, folder / to, progress);
     };
     ASSERT_OK(go("whole", nullptr));
     // 6 rows of each table: poses and rgbs are complete, depths is begun.
     ASSERT_TRUE(killed([&] { static_cast<void>(go("out", kill_after(15))); }));
-    const fs::path rgb = folder.path() / "out/rgbs/train/rgbs.parquet";
+    const fs::path rgb = folder / "out/rgbs/train/rgbs.parquet";
     const auto written = fs::last_write_time(rgb);
     ASSERT_OK(go("out", nullptr));
     EXPECT_EQ(written, fs::last_write_time(rgb));
-    EXPECT_TRUE(tree_of(folder.path() / "whole", {".parquet", ".json", ".md"}) ==
-                tree_of(folder.path() / "out", {".parquet", ".json", ".md"}));
-    for (const auto& entry : fs::recursive_directory_iterator(folder.path() / "out"))
+    EXPECT_TRUE(tree_of(folder / "whole", {".parquet", ".json", ".md"}) ==
+                tree_of(folder / "out", {".parquet", ".json", ".md"}));
+    for (const auto& entry : fs::recursive_directory_iterator(folder / "out"))
         EXPECT_NE(entry.path().extension(), ".tmp") << entry.path();
 }
 
 TEST(Resume, ExportEndsWhileItLooksAtItsFiles) {
-    const SampleFolder folder;
-    test::write_all(test::sample_cars(folder.path() / "srn"));
+    const CarsFolder folder;
     for (const Layout to : {Layout::kStore, Layout::kSrn, Layout::kImages}) {
         const auto stop = [](std::uint64_t done, std::uint64_t) {
             return done > 0 ? Status() : Status(Code::kCancelled, "at the first object");
         };
-        EXPECT_ERROR(convert(folder.path() / "srn", "train", to, folder.path() / "out", stop),
-                     Code::kCancelled, "at the first object");
-        EXPECT_FALSE(fs::exists(folder.path() / "out"));
+        EXPECT_ERROR(convert(folder / "srn", "train", to, folder / "out", stop), Code::kCancelled,
+                     "at the first object");
+        EXPECT_FALSE(fs::exists(folder / "out"));
     }
 }
 
 TEST(Resume, ParquetExportWithAChangedByteIsRefused) {
     SPLAT_NEED_DUCKDB();
-    const SampleFolder folder;
-    test::write_all(test::sample_cars(folder.path() / "srn"));
-    const fs::path out = folder.path() / "out";
-    ASSERT_OK(convert(folder.path() / "srn", "val", Layout::kTables, out));
+    const CarsFolder folder;
+    const fs::path out = folder / "out";
+    ASSERT_OK(convert(folder / "srn", "val", Layout::kTables, out));
     const fs::path file = out / "depths/val/depths.parquet";
-    std::string bytes = test::file_text(file);
+    std::string bytes = file_text(file);
     bytes[bytes.size() / 3] = static_cast<char>(bytes[bytes.size() / 3] ^ 1);
     std::ofstream(file, std::ios::binary) << bytes;
-    EXPECT_ERROR(convert(out, "val", Layout::kSrn, folder.path() / "back"), Code::kFormat,
+    EXPECT_ERROR(convert(out, "val", Layout::kSrn, folder / "back"), Code::kFormat,
                  "depths/val/depths.parquet' is not the file of");
-    ASSERT_OK(convert(folder.path() / "srn", "val", Layout::kTables, out));
-    ASSERT_OK(convert(out, "val", Layout::kSrn, folder.path() / "back"));
+    ASSERT_OK(convert(folder / "srn", "val", Layout::kTables, out));
+    ASSERT_OK(convert(out, "val", Layout::kSrn, folder / "back"));
 }
 
 TEST(Resume, ParquetImportEndsWithTheCallersError) {
@@ -200,27 +193,25 @@ TEST(Resume, ParquetImportOntoAFullDiskGoesOnWithSpace) {
             break;
         }
         EXPECT_ERROR(status, Code::kIo, "No space left on device");
-        EXPECT_FALSE(is_store((folder.path() / "store").string()).value());
+        EXPECT_FALSE(is_store((folder / "store").string()).value());
     }
 }
 
 TEST(Resume, ParquetExportOntoAFullDiskLeavesNoTable) {
     SPLAT_NEED_DUCKDB();
-    const SampleFolder folder;
-    test::write_all(test::sample_cars(folder.path() / "srn"));
+    const CarsFolder folder;
     rlimit before{};
     ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
     const auto handler = ::signal(SIGXFSZ, SIG_IGN);
     rlimit small = before;
     small.rlim_cur = 2048;
     ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
-    const Status status =
-        convert(folder.path() / "srn", "train", Layout::kTables, folder.path() / "out");
+    const Status status = convert(folder / "srn", "train", Layout::kTables, folder / "out");
     ::setrlimit(RLIMIT_FSIZE, &before);
     ::signal(SIGXFSZ, handler);
     EXPECT_ERROR(status, Code::kIo, "cannot write");
-    EXPECT_EQ(tree_of(folder.path() / "out/rgbs", {".parquet", ".tmp"}), "");
-    EXPECT_OK(convert(folder.path() / "srn", "train", Layout::kTables, folder.path() / "out"));
+    EXPECT_EQ(tree_of(folder / "out/rgbs", {".parquet", ".tmp"}), "");
+    EXPECT_OK(convert(folder / "srn", "train", Layout::kTables, folder / "out"));
 }
 
 /// The store of one object.
@@ -238,16 +229,15 @@ StoreIndex index_of_two_views() {
 TEST(Resume, StoreInUseIsRefused) {
     const SampleFolder folder;
     const StoreIndex index = index_of_two_views();
-    const std::string path = (folder.path() / "store").string();
+    const std::string path = (folder / "store").string();
     {
-        const auto first = StoreWriter::open(path, index, false);
-        ASSERT_OK(first.status());
-        EXPECT_ERROR(StoreWriter::open(path, index, false).status(), Code::kInvalidState,
+        ASSERT_OK(StoreWriter::open(path, index, false));
+        EXPECT_ERROR(StoreWriter::open(path, index, false), Code::kInvalidState,
                      "another process imports into it");
     }
-    EXPECT_OK(StoreWriter::open(path, index, false).status());
-    test::put_text(folder.path() / "full/photo.txt", "mine");
-    EXPECT_ERROR(StoreWriter::open((folder.path() / "full").string(), index, false).status(),
+    EXPECT_OK(StoreWriter::open(path, index, false));
+    put_text(folder / "full/photo.txt", "mine");
+    EXPECT_ERROR(StoreWriter::open((folder / "full").string(), index, false),
                  Code::kInvalidArgument, "is no store");
 }
 
@@ -257,13 +247,12 @@ TEST(Resume, StoreIsTakenAfterItsClearingEnded) {
         std::uint64_t removed = 0;
         for (std::uint64_t hit = 1; hit == 1 || removed >= hit - 1; ++hit) {
             const SampleFolder folder;
-            const std::string path = (folder.path() / "store").string();
+            const std::string path = (folder / "store").string();
             StoreIndex index = index_of_two_views();
             {
-                const auto first = StoreWriter::open(path, index, false);
-                ASSERT_OK(first.status());
+                const auto first = need(StoreWriter::open(path, index, false));
                 if (complete) {
-                    ASSERT_OK(first.value()->finish());
+                    ASSERT_OK(first->finish());
                 }
             }
             index.source = "y";
@@ -276,9 +265,7 @@ TEST(Resume, StoreIsTakenAfterItsClearingEnded) {
             }
             EXPECT_ERROR(status, Code::kIo, "cannot remove");
             index.source = "z";
-            const auto again = StoreWriter::open(path, index, true);
-            ASSERT_OK(again.status());
-            EXPECT_FALSE(again.value()->is_begun());
+            EXPECT_FALSE(need(StoreWriter::open(path, index, true))->is_begun());
         }
         EXPECT_GE(removed, 4U) << "arrays and their checksums";
     }
@@ -293,19 +280,19 @@ TEST(Resume, StoreOfTooManyObjectsIsRefusedBeforeItBegins) {
     index.objects.assign(200'000,
                          {"0123456789abcdef", "131.25 64. 64. 0.\n0. 0. 0.\n1.\n4 4\n", 2});
     index.frames.resize(2 * index.objects.size());
-    const fs::path store = folder.path() / "store";
-    EXPECT_ERROR(StoreWriter::open(store.string(), std::move(index), false).status(),
-                 Code::kUnsupported, "200000 objects take ");
+    const fs::path store = folder / "store";
+    EXPECT_ERROR(StoreWriter::open(store.string(), std::move(index), false), Code::kUnsupported,
+                 "200000 objects take ");
     EXPECT_FALSE(fs::exists(store));
 }
 
 TEST(Resume, ChangedFilesAreNoticed) {
     const SampleFolder folder;
-    const fs::path source = folder.path() / "srn";
-    test::write_all(test::sample_cars(source));
+    const fs::path source = folder / "srn";
+    write_all(sample_cars(source));
     const auto both = [&] {
-        const Status store = convert(source, "train", Layout::kStore, folder.path() / "store");
-        const Status srn = convert(source, "train", Layout::kSrn, folder.path() / "out");
+        const Status store = convert(source, "train", Layout::kStore, folder / "store");
+        const Status srn = convert(source, "train", Layout::kSrn, folder / "out");
         return std::pair(store, srn);
     };
     for (int i = 0; i < 2; ++i) {
@@ -323,37 +310,35 @@ TEST(Resume, ChangedFilesAreNoticed) {
 }
 
 TEST(Resume, StoreOfAnotherSplitIsRefused) {
-    const SampleFolder folder;
-    test::write_all(test::sample_cars(folder.path() / "srn"));
-    const fs::path store = folder.path() / "store";
-    ASSERT_OK(convert(folder.path() / "srn", "train", Layout::kStore, store));
+    const CarsFolder folder;
+    const fs::path store = folder / "store";
+    ASSERT_OK(convert(folder / "srn", "train", Layout::kStore, store));
     bool lacks = false;
     data::DatasetDesc desc;
     desc.path = (store / "train").string();
-    EXPECT_OK(data::Dataset::open(desc).status());
+    EXPECT_OK(data::Dataset::open(desc));
     desc.split = "test";
     desc.lacks_split = &lacks;
-    EXPECT_ERROR(data::Dataset::open(desc).status(), Code::kNotFound,
+    EXPECT_ERROR(data::Dataset::open(desc), Code::kNotFound,
                  "is a store of the split train, not of test: ask for the split train, or name");
     EXPECT_TRUE(lacks);
 }
 
 TEST(Resume, StoreWithADamagedRecordIsRefused) {
-    const SampleFolder folder;
-    test::write_all(test::sample_cars(folder.path() / "srn"));
-    ASSERT_OK(convert(folder.path() / "srn", "val", Layout::kStore, folder.path() / "store"));
-    const fs::path file = folder.path() / "store/val/rgb.npy";
-    std::string bytes = test::file_text(file);
+    const CarsFolder folder;
+    ASSERT_OK(convert(folder / "srn", "val", Layout::kStore, folder / "store"));
+    const fs::path file = folder / "store/val/rgb.npy";
+    std::string bytes = file_text(file);
     bytes.back() = static_cast<char>(bytes.back() ^ 1);
     std::ofstream(file, std::ios::binary) << bytes;
-    EXPECT_ERROR(convert(folder.path() / "store", "val", Layout::kSrn, folder.path() / "back"),
-                 Code::kFormat, "rgb.npy': record 3 does not have its checksum");
+    EXPECT_ERROR(convert(folder / "store", "val", Layout::kSrn, folder / "back"), Code::kFormat,
+                 "rgb.npy': record 3 does not have its checksum");
     std::ofstream(file, std::ios::binary) << bytes.substr(0, bytes.size() - 1);
-    EXPECT_ERROR(convert(folder.path() / "store", "val", Layout::kSrn, folder.path() / "back2"),
-                 Code::kFormat, "it is truncated or damaged");
-    test::put_text(folder.path() / "store/val/store.json", "{\"format\": \"libsplat store\"");
-    EXPECT_ERROR(convert(folder.path() / "store", "val", Layout::kSrn, folder.path() / "back3"),
-                 Code::kFormat, "remove the store and import again");
+    EXPECT_ERROR(convert(folder / "store", "val", Layout::kSrn, folder / "back2"), Code::kFormat,
+                 "it is truncated or damaged");
+    put_text(folder / "store/val/store.json", "{\"format\": \"libsplat store\"");
+    EXPECT_ERROR(convert(folder / "store", "val", Layout::kSrn, folder / "back3"), Code::kFormat,
+                 "remove the store and import again");
 }
 
 }  // namespace

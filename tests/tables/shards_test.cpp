@@ -13,8 +13,7 @@ namespace splat::tables {
 namespace {
 
 namespace fs = std::filesystem;
-using test::SampleFolder;
-using test::tree_of;
+using namespace test;
 
 StoreIndex small_index(const std::string& source) {
     StoreIndex index;
@@ -42,20 +41,20 @@ Status write_part(const fs::path& folder, Part part, const std::string& source =
 TEST(StoreWriter, LeavesFilesOfOthers) {
     const SampleFolder folder;
     const auto refused = [&](const char* name) {
-        const fs::path full = folder.path() / ("with_" + std::string(name));
-        test::put_text(full / name, "mine");
-        test::put_text(full / "rgb.npy", "photographs");
+        const fs::path full = folder / ("with_" + std::string(name));
+        put_text(full / name, "mine");
+        put_text(full / "rgb.npy", "photographs");
         EXPECT_ERROR(write_part(full, {}), Code::kInvalidArgument, "is there and is no store");
-        EXPECT_EQ(test::file_text(full / name), "mine");
-        EXPECT_EQ(test::file_text(full / "rgb.npy"), "photographs");
+        EXPECT_EQ(file_text(full / name), "mine");
+        EXPECT_EQ(file_text(full / "rgb.npy"), "photographs");
     };
     for (const char* name : {"importance.csv", "import.log", "import_1_of_2.json.bak", "imports",
                              "lockers.csv", "store.json"})
         refused(name);
-    const fs::path begun = folder.path() / "begun";
+    const fs::path begun = folder / "begun";
     for (const char* name : {"import.log", "imports/a", "import_0_of_2.json.7-0.tmp"})
-        test::put_text(begun / name, "mine");
-    test::put_text(begun / "import.json", "{\"source\": \"y\", \"done\": {}}");
+        put_text(begun / name, "mine");
+    put_text(begun / "import.json", "{\"source\": \"y\", \"done\": {}}");
     ASSERT_OK(write_part(begun, {}));
     EXPECT_TRUE(is_store(begun.string()).value());
     EXPECT_TRUE(fs::exists(begun / "import.log"));
@@ -68,9 +67,9 @@ TEST(StoreWriter, RefusesNamesThatAreNotUtf8BeforeItBegins) {
     const SampleFolder folder;
     StoreIndex index = small_index("x");
     index.objects[0].name = "b\xFCste";
-    EXPECT_ERROR(StoreWriter::open((folder.path() / "store").string(), index, false).status(),
+    EXPECT_ERROR(StoreWriter::open((folder / "store").string(), index, false),
                  Code::kInvalidArgument, "the object 'b\\xfcste' is not UTF-8");
-    EXPECT_FALSE(fs::exists(folder.path() / "store"));
+    EXPECT_FALSE(fs::exists(folder / "store"));
 }
 
 TEST(Shards, CoverEveryRowOnce) {
@@ -86,16 +85,16 @@ TEST(Shards, CoverEveryRowOnce) {
 
 TEST(Shards, TheLastOneCompletesTheStore) {
     const SampleFolder folder;
-    ASSERT_OK(write_part(folder.path() / "whole", {}));
+    ASSERT_OK(write_part(folder / "whole", {}));
     for (const auto& order : {std::vector<std::uint32_t>{0, 1, 2}, {2, 0, 1}, {1, 1, 2, 0}}) {
-        const fs::path parts = folder.path() / "parts";
+        const fs::path parts = folder / "parts";
         for (const std::uint32_t i : order) {
             EXPECT_FALSE(is_store(parts.string()).value()) << "before part " << i;
             ASSERT_OK(write_part(parts, {i, 3}));
         }
         EXPECT_TRUE(is_store(parts.string()).value());
         EXPECT_TRUE(tree_of(parts, {".npy", ".json"}) ==
-                    tree_of(folder.path() / "whole", {".npy", ".json"}));
+                    tree_of(folder / "whole", {".npy", ".json"}));
         EXPECT_OK(write_part(parts, {1, 3})) << "a complete store is left alone";
         fs::remove_all(parts);
     }
@@ -104,32 +103,30 @@ TEST(Shards, TheLastOneCompletesTheStore) {
 TEST(Shards, AreWrittenBySeveralProcessesAtOnce) {
     constexpr std::uint32_t kParts = 5;
     const SampleFolder folder;
-    ASSERT_OK(write_part(folder.path() / "whole", {}));
+    ASSERT_OK(write_part(folder / "whole", {}));
     std::vector<pid_t> children;
     for (std::uint32_t i = 0; i < kParts; ++i) {
         children.push_back(::fork());
-        if (children.back() == 0)
-            ::_exit(write_part(folder.path() / "parts", {i, kParts}).ok() ? 0 : 1);
+        if (children.back() == 0) ::_exit(write_part(folder / "parts", {i, kParts}).ok() ? 0 : 1);
     }
     for (const pid_t child : children) {
         int status = 1;
         ::waitpid(child, &status, 0);
         EXPECT_EQ(status, 0);
     }
-    EXPECT_TRUE(tree_of(folder.path() / "parts", {".npy", ".json"}) ==
-                tree_of(folder.path() / "whole", {".npy", ".json"}));
+    EXPECT_TRUE(tree_of(folder / "parts", {".npy", ".json"}) ==
+                tree_of(folder / "whole", {".npy", ".json"}));
 }
 
 TEST(Shards, ThatDoNotFitAreRefused) {
     const SampleFolder folder;
-    const fs::path store = folder.path() / "store";
+    const fs::path store = folder / "store";
     ASSERT_OK(write_part(store, {0, 3}));
     EXPECT_ERROR(write_part(store, {1, 2}), Code::kInvalidArgument,
                  "import_0_of_3.json': the same import, begun in another number of shards");
     EXPECT_ERROR(write_part(store, {}), Code::kInvalidArgument, "another number of shards");
     {
-        const auto held = StoreWriter::open(store.string(), small_index("x"), false, {1, 3});
-        ASSERT_OK(held.status());
+        ASSERT_OK(StoreWriter::open(store.string(), small_index("x"), false, {1, 3}));
         EXPECT_ERROR(write_part(store, {1, 3}), Code::kInvalidState, "shard 1 of 3 of ");
         EXPECT_ERROR(write_part(store, {}), Code::kInvalidState, "is in use");
         EXPECT_OK(write_part(store, {2, 3})) << "another shard is not in the way";
@@ -145,31 +142,29 @@ TEST(Shards, ThatDoNotFitAreRefused) {
 
 TEST(Shards, OfEarlierVersionsCount) {
     const SampleFolder folder;
-    const fs::path store = folder.path() / "store";
+    const fs::path store = folder / "store";
     ASSERT_OK(write_part(store, {0, 2}));
-    test::put_text(store / "import_0_of_2.json",
-                   R"({"source": "x", "done": {"all": 1, "rgbs 0": 3}})");
+    put_text(store / "import_0_of_2.json", R"({"source": "x", "done": {"all": 1, "rgbs 0": 3}})");
     ASSERT_OK(write_part(store, {1, 2}));
     EXPECT_TRUE(is_store(store.string()).value());
 }
 
 TEST(Shards, ParquetTablesAreImportedInParts) {
     SPLAT_NEED_DUCKDB();
-    const SampleFolder folder;
-    test::write_all(test::sample_cars(folder.path() / "srn"));
-    const fs::path tables = folder.path() / "tables";
-    ASSERT_OK(test::convert(folder.path() / "srn", "train", data::Layout::kTables, tables));
+    const CarsFolder folder;
+    const fs::path tables = folder / "tables";
+    ASSERT_OK(convert(folder / "srn", "train", data::Layout::kTables, tables));
     const auto import = [&](const char* to, Part part) {
-        return import_tables(
-            {tables.string(), "train", (folder.path() / to).string(), "", false, part}, nullptr);
+        return import_tables({tables.string(), "train", (folder / to).string(), "", false, part},
+                             nullptr);
     };
     ASSERT_OK(import("whole", {}));
     for (const std::uint32_t i : {3U, 0U, 2U, 1U}) {
-        EXPECT_FALSE(is_store((folder.path() / "parts").string()).value());
+        EXPECT_FALSE(is_store((folder / "parts").string()).value());
         ASSERT_OK(import("parts", {i, 4}));
     }
-    EXPECT_TRUE(tree_of(folder.path() / "parts", {".npy", ".json"}) ==
-                tree_of(folder.path() / "whole", {".npy", ".json"}));
+    EXPECT_TRUE(tree_of(folder / "parts", {".npy", ".json"}) ==
+                tree_of(folder / "whole", {".npy", ".json"}));
 }
 
 }  // namespace

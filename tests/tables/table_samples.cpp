@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "core/log.h"
 #include "synthetic/sample_folder.h"
 
 namespace splat::test {
@@ -54,18 +53,6 @@ std::string tree_of(const fs::path& folder, const std::vector<std::string>& exte
     std::string text;
     for (const std::string& file : files) text += file;
     return text;
-}
-
-LogCapture::LogCapture() {
-    set_log_sink(
-        [](void* user, int, const char* message) {
-            static_cast<LogCapture*>(user)->text_ += std::string(message) + "\n";
-        },
-        this, LogLevel::kInfo);
-}
-
-LogCapture::~LogCapture() {
-    set_log_sink(nullptr, nullptr, LogLevel::kWarning);
 }
 
 }  // namespace splat::test

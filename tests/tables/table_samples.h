@@ -7,6 +7,7 @@
 
 #include "core/status.h"
 #include "data/dataset_export.h"
+#include "synthetic/sample_folder.h"
 #include "tables/session.h"
 
 namespace splat::test {
@@ -26,21 +27,14 @@ Result<std::string> ask_sql(const std::filesystem::path& folder, const std::stri
 Status convert(const std::filesystem::path& from, const std::string& split, data::Layout layout,
                const std::filesystem::path& to, const tables::Progress& progress = nullptr);
 
+/// A folder with sample_cars() in srn/.
+class CarsFolder : public SampleFolder {
+  public:
+    CarsFolder() { write_all(sample_cars(*this / "srn")); }
+};
+
 /// Relative paths of all files of a folder that have one of these extensions, each with its bytes.
 std::string tree_of(const std::filesystem::path& folder,
                     const std::vector<std::string>& extensions);
-
-/// The messages of the library while it lives.
-class LogCapture {
-  public:
-    LogCapture();
-    ~LogCapture();
-    LogCapture(const LogCapture&) = delete;
-    LogCapture& operator=(const LogCapture&) = delete;
-    [[nodiscard]] const std::string& text() const { return text_; }
-
-  private:
-    std::string text_;
-};
 
 }  // namespace splat::test

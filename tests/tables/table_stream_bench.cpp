@@ -5,7 +5,6 @@
 // took more than 512 MiB; 77 no DuckDB library.
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -108,9 +107,7 @@ Status read_all(const std::string& folder) {
     for (std::uint32_t i = 0; i < kViews; ++i) views[i] = i;
     std::vector<float> images(kViews * kBytes);
     for (std::uint32_t object = 0; object < dataset->index().names.size(); ++object) {
-        data::ViewArrays out;
-        out.images = images.data();
-        SPLAT_TRY(dataset->read(object, views, out));
+        SPLAT_TRY(dataset->read(object, views, {.images = images.data()}));
     }
     return {};
 }

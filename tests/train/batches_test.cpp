@@ -13,7 +13,7 @@ constexpr std::uint64_t kSeed = 5;
 class BatchesTest : public testing::Test {
   protected:
     void SetUp() override {
-        desc_ = test::sample_cars(folder_.path() / "cars");
+        desc_ = test::sample_cars(folder_ / "cars");
         test::write_all(desc_);
         settings_.network.resolution = desc_.resolution;
         settings_.training.root = desc_.path;
@@ -22,13 +22,11 @@ class BatchesTest : public testing::Test {
     }
     std::shared_ptr<const predict::ViewSource> data() {
         auto made = predict::ViewSource::open(settings_, "", "train");
-        EXPECT_OK(made.status());
+        EXPECT_OK(made);
         return made.ok() ? std::shared_ptr(std::move(made.value())) : nullptr;
     }
     PrefetchPointer prefetch() {
-        auto made = Prefetch::create(BatchSource(data(), settings_, kSeed), 2);
-        EXPECT_OK(made.status());
-        return made.ok() ? std::move(made.value()) : nullptr;
+        return need(Prefetch::create(BatchSource(data(), settings_, kSeed), 2));
     }
 
     test::SampleFolder folder_;
@@ -57,19 +55,17 @@ TEST_F(BatchesTest, OrderIsThatOfEarlierRuns) {
                                  {0, {0, 2}}, {1, {0, 1}}, {0, {1, 2}}};
     for (std::size_t n = 0; n < std::size(kVisits); ++n) {
         const Visit& visit = kVisits[n];
-        const auto batch = batches.make(n);
-        ASSERT_OK(batch.status());
+        const auto batch = need(batches.make(n));
         const std::uint32_t numbers[] = {visit.views[0], visit.views[0], visit.views[1]};
-        const auto views = source->read(visit.object, numbers, 1);
-        ASSERT_OK(views.status());
-        EXPECT_EQ(batch.value().images, views.value().inputs) << n;
-        const std::size_t plane = views.value().images.size() / 3;
-        EXPECT_TRUE(std::equal(batch.value().targets.begin(), batch.value().targets.end(),
-                               views.value().images.begin() + static_cast<std::ptrdiff_t>(plane)))
+        const auto views = need(source->read(visit.object, numbers, 1));
+        EXPECT_EQ(batch.images, views.inputs) << n;
+        const std::size_t plane = views.images.size() / 3;
+        EXPECT_TRUE(std::equal(batch.targets.begin(), batch.targets.end(),
+                               views.images.begin() + static_cast<std::ptrdiff_t>(plane)))
             << n;
-        EXPECT_EQ(batch.value().targets.size(), 2 * plane);
-        EXPECT_EQ(batch.value().cameras.size(), 2U);
-        EXPECT_TRUE(batch.value().focals.empty());
+        EXPECT_EQ(batch.targets.size(), 2 * plane);
+        EXPECT_EQ(batch.cameras.size(), 2U);
+        EXPECT_TRUE(batch.focals.empty());
     }
 }
 
@@ -78,25 +74,23 @@ TEST_F(BatchesTest, AnyNumberCanBeReadAtAnyTime) {
     ASSERT_NE(batches, nullptr);
     const BatchSource source(data(), settings_, kSeed);
     for (const std::uint64_t n : {0, 1, 2, 7, 8, 3, 3, 4, 0}) {
-        const auto got = batches->get(n);
-        const auto expected = source.make(n);
-        ASSERT_OK(got.status());
-        ASSERT_OK(expected.status());
-        expect_equal(got.value(), expected.value());
+        const auto got = need(batches->get(n));
+        const auto expected = need(source.make(n));
+        expect_equal(got, expected);
     }
 }
 
 TEST_F(BatchesTest, AnErrorComesOutOfItsBatchAndIsTriedAgain) {
     const auto batches = prefetch();
     ASSERT_NE(batches, nullptr);
-    const auto object = folder_.path() / "cars/srn_cars/cars_train";
-    const auto away = folder_.path() / "away";
+    const auto object = folder_ / "cars/srn_cars/cars_train";
+    const auto away = folder_ / "away";
     std::filesystem::rename(object, away);
     EXPECT_FALSE(batches->get(0).ok());
     EXPECT_FALSE(batches->get(0).ok());
     std::filesystem::rename(away, object);
-    EXPECT_OK(batches->get(0).status());
-    EXPECT_OK(batches->get(1).status());
+    EXPECT_OK(batches->get(0));
+    EXPECT_OK(batches->get(1));
 }
 
 TEST_F(BatchesTest, TooFewViewsAreRefused) {
@@ -110,15 +104,12 @@ TEST_F(BatchesTest, ALargerBatchHoldsTheObjectsInTurn) {
     const BatchSource pairs(data(), settings_, kSeed);
     settings_.training.batch_size = 1;
     const BatchSource single(data(), settings_, kSeed);
-    const auto pair = pairs.make(1);
-    const auto first = single.make(2), second = single.make(3);
-    ASSERT_OK(pair.status());
-    ASSERT_OK(first.status());
-    ASSERT_OK(second.status());
-    std::vector<float> both = first.value().images;
-    both.insert(both.end(), second.value().images.begin(), second.value().images.end());
-    EXPECT_EQ(pair.value().images, both);
-    EXPECT_EQ(pair.value().view().cameras.size(), 4U);
+    const auto pair = need(pairs.make(1));
+    const auto first = need(single.make(2)), second = need(single.make(3));
+    std::vector<float> both = first.images;
+    both.insert(both.end(), second.images.begin(), second.images.end());
+    EXPECT_EQ(pair.images, both);
+    EXPECT_EQ(pair.view().cameras.size(), 4U);
 }
 
 }  // namespace

@@ -17,15 +17,14 @@ class SizeMapTest : public testing::Test {
         ASSERT_NE(context_, nullptr);
         desc_.gaussians = 2;
         desc_.width = desc_.height = kSide;
-        auto packed = gaussians::allocate_set(*context_, desc_);
-        ASSERT_OK(packed.status());
-        packed_ = std::move(packed.value());
+        auto packed = need(gaussians::allocate_set(*context_, desc_));
+        packed_ = std::move(packed);
         scales_ = allocate(6);
         weights_ = allocate(4 * kSide * kSide);
     }
     vk::Buffer allocate(std::uint64_t floats) {
         auto made = context_->memory().allocate(4 * floats, vk::MemoryKind::kDevice, "test");
-        EXPECT_OK(made.status());
+        EXPECT_OK(made);
         return std::move(made.value());
     }
     /// The weights [H,W] for balls of these radii at the distance `z`.
@@ -39,7 +38,7 @@ class SizeMapTest : public testing::Test {
         const scene::Camera camera{
             "", kSide, kSide, 64, 64, 32.5, 32.5, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}};
         auto map = SizeMap::create(*context_, desc_);
-        EXPECT_OK(map.status());
+        EXPECT_OK(map);
         EXPECT_OK(map.value().draw(packed_.views(), std::span(&camera, 1), weights_.range()));
         std::vector<float> quads(std::size_t{4} * kSide * kSide), weights;
         EXPECT_OK(context_->read(weights_.range(), quads.data(), 4 * quads.size()));

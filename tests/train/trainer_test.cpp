@@ -84,11 +84,9 @@ struct Batch {
 class TrainerRules : public KernelsTest {
   protected:
     std::unique_ptr<Trainer> make(const model::ModelConfig& network, const TrainConfig& training) {
-        auto made = Trainer::create(context(), network, training);
-        EXPECT_OK(made.status());
-        if (!made.ok()) return nullptr;
-        EXPECT_OK(made.value()->model().init(7));
-        return std::move(made.value());
+        auto made = need(Trainer::create(context(), network, training));
+        EXPECT_OK(made->model().init(7));
+        return made;
     }
     TrainStep run(Trainer& trainer, const Batch& batch) {
         TrainStep step;
@@ -107,7 +105,6 @@ class TrainerRules : public KernelsTest {
         SCOPED_TRACE(format("pixel loss %d", static_cast<int>(training.pixel_loss)));
         training.learning_rate = 0;
         const auto trainer = make(network, training);
-        ASSERT_TRUE(trainer);
         const Batch batch(network, training);
         run(*trainer, batch);
         const std::vector<float> expected = gradient(*trainer, kBias);
@@ -133,8 +130,7 @@ class TrainerRules : public KernelsTest {
             const double difference = (losses[1] - losses[0]) / (2.0 * static_cast<double>(kStep));
             // The float32 loss is good to 1e-6 of its size of about 0.3, which the step turns into
             // 4e-5; pixels that Gaussians enter and leave (alpha 1/255) add as much.
-            EXPECT_NEAR(difference, static_cast<double>(expected[i]), 2e-4 + 0.02 * largest)
-                << "bias " << i;
+            EXPECT_NEAR(difference, expected[i], 2e-4 + 0.02 * largest) << "bias " << i;
         }
     }
     static constexpr const char* kBias = "network_with_offset.out.bias";
@@ -150,7 +146,6 @@ TEST_P(TrainerRules, LearnsABatchByHeart) {
     TrainConfig training = small_training();
     training.ssim_weight = 0.2;
     const auto trainer = make(small_network(), training);
-    ASSERT_TRUE(trainer);
     const Batch batch(small_network(), training);
     const TrainStep first = run(*trainer, batch);
     TrainStep last;
@@ -190,7 +185,6 @@ TEST_P(TrainerRules, EdgesAreWeighedBySize) {
     for (const bool by_size : {false, true}) {
         training.edge_by_size = by_size;
         const auto trainer = make(small_network(), training);
-        ASSERT_TRUE(trainer);
         const Batch batch(small_network(), training);
         const TrainStep first = run(*trainer, batch);
         EXPECT_NEAR(first.loss.total, first.loss.pixel + 0.5 * first.loss.of("edge"), 1e-12);
@@ -219,7 +213,6 @@ TEST_P(TrainerLpips, TakesPart) {
     model::ModelConfig network = small_network();
     network.resolution = 16;  // the least that VGG16 takes
     const auto trainer = make(network, training);
-    ASSERT_TRUE(trainer);
     const Batch batch(network, training);
     const TrainStep without = run(*trainer, batch);
     EXPECT_EQ(without.loss.of("lpips"), 0);
@@ -232,11 +225,11 @@ TEST_P(TrainerLpips, TakesPart) {
     expect_gradient_of_the_loss(network, training);
     std::filesystem::remove(training.lpips_weights[0]);
     training.lpips_weights = {folder + "/lpips.safetensors"};
-    EXPECT_ERROR(Trainer::create(context(), network, training).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(Trainer::create(context(), network, training), Code::kInvalidArgument,
                  "features.0");
     std::filesystem::remove(training.lpips_weights[0]);
     training.lpips_weights.clear();
-    EXPECT_ERROR(Trainer::create(context(), network, training).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(Trainer::create(context(), network, training), Code::kInvalidArgument,
                  "'opt.lpips_weights' names no files");
 }
 
@@ -246,7 +239,6 @@ TEST_P(TrainerRules, PassesOfAnySizeGiveTheSameGradient) {
     two.micro_batch = 2;
     const auto single = make(small_network(), one);
     const auto pair = make(small_network(), two);
-    ASSERT_TRUE(single && pair);
     const Batch batch(small_network(), one);
     const TrainStep a = run(*single, batch);
     const TrainStep b = run(*pair, batch);
@@ -267,7 +259,6 @@ TEST_P(TrainerRules, RowsOfGradientsAreThoseOfTheSet) {
         TrainConfig training = small_training();
         training.micro_batch = objects;
         const auto trainer = make(small_network(), training);
-        ASSERT_TRUE(trainer);
         for (const std::uint64_t seed : {3U, 4U}) {
             run(*trainer, Batch(small_network(), training, seed));
             const gaussians::SetViews set = trainer->model().sets(true);
@@ -299,7 +290,6 @@ TEST_P(TrainerRules, ScaleTermsAreMeansOverTheBatch) {
     const auto pair = make(network, training);
     training.scale_terms = false;
     const auto without = make(network, training);
-    ASSERT_TRUE(single && pair && without);
     Batch batch(network, training);
     std::fill(batch.images.begin(),
               batch.images.begin() + static_cast<std::ptrdiff_t>(batch.images.size() / 2), 0.5F);
@@ -340,7 +330,6 @@ TEST_P(TrainerRules, RecomputesToTheSameBits) {
     const auto kept = make(network, training);
     training.recompute = true;
     const auto again = make(network, training);
-    ASSERT_TRUE(kept && again);
     EXPECT_LT(again->model().executor().memory().bound, kept->model().executor().memory().bound);
     const Batch batch(network, training);
     EXPECT_EQ(run(*again, batch).loss.total, run(*kept, batch).loss.total);
@@ -361,32 +350,26 @@ TEST_P(TrainerRules, ResumesBitByBit) {
     const TrainConfig training = small_training();
     const auto whole = make(network, training);
     const auto first = make(network, training);
-    ASSERT_TRUE(whole && first);
     const auto batch = [&](std::uint64_t i) { return Batch(network, training, 100 + i); };
     for (std::uint64_t i = 0; i < 3; ++i) run(*first, batch(i));
-    const auto file = first->checkpoint();
-    ASSERT_OK(file.status());
+    const auto file = need(first->checkpoint());
     const auto second = make(network, training);
-    ASSERT_TRUE(second);
     run(*second, batch(50));  // whatever it did before is gone
-    ASSERT_OK(second->resume(file.value()));
+    ASSERT_OK(second->resume(file));
     EXPECT_EQ(second->steps(), 3U);
     for (std::uint64_t i = 0; i < 6; ++i) run(*whole, batch(i));
     for (std::uint64_t i = 3; i < 6; ++i) run(*second, batch(i));
-    const auto expected = whole->checkpoint();
-    const auto got = second->checkpoint();
-    ASSERT_OK(expected.status());
-    ASSERT_OK(got.status());
-    EXPECT_EQ(expected.value().metadata, got.value().metadata);
-    const auto average = whole->averaged_state();
-    ASSERT_OK(average.status());
-    const io::NamedTensor* averaged = average.value().find(kBias);
-    const io::NamedTensor* current = expected.value().tensors.find(kBias);
+    const auto expected = need(whole->checkpoint());
+    const auto got = need(second->checkpoint());
+    EXPECT_EQ(expected.metadata, got.metadata);
+    const auto average = need(whole->averaged_state());
+    const io::NamedTensor* averaged = average.find(kBias);
+    const io::NamedTensor* current = expected.tensors.find(kBias);
     ASSERT_TRUE(averaged != nullptr && current != nullptr);
     EXPECT_NE(averaged->values, current->values);
-    EXPECT_EQ(averaged->values, expected.value().tensors.find(std::string("ema:") + kBias)->values);
-    for (const io::NamedTensor& tensor : expected.value().tensors) {
-        const io::NamedTensor* other = got.value().tensors.find(tensor.name);
+    EXPECT_EQ(averaged->values, expected.tensors.find(std::string("ema:") + kBias)->values);
+    for (const io::NamedTensor& tensor : expected.tensors) {
+        const io::NamedTensor* other = got.tensors.find(tensor.name);
         ASSERT_NE(other, nullptr);
         EXPECT_EQ(tensor.values, other->values) << tensor.name;
     }
@@ -395,30 +378,26 @@ TEST_P(TrainerRules, ResumesBitByBit) {
 TEST_P(TrainerRules, RefusesAStepWithoutAPlace) {
     TrainConfig training = small_training();
     training.schedule = config::Schedule::kStep;
-    EXPECT_ERROR(Trainer::create(context(), small_network(), training).status(),
-                 Code::kInvalidArgument, "'opt.step_lr_at' is 0, expected at least 1");
+    EXPECT_ERROR(Trainer::create(context(), small_network(), training), Code::kInvalidArgument,
+                 "'opt.step_lr_at' is 0, expected at least 1");
 }
 
 TEST_P(TrainerRules, RefusesADamagedOrForeignState) {
     const auto trainer = make(small_network(), small_training());
-    ASSERT_TRUE(trainer);
-    auto file = trainer->checkpoint();
-    ASSERT_OK(file.status());
+    auto file = need(trainer->checkpoint());
     model::ModelConfig other = small_network();
     other.base_dim = 16;
     const auto wider = make(other, small_training());
-    ASSERT_TRUE(wider);
-    EXPECT_ERROR(wider->resume(file.value()), Code::kInvalidArgument, "of another configuration");
-    for (auto& [key, text] : file.value().metadata)
+    EXPECT_ERROR(wider->resume(file), Code::kInvalidArgument, "of another configuration");
+    for (auto& [key, text] : file.metadata)
         if (key == "crc32") text = "1";
-    EXPECT_ERROR(trainer->resume(file.value()), Code::kFormat, "the file is damaged");
-    file.value().metadata.clear();
-    EXPECT_ERROR(trainer->resume(file.value()), Code::kFormat, "is not a training state");
+    EXPECT_ERROR(trainer->resume(file), Code::kFormat, "the file is damaged");
+    file.metadata.clear();
+    EXPECT_ERROR(trainer->resume(file), Code::kFormat, "is not a training state");
 }
 
 TEST_P(TrainerRules, SkipsAStepThatIsNotFinite) {
     const auto trainer = make(small_network(), small_training());
-    ASSERT_TRUE(trainer);
     const Batch batch(small_network(), small_training());
     run(*trainer, batch);
     nn::Parameters& parameters = trainer->model().parameters();
@@ -452,13 +431,11 @@ VKAPI_ATTR VkResult VKAPI_CALL load_without_averages(VkDevice device,
 
 TEST_P(TrainerRules, UpdatesAllOrNothing) {
     const auto device = make_context(context_desc(GetParam()));
-    ASSERT_NE(device, nullptr);
     auto& load = device->device().vk.vkCreateShaderModule;
     g_load = load;
     load = load_without_averages;
-    auto made = Trainer::create(*device, small_network(), small_training());
-    ASSERT_OK(made.status());
-    Trainer& trainer = *made.value();
+    auto made = need(Trainer::create(*device, small_network(), small_training()));
+    Trainer& trainer = *made;
     ASSERT_OK(trainer.model().init(7));
     nn::Parameters& parameters = trainer.model().parameters();
     const nn::Parameter& bias = *parameters.find(kBias);
@@ -476,7 +453,6 @@ TEST_P(TrainerRules, UpdatesAllOrNothing) {
     EXPECT_EQ(trainer.steps(), 1U);
     ASSERT_OK(parameters.read(bias.value, after));
     const auto never_failed = make(small_network(), small_training());
-    ASSERT_TRUE(never_failed);
     run(*never_failed, batch);
     nn::Parameters& others = never_failed->model().parameters();
     ASSERT_OK(others.read(others.find(kBias)->value, expected));
@@ -486,7 +462,6 @@ TEST_P(TrainerRules, UpdatesAllOrNothing) {
 
 TEST_P(TrainerRules, RefusesABatchThatDoesNotFit) {
     const auto trainer = make(small_network(), small_training());
-    ASSERT_TRUE(trainer);
     Batch batch(small_network(), small_training());
     TrainStep step;
     batch.targets.pop_back();

@@ -36,11 +36,11 @@ class TrainingTest : public testing::Test {
     void SetUp() override {
         context_ = std::shared_ptr<vk::Context>(test::shared_context(), [](vk::Context*) {});
         ASSERT_NE(context_, nullptr);
-        cars_ = test::sample_cars(folder_.path() / "cars");
+        cars_ = test::sample_cars(folder_ / "cars");
         test::write_all(cars_);
     }
     Asked desc(const std::string& run, std::vector<std::string> changes = {}) {
-        Asked made{(folder_.path() / run).string(), Mode::kNew, {}};
+        Asked made{(folder_ / run).string(), Mode::kNew, {}};
         made.training.changes = {"data.root='" + cars_.path + "'",
                                  "data.training_resolution=16",
                                  "model.base_dim=8",
@@ -60,7 +60,7 @@ class TrainingTest : public testing::Test {
         return made;
     }
     Asked resumed(const std::string& run, std::vector<std::string> changes = {}) {
-        Asked made{(folder_.path() / run).string(), Mode::kResume, {}};
+        Asked made{(folder_ / run).string(), Mode::kResume, {}};
         made.training.changes = std::move(changes);
         return made;
     }
@@ -71,11 +71,7 @@ class TrainingTest : public testing::Test {
                                                     std::move(task), interrupt_));
         return opened;
     }
-    std::optional<Opened> open(const Asked& asked) {
-        auto made = try_open(asked);
-        EXPECT_OK(made.status());
-        return made.ok() ? std::optional(std::move(made.value())) : std::nullopt;
-    }
+    std::optional<Opened> open(const Asked& asked) { return need(try_open(asked)); }
     Status refusal(const Asked& asked) { return try_open(asked).status(); }
     /// Every event until one ends the run.
     static std::vector<Event> run(const Opened& training) {
@@ -87,7 +83,7 @@ class TrainingTest : public testing::Test {
         return events;
     }
     [[nodiscard]] std::string file(const std::string& run, const std::string& name) const {
-        return test::file_text(folder_.path() / run / name);
+        return test::file_text(folder_ / run / name);
     }
     void expect_equal_weights(const std::string& a, const std::string& b) {
         for (const char* name : {"weights_last.safetensors", "weights_best.safetensors",

@@ -16,7 +16,6 @@ TEST_F(TrainingResume, GoesOnBitByBitFromAnyPlace) {
         fs::remove_all(folder_.path() / "parts");
         {
             const auto training = open(desc("parts"));
-            ASSERT_TRUE(training);
             Event event;
             for (int i = 0; i < calls; ++i) ASSERT_OK(training->next(event));
         }
@@ -44,20 +43,18 @@ TEST_F(TrainingResume, TakesOnResumingWhatMayChange) {
     EXPECT_EQ(file("run", "config.json"), before);
 
     const auto training = open(resumed("run", {"opt.iterations=5", "logging.val_log=0"}));
-    ASSERT_TRUE(training);
     const std::vector<Event> events = run(*training);
     EXPECT_EQ(events[0].text, "opt.iterations 4 -> 5");
     EXPECT_EQ(events[1].text, "logging.val_log 2 -> 0");
     EXPECT_EQ(events.back().step, 5U);
-    EXPECT_NE(file("run", "config.json").find("\"iterations\": 5"), std::string::npos);
+    EXPECT_HAS(file("run", "config.json"), "\"iterations\": 5");
 }
 
 TEST_F(TrainingResume, WarnsOfACosineThatGoesOn) {
     run(*open(desc("run", {"opt.lr_schedule=cosine"})));
     const std::vector<Event> events = run(*open(resumed("run", {"opt.iterations=5"})));
     EXPECT_TRUE(events[0].warning);
-    EXPECT_NE(events[0].text.find("opt.iterations 4 -> 5: with opt.lr_schedule cosine"),
-              std::string::npos);
+    EXPECT_HAS(events[0].text, "opt.iterations 4 -> 5: with opt.lr_schedule cosine");
     EXPECT_EQ(events.back().step, 5U);
 }
 
@@ -95,12 +92,10 @@ TEST_F(TrainingResume, ResumesWithTheDataOfTheRun) {
 TEST_F(TrainingResume, APieceThatIsDoneAgainCountsOnce) {
     SplatterTraining task(context_, desc("run").training);
     run::Messages messages;
-    ASSERT_OK(task.prepare(nullptr, messages).status());
+    ASSERT_OK(task.prepare(nullptr, messages));
     ASSERT_OK(task.start(messages));
     ASSERT_OK(task.begin());
-    const auto results = task.results();
-    ASSERT_OK(results.status());
-    ASSERT_OK(task.begin_validation(results.value()));
+    ASSERT_OK(task.begin_validation(need(task.results())));
     for (int i = 0; i < 2; ++i) {
         run::Piece piece;
         ASSERT_OK(task.validate(0, piece));
@@ -114,16 +109,14 @@ TEST_F(TrainingResume, APieceThatIsDoneAgainCountsOnce) {
 TEST_F(TrainingResume, OtherValidationsBeginAnew) {
     run(*open(desc("run")));
     auto same = open(resumed("run", {"opt.iterations=5"}));
-    ASSERT_TRUE(same);
     EXPECT_GT(same->figures().best_validation_psnr, 0);
     EXPECT_GT(same->figures().validation_psnr, 0) << "that of the latest validation";
-    EXPECT_EQ(file("run", "run.json").find("\"val_psnr\": 0,"), std::string::npos);
+    EXPECT_LACKS(file("run", "run.json"), "\"val_psnr\": 0,");
     const std::string kept = format("\"val_psnr\": %.17g", same->figures().validation_psnr);
-    EXPECT_NE(file("run", "run.json").find(kept), std::string::npos) << file("run", "run.json");
+    EXPECT_HAS(file("run", "run.json"), kept);
     EXPECT_EQ(kinds_of(run(*same)), "...scovd");
     same.reset();
     auto other = open(resumed("run", {"logging.val_views=1"}));
-    ASSERT_TRUE(other);
     EXPECT_EQ(other->figures().best_validation_psnr, 0);
     EXPECT_TRUE(std::isnan(other->figures().validation_psnr));
     const std::vector<Event> events = run(*other);
@@ -138,7 +131,6 @@ TEST_F(TrainingResume, OtherValidationsBeginAnew) {
     EXPECT_EQ(best, number_of(*first_of(events, EventKind::kValidation), "val_psnr"));
     other.reset();
     const auto again = open(resumed("run"));
-    ASSERT_TRUE(again);
     EXPECT_EQ(again->figures().best_validation_psnr, best);
     EXPECT_EQ(kinds_of(run(*again)), "..d");
 }

@@ -12,11 +12,10 @@ namespace {
 
 TEST_F(TrainingTest, GivesItsWorkPieceByPiece) {
     const auto training = open(desc("run"));
-    ASSERT_TRUE(training);
     EXPECT_TRUE(fs::exists(folder_.path() / "run/config.json"));
     const std::vector<Event> events = run(*training);
     EXPECT_EQ(kinds_of(events), ".covsscovsscovd") << "a state and a validation before step 1";
-    EXPECT_NE(events[0].text.find("training "), std::string::npos);
+    EXPECT_HAS(events[0].text, "training ");
     const Event* const step = first_of(events, EventKind::kStep);
     EXPECT_EQ(step->step, 1U);
     EXPECT_GT(number_of(*step, "loss"), 0);
@@ -34,16 +33,15 @@ TEST_F(TrainingTest, GivesItsWorkPieceByPiece) {
     Event again;
     ASSERT_OK(training->next(again));
     EXPECT_EQ(again.kind, EventKind::kDone);
-    EXPECT_NE(file("run", "run.json").find("\"state\": \"done\""), std::string::npos);
-    EXPECT_NE(file("run", "log.txt").find("validation PSNR"), std::string::npos);
+    EXPECT_HAS(file("run", "run.json"), "\"state\": \"done\"");
+    EXPECT_HAS(file("run", "log.txt"), "validation PSNR");
 }
 
 /// Each line of a step, and the reports, tell what was drawn and finite, and the line the rate.
 TEST_F(TrainingTest, KeepsALedger) {
     const Asked asked = desc("run");
     const auto training = open(asked);
-    ASSERT_TRUE(training);
-    EXPECT_NE(file("run", "run.json").find("\"ledger\": null"), std::string::npos);
+    EXPECT_HAS(file("run", "run.json"), "\"ledger\": null");
     const std::vector<Event> events = run(*training);
     const Event* const first = first_of(events, EventKind::kStep);
     EXPECT_EQ(number_of(*first, "rate"), training->training->settings().training.rate(1));
@@ -58,20 +56,18 @@ TEST_F(TrainingTest, KeepsALedger) {
             colon, comma, colon);
     };
     const std::string metrics = file("run", "metrics.jsonl");
-    EXPECT_NE(metrics.find(counts(*steps[0], ":", ",")), std::string::npos) << metrics;
-    EXPECT_NE(metrics.find(counts(*steps[3], ":", ",")), std::string::npos) << metrics;
-    EXPECT_NE(metrics.find(format("\"rate\":%.17g,", number_of(*first, "rate"))), std::string::npos)
-        << metrics;
+    EXPECT_HAS(metrics, counts(*steps[0], ":", ","));
+    EXPECT_HAS(metrics, counts(*steps[3], ":", ","));
+    EXPECT_HAS(metrics, format("\"rate\":%.17g,", number_of(*first, "rate")));
     const std::string last = "\"ledger\": {" + counts(*steps[3], ": ", ", ");
-    EXPECT_NE(file("run", "run.json").find(last), std::string::npos) << file("run", "run.json");
-    EXPECT_NE(figures_json(training->figures()).find(last), std::string::npos);
+    EXPECT_HAS(file("run", "run.json"), last);
+    EXPECT_HAS(figures_json(training->figures()), last);
 }
 
 TEST_F(TrainingTest, IsInterruptedFromAnotherThread) {
     run(*open(desc("whole")));
     {
         const auto training = open(desc("parts", {"opt.iterations=100000"}));
-        ASSERT_TRUE(training);
         std::thread other;
         Event event;
         while (event.kind < EventKind::kDone) {
@@ -81,18 +77,17 @@ TEST_F(TrainingTest, IsInterruptedFromAnotherThread) {
         }
         other.join();
         EXPECT_EQ(event.kind, EventKind::kInterrupted);
-        EXPECT_NE(event.text.find("interrupted after step"), std::string::npos);
+        EXPECT_HAS(event.text, "interrupted after step");
         EXPECT_LT(event.step, 4U) << "the calls after it do nothing else";
-        EXPECT_NE(file("parts", "run.json").find("\"interrupted\""), std::string::npos);
+        EXPECT_HAS(file("parts", "run.json"), "\"interrupted\"");
     }
     run(*open(resumed("parts", {"opt.iterations=4"})));
     expect_equal_weights("whole", "parts");
-    EXPECT_NE(file("parts", "log.txt").find("opt.iterations 100000 -> 4"), std::string::npos);
+    EXPECT_HAS(file("parts", "log.txt"), "opt.iterations 100000 -> 4");
 }
 
 TEST_F(TrainingTest, HasItsFolderForItself) {
     const auto training = open(desc("run"));
-    ASSERT_TRUE(training);
     EXPECT_ERROR(refusal(resumed("run")), Code::kInvalidState, "a run of process ");
     Asked over = desc("run");
     over.mode = Mode::kReplace;
@@ -102,7 +97,7 @@ TEST_F(TrainingTest, HasItsFolderForItself) {
 
 TEST_F(TrainingTest, ValidatesOnlyAtTheEndIfAsked) {
     EXPECT_EQ(kinds_of(run(*open(desc("run", {"logging.val_log=0"})))), ".csscsscovd");
-    EXPECT_NE(file("run", "run.json").find("\"val_psnr\": "), std::string::npos);
+    EXPECT_HAS(file("run", "run.json"), "\"val_psnr\": ");
 }
 
 /// The data have 51.99 degrees, which data.fov is by default.
@@ -120,15 +115,13 @@ TEST_F(TrainingTest, WarnsOfAnotherFieldOfView) {
     };
     EXPECT_EQ(texts("near", "data.fov=52.2"), "");
     EXPECT_EQ(texts("none", "data.fov=0"), "");
-    EXPECT_NE(texts("far", "data.fov=49").find("view is 51.99 degrees, but 'data.fov' is 49"),
-              std::string::npos);
+    EXPECT_HAS(texts("far", "data.fov=49"), "view is 51.99 degrees, but 'data.fov' is 49");
 }
 
 #if SPLAT_FAULT_POINTS
 /// A disk that is full for a moment: the next call tells what was done, once.
 TEST_F(TrainingTest, TellsAfterAnErrorWhatItDid) {
     const auto training = open(desc("run", {"opt.iterations=3"}));
-    ASSERT_TRUE(training);
     std::vector<Event> events;
     std::size_t failed = 0;
     const auto next = [&](const char* fault_point, std::uint64_t at) {
@@ -152,9 +145,9 @@ TEST_F(TrainingTest, TellsAfterAnErrorWhatItDid) {
     EXPECT_EQ(kinds_of(events), ".covsscovscovd");
     const std::string metrics = file("run", "metrics.jsonl");
     EXPECT_EQ(std::count(metrics.begin(), metrics.end(), '\n'), 6) << metrics;
-    EXPECT_NE(metrics.find("{\"step\":2,\"loss\":"), std::string::npos) << metrics;
+    EXPECT_HAS(metrics, "{\"step\":2,\"loss\":");
     const std::string log = file("run", "log.txt");
-    EXPECT_NE(log.find("step 0: validation"), std::string::npos) << log;
+    EXPECT_HAS(log, "step 0: validation");
     EXPECT_EQ(log.find("step 0: validation"), log.rfind("step 0: validation")) << log;
 }
 
@@ -164,7 +157,6 @@ TEST_F(TrainingTest, TellsAfterAnErrorWhatItDid) {
 TEST_F(TrainingTest, EndsWhereNothingIsDrawn) {
     const auto training = open(desc("run", {"model.opacity_bias=-30", "opt.iterations=1000",
                                             "logging.val_log=0", "logging.ckpt_iterations=0"}));
-    ASSERT_TRUE(training);
     const std::vector<Event> events = run(*training);
     EXPECT_EQ(events.back().kind, EventKind::kNothingDrawn);
     EXPECT_EQ(events.back().step, 200U);
@@ -173,35 +165,27 @@ TEST_F(TrainingTest, EndsWhereNothingIsDrawn) {
     });
     ASSERT_NE(warned, events.end());
     EXPECT_EQ(warned->step, 20U);
-    EXPECT_NE(warned->text.find("drew nothing"), std::string::npos);
-    EXPECT_NE(file("run", "run.json").find("\"nothing drawn\""), std::string::npos);
+    EXPECT_HAS(warned->text, "drew nothing");
+    EXPECT_HAS(file("run", "run.json"), "\"nothing drawn\"");
 }
 
 /// White images and Gaussians that are not drawn before white.
 TEST_F(TrainingTest, EqualImagesHaveAnInfinitePsnr) {
-    io::Image white;
-    white.width = white.height = 16;
-    white.channels = 3;
-    white.samples.assign(std::size_t{3} * 16 * 16, 255);
-    const auto png = io::write_png(white);
-    ASSERT_OK(png.status());
+    const io::Image white{16, 16, 3, 8, std::vector<std::uint16_t>(3 * 16 * 16, 255)};
     for (const auto& entry : fs::recursive_directory_iterator(cars_.path))
-        if (entry.path().parent_path().filename() == "rgb")
-            test::put_text(entry.path(), std::string(io::as_text(png.value())));
+        if (entry.path().parent_path().filename() == "rgb") test::put_png(entry.path(), white);
     const auto training =
         open(desc("run", {"model.opacity_bias=-30", "opt.iterations=1", "logging.val_log=0"}));
-    ASSERT_TRUE(training);
     const std::vector<Event> events = run(*training);
     const Event* const step = first_of(events, EventKind::kStep);
     ASSERT_NE(step, nullptr);
     EXPECT_EQ(number_of(*step, "psnr"), INFINITY);
-    EXPECT_NE(file("run", "metrics.jsonl").find("\"psnr\":null"), std::string::npos);
+    EXPECT_HAS(file("run", "metrics.jsonl"), "\"psnr\":null");
 }
 
 TEST_F(TrainingTest, EndsWhereNothingIsFinite) {
     const auto training = open(desc("run", {"opt.base_lr=1000", "opt.iterations=1000",
                                             "logging.val_log=0", "logging.ckpt_iterations=0"}));
-    ASSERT_TRUE(training);
     const std::vector<Event> events = run(*training);
     EXPECT_EQ(events.back().kind, EventKind::kNotFinite);
     EXPECT_GE(events.back().skipped, 10U);
@@ -232,10 +216,8 @@ TEST_F(TrainingTest, RefusesBeforeItMakesAFolder) {
 TEST_F(TrainingTest, DoesNotValidateOnWhatItTrainsOn) {
     const std::string objects = cars_.path + "/srn_cars/cars_train";
     const auto training = open(desc("run", {"data.root='" + objects + "'", "opt.iterations=1"}));
-    ASSERT_TRUE(training);
     EXPECT_EQ(first_of(run(*training), EventKind::kValidation), nullptr);
-    EXPECT_NE(file("run", "log.txt").find("no validation: '" + objects + "' has no splits"),
-              std::string::npos);
+    EXPECT_HAS(file("run", "log.txt"), "no validation: '" + objects + "' has no splits");
 }
 
 /// Only a split that is missing means none.
@@ -246,7 +228,7 @@ TEST_F(TrainingTest, RefusesADamagedValidation) {
                  "split val: maps requested: depth");
     fs::remove_all(val);
     EXPECT_TRUE(open(desc("run", {"data.use_pred_depth=true"})));
-    EXPECT_NE(file("run", "log.txt").find("no validation: "), std::string::npos);
+    EXPECT_HAS(file("run", "log.txt"), "no validation: ");
 }
 
 TEST_F(TrainingTest, StartsFromWeights) {
@@ -280,13 +262,13 @@ TEST_F(TrainingTest, RecordsWhyItFailed) {
     Status status;
     while (status.ok() && event.kind < EventKind::kDone) status = training->next(event);
     if (status.ok()) GTEST_FAIL() << "everything was read before";
-    EXPECT_NE(file("run", "run.json").find("\"state\": \"failed\""), std::string::npos);
-    EXPECT_NE(file("run", "run.json").find("\"error\": \"cannot"), std::string::npos);
-    EXPECT_NE(file("run", "log.txt").find("error: cannot"), std::string::npos);
+    EXPECT_HAS(file("run", "run.json"), "\"state\": \"failed\"");
+    EXPECT_HAS(file("run", "run.json"), "\"error\": \"cannot");
+    EXPECT_HAS(file("run", "log.txt"), "error: cannot");
     fs::rename(cars_.path + "_away", cars_.path);
     EXPECT_EQ(run(*training).back().kind, EventKind::kDone);
-    EXPECT_NE(file("run", "run.json").find("\"state\": \"done\""), std::string::npos);
-    EXPECT_EQ(file("run", "run.json").find("error"), std::string::npos);
+    EXPECT_HAS(file("run", "run.json"), "\"state\": \"done\"");
+    EXPECT_LACKS(file("run", "run.json"), "error");
 }
 
 /// Refuses an object whose turn comes late, before anything is written.
@@ -311,8 +293,8 @@ TEST_F(TrainingTest, StartsFromPretrainedWeightsOfItsChannels) {
             desc(run_name, {"opt.iterations=0", "data.use_pred_depth=true", from(start)})))[0]
             .text;
     };
-    EXPECT_NE(first_event("depth", "rgb").find(", 1 widened,"), std::string::npos);
-    EXPECT_NE(first_event("again", "depth").find(", 0 widened,"), std::string::npos);
+    EXPECT_HAS(first_event("depth", "rgb"), ", 1 widened,");
+    EXPECT_HAS(first_event("again", "depth"), ", 0 widened,");
     EXPECT_ERROR(refusal(desc("none", {"opt.pretrained_ckpt=none.pth"})), Code::kNotFound,
                  "opt.pretrained_ckpt: cannot open 'none.pth'");
 }
@@ -323,10 +305,9 @@ TEST_F(TrainingTest, TakesAnOpenDataSet) {
     cars.path = cars_.path;
     cars.resolution = 16;
     cars.background = {1, 1, 1};
-    auto opened = data::Dataset::open(cars);
-    ASSERT_OK(opened.status());
+    auto opened = need(data::Dataset::open(cars));
     Asked given = desc("open", {"data.root=''"});
-    given.training.dataset = std::move(opened.value());
+    given.training.dataset = std::move(opened);
     const auto events = run(*open(given));
     EXPECT_EQ(kinds_of(events), ".csscsscd");
     run(*open(desc("root")));

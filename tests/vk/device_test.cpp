@@ -55,11 +55,10 @@ TEST_F(Device, DescribesEveryDevice) {
 }
 
 TEST_F(Device, OpensTheBestByDefault) {
-    const auto device = vk::Device::create(desc());
-    ASSERT_OK(device.status());
+    const auto device = need(vk::Device::create(desc()));
     for (const DeviceInfo& info : infos_)
         if (info.usable()) {
-            EXPECT_GE(device.value()->info().kind, info.kind);
+            EXPECT_GE(device->info().kind, info.kind);
         }
 }
 
@@ -153,7 +152,6 @@ TEST_F(Device, FakedLimitsReplaceTheRealOnes) {
     ContextDesc lowered = test::context_desc();
     lowered.device.fake = [](DeviceInfo& info) { info.limits.max_groups = {2, 2, 2}; };
     const auto context = test::make_context(lowered);
-    ASSERT_NE(context, nullptr);
     const Buffer x = test::device_buffer(*context, 256);
     const Buffer y = test::device_buffer(*context, 256);
     vk::Recorder recorder(*context);
@@ -171,13 +169,13 @@ TEST_F(Device, SharesOneInstancePerChoiceOfValidation) {
 
 TEST_F(Device, TimeoutScaleMustBeANumber) {
     setenv("SPLAT_TIMEOUT_SCALE", "soon", 1);
-    EXPECT_ERROR(Context::create(test::context_desc()).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(Context::create(test::context_desc()), Code::kInvalidArgument,
                  "SPLAT_TIMEOUT_SCALE");
     unsetenv("SPLAT_TIMEOUT_SCALE");
 }
 
 TEST_F(Device, VulkanResultsBecomeStatusCodes) {
-    const auto device = std::move(vk::Device::create(desc()).value());
+    const auto device = need(vk::Device::create(desc()));
     EXPECT_OK(device->check(VK_SUCCESS, "vkX"));
     EXPECT_OK(device->check(VK_INCOMPLETE, "vkX"));
     const std::pair<VkResult, Code> cases[] = {

@@ -14,14 +14,13 @@ namespace {
 
 TEST(Harness, DISABLED_MessageFailsTheTest) {
     Context* context = test::shared_context();
-    ASSERT_NE(context, nullptr);
     const Buffer a = test::device_buffer(*context, 64);
     const Buffer b = test::device_buffer(*context, 64);
     Recorder recorder(*context);
     recorder.omit_barriers = true;
     EXPECT_OK(recorder.fill(a.range(), 0));
     EXPECT_OK(recorder.copy(a.range(), b.range()));
-    CommandList list = std::move(recorder.finish().value());
+    CommandList list = need(recorder.finish());
     EXPECT_OK(context->run(list));
 }
 
@@ -42,13 +41,12 @@ TEST(Harness, DISABLED_MissingPartFailsTheTest) {
 TEST(Harness, ExpectedMessagesDoNotFailTheTest) {
     if (!test::validation_on()) GTEST_SKIP() << "validation is off";
     Context* context = test::shared_context();
-    ASSERT_NE(context, nullptr);
     const Buffer a = test::device_buffer(*context, 64);
     Recorder recorder(*context);
     recorder.omit_barriers = true;
     EXPECT_OK(recorder.fill(a.range(), 0));
     EXPECT_OK(recorder.fill(a.range(), 1));
-    CommandList list = std::move(recorder.finish().value());
+    CommandList list = need(recorder.finish());
     const test::ExpectedMessages bait;
     EXPECT_OK(context->run(list));
     EXPECT_GT(bait.count(), 0U);
@@ -69,8 +67,7 @@ void submit(const Instance& instance, VkDebugUtilsMessageSeverityFlagBitsEXT sev
 
 TEST(Harness, WarningsOfTheLayerOnItselfDoNotCount) {
     if (!test::validation_on()) GTEST_SKIP() << "validation is off";
-    const auto instance = Instance::get(true);
-    ASSERT_OK(instance.status());
+    const auto instance = need(Instance::get(true));
     constexpr auto kWarning = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT;
     const std::pair<const char*, const char*> own[] = {
         {"VALIDATION-SETTINGS",
@@ -84,7 +81,7 @@ TEST(Harness, WarningsOfTheLayerOnItselfDoNotCount) {
     };
     const test::ExpectedMessages expected;
     for (const auto& [id, text] : own) {
-        submit(*instance.value(), kWarning, id, text);
+        submit(*instance, kWarning, id, text);
         EXPECT_EQ(expected.count(), 0U) << text;
     }
     std::uint64_t before = 0;
@@ -93,13 +90,13 @@ TEST(Harness, WarningsOfTheLayerOnItselfDoNotCount) {
         before = expected.count();
     };
     for (const auto& [id, text] : own) {
-        submit(*instance.value(), VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT, id, text);
+        submit(*instance, VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT, id, text);
         expect_counted("an error");
-        submit(*instance.value(), kWarning, "VUID-vkCreateDevice-pNext-00373", text);
+        submit(*instance, kWarning, "VUID-vkCreateDevice-pNext-00373", text);
         expect_counted("another id");
-        submit(*instance.value(), kWarning, id, "The layer gives up.");
+        submit(*instance, kWarning, id, "The layer gives up.");
         expect_counted("another text");
-        submit(*instance.value(), kWarning, nullptr, text);
+        submit(*instance, kWarning, nullptr, text);
         expect_counted("no id");
     }
 }

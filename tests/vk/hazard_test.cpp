@@ -12,11 +12,7 @@
 namespace splat::vk {
 namespace {
 
-using test::accumulate;
-using test::device_buffer;
-using test::part;
-using test::scale;
-using test::slow;
+using namespace test;
 
 constexpr std::uint32_t kN = 1024;
 
@@ -28,7 +24,7 @@ CommandList record_scene(Context& context, std::vector<Buffer>& buffers,
     const BufferView b = buffers[1].range();
     const BufferView c = buffers[2].range();
     const BufferView d = buffers[3].range();
-    const double three_parts = test::flops_for(context, 2.5);
+    const double three_parts = flops_for(context, 2.5);
 
     Recorder r(context);
     EXPECT_OK(r.fill(a, 0));
@@ -54,12 +50,11 @@ CommandList record_scene(Context& context, std::vector<Buffer>& buffers,
     EXPECT_OK(r.dispatch(slow(d, {kN / 4, 4, 1}, 1, three_parts)));
     kinds.push_back("read after the write of a split dispatch");
     EXPECT_OK(r.copy(d, a));
-    return std::move(r.finish().value());
+    return need(r.finish());
 }
 
 TEST(Hazard, DetectsEachRemovedBarrier) {
-    Context* context = test::shared_context();
-    ASSERT_NE(context, nullptr);
+    Context* context = shared_context();
     std::vector<Buffer> buffers;
     std::vector<std::string> kinds{"against the list before"};
     const CommandList list = record_scene(*context, buffers, kinds);
@@ -87,15 +82,14 @@ TEST(Hazard, DetectsEachRemovedBarrier) {
 }
 
 TEST(Hazard, NamesBothCommandsAndRanges) {
-    Context* context = test::shared_context();
-    ASSERT_NE(context, nullptr);
+    Context* context = shared_context();
     const Buffer a = device_buffer(*context, kN);
     const Buffer b = device_buffer(*context, kN);
     Recorder r(*context);
     r.omit_barriers = true;
     EXPECT_OK(r.fill(a.range(), 0));
     EXPECT_OK(r.dispatch(scale(a.range(), b.range(), kN, 2)));
-    const CommandList list = std::move(r.finish().value());
+    const CommandList list = need(r.finish());
     const Status status = check_hazards(list.commands());
     EXPECT_ERROR(status, Code::kInternal, "(fill)");
     EXPECT_ERROR(status, Code::kInternal, "(scale)");
@@ -103,8 +97,7 @@ TEST(Hazard, NamesBothCommandsAndRanges) {
 }
 
 TEST(Hazard, SeesThroughCommandsBetween) {
-    Context* context = test::shared_context();
-    ASSERT_NE(context, nullptr);
+    Context* context = shared_context();
     std::vector<Buffer> buffers;
     for (int i = 0; i < 20; ++i) buffers.push_back(device_buffer(*context, 64));
     Recorder r(*context);
@@ -119,9 +112,8 @@ TEST(Hazard, EmptyListIsSafe) {
 }
 
 TEST(Hazard, LayerReportsAMissingBarrierToo) {
-    Context* context = test::shared_context();
-    ASSERT_NE(context, nullptr);
-    if (!test::validation_on()) GTEST_SKIP() << "validation is off";
+    Context* context = shared_context();
+    if (!validation_on()) GTEST_SKIP() << "validation is off";
     const Buffer a = device_buffer(*context, kN);
     const Buffer b = device_buffer(*context, kN);
     const Buffer c = device_buffer(*context, kN);
@@ -129,8 +121,8 @@ TEST(Hazard, LayerReportsAMissingBarrierToo) {
     r.omit_barriers = true;
     EXPECT_OK(r.dispatch(scale(a.range(), b.range(), kN, 2)));
     EXPECT_OK(r.dispatch(scale(b.range(), c.range(), kN, 2)));
-    CommandList list = std::move(r.finish().value());
-    const test::ExpectedMessages bait;
+    CommandList list = need(r.finish());
+    const ExpectedMessages bait;
     EXPECT_OK(context->run(list));
     EXPECT_GT(bait.count(), 0U)
         << "the layer does not know vkCmdDispatchBase: record vkCmdDispatch "
@@ -138,18 +130,15 @@ TEST(Hazard, LayerReportsAMissingBarrierToo) {
 }
 
 TEST(Hazard, LayerReportsAnAccessOutsideTheBinding) {
-    Context* context = test::shared_context();
-    ASSERT_NE(context, nullptr);
-    if (!test::validation_on()) GTEST_SKIP() << "validation is off";
+    Context* context = shared_context();
+    if (!validation_on()) GTEST_SKIP() << "validation is off";
     const Buffer y = device_buffer(*context, 64);
     const auto run_with = [&](std::uint32_t index) {
-        Recorder r(*context);
-        EXPECT_OK(r.dispatch(test::out_of_range(y.range(), index)));
-        CommandList list = std::move(r.finish().value());
+        CommandList list = record(*context, {out_of_range(y.range(), index)});
         EXPECT_OK(context->run(list));
     };
     run_with(63);
-    const test::ExpectedMessages bait;
+    const ExpectedMessages bait;
     run_with(64);
     EXPECT_GT(bait.count(), 0U) << "GPU-assisted validation is off, or the layer cannot see this "
                                    "kind of dispatch";

@@ -18,7 +18,7 @@ TEST(Profile, SumsUpByOperatorAndShader) {
     for (const double ms : {3.0, 1.0, 2.0, 5.0, 4.0})
         profile.add("a", "a_cpu", ms, {10 * ms, 2e7 * ms});
     profile.add("b", "b_plain", 100, {});
-    const Json json = std::move(parse_json(profile.json("a \"device\""), "profile").value());
+    const Json json = need(parse_json(profile.json("a \"device\""), "profile"));
     EXPECT_EQ(json["device"], "a \"device\"");
     ASSERT_EQ(json["ops"].size(), 2U);
     EXPECT_EQ(json["ops"][0]["op"], "b");  // longest first
@@ -31,8 +31,8 @@ TEST(Profile, SumsUpByOperatorAndShader) {
     EXPECT_EQ(a["flops"], 30) << "the mean";
     EXPECT_EQ(a["bytes"], 6e7);
     const std::string table = profile.table("device");
-    EXPECT_NE(table.find("a_cpu"), std::string::npos);
-    EXPECT_NE(table.find("20.00"), std::string::npos) << "GB/s of all dispatches: " << table;
+    EXPECT_HAS(table, "a_cpu");
+    EXPECT_HAS(table, "20.00") << "GB/s of all dispatches: " << table;
     EXPECT_LT(table.find("b_plain"), table.find("a_cpu"));
     profile.add_list({.submits = 1,
                       .dispatches = 4,
@@ -62,10 +62,10 @@ TEST(Profile, SumsUpByOperatorAndShader) {
     profile.add_write(4);
     const Json moved = {{"reads", 1}, {"read_bytes", 16}, {"writes", 2}, {"written_bytes", 104}};
     EXPECT_EQ(parse_json(profile.json("x"), "profile").value()["transfers"], moved);
-    EXPECT_NE(profile.table("x").find("between dispatches"), std::string::npos);
-    EXPECT_NE(profile.table("x").find("1 reads of 16 bytes, 2 writes of 104"), std::string::npos);
+    EXPECT_HAS(profile.table("x"), "between dispatches");
+    EXPECT_HAS(profile.table("x"), "1 reads of 16 bytes, 2 writes of 104");
     profile.reset();
-    const Json none = std::move(parse_json(profile.json("x"), "profile").value());
+    const Json none = need(parse_json(profile.json("x"), "profile"));
     EXPECT_EQ(none["ops"].size(), 0U);
     EXPECT_EQ(none["idle"]["count"], 0);
     EXPECT_EQ(none["idle"]["total_ms"], 0);
@@ -77,7 +77,6 @@ TEST(Profile, CountsTransfersAndTheirBytes) {
     ContextDesc desc = test::context_desc();
     desc.profile = true;
     const auto context = test::make_context(desc);
-    ASSERT_NE(context, nullptr);
     const Buffer x = test::device_buffer(*context, 4096);
     std::vector<std::byte> values(4096);
     EXPECT_OK(context->write(x.range(), values.data(), 4096));
@@ -94,7 +93,7 @@ TEST(Profile, CountsTransfersAndTheirBytes) {
 TEST(Profile, KeepsItsMemoryBounded) {
     Profile profile;
     for (int i = 0; i < 100'000; ++i) profile.add("a", "k", i < 50'000 ? 1.0 : 2.0, {});
-    const Json json = std::move(parse_json(profile.json("x"), "profile").value());
+    const Json json = need(parse_json(profile.json("x"), "profile"));
     EXPECT_EQ(json["ops"][0]["count"], 100'000);
     EXPECT_EQ(json["ops"][0]["median_ms"], 2);  // median of the latest
     EXPECT_EQ(json["ops"][0]["min_ms"], 1);
@@ -104,7 +103,6 @@ TEST(Profile, MeasuresEveryDispatchOnTheDevice) {
     ContextDesc desc = test::context_desc();
     desc.profile = true;
     const auto context = test::make_context(desc);
-    ASSERT_NE(context, nullptr);
     if (context->device().info().limits.timestamp_ns <= 0)
         SPLAT_SKIP_FOR_DEVICE("this device has no timestamps");
     const Buffer y = test::device_buffer(*context, 4096);
@@ -112,7 +110,7 @@ TEST(Profile, MeasuresEveryDispatchOnTheDevice) {
     Recorder recorder(*context);
     EXPECT_OK(recorder.fill(y.range(), 0));
     EXPECT_OK(recorder.dispatch(test::slow(y.range(), {64, 64, 1}, 2000, flops)));
-    CommandList list = std::move(recorder.finish().value());
+    CommandList list = need(recorder.finish());
     const auto begin = std::chrono::steady_clock::now();
     for (int i = 0; i < 3; ++i) EXPECT_OK(context->run(list));
     const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - begin;
@@ -157,7 +155,6 @@ TEST(Profile, DealsTheTimeOfALevelByEstimates) {
     ContextDesc desc = test::context_desc();
     desc.profile = desc.profile_levels = true;
     const auto context = test::make_context(desc);
-    ASSERT_NE(context, nullptr);
     if (context->device().info().limits.timestamp_ns <= 0)
         SPLAT_SKIP_FOR_DEVICE("this device has no timestamps");
     const Buffer x = test::device_buffer(*context, 4096);
@@ -166,7 +163,7 @@ TEST(Profile, DealsTheTimeOfALevelByEstimates) {
     EXPECT_OK(recorder.dispatch(test::slow(x.range(), {8, 1, 1}, 2000, 3e6)));
     EXPECT_OK(recorder.fill(y.range(), 0));  // may run beside it
     EXPECT_OK(recorder.fill(x.range(), 0));  // may not
-    CommandList list = std::move(recorder.finish().value());
+    CommandList list = need(recorder.finish());
     EXPECT_OK(context->run(list));
     const Json json = parse_json(context->profile()->json("x"), "profile").value();
     EXPECT_EQ(json["idle"]["count"], 1) << "between two levels";
@@ -183,7 +180,6 @@ TEST(Profile, DealsTheTimeOfALevelByEstimates) {
 
 TEST(Profile, IsAbsentUnlessAskedFor) {
     Context* context = test::shared_context();
-    ASSERT_NE(context, nullptr);
     EXPECT_EQ(context->profile(), nullptr);
 }
 

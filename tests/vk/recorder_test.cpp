@@ -11,19 +11,14 @@
 namespace splat::vk {
 namespace {
 
-using test::accumulate;
-using test::device_buffer;
-using test::part;
-using test::scale;
-using test::slow;
+using namespace test;
 
 constexpr std::uint32_t kElements = 1000;
 
 class RecorderBarriers : public testing::Test {
   protected:
     void SetUp() override {
-        context_ = test::shared_context();
-        ASSERT_NE(context_, nullptr);
+        context_ = shared_context();
         a_ = device_buffer(*context_, kElements);
         b_ = device_buffer(*context_, kElements);
         c_ = device_buffer(*context_, kElements);
@@ -35,15 +30,13 @@ class RecorderBarriers : public testing::Test {
     int barriers(const Record& record) {
         vk::Recorder recorder(*context_);
         record(recorder);
-        auto list = recorder.finish();
-        EXPECT_TRUE(list.ok()) << list.status().message();
-        if (!list.ok()) return -1;
-        EXPECT_OK(context_->run(list.value()));  // under synchronisation validation
+        auto list = need(recorder.finish());
+        EXPECT_OK(context_->run(list));  // under synchronisation validation
         int count = -1;
-        for (const Command& command : list.value().commands())
+        for (const Command& command : list.commands())
             count += command.kind == CommandKind::kBarrier ? 1 : 0;
-        EXPECT_EQ(list.value().commands().front().kind, CommandKind::kBarrier);
-        EXPECT_EQ(list.value().commands().back().kind, CommandKind::kToHost);
+        EXPECT_EQ(list.commands().front().kind, CommandKind::kBarrier);
+        EXPECT_EQ(list.commands().back().kind, CommandKind::kToHost);
         return count;
     }
 
@@ -176,7 +169,7 @@ TEST_F(RecorderBarriers, FindsTheModuleForTheKernels) {
         dispatch.kernels = kernels;
         EXPECT_OK(r.dispatch(dispatch));
         const auto list = r.finish();
-        EXPECT_OK(list.status());
+        EXPECT_OK(list);
         for (const Command& command : list.value().commands())
             if (command.kind == CommandKind::kDispatch) return command.shader;
         return "";
@@ -216,13 +209,12 @@ TEST_F(RecorderBarriers, RefusesGroupsBeyondTheDevice) {
 }
 
 TEST_F(RecorderBarriers, RefusesViewsBeyondTheBindingLimit) {
-    ContextDesc desc = test::context_desc();
+    ContextDesc desc = context_desc();
     desc.device.fake = [](DeviceInfo& info) {
         info.limits.max_storage_buffer_bytes = 4096;
         info.limits.max_texel_elements = 64;
     };
-    const auto context = test::make_context(desc);
-    ASSERT_NE(context, nullptr);
+    const auto context = make_context(desc);
     const Buffer x = device_buffer(*context, 1028);
     const Buffer y = device_buffer(*context, 1028);
     vk::Recorder r(*context);
@@ -236,37 +228,36 @@ TEST_F(RecorderBarriers, RefusesViewsBeyondTheBindingLimit) {
 }
 
 TEST_F(RecorderBarriers, ComputesThroughBothKindsOfLoads) {
-    const std::vector<float> x = test::integer_fill(kElements, 1);
-    const Buffer in = test::upload(*context_, x);
-    vk::Recorder r(*context_);
-    EXPECT_OK(r.dispatch(scale(in.range(), b_.range(), kElements, 3, 1)));
-    EXPECT_OK(r.dispatch(test::texel(b_.range(), c_.range(), kElements / 4)));
-    CommandList list = std::move(r.finish().value());
+    const std::vector<float> x = integer_fill(kElements, 1);
+    const Buffer in = upload(*context_, x);
+    CommandList list =
+        test::record(*context_, {scale(in.range(), b_.range(), kElements, 3, 1),
+                                 test::texel(b_.range(), c_.range(), kElements / 4)});
     EXPECT_OK(context_->run(list));
-    const std::vector<float> y = test::download(*context_, c_.range(), kElements);
+    const std::vector<float> y = download(*context_, c_.range(), kElements);
     for (std::uint32_t i = 0; i < kElements; ++i) ASSERT_EQ(y[i], 2 * (3 * x[i] + 1)) << i;
 }
 
 TEST_F(RecorderBarriers, RunsAgainWithNewPushData) {
-    const Buffer in = test::upload(*context_, std::vector<float>(kElements, 1));
+    const Buffer in = upload(*context_, std::vector<float>(kElements, 1));
     vk::Recorder r(*context_);
     EXPECT_OK(r.dispatch(scale(in.range(), b_.range(), kElements, 2)));
     EXPECT_OK(r.dispatch(scale(b_.range(), c_.range(), kElements, 5)));
     const std::size_t second = r.last_dispatch();
-    CommandList list = std::move(r.finish().value());
+    CommandList list = need(r.finish());
     for (const float factor : {5.0F, 7.0F, -1.0F}) {
-        EXPECT_OK(list.set_push(second, test::ScaleParams{kElements, factor}));
+        EXPECT_OK(list.set_push(second, ScaleParams{kElements, factor}));
         EXPECT_OK(context_->run(list));
-        EXPECT_EQ(test::download(*context_, c_.range(), kElements),
+        EXPECT_EQ(download(*context_, c_.range(), kElements),
                   std::vector<float>(kElements, 2 * factor));
     }
     EXPECT_ERROR(list.set_push(second, kElements), Code::kInternal, "push constants");
-    EXPECT_ERROR(list.set_push(2, test::ScaleParams{kElements, 1}), Code::kInternal, "dispatch 2");
+    EXPECT_ERROR(list.set_push(2, ScaleParams{kElements, 1}), Code::kInternal, "dispatch 2");
 }
 
 TEST_F(RecorderBarriers, EmptyListRuns) {
     vk::Recorder r(*context_);
-    CommandList list = std::move(r.finish().value());
+    CommandList list = need(r.finish());
     EXPECT_TRUE(list.empty());
     EXPECT_TRUE(list.commands().empty());
     EXPECT_OK(context_->run(list));

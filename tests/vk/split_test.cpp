@@ -8,29 +8,22 @@
 namespace splat::vk {
 namespace {
 
-using test::device_buffer;
-using test::flops_for;
-using test::slow;
+using namespace test;
 
 class Split : public testing::Test {
   protected:
     void SetUp() override {
-        context_ = test::shared_context();
-        ASSERT_NE(context_, nullptr);
+        context_ = shared_context();
         y_ = device_buffer(*context_, kGroups[0] * kGroups[1]);
     }
 
     std::vector<std::uint32_t> run(CommandList& list) {
         EXPECT_OK(context_->fill(y_.range(), 0));
         EXPECT_OK(context_->run(list));
-        return test::download_words(*context_, y_.range(), kGroups[0] * kGroups[1]);
+        return download_words(*context_, y_.range(), kGroups[0] * kGroups[1]);
     }
 
-    CommandList record(const Dispatch& dispatch) {
-        Recorder recorder(*context_);
-        EXPECT_OK(recorder.dispatch(dispatch));
-        return std::move(recorder.finish().value());
-    }
+    CommandList record(const Dispatch& dispatch) { return test::record(*context_, {dispatch}); }
 
     static constexpr Groups kGroups{37, 11, 1};
     Context* context_ = nullptr;
@@ -82,7 +75,7 @@ TEST_F(Split, ManyShortDispatchesAreSpreadOverSubmits) {
     Recorder recorder(*context_);
     for (int i = 0; i < 10; ++i)
         EXPECT_OK(recorder.dispatch(slow(y_.range(), kGroups, 50, flops_for(*context_, 0.4))));
-    CommandList list = std::move(recorder.finish().value());
+    CommandList list = need(recorder.finish());
     EXPECT_EQ(parts_of(list).size(), 10U);
     EXPECT_EQ(list.submit_count(), 5U);
     CommandList whole = record(slow(y_.range(), kGroups, 50, 0));
@@ -92,12 +85,12 @@ TEST_F(Split, ManyShortDispatchesAreSpreadOverSubmits) {
 TEST_F(Split, PushDataReachesEveryPart) {
     CommandList whole = record(slow(y_.range(), kGroups, 99, 0));
     CommandList list = record(slow(y_.range(), kGroups, 1, flops_for(*context_, 5)));
-    EXPECT_OK(list.set_push(0, test::SlowParams{kGroups[0], 99}));
+    EXPECT_OK(list.set_push(0, SlowParams{kGroups[0], 99}));
     EXPECT_EQ(run(list), run(whole));
 }
 
 TEST_F(Split, ShadersThatCountGroupsStayWhole) {
-    const CommandList list = record(test::count_groups(y_.range(), 100, flops_for(*context_, 20)));
+    const CommandList list = record(count_groups(y_.range(), 100, flops_for(*context_, 20)));
     EXPECT_EQ(parts_of(list).size(), 1U);
     CommandList copy = list;
     EXPECT_EQ(run(copy)[0], 100U);

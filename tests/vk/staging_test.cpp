@@ -12,9 +12,9 @@ namespace splat::vk {
 namespace {
 
 /// A device whose memory the host cannot see and whose staging memory is not coherent.
-std::shared_ptr<Context> discrete_context() {
+std::shared_ptr<Context> discrete_context(bool hide_host = true) {
     ContextDesc desc = test::context_desc();
-    desc.memory.hide_host = true;
+    desc.memory.hide_host = hide_host;
     return test::make_context(desc);
 }
 
@@ -26,14 +26,12 @@ std::vector<std::uint32_t> ramp(std::size_t count, std::uint32_t from) {
 
 TEST(Staging, DeviceMemoryIsNotMapped) {
     const auto context = discrete_context();
-    ASSERT_NE(context, nullptr);
     const Buffer buffer = test::device_buffer(*context, 100);
     EXPECT_EQ(Memory::host(buffer.range()), nullptr);
 }
 
 TEST(Staging, RoundTripsAllSizes) {
     const auto context = discrete_context();
-    ASSERT_NE(context, nullptr);
     constexpr std::size_t kPiece = 8U << 18;  // elements of one staged piece
     for (const std::size_t count :
          {std::size_t{1}, std::size_t{3}, std::size_t{4}, std::size_t{5}, std::size_t{1000},
@@ -47,7 +45,6 @@ TEST(Staging, RoundTripsAllSizes) {
 
 TEST(Staging, OneBufferServesAllTransfers) {
     const auto context = discrete_context();
-    ASSERT_NE(context, nullptr);
     const Buffer buffer = test::upload(*context, ramp(20000, 1));
     std::uint64_t made = 0;
     const PFN_vkAllocateMemory allocate = context->device().vk.vkAllocateMemory;
@@ -71,10 +68,7 @@ TEST(Staging, OneBufferServesAllTransfers) {
 
 TEST(Staging, WritesNothingBeyondItsBytes) {
     for (const bool hide_host : {false, true}) {
-        ContextDesc desc = test::context_desc();
-        desc.memory.hide_host = hide_host;
-        const auto context = test::make_context(desc);
-        ASSERT_NE(context, nullptr);
+        const auto context = discrete_context(hide_host);
         const Buffer buffer = test::upload(*context, ramp(12, 0));
         const std::uint32_t fresh[5] = {100, 101, 102, 103, 104};
         EXPECT_OK(context->write(buffer.range(), fresh, sizeof fresh));
@@ -87,15 +81,11 @@ TEST(Staging, ComputesAsOnMappedMemory) {
     const std::vector<float> x = test::normal_fill(1000, 3);
     std::vector<std::vector<float>> results;
     for (const bool hide_host : {false, true}) {
-        ContextDesc desc = test::context_desc();
-        desc.memory.hide_host = hide_host;
-        const auto context = test::make_context(desc);
-        ASSERT_NE(context, nullptr);
+        const auto context = discrete_context(hide_host);
         const Buffer in = test::upload(*context, x);
         const Buffer out = test::device_buffer(*context, 1000);
-        Recorder recorder(*context);
-        EXPECT_OK(recorder.dispatch(test::scale(in.range(), out.range(), 1000, 0.1F)));
-        CommandList list = std::move(recorder.finish().value());
+        CommandList list =
+            test::record(*context, {test::scale(in.range(), out.range(), 1000, 0.1F)});
         EXPECT_OK(context->run(list));
         results.push_back(test::download(*context, out.range(), 1000));
     }
@@ -125,7 +115,6 @@ VKAPI_ATTR VkResult VKAPI_CALL count_invalidate(VkDevice device, std::uint32_t c
 
 TEST(Staging, FlushesAndInvalidatesWhatIsNotCoherent) {
     const auto context = discrete_context();
-    ASSERT_NE(context, nullptr);
     VolkDeviceTable& vk = context->device().vk;
     g_traffic = {vk.vkFlushMappedMemoryRanges, vk.vkInvalidateMappedMemoryRanges, 0, 0};
     vk.vkFlushMappedMemoryRanges = count_flush;

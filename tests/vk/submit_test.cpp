@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -17,8 +16,7 @@
 namespace splat::vk {
 namespace {
 
-using test::device_buffer;
-using test::scale;
+using namespace test;
 
 constexpr std::uint32_t kScaled = 256;
 
@@ -53,9 +51,7 @@ VKAPI_ATTR VkResult VKAPI_CALL wait_loses_device(VkDevice device, std::uint32_t 
 }
 
 CommandList record_scale(Context& context, const BufferView& x, const BufferView& y, float factor) {
-    Recorder recorder(context);
-    EXPECT_OK(recorder.dispatch(scale(x, y, kScaled, factor)));
-    return std::move(recorder.finish().value());
+    return record(context, {scale(x, y, kScaled, factor)});
 }
 
 /// The next `count` waits for the device time out.
@@ -80,11 +76,11 @@ void expect_lost_for_ever(Context& context, CommandList& list, const BufferView&
         EXPECT_ERROR(context.write(view, values.data(), kScaled * 4), Code::kDeviceLost, "lost");
         EXPECT_ERROR(context.read(view, values.data(), kScaled * 4), Code::kDeviceLost, "lost");
         EXPECT_ERROR(context.fill(view, 1), Code::kDeviceLost, "lost");
-        EXPECT_ERROR(context.memory().allocate(64, MemoryKind::kDevice, "x").status(),
-                     Code::kDeviceLost, "lost");
+        EXPECT_ERROR(context.memory().allocate(64, MemoryKind::kDevice, "x"), Code::kDeviceLost,
+                     "lost");
         Recorder recorder(context);
         EXPECT_OK(recorder.fill(view, 1));
-        EXPECT_ERROR(recorder.finish().status(), Code::kDeviceLost, "lost");
+        EXPECT_ERROR(recorder.finish(), Code::kDeviceLost, "lost");
     }
     EXPECT_EQ(values, std::vector<float>(kScaled, -1));
 }
@@ -92,15 +88,14 @@ void expect_lost_for_ever(Context& context, CommandList& list, const BufferView&
 class Submit : public testing::Test {
   protected:
     void SetUp() override {
-        const auto context = test::make_context();
-        ASSERT_NE(context, nullptr);
-        Buffer x = test::upload(*context, std::vector<float>(kScaled, 1));
+        const auto context = make_context();
+        Buffer x = upload(*context, std::vector<float>(kScaled, 1));
         Buffer y = device_buffer(*context, kScaled);
         CommandList list = record_scale(*context, x.range(), y.range(), 3);
         scaling_.emplace(Scaling{context, std::move(x), std::move(y), std::move(list)});
     }
     void expect_scaled() {
-        EXPECT_EQ(test::download(*scaling_->context, scaling_->y.range(), kScaled),
+        EXPECT_EQ(download(*scaling_->context, scaling_->y.range(), kScaled),
                   std::vector<float>(kScaled, 3));
     }
     /// A device that one call of the driver reports as lost stays so, even if that call works again.
@@ -121,7 +116,19 @@ class Submit : public testing::Test {
         expect_scaled();
     }
 
+    /// Several segments, whose numbers expect_slow_done() knows.
+    CommandList record_slow() {
+        Context& context = *scaling_->context;
+        slow_ = device_buffer(context, 64);
+        return record(context, {slow(slow_.range(), {64, 1, 1}, 1000, flops_for(context, 5))});
+    }
+    void expect_slow_done() {
+        const auto words = download_words(*scaling_->context, slow_.range(), 64);
+        for (std::uint32_t i = 0; i < 64; ++i) EXPECT_EQ(words[i] & 0xFFFFU, i);
+    }
+
     std::optional<Scaling> scaling_;
+    Buffer slow_;
 };
 
 TEST_F(Submit, TimeoutIsReportedAndRecoveredFrom) {
@@ -179,7 +186,7 @@ TEST_F(Submit, KeepsMemoryFreedDuringATimeout) {
         EXPECT_FALSE(fresh.range().overlaps(range)) << "the device may still write there";
     }  // list and fresh are destroyed while the run counts as pending
     EXPECT_OK(context->fill(keep.range(), 5));
-    EXPECT_EQ(test::download_words(*context, keep.range(), kScaled),
+    EXPECT_EQ(download_words(*context, keep.range(), kScaled),
               std::vector<std::uint32_t>(kScaled, 5));
     const Buffer after = device_buffer(*context, kScaled);
     EXPECT_OK(context->fill(after.range(), 6));
@@ -196,11 +203,7 @@ TEST_F(Submit, LossAtWaitIsSticky) {
 
 TEST_F(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
     const auto& context = scaling_->context;
-    const Buffer y = device_buffer(*context, 64);
-    const double flops = test::flops_for(*context, 5);
-    Recorder recorder(*context);
-    EXPECT_OK(recorder.dispatch(test::slow(y.range(), {64, 1, 1}, 1000, flops)));
-    CommandList list = std::move(recorder.finish().value());
+    CommandList list = record_slow();
     ASSERT_GT(list.submit_count(), 2U);
     static int submits;
     submits = 0;
@@ -212,17 +215,12 @@ TEST_F(Submit, SplitListThatFailsHalfwayIsWaitedFor) {
     };
     EXPECT_ERROR(context->run(list), Code::kOutOfDeviceMemory, "vkQueueSubmit");
     EXPECT_OK(context->run(list));
-    const std::vector<std::uint32_t> words = test::download_words(*context, y.range(), 64);
-    for (std::uint32_t i = 0; i < 64; ++i) EXPECT_EQ(words[i] & 0xFFFFU, i);
+    expect_slow_done();
 }
 
 TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
     const auto& context = scaling_->context;
-    const Buffer y = device_buffer(*context, 64);
-    Recorder recorder(*context);
-    EXPECT_OK(
-        recorder.dispatch(test::slow(y.range(), {64, 1, 1}, 1000, test::flops_for(*context, 5))));
-    CommandList list = std::move(recorder.finish().value());
+    CommandList list = record_slow();
     const auto segments = static_cast<int>(list.submit_count());
     ASSERT_GT(segments, 3);
     static int submits, cancelled_at;
@@ -246,8 +244,7 @@ TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
     }
     EXPECT_OK(run(0));
     EXPECT_EQ(submits, segments);
-    const std::vector<std::uint32_t> words = test::download_words(*context, y.range(), 64);
-    for (std::uint32_t i = 0; i < 64; ++i) EXPECT_EQ(words[i] & 0xFFFFU, i);
+    expect_slow_done();
     const std::lock_guard lock(context->mutex);
     const Uncancelled whole(context->mutex);
     submits = 0;
@@ -259,19 +256,14 @@ TEST_F(Submit, CancelledListEndsBetweenItsSegments) {
 /// What was submitted is waited for; segments that were not submitted do not run.
 TEST_F(Submit, SplitListThatTimesOutIsRecoveredFrom) {
     const auto& context = scaling_->context;
-    const Buffer y = device_buffer(*context, 64);
-    Recorder recorder(*context);
-    EXPECT_OK(
-        recorder.dispatch(test::slow(y.range(), {64, 1, 1}, 1000, test::flops_for(*context, 5))));
-    CommandList list = std::move(recorder.finish().value());
+    CommandList list = record_slow();
     ASSERT_GT(list.submit_count(), 3U);
     time_out(*context, kStuck);
     EXPECT_ERROR(context->run(list), Code::kTimeout, "SPLAT_TIMEOUT_SCALE");
     EXPECT_ERROR(context->run(list), Code::kTimeout, "did not finish");
     g_timeouts = 0;
     EXPECT_OK(context->run(list));
-    const std::vector<std::uint32_t> words = test::download_words(*context, y.range(), 64);
-    for (std::uint32_t i = 0; i < 64; ++i) EXPECT_EQ(words[i] & 0xFFFFU, i);
+    expect_slow_done();
 }
 
 #if SPLAT_FAULT_POINTS
@@ -290,13 +282,12 @@ Status scenario(Context& context, std::vector<float>& result) {
 }
 
 TEST_F(Submit, EveryFaultPointFailsCleanlyAndRetries) {
-    ContextDesc desc = test::context_desc();
+    ContextDesc desc = context_desc();
     desc.memory.hide_host = true;
     std::vector<float> result(kScaled, -1);
     fault::arm(nullptr, ~std::uint64_t{0} - 1, 1);  // never fails: counts
     {
-        const auto context = test::make_context(desc);
-        ASSERT_NE(context, nullptr);
+        const auto context = make_context(desc);
         ASSERT_OK(scenario(*context, result));
     }
     const std::uint64_t points = fault::disarm();

@@ -3,6 +3,7 @@
 #include <bit>
 
 #include "shaders/test_spec_ids.h"
+#include "support/expect_status.h"
 #include "vk/context.h"
 
 /// Dispatches of the shaders in tests/shaders, which this program's shader table holds instead of
@@ -118,6 +119,13 @@ inline vk::BufferView part(const vk::BufferView& view, std::uint64_t offset, std
     result.offset += offset;
     result.bytes = bytes;
     return result;
+}
+
+/// The list of these dispatches.
+inline vk::CommandList record(vk::Context& context, const std::vector<vk::Dispatch>& dispatches) {
+    vk::Recorder recorder(context);
+    for (const vk::Dispatch& dispatch : dispatches) EXPECT_OK(recorder.dispatch(dispatch));
+    return need(recorder.finish());
 }
 
 }  // namespace splat::test

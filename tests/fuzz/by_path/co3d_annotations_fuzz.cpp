@@ -3,11 +3,9 @@
 #include "data/co3d_raw.h"
 #include "fuzz/by_path/folder.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes input) {
+SPLAT_FUZZ_TARGET(io::Bytes input) {
     static const fuzz::Folder folder(
         {"c/set_lists/set_lists_s.json", "c/frame_annotations.jgz", "c/sequence_annotations.jgz"});
     const auto files = fuzz::files_of<3>(input);
@@ -18,7 +16,3 @@ void check(io::Bytes input) {
         for (const data::RawFrame& frame : sequence.frames)
             fuzz::require(frame.width > 0 && frame.height > 0);
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

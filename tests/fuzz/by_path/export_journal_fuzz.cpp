@@ -4,16 +4,10 @@
 
 #include "fuzz/by_path/folder.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     static const fuzz::Folder folder({"export_x.json"});
     folder.write(0, file);
     static_cast<void>(fuzz::accepted(tables::Journal::verify(folder.path(), "x")));
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

@@ -4,11 +4,9 @@
 
 #include "fuzz/by_path/folder.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     static const fuzz::Folder folder({"list"});
     folder.write(0, file);
     const std::string path = folder.path("list");
@@ -21,7 +19,3 @@ void check(io::Bytes file) {
     for (const data::SourceView& view : views.value())
         fuzz::require(!view.category.empty() && !view.object.empty());
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

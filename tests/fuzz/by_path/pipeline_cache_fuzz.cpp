@@ -4,20 +4,18 @@
 
 #include "fuzz/by_path/folder.h"
 
-namespace {
-
 using namespace splat;
+
+namespace {
 
 constexpr std::size_t kHeaderBytes = 40;
 
-void check(io::Bytes file) {
+}  // namespace
+
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     static const fuzz::Folder folder({"cache"});
     static const vk::DeviceInfo device{};
     folder.write(0, file);
     const auto data = vk::read_pipeline_cache(folder.path("cache"), device);
     if (data) fuzz::require(data->size() + kHeaderBytes == file.size());
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

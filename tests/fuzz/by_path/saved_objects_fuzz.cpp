@@ -3,11 +3,9 @@
 #include "eval/saved_objects.h"
 #include "fuzz/by_path/folder.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     static const fuzz::Folder folder({eval::kObjectsFile});
     std::map<std::string, std::uint32_t> numbers;
     const auto number_of = [&numbers](const std::string& name) -> std::optional<std::uint32_t> {
@@ -26,7 +24,3 @@ void check(io::Bytes file) {
     const auto again = eval::load_objects(folder.path(), like, number_of);
     fuzz::require(again.ok() && again.value().size() == like.objects.size());
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

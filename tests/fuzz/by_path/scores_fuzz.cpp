@@ -5,11 +5,9 @@
 #include "eval/score_table.h"
 #include "fuzz/by_path/folder.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     static const fuzz::Folder folder({"scores"});
     folder.write(0, file);
     const auto table = eval::read_scores(folder.path("scores"));
@@ -20,7 +18,3 @@ void check(io::Bytes file) {
     for (const eval::MetricSamples& samples : eval::samples_of(table.value(), table.value()))
         fuzz::require(samples.a == samples.b);
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

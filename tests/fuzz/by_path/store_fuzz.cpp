@@ -3,11 +3,9 @@
 #include "fuzz/by_path/folder.h"
 #include "tables/store.h"
 
-namespace {
-
 using namespace splat;
 
-void check(io::Bytes file) {
+SPLAT_FUZZ_TARGET(io::Bytes file) {
     static const fuzz::Folder folder({"store.json"});
     folder.write(0, file);
     const auto read = tables::read_store_text(folder.path());
@@ -23,7 +21,3 @@ void check(io::Bytes file) {
     fuzz::require(again.ok() && again.value().maps == index.maps);
     fuzz::require(tables::store_text(again.value()).value() == text.value());
 }
-
-}  // namespace
-
-SPLAT_FUZZ_TARGET(check)

@@ -13,17 +13,16 @@ namespace {
 
 TEST(IsNet, CutsTheCarOutOfFiveViews) {
     SPLAT_NEEDS_REAL_DATA();
-    const auto model = PriorModel::create({"isnet-imgly", std::getenv("SPLAT_ISNET_MODEL"), "", 0});
-    ASSERT_OK(model.status());
+    const auto model =
+        need(PriorModel::create({"isnet-imgly", std::getenv("SPLAT_ISNET_MODEL"), "", 0}));
     WantedMaps wanted;
     wanted[data::MapKind::kMask] = MapForm::kBytes;
     for (const char* view : {"00", "03", "08", "12", "22"}) {
         const std::string path = *test::real_data_folder() + "/shapenet_views/rgb/" + view + ".png";
         const io::Image picture = io::load_image(path).value();
         ASSERT_EQ(picture.channels, 4U) << path;
-        const auto maps = model.value()->run({&picture, 1}, {&wanted, 1});
-        ASSERT_OK(maps.status());
-        const std::vector<float>& mask = maps.value()[0][data::MapKind::kMask]->values;
+        const auto maps = need(model->run({&picture, 1}, {&wanted, 1}));
+        const std::vector<float>& mask = maps[0][data::MapKind::kMask]->values;
         double both = 0, either = 0, found = 0, truth = 0, error = 0;
         for (std::size_t i = 0; i < mask.size(); ++i) {
             const bool object = picture.samples[4 * i + 3] > 0, inside = mask[i] > 127.5F;

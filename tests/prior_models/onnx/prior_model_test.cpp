@@ -172,23 +172,21 @@ WantedMaps all_maps(const Preset& preset, MapForm form) {
 
 TEST(PriorModel, EveryPresetGivesTheReferencesMaps) {
     for (const std::string& name : preset_names()) {
-        const auto model = PriorModel::create({name, saved(test::sample_model(name), name), "", 1});
-        ASSERT_OK(model.status());
-        const Preset& preset = model.value()->preset();
+        const auto model =
+            need(PriorModel::create({name, saved(test::sample_model(name), name), "", 1}));
+        const Preset& preset = model->preset();
         // Two of one size, which models of any batch run at once, and another.
         const std::vector<io::Image> pictures = {wavy_picture(40, 30, 0), wavy_picture(40, 30, 2),
                                                  wavy_picture(27, 33, 4)};
         const std::vector<WantedMaps> wanted(3, all_maps(preset, MapForm::kBytes));
-        const auto maps = model.value()->run(pictures, wanted);
-        ASSERT_OK(maps.status());
+        const auto maps = need(model->run(pictures, wanted));
         for (std::size_t i = 0; i < pictures.size(); ++i)
             for (const MapKind kind : data::kMaps) {
                 if (preset.find(kind) == nullptr) continue;
-                ASSERT_TRUE(maps.value()[i][kind]) << name;
-                EXPECT_EQ(maps.value()[i][kind]->size,
-                          (Extent{pictures[i].width, pictures[i].height}));
+                ASSERT_TRUE(maps[i][kind]) << name;
+                EXPECT_EQ(maps[i][kind]->size, (Extent{pictures[i].width, pictures[i].height}));
                 expect_close(
-                    *maps.value()[i][kind], map_ref(preset, kind, pictures[i]),
+                    *maps[i][kind], map_ref(preset, kind, pictures[i]),
                     name + " " + data::map_name(kind) + " of picture " + std::to_string(i));
             }
     }
@@ -198,18 +196,18 @@ TEST(PriorModel, IsFoundByItsFileAndInItsFolder) {
     const std::filesystem::path folder = testing::TempDir() + "prior_models";
     std::filesystem::create_directories(folder);
     test::sample_model("u2net").save(folder / "u2net.onnx");
-    EXPECT_OK(PriorModel::create({"", folder / "u2net.onnx", "", 1}).status());
+    EXPECT_OK(PriorModel::create({"", folder / "u2net.onnx", "", 1}));
     setenv("SPLAT_PRIORS_DIR", folder.c_str(), 1);
-    EXPECT_OK(PriorModel::create({"u2net", "", "", 1}).status());
-    EXPECT_ERROR(PriorModel::create({"inspyrenet", "", "", 1}).status(), Code::kNotFound,
+    EXPECT_OK(PriorModel::create({"u2net", "", "", 1}));
+    EXPECT_ERROR(PriorModel::create({"inspyrenet", "", "", 1}), Code::kNotFound,
                  "'vkrun priors where inspyrenet'");
     unsetenv("SPLAT_PRIORS_DIR");
-    EXPECT_ERROR(PriorModel::create({"u2net", "/nowhere/u2net.onnx", "", 1}).status(),
-                 Code::kNotFound, "there is no file '/nowhere/u2net.onnx'");
+    EXPECT_ERROR(PriorModel::create({"u2net", "/nowhere/u2net.onnx", "", 1}), Code::kNotFound,
+                 "there is no file '/nowhere/u2net.onnx'");
     test::sample_model("birefnet").save(folder / "other.onnx");
-    EXPECT_ERROR(PriorModel::create({"u2net", folder / "other.onnx", "", 1}).status(),
-                 Code::kFormat, "the preset's file 175997641: another model, or fetched in part");
-    EXPECT_ERROR(PriorModel::create({"", "/nowhere/net.onnx", "", 1}).status(), Code::kNotFound,
+    EXPECT_ERROR(PriorModel::create({"u2net", folder / "other.onnx", "", 1}), Code::kFormat,
+                 "the preset's file 175997641: another model, or fetched in part");
+    EXPECT_ERROR(PriorModel::create({"", "/nowhere/net.onnx", "", 1}), Code::kNotFound,
                  "no preset has a file 'net.onnx'");
 }
 
@@ -229,16 +227,13 @@ TEST(PriorModel, TakesHalfPrecisionChannelsLastAndItsOwnSize) {
         R"({"name": "own", "input": {"layout": "NHWC", "fit": "minimal", "size": [32, 32], "multiple": 32,)"
         R"( "filter": "pillow_bilinear"}, "outputs": [{"map": "depth", "index": 3, "layout": "NHWC",)"
         R"( "filter": "linear"}]})";
-    const auto model = PriorModel::create({preset, saved(graph, "half"), "", 1});
-    ASSERT_OK(model.status());
-    EXPECT_EQ(model.value()->input_size(), (Extent{8, 6}))
-        << "the model's own size, not the rule's";
+    const auto model = need(PriorModel::create({preset, saved(graph, "half"), "", 1}));
+    EXPECT_EQ(model->input_size(), (Extent{8, 6})) << "the model's own size, not the rule's";
     const io::Image picture = wavy_picture(8, 6, 1);
     WantedMaps wanted;
     wanted[MapKind::kDepth] = MapForm::kModels;
-    const auto maps = model.value()->run({&picture, 1}, {&wanted, 1});
-    ASSERT_OK(maps.status());
-    const std::vector<float>& depth = maps.value()[0][MapKind::kDepth]->values;
+    const auto maps = need(model->run({&picture, 1}, {&wanted, 1}));
+    const std::vector<float>& depth = maps[0][MapKind::kDepth]->values;
     for (std::size_t i = 0; i < 48; ++i) {
         const double sum =
             (picture.samples[3 * i] + picture.samples[3 * i + 1] - picture.samples[3 * i + 2]) /
@@ -249,12 +244,11 @@ TEST(PriorModel, TakesHalfPrecisionChannelsLastAndItsOwnSize) {
 
 TEST(PriorModel, RunsOnSeveralThreads) {
     const auto model =
-        PriorModel::create({"u2net", saved(test::sample_model("u2net"), "threads"), "", 2});
-    ASSERT_OK(model.status());
+        need(PriorModel::create({"u2net", saved(test::sample_model("u2net"), "threads"), "", 2}));
     const io::Image picture = wavy_picture(40, 30, 0);
-    const WantedMaps wanted = all_maps(model.value()->preset(), MapForm::kUnit);
+    const WantedMaps wanted = all_maps(model->preset(), MapForm::kUnit);
     const auto run = [&] {
-        return model.value()->run({&picture, 1}, {&wanted, 1}).value()[0][MapKind::kMask]->values;
+        return model->run({&picture, 1}, {&wanted, 1}).value()[0][MapKind::kMask]->values;
     };
     const std::vector<float> expected = run();
     std::vector<std::thread> threads;

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 
 #include "prior_models/onnx/sample_models.h"
@@ -111,20 +110,18 @@ TEST(RefusedModel, OtherInputsAndOutputs) {
     const std::string named =
         std::string(kOwnPreset)
             .replace(std::string(kOwnPreset).find("\"index\": 0"), 10, "\"name\": \"m\"");
-    EXPECT_ERROR(PriorModel::create({named, path, "", 1}).status(), Code::kFormat,
+    EXPECT_ERROR(PriorModel::create({named, path, "", 1}), Code::kFormat,
                  "has the outputs 'y' float32 [1,1,6,8]; preset 'own' expects 'm'");
 }
 
 Status run_graph(const test::OnnxGraph& graph) {
     const std::string path = testing::TempDir() + "refused_run.onnx";
     graph.save(path);
-    const auto model = PriorModel::create({kOwnPreset, path, "", 1});
-    EXPECT_OK(model.status());
-    if (!model.ok()) return model.status();
+    const auto model = need(PriorModel::create({kOwnPreset, path, "", 1}));
     const io::Image picture{8, 6, 3, 8, std::vector<std::uint16_t>(144, 100), 0};
     WantedMaps wanted;
     wanted[data::MapKind::kMask] = MapForm::kBytes;
-    return model.value()->run({&picture, 1}, {&wanted, 1}).status();
+    return model->run({&picture, 1}, {&wanted, 1}).status();
 }
 
 TEST(RefusedModel, OutputsThatAreNotFiniteOrOfAnotherShape) {
@@ -153,32 +150,28 @@ TEST(RefusedModel, OutputsThatAreNotFiniteOrOfAnotherShape) {
 TEST(RefusedModel, MapsThatThePresetLacks) {
     const std::string path = testing::TempDir() + "refused_maps.onnx";
     good_graph().save(path);
-    const auto model = PriorModel::create({kOwnPreset, path, "", 1});
-    ASSERT_OK(model.status());
+    const auto model = need(PriorModel::create({kOwnPreset, path, "", 1}));
     const io::Image picture{8, 6, 3, 8, std::vector<std::uint16_t>(144, 100), 0};
     WantedMaps wanted;
-    EXPECT_ERROR(model.value()->run({&picture, 1}, {&wanted, 1}).status(), Code::kInvalidArgument,
-                 "no map");
+    EXPECT_ERROR(model->run({&picture, 1}, {&wanted, 1}), Code::kInvalidArgument, "no map");
     wanted[data::MapKind::kDepth] = MapForm::kUnit;
-    EXPECT_ERROR(model.value()->run({&picture, 1}, {&wanted, 1}).status(), Code::kInvalidArgument,
+    EXPECT_ERROR(model->run({&picture, 1}, {&wanted, 1}), Code::kInvalidArgument,
                  "preset 'own' makes no depth map");
 }
 
 TEST(OnnxRuntime, IsFoundWhereItIsNamed) {
     const std::string library = std::getenv("SPLAT_ONNXRUNTIME_LIBRARY");
-    const auto named = OnnxRuntime::load(library);
-    ASSERT_OK(named.status());
-    EXPECT_NE(named.value()->version().find('.'), std::string::npos);
-    EXPECT_OK(OnnxRuntime::load("").status()) << "by the environment";
-    EXPECT_ERROR(OnnxRuntime::load("/nowhere/libonnxruntime.so").status(), Code::kNotFound,
+    EXPECT_NE(need(OnnxRuntime::load(library))->version().find('.'), std::string::npos);
+    EXPECT_OK(OnnxRuntime::load("")) << "by the environment";
+    EXPECT_ERROR(OnnxRuntime::load("/nowhere/libonnxruntime.so"), Code::kNotFound,
                  "the library given is '/nowhere/libonnxruntime.so'");
     setenv("SPLAT_ONNXRUNTIME_LIBRARY", "/nowhere/ort.so", 1);
-    EXPECT_ERROR(OnnxRuntime::load("").status(), Code::kNotFound,
+    EXPECT_ERROR(OnnxRuntime::load(""), Code::kNotFound,
                  "SPLAT_ONNXRUNTIME_LIBRARY is '/nowhere/ort.so'");
     unsetenv("SPLAT_ONNXRUNTIME_LIBRARY");
     const auto system = OnnxRuntime::load("");
     if (!system.ok()) {
-        EXPECT_ERROR(system.status(), Code::kNotFound, "npm pack onnxruntime-node@1.30.0");
+        EXPECT_ERROR(system, Code::kNotFound, "npm pack onnxruntime-node@1.30.0");
     }
     setenv("SPLAT_ONNXRUNTIME_LIBRARY", library.c_str(), 1);
 }
@@ -186,10 +179,9 @@ TEST(OnnxRuntime, IsFoundWhereItIsNamed) {
 TEST(OnnxRuntime, RefusesOtherLibraries) {
     const std::string text = testing::TempDir() + "no_library.so";
     std::ofstream(text) << "text";
-    EXPECT_ERROR(OnnxRuntime::load(text).status(), Code::kUnsupported, "cannot load ONNX Runtime");
-    EXPECT_ERROR(OnnxRuntime::load(SPLAT_OTHER_LIBRARY).status(), Code::kUnsupported,
-                 "no OrtGetApiBase");
-    EXPECT_ERROR(OnnxRuntime::load(SPLAT_OLD_LIBRARY).status(), Code::kUnsupported,
+    EXPECT_ERROR(OnnxRuntime::load(text), Code::kUnsupported, "cannot load ONNX Runtime");
+    EXPECT_ERROR(OnnxRuntime::load(SPLAT_OTHER_LIBRARY), Code::kUnsupported, "no OrtGetApiBase");
+    EXPECT_ERROR(OnnxRuntime::load(SPLAT_OLD_LIBRARY), Code::kUnsupported,
                  "is ONNX Runtime 1.2.3, expected 1.11 or later");
 }
 
