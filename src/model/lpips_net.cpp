@@ -152,6 +152,14 @@ Result<std::unique_ptr<LpipsNet>> LpipsNet::create(vk::Context& context, const L
         executor.grad_outputs = {made->value_};
         executor.grad_inputs = {made->render_};
     }
+    if (const auto& given = desc.quads) {
+        executor.quads = {made->render_, made->target_, made->value_};
+        executor.tensors = {{made->render_, given->render},
+                            {made->target_, given->target},
+                            {made->value_, given->value}};
+        executor.gradients = {{made->value_, given->grad_value},
+                              {made->render_, given->grad_render}};
+    }
     SPLAT_ASSIGN(made->executor_,
                  nn::Executor::create(context, made->graph_, *made->parameters_, executor));
     return made;

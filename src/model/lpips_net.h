@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "io/tensor_file.h"
@@ -9,12 +10,21 @@
 
 namespace splat::model {
 
+/// Tensors of LPIPS in memory of the caller's, as quads.
+struct LpipsQuads {
+    vk::BufferView render, target, value;
+    vk::BufferView grad_value;   ///< may be overwritten by backward
+    vk::BufferView grad_render;  ///< backward adds to it
+};
+
 struct LpipsDesc {
     std::uint32_t images = 1;
     std::uint32_t side = 128;  ///< pixels, both ways; at least 16
     bool gradients = true;     ///< plan and record the backward pass
     Precision precision = Precision::kBalanced;
     bool keep_prepared = true;  ///< see nn::ExecutorDesc
+    /// They need `gradients` and must outlive the network. Without them its tensors are its own and row-major.
+    std::optional<LpipsQuads> quads = {};
 };
 
 /// LPIPS with VGG16, version 0.1: distance of two images in the features of a network.
@@ -42,8 +52,7 @@ class LpipsNet {
         vk::Context& context, const LpipsDesc& desc,
         std::span<const io::NamedTensors* const> weights);
 
-    /// [images, 3, side, side] row-major, RGB, nominally 0 to 1, not clamped. Both are written before
-    /// each forward pass.
+    /// [images, 3, side, side], RGB, nominally 0 to 1, not clamped. Both are written before each forward pass.
     [[nodiscard]] const vk::BufferView& render() const { return executor_->tensor(render_); }
     [[nodiscard]] const vk::BufferView& target() const { return executor_->tensor(target_); }
 
@@ -60,7 +69,7 @@ class LpipsNet {
     /// Call once after each forward.
     Status backward() { return executor_->backward(); }
 
-    /// [images, 3, side, side] after backward, overwritten.
+    /// [images, 3, side, side] after backward; overwritten, unless LpipsQuads::grad_render.
     [[nodiscard]] const vk::BufferView& render_gradient() const {
         return executor_->gradient(render_);
     }

@@ -10,16 +10,13 @@ namespace {
 
 constexpr std::size_t kNone = ExecutorPlan::kNone;
 
-/// Row-major to quads if the value is an activation; otherwise both are the same memory.
-Status pack(vk::Recorder& recorder, const Value& value, const vk::BufferView& port,
-            const vk::BufferView& quads) {
-    return value.layout == ops::Layout::kQuads ? ops::quads_pack(recorder, port, quads) : Status();
+/// Row-major to quads where the caller's tensor has memory of its own.
+Status pack(vk::Recorder& recorder, const vk::BufferView& port, const vk::BufferView& quads) {
+    return port.same_range(quads) ? Status() : ops::quads_pack(recorder, port, quads);
 }
 
-Status unpack(vk::Recorder& recorder, const Value& value, const vk::BufferView& quads,
-              const vk::BufferView& port) {
-    return value.layout == ops::Layout::kQuads ? ops::quads_unpack(recorder, quads, port)
-                                               : Status();
+Status unpack(vk::Recorder& recorder, const vk::BufferView& quads, const vk::BufferView& port) {
+    return port.same_range(quads) ? Status() : ops::quads_unpack(recorder, quads, port);
 }
 
 Status record_prepare(vk::Recorder& recorder, const Graph& graph, const ExecutorPlan& plan) {
@@ -105,10 +102,10 @@ Result<std::unique_ptr<Executor>> Executor::create(vk::Context& context, const G
 
     vk::Recorder recorder(context);
     for (const ValueId id : desc.grad_outputs)
-        SPLAT_TRY(pack(recorder, graph.value(id), made->grad_ports_.at(id), plan->grad_view(id)));
+        SPLAT_TRY(pack(recorder, made->grad_ports_.at(id), plan->grad_view(id)));
     SPLAT_TRY(record_backward(recorder, graph, *plan));
     for (const ValueId id : desc.grad_inputs)
-        SPLAT_TRY(unpack(recorder, graph.value(id), plan->grad_view(id), made->grad_ports_.at(id)));
+        SPLAT_TRY(unpack(recorder, plan->grad_view(id), made->grad_ports_.at(id)));
     SPLAT_ASSIGN(made->backward_, recorder.finish());
     return made;
 }
@@ -121,11 +118,11 @@ Status Executor::record(const ExecutorPlan& plan, vk::CommandList& prepare,
     SPLAT_ASSIGN(prepare, recorder.finish());
     for (const auto& [id, view] : ports_)
         if (graph_.value(id).kind == ValueKind::kInput)
-            SPLAT_TRY(pack(recorder, graph_.value(id), view, plan.value_view(id)));
+            SPLAT_TRY(pack(recorder, view, plan.value_view(id)));
     for (const auto& call : plan.forward) SPLAT_TRY(record_forward(recorder, graph_, plan, call));
     for (const auto& [id, view] : ports_)
         if (graph_.value(id).kind != ValueKind::kInput)
-            SPLAT_TRY(unpack(recorder, graph_.value(id), plan.value_view(id), view));
+            SPLAT_TRY(unpack(recorder, plan.value_view(id), view));
     SPLAT_ASSIGN(forward, recorder.finish());
     return {};
 }

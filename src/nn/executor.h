@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <vector>
 
 #include "nn/graph.h"
@@ -32,9 +33,12 @@ struct ExecutorDesc {
     /// the outputs of earlier segments, instead of keeping them: the same bits in less memory, for up to the
     /// time of another forward pass (Chen et al. 2016, arXiv:1604.06174).
     bool recompute = false;
-    /// Row-major tensors of inputs and outputs, and of their gradients, that the caller owns; others get
-    /// memory of the executor's. These must outlive it.
+    /// Tensors of inputs and outputs, and of their gradients, that the caller owns; others get memory of the
+    /// executor's. These must outlive it.
     std::map<ValueId, vk::BufferView> tensors = {}, gradients = {};
+    /// Activations whose tensors and gradients are quads, as operators take them; those of others are row-major.
+    /// Backward adds to an input's that `gradients` has, and may overwrite an output's.
+    std::set<ValueId> quads = {};
     /// Overwrite the gradients of row-major inputs in `gradients` instead of adding to them: for graphs in
     /// which one node reads each.
     bool overwrite = false;
@@ -69,10 +73,10 @@ class Executor {
                                                     Parameters& parameters,
                                                     const ExecutorDesc& desc);
 
-    /// The row-major tensor of an input (to be written before forward) or of an output.
+    /// The tensor of an input (to be written before forward) or of an output, row-major unless ExecutorDesc::quads.
     [[nodiscard]] const vk::BufferView& tensor(ValueId id) const { return ports_.at(id); }
 
-    /// The row-major gradient of a grad_output (to be written before backward) or of a grad_input.
+    /// The gradient of a grad_output (to be written before backward) or of a grad_input, laid out alike.
     [[nodiscard]] const vk::BufferView& gradient(ValueId id) const { return grad_ports_.at(id); }
 
     Status forward();

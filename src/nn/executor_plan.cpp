@@ -30,12 +30,12 @@ void ExecutorPlan::keep(std::size_t tensor) {
     tensors_[tensor].life.last = kForever;
 }
 
-/// The row-major tensor that the caller sees of a value in `own`: the same unless that is in quads.
+/// The tensor that the caller sees of a value in `own`: the same unless only that is in quads.
 std::size_t ExecutorPlan::port(ValueId id, std::size_t own,
                                const std::map<ValueId, vk::BufferView>& given) {
     const Value& value = graph_.value(id);
     const std::size_t port =
-        value.layout == ops::Layout::kQuads
+        value.layout == ops::Layout::kQuads && !desc_.quads.contains(id)
             ? tensor(value.name, vk::quad_bytes(value.shape.elements()), clock_)
             : own;
     keep(port);
@@ -224,6 +224,18 @@ Status ExecutorPlan::plan_backward() {
         grads_[root] = tensor(value.name, bytes, clock_);
         grad_ports[id] = port(id, grads_[root], desc_.gradients);
     }
+    for (const ValueId id : desc_.grad_inputs) {
+        const Value& value = graph_.value(id);
+        const ValueId root = graph_.root(id);
+        if (!reached_[root])
+            return error(Code::kInvalidArgument,
+                         "the gradient of '%s' is requested, but no output depends on it",
+                         value.name.c_str());
+        if (!desc_.quads.contains(id) || !desc_.gradients.contains(id)) continue;
+        SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(root));
+        grads_[root] = tensor(value.name, bytes, clock_);  // the sum begins with the caller's
+        port(id, grads_[root], desc_.gradients);
+    }
     const std::vector<Node>& nodes = graph_.nodes();
     for (std::size_t node = nodes.size(); node-- > 0;) {
         // The last segment's values are fresh from the forward pass.
@@ -239,12 +251,7 @@ Status ExecutorPlan::plan_backward() {
     }
     ++clock_;
     for (const ValueId id : desc_.grad_inputs) {
-        const Value& value = graph_.value(id);
         const ValueId root = graph_.root(id);
-        if (grads_[root] == kNone)
-            return error(Code::kInvalidArgument,
-                         "the gradient of '%s' is requested, but no output depends on it",
-                         value.name.c_str());
         touch(grads_[root]);
         grad_ports[id] = port(id, grads_[root], desc_.gradients);
     }
@@ -341,6 +348,7 @@ Status ExecutorPlan::plan_grad_input(Call& call, std::size_t input) {
     const std::size_t part = tensor(value.name, bytes, clock_);
     call.grad_inputs.push_back(part);
     const bool given =
+        tensors_[grads_[root]].home == Home::kGiven ||
         std::any_of(desc_.grad_outputs.begin(), desc_.grad_outputs.end(), [&](ValueId output) {
             return graph_.root(output) == root;
         });  // the caller's is written there

@@ -20,15 +20,18 @@ vk::BufferView quads(const vk::Buffer& buffer, const RenderLossDesc& desc, std::
     return view;
 }
 
-/// Bytes from one scalar to the next: the largest offset alignment that Vulkan allows a device.
-constexpr std::uint64_t kScalarBytes = 256;
+/// Floats from one scalar to the next: the largest offset alignment that Vulkan allows a device.
+constexpr std::size_t kScalarFloats = 256 / sizeof(float);
 
-constexpr std::uint64_t kMostParts = 2 + std::size(kLossTerms);
+constexpr std::size_t kLpips = std::size(kLossTerms) - 1;
+static_assert(kLossTerms[kLpips].op == nullptr);
 
-vk::BufferView scalar(const vk::Buffer& buffer, std::uint64_t i) {
-    vk::BufferView view = buffer.range();
-    view.offset += kScalarBytes * i;
-    view.bytes = 16;
+constexpr std::size_t kMostParts = 2 + std::size(kLossTerms);
+
+/// Quads of a buffer from the place of scalar i on.
+vk::BufferView scalars(const vk::Buffer& buffer, std::size_t i, std::uint32_t quads = 1) {
+    vk::BufferView view =
+        buffer.range().part(kScalarFloats * sizeof(float) * i, std::uint64_t{16} * quads);
     view.shape = Shape{1};
     return view;
 }
@@ -51,6 +54,7 @@ void LossTerms::add(const LossTerms& other, double share) {
 Result<RenderLoss> RenderLoss::create(vk::Context& context, const RenderLossDesc& desc) {
     RenderLoss loss(context, desc);
     SPLAT_TRY(loss.allocate());
+    SPLAT_TRY(loss.record());
     return loss;
 }
 
@@ -64,8 +68,9 @@ Status RenderLoss::allocate() {
     const std::uint64_t bytes = quads_of(desc_).bytes();
     SPLAT_TRY(make(rgb_, bytes));  // the fourth channel stays zero
     SPLAT_TRY(make(targets_, bytes));
-    SPLAT_TRY(make(losses_, kMostParts * kScalarBytes));
-    SPLAT_TRY(make(weights_, kMostParts * kScalarBytes));
+    for (vk::Buffer* const buffer : {&losses_, &weights_})
+        SPLAT_TRY(make(
+            *buffer, (kScalarFloats * kMostParts + 4 * std::size_t{desc_.views}) * sizeof(float)));
     if (!desc_.lpips.empty()) {
         if (desc_.height != desc_.width)
             return error(Code::kUnsupported, "LPIPS of %u x %u pixels, expected a square",
@@ -74,9 +79,11 @@ Status RenderLoss::allocate() {
         lpips.images = desc_.views;
         lpips.side = desc_.width;
         lpips.precision = desc_.config.precision;
+        lpips.quads = {quads(rgb_, desc_, 3), quads(targets_, desc_, 3),
+                       scalars(losses_, kMostParts, desc_.views),
+                       scalars(weights_, kMostParts, desc_.views), desc_.grad_image};
         SPLAT_ASSIGN(lpips_, model::LpipsNet::create(*context_, lpips, desc_.lpips));
         desc_.lpips = {};
-        SPLAT_TRY(make(grad_lpips_, bytes));
     }
     if (desc_.pixel_weights) SPLAT_TRY(make(pixel_weights_, bytes));
     SPLAT_TRY(add_part("l2", nullptr));
@@ -115,8 +122,8 @@ Status RenderLoss::add_part(const char* op, const LossTerm* term) {
         SPLAT_TRY(make(part.buffers.emplace_back(), bytes));
         part.views.workspace = part.buffers.back().range();
     }
-    part.views.outputs = {scalar(losses_, parts_.size())};
-    part.views.grad_outputs = {scalar(weights_, parts_.size())};
+    part.views.outputs = {scalars(losses_, parts_.size())};
+    part.views.grad_outputs = {scalars(weights_, parts_.size())};
     part.views.grad_inputs.resize(part.row->inputs.size());
     parts_.push_back(std::move(part));
     return {};
@@ -136,11 +143,12 @@ Status RenderLoss::set_targets(std::span<const float> targets) {
     return context_->write(targets_.range(), quads.data(), quads.size() * sizeof(float));
 }
 
-Status RenderLoss::record(const vk::BufferView& image, const vk::BufferView& grad_image) {
+Status RenderLoss::record() {
     const ops::QuadDims dims = quads_of(desc_);
+    const vk::BufferView& grad_image = desc_.grad_image;
     vk::Recorder recorder(*context_);
-    SPLAT_TRY(
-        ops::strided_copy(recorder, {dims.quads(), 3, {4, 0}, {4, 0}, false}, image, rgb_.range()));
+    SPLAT_TRY(ops::strided_copy(recorder, {dims.quads(), 3, {4, 0}, {4, 0}, false}, desc_.image,
+                                rgb_.range()));
     for (const Part& part : parts_)
         SPLAT_TRY(part.row->forward(recorder, *part.attributes, part.views));
     for (std::size_t i = pixel_; i < parts_.size(); ++i) {
@@ -153,64 +161,41 @@ Status RenderLoss::record(const vk::BufferView& image, const vk::BufferView& gra
                 ops::add_forward(recorder, {dims, 1}, grad_image, grad_term_.range(), grad_image));
     }
     SPLAT_ASSIGN(list_, recorder.finish());
-    if (lpips_ != nullptr) SPLAT_TRY(record_lpips(grad_image));
-    image_ = image;
-    grad_image_ = grad_image;
     return {};
 }
 
-Status RenderLoss::record_lpips(const vk::BufferView& grad_image) {
-    vk::Recorder to(*context_);
-    SPLAT_TRY(ops::quads_unpack(to, quads(rgb_, desc_, 3), lpips_->render()));
-    SPLAT_TRY(ops::quads_unpack(to, quads(targets_, desc_, 3), lpips_->target()));
-    SPLAT_ASSIGN(to_lpips_, to.finish());
-    vk::Recorder from(*context_);
-    SPLAT_TRY(ops::quads_pack(from, lpips_->render_gradient(), quads(grad_lpips_, desc_, 3)));
-    SPLAT_TRY(
-        ops::add_forward(from, {quads_of(desc_), 1}, grad_image, grad_lpips_.range(), grad_image));
-    SPLAT_ASSIGN(from_lpips_, from.finish());
-    return {};
-}
-
-Status RenderLoss::run_lpips(double weight, double& value) {
-    SPLAT_TRY(context_->run(to_lpips_));
-    SPLAT_TRY(lpips_->forward());
-    std::vector<float> values(desc_.views);
-    SPLAT_TRY(context_->read(lpips_->values(), values.data(), values.size() * sizeof(float)));
-    for (const float each : values) value += static_cast<double>(each) / desc_.views;
-    const std::vector<float> slopes(desc_.views, static_cast<float>(weight / desc_.views));
-    SPLAT_TRY(
-        context_->write(lpips_->value_gradients(), slopes.data(), slopes.size() * sizeof(float)));
-    SPLAT_TRY(lpips_->backward());
-    return context_->run(from_lpips_);
-}
-
-Status RenderLoss::run(const vk::BufferView& image, const vk::BufferView& grad_image, float share,
-                       double lpips_weight, LossTerms& terms) {
-    if (list_.empty() || !image_.same_range(image) || !grad_image_.same_range(grad_image))
-        SPLAT_TRY(record(image, grad_image));
+Status RenderLoss::run(float share, double lpips_weight, LossTerms& terms) {
     const auto weight_of = [&](const LossTerm& term) {
         return term.op == nullptr ? lpips_weight : desc_.config.*term.weight;
     };
     double pixel_weight = 1;
     for (const LossTerm& term : kLossTerms)
         if (term.replaces) pixel_weight -= weight_of(term);
+    std::vector<float> numbers(weights_.bytes() / sizeof(float));
     for (std::size_t i = pixel_; i < parts_.size(); ++i) {
         const LossTerm* const term = parts_[i].term;
         const auto weight =
             static_cast<float>(term == nullptr ? pixel_weight : desc_.config.*term->weight);
-        const float factor = term != nullptr && term->similarity ? -share * weight : share * weight;
-        SPLAT_TRY(context_->write(scalar(weights_, i), &factor, sizeof factor));
+        numbers[kScalarFloats * i] =
+            term != nullptr && term->similarity ? -share * weight : share * weight;
     }
+    const auto of_view = [&](std::size_t view) -> float& {
+        return numbers[kScalarFloats * kMostParts + 4 * view];
+    };
+    for (std::size_t view = 0; view < desc_.views; ++view)
+        of_view(view) = static_cast<float>(static_cast<double>(share) * lpips_weight / desc_.views);
+    SPLAT_TRY(context_->write(weights_.range(), numbers.data(), weights_.bytes()));
     SPLAT_TRY(context_->run(list_));
+    if (lpips_weight != 0) {
+        SPLAT_TRY(lpips_->forward());
+        SPLAT_TRY(lpips_->backward());
+    }
+    SPLAT_TRY(context_->read(losses_.range(), numbers.data(), losses_.bytes()));
     terms = {};
-    for (std::size_t i = 0; i < std::size(kLossTerms); ++i)
-        if (kLossTerms[i].op == nullptr && lpips_weight != 0)
-            SPLAT_TRY(run_lpips(static_cast<double>(share) * lpips_weight, terms.values[i]));
+    for (std::size_t view = 0; lpips_weight != 0 && view < desc_.views; ++view)
+        terms.values[kLpips] += static_cast<double>(of_view(view)) / desc_.views;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-        float loss = 0;
-        SPLAT_TRY(context_->read(scalar(losses_, i), &loss, sizeof loss));
-        const auto value = static_cast<double>(loss);
+        const auto value = static_cast<double>(numbers[kScalarFloats * i]);
         if (i == 0) terms.squared = value;
         if (i == pixel_) terms.pixel = value;
         if (parts_[i].term != nullptr)

@@ -17,6 +17,7 @@ using config::LossTerm;
 struct RenderLossDesc {
     std::uint32_t views = 1;
     std::uint32_t height = 1, width = 1;
+    vk::BufferView image, grad_image;  ///< as in the rasterizer, [V,H,W] quads of RGB and alpha
     config::TrainConfig
         config;  ///< pixel_loss, the weights of kLossTerms and their attributes, precision
     bool pixel_weights = false;  ///< the caller fills RenderLoss::pixel_weights() before each run
@@ -40,7 +41,7 @@ struct LossTerms {
 ///   loss = (1 - s - l) mean |a - b|^p + s (1 - SSIM(a, b)) + l mean over views of LPIPS(a, b)
 ///        + e edge_loss(a, b),   p = 1 or 2; s, l, e: the weights of kLossTerms
 ///
-/// Images and their gradients are as in the rasterizer, [V,H,W] quads of RGB and alpha; alpha is ignored.
+/// Alpha is ignored.
 ///
 /// Errors       the recorder's; those of Context::run and of model::LpipsNet
 /// Precision    see losses/l1.h, l2.h, ssim.h and edge_loss.h of ops, model/lpips_net.h
@@ -55,13 +56,13 @@ class RenderLoss {
     /// [V,1,H,W] as quads: factors of pixels, for operators that take them.
     [[nodiscard]] const vk::BufferView& pixel_weights() const { return pixel_weights_.range(); }
 
-    /// Compute the loss of `image`, and write its gradient times `share` into grad_image. A lpips_weight
-    /// other than 0 needs the weights of LPIPS.
-    Status run(const vk::BufferView& image, const vk::BufferView& grad_image, float share,
-               double lpips_weight, LossTerms& terms);
+    /// Compute the loss of the image, and write its gradient times `share`. A lpips_weight other than 0 needs
+    /// the weights of LPIPS.
+    Status run(float share, double lpips_weight, LossTerms& terms);
 
   private:
-    /// An operator of the images: its value is scalar i of losses_, the factor of its gradient of weights_.
+    /// An operator of the images: its value is quad i of losses_, the factor of its gradient of weights_; behind them
+    /// are those of LPIPS, a quad for each view.
     struct Part {
         const ops::OpRow* row = nullptr;
         std::optional<ops::Attributes> attributes;
@@ -74,9 +75,7 @@ class RenderLoss {
     Status allocate();
     Status make(vk::Buffer& buffer, std::uint64_t bytes);
     Status add_part(const char* op, const LossTerm* term);
-    Status record(const vk::BufferView& image, const vk::BufferView& grad_image);
-    Status record_lpips(const vk::BufferView& grad_image);
-    Status run_lpips(double weight, double& value);
+    Status record();
 
     vk::Context* context_;
     RenderLossDesc desc_;
@@ -86,9 +85,7 @@ class RenderLoss {
     std::size_t pixel_ = 0;  ///< part of the pixel loss
     vk::Buffer grad_term_;   ///< gradient of one term after another
     std::unique_ptr<model::LpipsNet> lpips_;
-    vk::Buffer grad_lpips_;
-    vk::CommandList list_, to_lpips_, from_lpips_;
-    vk::BufferView image_, grad_image_;
+    vk::CommandList list_;
 };
 
 }  // namespace splat::train

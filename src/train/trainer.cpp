@@ -70,6 +70,8 @@ Status Trainer::build(const model::ModelConfig& network) {
     RenderLossDesc loss;
     loss.views = desc.views;
     loss.height = loss.width = network.resolution;
+    loss.image = rasterizer_->workspace().image.range();
+    loss.grad_image = grad_image_.range();
     loss.config = config_;
     loss.pixel_weights = config_.edge_weight > 0 && config_.edge_by_size;
     if (loss.pixel_weights) SPLAT_SET(sizes_, SizeMap::create(context_, desc));
@@ -207,8 +209,7 @@ Status Trainer::render(const TrainBatch& batch, std::uint32_t object, std::uint3
     LossTerms terms;
     const float weight = 1 / static_cast<float>(config_.batch_size);
     const double lpips = steps() >= config_.lpips_after ? config_.lpips_weight : 0;
-    SPLAT_TRY(loss_->run(rasterizer_->workspace().image.range(), grad_image_.range(), weight, lpips,
-                         terms));
+    SPLAT_TRY(loss_->run(weight, lpips, terms));
     SPLAT_TRY(rasterizer_->backward(grad_image_.range(), grad_depth_.range(),
                                     copied ? grad_scene_.views() : model_->set(slot, true)));
     if (copied) SPLAT_TRY(context_.run(copy_out_[slot]));
