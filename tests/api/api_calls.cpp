@@ -2,11 +2,10 @@
 
 #include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
-
 #include <atomic>
 #include <cstdio>
+#include <fstream>
+#include <iterator>
 #include <numeric>
 
 namespace splat::test {
@@ -53,6 +52,35 @@ testing::AssertionResult refused(splat_result got, splat_result expected, const 
            << splat_result_name(expected) << " with '" << part << "'";
 }
 
+testing::AssertionResult holds(const std::string& text, const std::string& part) {
+    if (text.find(part) != std::string::npos) return testing::AssertionSuccess();
+    return testing::AssertionFailure() << "'" << part << "' is not in " << text.c_str();
+}
+
+Temporary::Temporary(const std::string& extension)
+    : path_([&] {
+          static std::atomic<int> number = 0;
+          const std::string name =
+              "splat-api-" + std::to_string(::getpid()) + "-" + std::to_string(number++);
+          return (std::filesystem::temp_directory_path() / (name + extension)).string();
+      }()),
+      owner_(::getpid()) {}
+
+Temporary::~Temporary() {
+    std::error_code code;
+    if (owner_ == ::getpid()) std::filesystem::remove_all(path_, code);
+}
+
+std::string Temporary::operator/(const std::string& name) const {
+    std::filesystem::create_directories(path_);
+    return path_ + "/" + name;
+}
+
+std::string file_bytes(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
 splat_device_desc device_desc(std::uint32_t flags) {
     auto desc = sized<splat_device_desc>();
     desc.flags = flags;
@@ -65,9 +93,7 @@ Device open_device(std::uint32_t flags) {
 }
 
 Device open_device(const splat_device_desc& desc) {
-    Device device;
-    EXPECT_DONE(splat_device_create(&desc, device.out()));
-    return device;
+    return got(splat_device_create, desc);
 }
 
 splat_device shared_device() {
@@ -88,27 +114,33 @@ splat_tensor_desc tensor_desc(const Dims& dims, const char* name, splat_dtype dt
 }
 
 Tensor make_tensor(splat_device device, const Dims& dims, const char* name, splat_dtype dtype) {
-    const splat_tensor_desc desc = tensor_desc(dims, name, dtype);
-    Tensor tensor;
-    EXPECT_DONE(splat_tensor_create(device, &desc, tensor.out()));
-    return tensor;
+    return got(splat_tensor_create, device, tensor_desc(dims, name, dtype));
 }
 
-Tensor upload(splat_device device, const Dims& dims, const std::vector<float>& values,
-              const char* name) {
-    const splat_tensor_desc desc = tensor_desc(dims, name);
-    Tensor tensor;
-    EXPECT_DONE(splat_tensor_from_host(device, &desc, values.data(), values.size() * sizeof(float),
-                                       nullptr, tensor.out()));
-    return tensor;
+Tensor upload(splat_device device, const Dims& dims, const Floats& values, const char* name) {
+    return got(splat_tensor_from_host, device, tensor_desc(dims, name), values.data(),
+               values.size() * sizeof(float), nullptr);
 }
 
-std::vector<float> download(splat_tensor tensor) {
-    auto info = sized<splat_tensor_info>();
-    EXPECT_DONE(splat_tensor_get_info(tensor, &info));
-    std::vector<float> values(info.elements);
+Floats download(splat_tensor tensor) {
+    Floats values(got(splat_tensor_get_info, tensor).elements);
     EXPECT_DONE(splat_tensor_read(tensor, values.data(), values.size() * sizeof(float), nullptr));
     return values;
+}
+
+void write(splat_tensor tensor, const Floats& values) {
+    EXPECT_DONE(splat_tensor_write(tensor, values.data(), values.size() * sizeof(float), nullptr));
+}
+
+Dims dims_of(splat_tensor tensor) {
+    const splat_tensor_info info = got(splat_tensor_get_info, tensor);
+    return {info.dims, info.dims + info.rank};
+}
+
+float* mapped(splat_tensor tensor, splat_access access) {
+    void* pointer = nullptr;
+    EXPECT_DONE(splat_tensor_map(tensor, access, &pointer, nullptr));
+    return static_cast<float*>(pointer);
 }
 
 OpRequest::OpRequest(const char* name, std::vector<splat_tensor> in, std::vector<splat_tensor> out)
@@ -129,10 +161,7 @@ splat_op_desc OpRequest::desc() const {
 }
 
 Op make_op(splat_device device, const OpRequest& request) {
-    const splat_op_desc desc = request.desc();
-    Op op;
-    EXPECT_DONE(splat_op_create(device, &desc, op.out()));
-    return op;
+    return got(splat_op_create, device, request.desc());
 }
 
 std::uint64_t validation_messages() {
@@ -149,28 +178,62 @@ splat_model_desc model_desc() {
     return desc;
 }
 
-Model make_model(const Device& device) {
-    const splat_model_desc desc = model_desc();
-    Model model;
-    EXPECT_DONE(splat_model_create(device, &desc, model.out()));
+Model make_model(splat_device device, const std::string& keys, std::uint32_t flags,
+                 std::uint32_t objects) {
+    splat_model_desc desc = model_desc();
+    const std::string config = kSmallModel + keys;
+    desc.config = config.c_str();
+    desc.flags = flags;
+    desc.objects = objects;
+    return got(splat_model_create, device, desc);
+}
+
+Model random_model(splat_device device, const std::string& keys, std::uint32_t flags,
+                   std::uint32_t objects) {
+    Model model = make_model(device, keys, flags, objects);
+    EXPECT_DONE(splat_model_init(model, 3));
     return model;
 }
 
-Predictor make_predictor(const Device& device) {
-    const Model model = make_model(device);
-    EXPECT_DONE(splat_model_init(model, 3));
-    return make_predictor(device, model);
+void forward(splat_model model, const Floats& images) {
+    auto input = sized<splat_model_input>();
+    input.images = images.data();
+    input.images_count = images.size();
+    EXPECT_DONE(splat_model_forward(model, &input));
 }
 
-Predictor make_predictor(const Device& device, const Model& model) {
-    Weights weights;
-    EXPECT_DONE(splat_model_store(model, weights.out()));
+Predictor make_predictor(const Device& device) {
+    return make_predictor(device, random_model(device));
+}
+
+Predictor make_predictor(const Device& device, const Model& model, const std::string& keys) {
+    const Weights weights = got(splat_model_store, model);
+    return make_predictor(device.get(), weights.get(), keys);
+}
+
+Predictor make_predictor(splat_device device, splat_weights weights, const std::string& keys) {
+    const std::string config = kSmallModel + keys;
     auto desc = sized<splat_predictor_desc>();
     desc.weights = weights;
-    desc.config = kSmallModel;
-    Predictor predictor;
-    EXPECT_DONE(splat_predictor_create(device, &desc, predictor.out()));
-    return predictor;
+    desc.config = config.c_str();
+    return got(splat_predictor_create, device, desc);
+}
+
+splat_optimizer_desc optimizer_desc(const splat_optimizer_item* items, std::uint64_t count) {
+    auto desc = sized<splat_optimizer_desc>();
+    desc.items = items;
+    desc.item_count = count;
+    return desc;
+}
+
+splat_named_array named_array(const char* name, const Floats& values, const Dims& dims) {
+    splat_named_array array{};
+    array.name = name;
+    array.values = values.data();
+    array.value_count = values.size();
+    array.rank = static_cast<std::uint32_t>(dims.size());
+    std::copy(dims.begin(), dims.end(), array.dims);
+    return array;
 }
 
 splat_port port_desc(const Dims& dims, const char* name) {
@@ -185,9 +248,7 @@ Evaluator make_evaluator(splat_dataset dataset) {
     auto desc = sized<splat_evaluator_desc>();
     desc.dataset = dataset;
     desc.method = "mine";
-    Evaluator evaluator;
-    EXPECT_DONE(splat_evaluator_create(&desc, evaluator.out()));
-    return evaluator;
+    return got(splat_evaluator_create, &desc);
 }
 
 splat_compare_desc compare_desc() {
@@ -201,9 +262,7 @@ splat_compare_desc compare_desc() {
 
 Comparison make_comparison() {
     const splat_compare_desc desc = compare_desc();
-    Comparison comparison;
-    EXPECT_DONE(splat_compare_scores(&desc, comparison.out()));
-    return comparison;
+    return got(splat_compare_scores, &desc);
 }
 
 splat_module_desc module_desc() {
@@ -217,9 +276,7 @@ splat_module_desc module_desc() {
 
 Module make_module(const Device& device) {
     const splat_module_desc desc = module_desc();
-    Module module;
-    EXPECT_EQ(splat_module_create(device, &desc, module.out()), SPLAT_OK);
-    return module;
+    return got(splat_module_create, device, &desc);
 }
 
 splat_trainer_desc trainer_desc() {
@@ -256,9 +313,7 @@ splat_trainer_batch TrainerBatch::desc() const {
 
 Trainer make_trainer(const Device& device) {
     const splat_trainer_desc desc = trainer_desc();
-    Trainer trainer;
-    EXPECT_DONE(splat_trainer_create(device, &desc, trainer.out()));
-    return trainer;
+    return got(splat_trainer_create, device, &desc);
 }
 
 std::vector<float> write_large_weights(const std::string& path) {
@@ -284,13 +339,9 @@ Weights make_weights() {
     std::string file(reinterpret_cast<const char*>(&size), sizeof size);
     file += header + std::string(reinterpret_cast<const char*>(a), sizeof a) +
             std::string(reinterpret_cast<const char*>(&b), sizeof b);
-    const auto path =
-        std::filesystem::temp_directory_path() / ("splat-weights-" + std::to_string(::getpid()));
-    std::ofstream(path, std::ios::binary) << file;
-    Weights weights;
-    EXPECT_DONE(splat_weights_load(path.c_str(), 0, weights.out()));
-    std::filesystem::remove(path);
-    return weights;
+    const Temporary path;
+    std::ofstream(path.path(), std::ios::binary) << file;
+    return got(splat_weights_load, path.c_str(), 0);
 }
 
 splat_synthetic_desc synthetic_desc(const char* path) {
@@ -305,24 +356,13 @@ splat_synthetic_desc synthetic_desc(const char* path) {
 }
 
 const char* data_folder() {
-    struct Folder {
-        std::string path = (std::filesystem::temp_directory_path() /
-                            ("splat-api-data-" + std::to_string(::getpid())))
-                               .string();
-        const pid_t owner = ::getpid();  // not a child that exits
-        Folder() {
-            const splat_synthetic_desc desc = synthetic_desc(path.c_str());
-            for (std::uint32_t i = 0; i < 3; ++i) EXPECT_DONE(splat_synthetic_write(&desc, i));
-        }
-        Folder(const Folder&) = delete;
-        Folder& operator=(const Folder&) = delete;
-        ~Folder() {
-            std::error_code code;
-            if (owner == ::getpid()) std::filesystem::remove_all(path, code);
-        }
-    };
-    static const Folder folder;
-    return folder.path.c_str();
+    static const Temporary folder;
+    static const bool written = [] {
+        const splat_synthetic_desc desc = synthetic_desc(folder.c_str());
+        for (std::uint32_t i = 0; i < 3; ++i) EXPECT_DONE(splat_synthetic_write(&desc, i));
+        return true;
+    }();
+    return written ? folder.c_str() : nullptr;
 }
 
 splat_dataset_desc dataset_desc() {
@@ -333,44 +373,24 @@ splat_dataset_desc dataset_desc() {
 
 Dataset make_dataset() {
     const splat_dataset_desc desc = dataset_desc();
-    Dataset dataset;
-    EXPECT_DONE(splat_dataset_open(&desc, dataset.out()));
-    return dataset;
+    return got(splat_dataset_open, &desc);
 }
 
 Dataset make_training_dataset() {
     splat_dataset_desc desc = dataset_desc();
     desc.resolution = 16;
     std::fill_n(desc.background, 3, 1.0F);
-    Dataset dataset;
-    EXPECT_DONE(splat_dataset_open(&desc, dataset.out()));
-    return dataset;
+    return got(splat_dataset_open, &desc);
 }
 
 Batches make_batches() {
-    Batches batches;
-    EXPECT_DONE(
-        splat_batches_create(make_training_dataset(), trainer_desc().config, 1, batches.out()));
-    return batches;
+    return got(splat_batches_create, make_training_dataset(), trainer_desc().config, 1);
 }
 
 std::string run_folder() {
-    struct Folder {
-        std::string path = (std::filesystem::temp_directory_path() /
-                            ("splat-api-runs-" + std::to_string(::getpid())))
-                               .string();
-        const pid_t owner = ::getpid();  // not a child that exits
-        int runs = 0;
-        Folder() = default;
-        Folder(const Folder&) = delete;
-        Folder& operator=(const Folder&) = delete;
-        ~Folder() {
-            std::error_code code;
-            if (owner == ::getpid()) std::filesystem::remove_all(path, code);
-        }
-    };
-    static Folder folder;
-    return folder.path + "/" + std::to_string(folder.runs++);
+    static const Temporary folder;
+    static int runs = 0;
+    return folder.path() + "/" + std::to_string(runs++);
 }
 
 splat_training_desc training_desc(splat_dataset dataset, const std::string& folder) {
@@ -388,9 +408,7 @@ Training make_training(const Device& device) {
     const Dataset dataset = make_training_dataset();
     const std::string folder = run_folder();
     const splat_training_desc desc = training_desc(dataset, folder);
-    Training training;
-    EXPECT_DONE(splat_training_open(device, &desc, training.out()));
-    return training;
+    return got(splat_training_open, device, &desc);
 }
 
 }  // namespace splat::test

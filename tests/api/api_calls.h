@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <initializer_list>
 #include <string>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -13,6 +17,15 @@
 
 /// Shared by all tests of the C API. Uses only the header of the library.
 namespace splat::test {
+
+inline constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
+inline constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
+inline constexpr splat_result kState = SPLAT_ERROR_INVALID_STATE;
+inline constexpr splat_result kShape = SPLAT_ERROR_SHAPE_MISMATCH;
+inline constexpr splat_result kUnsupported = SPLAT_ERROR_UNSUPPORTED;
+inline constexpr splat_result kNotFound = SPLAT_ERROR_NOT_FOUND;
+inline constexpr splat_result kIo = SPLAT_ERROR_IO;
+inline constexpr splat_result kFormat = SPLAT_ERROR_FORMAT;
 
 /// Expects SPLAT_OK; a failure shows the code and its text.
 testing::AssertionResult succeeded(splat_result got);
@@ -33,15 +46,34 @@ Struct sized() {
     return made;
 }
 
-/// Planes [3,side,side] as a picture that is read.
-inline splat_image planes_image(const float* planes, std::uint32_t side) {
+using Floats = std::vector<float>;
+
+/// Packed pixels of a vector as a picture.
+template <class Value>
+splat_image packed_image(const std::vector<Value>& pixels, std::uint32_t width,
+                         std::uint32_t height, std::uint32_t channels) {
+    constexpr splat_pixel kTypes[] = {0, SPLAT_PIXEL_U8, SPLAT_PIXEL_F16, 0, SPLAT_PIXEL_F32};
+    return {const_cast<Value*>(pixels.data()),
+            pixels.size() * sizeof(Value),
+            kTypes[sizeof(Value)],
+            width,
+            height,
+            channels,
+            0,
+            0,
+            0};
+}
+
+/// Planes [channels,side,side] as a picture.
+inline splat_image planes_image(const float* planes, std::uint32_t side,
+                                std::uint32_t channels = 3) {
     const std::int64_t row = std::int64_t{sizeof(float)} * side;
     return {const_cast<float*>(planes),
-            3 * sizeof(float) * side * side,
+            channels * sizeof(float) * side * side,
             SPLAT_PIXEL_F32,
             side,
             side,
-            3,
+            channels,
             row,
             sizeof(float),
             row * side};
@@ -82,25 +114,117 @@ class Owned {
     Handle handle_ = nullptr;
 };
 
-using Device = Owned<splat_device, splat_device_destroy>;
-using Tensor = Owned<splat_tensor, splat_tensor_destroy>;
-using Op = Owned<splat_op, splat_op_destroy>;
-using Scene = Owned<splat_scene, splat_scene_destroy>;
-using Optimizer = Owned<splat_optimizer, splat_optimizer_destroy>;
-using Rasterizer = Owned<splat_rasterizer, splat_rasterizer_destroy>;
-using RasterState = Owned<splat_raster_state, splat_raster_state_destroy>;
-using Weights = Owned<splat_weights, splat_weights_destroy>;
-using Model = Owned<splat_model, splat_model_destroy>;
-using Module = Owned<splat_module, splat_module_destroy>;
-using Trainer = Owned<splat_trainer, splat_trainer_destroy>;
-using Lpips = Owned<splat_lpips, splat_lpips_destroy>;
-using Dataset = Owned<splat_dataset, splat_dataset_destroy>;
-using Evaluator = Owned<splat_evaluator, splat_evaluator_destroy>;
-using Comparison = Owned<splat_comparison, splat_comparison_destroy>;
-using Predictor = Owned<splat_predictor, splat_predictor_destroy>;
-using Batches = Owned<splat_batches, splat_batches_destroy>;
-using Training = Owned<splat_run, splat_run_destroy>;
+/// The owner of a handle.
+template <class Type>
+struct OwnerOf {
+    using Owner = Type;
+};
+#define SPLAT_OWNER(name, handle)                 \
+    using name = Owned<handle, handle##_destroy>; \
+    template <>                                   \
+    struct OwnerOf<handle> {                      \
+        using Owner = name;                       \
+    };
+SPLAT_OWNER(Device, splat_device)
+SPLAT_OWNER(Tensor, splat_tensor)
+SPLAT_OWNER(Op, splat_op)
+SPLAT_OWNER(Scene, splat_scene)
+SPLAT_OWNER(Optimizer, splat_optimizer)
+SPLAT_OWNER(Rasterizer, splat_rasterizer)
+SPLAT_OWNER(RasterState, splat_raster_state)
+SPLAT_OWNER(Weights, splat_weights)
+SPLAT_OWNER(Model, splat_model)
+SPLAT_OWNER(Module, splat_module)
+SPLAT_OWNER(Trainer, splat_trainer)
+SPLAT_OWNER(Lpips, splat_lpips)
+SPLAT_OWNER(Dataset, splat_dataset)
+SPLAT_OWNER(Evaluator, splat_evaluator)
+SPLAT_OWNER(Comparison, splat_comparison)
+SPLAT_OWNER(Predictor, splat_predictor)
+SPLAT_OWNER(Batches, splat_batches)
+SPLAT_OWNER(Training, splat_run)
+SPLAT_OWNER(PriorModel, splat_prior_model)
+#undef SPLAT_OWNER
 using Dims = std::vector<std::int64_t>;
+
+/// An argument of a function: the value, or its address where the parameter is a pointer to it.
+template <class Given>
+struct Argument {
+    const Given& given;
+    template <class Type>
+    operator Type() const {
+        if constexpr (std::is_convertible_v<const Given&, Type>)
+            return static_cast<Type>(given);
+        else
+            return &given;
+    }
+};
+
+/// What a function stores by its last parameter: a value, a struct, or a handle with its owner.
+template <class... Types, class... Given>
+auto got(splat_result (*function)(Types...), const Given&... given) {
+    using Last = std::tuple_element_t<sizeof...(Types) - 1, std::tuple<Types...>>;
+    using Stored = std::remove_pointer_t<Last>;
+    typename OwnerOf<Stored>::Owner stored{};
+    if constexpr (requires { stored.struct_size; }) stored = sized<Stored>();
+    if constexpr (requires { stored.out(); })
+        EXPECT_DONE(function(Argument<Given>{given}..., stored.out()));
+    else
+        EXPECT_DONE(function(Argument<Given>{given}..., &stored));
+    return stored;
+}
+
+/// Numbers that a function reads by its last two parameters, an array and its bytes.
+template <class... Types, class... Given>
+Floats floats_of(std::size_t count, splat_result (*function)(Types...), const Given&... given) {
+    Floats values(count);
+    EXPECT_DONE(function(Argument<Given>{given}..., values.data(), count * sizeof(float)));
+    return values;
+}
+
+/// All bytes that a function writes by its last three parameters: buffer, capacity and needed.
+template <class... Types, class... Given>
+std::string bytes_of(splat_result (*function)(Types...), const Given&... given) {
+    std::size_t needed = 0;
+    EXPECT_EQ(function(Argument<Given>{given}..., nullptr, 0, &needed), SPLAT_INCOMPLETE);
+    std::string bytes(needed, '\xA5');
+    EXPECT_DONE(function(Argument<Given>{given}..., bytes.data(), bytes.size(), &needed));
+    EXPECT_EQ(needed, bytes.size());
+    return bytes;
+}
+
+/// The same for a text, without its NUL.
+template <class... Types, class... Given>
+std::string text_of(splat_result (*function)(Types...), const Given&... given) {
+    std::string text = bytes_of(function, given...);
+    EXPECT_EQ(text.find('\0'), text.size() - 1) << "one NUL, at the end";
+    if (!text.empty()) text.pop_back();
+    return text;
+}
+
+/// Expects `part` in a text.
+testing::AssertionResult holds(const std::string& text, const std::string& part);
+
+/// A path in the temporary folder for this process alone. What lies there is removed at the end.
+class Temporary {
+  public:
+    explicit Temporary(const std::string& extension = "");
+    Temporary(const Temporary&) = delete;
+    Temporary& operator=(const Temporary&) = delete;
+    ~Temporary();
+
+    [[nodiscard]] const std::string& path() const { return path_; }
+    [[nodiscard]] const char* c_str() const { return path_.c_str(); }
+    /// A path in the folder of this path, which is made.
+    std::string operator/(const std::string& name) const;
+
+  private:
+    const std::string path_;
+    const int owner_;  ///< not a child that exits
+};
+
+/// The bytes of a file.
+std::string file_bytes(const std::string& path);
 
 /// Defaults, but without a pipeline cache file.
 splat_device_desc device_desc(std::uint32_t flags = 0);
@@ -117,7 +241,11 @@ Tensor make_tensor(splat_device device, const Dims& dims, const char* name = nul
                    splat_dtype dtype = SPLAT_DTYPE_F32);
 Tensor upload(splat_device device, const Dims& dims, const std::vector<float>& values,
               const char* name = nullptr);
-std::vector<float> download(splat_tensor tensor);
+Floats download(splat_tensor tensor);
+void write(splat_tensor tensor, const Floats& values);
+Dims dims_of(splat_tensor tensor);
+/// The memory of a tensor that is mapped until splat_tensor_unmap.
+float* mapped(splat_tensor tensor, splat_access access);
 
 /// Two tensors, "a" = [[1, 2], [3, 4]] and "b" = 0.5 as float16 in the file, with metadata {"k":
 /// "v"}.
@@ -149,11 +277,24 @@ inline constexpr const char* kSmallModel =
     "data:\n"
     "  training_resolution: 16";
 splat_model_desc model_desc();
-Model make_model(const Device& device);
 
-/// A predictor of such a model with random weights, for white backgrounds.
+/// With further lines of the configuration, and without parameters or with random ones.
+Model make_model(splat_device device, const std::string& keys = "", std::uint32_t flags = 0,
+                 std::uint32_t objects = 0);
+Model random_model(splat_device device, const std::string& keys = "", std::uint32_t flags = 0,
+                   std::uint32_t objects = 0);
+/// A forward pass of these images.
+void forward(splat_model model, const Floats& images);
+
+/// A predictor of a model with random weights, for white backgrounds.
 Predictor make_predictor(const Device& device);
-Predictor make_predictor(const Device& device, const Model& model);
+Predictor make_predictor(const Device& device, const Model& model, const std::string& keys = "");
+Predictor make_predictor(splat_device device, splat_weights weights, const std::string& keys = "");
+
+/// An optimizer of these parameters.
+splat_optimizer_desc optimizer_desc(const splat_optimizer_item* items, std::uint64_t count = 1);
+
+splat_named_array named_array(const char* name, const Floats& values, const Dims& dims);
 /// A port of a splat_module_desc.
 splat_port port_desc(const Dims& dims, const char* name);
 
@@ -227,19 +368,6 @@ class Output {
     Value value_;
     std::uint32_t size_ = kNoSize;
 };
-
-/// The whole text of a function that takes (buffer, capacity, needed).
-template <class Call>
-std::string whole_text(Call&& call) {
-    std::size_t needed = 0;
-    EXPECT_EQ(call(nullptr, 0, &needed), SPLAT_INCOMPLETE);
-    std::string text(needed, '\xA5');
-    EXPECT_EQ(call(text.data(), text.size(), &needed), SPLAT_OK);
-    EXPECT_EQ(needed, text.size());
-    EXPECT_EQ(text.find('\0'), text.size() - 1) << "one NUL, at the end";
-    text.pop_back();
-    return text;
-}
 
 /// Messages of the validation layer in the log so far. Any message fails the program at its end.
 std::uint64_t validation_messages();

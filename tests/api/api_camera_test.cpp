@@ -1,7 +1,6 @@
 // Cameras through the C API.
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 
 #include "api/raster_calls.h"
@@ -75,23 +74,16 @@ TEST(ApiCamera, OrbitsAScene) {
     EXPECT_NEAR(center_of(cameras[0])[2], middle[2] - 5, 1e-9) << "before the scene";
     ASSERT_DONE(splat_camera_orbit(scene, nullptr, 1, cameras));
     EXPECT_EQ(cameras[0].width, 512U);
-    const auto empty_desc = sized<splat_scene_desc>();
-    Scene empty;
-    ASSERT_DONE(splat_scene_create(&empty_desc, empty.out()));
-    EXPECT_REFUSED(splat_camera_orbit(empty, nullptr, 1, cameras), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "");
+    const Scene empty = empty_scene();
+    EXPECT_REFUSED(splat_camera_orbit(empty, nullptr, 1, cameras), kArgument, "");
     EXPECT_DONE(splat_camera_orbit(empty, nullptr, 0, nullptr)) << "no cameras";
     desc.struct_size = 0;
-    EXPECT_REFUSED(splat_camera_orbit(scene, &desc, 0, nullptr), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "struct_size");
+    EXPECT_REFUSED(splat_camera_orbit(scene, &desc, 0, nullptr), kArgument, "struct_size");
 }
 
 TEST(ApiCamera, FilesAreRead) {
-    const auto path =
-        std::filesystem::temp_directory_path() /
-        ("api_camera_" +
-         std::to_string(std::filesystem::hash_value(std::filesystem::current_path())));
-    std::ofstream(path) << R"({"camera_angle_x": 0.8, "frames": [
+    const Temporary path;
+    std::ofstream(path.path()) << R"({"camera_angle_x": 0.8, "frames": [
         {"file_path": "a.png", "transform_matrix": [[1,0,0,1],[0,1,0,2],[0,0,1,3],[0,0,0,1]]},
         {"file_path": "b.png", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]})";
     auto desc = sized<splat_camera_file_desc>();
@@ -107,51 +99,37 @@ TEST(ApiCamera, FilesAreRead) {
     EXPECT_EQ(cameras[0].world_to_camera[3], -1);
     EXPECT_EQ(cameras[0].world_to_camera[7], 2) << "y is turned";
     EXPECT_EQ(cameras[0].world_to_camera[11], 3);
-    const std::string report =
-        whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
-            return splat_camera_load_report(path.c_str(), &desc, buffer, capacity, needed);
-        });
+    const std::string report = text_of(splat_camera_load_report, path.c_str(), &desc);
     EXPECT_EQ(report, R"({"names": ["a.png", "b.png"], "warnings": []})");
-    const std::string sentence = "'" + path.string() + "': frame 0: 'w' is 0";
-    EXPECT_REFUSED(splat_camera_load(path.c_str(), nullptr, cameras, 2, nullptr),
-                   SPLAT_ERROR_FORMAT, sentence.c_str());
-    std::filesystem::remove(path);
+    const std::string sentence = "'" + path.path() + "': frame 0: 'w' is 0";
+    EXPECT_REFUSED(splat_camera_load(path.c_str(), nullptr, cameras, 2, nullptr), kFormat,
+                   sentence.c_str());
 }
 
 TEST(ApiCamera, DistortionIsRefusedUnlessIgnored) {
-    const auto folder =
-        std::filesystem::temp_directory_path() /
-        ("api_lens_" +
-         std::to_string(std::filesystem::hash_value(std::filesystem::current_path())));
-    std::filesystem::create_directories(folder);
-    const std::string json = (folder / "cameras.json").string();
+    const Temporary folder;
+    const std::string json = folder / "cameras.json";
     std::ofstream(json) << R"({"w": 20, "h": 10, "fl_x": 15, "k1": 0.25, "frames": [
         {"file_path": "a.png", "transform_matrix": [[1,0,0,1],[0,1,0,2],[0,0,1,3],[0,0,0,1]]}]})";
     std::ofstream(folder / "cameras.txt") << "1 SIMPLE_RADIAL 20 10 15 10 5 0.25\n";
     std::ofstream(folder / "images.txt") << "1 1 0 0 0 1 2 3 1 a.png\n\n";
-    for (const std::string& path : {json, folder.string()}) {
+    for (const std::string& path : {json, folder.path()}) {
         splat_camera camera{};
         const std::string sentence = "'" + path;
-        EXPECT_REFUSED(splat_camera_load(path.c_str(), nullptr, &camera, 1, nullptr),
-                       SPLAT_ERROR_UNSUPPORTED, sentence.c_str());
-        EXPECT_NE(std::string(splat_last_error_message()).find("SPLAT_CAMERA_IGNORE_DISTORTION"),
-                  std::string::npos)
-            << splat_last_error_message();
+        EXPECT_REFUSED(splat_camera_load(path.c_str(), nullptr, &camera, 1, nullptr), kUnsupported,
+                       sentence.c_str());
+        EXPECT_TRUE(holds(splat_last_error_message(), "SPLAT_CAMERA_IGNORE_DISTORTION"));
         EXPECT_EQ(camera.width, 0U) << "written although refused";
         auto desc = sized<splat_camera_file_desc>();
         desc.flags = SPLAT_CAMERA_IGNORE_DISTORTION;
         EXPECT_DONE(splat_camera_load(path.c_str(), &desc, &camera, 1, nullptr));
         EXPECT_EQ(camera.fx, 15);
-        const std::string report =
-            whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
-                return splat_camera_load_report(path.c_str(), &desc, buffer, capacity, needed);
-            });
-        EXPECT_NE(report.find("= 0.25 is ignored"), std::string::npos) << report;
+        const std::string report = text_of(splat_camera_load_report, path.c_str(), &desc);
+        EXPECT_TRUE(holds(report, "= 0.25 is ignored"));
         desc.flags = SPLAT_CAMERA_IGNORE_DISTORTION << 1U;
-        EXPECT_REFUSED(splat_camera_load(path.c_str(), &desc, &camera, 1, nullptr),
-                       SPLAT_ERROR_INVALID_ARGUMENT, "flags");
+        EXPECT_REFUSED(splat_camera_load(path.c_str(), &desc, &camera, 1, nullptr), kArgument,
+                       "flags");
     }
-    std::filesystem::remove_all(folder);
 }
 
 }  // namespace

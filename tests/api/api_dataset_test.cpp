@@ -7,25 +7,16 @@
 namespace splat::test {
 namespace {
 
-std::string report_of(splat_dataset dataset) {
-    std::size_t needed = 0;
-    EXPECT_EQ(splat_dataset_report(dataset, nullptr, 0, &needed), SPLAT_INCOMPLETE);
-    std::string text(needed, '\0');
-    EXPECT_DONE(splat_dataset_report(dataset, text.data(), needed, nullptr));
-    text.pop_back();
-    return text;
-}
-
 /// All arrays of two views, with a value after each that must stay unchanged.
 struct Arrays {
-    std::vector<float> images = std::vector<float>(2 * 3 * 64 + 1, -1);
-    std::vector<float> depths = std::vector<float>(2 * 64 + 1, -1);
-    std::vector<float> normals = std::vector<float>(2 * 3 * 64 + 1, -1);
-    std::vector<float> masks = std::vector<float>(2 * 64 + 1, -1);
-    std::vector<float> poses = std::vector<float>(2 * 16 + 1, -9);
-    std::vector<float> quaternions = std::vector<float>(2 * 4 + 1, -9);
-    std::vector<float> focals = std::vector<float>(2 * 2 + 1, -1);
-    std::vector<float> distances = std::vector<float>(2 + 1, -1);
+    Floats images = Floats(2 * 3 * 64 + 1, -1);
+    Floats depths = Floats(2 * 64 + 1, -1);
+    Floats normals = Floats(2 * 3 * 64 + 1, -1);
+    Floats masks = Floats(2 * 64 + 1, -1);
+    Floats poses = Floats(2 * 16 + 1, -9);
+    Floats quaternions = Floats(2 * 4 + 1, -9);
+    Floats focals = Floats(2 * 2 + 1, -1);
+    Floats distances = Floats(2 + 1, -1);
 
     splat_dataset_views views() {
         auto out = sized<splat_dataset_views>();
@@ -47,8 +38,7 @@ TEST(ApiDataset, GivesAllArraysOfViews) {
     splat_dataset_views out = arrays.views();
     const std::uint32_t views[] = {2, 0};
     ASSERT_DONE(splat_dataset_read(dataset, 1, views, 2, &out));
-    for (const std::vector<float>* values :
-         {&arrays.images, &arrays.depths, &arrays.normals, &arrays.masks}) {
+    for (const Floats* values : {&arrays.images, &arrays.depths, &arrays.normals, &arrays.masks}) {
         EXPECT_EQ(values->back(), -1) << "beyond the end";
         for (std::size_t i = 0; i + 1 < values->size(); ++i) {
             EXPECT_GE((*values)[i], 0);
@@ -56,9 +46,8 @@ TEST(ApiDataset, GivesAllArraysOfViews) {
         }
     }
     EXPECT_EQ(arrays.poses.back() + arrays.quaternions.back(), -18);
-    EXPECT_EQ(arrays.focals,
-              (std::vector<float>{131.25F / 16, 131.25F / 16, 131.25F / 16, 131.25F / 16, -1}));
-    EXPECT_EQ(arrays.distances, (std::vector<float>{0, 0, -1}));
+    EXPECT_EQ(arrays.focals, (Floats{131.25F / 16, 131.25F / 16, 131.25F / 16, 131.25F / 16, -1}));
+    EXPECT_EQ(arrays.distances, (Floats{0, 0, -1}));
     for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(arrays.poses[i], i % 5 == 0 ? 1 : 0);
     EXPECT_NE(arrays.quaternions[4], 1);
     Arrays again;
@@ -70,7 +59,7 @@ TEST(ApiDataset, GivesAllArraysOfViews) {
 }
 
 TEST(ApiDataset, TellsWhatItHolds) {
-    const auto report = nlohmann::json::parse(report_of(make_dataset()));
+    const auto report = nlohmann::json::parse(text_of(splat_dataset_report, make_dataset()));
     EXPECT_EQ(report.at("format"), "srn");
     EXPECT_EQ(report.at("split"), "train");
     EXPECT_EQ(report.at("objects"), 2);
@@ -84,9 +73,8 @@ TEST(ApiDataset, TellsWhatItHolds) {
     desc.format = "srn";
     desc.flags = SPLAT_DATA_DEPTH | SPLAT_DATA_NORMAL | SPLAT_DATA_MASK;
     desc.resolution = 4;
-    Dataset test;
-    ASSERT_DONE(splat_dataset_open(&desc, test.out()));
-    EXPECT_EQ(nlohmann::json::parse(report_of(test)).at("resolution"), 4);
+    const Dataset test = got(splat_dataset_open, &desc);
+    EXPECT_EQ(nlohmann::json::parse(text_of(splat_dataset_report, test)).at("resolution"), 4);
 }
 
 TEST(ApiDataset, ThreadsReadTheSame) {
@@ -112,11 +100,11 @@ TEST(ApiDataset, NamesWhatIsMissing) {
     splat_dataset_desc desc = dataset_desc();
     desc.path = "/nonexistent";
     Dataset dataset;
-    EXPECT_REFUSED(splat_dataset_open(&desc, dataset.out()), SPLAT_ERROR_NOT_FOUND, "/nonexistent");
+    EXPECT_REFUSED(splat_dataset_open(&desc, dataset.out()), kNotFound, "/nonexistent");
     const Dataset good = make_dataset();
     const std::uint32_t view = 3;
     auto out = sized<splat_dataset_views>();
-    EXPECT_REFUSED(splat_dataset_read(good, 0, &view, 1, &out), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_dataset_read(good, 0, &view, 1, &out), kArgument,
                    "view is 3, but object 0 ('000000_car') has 3 views");
     EXPECT_DONE(splat_dataset_destroy(nullptr));
 }

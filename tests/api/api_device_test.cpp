@@ -8,21 +8,15 @@ namespace splat::test {
 namespace {
 
 splat_device_info describe(std::uint32_t index) {
-    auto info = sized<splat_device_info>();
-    EXPECT_DONE(splat_device_describe(index, &info));
-    return info;
+    return got(splat_device_describe, index);
 }
 
 splat_device_info info_of(splat_device device) {
-    auto info = sized<splat_device_info>();
-    EXPECT_DONE(splat_device_get_info(device, &info));
-    return info;
+    return got(splat_device_get_info, device);
 }
 
 splat_memory_info memory_of(splat_device device) {
-    auto info = sized<splat_memory_info>();
-    EXPECT_DONE(splat_device_get_memory(device, &info));
-    return info;
+    return got(splat_device_get_memory, device);
 }
 
 std::uint32_t count() {
@@ -36,8 +30,7 @@ void expect_absent(const splat_device_desc& desc, const std::string& part) {
     Output<splat_device> device;
     EXPECT_REFUSED(splat_device_create(&desc, device.out()), SPLAT_ERROR_NO_DEVICE, part);
     EXPECT_TRUE(device.untouched());
-    const std::string text = splat_last_error_message();
-    EXPECT_NE(text.find(describe(0).name), std::string::npos) << "no list in: " << text;
+    EXPECT_TRUE(holds(splat_last_error_message(), describe(0).name)) << "no list";
 }
 
 TEST(ApiDevice, DescribesAllThatItCounts) {
@@ -63,14 +56,12 @@ TEST(ApiDevice, IndexBeyondTheCountIsRefused) {
     Output<splat_device_info> info;
     info.set_struct_size(sizeof(splat_device_info));
     for (const std::uint32_t index : {count(), UINT32_MAX})
-        EXPECT_REFUSED(splat_device_describe(index, info.out()), SPLAT_ERROR_INVALID_ARGUMENT,
-                       std::to_string(index));
+        EXPECT_REFUSED(splat_device_describe(index, info.out()), kArgument, std::to_string(index));
     EXPECT_TRUE(info.untouched());
 }
 
 TEST(ApiDevice, NullDescMeansDefaults) {
-    Device device;
-    ASSERT_DONE(splat_device_create(nullptr, device.out()));
+    const Device device = got(splat_device_create, nullptr);
     EXPECT_EQ(info_of(device).usable, 1U);
 }
 
@@ -144,8 +135,7 @@ TEST(ApiDevice, LaterStructsMayBeLarger) {
         std::uint64_t more;
     } later_desc{device_desc(), 0};
     later_desc.desc.struct_size = sizeof later_desc;
-    Device device;
-    EXPECT_DONE(splat_device_create(&later_desc.desc, device.out()));
+    const Device device = got(splat_device_create, &later_desc.desc);
 }
 
 TEST(ApiMemory, CountsUsedLiveAndPeak) {
@@ -181,8 +171,8 @@ TEST(ApiMemory, BudgetIsEnforcedAndNamed) {
                    SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, "large");
     EXPECT_TRUE(tensor.untouched());
     const std::string text = splat_last_error_message();
-    EXPECT_NE(text.find("1048576 bytes"), std::string::npos) << text;
-    EXPECT_NE(text.find("budget of 1048576"), std::string::npos) << text;
+    EXPECT_TRUE(holds(text, "1048576 bytes"));
+    EXPECT_TRUE(holds(text, "budget of 1048576"));
     const splat_memory_info now = memory_of(device);
     EXPECT_LE(now.used_bytes, now.budget_bytes);
     EXPECT_LE(now.peak_bytes, now.budget_bytes);
@@ -190,7 +180,7 @@ TEST(ApiMemory, BudgetIsEnforcedAndNamed) {
 }
 
 Tensor run_group_norm(splat_device device) {
-    const Tensor x = upload(device, {1, 4, 2, 2}, std::vector<float>(16, 2.0F));
+    const Tensor x = upload(device, {1, 4, 2, 2}, Floats(16, 2.0F));
     const Tensor gamma = upload(device, {4}, {1, 1, 1, 1});
     const Tensor beta = upload(device, {4}, {5, 6, 7, 8});
     Tensor y = make_tensor(device, {1, 4, 2, 2});
@@ -202,10 +192,10 @@ Tensor run_group_norm(splat_device device) {
 TEST(ApiProfile, IsJsonAndTable) {
     const Device device = open_device(SPLAT_DEVICE_PROFILE);
     run_group_norm(device);
-    const auto json = [&device](char* buffer, std::size_t capacity, std::size_t* needed) {
-        return splat_device_profile_json(device, buffer, capacity, needed);
+    const auto json = [&] {
+        return nlohmann::json::parse(text_of(splat_device_profile_json, device));
     };
-    const nlohmann::json profile = nlohmann::json::parse(whole_text(json));
+    const nlohmann::json profile = json();
     EXPECT_EQ(profile.at("device"), info_of(device).name);
     bool found = false;
     for (const auto& row : profile.at("ops")) {
@@ -216,23 +206,19 @@ TEST(ApiProfile, IsJsonAndTable) {
     EXPECT_TRUE(found) << profile;
     EXPECT_GT(profile.at("idle").at("count"), 0) << profile;
     EXPECT_GT(profile.at("idle").at("total_ms"), 0) << profile;
-    const std::string table = whole_text([&device](char* buffer, std::size_t n, std::size_t* m) {
-        return splat_device_profile_table(device, buffer, n, m);
-    });
-    EXPECT_NE(table.find("group_norm_forward"), std::string::npos) << table;
+    EXPECT_TRUE(holds(text_of(splat_device_profile_table, device), "group_norm_forward"));
     EXPECT_DONE(splat_device_profile_reset(device));
-    EXPECT_TRUE(nlohmann::json::parse(whole_text(json)).at("ops").empty());
+    EXPECT_TRUE(json().at("ops").empty());
 }
 
 TEST(ApiProfile, IsRefusedWithoutItsFlag) {
     char buffer[8] = "same";
     std::size_t needed = 99;
     EXPECT_REFUSED(splat_device_profile_json(shared_device(), buffer, sizeof buffer, &needed),
-                   SPLAT_ERROR_INVALID_STATE, "SPLAT_DEVICE_PROFILE");
+                   kState, "SPLAT_DEVICE_PROFILE");
     EXPECT_REFUSED(splat_device_profile_table(shared_device(), buffer, sizeof buffer, &needed),
-                   SPLAT_ERROR_INVALID_STATE, "SPLAT_DEVICE_PROFILE");
-    EXPECT_REFUSED(splat_device_profile_reset(shared_device()), SPLAT_ERROR_INVALID_STATE,
-                   "SPLAT_DEVICE_PROFILE");
+                   kState, "SPLAT_DEVICE_PROFILE");
+    EXPECT_REFUSED(splat_device_profile_reset(shared_device()), kState, "SPLAT_DEVICE_PROFILE");
     EXPECT_STREQ(buffer, "same");
     EXPECT_EQ(needed, 99U);
 }
@@ -245,14 +231,14 @@ TEST(ApiLifetime, ChildrenKeepTheDeviceOpen) {
     Op op = make_op(device, OpRequest("linear", {x, weight, nullptr}, {y}));
     const splat_device stale = device.destroy();
     auto info = sized<splat_device_info>();
-    EXPECT_REFUSED(splat_device_get_info(stale, &info), SPLAT_ERROR_INVALID_HANDLE, "device");
+    EXPECT_REFUSED(splat_device_get_info(stale, &info), kHandle, "device");
     x.destroy();
     weight.destroy();
     EXPECT_DONE(splat_op_forward(op));
-    EXPECT_EQ(download(y), std::vector<float>{10});
+    EXPECT_EQ(download(y), Floats{10});
     const splat_tensor_desc desc = tensor_desc({1});
     splat_tensor more = nullptr;
-    EXPECT_REFUSED(splat_tensor_create(stale, &desc, &more), SPLAT_ERROR_INVALID_HANDLE, "device");
+    EXPECT_REFUSED(splat_tensor_create(stale, &desc, &more), kHandle, "device");
     y.destroy();
     EXPECT_DONE(splat_op_forward(op));
     op.destroy();

@@ -35,8 +35,8 @@ void expect_describe_refused(splat_result code, const char* part) {
 void expect_the_rest_to_work() {
     EXPECT_EQ(splat_version(), SPLAT_VERSION);
     EXPECT_GT(std::strlen(splat_build_info()), 10U);
-    EXPECT_FALSE(whole_text(splat_op_list).empty());
-    EXPECT_FALSE(whole_text(splat_scene_formats).empty());
+    EXPECT_FALSE(text_of(splat_op_list).empty());
+    EXPECT_FALSE(text_of(splat_scene_formats).empty());
 }
 
 TEST(ApiNoLoader, IsNoDeviceAndNamesThePackage) {
@@ -62,8 +62,7 @@ TEST(ApiNoDriver, IsNoDeviceAndNamesThePackage) {
 
 TEST(ApiBadKernels, IsRefusedByName) {
     const std::string value = required("SPLAT_KERNELS");
-    expect_create_refused(SPLAT_ERROR_INVALID_ARGUMENT,
-                          {"SPLAT_KERNELS", value.c_str(), "plain, cpu or gpu"});
+    expect_create_refused(kArgument, {"SPLAT_KERNELS", value.c_str(), "plain, cpu or gpu"});
     std::uint32_t count = 0;
     EXPECT_DONE(splat_device_count(&count));
     expect_the_rest_to_work();
@@ -71,7 +70,7 @@ TEST(ApiBadKernels, IsRefusedByName) {
 
 TEST(ApiBadTimeoutScale, IsRefusedByName) {
     const std::string value = required("SPLAT_TIMEOUT_SCALE");
-    expect_create_refused(SPLAT_ERROR_INVALID_ARGUMENT, {"SPLAT_TIMEOUT_SCALE", value.c_str()});
+    expect_create_refused(kArgument, {"SPLAT_TIMEOUT_SCALE", value.c_str()});
     expect_the_rest_to_work();
 }
 
@@ -84,8 +83,7 @@ TEST(ApiKernels, OverrideTheDesc) {
         splat_device_desc desc = device_desc();
         desc.kernels = wish;
         const Device device = open_device(desc);
-        auto info = sized<splat_device_info>();
-        ASSERT_DONE(splat_device_get_info(device, &info));
+        const auto info = got(splat_device_get_info, device);
         EXPECT_EQ(info.kernels, expected);
     }
     const Tensor x = upload(shared_device(), {2, 4}, {1, 2, 3, 4, 5, 6, 7, 8});
@@ -93,7 +91,7 @@ TEST(ApiKernels, OverrideTheDesc) {
     const Tensor y = make_tensor(shared_device(), {2, 1});
     const Op op = make_op(shared_device(), OpRequest("linear", {x, weight, nullptr}, {y}));
     EXPECT_DONE(splat_op_forward(op));
-    EXPECT_EQ(download(y), (std::vector<float>{10, 26}));
+    EXPECT_EQ(download(y), (Floats{10, 26}));
 }
 
 }  // namespace

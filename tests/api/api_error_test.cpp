@@ -42,8 +42,7 @@ constexpr NamedCode kCodes[] = {
 void fail_with(const std::string& name) {
     const splat_tensor_desc desc = tensor_desc({0}, name.c_str());
     splat_tensor tensor = nullptr;
-    EXPECT_REFUSED(splat_tensor_create(shared_device(), &desc, &tensor),
-                   SPLAT_ERROR_INVALID_ARGUMENT, name);
+    EXPECT_REFUSED(splat_tensor_create(shared_device(), &desc, &tensor), kArgument, name);
 }
 
 TEST(ApiResult, EveryCodeHasItsNumberNameAndSentence) {
@@ -95,7 +94,7 @@ TEST(ApiLastError, CopyTakesTwoCalls) {
     fail_with(std::string(500, 'n'));
     const std::string text = splat_last_error_message();
     EXPECT_GT(text.size(), 500U);
-    EXPECT_EQ(whole_text(splat_last_error_copy), text);
+    EXPECT_EQ(text_of(splat_last_error_copy), text);
     EXPECT_EQ(splat_last_error_message(), text) << "copying changes nothing";
 }
 
@@ -146,8 +145,7 @@ TEST_F(ApiLog, ZeroMeansWarnings) {
 TEST_F(ApiLog, AnnouncesTheDevice) {
     EXPECT_DONE(splat_log_set_callback(Heard::hear, &heard_, SPLAT_LOG_INFO));
     const Device device = open_device();
-    auto info = sized<splat_device_info>();
-    ASSERT_DONE(splat_device_get_info(device, &info));
+    const auto info = got(splat_device_get_info, device);
     bool found = false;
     for (const auto& [level, text] : heard_.lines)
         found = found || (level == SPLAT_LOG_INFO && text.find(info.name) != std::string::npos);
@@ -164,8 +162,7 @@ TEST_F(ApiLog, NullIsSilence) {
 TEST_F(ApiLog, AWrongLevelChangesNothing) {
     EXPECT_DONE(splat_log_set_callback(Heard::hear, &heard_, SPLAT_LOG_DEBUG));
     for (const splat_log_level level : {-1, 5, INT32_MAX, INT32_MIN})
-        EXPECT_REFUSED(splat_log_set_callback(nullptr, nullptr, level),
-                       SPLAT_ERROR_INVALID_ARGUMENT, "min_level");
+        EXPECT_REFUSED(splat_log_set_callback(nullptr, nullptr, level), kArgument, "min_level");
     heard_.lines.clear();
     fail_with("still heard");
     EXPECT_FALSE(heard_.lines.empty());

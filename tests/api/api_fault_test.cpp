@@ -1,7 +1,5 @@
 // The driver fails at each place where it can, once or permanently; devices are lost; waits time
 // out.
-#include <unistd.h>
-
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -52,7 +50,6 @@ class Driver : public Observer {
 class ApiFault : public testing::Test {
   protected:
     void SetUp() override {
-        folder_ = fs::temp_directory_path() / ("splat_fault_" + std::to_string(::getpid()));
         host_memory::fail_none();
         listen_to_log(SPLAT_LOG_DEBUG);
         fail_with_long_text();
@@ -64,11 +61,7 @@ class ApiFault : public testing::Test {
         baseline_ = host_memory::live();
     }
 
-    void TearDown() override {
-        fault::disarm();
-        std::error_code failed;
-        fs::remove_all(folder_, failed);
-    }
+    void TearDown() override { fault::disarm(); }
 
     /// A text longer than any later one, so that the buffer of the last error never grows again.
     static void fail_with_long_text() {
@@ -80,7 +73,7 @@ class ApiFault : public testing::Test {
         host_memory::watch();
         const splat_result result = splat_tensor_create(device, &none, &tensor);
         host_memory::unwatch();
-        EXPECT_EQ(result, SPLAT_ERROR_INVALID_ARGUMENT);
+        EXPECT_EQ(result, kArgument);
     }
 
     [[nodiscard]] splat_device_desc desc(bool validated = false) const {
@@ -113,7 +106,7 @@ class ApiFault : public testing::Test {
         told_.insert(driver.told.begin(), driver.told.end());
     }
 
-    fs::path folder_;
+    const Temporary folder_;
     ScenarioResults good_;
     std::uint64_t hits_ = 0;
     std::size_t baseline_ = 0;
@@ -191,14 +184,13 @@ TEST_F(ApiFault, LossIsStickyAndANewDeviceWorks) {
         }
         Objects again;
         ASSERT_DONE(splat_op_forward(again.op));
-        EXPECT_EQ(download(again.y), (std::vector<float>{1, 2, 3, 4}));
+        EXPECT_EQ(download(again.y), (Floats{1, 2, 3, 4}));
     }
 }
 
 TEST_F(ApiFault, LossWhileMappedIsToldAtUnmap) {
     Objects all;
-    void* pointer = nullptr;
-    ASSERT_DONE(splat_tensor_map(all.x, SPLAT_ACCESS_READ_WRITE, &pointer, nullptr));
+    mapped(all.x, SPLAT_ACCESS_READ_WRITE);
     const splat_tensor_desc desc = tensor_desc({2});
     splat_tensor tensor = nullptr;
     fault::arm("vk.queue_submit", 1, 1);
@@ -214,14 +206,14 @@ TEST_F(ApiFault, TimeoutsAreOverWhenRepeated) {
         EXPECT_REFUSED(splat_op_forward(all.op), SPLAT_ERROR_TIMEOUT, "SPLAT_TIMEOUT_SCALE");
         fault::disarm();
         EXPECT_DONE(splat_op_forward(all.op));
-        EXPECT_EQ(download(all.y), (std::vector<float>{1, 2, 3, 4}));
+        EXPECT_EQ(download(all.y), (Floats{1, 2, 3, 4}));
     }
     fault::arm("vk.wait_timeout", 1, 2);  // the second while the first is waited for
     EXPECT_REFUSED(splat_op_forward(all.op), SPLAT_ERROR_TIMEOUT, "");
     EXPECT_REFUSED(splat_op_backward(all.op), SPLAT_ERROR_TIMEOUT, "");
     fault::disarm();
     EXPECT_DONE(splat_op_backward(all.op));
-    EXPECT_EQ(download(all.grad_x), (std::vector<float>{1, 2, 3, 4}));
+    EXPECT_EQ(download(all.grad_x), (Floats{1, 2, 3, 4}));
 }
 
 /// A rasterizer that has drawn two scenes, one after the other, so that both are on the device.
@@ -234,13 +226,11 @@ struct Drawing {
         EXPECT_DONE(draw(other));
         EXPECT_DONE(draw(one));
     }
-    splat_result draw(const Scene& scene) {
-        return splat_rasterizer_forward_scene(rasterizer, nullptr, scene, &camera, 1, nullptr);
-    }
-    [[nodiscard]] std::vector<float> image() const {
+    splat_result draw(const Scene& scene) { return test::draw(rasterizer, scene, camera); }
+    [[nodiscard]] Floats image() const {
         return output(rasterizer, SPLAT_OUTPUT_RGB, 3 * std::size_t{20} * 18);
     }
-    std::vector<float> gradient() {
+    Floats gradient() {
         auto desc = sized<splat_gradients_desc>();
         desc.grad_rgb = weights;
         desc.grad_means = grad_means;
@@ -251,8 +241,7 @@ struct Drawing {
     Device device = Objects::open();
     Rasterizer rasterizer =
         make_rasterizer(device, rasterizer_desc(5, 20, 18, SPLAT_RASTERIZER_BACKWARD));
-    Tensor weights =
-        upload(device, {1, 18, 20, 3}, std::vector<float>(3 * std::size_t{20} * 18, 1.0F));
+    Tensor weights = upload(device, {1, 18, 20, 3}, Floats(3 * std::size_t{20} * 18, 1.0F));
     Tensor grad_means = make_tensor(device, {5, 3});
     splat_camera camera = sample_camera(20, 18);
     Scene one, other;
@@ -263,8 +252,8 @@ TEST_F(ApiFault, ImagesStayUntilTheDeviceWorks) {
     for (const char* point : {"vk.create_descriptor_pool"}) {
         SCOPED_TRACE(point);
         Drawing drawing;
-        const std::vector<float> image = drawing.image();
-        const std::vector<float> gradient = drawing.gradient();
+        const Floats image = drawing.image();
+        const Floats gradient = drawing.gradient();
         fault::arm(point, 1, 1);
         EXPECT_TRUE(documented(drawing.draw(drawing.other)));
         EXPECT_GE(fault::disarm(), 1U);
@@ -277,10 +266,10 @@ TEST_F(ApiFault, ImagesStayUntilTheDeviceWorks) {
     fault::arm("vk.wait_timeout", 1, 1);
     EXPECT_REFUSED(drawing.draw(drawing.other), SPLAT_ERROR_TIMEOUT, "");
     fault::disarm();
-    std::vector<float> alpha(std::size_t{20} * 18);
+    Floats alpha(std::size_t{20} * 18);
     EXPECT_REFUSED(splat_rasterizer_read(drawing.rasterizer, nullptr, SPLAT_OUTPUT_ALPHA,
                                          alpha.data(), alpha.size() * sizeof(float)),
-                   SPLAT_ERROR_INVALID_STATE, "has drawn nothing");
+                   kState, "has drawn nothing");
     EXPECT_DONE(drawing.draw(drawing.other));
 }
 
@@ -289,12 +278,11 @@ TEST_F(ApiFault, FailedDrawsKeepOneScene) {
     for (const std::string point : {"vk.create_descriptor_pool", "vk.wait_timeout"}) {
         SCOPED_TRACE(point);
         Drawing drawing;
-        const std::vector<float> gradient = drawing.gradient();
+        const Floats gradient = drawing.gradient();
         drawing.one.destroy();  // now only the rasterizer keeps it
         const Rasterizer second = make_rasterizer(drawing.device, rasterizer_desc(5, 20, 18));
         const auto draw = [&](const Scene& scene) {
-            return splat_rasterizer_forward_scene(second, nullptr, scene, &drawing.camera, 1,
-                                                  nullptr);
+            return test::draw(second, scene, drawing.camera);
         };
         std::vector<std::uint64_t> live;
         for (int i = 0; i < 3; ++i) {
@@ -305,8 +293,7 @@ TEST_F(ApiFault, FailedDrawsKeepOneScene) {
             EXPECT_GE(fault::disarm(), 1U);
             ASSERT_DONE(draw(drawing.other));
             scene.destroy();
-            auto memory = sized<splat_memory_info>();
-            ASSERT_DONE(splat_device_get_memory(drawing.device, &memory));
+            const auto memory = got(splat_device_get_memory, drawing.device);
             live.push_back(memory.live_bytes);
         }
         EXPECT_EQ(live, std::vector<std::uint64_t>(3, live[0]));
@@ -329,8 +316,7 @@ TEST_F(ApiFault, TimeoutsLoseNoDeviceMemory) {
     }
     all.op.destroy();
     for (Tensor* tensor : {&all.x, &all.weight, &all.y, &all.grad_x}) tensor->destroy();
-    auto memory = sized<splat_memory_info>();
-    EXPECT_DONE(splat_device_get_memory(all.device, &memory));
+    const auto memory = got(splat_device_get_memory, all.device);
     EXPECT_EQ(memory.live_bytes, 0U);
     EXPECT_EQ(memory.used_bytes, 0U) << "memory that was kept for the device was never returned";
 }
@@ -339,12 +325,9 @@ TEST_F(ApiFault, TimeoutsLoseNoDeviceMemory) {
 class ApiSelfTest : public testing::Test {
   protected:
     ApiSelfTest() { desc_.cache_folder = path_.c_str(); }
-    ~ApiSelfTest() override { fs::remove_all(path_); }
 
     static splat_kernels kernels_of(splat_device device) {
-        auto info = sized<splat_device_info>();
-        EXPECT_DONE(splat_device_get_info(device, &info));
-        return info.kernels;
+        return got(splat_device_get_info, device).kernels;
     }
     static splat_result draw_with(splat_device device, Rasterizer& rasterizer,
                                   std::uint32_t flags = 0) {
@@ -352,8 +335,7 @@ class ApiSelfTest : public testing::Test {
         return splat_rasterizer_create(device, &wanted, rasterizer.out());
     }
 
-    const std::string path_ =
-        (fs::temp_directory_path() / ("splat_self_test_" + std::to_string(::getpid()))).string();
+    const Temporary path_;
     splat_device_desc desc_ = device_desc();
     Rasterizer rasterizer_;
 };
@@ -374,9 +356,8 @@ TEST_F(ApiSelfTest, WrongKernelsAreReplacedOrRefused) {
                    "computes wrongly with plain kernels: a scene of three Gaussians is off by 1");
     EXPECT_EQ(fault::disarm(), 2U) << "the fast kernels, then the plain ones";
     const std::string told = splat_last_error_message();
-    auto info = sized<splat_device_info>();
-    EXPECT_DONE(splat_device_get_info(device, &info));
-    EXPECT_NE(told.find(info.driver), std::string::npos) << told << " names version and compiler";
+    const auto info = got(splat_device_get_info, device);
+    EXPECT_TRUE(holds(told, info.driver)) << told << " names version and compiler";
     EXPECT_DONE(draw_with(device, rasterizer_));
     EXPECT_EQ(kernels_of(device), SPLAT_KERNELS_PLAIN);
     rasterizer_.destroy();
@@ -387,7 +368,7 @@ TEST_F(ApiSelfTest, WrongKernelsAreReplacedOrRefused) {
     EXPECT_DONE(draw_with(again, rasterizer_));
     EXPECT_EQ(fault::disarm(), 0U) << "a result is kept";
     std::size_t files = 0;
-    for (const auto& entry : fs::directory_iterator(path_))
+    for (const auto& entry : fs::directory_iterator(path_.path()))
         files += entry.path().extension() == ".tested" ? 1 : 0;
     EXPECT_EQ(files, 1U) << "for the next process";
 }
@@ -428,7 +409,7 @@ TEST_F(ApiSelfTest, FamiliesPassWithEveryKernels) {
         EXPECT_EQ(std::string(profile).find("conv2d"), std::string::npos) << profile;
     }
     std::size_t notes = 0;
-    for (const auto& entry : fs::directory_iterator(path_)) {
+    for (const auto& entry : fs::directory_iterator(path_.path())) {
         if (entry.path().extension() != ".tested") continue;
         std::ifstream file(entry.path());
         for (std::string line; std::getline(file, line);) ++notes;

@@ -10,14 +10,14 @@ namespace {
 TEST(ApiLpips, IsADistance) {
     const Device device = open_device();
     const Lpips lpips = make_lpips(device);
-    const std::vector<float> a = normal_fill(3 * kLpipsSide * kLpipsSide, 1, 0.5, 0.2);
-    std::vector<float> near = a, far = a;
-    const std::vector<float> noise = normal_fill(a.size(), 2);
+    const Floats a = normal_fill(3 * kLpipsSide * kLpipsSide, 1, 0.5, 0.2);
+    Floats near = a, far = a;
+    const Floats noise = normal_fill(a.size(), 2);
     for (std::size_t i = 0; i < a.size(); ++i) {
         near[i] += 0.01F * noise[i];
         far[i] += 0.2F * noise[i];
     }
-    const auto distance = [&](const std::vector<float>& x, const std::vector<float>& y) {
+    const auto distance = [&](const Floats& x, const Floats& y) {
         double value = -1;
         const splat_image first = planes_image(x.data(), kLpipsSide),
                           second = planes_image(y.data(), kLpipsSide);
@@ -33,10 +33,10 @@ TEST(ApiLpips, IsADistance) {
     double value = -1;
     const splat_image good = planes_image(a.data(), kLpipsSide);
     const splat_image broken = planes_image(far.data(), kLpipsSide);
-    EXPECT_REFUSED(splat_lpips_compare(lpips, &good, &broken, &value), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_lpips_compare(lpips, &good, &broken, &value), kArgument,
                    "b holds nan at 5");
     const splat_image small = planes_image(a.data(), kLpipsSide - 1);
-    EXPECT_REFUSED(splat_lpips_compare(lpips, &small, &good, &value), SPLAT_ERROR_SHAPE_MISMATCH,
+    EXPECT_REFUSED(splat_lpips_compare(lpips, &small, &good, &value), kShape,
                    "a is 15 x 15 pixels");
     EXPECT_EQ(value, -1) << "untouched";
 }

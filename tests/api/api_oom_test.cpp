@@ -1,6 +1,4 @@
 // Host memory runs out at each allocation that the library makes during one life of a device.
-#include <unistd.h>
-
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -55,7 +53,6 @@ class ApiOom : public testing::Test {
 
     void SetUp() override {
         provoked_ = vk::validation_messages();
-        folder_ = fs::temp_directory_path() / ("splat_oom_" + std::to_string(::getpid()));
         listen_to_log(SPLAT_LOG_DEBUG);
         fail_with_long_text();
         undisturbed(true);
@@ -64,11 +61,7 @@ class ApiOom : public testing::Test {
         baseline_ = host_memory::live();
     }
 
-    void TearDown() override {
-        std::error_code failed;
-        fs::remove_all(folder_, failed);
-        EXPECT_EQ(vk::validation_messages(), provoked_);
-    }
+    void TearDown() override { EXPECT_EQ(vk::validation_messages(), provoked_); }
 
     [[nodiscard]] splat_device_desc desc(bool validated = false) const {
         splat_device_desc desc = device_desc(SPLAT_DEVICE_PROFILE);
@@ -89,7 +82,7 @@ class ApiOom : public testing::Test {
         host_memory::watch();
         const splat_result result = splat_op_create(device, &desc, &op);
         host_memory::unwatch();
-        EXPECT_EQ(result, SPLAT_ERROR_INVALID_ARGUMENT);
+        EXPECT_EQ(result, kArgument);
     }
 
     ScenarioResults undisturbed(bool validated = false) {
@@ -135,7 +128,7 @@ class ApiOom : public testing::Test {
         host_memory::fail_none();
         EXPECT_EQ(host_memory::live(), baseline_) << "the library kept host memory";
         EXPECT_EQ(vk::validation_messages(), provoked_) << "Vulkan objects were left, see above";
-        for (const auto& file : fs::directory_iterator(folder_)) {
+        for (const auto& file : fs::directory_iterator(folder_.path())) {
             const fs::path kind = file.path().extension();
             EXPECT_TRUE(kind == ".bin" || kind == ".tested") << file << " was left behind";
         }
@@ -161,7 +154,7 @@ class ApiOom : public testing::Test {
     }
 
     Life life_;
-    fs::path folder_;
+    const Temporary folder_;
     ScenarioResults good_;
     /// Number of allocations by which runs may differ: other processes share the driver's shader
     /// cache, and threads compile kernels in the background. One program made 6466 to 6485.
@@ -202,16 +195,13 @@ TEST_F(ApiOom, SeesWhatIsLeftBehind) {
 /// Rows are gathered or stay, whichever allocation fails.
 TEST_F(ApiOom, SparesRowsThatAreNotGathered) {
     const Device device = open_device(SPLAT_DEVICE_PROFILE);  // also a list that ran stays done
-    const std::vector<float> values = normal_fill(24, 1);
+    const Floats values = normal_fill(24, 1);
     const Tensor value = upload(device, {3, 8}, values);
     const Tensor grad = upload(device, {3, 8}, normal_fill(24, 2));
     const splat_optimizer_item item = {"rows", nullptr, nullptr, value, grad};
-    auto desc = sized<splat_optimizer_desc>();
-    desc.items = &item;
-    desc.item_count = 1;
+    splat_optimizer_desc desc = optimizer_desc(&item);
     desc.ema_decay = 0.9;
-    Optimizer optimizer;
-    ASSERT_DONE(splat_optimizer_create(device, &desc, optimizer.out()));
+    const Optimizer optimizer = got(splat_optimizer_create, device, &desc);
     const auto gather = [&](const std::vector<std::int64_t>& rows) {
         host_memory::watch();
         const splat_result result =
@@ -219,12 +209,12 @@ TEST_F(ApiOom, SparesRowsThatAreNotGathered) {
         host_memory::unwatch();
         return result;
     };
-    std::vector<float> gathered(values.begin() + 16, values.end());
+    Floats gathered(values.begin() + 16, values.end());
     gathered.insert(gathered.end(), values.begin(), values.begin() + 8);
     std::uint64_t n = 0;
     for (bool failed = true; failed && !HasFailure();) {
         SCOPED_TRACE("allocation " + std::to_string(++n) + " fails");
-        EXPECT_DONE(splat_tensor_write(value, values.data(), 96, nullptr));
+        write(value, values);
         host_memory::fail(n, 1);
         const splat_result result = gather({2, 0});
         failed = host_memory::failed() > 0;
@@ -234,7 +224,7 @@ TEST_F(ApiOom, SparesRowsThatAreNotGathered) {
             EXPECT_EQ(download(value), values);
             EXPECT_DONE(gather({2, 0}));
         }
-        std::vector<float> found = download(value);
+        Floats found = download(value);
         found.resize(16);
         EXPECT_EQ(found, gathered);
         EXPECT_DONE(splat_optimizer_step(optimizer, nullptr));

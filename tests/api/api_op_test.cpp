@@ -17,7 +17,7 @@ Subject subject(const char* name, bool gradient = false) {
 }
 
 TEST(ApiOpList, IsJsonWithWhatTheHeaderSays) {
-    const Json list = Json::parse(whole_text(splat_op_list));
+    const Json list = Json::parse(text_of(splat_op_list));
     ASSERT_TRUE(list.is_array());
     std::vector<std::string> names;
     for (const Json& op : list) {
@@ -61,10 +61,10 @@ struct GroupNorm {
     }
 
     splat_device device_;
-    std::vector<float> x_values = normal_fill(240, 1, 0.5, 2);
-    std::vector<float> gamma_values = normal_fill(8, 2, 1);
-    std::vector<float> beta_values = normal_fill(8, 3);
-    std::vector<float> grad_y_values = normal_fill(240, 4);
+    Floats x_values = normal_fill(240, 1, 0.5, 2);
+    Floats gamma_values = normal_fill(8, 2, 1);
+    Floats beta_values = normal_fill(8, 3);
+    Floats grad_y_values = normal_fill(240, 4);
     ref::GroupNormInput<double> in;
     Tensor x = upload(device_, {2, 8, 5, 3}, x_values, "x");
     Tensor gamma = upload(device_, {8}, gamma_values, "gamma");
@@ -72,8 +72,8 @@ struct GroupNorm {
     Tensor y = make_tensor(device_, {2, 8, 5, 3}, "y");
     Tensor grad_y = upload(device_, {2, 8, 5, 3}, grad_y_values, "grad_y");
     Tensor grad_x = make_tensor(device_, {2, 8, 5, 3}, "grad_x");
-    Tensor grad_gamma = upload(device_, {8}, std::vector<float>(8, 100.0F), "grad_gamma");
-    Tensor grad_beta = upload(device_, {8}, std::vector<float>(8, 100.0F), "grad_beta");
+    Tensor grad_gamma = upload(device_, {8}, Floats(8, 100.0F), "grad_gamma");
+    Tensor grad_beta = upload(device_, {8}, Floats(8, 100.0F), "grad_beta");
 };
 
 TEST(ApiOp, GroupNormMatchesFloat64) {
@@ -107,10 +107,10 @@ struct Linear {
     }
 
     splat_device device_;
-    std::vector<float> x_values = normal_fill(35, 5);
-    std::vector<float> weight_values = normal_fill(21, 6);
-    std::vector<float> bias_values = normal_fill(3, 7);
-    std::vector<float> grad_y_values = normal_fill(15, 8);
+    Floats x_values = normal_fill(35, 5);
+    Floats weight_values = normal_fill(21, 6);
+    Floats bias_values = normal_fill(3, 7);
+    Floats grad_y_values = normal_fill(15, 8);
     ref::LinearInput<double> in;
     Tensor x = upload(device_, {5, 7}, x_values, "x");
     Tensor weight = upload(device_, {3, 7}, weight_values, "weight");
@@ -148,15 +148,15 @@ TEST(ApiOp, AccumulateAddsToParameterGradientsOnly) {
     const Op once = make_op(shared_device(), norm.request());
     ASSERT_DONE(splat_op_forward(once));
     ASSERT_DONE(splat_op_backward(once));
-    const std::vector<float> grad_x = download(norm.grad_x);
-    const std::vector<float> grad_beta = download(norm.grad_beta);
-    const std::vector<float> start(8, 100.0F);
-    ASSERT_DONE(splat_tensor_write(norm.grad_beta, start.data(), 32, nullptr));
+    const Floats grad_x = download(norm.grad_x);
+    const Floats grad_beta = download(norm.grad_beta);
+    const Floats start(8, 100.0F);
+    write(norm.grad_beta, start);
     const Op adding = make_op(shared_device(), norm.request(SPLAT_OP_ACCUMULATE));
     ASSERT_DONE(splat_op_forward(adding));
     for (int pass = 1; pass <= 2; ++pass) {
         ASSERT_DONE(splat_op_backward(adding));
-        const std::vector<float> sum = download(norm.grad_beta);
+        const Floats sum = download(norm.grad_beta);
         for (std::size_t c = 0; c < sum.size(); ++c)
             EXPECT_NEAR(sum[c], 100.0F + static_cast<float>(pass) * grad_beta[c], 1e-4F);
         EXPECT_EQ(download(norm.grad_x), grad_x);
@@ -170,18 +170,18 @@ TEST(ApiOp, GradientsNotWantedAreLeftOut) {
     const Op op = make_op(shared_device(), request);
     ASSERT_DONE(splat_op_forward(op));
     ASSERT_DONE(splat_op_backward(op));
-    EXPECT_EQ(download(norm.grad_gamma), std::vector<float>(8, 100.0F));
-    EXPECT_NE(download(norm.grad_beta), std::vector<float>(8, 100.0F));
-    EXPECT_EQ(download(norm.grad_x), std::vector<float>(240, 0.0F));
+    EXPECT_EQ(download(norm.grad_gamma), Floats(8, 100.0F));
+    EXPECT_NE(download(norm.grad_beta), Floats(8, 100.0F));
+    EXPECT_EQ(download(norm.grad_x), Floats(240, 0.0F));
 }
 
 TEST(ApiOp, ContentsMayChangeBetweenRuns) {
     const Linear linear(shared_device());
     const Op op = make_op(shared_device(), linear.request());
     ASSERT_DONE(splat_op_forward(op));
-    const std::vector<float> first = download(linear.y);
-    const std::vector<float> zeros(35);
-    ASSERT_DONE(splat_tensor_write(linear.x, zeros.data(), zeros.size() * 4, nullptr));
+    const Floats first = download(linear.y);
+    const Floats zeros(35);
+    write(linear.x, zeros);
     ASSERT_DONE(splat_op_forward(op));
     EXPECT_NE(download(linear.y), first);
     ASSERT_DONE(splat_tensor_write(linear.x, linear.x_values.data(), 35 * 4, nullptr));
@@ -192,24 +192,23 @@ TEST(ApiOp, ContentsMayChangeBetweenRuns) {
 TEST(ApiOp, BackwardNeedsForwardAndGradients) {
     const Linear linear(shared_device());
     const Op op = make_op(shared_device(), linear.request());
-    EXPECT_REFUSED(splat_op_backward(op), SPLAT_ERROR_INVALID_STATE, "first forward");
+    EXPECT_REFUSED(splat_op_backward(op), kState, "first forward");
     OpRequest request = linear.request();
     request.grad_outputs.clear();
     request.grad_inputs.clear();
     const Op forward_only = make_op(shared_device(), request);
     ASSERT_DONE(splat_op_forward(forward_only));
-    EXPECT_REFUSED(splat_op_backward(forward_only), SPLAT_ERROR_INVALID_STATE, "grad_outputs");
-    EXPECT_EQ(download(linear.grad_x), std::vector<float>(35, 0.0F));
+    EXPECT_REFUSED(splat_op_backward(forward_only), kState, "grad_outputs");
+    EXPECT_EQ(download(linear.grad_x), Floats(35, 0.0F));
 }
 
 TEST(ApiOp, WaitsForNoMappedTensor) {
     const Linear linear(shared_device());
     const Op op = make_op(shared_device(), linear.request());
     for (splat_tensor tensor : {linear.x.get(), linear.y.get(), linear.grad_weight.get()}) {
-        void* pointer = nullptr;
-        ASSERT_DONE(splat_tensor_map(tensor, SPLAT_ACCESS_READ, &pointer, nullptr));
-        EXPECT_REFUSED(splat_op_forward(op), SPLAT_ERROR_INVALID_STATE, "unmap");
-        EXPECT_REFUSED(splat_op_backward(op), SPLAT_ERROR_INVALID_STATE, "unmap");
+        mapped(tensor, SPLAT_ACCESS_READ);
+        EXPECT_REFUSED(splat_op_forward(op), kState, "unmap");
+        EXPECT_REFUSED(splat_op_backward(op), kState, "unmap");
         ASSERT_DONE(splat_tensor_unmap(tensor));
     }
     EXPECT_DONE(splat_op_forward(op));

@@ -53,11 +53,10 @@ Drawn::Drawn(const RasterCase& from, const RasterMode& mode, std::uint32_t flags
 }
 
 void Drawn::forward() {
-    EXPECT_DONE(
-        splat_rasterizer_forward(rasterizer, nullptr, &desc, &camera, 1, background.data()));
+    EXPECT_DONE(draw(rasterizer, desc, camera, background.data()));
 }
 
-std::vector<double> widened(const std::vector<float>& values) {
+std::vector<double> widened(const Floats& values) {
     return {values.begin(), values.end()};
 }
 
@@ -70,7 +69,7 @@ std::vector<double> doubles(const std::vector<Value>& values) {
 std::vector<double> read(const Drawn& drawn, splat_output which, const Dims& dims) {
     std::size_t elements = 1;
     for (const std::int64_t size : dims) elements *= static_cast<std::size_t>(size);
-    const std::vector<float> host = output(drawn.rasterizer, which, elements);
+    const Floats host = output(drawn.rasterizer, which, elements);
     const Tensor tensor = make_tensor(shared_device(), dims);
     EXPECT_DONE(splat_rasterizer_output(drawn.rasterizer, nullptr, which, tensor));
     EXPECT_EQ(download(tensor), host) << "output " << which;
@@ -100,8 +99,7 @@ void compare_outputs(const RasterCase& from, const RasterMode& mode) {
     const std::vector<double> conics = read(drawn, SPLAT_OUTPUT_CONICS, {1, n, 3});
     for (std::size_t i = 0; i < conics.size(); ++i)
         EXPECT_EQ(conics[i], static_cast<double>(static_cast<float>(out.conics[i]))) << i;
-    auto info = sized<splat_rasterizer_info>();
-    EXPECT_DONE(splat_rasterizer_get_info(drawn.rasterizer, nullptr, &info));
+    const auto info = got(splat_rasterizer_get_info, drawn.rasterizer, nullptr);
     EXPECT_EQ(info.visible, run.stats.visible);
     EXPECT_EQ(info.pairs, run.stats.pairs);
     EXPECT_EQ(info.tiles, run.stats.tiles);
@@ -136,9 +134,9 @@ void compare_gradients(const RasterCase& from, const RasterMode& mode, bool orig
     const auto w = static_cast<std::int64_t>(from.camera.width);
     const auto n = static_cast<std::int64_t>(from.count());
     const std::size_t pixels = from.pixels();
-    const std::vector<float> by_rgb = normal_fill(3 * pixels, 21);
-    const std::vector<float> by_alpha = normal_fill(pixels, 22);
-    const std::vector<float> by_depth = normal_fill(pixels, 23);
+    const Floats by_rgb = normal_fill(3 * pixels, 21);
+    const Floats by_alpha = normal_fill(pixels, 22);
+    const Floats by_depth = normal_fill(pixels, 23);
     const ref::RasterLoss<double> loss = {widened(by_rgb), widened(by_alpha), widened(by_depth)};
     raster::RasterDesc desc = raster_desc(from, mode);
     desc.original_gradient = original;
@@ -208,19 +206,17 @@ TEST(ApiRaster, SkipsDoNotChangeTheImage) {
     const SampleScene sample(120);
     const Scene scene = sample.create();
     const splat_camera camera = sample_camera(50, 40);
-    std::vector<float> first;
+    Floats first;
     for (const std::uint32_t off : {0U, 1U, 2U, 4U, 8U, 16U, 32U, 63U}) {
         splat_rasterizer_desc desc = rasterizer_desc(120, 50, 40);
         desc.disabled_skips = off;
         const Rasterizer rasterizer = make_rasterizer(shared_device(), desc);
         for (int pass = 0; pass < 2; ++pass) {
-            EXPECT_DONE(
-                splat_rasterizer_forward_scene(rasterizer, nullptr, scene, &camera, 1, nullptr));
-            auto info = sized<splat_rasterizer_info>();
-            EXPECT_DONE(splat_rasterizer_get_info(rasterizer, nullptr, &info));
+            EXPECT_DONE(draw(rasterizer, scene, camera));
+            const auto info = got(splat_rasterizer_get_info, rasterizer, nullptr);
             EXPECT_EQ(info.runs, pass == 1 && (off & SPLAT_SKIP_UNCHANGED) == 0 ? 0U : 1U);
         }
-        const std::vector<float> image = output(rasterizer, SPLAT_OUTPUT_RGB, 50 * 40 * 3);
+        const Floats image = output(rasterizer, SPLAT_OUTPUT_RGB, 50 * 40 * 3);
         if (first.empty()) first = image;
         EXPECT_EQ(image, first) << "switched off: " << off;
     }

@@ -20,12 +20,10 @@ splat_device fast_device() {
 }
 
 Scene load_scene(const std::string& name) {
-    Scene scene;
-    EXPECT_DONE(splat_scene_load((*real_data_folder() + "/" + name).c_str(), nullptr, scene.out()));
-    return scene;
+    return got(splat_scene_load, (*real_data_folder() + "/" + name).c_str(), nullptr);
 }
 
-std::vector<float> array_of(const Npz& file, const char* name) {
+Floats array_of(const Npz& file, const char* name) {
     const auto found = file.find(name);
     EXPECT_TRUE(found.ok()) << name;
     if (found.value()->dtype[0] == 'i') {
@@ -39,7 +37,7 @@ std::vector<float> array_of(const Npz& file, const char* name) {
 }
 
 /// Pinhole camera of a file's viewmat [4,4] and K [3,3].
-splat_camera camera_of(const float* viewmat, const std::vector<float>& k, std::uint32_t width,
+splat_camera camera_of(const float* viewmat, const Floats& k, std::uint32_t width,
                        std::uint32_t height) {
     const auto wide = [](float value) { return static_cast<double>(value); };
     splat_camera camera{width, height, wide(k[0]), wide(k[4]), wide(k[2]), wide(k[5]), {}};
@@ -47,7 +45,7 @@ splat_camera camera_of(const float* viewmat, const std::vector<float>& k, std::u
     return camera;
 }
 
-double max_difference(const std::vector<float>& a, const std::vector<float>& b) {
+double max_difference(const Floats& a, const Floats& b) {
     EXPECT_EQ(a.size(), b.size());
     double most = 0;
     for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
@@ -79,7 +77,7 @@ TEST(ApiRealScenes, FourGaussiansAsCudaDrewThem) {
     const Rasterizer rasterizer = make_rasterizer(device, desc);
     const splat_camera camera =
         camera_of(array_of(file, "in_viewmat").data(), array_of(file, "in_K"), 123, 82);
-    ASSERT_DONE(splat_rasterizer_forward(rasterizer, nullptr, &gaussians, &camera, 1, nullptr));
+    ASSERT_DONE(draw(rasterizer, gaussians, camera));
     const double rgb = max_difference(output(rasterizer, SPLAT_OUTPUT_RGB, 123 * 82 * 3),
                                       array_of(file, "gsplat_cuda_rgb"));
     const double alpha = max_difference(output(rasterizer, SPLAT_OUTPUT_ALPHA, 123 * 82),
@@ -89,10 +87,8 @@ TEST(ApiRealScenes, FourGaussiansAsCudaDrewThem) {
     std::printf("tiny case: RGB %.3g, alpha %.3g from CUDA's\n", rgb, alpha);
 }
 
-std::vector<float> attribute(splat_scene scene, const char* name, std::size_t elements) {
-    std::vector<float> values(elements);
-    EXPECT_DONE(splat_scene_read(scene, name, values.data(), elements * sizeof(float)));
-    return values;
+Floats attribute(splat_scene scene, const char* name, std::size_t elements) {
+    return floats_of(elements, splat_scene_read, scene, name);
 }
 
 /// The scene and a camera as the float64 reference takes them.
@@ -129,8 +125,8 @@ TEST(ApiRealScenes, GuitarAsFloat64DrewIt) {
     desc.sh_degree = 0;
     desc.convention = SPLAT_CONVENTION_GSPLAT;
     const Rasterizer rasterizer = make_rasterizer(fast_device(), desc);
-    const std::vector<float> viewmats = array_of(read.value(), "viewmats");
-    const std::vector<float> k = array_of(read.value(), "K");
+    const Floats viewmats = array_of(read.value(), "viewmats");
+    const Floats k = array_of(read.value(), "K");
     const splat_camera cameras[] = {camera_of(viewmats.data(), k, 144, 240),
                                     camera_of(viewmats.data() + 16, k, 144, 240)};
     ASSERT_DONE(splat_rasterizer_forward_scene(rasterizer, nullptr, scene, cameras, 2, nullptr));
@@ -185,7 +181,7 @@ TEST(ApiRealScenes, GuitarAsPhotographed) {
     ASSERT_DONE(
         splat_rasterizer_forward_scene(rasterizer, nullptr, scene, cameras.data(), count, nullptr));
     constexpr std::size_t kValues = 144 * 240 * 3;
-    const std::vector<float> rgb = output(rasterizer, SPLAT_OUTPUT_RGB, count * kValues);
+    const Floats rgb = output(rasterizer, SPLAT_OUTPUT_RGB, count * kValues);
     double least = 1e9;
     for (std::uint32_t view = 0; view < count; ++view) {
         for (std::size_t i = 0; i < 16; ++i)

@@ -60,10 +60,9 @@ TEST(ApiRepeat, CountersReturnToZero) {
         const Tensor y = make_tensor(device, {2, 1});
         const Op op = make_op(device, OpRequest("linear", {x, weight, nullptr}, {y}));
         EXPECT_DONE(splat_op_forward(op));
-        EXPECT_EQ(download(y), (std::vector<float>{10, 26}));
+        EXPECT_EQ(download(y), (Floats{10, 26}));
     });
-    auto memory = sized<splat_memory_info>();
-    EXPECT_DONE(splat_device_get_memory(device, &memory));
+    const auto memory = got(splat_device_get_memory, device);
     EXPECT_EQ(memory.allocations, 0U);
     EXPECT_EQ(memory.used_bytes, 0U);
     EXPECT_EQ(memory.live_bytes, 0U);

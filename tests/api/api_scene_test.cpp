@@ -1,8 +1,6 @@
 // Scenes through the C API. Most tests need no device.
 #include <bit>
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
 #include <fstream>
 
 #include <nlohmann/json.hpp>
@@ -12,10 +10,8 @@
 namespace splat::test {
 namespace {
 
-std::vector<float> values_of(splat_scene scene, const char* name, std::size_t elements) {
-    std::vector<float> values(elements);
-    EXPECT_DONE(splat_scene_read(scene, name, values.data(), elements * sizeof(float)));
-    return values;
+Floats values_of(splat_scene scene, const char* name, std::size_t elements) {
+    return floats_of(elements, splat_scene_read, scene, name);
 }
 
 splat_scene_file_desc file_desc(splat_scene_format format, std::int32_t degree = 0) {
@@ -25,18 +21,12 @@ splat_scene_file_desc file_desc(splat_scene_format format, std::int32_t degree =
     return desc;
 }
 
-std::vector<char> saved(splat_scene scene, const splat_scene_file_desc& desc) {
-    std::size_t needed = 0;
-    EXPECT_EQ(splat_scene_save_memory(scene, &desc, nullptr, 0, &needed), SPLAT_INCOMPLETE);
-    std::vector<char> file(needed);
-    EXPECT_DONE(splat_scene_save_memory(scene, &desc, file.data(), file.size(), nullptr));
-    return file;
+std::string saved(splat_scene scene, const splat_scene_file_desc& desc) {
+    return bytes_of(splat_scene_save_memory, scene, desc);
 }
 
-Scene loaded(const std::vector<char>& file, const splat_scene_file_desc* desc = nullptr) {
-    Scene scene;
-    EXPECT_DONE(splat_scene_load_memory(file.data(), file.size(), desc, scene.out()));
-    return scene;
+Scene loaded(const std::string& file, const splat_scene_file_desc* desc = nullptr) {
+    return got(splat_scene_load_memory, file.data(), file.size(), desc);
 }
 
 TEST(ApiScene, HoldsWhatItWasMadeOf) {
@@ -47,8 +37,8 @@ TEST(ApiScene, HoldsWhatItWasMadeOf) {
     EXPECT_EQ(values_of(scene, "rotations", 28), sample.rotations);
     EXPECT_EQ(values_of(scene, "opacity_logits", 7), sample.opacity_logits);
     EXPECT_EQ(values_of(scene, "sh", 7 * 27), sample.sh);
-    const std::vector<float> scales = values_of(scene, "scales", 21);
-    const std::vector<float> opacities = values_of(scene, "opacities", 7);
+    const Floats scales = values_of(scene, "scales", 21);
+    const Floats opacities = values_of(scene, "opacities", 7);
     for (std::size_t i = 0; i < 21; ++i) EXPECT_FLOAT_EQ(scales[i], std::exp(sample.log_scales[i]));
     for (std::size_t i = 0; i < 7; ++i)
         EXPECT_FLOAT_EQ(opacities[i], 1 / (1 + std::exp(-sample.opacity_logits[i])));
@@ -66,38 +56,36 @@ TEST(ApiScene, HoldsWhatItWasMadeOf) {
 TEST(ApiScene, DefaultsAreZerosAndNoTurn) {
     auto desc = sized<splat_scene_desc>();
     desc.count = 2;
-    Scene scene;
-    ASSERT_DONE(splat_scene_create(&desc, scene.out()));
-    EXPECT_EQ(values_of(scene, "means", 6), std::vector<float>(6));
-    EXPECT_EQ(values_of(scene, "rotations", 8), (std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0}));
-    EXPECT_EQ(values_of(scene, "opacities", 2), (std::vector<float>{0.5, 0.5}));
+    Scene scene = got(splat_scene_create, &desc);
+    EXPECT_EQ(values_of(scene, "means", 6), Floats(6));
+    EXPECT_EQ(values_of(scene, "rotations", 8), (Floats{1, 0, 0, 0, 1, 0, 0, 0}));
+    EXPECT_EQ(values_of(scene, "opacities", 2), (Floats{0.5, 0.5}));
     desc.count = 0;
     ASSERT_DONE(splat_scene_create(&desc, scene.out()));
     EXPECT_EQ(info_of(scene).count, 0U);
     Output<splat_tensor> tensor;
-    EXPECT_REFUSED(splat_scene_to_tensor(scene, "sh", shared_device(), tensor.out()),
-                   SPLAT_ERROR_INVALID_STATE, "no Gaussians");
+    EXPECT_REFUSED(splat_scene_to_tensor(scene, "sh", shared_device(), tensor.out()), kState,
+                   "no Gaussians");
     EXPECT_TRUE(tensor.untouched());
 }
 
 TEST(ApiScene, AttributesAreWrittenActivatedOrNot) {
     const Scene scene = SampleScene(2).create();
-    const std::vector<float> scales = {0.5F, 1, 2, 4, 8, 16};
+    const Floats scales = {0.5F, 1, 2, 4, 8, 16};
     EXPECT_DONE(splat_scene_write(scene, "scales", scales.data(), 24));
-    const std::vector<float> logs = values_of(scene, "log_scales", 6);
+    const Floats logs = values_of(scene, "log_scales", 6);
     EXPECT_FLOAT_EQ(logs[0], std::log(0.5F));
     EXPECT_EQ(logs[1], 0.0F);
     const float opacities[] = {0.25F, 1};
     EXPECT_DONE(splat_scene_write(scene, "opacities", opacities, 8));
     EXPECT_FLOAT_EQ(values_of(scene, "opacity_logits", 2)[0], std::log(1.0F / 3));
-    const std::vector<float> before = values_of(scene, "log_scales", 6);
-    const std::vector<float> bad = {1, 1, 1, 1, 0, 1};
-    EXPECT_REFUSED(splat_scene_write(scene, "scales", bad.data(), 24), SPLAT_ERROR_INVALID_ARGUMENT,
+    const Floats before = values_of(scene, "log_scales", 6);
+    const Floats bad = {1, 1, 1, 1, 0, 1};
+    EXPECT_REFUSED(splat_scene_write(scene, "scales", bad.data(), 24), kArgument,
                    "values[4] of 'scales' is 0, expected > 0");
     EXPECT_EQ(values_of(scene, "log_scales", 6), before);
     const float beyond[] = {0.5F, 1.5F};
-    EXPECT_REFUSED(splat_scene_write(scene, "opacities", beyond, 8), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "values[1]");
+    EXPECT_REFUSED(splat_scene_write(scene, "opacities", beyond, 8), kArgument, "values[1]");
 }
 
 TEST(ApiScene, AttributesBecomeTensors) {
@@ -108,18 +96,16 @@ TEST(ApiScene, AttributesBecomeTensors) {
         {"sh", {5, 4, 3}}, {"opacities", {5}}, {"opacity_logits", {5}},
     };
     for (const auto& [name, dims] : shapes) {
-        Tensor tensor;
-        ASSERT_DONE(splat_scene_to_tensor(scene, name, shared_device(), tensor.out())) << name;
-        auto info = sized<splat_tensor_info>();
-        EXPECT_DONE(splat_tensor_get_info(tensor, &info));
-        EXPECT_EQ(Dims(info.dims, info.dims + info.rank), dims) << name;
+        const Tensor tensor = got(splat_scene_to_tensor, scene, name, shared_device());
+        const auto info = got(splat_tensor_get_info, tensor);
+        EXPECT_EQ(dims_of(tensor), dims) << name;
         EXPECT_STREQ(info.name, name);
         EXPECT_EQ(download(tensor), values_of(scene, name, info.elements)) << name;
     }
 }
 
 TEST(ApiScene, FormatsAreListedByTheirNumbers) {
-    const auto list = nlohmann::json::parse(whole_text(splat_scene_formats));
+    const auto list = nlohmann::json::parse(text_of(splat_scene_formats));
     const struct {
         const char* name;
         splat_scene_format id;
@@ -144,8 +130,7 @@ TEST(ApiScene, FormatsAreListedByTheirNumbers) {
         const auto desc = file_desc(id);
         const std::string part = id <= last ? "'memory': " : "format is " + std::to_string(id);
         EXPECT_REFUSED(splat_scene_load_memory("x", 1, &desc, out.out()),
-                       id <= last ? SPLAT_ERROR_FORMAT : SPLAT_ERROR_INVALID_ARGUMENT,
-                       part.c_str());
+                       id <= last ? kFormat : kArgument, part.c_str());
     }
 }
 
@@ -155,21 +140,21 @@ TEST(ApiScene, FilesComeBack) {
     const Scene ply = loaded(saved(scene, file_desc(SPLAT_SCENE_PLY)));
     EXPECT_EQ(values_of(ply, "means", 18), sample.means);
     EXPECT_EQ(values_of(ply, "sh", 6 * 48), sample.sh);
-    EXPECT_NE(load_report(ply).find("\"format\": \"ply\""), std::string::npos) << load_report(ply);
-    EXPECT_NE(load_report(ply).find("\"frame\": \"RDF\""), std::string::npos);
+    EXPECT_TRUE(holds(load_report(ply), "\"format\": \"ply\""));
+    EXPECT_TRUE(holds(load_report(ply), "\"frame\": \"RDF\""));
     const Scene constant = loaded(saved(scene, file_desc(SPLAT_SCENE_PLY, SPLAT_SH_CONSTANT)));
     EXPECT_EQ(info_of(constant).sh_degree, 0U);
     const auto degree_1 = file_desc(0, 1);
     EXPECT_EQ(info_of(loaded(saved(scene, file_desc(SPLAT_SCENE_PLY)), &degree_1)).sh_degree, 1U);
     auto spz = file_desc(SPLAT_SCENE_SPZ);
     spz.spz_version = 4;
-    EXPECT_NE(load_report(loaded(saved(scene, spz))).find("\"version\": 4"), std::string::npos);
+    EXPECT_TRUE(holds(load_report(loaded(saved(scene, spz))), "\"version\": 4"));
     const auto splat = file_desc(SPLAT_SCENE_SPLAT);
     const Scene eight_bits = loaded(saved(scene, splat), &splat);
     EXPECT_EQ(values_of(eight_bits, "means", 18), sample.means);
     auto turned = file_desc(SPLAT_SCENE_PLY);
     turned.frame = SPLAT_FRAME_RUB;
-    const std::vector<float> means = values_of(loaded(saved(scene, turned)), "means", 18);
+    const Floats means = values_of(loaded(saved(scene, turned)), "means", 18);
     for (std::size_t i = 0; i < 18; ++i)
         EXPECT_EQ(means[i], i % 3 == 0 ? sample.means[i] : -sample.means[i]);
     EXPECT_EQ(values_of(loaded(saved(scene, turned), &turned), "means", 18), sample.means);
@@ -180,82 +165,66 @@ TEST(ApiScene, AFormatThatIsSaidChoosesTheReader) {
     // The first float of a .splat file is a position. Here its bytes are the magic of gzip.
     sample.means[0] = std::bit_cast<float>(std::uint32_t{0x41008B1F});
     const auto as_splat = file_desc(SPLAT_SCENE_SPLAT);
-    const std::vector<char> file = saved(sample.create(), as_splat);
+    const std::string file = saved(sample.create(), as_splat);
     EXPECT_EQ(values_of(loaded(file, &as_splat), "means", 12), sample.means) << "from memory";
-    const auto path =
-        std::filesystem::temp_directory_path() /
-        ("api_scene_" +
-         std::to_string(std::filesystem::hash_value(std::filesystem::current_path())) + ".bin");
-    std::ofstream(path, std::ios::binary).write(file.data(), std::ssize(file));
-    Scene by_path;
-    EXPECT_DONE(splat_scene_load(path.c_str(), &as_splat, by_path.out()));
-    std::filesystem::remove(path);
+    const Temporary path;
+    std::ofstream(path.path(), std::ios::binary) << file;
+    const Scene by_path = got(splat_scene_load, path.c_str(), &as_splat);
     EXPECT_EQ(values_of(by_path, "means", 12), sample.means) << "by path";
     Output<splat_scene> out;
-    EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size(), nullptr, out.out()),
-                   SPLAT_ERROR_FORMAT, "spz");
+    EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size(), nullptr, out.out()), kFormat,
+                   "spz");
     EXPECT_TRUE(out.untouched());
 }
 
 TEST(ApiScene, RefusesFilesThatAreNot) {
     const Scene scene = SampleScene(4).create();
     Output<splat_scene> out;
-    std::vector<char> file = saved(scene, file_desc(SPLAT_SCENE_PLY));
+    std::string file = saved(scene, file_desc(SPLAT_SCENE_PLY));
+    const auto load_refused = [&](std::size_t size, const splat_scene_file_desc* desc,
+                                  splat_result code, const char* part) {
+        EXPECT_REFUSED(splat_scene_load_memory(file.data(), size, desc, out.out()), code, part);
+        EXPECT_TRUE(out.untouched());
+    };
     const auto as_spz = file_desc(SPLAT_SCENE_SPZ);
-    EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size(), &as_spz, out.out()),
-                   SPLAT_ERROR_FORMAT, "ply, expected spz");
-    EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size() - 1, nullptr, out.out()),
-                   SPLAT_ERROR_FORMAT, "truncated");
+    load_refused(file.size(), &as_spz, kFormat, "ply, expected spz");
+    load_refused(file.size() - 1, nullptr, kFormat, "truncated");
     file.push_back('x');
-    EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size(), nullptr, out.out()),
-                   SPLAT_ERROR_FORMAT, "1 bytes after the last row");
+    load_refused(file.size(), nullptr, kFormat, "1 bytes after the last row");
     auto lenient = file_desc(0);
     lenient.flags = SPLAT_SCENE_LENIENT;
-    splat_scene loaded = 0;
-    EXPECT_EQ(splat_scene_load_memory(file.data(), file.size(), &lenient, &loaded), SPLAT_OK);
-    splat_scene_destroy(loaded);
+    loaded(file, &lenient);
     file.pop_back();
     auto few = file_desc(0);
     few.max_count = 3;
-    EXPECT_REFUSED(splat_scene_load_memory(file.data(), file.size(), &few, out.out()),
-                   SPLAT_ERROR_UNSUPPORTED, "4");
-    EXPECT_TRUE(out.untouched());
-    const auto compressed = file_desc(SPLAT_SCENE_COMPRESSED_PLY);
+    load_refused(file.size(), &few, kUnsupported, "4");
     std::size_t needed = 77;
-    EXPECT_REFUSED(splat_scene_save_memory(scene, &compressed, nullptr, 0, &needed),
-                   SPLAT_ERROR_UNSUPPORTED, "read only");
-    EXPECT_REFUSED(splat_scene_save_memory(scene, nullptr, nullptr, 0, &needed),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "format is 0");
-    auto old = file_desc(SPLAT_SCENE_SPZ);
+    const auto save_refused = [&](const splat_scene_file_desc& desc, splat_result code,
+                                  const char* part) {
+        EXPECT_REFUSED(splat_scene_save_memory(scene, &desc, nullptr, 0, &needed), code, part);
+    };
+    save_refused(file_desc(SPLAT_SCENE_COMPRESSED_PLY), kUnsupported, "read only");
+    EXPECT_REFUSED(splat_scene_save_memory(scene, nullptr, nullptr, 0, &needed), kArgument,
+                   "format is 0");
+    auto old = file_desc(SPLAT_SCENE_SPZ), other = file_desc(SPLAT_SCENE_SPLAT);
     old.spz_version = 2;
-    EXPECT_REFUSED(splat_scene_save_memory(scene, &old, nullptr, 0, &needed),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "spz_version is 2");
-    auto other = file_desc(SPLAT_SCENE_SPLAT);
     other.spz_version = 4;
-    EXPECT_REFUSED(splat_scene_save_memory(scene, &other, nullptr, 0, &needed),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "spz_version is 4, but the file is a splat");
-    const auto banded = file_desc(SPLAT_SCENE_SPLAT, 2);
-    EXPECT_REFUSED(splat_scene_save_memory(scene, &banded, nullptr, 0, &needed),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "splat holds at most 0");
+    save_refused(old, kArgument, "spz_version is 2");
+    save_refused(other, kArgument, "spz_version is 4, but the file is a splat");
+    save_refused(file_desc(SPLAT_SCENE_SPLAT, 2), kArgument, "splat holds at most 0");
     EXPECT_EQ(needed, 77U);
 }
 
 TEST(ApiScene, PathsAreReadAndWritten) {
     const SampleScene sample(4);
     const Scene scene = sample.create();
-    const auto folder =
-        std::filesystem::temp_directory_path() /
-        ("api_scene_" +
-         std::to_string(std::filesystem::hash_value(std::filesystem::current_path())));
-    std::filesystem::create_directories(folder);
-    const std::string path = (folder / "scene.ply").string();
+    const Temporary folder;
+    const std::string path = folder / "scene.ply";
     EXPECT_DONE(splat_scene_save(scene, path.c_str(), nullptr));
-    Scene read;
-    ASSERT_DONE(splat_scene_load(path.c_str(), nullptr, read.out()));
+    const Scene read = got(splat_scene_load, path.c_str(), nullptr);
     EXPECT_EQ(values_of(read, "means", 12), sample.means);
-    EXPECT_REFUSED(splat_scene_save(scene, (folder / "scene.obj").c_str(), nullptr),
-                   SPLAT_ERROR_UNSUPPORTED, ".obj");
-    std::filesystem::remove_all(folder);
+    EXPECT_REFUSED(splat_scene_save(scene, (folder / "scene.obj").c_str(), nullptr), kUnsupported,
+                   ".obj");
 }
 
 TEST(ApiScene, IsMovedCutAndMerged) {
@@ -263,7 +232,7 @@ TEST(ApiScene, IsMovedCutAndMerged) {
     const Scene scene = sample.create();
     const splat_similarity twice = {{1, 0, 0, 0}, {1, 2, 3}, 2};
     EXPECT_DONE(splat_scene_transform(scene, &twice));
-    const std::vector<float> moved = values_of(scene, "means", 60);
+    const Floats moved = values_of(scene, "means", 60);
     for (std::size_t i = 0; i < 60; ++i)
         EXPECT_FLOAT_EQ(moved[i], 2 * sample.means[i] + static_cast<float>(i % 3 + 1));
     const double low[3] = {1, -100, -100};
@@ -278,35 +247,30 @@ TEST(ApiScene, IsMovedCutAndMerged) {
     const Scene other = SampleScene(3, 2).create();
     const splat_scene both[] = {scene, other};
     const std::uint64_t left = info_of(scene).count;
-    Scene merged;
-    ASSERT_DONE(splat_scene_merge(both, 2, merged.out()));
+    const Scene merged = got(splat_scene_merge, both, 2);
     EXPECT_EQ(info_of(merged).count, left + 3);
     EXPECT_EQ(info_of(merged).sh_degree, 2U);
 }
 
 TEST(ApiScene, MayBeEmpty) {
-    Scene empty;
-    ASSERT_DONE(splat_scene_merge(nullptr, 0, empty.out()));
+    const Scene empty = got(splat_scene_merge, nullptr, 0);
     EXPECT_EQ(info_of(empty).count, 0U);
     EXPECT_EQ(info_of(empty).sh_degree, 0U);
     for (const char* name : {"means", "scales", "rotations", "opacities", "sh"}) {
         EXPECT_DONE(splat_scene_read(empty, name, nullptr, 0)) << name;
         EXPECT_DONE(splat_scene_write(empty, name, nullptr, 0)) << name;
     }
-    EXPECT_REFUSED(splat_scene_read(empty, "colour", nullptr, 0), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "name is 'colour'");
-    EXPECT_REFUSED(splat_scene_write(empty, "means", nullptr, 4), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_scene_read(empty, "colour", nullptr, 0), kArgument, "name is 'colour'");
+    EXPECT_REFUSED(splat_scene_write(empty, "means", nullptr, 4), kArgument, "values is NULL");
+    EXPECT_REFUSED(splat_scene_read(SampleScene(1).create(), "means", nullptr, 0), kArgument,
                    "values is NULL");
-    EXPECT_REFUSED(splat_scene_read(SampleScene(1).create(), "means", nullptr, 0),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "values is NULL");
     const splat_scene none[] = {empty, empty};
-    Scene merged;
-    ASSERT_DONE(splat_scene_merge(none, 2, merged.out()));
+    Scene merged = got(splat_scene_merge, none, 2);
     EXPECT_EQ(info_of(merged).count, 0U);
     auto desc = sized<splat_scene_desc>();
     desc.count = 1;
     desc.mean_count = 3;
-    EXPECT_REFUSED(splat_scene_create(&desc, merged.out()), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_scene_create(&desc, merged.out()), kArgument,
                    "splat_scene_desc.means is NULL, but its length is 3");
 }
 

@@ -13,17 +13,13 @@ constexpr float kInf = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 splat_tensor_info info_of(splat_tensor tensor) {
-    auto info = sized<splat_tensor_info>();
-    EXPECT_DONE(splat_tensor_get_info(tensor, &info));
-    return info;
+    return got(splat_tensor_get_info, tensor);
 }
 
-splat_tensor_stats stats_of(const std::vector<float>& values) {
+splat_tensor_stats stats_of(const Floats& values) {
     const Tensor tensor =
         upload(shared_device(), {static_cast<std::int64_t>(values.size())}, values);
-    auto stats = sized<splat_tensor_stats>();
-    EXPECT_DONE(splat_tensor_check(tensor, &stats));
-    return stats;
+    return got(splat_tensor_check, tensor);
 }
 
 void expect_refused_shape(const Dims& dims, splat_result code, const std::string& part) {
@@ -42,18 +38,18 @@ TEST(ApiTensor, IsFilledWithZeros) {
     // The second of the pair reuses memory that the first one wrote.
     for (int i = 0; i < 2; ++i) {
         const Tensor tensor = make_tensor(shared_device(), {3, 5, 7});
-        EXPECT_EQ(download(tensor), std::vector<float>(105, 0.0F));
-        const std::vector<float> dirt(105, 3.0F);
-        EXPECT_DONE(splat_tensor_write(tensor, dirt.data(), dirt.size() * 4, nullptr));
+        EXPECT_EQ(download(tensor), Floats(105, 0.0F));
+        const Floats dirt(105, 3.0F);
+        write(tensor, dirt);
     }
 }
 
 TEST(ApiTensor, TakesAndGivesItsElements) {
-    const std::vector<float> values = normal_fill(2 * 3 * 17, 1);
+    const Floats values = normal_fill(2 * 3 * 17, 1);
     const Tensor tensor = upload(shared_device(), {2, 3, 17}, values);
     EXPECT_EQ(download(tensor), values);
-    const std::vector<float> others = normal_fill(2 * 3 * 17, 2);
-    EXPECT_DONE(splat_tensor_write(tensor, others.data(), others.size() * 4, nullptr));
+    const Floats others = normal_fill(2 * 3 * 17, 2);
+    write(tensor, others);
     EXPECT_EQ(download(tensor), others);
 }
 
@@ -87,34 +83,31 @@ TEST(ApiTensor, IsDescribed) {
 TEST(ApiTensor, RanksFromScalarToMost) {
     const Tensor scalar = make_tensor(shared_device(), {});
     EXPECT_EQ(info_of(scalar).elements, 1U);
-    EXPECT_EQ(download(scalar), std::vector<float>{0});
+    EXPECT_EQ(download(scalar), Floats{0});
     const Tensor most = make_tensor(shared_device(), Dims(SPLAT_MAX_RANK, 2));
     EXPECT_EQ(info_of(most).elements, 256U);
     splat_tensor_desc desc = tensor_desc({1});
     desc.rank = SPLAT_MAX_RANK + 1;
     splat_tensor none = nullptr;
-    EXPECT_REFUSED(splat_tensor_create(shared_device(), &desc, &none), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "rank is 9");
+    EXPECT_REFUSED(splat_tensor_create(shared_device(), &desc, &none), kArgument, "rank is 9");
 }
 
 TEST(ApiTensor, ShapesThatOverflowAreRefused) {
     for (const Dims& dims : {Dims{std::int64_t{1} << 31}, Dims{1 << 16, 1 << 15},
                              Dims{INT64_MAX, INT64_MAX}, Dims{INT64_MAX}, Dims{3, 1 << 30},
                              Dims(8, 1 << 30), Dims{std::int64_t{1} << 32, 1 << 30, 1, 1, 4}})
-        expect_refused_shape(dims, SPLAT_ERROR_INVALID_ARGUMENT, "2^31");
+        expect_refused_shape(dims, kArgument, "2^31");
     for (const std::int64_t dim : {std::int64_t{0}, std::int64_t{-1}, INT64_MIN})
-        expect_refused_shape({4, dim}, SPLAT_ERROR_INVALID_ARGUMENT, "dims[1]");
+        expect_refused_shape({4, dim}, kArgument, "dims[1]");
 }
 
 TEST(ApiTensor, MoreThanOneBindingIsUnsupported) {
-    auto device = sized<splat_device_info>();
-    ASSERT_DONE(splat_device_get_info(shared_device(), &device));
+    const auto device = got(splat_device_get_info, shared_device());
     const auto most = static_cast<std::int64_t>(device.max_storage_buffer_bytes / 4);
     if (most >= INT32_MAX) GTEST_SKIP() << "the device binds more than any tensor may have";
-    expect_refused_shape({most + 1}, SPLAT_ERROR_UNSUPPORTED,
-                         std::to_string(device.max_storage_buffer_bytes));
-    expect_refused_shape({2, most}, SPLAT_ERROR_UNSUPPORTED, "wide");
-    expect_refused_shape({INT32_MAX}, SPLAT_ERROR_UNSUPPORTED, "split");
+    expect_refused_shape({most + 1}, kUnsupported, std::to_string(device.max_storage_buffer_bytes));
+    expect_refused_shape({2, most}, kUnsupported, "wide");
+    expect_refused_shape({INT32_MAX}, kUnsupported, "split");
 }
 
 TEST(ApiTensorMap, ShowsAndTakesTheContents) {
@@ -125,52 +118,47 @@ TEST(ApiTensorMap, ShowsAndTakesTheContents) {
     EXPECT_EQ(bytes, 12U);
     EXPECT_EQ(info_of(tensor).mapped, 1U);
     auto* const values = static_cast<float*>(pointer);
-    EXPECT_EQ(std::vector<float>(values, values + 3), (std::vector<float>{1, 2, 3}));
+    EXPECT_EQ(Floats(values, values + 3), (Floats{1, 2, 3}));
     values[1] = 5;
     ASSERT_DONE(splat_tensor_unmap(tensor));
     EXPECT_EQ(info_of(tensor).mapped, 0U);
-    EXPECT_EQ(download(tensor), (std::vector<float>{1, 5, 3}));
-    ASSERT_DONE(splat_tensor_map(tensor, SPLAT_ACCESS_WRITE, &pointer, nullptr));
+    EXPECT_EQ(download(tensor), (Floats{1, 5, 3}));
     const float written[] = {7, 8, 9};
-    std::memcpy(pointer, written, sizeof written);
+    std::memcpy(mapped(tensor, SPLAT_ACCESS_WRITE), written, sizeof written);
     ASSERT_DONE(splat_tensor_unmap(tensor));
-    EXPECT_EQ(download(tensor), (std::vector<float>{7, 8, 9}));
+    EXPECT_EQ(download(tensor), (Floats{7, 8, 9}));
 }
 
 TEST(ApiTensorMap, KeepsOthersAwayUntilUnmap) {
     const Tensor tensor = upload(shared_device(), {3}, {1, 2, 3}, "mine");
     Output<void*> again;
     Output<std::size_t> bytes;
-    EXPECT_REFUSED(splat_tensor_unmap(tensor), SPLAT_ERROR_INVALID_STATE, "not mapped");
-    void* pointer = nullptr;
-    ASSERT_DONE(splat_tensor_map(tensor, SPLAT_ACCESS_READ, &pointer, nullptr));
-    EXPECT_REFUSED(splat_tensor_map(tensor, SPLAT_ACCESS_READ, again.out(), bytes.out()),
-                   SPLAT_ERROR_INVALID_STATE, "mine");
+    EXPECT_REFUSED(splat_tensor_unmap(tensor), kState, "not mapped");
+    mapped(tensor, SPLAT_ACCESS_READ);
+    EXPECT_REFUSED(splat_tensor_map(tensor, SPLAT_ACCESS_READ, again.out(), bytes.out()), kState,
+                   "mine");
     float values[3] = {4, 5, 6};
-    EXPECT_REFUSED(splat_tensor_write(tensor, values, sizeof values, nullptr),
-                   SPLAT_ERROR_INVALID_STATE, "unmap");
-    EXPECT_REFUSED(splat_tensor_read(tensor, values, sizeof values, nullptr),
-                   SPLAT_ERROR_INVALID_STATE, "unmap");
+    EXPECT_REFUSED(splat_tensor_write(tensor, values, sizeof values, nullptr), kState, "unmap");
+    EXPECT_REFUSED(splat_tensor_read(tensor, values, sizeof values, nullptr), kState, "unmap");
     Output<splat_tensor_stats> stats;
     stats.set_struct_size(sizeof(splat_tensor_stats));
-    EXPECT_REFUSED(splat_tensor_check(tensor, stats.out()), SPLAT_ERROR_INVALID_STATE, "unmap");
+    EXPECT_REFUSED(splat_tensor_check(tensor, stats.out()), kState, "unmap");
     EXPECT_TRUE(again.untouched() && bytes.untouched() && stats.untouched());
     EXPECT_EQ(values[0], 4.0F);
     ASSERT_DONE(splat_tensor_unmap(tensor));
-    EXPECT_EQ(download(tensor), (std::vector<float>{1, 2, 3}));
-    EXPECT_REFUSED(splat_tensor_unmap(tensor), SPLAT_ERROR_INVALID_STATE, "not mapped");
+    EXPECT_EQ(download(tensor), (Floats{1, 2, 3}));
+    EXPECT_REFUSED(splat_tensor_unmap(tensor), kState, "not mapped");
 }
 
 TEST(ApiTensorMap, EndsWithTheTensor) {
     Tensor tensor = make_tensor(shared_device(), {3});
-    void* pointer = nullptr;
-    ASSERT_DONE(splat_tensor_map(tensor, SPLAT_ACCESS_READ, &pointer, nullptr));
+    mapped(tensor, SPLAT_ACCESS_READ);
     const splat_tensor stale = tensor.destroy();
-    EXPECT_REFUSED(splat_tensor_unmap(stale), SPLAT_ERROR_INVALID_HANDLE, "tensor");
+    EXPECT_REFUSED(splat_tensor_unmap(stale), kHandle, "tensor");
 }
 
 TEST(ApiTensorCheck, CountsAndMeasures) {
-    std::vector<float> values = normal_fill(40000, 3, 10, 2);
+    Floats values = normal_fill(40000, 3, 10, 2);
     double sum = 0;
     float least = kInf;
     float most = -kInf;
@@ -193,7 +181,7 @@ TEST(ApiTensorCheck, CountsAndMeasures) {
 }
 
 TEST(ApiTensorCheck, WithoutFiniteElements) {
-    const splat_tensor_stats stats = stats_of(std::vector<float>(33, kNan));
+    const splat_tensor_stats stats = stats_of(Floats(33, kNan));
     EXPECT_EQ(stats.nan_count, 33U);
     EXPECT_EQ(stats.inf_count, 0U);
     EXPECT_EQ(stats.min, static_cast<double>(kInf));
@@ -218,7 +206,7 @@ TEST(ApiTensorCheck, TakesFloatsOnly) {
     const Tensor tensor = make_tensor(shared_device(), {3}, "whole", SPLAT_DTYPE_I32);
     Output<splat_tensor_stats> stats;
     stats.set_struct_size(sizeof(splat_tensor_stats));
-    EXPECT_REFUSED(splat_tensor_check(tensor, stats.out()), SPLAT_ERROR_INVALID_ARGUMENT, "whole");
+    EXPECT_REFUSED(splat_tensor_check(tensor, stats.out()), kArgument, "whole");
     EXPECT_TRUE(stats.untouched());
 }
 

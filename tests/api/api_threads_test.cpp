@@ -1,7 +1,5 @@
 // Many threads, with one device for all and with one device each. Results have the same bits as
 // those of a single thread.
-#include <unistd.h>
-
 #include <array>
 #include <barrier>
 #include <filesystem>
@@ -42,45 +40,38 @@ struct Work {
     }
 
     /// One round of mixed calls; the results in one vector.
-    std::vector<float> round(const std::string& name) {
-        EXPECT_DONE(splat_tensor_write(x, input.data(), input.size() * 4, nullptr));
+    Floats round(const std::string& name) {
+        write(x, input);
         EXPECT_DONE(splat_op_forward(norm));
         EXPECT_DONE(splat_op_backward(norm));
         EXPECT_DONE(splat_op_forward(linear));
-        std::vector<float> results;
+        Floats results;
         for (const Tensor* tensor : {&y, &grad_x, &grad_gamma, &grad_beta, &out})
             for (const float value : download(*tensor)) results.push_back(value);
-        auto stats = sized<splat_tensor_stats>();
-        EXPECT_DONE(splat_tensor_check(y, &stats));
+        const auto stats = got(splat_tensor_check, y);
         results.push_back(static_cast<float>(stats.mean));
-        void* pointer = nullptr;
-        EXPECT_DONE(splat_tensor_map(out, SPLAT_ACCESS_READ, &pointer, nullptr));
-        results.push_back(*static_cast<const float*>(pointer));
+        results.push_back(*mapped(out, SPLAT_ACCESS_READ));
         EXPECT_DONE(splat_tensor_unmap(out));
-        auto memory = sized<splat_memory_info>();
-        EXPECT_DONE(splat_device_get_memory(device_, &memory));
+        const auto memory = got(splat_device_get_memory, device_);
         EXPECT_LE(memory.live_bytes, memory.used_bytes);
-        auto info = sized<splat_device_info>();
-        EXPECT_DONE(splat_device_get_info(device_, &info));
+        got(splat_device_get_info, device_);
         const Tensor passing = upload(device_, {2, 3}, {1, 2, 3, 4, 5, 6}, name.c_str());
         float one = 0;
-        EXPECT_REFUSED(splat_tensor_read(passing, &one, 4, nullptr), SPLAT_ERROR_INVALID_ARGUMENT,
-                       "takes 24");
+        EXPECT_REFUSED(splat_tensor_read(passing, &one, 4, nullptr), kArgument, "takes 24");
         const splat_tensor_desc none = tensor_desc({0}, name.c_str());
         splat_tensor tensor = nullptr;
-        EXPECT_REFUSED(splat_tensor_create(device_, &none, &tensor), SPLAT_ERROR_INVALID_ARGUMENT,
-                       name);
+        EXPECT_REFUSED(splat_tensor_create(device_, &none, &tensor), kArgument, name);
         return results;
     }
 
     splat_device device_;
-    std::vector<float> input;
+    Floats input;
     Tensor x, gamma, beta, y, grad_x, grad_gamma, grad_beta, rows, weight, out;
     Op norm, linear;
 };
 
 TEST(ApiThreads, ShareOneDevice) {
-    std::array<std::vector<float>, kThreads> expected;
+    std::array<Floats, kThreads> expected;
     for (std::size_t i = 0; i < kThreads; ++i)
         expected[i] = Work(shared_device(), i * 10).round("alone");
     std::array<std::unique_ptr<Work>, kThreads> works;
@@ -96,8 +87,7 @@ TEST(ApiThreads, ShareOneDevice) {
     std::vector<std::jthread> threads;
     for (std::size_t i = 0; i < kThreads; ++i) threads.emplace_back(body, i);
     threads.clear();
-    auto memory = sized<splat_memory_info>();
-    EXPECT_DONE(splat_device_get_memory(shared_device(), &memory));
+    const auto memory = got(splat_device_get_memory, shared_device());
     EXPECT_EQ(memory.live_bytes, 0U);
     EXPECT_EQ(memory.used_bytes, 0U);
 }
@@ -106,7 +96,7 @@ TEST(ApiThreads, CreateAndDestroyWhileOthersWork) {
     std::atomic<bool> done = false;
     std::jthread worker([&] {
         Work work(shared_device(), 1);
-        const std::vector<float> first = work.round("worker");
+        const Floats first = work.round("worker");
         for (int round = 0; round < 10; ++round)
             EXPECT_TRUE(same_bits(work.round("worker"), first));
         done = true;
@@ -127,17 +117,15 @@ TEST(ApiThreads, OneHandleUsedByAllAndDestroyedByOne) {
             for (int round = 0; round < 20; ++round) {
                 if (i == 0 && round == 10) work.linear.destroy();
                 const splat_result result = splat_op_forward(op);
-                EXPECT_TRUE(result == SPLAT_OK || result == SPLAT_ERROR_INVALID_HANDLE)
-                    << splat_result_name(result);
+                EXPECT_TRUE(result == SPLAT_OK || result == kHandle) << splat_result_name(result);
             }
         });
     threads.clear();
-    EXPECT_REFUSED(splat_op_forward(op), SPLAT_ERROR_INVALID_HANDLE, "destroyed");
+    EXPECT_REFUSED(splat_op_forward(op), kHandle, "destroyed");
 }
 
 TEST(ApiThreads, HaveADeviceEach) {
-    const fs::path folder =
-        fs::temp_directory_path() / ("splat_threads_" + std::to_string(::getpid()));
+    const Temporary folder;
     splat_device_desc desc = device_desc();
     desc.kernels = SPLAT_KERNELS_PLAIN;
     desc.cache_folder = folder.c_str();
@@ -155,9 +143,8 @@ TEST(ApiThreads, HaveADeviceEach) {
         });
     threads.clear();
     // All of them wrote the same cache file.
-    for (const auto& file : fs::directory_iterator(folder))
+    for (const auto& file : fs::directory_iterator(folder.path()))
         EXPECT_EQ(file.path().extension(), ".bin") << file;
-    fs::remove_all(folder);
 }
 
 TEST(ApiThreads, HearTheLogWhileItChanges) {
@@ -171,8 +158,7 @@ TEST(ApiThreads, HearTheLogWhileItChanges) {
     std::vector<std::jthread> failing;
     for (int i = 0; i < 4; ++i)
         failing.emplace_back([] {
-            for (int call = 0; call < 200; ++call)
-                EXPECT_EQ(splat_tensor_unmap(nullptr), SPLAT_ERROR_INVALID_HANDLE);
+            for (int call = 0; call < 200; ++call) EXPECT_EQ(splat_tensor_unmap(nullptr), kHandle);
         });
     failing.clear();
     done = true;

@@ -1,8 +1,5 @@
 // Training through the C API.
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "api/api_calls.h"
@@ -16,26 +13,19 @@ constexpr std::size_t kSide = 16;
 
 class ApiTrainer : public testing::Test {
   protected:
-    void SetUp() override { device_ = open_device(); }
     splat_trainer_info step(const Trainer& trainer) {
-        const splat_trainer_batch batch = batch_.desc();
-        auto info = sized<splat_trainer_info>();
-        EXPECT_DONE(splat_trainer_step(trainer, &batch, &info));
-        return info;
+        return got(splat_trainer_step, trainer, batch_.desc());
     }
     Model initialised(const Trainer& trainer) {
-        Model model;
-        EXPECT_DONE(splat_trainer_model(trainer, model.out()));
+        Model model = got(splat_trainer_model, trainer);
         EXPECT_DONE(splat_model_init(model, 3));
         return model;
     }
-    std::vector<float> bias(const Model& model) {
-        std::vector<float> values(24);
-        EXPECT_DONE(splat_model_read(model, "network_with_offset.out.bias", values.data(), 96));
-        return values;
+    Floats bias(const Model& model) {
+        return floats_of(24, splat_model_read, model, "network_with_offset.out.bias");
     }
 
-    Device device_;
+    Device device_ = open_device();
     const TrainerBatch batch_;
 };
 
@@ -50,28 +40,24 @@ TEST_F(ApiTrainer, LearnsAndGoesOnFromAFile) {
     for (int i = 0; i < 5; ++i) last = step(trainer);
     EXPECT_LT(last.loss, first.loss);
 
-    const auto path = std::filesystem::temp_directory_path() / "splat_api_trainer.safetensors";
+    const Temporary path(".safetensors");
     ASSERT_DONE(splat_trainer_save(trainer, path.c_str()));
     const Trainer other = make_trainer(device_);
     const Model other_model = initialised(other);
     ASSERT_DONE(splat_trainer_resume(other, path.c_str()));
     EXPECT_EQ(bias(other_model), bias(model));
 
-    std::ifstream stream(path, std::ios::binary);
-    const std::string file(std::istreambuf_iterator<char>(stream), {});
-    std::string memory(file.size(), '\0');
-    std::size_t needed = 0;
-    ASSERT_DONE(splat_trainer_save_memory(trainer, memory.data(), memory.size(), &needed));
-    EXPECT_EQ(needed, file.size());
+    const std::string file = file_bytes(path.path());
+    std::string memory = bytes_of(splat_trainer_save_memory, trainer);
     EXPECT_TRUE(memory == file) << "the bytes in memory differ from those of the file";
     const Trainer third = make_trainer(device_);
     const Model third_model = initialised(third);
     for (const std::size_t size : {file.size() / 3, file.size() - 1})
-        EXPECT_REFUSED(splat_trainer_resume_memory(third, file.data(), size), SPLAT_ERROR_FORMAT,
+        EXPECT_REFUSED(splat_trainer_resume_memory(third, file.data(), size), kFormat,
                        "'memory': safetensors");
     memory[memory.size() - 2] ^= 1;
-    EXPECT_REFUSED(splat_trainer_resume_memory(third, memory.data(), memory.size()),
-                   SPLAT_ERROR_FORMAT, "its checksum is");
+    EXPECT_REFUSED(splat_trainer_resume_memory(third, memory.data(), memory.size()), kFormat,
+                   "its checksum is");
     ASSERT_DONE(splat_trainer_resume_memory(third, file.data(), file.size()));
     EXPECT_EQ(bias(third_model), bias(model));
 
@@ -79,16 +65,14 @@ TEST_F(ApiTrainer, LearnsAndGoesOnFromAFile) {
     EXPECT_EQ(step(third).loss, loss);
     EXPECT_EQ(step(other).loss, loss);
     EXPECT_EQ(bias(other_model), bias(model));
-    std::filesystem::remove(path);
 }
 
 TEST_F(ApiTrainer, ItsModelOutlivesIt) {
     Trainer trainer = make_trainer(device_);
     const Model model = initialised(trainer);
     step(trainer);
-    const std::vector<float> values = bias(model);
-    Weights averaged;
-    ASSERT_DONE(splat_trainer_store(trainer, averaged.out()));
+    const Floats values = bias(model);
+    const Weights averaged = got(splat_trainer_store, trainer);
     trainer.destroy();
     EXPECT_EQ(bias(model), values);
     const Model fresh = make_model(device_);
@@ -101,26 +85,24 @@ TEST_F(ApiTrainer, ComparesTheBatchWithItsConfiguration) {
     const Model model = initialised(trainer);
     auto info = sized<splat_trainer_info>();
     splat_trainer_batch batch = batch_.desc();
+    const auto refused = [&](splat_result code, const char* part) {
+        EXPECT_REFUSED(splat_trainer_step(trainer, &batch, &info), code, part);
+    };
     batch.channels = 7;
-    EXPECT_REFUSED(splat_trainer_step(trainer, &batch, &info), SPLAT_ERROR_SHAPE_MISMATCH,
-                   "splat_trainer_batch.channels is 7, expected 3: RGB");
+    refused(kShape, "splat_trainer_batch.channels is 7, expected 3: RGB");
     batch.channels = 3;
     batch.objects = 1;
-    EXPECT_REFUSED(splat_trainer_step(trainer, &batch, &info), SPLAT_ERROR_SHAPE_MISMATCH,
-                   "splat_trainer_batch.objects is 1, expected 2");
+    refused(kShape, "splat_trainer_batch.objects is 1, expected 2");
     batch.objects = 2;
     batch.focals = batch.quaternions;
-    EXPECT_REFUSED(splat_trainer_step(trainer, &batch, &info), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "splat_trainer_batch.focals is given, expected NULL");
+    refused(kArgument, "splat_trainer_batch.focals is given, expected NULL");
     batch.focals = nullptr;
     EXPECT_DONE(splat_trainer_step(trainer, &batch, &info));
     batch.targets_count = 10;
-    EXPECT_REFUSED(splat_trainer_step(trainer, &batch, &info), SPLAT_ERROR_SHAPE_MISMATCH,
-                   "splat_trainer_batch.targets has 10 numbers, expected 3072: [4, 3, 16, 16]");
+    refused(kShape, "splat_trainer_batch.targets has 10 numbers, expected 3072: [4, 3, 16, 16]");
     batch.targets_count = 3072;
     batch.cameras_count = 3;
-    EXPECT_REFUSED(splat_trainer_step(trainer, &batch, &info), SPLAT_ERROR_SHAPE_MISMATCH,
-                   "splat_trainer_batch.cameras has 3 cameras, expected 4");
+    refused(kShape, "splat_trainer_batch.cameras has 3 cameras, expected 4");
     batch.cameras_count = 4;
     EXPECT_DONE(splat_trainer_step(trainer, &batch, &info));
     EXPECT_EQ(info.step, 2U);
@@ -131,11 +113,7 @@ TEST_F(ApiTrainer, TellsWhatWasVisible) {
     const Trainer trainer = make_trainer(device_);
     const Model model = initialised(trainer);
     const std::uint64_t pairs = 2 * 2 * kSide * kSide;  // objects, targets, Gaussians
-    const auto report = [&] {
-        return Json::parse(whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
-            return splat_trainer_report(trainer, buffer, capacity, needed);
-        }));
-    };
+    const auto report = [&] { return Json::parse(text_of(splat_trainer_report, trainer)); };
     EXPECT_TRUE(report().at("ledger").is_null());
     const splat_trainer_info seen = step(trainer);
     EXPECT_GT(seen.visible, 0U);
@@ -147,85 +125,67 @@ TEST_F(ApiTrainer, TellsWhatWasVisible) {
     for (splat_camera& camera : away.cameras)  // half a turn about y
         camera.world_to_camera[0] = camera.world_to_camera[10] = -1;
     const splat_trainer_batch batch = away.desc();
-    auto info = sized<splat_trainer_info>();
-    ASSERT_DONE(splat_trainer_step(trainer, &batch, &info));
+    const auto info = got(splat_trainer_step, trainer, &batch);
     EXPECT_EQ(info.visible, 0U);
     EXPECT_EQ(info.culled, pairs);
     EXPECT_EQ(info.gradients_zero, 1U);
     EXPECT_EQ(
         report().at("ledger"),
         (Json{{"visible", 0}, {"culled", pairs}, {"non_finite", 0}, {"gradients_zero", true}}));
-    auto about = sized<splat_model_info>();
-    ASSERT_DONE(splat_model_get_info(model, &about));
+    const auto about = got(splat_model_get_info, model);
     EXPECT_EQ(about.predicted, about.objects * kSide * kSide);
 }
 
 TEST_F(ApiTrainer, MergesConfigurations) {
     const char* const values[] = {"opt.base_lr=1e-4", "data.training_resolution=32"};
-    std::size_t needed = 0;
-    ASSERT_EQ(splat_config_merge(kSmallModel, values, 2, nullptr, 0, &needed), SPLAT_INCOMPLETE);
-    std::string text(needed, '\0');
-    ASSERT_DONE(splat_config_merge(kSmallModel, values, 2, text.data(), needed, nullptr));
-    EXPECT_NE(text.find("\"base_lr\": 0.0001"), std::string::npos) << text;
-    EXPECT_NE(text.find("\"training_resolution\": 32"), std::string::npos) << text;
-    EXPECT_NE(text.find("\"base_dim\": 8"), std::string::npos) << text;
-    ASSERT_EQ(splat_config_check("logging: {loop_log: 5}", nullptr, 0, nullptr, 0, &needed),
-              SPLAT_INCOMPLETE);
-    text.assign(needed, '\0');
-    ASSERT_DONE(
-        splat_config_check("logging: {loop_log: 5}", nullptr, 0, text.data(), needed, nullptr));
-    EXPECT_EQ(text.find("{\"warnings\": [\"configuration: 'logging.loop_log' has no effect here"),
-              0U)
-        << text;
+    const std::string text = text_of(splat_config_merge, kSmallModel, values, 2);
+    EXPECT_TRUE(holds(text, "\"base_lr\": 0.0001"));
+    EXPECT_TRUE(holds(text, "\"training_resolution\": 32"));
+    EXPECT_TRUE(holds(text, "\"base_dim\": 8"));
+    EXPECT_TRUE(text_of(splat_config_check, "logging: {loop_log: 5}", nullptr, 0)
+                    .starts_with("{\"warnings\": [\"configuration: 'logging.loop_log' has no "
+                                 "effect here"));
     EXPECT_REFUSED(splat_config_check("opt: {lora_rank: 8}", nullptr, 0, nullptr, 0, nullptr),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "'opt.lora_rank' is 8, but without");
+                   kArgument, "'opt.lora_rank' is 8, but without");
     EXPECT_REFUSED(splat_config_merge("opt: {base_rate: 1}", nullptr, 0, nullptr, 0, nullptr),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "there is no key 'opt.base_rate'");
+                   kArgument, "there is no key 'opt.base_rate'");
 }
 
 TEST_F(ApiTrainer, RefusesWhatTheCheckOfConfigurationsRefuses) {
-    const std::string hub = std::string(kSmallModel) + "\nopt: {pretrained_hf: true}";
-    const std::string adapters = std::string(kSmallModel) + "\nopt: {lora_rank: 8}";
-    for (const std::string& config : {hub, adapters}) {
+    for (const char* keys : {"\nopt: {pretrained_hf: true}", "\nopt: {lora_rank: 8}"}) {
+        const std::string config = std::string(kSmallModel) + keys;
         EXPECT_REFUSED(splat_config_check(config.c_str(), nullptr, 0, nullptr, 0, nullptr),
-                       SPLAT_ERROR_INVALID_ARGUMENT, "configuration: 'opt.");
+                       kArgument, "configuration: 'opt.");
         const std::string sentence = splat_last_error_message();
         splat_trainer_desc desc = trainer_desc();
         desc.config = config.c_str();
         Trainer made;
-        EXPECT_REFUSED(splat_trainer_create(device_, &desc, made.out()),
-                       SPLAT_ERROR_INVALID_ARGUMENT, sentence);
+        EXPECT_REFUSED(splat_trainer_create(device_, &desc, made.out()), kArgument, sentence);
         Batches batches;
         EXPECT_REFUSED(
             splat_batches_create(make_training_dataset(), config.c_str(), 1, batches.out()),
-            SPLAT_ERROR_INVALID_ARGUMENT, sentence);
+            kArgument, sentence);
     }
 }
 
 TEST_F(ApiTrainer, HasThePublishedConfigurations) {
-    const Json presets = Json::parse(whole_text(splat_config_presets));
+    const Json presets = Json::parse(text_of(splat_config_presets));
     ASSERT_GT(presets.size(), 7U);
     for (const Json& preset : presets) {
         const std::string name = preset.at("name");
         EXPECT_FALSE(preset.at("about").get<std::string>().empty()) << name;
-        const std::string yaml = whole_text([&name](char* buffer, size_t capacity, size_t* needed) {
-            return splat_config_preset(name.c_str(), buffer, capacity, needed);
-        });
-        const Json merged =
-            Json::parse(whole_text([&yaml](char* buffer, size_t capacity, size_t* needed) {
-                return splat_config_merge(yaml.c_str(), nullptr, 0, buffer, capacity, needed);
-            }));
+        const std::string yaml = text_of(splat_config_preset, name.c_str());
+        const Json merged = Json::parse(text_of(splat_config_merge, yaml.c_str(), nullptr, 0));
         const bool small = name == "small";  // the only one that nobody published
         EXPECT_EQ(merged.at("model").at("base_dim"), small ? 32 : 128) << name;
         EXPECT_EQ(merged.at("data").at("training_resolution"),
                   small ? 32 : (name.starts_with("nmr") ? 64 : 128));
     }
-    EXPECT_REFUSED(splat_config_preset("car", nullptr, 0, nullptr), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "there are: cars, ");
+    EXPECT_REFUSED(splat_config_preset("car", nullptr, 0, nullptr), kArgument, "there are: cars, ");
 }
 
 TEST_F(ApiTrainer, ListsTheKeysOfConfigurations) {
-    const Json keys = Json::parse(whole_text(splat_config_keys));
+    const Json keys = Json::parse(text_of(splat_config_keys));
     ASSERT_GT(keys.size(), 90U);
     for (const Json& key : keys) {
         const std::string name = key.at("key");
@@ -246,20 +206,16 @@ TEST_F(ApiTrainer, ListsTheKeysOfConfigurations) {
 TEST_F(ApiTrainer, RefusesAFileThatIsNoState) {
     const Trainer trainer = make_trainer(device_);
     const Model model = initialised(trainer);
-    const auto path = std::filesystem::temp_directory_path() / "splat_api_weights.safetensors";
-    Weights weights;
-    ASSERT_DONE(splat_model_store(model, weights.out()));
+    const Temporary path(".safetensors");
+    const Weights weights = got(splat_model_store, model);
     ASSERT_DONE(splat_weights_save(weights, path.c_str(), 0));
-    EXPECT_REFUSED(splat_trainer_resume(trainer, path.c_str()), SPLAT_ERROR_FORMAT,
-                   "is not a training state");
-    std::filesystem::remove(path);
+    EXPECT_REFUSED(splat_trainer_resume(trainer, path.c_str()), kFormat, "is not a training state");
 }
 
 TEST_F(ApiTrainer, ComparesImages) {
-    auto scores = sized<splat_image_scores>();
     const splat_image a = planes_image(batch_.images.data(), kSide);
     const splat_image b = planes_image(batch_.targets.data(), kSide);
-    ASSERT_DONE(splat_image_compare(&a, &b, &scores));
+    const auto scores = got(splat_image_compare, &a, &b);
     EXPECT_NEAR(scores.psnr, -10 * std::log10(0.0625), 1e-9);
     EXPECT_LT(scores.ssim, 1);
 }

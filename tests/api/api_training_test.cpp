@@ -1,20 +1,10 @@
 // Batches and training sessions through the C API.
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "api/api_calls.h"
 
 namespace splat::test {
 namespace {
-
-namespace fs = std::filesystem;
-
-std::string file_of(const std::string& folder, const char* name) {
-    std::ifstream file(fs::path(folder) / name, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// The events until the end of the run: their kinds.
 std::vector<splat_run_event_kind> run(splat_run training) {
@@ -35,17 +25,14 @@ double number_of(const splat_run_event& event, const std::string& name) {
 }
 
 Training open(splat_device device, const splat_training_desc& desc) {
-    Training training;
-    EXPECT_DONE(splat_training_open(device, &desc, training.out()));
-    return training;
+    return got(splat_training_open, device, &desc);
 }
 
 TEST(ApiBatches, FitTheTrainer) {
     const Device device = open_device();
     const Trainer trainer = make_trainer(device);
     const Batches batches = make_batches();
-    auto batch = sized<splat_trainer_batch>();
-    ASSERT_DONE(splat_batches_next(batches, 0, &batch));
+    auto batch = got(splat_batches_next, batches, 0);
     EXPECT_EQ(batch.objects, 2U);
     EXPECT_EQ(batch.channels, 3U);
     EXPECT_EQ(batch.images_count, 2U * 3 * 16 * 16);
@@ -56,8 +43,7 @@ TEST(ApiBatches, FitTheTrainer) {
     EXPECT_EQ(batch.focals_count, 0U);
     EXPECT_EQ(batch.cameras[0].width, 16U);
     const float first = batch.images[100];
-    auto info = sized<splat_trainer_info>();
-    ASSERT_DONE(splat_trainer_step(trainer, &batch, &info));
+    const auto info = got(splat_trainer_step, trainer, &batch);
     EXPECT_EQ(info.step, 1U);
     ASSERT_DONE(splat_batches_next(batches, 5, &batch));
     ASSERT_DONE(splat_batches_next(batches, 0, &batch));
@@ -71,14 +57,12 @@ TEST(ApiTraining, GivesWhatItDoes) {
     splat_training_desc desc = training_desc(dataset, folder);
     desc.validation = dataset;
     const Training training = open(device, desc);
-    auto event = sized<splat_run_event>();
-    ASSERT_DONE(splat_run_next(training, &event));
+    auto event = got(splat_run_next, training);
     EXPECT_EQ(event.kind, SPLAT_EVENT_MESSAGE);
     EXPECT_EQ(std::string(event.text).substr(0, 9), "training ");
     EXPECT_EQ(event.number_count, 0U);
     auto info = sized<splat_trainer_info>();
-    EXPECT_REFUSED(splat_training_last_step(training, &info), SPLAT_ERROR_INVALID_STATE,
-                   "has done no step yet");
+    EXPECT_REFUSED(splat_training_last_step(training, &info), kState, "has done no step yet");
     ASSERT_DONE(splat_run_next(training, &event));
     EXPECT_EQ(event.kind, SPLAT_EVENT_CHECKPOINT);
     ASSERT_DONE(splat_run_next(training, &event));
@@ -101,12 +85,9 @@ TEST(ApiTraining, GivesWhatItDoes) {
     ASSERT_DONE(splat_training_last_step(training, &info));
     EXPECT_EQ(info.step, 1U);
     EXPECT_EQ(info.loss, number_of(event, "loss"));
-    Model model;
-    ASSERT_DONE(splat_training_model(training, model.out()));
+    got(splat_training_model, training);
     EXPECT_EQ(run(training).back(), SPLAT_EVENT_DONE);
-    std::string report(1000, '\0');
-    ASSERT_DONE(splat_run_report(training, report.data(), report.size(), nullptr));
-    EXPECT_NE(report.find("\"step\": 2"), std::string::npos) << report;
+    EXPECT_TRUE(holds(text_of(splat_run_report, training), "\"step\": 2"));
 }
 
 /// A session that is left after its first step, and one that is interrupted before its second.
@@ -131,8 +112,8 @@ TEST(ApiTraining, GoesOnWithTheSameBits) {
         desc.flags = SPLAT_TRAINING_RESUME;
         desc.config = nullptr;
         EXPECT_EQ(run(open(device, desc)).back(), SPLAT_EVENT_DONE);
-        EXPECT_TRUE(file_of(parts, "weights_last.safetensors") ==
-                    file_of(whole, "weights_last.safetensors"));
+        EXPECT_TRUE(file_bytes(parts + "/weights_last.safetensors") ==
+                    file_bytes(whole + "/weights_last.safetensors"));
     }
 }
 
@@ -153,10 +134,8 @@ TEST(ApiTraining, AFinishedRunThatIsResumedTellsNoLoss) {
         if (event.text != nullptr) text = event.text;
     }
     EXPECT_EQ(text, "done: 2 steps");
-    const std::string report = whole_text([&](char* buffer, std::size_t size, std::size_t* needed) {
-        return splat_run_report(training, buffer, size, needed);
-    });
-    EXPECT_NE(report.find("\"loss\": null"), std::string::npos) << report;
+    const std::string report = text_of(splat_run_report, training);
+    EXPECT_TRUE(holds(report, "\"loss\": null"));
 }
 
 TEST(ApiTraining, HasItsFolderForItself) {
@@ -169,8 +148,7 @@ TEST(ApiTraining, HasItsFolderForItself) {
          {std::uint32_t{SPLAT_TRAINING_RESUME}, std::uint32_t{SPLAT_TRAINING_OVERWRITE}}) {
         desc.flags = flags;
         splat_run second = nullptr;
-        EXPECT_REFUSED(splat_training_open(device, &desc, &second), SPLAT_ERROR_INVALID_STATE,
-                       "is in use");
+        EXPECT_REFUSED(splat_training_open(device, &desc, &second), kState, "is in use");
     }
 }
 

@@ -35,10 +35,7 @@ splat_scene_desc SampleScene::desc() const {
 }
 
 Scene SampleScene::create() const {
-    const splat_scene_desc made = desc();
-    Scene scene;
-    EXPECT_DONE(splat_scene_create(&made, scene.out()));
-    return scene;
+    return got(splat_scene_create, desc());
 }
 
 splat_camera sample_camera(std::uint32_t width, std::uint32_t height, double angle) {
@@ -65,32 +62,38 @@ splat_rasterizer_desc rasterizer_desc(std::uint32_t gaussians, std::uint32_t wid
 }
 
 Rasterizer make_rasterizer(splat_device device, const splat_rasterizer_desc& desc) {
-    Rasterizer rasterizer;
-    EXPECT_DONE(splat_rasterizer_create(device, &desc, rasterizer.out()));
-    return rasterizer;
+    return got(splat_rasterizer_create, device, &desc);
+}
+
+splat_result draw(splat_rasterizer rasterizer, splat_scene scene, const splat_camera& camera,
+                  const float* background) {
+    return splat_rasterizer_forward_scene(rasterizer, nullptr, scene, &camera, 1, background);
+}
+
+splat_result draw(splat_rasterizer rasterizer, const splat_gaussians_desc& gaussians,
+                  const splat_camera& camera, const float* background) {
+    return splat_rasterizer_forward(rasterizer, nullptr, &gaussians, &camera, 1, background);
+}
+
+Scene empty_scene() {
+    return got(splat_scene_create, sized<splat_scene_desc>());
 }
 
 RasterState make_state(splat_rasterizer rasterizer) {
-    RasterState state;
-    EXPECT_DONE(splat_raster_state_create(rasterizer, state.out()));
-    return state;
+    return got(splat_raster_state_create, rasterizer);
 }
 
-std::vector<float> output(splat_rasterizer rasterizer, splat_output which, std::size_t elements,
-                          splat_raster_state state) {
-    std::vector<float> values(elements);
-    EXPECT_DONE(
-        splat_rasterizer_read(rasterizer, state, which, values.data(), elements * sizeof(float)));
-    return values;
+Floats output(splat_rasterizer rasterizer, splat_output which, std::size_t elements,
+              splat_raster_state state) {
+    return floats_of(elements, splat_rasterizer_read, rasterizer, state, which);
 }
 
-GaussianTensors::GaussianTensors(splat_device device, splat_scene scene) {
-    EXPECT_DONE(splat_scene_to_tensor(scene, "means", device, means.out()));
-    EXPECT_DONE(splat_scene_to_tensor(scene, "scales", device, scales.out()));
-    EXPECT_DONE(splat_scene_to_tensor(scene, "rotations", device, rotations.out()));
-    EXPECT_DONE(splat_scene_to_tensor(scene, "opacities", device, opacities.out()));
-    EXPECT_DONE(splat_scene_to_tensor(scene, "sh", device, sh.out()));
-}
+GaussianTensors::GaussianTensors(splat_device device, splat_scene scene)
+    : means(got(splat_scene_to_tensor, scene, "means", device)),
+      scales(got(splat_scene_to_tensor, scene, "scales", device)),
+      rotations(got(splat_scene_to_tensor, scene, "rotations", device)),
+      opacities(got(splat_scene_to_tensor, scene, "opacities", device)),
+      sh(got(splat_scene_to_tensor, scene, "sh", device)) {}
 
 splat_gaussians_desc GaussianTensors::desc() const {
     auto desc = sized<splat_gaussians_desc>();
@@ -103,15 +106,11 @@ splat_gaussians_desc GaussianTensors::desc() const {
 }
 
 std::string load_report(splat_scene scene) {
-    return whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
-        return splat_scene_load_report(scene, buffer, capacity, needed);
-    });
+    return text_of(splat_scene_load_report, scene);
 }
 
 splat_scene_info info_of(splat_scene scene) {
-    auto info = sized<splat_scene_info>();
-    EXPECT_DONE(splat_scene_get_info(scene, &info));
-    return info;
+    return got(splat_scene_get_info, scene);
 }
 
 }  // namespace splat::test

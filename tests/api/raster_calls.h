@@ -13,7 +13,7 @@ struct SampleScene {
     [[nodiscard]] Scene create() const;
 
     std::uint32_t sh_degree;
-    std::vector<float> means, log_scales, rotations, opacity_logits, sh;
+    Floats means, log_scales, rotations, opacity_logits, sh;
 };
 
 /// A camera of this size at z = -4 that sees the sample scene.
@@ -23,11 +23,19 @@ splat_rasterizer_desc rasterizer_desc(std::uint32_t gaussians, std::uint32_t wid
                                       std::uint32_t height, std::uint32_t flags = 0,
                                       std::uint32_t views = 0);
 Rasterizer make_rasterizer(splat_device device, const splat_rasterizer_desc& desc);
+/// A forward call of these cameras.
+splat_result draw(splat_rasterizer rasterizer, splat_scene scene, const splat_camera& camera,
+                  const float* background = nullptr);
+splat_result draw(splat_rasterizer rasterizer, const splat_gaussians_desc& gaussians,
+                  const splat_camera& camera, const float* background = nullptr);
 RasterState make_state(splat_rasterizer rasterizer);
 
 /// An output in host memory.
-std::vector<float> output(splat_rasterizer rasterizer, splat_output which, std::size_t elements,
-                          splat_raster_state state = nullptr);
+Floats output(splat_rasterizer rasterizer, splat_output which, std::size_t elements,
+              splat_raster_state state = nullptr);
+
+/// An empty scene.
+Scene empty_scene();
 
 /// The attributes of a scene as the tensors that splat_rasterizer_forward takes.
 struct GaussianTensors {

@@ -6,8 +6,8 @@
 namespace splat::test {
 namespace {
 
-std::vector<float> numbers(std::size_t count) {
-    std::vector<float> values(count);
+Floats numbers(std::size_t count) {
+    Floats values(count);
     std::iota(values.begin(), values.end(), 1.0F);
     return values;
 }
@@ -45,15 +45,15 @@ const Layout kDistinct[] = {
 TEST(Strides, WriteGathersAndReadScatters) {
     for (const Layout& layout : kDistinct) {
         const Tensor tensor = make_tensor(shared_device(), layout.dims);
-        const std::vector<float> host = numbers(layout.span);
+        const Floats host = numbers(layout.span);
         ASSERT_DONE(
             splat_tensor_write(tensor, host.data(), host.size() * 4, layout.strides.data()));
-        const std::vector<float> flat = download(tensor);
+        const Floats flat = download(tensor);
         for (std::size_t i = 0; i < flat.size(); ++i)
             ASSERT_EQ(flat[i], host[place(layout, i)]) << i;
-        std::vector<float> back(layout.span, -1.0F);
+        Floats back(layout.span, -1.0F);
         ASSERT_DONE(splat_tensor_read(tensor, back.data(), back.size() * 4, layout.strides.data()));
-        std::vector<float> expected(layout.span, -1.0F);
+        Floats expected(layout.span, -1.0F);
         for (std::size_t i = 0; i < flat.size(); ++i) expected[place(layout, i)] = flat[i];
         EXPECT_EQ(back, expected) << "and the padding is left alone";
     }
@@ -71,52 +71,48 @@ TEST(Strides, ScalarNeedsNone) {
 
 TEST(Strides, ZeroRepeatsOnWrite) {
     const Tensor tensor = make_tensor(shared_device(), {2, 3});
-    const std::vector<float> row = {1, 2, 3};
+    const Floats row = {1, 2, 3};
     const std::int64_t rows[] = {0, 1};
     ASSERT_DONE(splat_tensor_write(tensor, row.data(), 12, rows));
-    EXPECT_EQ(download(tensor), (std::vector<float>{1, 2, 3, 1, 2, 3}));
+    EXPECT_EQ(download(tensor), (Floats{1, 2, 3, 1, 2, 3}));
     const std::int64_t all[] = {0, 0};
     ASSERT_DONE(splat_tensor_write(tensor, row.data() + 1, 4, all));
-    EXPECT_EQ(download(tensor), std::vector<float>(6, 2.0F));
+    EXPECT_EQ(download(tensor), Floats(6, 2.0F));
     const std::int64_t overlapping[] = {1, 1};
-    const std::vector<float> window = {1, 2, 3, 4};
+    const Floats window = {1, 2, 3, 4};
     ASSERT_DONE(splat_tensor_write(tensor, window.data(), 16, overlapping));
-    EXPECT_EQ(download(tensor), (std::vector<float>{1, 2, 3, 2, 3, 4}));
+    EXPECT_EQ(download(tensor), (Floats{1, 2, 3, 2, 3, 4}));
 }
 
 TEST(Strides, FromHostTakesThemToo) {
     const splat_tensor_desc desc = tensor_desc({2, 2});
-    const std::vector<float> host = {1, 2, 3, 4};
+    const Floats host = {1, 2, 3, 4};
     const std::int64_t transposed[] = {1, 2};
-    Tensor tensor;
-    ASSERT_DONE(
-        splat_tensor_from_host(shared_device(), &desc, host.data(), 16, transposed, tensor.out()));
-    EXPECT_EQ(download(tensor), (std::vector<float>{1, 3, 2, 4}));
+    const Tensor tensor =
+        got(splat_tensor_from_host, shared_device(), &desc, host.data(), 16, transposed);
+    EXPECT_EQ(download(tensor), (Floats{1, 3, 2, 4}));
 }
 
 /// Write, read and from_host refuse it, and nothing changes.
 void expect_refused(const Dims& dims, const Dims& strides, std::size_t bytes,
                     const std::string& part, bool on_write = true) {
-    const std::vector<float> before = numbers(64);
+    const Floats before = numbers(64);
     const Tensor tensor = make_tensor(shared_device(), dims);
     std::size_t elements = 1;
     for (const std::int64_t dim : dims) elements *= static_cast<std::size_t>(dim);
     ASSERT_DONE(splat_tensor_write(tensor, before.data(), elements * 4, nullptr));
-    std::vector<float> host(64, -5.0F);
-    EXPECT_REFUSED(splat_tensor_read(tensor, host.data(), bytes, strides.data()),
-                   SPLAT_ERROR_INVALID_ARGUMENT, part);
-    EXPECT_EQ(host, std::vector<float>(64, -5.0F));
+    Floats host(64, -5.0F);
+    EXPECT_REFUSED(splat_tensor_read(tensor, host.data(), bytes, strides.data()), kArgument, part);
+    EXPECT_EQ(host, Floats(64, -5.0F));
     if (!on_write) return;
-    EXPECT_REFUSED(splat_tensor_write(tensor, host.data(), bytes, strides.data()),
-                   SPLAT_ERROR_INVALID_ARGUMENT, part);
-    EXPECT_EQ(
-        download(tensor),
-        std::vector<float>(before.begin(), before.begin() + static_cast<std::ptrdiff_t>(elements)));
+    EXPECT_REFUSED(splat_tensor_write(tensor, host.data(), bytes, strides.data()), kArgument, part);
+    EXPECT_EQ(download(tensor),
+              Floats(before.begin(), before.begin() + static_cast<std::ptrdiff_t>(elements)));
     const splat_tensor_desc desc = tensor_desc(dims);
     Output<splat_tensor> created;
     EXPECT_REFUSED(splat_tensor_from_host(shared_device(), &desc, host.data(), bytes,
                                           strides.data(), created.out()),
-                   SPLAT_ERROR_INVALID_ARGUMENT, part);
+                   kArgument, part);
     EXPECT_TRUE(created.untouched());
 }
 
@@ -151,23 +147,23 @@ TEST(Strides, OverlapIsRefusedOnRead) {
 
 TEST(Strides, MoreBytesThanNeededAreFine) {
     const Tensor tensor = make_tensor(shared_device(), {2});
-    const std::vector<float> host = {1, 2, 3, 4};
-    EXPECT_DONE(splat_tensor_write(tensor, host.data(), 16, nullptr));
-    std::vector<float> back(4, -1.0F);
+    const Floats host = {1, 2, 3, 4};
+    write(tensor, host);
+    Floats back(4, -1.0F);
     EXPECT_DONE(splat_tensor_read(tensor, back.data(), 16, nullptr));
-    EXPECT_EQ(back, (std::vector<float>{1, 2, -1, -1}));
+    EXPECT_EQ(back, (Floats{1, 2, -1, -1}));
 }
 
 TEST(Strides, LargeTensorsToo) {
     const std::int64_t rows = 512;
     const std::int64_t columns = 3000;
-    const std::vector<float> host = numbers(static_cast<std::size_t>(rows * columns));
+    const Floats host = numbers(static_cast<std::size_t>(rows * columns));
     const Tensor tensor = make_tensor(shared_device(), {columns, rows});
     const std::int64_t transposed[] = {1, columns};
     ASSERT_DONE(splat_tensor_write(tensor, host.data(), host.size() * 4, transposed));
-    const std::vector<float> flat = download(tensor);
+    const Floats flat = download(tensor);
     EXPECT_EQ(flat[1], host[3000]);
-    std::vector<float> back(host.size());
+    Floats back(host.size());
     ASSERT_DONE(splat_tensor_read(tensor, back.data(), back.size() * 4, transposed));
     EXPECT_EQ(back, host);
 }

@@ -30,7 +30,7 @@ TEST(ApiCancel, EndsTheCallThatRunsAndThoseThatWait) {
     EXPECT_DONE(splat_device_cancel(device));
     EXPECT_EQ(call.finish(), SPLAT_CANCELLED);
     for (std::jthread& thread : waiting) thread.join();
-    EXPECT_EQ(download(tensor), (std::vector<float>{1, 2, 3, 4})) << "later calls work";
+    EXPECT_EQ(download(tensor), (Floats{1, 2, 3, 4})) << "later calls work";
     EXPECT_DONE(splat_op_forward(call.op()));
 }
 
@@ -38,7 +38,7 @@ TEST(ApiCancel, OfAnIdleDeviceChangesNothing) {
     const Device device = open_device();
     const Tensor tensor = upload(device, {2}, {1, 2});
     EXPECT_DONE(splat_device_cancel(device));
-    EXPECT_EQ(download(tensor), (std::vector<float>{1, 2}));
+    EXPECT_EQ(download(tensor), (Floats{1, 2}));
 }
 
 TEST(ApiCancel, OfADeviceLeavesOthersAlone) {
@@ -70,11 +70,10 @@ TEST(ApiCancelNetwork, EndsAPassSoon) {
         500;  // a quarter of it is longer than a thread waits for a core
     const Device device = open_device();
     auto desc = sized<splat_model_desc>();
-    Model model;
-    ASSERT_DONE(splat_model_create(device, &desc, model.out()));
+    const Model model = got(splat_model_create, device, &desc);
     ASSERT_DONE(splat_model_init(model, 3));
     constexpr std::size_t kSide = 128;
-    std::vector<float> images(3 * kSide * kSide), opacities(kSide * kSide);
+    Floats images(3 * kSide * kSide), opacities(kSide * kSide);
     for (std::size_t i = 0; i < images.size(); ++i) images[i] = static_cast<float>(i % 251) / 251;
     auto input = sized<splat_model_input>();
     input.images = images.data();
@@ -85,7 +84,7 @@ TEST(ApiCancelNetwork, EndsAPassSoon) {
         return opacities;
     };
     ASSERT_DONE(forward());  // compiles its shaders
-    const std::vector<float> expected = result();
+    const Floats expected = result();
     ASSERT_DONE(forward());  // prepares the weights
     const auto begin = Clock::now();
     ASSERT_DONE(forward());
@@ -141,11 +140,10 @@ TEST(ApiCancel, RasterizersGoOn) {
     const Scene scene = SampleScene(kCount).create();
     const Rasterizer rasterizer = make_rasterizer(device, rasterizer_desc(kCount, kSide, kSide));
     const auto draw = [&](double angle) {
-        const splat_camera camera = sample_camera(kSide, kSide, angle);
-        return splat_rasterizer_forward_scene(rasterizer, nullptr, scene, &camera, 1, nullptr);
+        return test::draw(rasterizer, scene, sample_camera(kSide, kSide, angle));
     };
     ASSERT_DONE(draw(0));
-    const std::vector<float> expected = output(rasterizer, SPLAT_OUTPUT_RGB, kSide * kSide * 3);
+    const Floats expected = output(rasterizer, SPLAT_OUTPUT_RGB, kSide * kSide * 3);
     double angle = 0;
     expect_recovers(device, [&] { return draw(angle += 0.01); });
     ASSERT_DONE(draw(0));
@@ -166,8 +164,7 @@ TEST(ApiCancel, TrainersGoOnAsIfNothingHadHappened) {
     });
     EXPECT_EQ(info.step, steps);
     auto expected = sized<splat_trainer_info>();
-    for (std::uint64_t i = 0; i < steps; ++i)
-        ASSERT_DONE(splat_trainer_step(straight, &batch, &expected));
+    for (std::uint64_t i = 0; i < steps; ++i) expected = got(splat_trainer_step, straight, batch);
     EXPECT_EQ(info.loss, expected.loss) << "bit by bit";
 }
 

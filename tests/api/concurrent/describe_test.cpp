@@ -30,8 +30,10 @@ long number_in(const std::string& json, const std::string& key) {
     return at == std::string::npos ? -1 : std::stol(json.substr(at + key.size() + 4));
 }
 
-template <class Report, class Handle>
-std::string text_of(Report report, Handle handle) {
+/// In one call: the text may change between two.
+template <class Handle>
+std::string report_of(splat_result (*report)(Handle, char*, std::size_t, std::size_t*),
+                      Handle handle) {
     std::string text(std::size_t{1} << 16, '\0');
     std::size_t needed = 0;
     EXPECT_DONE(report(handle, text.data(), text.size(), &needed));
@@ -41,28 +43,22 @@ std::string text_of(Report report, Handle handle) {
 
 TEST(ApiDescribe, AnEvaluatorThatScores) {
     const Device device = open_device();
-    splat_dataset_desc opened = dataset_desc();
-    opened.resolution = 16;
-    for (float& value : opened.background) value = 1;
-    Dataset dataset;
-    ASSERT_DONE(splat_dataset_open(&opened, dataset.out()));
+    const Dataset dataset = make_training_dataset();
     const Predictor predictor = make_predictor(device);
     auto desc = sized<splat_evaluator_desc>();
     desc.dataset = dataset;
     desc.predictor = predictor;
-    Evaluator evaluator;
-    ASSERT_DONE(splat_evaluator_create(&desc, evaluator.out()));
+    const Evaluator evaluator = got(splat_evaluator_create, &desc);
     std::uint32_t last = 0;
     const auto describe = [&] {
-        auto info = sized<splat_evaluator_info>();
-        EXPECT_DONE(splat_evaluator_get_info(evaluator, &info));
+        const auto info = got(splat_evaluator_get_info, evaluator);
         EXPECT_GE(info.scored, last);
-        auto summary = sized<splat_evaluation_summary>();
-        EXPECT_DONE(splat_evaluator_summary(evaluator, &summary));
+        const auto summary = got(splat_evaluator_summary, evaluator);
         EXPECT_GE(summary.objects, info.scored);
         EXPECT_EQ(summary.ledger.gaussians, summary.objects * std::uint64_t{256});
         last = summary.objects;
-        EXPECT_GE(number_in(text_of(splat_evaluator_report, evaluator.get()), "perfect_views"), 0);
+        EXPECT_GE(number_in(report_of(splat_evaluator_report, evaluator.get()), "perfect_views"),
+                  0);
     };
     beside(describe, [&] {
         for (int round = 0; round < 3; ++round)
@@ -76,36 +72,29 @@ TEST(ApiDescribe, AnEvaluatorThatScores) {
 TEST(ApiDescribe, ATrainerThatSteps) {
     const Device device = open_device();
     const Trainer trainer = make_trainer(device);
-    Model model;
-    ASSERT_DONE(splat_trainer_model(trainer, model.out()));
+    const Model model = got(splat_trainer_model, trainer);
     ASSERT_DONE(splat_model_init(model, 1));
     const TrainerBatch batch;
     const splat_trainer_batch given = batch.desc();
     long last = 0;
     const auto describe = [&] {
-        const std::string report = text_of(splat_trainer_report, trainer.get());
+        const std::string report = report_of(splat_trainer_report, trainer.get());
         const long step = number_in(report, "step");
         EXPECT_GE(step, last);
         EXPECT_EQ(number_in(report, "attempts"), step);
         last = step;
-        EXPECT_GT(number_in(text_of(splat_model_report, model.get()), "parameters"), 0);
-        auto info = sized<splat_model_info>();
-        EXPECT_DONE(splat_model_get_info(model, &info));
+        EXPECT_GT(number_in(report_of(splat_model_report, model.get()), "parameters"), 0);
+        got(splat_model_get_info, model);
     };
     beside(describe, [&] {
-        auto info = sized<splat_trainer_info>();
-        for (int step = 0; step < 4; ++step)
-            EXPECT_DONE(splat_trainer_step(trainer, &given, &info));
+        for (int step = 0; step < 4; ++step) got(splat_trainer_step, trainer, given);
     });
     describe();
     EXPECT_EQ(last, 4);
-    std::size_t bytes = 0;
-    EXPECT_EQ(splat_trainer_save_memory(trainer, nullptr, 0, &bytes), SPLAT_INCOMPLETE);
-    std::vector<char> state(bytes);
-    ASSERT_DONE(splat_trainer_save_memory(trainer, state.data(), bytes, nullptr));
+    const std::string state = bytes_of(splat_trainer_save_memory, trainer);
     const Trainer other = make_trainer(device);
-    ASSERT_DONE(splat_trainer_resume_memory(other, state.data(), bytes));
-    EXPECT_EQ(number_in(text_of(splat_trainer_report, other.get()), "step"), 4);
+    ASSERT_DONE(splat_trainer_resume_memory(other, state.data(), state.size()));
+    EXPECT_EQ(number_in(report_of(splat_trainer_report, other.get()), "step"), 4);
 }
 
 TEST(ApiDescribe, ATrainingThatGoesOn) {
@@ -113,7 +102,7 @@ TEST(ApiDescribe, ATrainingThatGoesOn) {
     const Training training = make_training(device);
     long last = 0;
     const auto describe = [&] {
-        const long step = number_in(text_of(splat_run_report, training.get()), "step");
+        const long step = number_in(report_of(splat_run_report, training.get()), "step");
         EXPECT_GE(step, last);
         last = step;
     };
@@ -130,12 +119,12 @@ TEST(ApiDescribe, ANetworkThatRuns) {
     const Model model = make_model(device);
     ASSERT_DONE(splat_model_init(model, 1));
     const Module module = make_module(device);
-    const std::vector<float> image(3 * 256, 0.5F);
+    const Floats image(3 * 256, 0.5F);
     auto input = sized<splat_model_input>();
     input.images = image.data();
     const auto describe = [&] {
-        EXPECT_GE(number_in(text_of(splat_model_report, model.get()), "prepared"), 0);
-        EXPECT_GE(number_in(text_of(splat_module_report, module.get()), "bytes"), 0);
+        EXPECT_GE(number_in(report_of(splat_model_report, model.get()), "prepared"), 0);
+        EXPECT_GE(number_in(report_of(splat_module_report, module.get()), "bytes"), 0);
     };
     beside(describe, [&] {
         for (int pass = 0; pass < 4; ++pass) {

@@ -35,8 +35,7 @@ class Findings {
     }
     void expect_done(splat_result result, const char* what) { expect(result == SPLAT_OK, what); }
     void expect_forked(splat_result result, const char* what) {
-        expect(result == SPLAT_ERROR_INVALID_STATE &&
-                   std::strstr(splat_last_error_message(), "forked") != nullptr &&
+        expect(result == kState && std::strstr(splat_last_error_message(), "forked") != nullptr &&
                    std::strstr(splat_last_error_message(), "spawn") != nullptr,
                what);
     }
@@ -84,8 +83,7 @@ struct Parent {
           dataset(make_dataset()),
           weights(make_weights()) {
         const splat_camera camera = sample_camera(32, 32);  // leaves a copy of the scene
-        EXPECT_DONE(
-            splat_rasterizer_forward_scene(rasterizer, nullptr, scene, &camera, 1, nullptr));
+        EXPECT_DONE(draw(rasterizer, scene, camera));
         EXPECT_DONE(splat_op_forward(op));
     }
 
@@ -128,7 +126,7 @@ void expect_host_objects(Findings& child, Parent& parent) {
     std::uint32_t count = 0;
     child.expect_done(splat_weights_count(parent.weights, &count), "weights_count");
     const std::uint32_t view = 0;
-    std::vector<float> images(3 * 8 * 8);
+    Floats images(3 * 8 * 8);
     auto views = sized<splat_dataset_views>();
     views.images = images.data();
     child.expect_done(splat_dataset_read(parent.dataset, 0, &view, 1, &views), "dataset_read");
@@ -157,8 +155,7 @@ TEST(ApiFork, ChildrenAreRefusedAtOnceAndMayDestroy) {
                            child.expect(ms < 1000 * timeout_scale(), "at once");
                        }),
               0);
-    auto info = sized<splat_tensor_info>();
-    EXPECT_DONE(splat_tensor_get_info(parent.tensor, &info));
+    got(splat_tensor_get_info, parent.tensor);
     EXPECT_DONE(splat_op_forward(parent.op)) << "the parent goes on";
 }
 
@@ -170,14 +167,13 @@ TEST(ApiFork, ChildrenOfABusyProcessAreRefusedToo) {
     for (int i = 0; i < 2; ++i)
         threads.emplace_back([&] {  // locks of handles, the log, data sets and scenes
             const std::uint32_t view = 0;
-            std::vector<float> images(3 * 8 * 8);
+            Floats images(3 * 8 * 8);
             while (!done) {
                 auto views = sized<splat_dataset_views>();
                 views.images = images.data();
                 EXPECT_DONE(splat_dataset_read(parent.dataset, 0, &view, 1, &views));
-                EXPECT_EQ(splat_tensor_unmap(nullptr), SPLAT_ERROR_INVALID_HANDLE);
-                auto info = sized<splat_scene_info>();
-                EXPECT_DONE(splat_scene_get_info(parent.scene, &info));
+                EXPECT_EQ(splat_tensor_unmap(nullptr), kHandle);
+                got(splat_scene_get_info, parent.scene);
             }
         });
     call.begin();

@@ -36,8 +36,7 @@ namespace splat::test {
 namespace {
 
 bool unified(splat_device device) {
-    auto info = sized<splat_device_info>();
-    EXPECT_DONE(splat_device_get_info(device, &info));
+    const auto info = got(splat_device_get_info, device);
     return (info.features & SPLAT_FEATURE_UNIFIED_MEMORY) != 0;
 }
 
@@ -64,10 +63,8 @@ TEST(ApiHostPointer, IsStableAndSeesWhatCallsWrite) {
     EXPECT_EQ(again, in);
     Output<DLManagedTensorVersioned*> managed;
     ASSERT_DONE(splat_tensor_map(x, SPLAT_ACCESS_READ, &again, nullptr));
-    EXPECT_REFUSED(splat_tensor_host_pointer(x, &out, nullptr), SPLAT_ERROR_INVALID_STATE,
-                   "is mapped");
-    EXPECT_REFUSED(splat_tensor_to_dlpack(x, managed.out()), SPLAT_ERROR_INVALID_STATE,
-                   "is mapped");
+    EXPECT_REFUSED(splat_tensor_host_pointer(x, &out, nullptr), kState, "is mapped");
+    EXPECT_REFUSED(splat_tensor_to_dlpack(x, managed.out()), kState, "is mapped");
     EXPECT_TRUE(managed.untouched() && out == results);
     EXPECT_DONE(splat_tensor_unmap(x));
 }
@@ -93,7 +90,7 @@ TEST(ApiDlpack, DescribesTheTensorAndOutlivesIt) {
     EXPECT_EQ(seen.strides[0], 3);
     EXPECT_EQ(seen.strides[1], 1);
     const auto* const values = static_cast<const float*>(seen.data);
-    EXPECT_EQ(std::vector<float>(values, values + 6), (std::vector<float>{1, 2, 3, 4, 5, 6}));
+    EXPECT_EQ(Floats(values, values + 6), (Floats{1, 2, 3, 4, 5, 6}));
     auto before = sized<splat_memory_info>(), after = before;
     EXPECT_DONE(splat_device_get_memory(device, &before));
     shared->deleter(shared);

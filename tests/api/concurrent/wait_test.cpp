@@ -77,15 +77,12 @@ struct Objects {
           batches(make_batches()),
           training(make_training(device)) {
         const splat_camera camera = sample_camera(32, 32);
-        EXPECT_DONE(
-            splat_rasterizer_forward_scene(rasterizer, nullptr, scene, &camera, 1, nullptr));
+        EXPECT_DONE(draw(rasterizer, scene, camera));
         EXPECT_DONE(splat_raster_state_create(rasterizer, state.out()));
         EXPECT_DONE(splat_rasterizer_forward_scene(rasterizer, state, scene, &camera, 1, nullptr));
         EXPECT_DONE(splat_op_forward(op));
         const splat_optimizer_item item = {"tensor", nullptr, nullptr, tensor, result};
-        auto desc = sized<splat_optimizer_desc>();
-        desc.items = &item;
-        desc.item_count = 1;
+        splat_optimizer_desc desc = optimizer_desc(&item);
         EXPECT_DONE(splat_optimizer_create(device, &desc, optimizer.out()));
         EXPECT_DONE(splat_optimizer_step(optimizer, nullptr));
         auto event = sized<splat_run_event>();
@@ -194,12 +191,10 @@ TEST(ApiWait, DescribingAndDestroyingDoNotWaitForACall) {
         watch.info("splat_device_get_memory", splat_device_get_memory, device.get());
     describe(watch, device, objects);
     end_all(watch, objects);
-    auto beside = sized<splat_memory_info>();
-    EXPECT_DONE(splat_device_get_memory(device, &beside));
+    const auto beside = got(splat_device_get_memory, device);
     ASSERT_TRUE(call.running()) << "the call was too short to measure beside it";
     EXPECT_EQ(call.finish(), SPLAT_OK);
-    auto after = sized<splat_memory_info>();
-    EXPECT_DONE(splat_device_get_memory(device, &after));
+    const auto after = got(splat_device_get_memory, device);
     EXPECT_EQ(beside.live_bytes, memory.live_bytes) << "freed when the call ends";
     EXPECT_LT(after.live_bytes, beside.live_bytes);
     for (const std::string& name : promised())
@@ -226,8 +221,7 @@ TEST(ApiWait, ScenesAreFreeWhileARasterizerWaits) {
     call.begin();
     std::jthread drawing([&] {
         const splat_camera camera = sample_camera(32, 32);
-        EXPECT_DONE(
-            splat_rasterizer_forward_scene(rasterizer, nullptr, scene, &camera, 1, nullptr));
+        EXPECT_DONE(draw(rasterizer, scene, camera));
     });
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     Stopwatch watch;

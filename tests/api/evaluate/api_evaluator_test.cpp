@@ -1,10 +1,7 @@
 // Evaluations and comparisons through the C API.
 #include <nlohmann/json.hpp>
 
-#include <unistd.h>
-
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 
 #include "api/api_calls.h"
@@ -16,51 +13,27 @@ using nlohmann::json;
 
 constexpr std::size_t kScoredSide = 16, kScoredPlane = 3 * kScoredSide * kScoredSide;
 
-/// A data set as a small predictor reads it: 16 pixels, white behind objects.
-Dataset white_dataset() {
-    splat_dataset_desc desc = dataset_desc();
-    desc.resolution = kScoredSide;
-    for (float& value : desc.background) value = 1;
-    Dataset dataset;
-    EXPECT_DONE(splat_dataset_open(&desc, dataset.out()));
-    return dataset;
-}
-
 /// A predictor whose every weight is `value`, except the offsets of its outputs.
 Predictor flat_predictor(const Device& device, float value, float offset) {
-    const Model model = make_model(device);
-    EXPECT_DONE(splat_model_init(model, 3));
-    Weights weights, flat;
-    EXPECT_DONE(splat_model_store(model, weights.out()));
-    std::uint32_t count = 0;
-    EXPECT_DONE(splat_weights_count(weights, &count));
-    std::vector<std::vector<float>> values(count);
+    const Weights weights = got(splat_model_store, random_model(device));
+    const auto count = got(splat_weights_count, weights);
+    std::vector<Floats> values(count);
     std::vector<splat_named_array> arrays(count);
     for (std::uint32_t i = 0; i < count; ++i) {
-        auto info = sized<splat_weights_info>();
-        EXPECT_DONE(splat_weights_get_info(weights, i, &info));
+        const auto info = got(splat_weights_get_info, weights, i);
         const std::string name = info.name;
         values[i].assign(info.elements, name.ends_with("out.bias") ? offset : value);
-        if (name == "ray_dirs") {
-            EXPECT_DONE(
-                splat_weights_read(weights, i, values[i].data(), values[i].size() * sizeof(float)));
-        }
+        if (name == "ray_dirs")
+            values[i] = floats_of(info.elements, splat_weights_read, weights, i);
         arrays[i] = {info.name, values[i].data(), values[i].size(), {}, info.rank, 0};
         std::copy_n(info.dims, SPLAT_MAX_RANK, arrays[i].dims);
     }
-    EXPECT_DONE(splat_weights_from_arrays(arrays.data(), arrays.size(), flat.out()));
-    auto desc = sized<splat_predictor_desc>();
-    desc.weights = flat;
-    desc.config = kSmallModel;
-    Predictor predictor;
-    EXPECT_DONE(splat_predictor_create(device, &desc, predictor.out()));
-    return predictor;
+    const Weights flat = got(splat_weights_from_arrays, arrays.data(), arrays.size());
+    return make_predictor(device.get(), flat.get());
 }
 
 json evaluation_json(splat_evaluator evaluator) {
-    return json::parse(whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
-        return splat_evaluator_report(evaluator, buffer, capacity, needed);
-    }));
+    return json::parse(text_of(splat_evaluator_report, evaluator));
 }
 
 class ApiEvaluator : public testing::Test {
@@ -69,14 +42,12 @@ class ApiEvaluator : public testing::Test {
         auto desc = sized<splat_evaluator_desc>();
         desc.predictor = predictor;
         desc.dataset = dataset_;
-        Evaluator made;
-        EXPECT_DONE(splat_evaluator_create(&desc, made.out()));
-        return made;
+        return got(splat_evaluator_create, &desc);
     }
 
     Device device_ = open_device();
     Predictor predictor_ = make_predictor(device_);
-    Dataset dataset_ = white_dataset();
+    Dataset dataset_ = make_training_dataset();
 };
 
 TEST_F(ApiEvaluator, WhatHasNoEffectIsRefused) {
@@ -85,11 +56,11 @@ TEST_F(ApiEvaluator, WhatHasNoEffectIsRefused) {
     desc.dataset = dataset_;
     Evaluator made;
     desc.inputs = 1;
-    EXPECT_REFUSED(splat_evaluator_create(&desc, made.out()), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_evaluator_create(&desc, made.out()), kArgument,
                    "splat_evaluator_desc.inputs is 1, expected 0");
     desc.inputs = 0;
     desc.split = "train";
-    EXPECT_REFUSED(splat_evaluator_create(&desc, made.out()), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_evaluator_create(&desc, made.out()), kArgument,
                    "splat_evaluator_desc.split is 'train', but dataset is given");
 }
 
@@ -99,36 +70,20 @@ TEST_F(ApiEvaluator, WarnsOfAnotherFieldOfView) {
         const auto hear = [](void* user, splat_log_level, const char* message) {
             *static_cast<std::string*>(user) += message;
         };
-        auto desc = sized<splat_evaluator_desc>();
-        desc.predictor = predictor;
-        desc.dataset = dataset_;
-        Evaluator made;
         EXPECT_DONE(splat_log_set_callback(hear, &all, SPLAT_LOG_WARNING));
-        EXPECT_DONE(splat_evaluator_create(&desc, made.out()));
+        evaluator(predictor);
         listen_to_log();
         return all;
     };
     EXPECT_EQ(warnings(predictor_), "");
-    const std::string config = std::string(kSmallModel) + "\n  fov: 49";
-    auto model = model_desc();
-    model.config = config.c_str();
-    Model other;
-    ASSERT_DONE(splat_model_create(device_, &model, other.out()));
-    Weights weights;
-    ASSERT_DONE(splat_model_store(other, weights.out()));
-    auto desc = sized<splat_predictor_desc>();
-    desc.weights = weights;
-    desc.config = config.c_str();
-    Predictor narrow;
-    ASSERT_DONE(splat_predictor_create(device_, &desc, narrow.out()));
-    EXPECT_NE(warnings(narrow).find("view is 51.99 degrees, but 'data.fov' is 49"),
-              std::string::npos);
+    constexpr const char* kNarrow = "\n  fov: 49";
+    const Predictor narrow = make_predictor(device_, make_model(device_, kNarrow), kNarrow);
+    EXPECT_TRUE(holds(warnings(narrow), "view is 51.99 degrees, but 'data.fov' is 49"));
 }
 
 TEST_F(ApiEvaluator, ScoresObjectsAndSumsUp) {
     const Evaluator made = evaluator(predictor_);
-    auto info = sized<splat_evaluator_info>();
-    ASSERT_DONE(splat_evaluator_get_info(made, &info));
+    auto info = got(splat_evaluator_get_info, made);
     EXPECT_EQ(info.objects, 2U);
     EXPECT_EQ(info.scored, 0U);
     EXPECT_EQ(info.resolution, kScoredSide);
@@ -143,8 +98,7 @@ TEST_F(ApiEvaluator, ScoresObjectsAndSumsUp) {
     EXPECT_EQ(scores[1].ledger.gaussians, kScoredSide * kScoredSide);
     EXPECT_GT(scores[1].predict_ms, 0);
 
-    auto summary = sized<splat_evaluation_summary>();
-    ASSERT_DONE(splat_evaluator_summary(made, &summary));
+    const auto summary = got(splat_evaluator_summary, made);
     EXPECT_EQ(summary.objects, 2U);
     EXPECT_NEAR(summary.novel.psnr, (scores[0].novel.psnr + scores[1].novel.psnr) / 2, 1e-12);
     EXPECT_EQ(summary.ledger.gaussians, 2 * kScoredSide * kScoredSide);
@@ -159,13 +113,11 @@ TEST_F(ApiEvaluator, ScoresObjectsAndSumsUp) {
 
 TEST_F(ApiEvaluator, GivesTheViewsThatItScores) {
     const Evaluator made = evaluator(predictor_);
-    auto scores = sized<splat_object_scores>();
-    ASSERT_DONE(splat_evaluator_score(made, 1, &scores));
+    const auto scores = got(splat_evaluator_score, made, 1);
     std::uint32_t numbers[3];
     splat_camera cameras[3];
-    std::vector<float> images(3 * kScoredPlane), drawn(3 * kScoredPlane);
-    auto views = sized<splat_evaluated_views>();
-    ASSERT_DONE(splat_evaluator_read(made, 1, &views));
+    Floats images(3 * kScoredPlane), drawn(3 * kScoredPlane);
+    auto views = got(splat_evaluator_read, made, 1);
     EXPECT_EQ(views.inputs, 1U);
     EXPECT_EQ(views.novel, 2U);
     views.numbers = numbers;
@@ -182,21 +134,19 @@ TEST_F(ApiEvaluator, GivesTheViewsThatItScores) {
     EXPECT_EQ(cameras[0].world_to_camera[0], 1);
     double psnr = 0;
     for (std::size_t i = 1; i < 3; ++i) {
-        auto one = sized<splat_image_scores>();
         const splat_image a = planes_image(drawn.data() + i * kScoredPlane, kScoredSide);
         const splat_image b = planes_image(images.data() + i * kScoredPlane, kScoredSide);
-        ASSERT_DONE(splat_image_compare(&a, &b, &one));
+        const auto one = got(splat_image_compare, &a, &b);
         psnr += one.psnr / 2;
     }
     EXPECT_NEAR(scores.novel.psnr, psnr, 1e-9);
-    EXPECT_REFUSED(splat_evaluator_read(made, 0, &views), SPLAT_ERROR_INVALID_STATE, "latest");
+    EXPECT_REFUSED(splat_evaluator_read(made, 0, &views), kState, "latest");
 }
 
 TEST_F(ApiEvaluator, WeightsThatOverflowHaveNoScore) {
     const Predictor broken = flat_predictor(device_, 3.4e38F, 0);
     const Evaluator made = evaluator(broken);
-    auto scores = sized<splat_object_scores>();
-    ASSERT_DONE(splat_evaluator_score(made, 0, &scores));
+    const auto scores = got(splat_evaluator_score, made, 0);
     EXPECT_EQ(scores.not_finite, 1U);
     EXPECT_GT(scores.ledger.outputs_not_finite, 0U);
     EXPECT_TRUE(std::isnan(scores.novel.psnr));
@@ -204,8 +154,7 @@ TEST_F(ApiEvaluator, WeightsThatOverflowHaveNoScore) {
     const json report = evaluation_json(made);
     EXPECT_TRUE(report.at("novel").at("psnr").is_null());
     EXPECT_EQ(report.at("ledger").at("objects").at(0).at("object"), scores.name);
-    auto summary = sized<splat_evaluation_summary>();
-    ASSERT_DONE(splat_evaluator_summary(made, &summary));
+    const auto summary = got(splat_evaluator_summary, made);
     EXPECT_EQ(summary.objects_not_finite, 1U);
     EXPECT_TRUE(std::isnan(summary.conditioning.psnr));
 }
@@ -214,8 +163,7 @@ TEST_F(ApiEvaluator, CountsImagesInWhichNothingIsDrawn) {
     // Outputs of -20 give opacities of about 0.
     const Predictor faint = flat_predictor(device_, 0, -20);
     const Evaluator made = evaluator(faint);
-    auto scores = sized<splat_object_scores>();
-    ASSERT_DONE(splat_evaluator_score(made, 0, &scores));
+    const auto scores = got(splat_evaluator_score, made, 0);
     EXPECT_EQ(scores.ledger.images_blank, 3U);
     EXPECT_EQ(scores.ledger.gaussians_invisible, kScoredSide * kScoredSide);
     EXPECT_EQ(scores.not_finite, 0U) << "the images can be scored";
@@ -224,17 +172,16 @@ TEST_F(ApiEvaluator, CountsImagesInWhichNothingIsDrawn) {
 
 TEST_F(ApiEvaluator, ScoresImagesOfTheCallerWithoutADevice) {
     const Evaluator made = make_evaluator(dataset_);
-    std::vector<float> images(3 * kScoredPlane);
+    Floats images(3 * kScoredPlane);
     auto views = sized<splat_evaluated_views>();
     views.images = images.data();
     views.image_count = images.size();
     ASSERT_DONE(splat_evaluator_read(made, 0, &views));
-    auto scores = sized<splat_object_scores>();
-    ASSERT_DONE(splat_evaluator_score_images(made, 0, images.data(), images.size(), &scores));
+    const auto scores = got(splat_evaluator_score_images, made, 0, images.data(), images.size());
     EXPECT_EQ(scores.novel.perfect_views, 2U);
     EXPECT_EQ(scores.novel.ssim, 1);
     EXPECT_EQ(evaluation_json(made).at("baseline"), "mine");
-    EXPECT_REFUSED(splat_evaluator_score(made, 0, nullptr), SPLAT_ERROR_INVALID_STATE, "'mine'");
+    EXPECT_REFUSED(splat_evaluator_score(made, 0, nullptr), kState, "'mine'");
 }
 
 TEST_F(ApiEvaluator, OutlivesItsParts) {
@@ -251,28 +198,23 @@ TEST_F(ApiEvaluator, OutlivesItsParts) {
 TEST_F(ApiEvaluator, SavesWhatCompareReads) {
     const Evaluator made = evaluator(predictor_);
     for (std::uint32_t i = 0; i < 2; ++i) ASSERT_DONE(splat_evaluator_score(made, i, nullptr));
-    const std::filesystem::path folder =
-        std::filesystem::temp_directory_path() / ("splat-eval-" + std::to_string(::getpid()));
-    ASSERT_DONE(splat_evaluator_save(made, (folder / "a" / "b").c_str()));
-    std::ifstream file(folder / "a" / "b" / "results.json");
+    const Temporary folder;
+    ASSERT_DONE(splat_evaluator_save(made, (folder / "a/b").c_str()));
+    std::ifstream file(folder / "a/b/results.json");
     EXPECT_EQ(json::parse(file), evaluation_json(made));
-    const std::string a = (folder / "a" / "b").string();
-    const std::string b = (folder / "a" / "b" / "scores.txt").string();
+    const std::string a = folder / "a/b";
+    const std::string b = folder / "a/b/scores.txt";
     auto desc = sized<splat_compare_desc>();
     desc.a.path = a.c_str();
     desc.b.path = b.c_str();
-    Comparison comparison;
-    EXPECT_DONE(splat_compare_scores(&desc, comparison.out()));
-    auto info = sized<splat_comparison_info>();
-    EXPECT_DONE(splat_comparison_get_info(comparison, &info));
+    const Comparison comparison = got(splat_compare_scores, &desc);
+    const auto info = got(splat_comparison_get_info, comparison);
     EXPECT_EQ(info.shared_objects, 2U);
     EXPECT_EQ(info.metrics, 2U) << "no LPIPS";
-    std::filesystem::remove_all(folder);
 }
 
 TEST_F(ApiEvaluator, MergesWhatOthersScored) {
-    const std::filesystem::path folder =
-        std::filesystem::temp_directory_path() / ("splat-merge-" + std::to_string(::getpid()));
+    const Temporary folder;
     const std::string first = folder / "0", second = folder / "1", whole = folder / "whole";
     const Evaluator all = evaluator(predictor_), one = evaluator(predictor_),
                     other = evaluator(predictor_);
@@ -291,14 +233,10 @@ TEST_F(ApiEvaluator, MergesWhatOthersScored) {
     }
     EXPECT_EQ(merged, expected);
     ASSERT_DONE(splat_evaluator_save(other, second.c_str()));
-    const auto text_of = [](const std::string& path) {
-        std::ifstream file(path);
-        return std::string(std::istreambuf_iterator<char>(file), {});
-    };
-    EXPECT_EQ(text_of(second + "/scores.txt"), text_of(whole + "/scores.txt"));
+    EXPECT_EQ(file_bytes(second + "/scores.txt"), file_bytes(whole + "/scores.txt"));
 
     // What is refused leaves the scores as they were.
-    std::string text = text_of(first + "/objects.json");
+    std::string text = file_bytes(first + "/objects.json");
     const auto refused = [&](const std::string& from, const std::string& to, splat_result code,
                              const char* part) {
         std::string changed = text;
@@ -308,33 +246,27 @@ TEST_F(ApiEvaluator, MergesWhatOthersScored) {
         EXPECT_REFUSED(splat_evaluator_load(other, first.c_str()), code, part);
         EXPECT_EQ(evaluation_json(other), before);
     };
-    refused("\"network\": \"", "\"network\": \"x", SPLAT_ERROR_INVALID_ARGUMENT,
-            "scores of network 'x");
-    refused("1 inputs, all novel", "1 inputs, 1 novel", SPLAT_ERROR_INVALID_ARGUMENT,
+    refused("\"network\": \"", "\"network\": \"x", kArgument, "scores of network 'x");
+    refused("1 inputs, all novel", "1 inputs, 1 novel", kArgument,
             "scores of views '1 inputs, 1 novel', expected '1 inputs, all novel'");
-    refused("\"object\": \"", "\"object\": \"x", SPLAT_ERROR_INVALID_ARGUMENT,
-            "is not among those to score");
-    refused("\"views_novel\": ", "\"views_novel\": -", SPLAT_ERROR_FORMAT,
-            "no number 'views_novel'");
-    refused("\"drawn\": ", "\"drawn\": 99999999999", SPLAT_ERROR_FORMAT, "no number 'drawn'");
-    refused("\"drawn\": ", "\"dawn\": ", SPLAT_ERROR_FORMAT, "no number 'drawn'");
-    refused("}", "", SPLAT_ERROR_FORMAT, "objects.json");
+    refused("\"object\": \"", "\"object\": \"x", kArgument, "is not among those to score");
+    refused("\"views_novel\": ", "\"views_novel\": -", kFormat, "no number 'views_novel'");
+    refused("\"drawn\": ", "\"drawn\": 99999999999", kFormat, "no number 'drawn'");
+    refused("\"drawn\": ", "\"dawn\": ", kFormat, "no number 'drawn'");
+    refused("}", "", kFormat, "objects.json");
     // Weights in memory have no name, but are others all the same.
     const Predictor flat = flat_predictor(device_, 0, 0);
-    EXPECT_REFUSED(splat_evaluator_load(evaluator(flat), second.c_str()),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "scores of network '");
-    std::filesystem::remove_all(folder);
+    EXPECT_REFUSED(splat_evaluator_load(evaluator(flat), second.c_str()), kArgument,
+                   "scores of network '");
 }
 
 TEST(ApiComparison, TellsEveryNumberOfAMetric) {
     const Comparison comparison = make_comparison();
-    auto info = sized<splat_comparison_info>();
-    ASSERT_DONE(splat_comparison_get_info(comparison, &info));
+    const auto info = got(splat_comparison_get_info, comparison);
     EXPECT_EQ(info.metrics, 3U);
     EXPECT_EQ(info.objects_a, 2U);
     EXPECT_EQ(info.comparable, 1U);
-    auto metric = sized<splat_metric_comparison>();
-    ASSERT_DONE(splat_comparison_metric(comparison, 0, &metric));
+    auto metric = got(splat_comparison_metric, comparison, 0);
     EXPECT_EQ(metric.metric, SPLAT_METRIC_PSNR);
     EXPECT_EQ(metric.verdict, SPLAT_VERDICT_TOO_FEW);
     EXPECT_EQ(metric.exact, 1U);
@@ -349,10 +281,7 @@ TEST(ApiComparison, TellsEveryNumberOfAMetric) {
     EXPECT_EQ(b[1], 24);
     ASSERT_DONE(splat_comparison_metric(comparison, 2, &metric));
     EXPECT_EQ(metric.metric, SPLAT_METRIC_LPIPS);
-    const json report =
-        json::parse(whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
-            return splat_comparison_report(comparison, buffer, capacity, needed);
-        }));
+    const json report = json::parse(text_of(splat_comparison_report, comparison));
     EXPECT_EQ(report.at("metrics").at(0).at("observed_difference"), 1.5);
     EXPECT_EQ(report.at("metrics").at(0).at("verdict"), "too few objects");
 }
@@ -362,14 +291,11 @@ TEST(ApiComparison, UnpairedScoresOfOtherObjectsAreNotComparable) {
     splat_compare_desc desc = compare_desc();
     desc.flags = SPLAT_COMPARE_UNPAIRED;
     desc.b = {nullptr, others, 2};
-    Comparison comparison;
-    ASSERT_DONE(splat_compare_scores(&desc, comparison.out()));
-    auto info = sized<splat_comparison_info>();
-    ASSERT_DONE(splat_comparison_get_info(comparison, &info));
+    const Comparison comparison = got(splat_compare_scores, &desc);
+    const auto info = got(splat_comparison_get_info, comparison);
     EXPECT_EQ(info.comparable, 0U);
     EXPECT_EQ(info.shared_objects, 0U);
-    auto metric = sized<splat_metric_comparison>();
-    ASSERT_DONE(splat_comparison_metric(comparison, 2, &metric));
+    const auto metric = got(splat_comparison_metric, comparison, 2);
     EXPECT_EQ(metric.verdict, SPLAT_VERDICT_NOT_COMPARABLE);
     EXPECT_EQ(metric.n_b, 1U) << "NaN is no score";
 }

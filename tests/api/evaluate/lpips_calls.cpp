@@ -11,26 +11,18 @@ namespace {
 /// Named arrays that live as long as this.
 class LpipsArrays {
   public:
-    void add(std::string name, const Dims& dims, std::vector<float> values) {
+    void add(std::string name, const Dims& dims, Floats values) {
         names_.push_back(std::move(name));
         values_.push_back(std::move(values));
-        splat_named_array array{};
-        array.name = names_.back().c_str();
-        array.values = values_.back().data();
-        array.value_count = values_.back().size();
-        array.rank = static_cast<std::uint32_t>(dims.size());
-        std::copy(dims.begin(), dims.end(), array.dims);
-        list_.push_back(array);
+        list_.push_back(named_array(names_.back().c_str(), values_.back(), dims));
     }
     [[nodiscard]] Weights weights() const {
-        Weights made;
-        EXPECT_DONE(splat_weights_from_arrays(list_.data(), list_.size(), made.out()));
-        return made;
+        return got(splat_weights_from_arrays, list_.data(), list_.size());
     }
 
   private:
     std::deque<std::string> names_;
-    std::deque<std::vector<float>> values_;
+    std::deque<Floats> values_;
     std::vector<splat_named_array> list_;
 };
 
@@ -53,7 +45,7 @@ Weights lpips_weights() {
     const int channels[] = {64, 128, 256, 512, 512};
     for (int k = 0; k < 5; ++k)
         arrays.add("lin" + std::to_string(k) + ".model.1.weight", {1, channels[k], 1, 1},
-                   std::vector<float>(static_cast<std::size_t>(channels[k]), 0.5F));
+                   Floats(static_cast<std::size_t>(channels[k]), 0.5F));
     return arrays.weights();
 }
 
@@ -66,9 +58,7 @@ Lpips make_lpips(const Device& device) {
     desc.weights = &given;
     desc.weight_count = 1;
     desc.side = kLpipsSide;
-    Lpips lpips;
-    EXPECT_DONE(splat_lpips_create(device, &desc, lpips.out()));
-    return lpips;
+    return got(splat_lpips_create, device, &desc);
 }
 
 }  // namespace splat::test

@@ -12,47 +12,31 @@ struct Limited {
     ~Limited() { EXPECT_DONE(splat_decode_set_limits(nullptr)); }
 };
 
-std::vector<unsigned char> small_png() {
-    unsigned char pixels[64 * 64 * 3] = {};
-    splat_image image{};
-    image.pixels = pixels;
-    image.bytes = sizeof pixels;
-    image.type = SPLAT_PIXEL_U8;
-    image.width = image.height = 64;
-    image.channels = 3;
-    std::vector<unsigned char> file(4096);
-    std::size_t needed = 0;
-    EXPECT_DONE(
-        splat_image_save_memory(&image, SPLAT_IMAGE_PNG, file.data(), file.size(), &needed));
-    file.resize(needed);
-    return file;
+std::string small_png() {
+    const std::vector<unsigned char> pixels(64 * 64 * 3);
+    return bytes_of(splat_image_save_memory, packed_image(pixels, 64, 64, 3), SPLAT_IMAGE_PNG);
 }
 
-splat_result load_png(const std::vector<unsigned char>& file) {
-    std::vector<unsigned char> pixels(64 * 64 * 3);
-    splat_image image{};
-    image.pixels = pixels.data();
-    image.bytes = pixels.size();
-    image.type = SPLAT_PIXEL_U8;
-    image.width = image.height = 64;
-    image.channels = 3;
+splat_result load_png(const std::string& file) {
+    const std::vector<unsigned char> pixels(64 * 64 * 3);
+    splat_image image = packed_image(pixels, 64, 64, 3);
     return splat_image_load_memory(file.data(), file.size(), &image, nullptr);
 }
 
 TEST(ApiDecodeLimits, HoldUntilTheyAreReplaced) {
-    const std::vector<unsigned char> file = small_png();
+    const std::string file = small_png();
     EXPECT_DONE(load_png(file));
     auto limits = sized<splat_decode_limits>();
     limits.bytes_times_file = 1;
     limits.bytes_besides = 1000;
     {
         const Limited limited(limits);
-        EXPECT_REFUSED(load_png(file), SPLAT_ERROR_FORMAT, "splat_decode_set_limits");
+        EXPECT_REFUSED(load_png(file), kFormat, "splat_decode_set_limits");
         splat_image header{};  // for which its caller would make room
-        EXPECT_REFUSED(splat_image_load_memory(file.data(), file.size(), &header, nullptr),
-                       SPLAT_ERROR_FORMAT, "png: 64 x 64 pixels: 12288 x 2 bytes are too many");
+        EXPECT_REFUSED(splat_image_load_memory(file.data(), file.size(), &header, nullptr), kFormat,
+                       "png: 64 x 64 pixels: 12288 x 2 bytes are too many");
         EXPECT_EQ(header.width, 0U);
-        auto zeros = sized<splat_decode_limits>();
+        const auto zeros = sized<splat_decode_limits>();
         EXPECT_DONE(splat_decode_set_limits(&zeros));
         EXPECT_DONE(load_png(file));
         EXPECT_DONE(splat_decode_set_limits(&limits));
@@ -64,27 +48,24 @@ TEST(ApiDecodeLimits, HoldUntilTheyAreReplaced) {
 TEST(ApiDecodeLimits, CountTensors) {
     const float value = 1;
     const splat_named_array arrays[] = {{"a", &value, 1, {1}, 1, 0}, {"b", &value, 1, {1}, 1, 0}};
-    Weights weights;
-    ASSERT_DONE(splat_weights_from_arrays(arrays, 2, weights.out()));
-    std::size_t needed = 0;
-    std::vector<char> file(4096);
-    ASSERT_DONE(splat_weights_save_memory(weights, SPLAT_WEIGHTS_SAFETENSORS, 0, file.data(),
-                                          file.size(), &needed));
+    const Weights weights = got(splat_weights_from_arrays, arrays, 2);
+    const std::string file =
+        bytes_of(splat_weights_save_memory, weights, SPLAT_WEIGHTS_SAFETENSORS, 0);
     auto limits = sized<splat_decode_limits>();
     limits.items = 1;
     const Limited limited(limits);
     Weights read;
-    EXPECT_REFUSED(splat_weights_load_memory(file.data(), needed, read.out()), SPLAT_ERROR_FORMAT,
+    EXPECT_REFUSED(splat_weights_load_memory(file.data(), file.size(), read.out()), kFormat,
                    "more than 1 tensors");
 }
 
 TEST(ApiDecodeLimits, RefuseWhatTheyDoNotKnow) {
     auto limits = sized<splat_decode_limits>();
     limits.reserved = 1;
-    EXPECT_REFUSED(splat_decode_set_limits(&limits), SPLAT_ERROR_INVALID_ARGUMENT, "reserved");
+    EXPECT_REFUSED(splat_decode_set_limits(&limits), kArgument, "reserved");
     limits = sized<splat_decode_limits>();
     limits.flags = 1;
-    EXPECT_REFUSED(splat_decode_set_limits(&limits), SPLAT_ERROR_INVALID_ARGUMENT, "flags");
+    EXPECT_REFUSED(splat_decode_set_limits(&limits), kArgument, "flags");
 }
 
 }  // namespace

@@ -1,11 +1,7 @@
 // Image files and the caller's pixels. Needs no device.
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
-#include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <limits>
 
 #include "api/api_calls.h"
@@ -15,41 +11,19 @@ namespace {
 
 using ImageBytes = std::vector<unsigned char>;
 
-/// Packed rows of interleaved channels.
-template <class T>
-splat_image packed_image(std::vector<T>& pixels, splat_pixel type, std::uint32_t width,
-                         std::uint32_t height, std::uint32_t channels) {
-    splat_image image{};
-    image.pixels = pixels.data();
-    image.bytes = pixels.size() * sizeof(T);
-    image.type = type;
-    image.width = width;
-    image.height = height;
-    image.channels = channels;
-    return image;
+std::string image_in_memory(const splat_image& image, splat_image_format format) {
+    return bytes_of(splat_image_save_memory, image, format);
 }
 
-ImageBytes image_in_memory(const splat_image& image, splat_image_format format) {
-    std::size_t needed = 0;
-    EXPECT_EQ(splat_image_save_memory(&image, format, nullptr, 0, &needed), SPLAT_INCOMPLETE);
-    ImageBytes file(needed);
-    EXPECT_DONE(splat_image_save_memory(&image, format, file.data(), file.size(), nullptr));
-    return file;
-}
-
-ImageBytes image_file(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
+splat_result load_image(const std::string& file, splat_image& image) {
+    return splat_image_load_memory(file.data(), file.size(), &image, nullptr);
 }
 
 class ApiImage : public ::testing::Test {
   protected:
-    void SetUp() override { std::filesystem::create_directories(folder_); }
-    void TearDown() override { std::filesystem::remove_all(folder_); }
-    [[nodiscard]] std::string path(const char* name) const { return (folder_ / name).string(); }
+    [[nodiscard]] std::string path(const char* name) const { return folder_ / name; }
 
-    std::filesystem::path folder_ =
-        std::filesystem::temp_directory_path() / ("splat-images-" + std::to_string(::getpid()));
+    const Temporary folder_;
 };
 
 /// 3 x 2 pixels of RGB; no two samples are alike.
@@ -61,30 +35,26 @@ ImageBytes image_samples() {
 
 TEST_F(ApiImage, FilesHoldTheBytesOfMemory) {
     ImageBytes bytes = image_samples();
-    const splat_image image = packed_image(bytes, SPLAT_PIXEL_U8, 3, 2, 3);
+    const splat_image image = packed_image(bytes, 3, 2, 3);
     ASSERT_DONE(splat_image_save(path("a.png").c_str(), &image));
     ASSERT_DONE(splat_image_save(path("a.NPY").c_str(), &image));
-    EXPECT_EQ(image_file(path("a.png")), image_in_memory(image, SPLAT_IMAGE_PNG));
-    EXPECT_EQ(image_file(path("a.NPY")), image_in_memory(image, SPLAT_IMAGE_NPY));
+    EXPECT_EQ(file_bytes(path("a.png")), image_in_memory(image, SPLAT_IMAGE_PNG));
+    EXPECT_EQ(file_bytes(path("a.NPY")), image_in_memory(image, SPLAT_IMAGE_NPY));
     const splat_image frames[] = {image, image};
     for (const auto& [name, format] :
          {std::pair{"m.png", SPLAT_IMAGE_PNG}, std::pair{"m.gif", SPLAT_IMAGE_GIF},
           std::pair{"m.webp", SPLAT_IMAGE_WEBP}}) {
         ASSERT_DONE(splat_image_save_animation(path(name).c_str(), frames, 2, 100));
-        const ImageBytes file = image_file(path(name));
-        ImageBytes memory(file.size());
-        std::size_t needed = 0;
-        ASSERT_DONE(splat_image_save_animation_memory(frames, 2, 100, format, memory.data(),
-                                                      memory.size(), &needed));
-        EXPECT_EQ(needed, file.size());
-        EXPECT_EQ(memory, file) << name;
+        const std::string file = file_bytes(path(name));
+        EXPECT_EQ(bytes_of(splat_image_save_animation_memory, frames, 2, 100, format), file)
+            << name;
     }
 }
 
 TEST_F(ApiImage, TellsItsSizeThenFillsPixels) {
     ImageBytes bytes = image_samples();
-    ASSERT_DONE(splat_image_save(path("a.png").c_str(),
-                                 std::array{packed_image(bytes, SPLAT_PIXEL_U8, 3, 2, 3)}.data()));
+    const splat_image saved = packed_image(bytes, 3, 2, 3);
+    ASSERT_DONE(splat_image_save(path("a.png").c_str(), &saved));
     splat_image image{};
     auto info = sized<splat_image_info>();
     info.focal = -1;
@@ -99,18 +69,17 @@ TEST_F(ApiImage, TellsItsSizeThenFillsPixels) {
     ASSERT_DONE(splat_image_load(path("a.png").c_str(), &image, nullptr));
     EXPECT_EQ(read, bytes);
     image.width = 4;
-    EXPECT_REFUSED(splat_image_load(path("a.png").c_str(), &image, nullptr),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "image.bytes is 18");
+    EXPECT_REFUSED(splat_image_load(path("a.png").c_str(), &image, nullptr), kArgument,
+                   "image.bytes is 18");
     image.bytes = 0;
-    EXPECT_REFUSED(splat_image_load(path("a.png").c_str(), &image, nullptr),
-                   SPLAT_ERROR_SHAPE_MISMATCH, "the image is 3 x 2 of 3");
+    EXPECT_REFUSED(splat_image_load(path("a.png").c_str(), &image, nullptr), kShape,
+                   "the image is 3 x 2 of 3");
 }
 
 /// Every type and layout holds the same picture.
 TEST_F(ApiImage, FillsAndReadsAnyLayout) {
     ImageBytes bytes = image_samples();
-    const ImageBytes file =
-        image_in_memory(packed_image(bytes, SPLAT_PIXEL_U8, 3, 2, 3), SPLAT_IMAGE_PNG);
+    const std::string file = image_in_memory(packed_image(bytes, 3, 2, 3), SPLAT_IMAGE_PNG);
     struct Strides {
         std::int64_t row, pixel, channel;  ///< samples; all 0: packed
     };
@@ -119,7 +88,8 @@ TEST_F(ApiImage, FillsAndReadsAnyLayout) {
         for (const splat_pixel type : {SPLAT_PIXEL_U8, SPLAT_PIXEL_F16, SPLAT_PIXEL_F32}) {
             const std::int64_t size = type == SPLAT_PIXEL_U8 ? 1 : type == SPLAT_PIXEL_F16 ? 2 : 4;
             ImageBytes pixels(80, 0xAB);
-            splat_image image = packed_image(pixels, type, 3, 2, 3);
+            splat_image image = packed_image(pixels, 3, 2, 3);
+            image.type = type;
             image.row_stride = s.row * size;
             image.pixel_stride = s.pixel * size;
             image.channel_stride = s.channel * size;
@@ -127,7 +97,7 @@ TEST_F(ApiImage, FillsAndReadsAnyLayout) {
                 image.pixels = pixels.data() - image.row_stride;
                 image.bytes = 0;
             }
-            ASSERT_DONE(splat_image_load_memory(file.data(), file.size(), &image, nullptr));
+            ASSERT_DONE(load_image(file, image));
             EXPECT_EQ(image_in_memory(image, SPLAT_IMAGE_PNG), file) << type << ' ' << s.row;
             if (s.row == 11) {
                 EXPECT_EQ(pixels[static_cast<std::size_t>(9 * size)], 0xAB) << "padding";
@@ -137,8 +107,7 @@ TEST_F(ApiImage, FillsAndReadsAnyLayout) {
 
 TEST_F(ApiImage, WidensButDropsNothing) {
     ImageBytes gray = {10, 200};
-    const ImageBytes file =
-        image_in_memory(packed_image(gray, SPLAT_PIXEL_U8, 2, 1, 1), SPLAT_IMAGE_PNG);
+    const std::string file = image_in_memory(packed_image(gray, 2, 1, 1), SPLAT_IMAGE_PNG);
     const std::pair<std::uint32_t, ImageBytes> expected[] = {
         {1, {10, 200}},
         {2, {10, 255, 200, 255}},
@@ -146,72 +115,62 @@ TEST_F(ApiImage, WidensButDropsNothing) {
         {4, {10, 10, 10, 255, 200, 200, 200, 255}}};
     for (const auto& [channels, wanted] : expected) {
         ImageBytes pixels(2 * channels);
-        splat_image image = packed_image(pixels, SPLAT_PIXEL_U8, 2, 1, channels);
-        ASSERT_DONE(splat_image_load_memory(file.data(), file.size(), &image, nullptr));
+        splat_image image = packed_image(pixels, 2, 1, channels);
+        ASSERT_DONE(load_image(file, image));
         EXPECT_EQ(pixels, wanted) << channels;
     }
     ImageBytes alpha = {1, 2, 3, 4};
-    const ImageBytes two =
-        image_in_memory(packed_image(alpha, SPLAT_PIXEL_U8, 2, 1, 2), SPLAT_IMAGE_PNG);
+    const std::string two = image_in_memory(packed_image(alpha, 2, 1, 2), SPLAT_IMAGE_PNG);
     for (const std::uint32_t channels : {1U, 3U}) {
         ImageBytes pixels(2 * channels, 9);
-        splat_image image = packed_image(pixels, SPLAT_PIXEL_U8, 2, 1, channels);
-        EXPECT_REFUSED(splat_image_load_memory(two.data(), two.size(), &image, nullptr),
-                       SPLAT_ERROR_SHAPE_MISMATCH, "the image is 2 x 1 of 2");
+        splat_image image = packed_image(pixels, 2, 1, channels);
+        EXPECT_REFUSED(load_image(two, image), kShape, "the image is 2 x 1 of 2");
         EXPECT_EQ(pixels, ImageBytes(2 * channels, 9));
     }
 }
 
 TEST_F(ApiImage, FloatsKeepTheirBitsInNpy) {
-    std::vector<float> values = {0,   -1.5F, 1e-30F, 3e30F, std::numeric_limits<float>::infinity(),
-                                 0.1F};
-    const splat_image image = packed_image(values, SPLAT_PIXEL_F32, 3, 2, 1);
-    const ImageBytes file = image_in_memory(image, SPLAT_IMAGE_NPY);
-    std::vector<float> read(6);
+    Floats values = {0, -1.5F, 1e-30F, 3e30F, std::numeric_limits<float>::infinity(), 0.1F};
+    const splat_image image = packed_image(values, 3, 2, 1);
+    const std::string file = image_in_memory(image, SPLAT_IMAGE_NPY);
+    Floats read(6);
     splat_image into{};
-    auto info = sized<splat_image_info>();
-    ASSERT_DONE(splat_image_load_memory(file.data(), file.size(), &into, &info));
+    const auto info = got(splat_image_load_memory, file.data(), file.size(), &into);
     EXPECT_EQ(into.type, SPLAT_PIXEL_F32);
     EXPECT_EQ(into.bytes, 24U);
     EXPECT_EQ(info.bits, 32U);
     into.pixels = read.data();
-    ASSERT_DONE(splat_image_load_memory(file.data(), file.size(), &into, nullptr));
+    ASSERT_DONE(load_image(file, into));
     EXPECT_EQ(read, values);
-    std::vector<float> clamped = {-1, 0.5F, 2, std::numeric_limits<float>::quiet_NaN()};
-    const ImageBytes png =
-        image_in_memory(packed_image(clamped, SPLAT_PIXEL_F32, 4, 1, 1), SPLAT_IMAGE_PNG);
+    Floats clamped = {-1, 0.5F, 2, std::numeric_limits<float>::quiet_NaN()};
+    const std::string png = image_in_memory(packed_image(clamped, 4, 1, 1), SPLAT_IMAGE_PNG);
     ImageBytes bytes(4);
-    splat_image eight = packed_image(bytes, SPLAT_PIXEL_U8, 4, 1, 1);
-    ASSERT_DONE(splat_image_load_memory(png.data(), png.size(), &eight, nullptr));
+    splat_image eight = packed_image(bytes, 4, 1, 1);
+    ASSERT_DONE(load_image(png, eight));
     EXPECT_EQ(bytes, (ImageBytes{0, 128, 255, 0}));
 }
 
 TEST_F(ApiImage, TruncatedBytesAreOfNoFormat) {
     ImageBytes bytes = image_samples();
-    const splat_image image = packed_image(bytes, SPLAT_PIXEL_U8, 3, 2, 3);
+    const splat_image image = packed_image(bytes, 3, 2, 3);
     for (const splat_image_format format : {SPLAT_IMAGE_PNG, SPLAT_IMAGE_NPY}) {
-        const ImageBytes file = image_in_memory(image, format);
-        std::vector<float> pixels(18);
-        splat_image into = packed_image(pixels, SPLAT_PIXEL_F32, 3, 2, 3);
+        const std::string file = image_in_memory(image, format);
+        Floats pixels(18);
+        splat_image into = packed_image(pixels, 3, 2, 3);
         for (std::size_t size = 0; size < file.size(); ++size)
-            EXPECT_EQ(splat_image_load_memory(file.data(), size, &into, nullptr),
-                      SPLAT_ERROR_FORMAT)
-                << size;
+            EXPECT_EQ(splat_image_load_memory(file.data(), size, &into, nullptr), kFormat) << size;
     }
-    const ImageBytes npy = image_in_memory(image, SPLAT_IMAGE_NPY);
+    const std::string npy = image_in_memory(image, SPLAT_IMAGE_NPY);
     splat_image header{};  // another size than the file's
-    EXPECT_REFUSED(splat_image_load_memory(npy.data(), npy.size() - 1, &header, nullptr),
-                   SPLAT_ERROR_FORMAT, "npy: 'data' at byte 0 needs 18 x 4 bytes, but 71 are left");
-    EXPECT_DONE(splat_image_load_memory(npy.data(), npy.size(), &header, nullptr));
+    EXPECT_REFUSED(splat_image_load_memory(npy.data(), npy.size() - 1, &header, nullptr), kFormat,
+                   "npy: 'data' at byte 0 needs 18 x 4 bytes, but 71 are left");
+    EXPECT_DONE(load_image(npy, header));
 }
 
 /// A .npy of zeros [2,3] with another type of so many bytes, whose last number begins with a byte of 7.
-ImageBytes npy_of_type(const char* type, std::size_t bytes) {
-    std::vector<float> values(6);
-    ImageBytes file =
-        image_in_memory(packed_image(values, SPLAT_PIXEL_F32, 3, 2, 1), SPLAT_IMAGE_NPY);
-    const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
-    std::copy_n(type, 3, file.begin() + static_cast<std::ptrdiff_t>(text.find("<f4")));
+std::string npy_of_type(const char* type, std::size_t bytes) {
+    std::string file = image_in_memory(packed_image(Floats(6), 3, 2, 1), SPLAT_IMAGE_NPY);
+    file.replace(file.find("<f4"), 3, type);
     file.resize(file.size() - 6 * sizeof(float));
     file.resize(file.size() + 6 * bytes);
     file[file.size() - bytes] = 7;
@@ -221,47 +180,44 @@ ImageBytes npy_of_type(const char* type, std::size_t bytes) {
 TEST_F(ApiImage, ArraysOfWholeNumbersAreReadAsTheyAre) {
     for (const auto& [type, bytes] :
          {std::pair{"|u1", 1U}, std::pair{"<i4", 4U}, std::pair{"<u2", 2U}}) {
-        const ImageBytes file = npy_of_type(type, bytes);
+        const std::string file = npy_of_type(type, bytes);
         splat_image header{};
-        ASSERT_DONE(splat_image_load_memory(file.data(), file.size(), &header, nullptr));
+        ASSERT_DONE(load_image(file, header));
         EXPECT_EQ(header.width, 3U);
         EXPECT_EQ(header.type, SPLAT_PIXEL_F32);
-        std::vector<float> values(6);
-        splat_image into = packed_image(values, SPLAT_PIXEL_F32, 3, 2, 1);
-        ASSERT_DONE(splat_image_load_memory(file.data(), file.size(), &into, nullptr));
-        EXPECT_EQ(values, (std::vector<float>{0, 0, 0, 0, 0, 7})) << type;
+        Floats values(6);
+        splat_image into = packed_image(values, 3, 2, 1);
+        ASSERT_DONE(load_image(file, into));
+        EXPECT_EQ(values, (Floats{0, 0, 0, 0, 0, 7})) << type;
     }
 }
 
 TEST_F(ApiImage, ArraysOfOtherTypesAreRefusedWithAndWithoutPixels) {
-    const ImageBytes file = npy_of_type("<c8", 8);
+    const std::string file = npy_of_type("<c8", 8);
     splat_image header{};
-    EXPECT_REFUSED(splat_image_load_memory(file.data(), file.size(), &header, nullptr),
-                   SPLAT_ERROR_UNSUPPORTED, "dtype '<c8', expected floats, integers or booleans");
+    EXPECT_REFUSED(load_image(file, header), kUnsupported,
+                   "dtype '<c8', expected floats, integers or booleans");
     EXPECT_EQ(header.width, 0U);
-    std::vector<float> values(6);
-    splat_image into = packed_image(values, SPLAT_PIXEL_F32, 3, 2, 1);
-    EXPECT_REFUSED(splat_image_load_memory(file.data(), file.size(), &into, nullptr),
-                   SPLAT_ERROR_UNSUPPORTED, "dtype '<c8', expected floats, integers or booleans");
+    Floats values(6);
+    splat_image into = packed_image(values, 3, 2, 1);
+    EXPECT_REFUSED(load_image(file, into), kUnsupported,
+                   "dtype '<c8', expected floats, integers or booleans");
 }
 
 TEST_F(ApiImage, ErrorsTellFilesApart) {
     splat_image image{};
-    EXPECT_REFUSED(splat_image_load(path("none.png").c_str(), &image, nullptr),
-                   SPLAT_ERROR_NOT_FOUND, "none.png': No such file");
-    EXPECT_REFUSED(splat_image_load(folder_.c_str(), &image, nullptr), SPLAT_ERROR_IO,
-                   "not a regular file");
-    std::filesystem::create_symlink("loop.png", folder_ / "loop.png");
-    EXPECT_REFUSED(splat_image_load(path("loop.png").c_str(), &image, nullptr), SPLAT_ERROR_IO,
-                   "loop.png");
+    EXPECT_REFUSED(splat_image_load(path("none.png").c_str(), &image, nullptr), kNotFound,
+                   "none.png': No such file");
+    EXPECT_REFUSED(splat_image_load(folder_.c_str(), &image, nullptr), kIo, "not a regular file");
+    std::filesystem::create_symlink("loop.png", path("loop.png"));
+    EXPECT_REFUSED(splat_image_load(path("loop.png").c_str(), &image, nullptr), kIo, "loop.png");
     std::ofstream(path("text.png")) << "text";
-    EXPECT_REFUSED(splat_image_load(path("text.png").c_str(), &image, nullptr), SPLAT_ERROR_FORMAT,
+    EXPECT_REFUSED(splat_image_load(path("text.png").c_str(), &image, nullptr), kFormat,
                    "text.png': not a PNG, JPEG, WebP, PGM or PPM file");
     EXPECT_EQ(image.width, 0U);
     if (::geteuid() != 0) {  // root reads all files
         std::filesystem::permissions(path("text.png"), std::filesystem::perms::none);
-        EXPECT_REFUSED(splat_image_load(path("text.png").c_str(), &image, nullptr), SPLAT_ERROR_IO,
-                       "denied");
+        EXPECT_REFUSED(splat_image_load(path("text.png").c_str(), &image, nullptr), kIo, "denied");
     }
 }
 

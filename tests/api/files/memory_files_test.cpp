@@ -1,64 +1,31 @@
 // Weights and cameras in memory, and what the system refuses to write. Needs no device.
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <array>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 
 #include "api/raster_calls.h"
 
 namespace splat::test {
 namespace {
 
-std::string file_text(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
-
-/// Bytes that `save(buffer, capacity, needed)` writes to memory.
-template <class Save>
-std::string text_in_memory(Save save) {
-    std::size_t needed = 0;
-    EXPECT_EQ(save(nullptr, std::size_t{0}, &needed), SPLAT_INCOMPLETE);
-    std::string file(needed, '\0');
-    EXPECT_DONE(save(file.data(), file.size(), &needed));
-    EXPECT_EQ(needed, file.size());
-    return file;
-}
-
 class ApiMemoryFiles : public ::testing::Test {
   protected:
-    void SetUp() override { std::filesystem::create_directories(folder_); }
-    void TearDown() override { std::filesystem::remove_all(folder_); }
-    [[nodiscard]] std::string path(const char* name) const { return (folder_ / name).string(); }
+    [[nodiscard]] std::string path(const char* name) const { return folder_ / name; }
 
-    std::filesystem::path folder_ =
-        std::filesystem::temp_directory_path() / ("splat-memory-" + std::to_string(::getpid()));
+    const Temporary folder_;
 };
 
-splat_named_array array_of(const char* name, const std::vector<float>& values,
-                           const std::vector<std::int64_t>& dims) {
-    splat_named_array array{};
-    array.name = name;
-    array.values = values.data();
-    array.value_count = values.size();
-    array.rank = static_cast<std::uint32_t>(dims.size());
-    std::copy(dims.begin(), dims.end(), array.dims);
-    return array;
-}
-
 TEST_F(ApiMemoryFiles, WeightsGoOutAndInAgain) {
-    const std::vector<float> matrix = {1, 2, 3, 4, 5, 6};
-    const std::vector<float> number = {0.5F};
-    const splat_named_array arrays[] = {array_of("matrix", matrix, {2, 3}),
-                                        array_of("number", number, {}),
-                                        array_of("nothing", {}, {0, 4})};
-    Weights weights;
-    ASSERT_DONE(splat_weights_from_arrays(arrays, 3, weights.out()));
+    const Floats matrix = {1, 2, 3, 4, 5, 6};
+    const Floats number = {0.5F};
+    const splat_named_array arrays[] = {named_array("matrix", matrix, {2, 3}),
+                                        named_array("number", number, {}),
+                                        named_array("nothing", {}, {0, 4})};
+    const Weights weights = got(splat_weights_from_arrays, arrays, 3);
     const std::pair<const char*, splat_weights_format> formats[] = {
         {"a.safetensors", SPLAT_WEIGHTS_SAFETENSORS},
         {"a.npz", SPLAT_WEIGHTS_NPZ},
@@ -66,22 +33,17 @@ TEST_F(ApiMemoryFiles, WeightsGoOutAndInAgain) {
     for (const auto& [name, format] : formats)
         for (const std::uint32_t flags : {0U, std::uint32_t{SPLAT_WEIGHTS_HALF}}) {
             ASSERT_DONE(splat_weights_save(weights, path(name).c_str(), flags));
-            const std::string file = text_in_memory([&, format = format](auto... room) {
-                return splat_weights_save_memory(weights, format, flags, room...);
-            });
-            EXPECT_EQ(file, file_text(path(name))) << name;
-            Weights again;
-            ASSERT_DONE(splat_weights_load_memory(file.data(), file.size(), again.out()));
-            std::uint32_t index = 0;
-            ASSERT_DONE(splat_weights_find(again, "matrix", &index));
+            const std::string file = bytes_of(splat_weights_save_memory, weights, format, flags);
+            EXPECT_EQ(file, file_bytes(path(name))) << name;
+            const Weights again = got(splat_weights_load_memory, file.data(), file.size());
+            const auto index = got(splat_weights_find, again, "matrix");
             const float* values = nullptr;
             std::uint64_t count = 0;
             ASSERT_DONE(splat_weights_data(again, index, &values, &count));
-            EXPECT_EQ(std::vector<float>(values, values + count), matrix);
+            EXPECT_EQ(Floats(values, values + count), matrix);
             for (std::size_t size = 0; size < file.size(); ++size) {
                 Weights none;
-                EXPECT_EQ(splat_weights_load_memory(file.data(), size, none.out()),
-                          SPLAT_ERROR_FORMAT)
+                EXPECT_EQ(splat_weights_load_memory(file.data(), size, none.out()), kFormat)
                     << name << ' ' << size;
             }
         }
@@ -90,30 +52,28 @@ TEST_F(ApiMemoryFiles, WeightsGoOutAndInAgain) {
     ASSERT_DONE(splat_weights_data(weights, 2, &values, &count));
     EXPECT_EQ(values, nullptr);
     EXPECT_EQ(count, 0U);
-    Weights empty;
-    ASSERT_DONE(splat_weights_from_arrays(nullptr, 0, empty.out()));
+    const Weights empty = got(splat_weights_from_arrays, nullptr, 0);
 }
 
 /// Copied values do not depend on the file; mapped ones are given without a copy.
 TEST_F(ApiMemoryFiles, LargeWeightsAreMappedOrCopied) {
     const std::string file = path("large.safetensors");
-    const std::vector<float> large = write_large_weights(file);
-    Weights mapped, copied;
-    ASSERT_DONE(splat_weights_load(file.c_str(), 0, mapped.out()));
-    ASSERT_DONE(splat_weights_load(file.c_str(), SPLAT_WEIGHTS_COPY, copied.out()));
+    const Floats large = write_large_weights(file);
+    const Weights in_place = got(splat_weights_load, file.c_str(), 0);
+    const Weights copied = got(splat_weights_load, file.c_str(), SPLAT_WEIGHTS_COPY);
     const float *first = nullptr, *second = nullptr, *own = nullptr;
-    ASSERT_DONE(splat_weights_data(mapped, 0, &first, nullptr));
-    ASSERT_DONE(splat_weights_data(mapped, 0, &second, nullptr));
+    ASSERT_DONE(splat_weights_data(in_place, 0, &first, nullptr));
+    ASSERT_DONE(splat_weights_data(in_place, 0, &second, nullptr));
     EXPECT_EQ(first, second);
     EXPECT_EQ(std::memcmp(first, large.data(), large.size() * sizeof(float)), 0);
     ASSERT_DONE(splat_weights_data(copied, 0, &own, nullptr));
     EXPECT_NE(own, first);
     std::ofstream(file, std::ios::in | std::ios::out).seekp(-4, std::ios::end) << "\1\1\1\1";
-    EXPECT_REFUSED(splat_weights_data(mapped, 0, &first, nullptr), SPLAT_ERROR_IO,
+    EXPECT_REFUSED(splat_weights_data(in_place, 0, &first, nullptr), kIo,
                    "was written since it was opened");
     std::uint64_t count = 0;
     ASSERT_DONE(splat_weights_data(copied, 0, &own, &count));
-    EXPECT_EQ(std::vector<float>(own, own + count), large);
+    EXPECT_EQ(Floats(own, own + count), large);
 }
 
 TEST_F(ApiMemoryFiles, CamerasGoOutAndInAgain) {
@@ -121,9 +81,8 @@ TEST_F(ApiMemoryFiles, CamerasGoOutAndInAgain) {
     cameras[1].cx = 3.25;
     const char* const names[] = {"a.png", "images/\"b\".png"};
     ASSERT_DONE(splat_camera_save(path("c.json").c_str(), cameras.data(), names, 2));
-    const std::string file = text_in_memory(
-        [&](auto... room) { return splat_camera_save_memory(cameras.data(), names, 2, room...); });
-    EXPECT_EQ(file, file_text(path("c.json")));
+    const std::string file = bytes_of(splat_camera_save_memory, cameras.data(), names, 2);
+    EXPECT_EQ(file, file_bytes(path("c.json")));
     auto files = sized<splat_camera_bytes>();
     files.cameras = file.data();
     files.camera_bytes = file.size();
@@ -143,8 +102,7 @@ TEST_F(ApiMemoryFiles, CamerasGoOutAndInAgain) {
     EXPECT_STREQ(text, R"({"names": ["a.png", "images/\"b\".png"], "warnings": []})");
     EXPECT_EQ(splat_camera_load_memory(&files, nullptr, read.data(), 1, &count), SPLAT_INCOMPLETE);
     for (files.camera_bytes = 0; files.camera_bytes + 2 < file.size(); ++files.camera_bytes)
-        EXPECT_EQ(splat_camera_load_memory(&files, nullptr, read.data(), 2, nullptr),
-                  SPLAT_ERROR_FORMAT)
+        EXPECT_EQ(splat_camera_load_memory(&files, nullptr, read.data(), 2, nullptr), kFormat)
             << files.camera_bytes;
     ASSERT_DONE(splat_camera_save(path("none.json").c_str(), nullptr, nullptr, 0));
     ASSERT_DONE(splat_camera_load(path("none.json").c_str(), nullptr, nullptr, 0, &count));
@@ -171,8 +129,7 @@ TEST_F(ApiMemoryFiles, ColmapModelsAreTwoFiles) {
     std::memcpy(binary.data() + sizeof numbers, parameters, sizeof parameters);
     files.cameras = binary.data();
     files.camera_bytes = binary.size();
-    EXPECT_REFUSED(splat_camera_load_memory(&files, nullptr, &camera, 1, &count),
-                   SPLAT_ERROR_FORMAT, "images")
+    EXPECT_REFUSED(splat_camera_load_memory(&files, nullptr, &camera, 1, &count), kFormat, "images")
         << "text images to binary cameras";
 }
 
@@ -191,9 +148,9 @@ TEST_F(ApiMemoryFiles, AFullDiskIsAnErrorOfTheSystem) {
     const std::string message = splat_last_error_message();
     ::setrlimit(RLIMIT_FSIZE, &before);
     std::signal(SIGXFSZ, handler);
-    for (const splat_result result : saved) EXPECT_EQ(result, SPLAT_ERROR_IO) << message;
-    EXPECT_NE(message.find("cannot write"), std::string::npos) << message;
-    EXPECT_TRUE(std::filesystem::is_empty(folder_)) << "no part of a file remains";
+    for (const splat_result result : saved) EXPECT_EQ(result, kIo) << message;
+    EXPECT_TRUE(holds(message, "cannot write"));
+    EXPECT_TRUE(std::filesystem::is_empty(folder_.path())) << "no part of a file remains";
 }
 
 }  // namespace

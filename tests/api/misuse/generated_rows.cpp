@@ -41,7 +41,6 @@ void MisuseTable::infos(const std::string& function, const std::string& paramete
 template <class Desc>
 void MisuseTable::descs(const std::string& function, const std::string& parameter, const Desc& good,
                         std::function<splat_result(const Desc*)> call) {
-    if (parameter == "desc") reads_[function] = Read<Desc>{good, call};
     const auto invalid = [&](const char* what, void (*change)(Desc&)) {
         Desc desc = good;
         change(desc);
@@ -52,7 +51,7 @@ void MisuseTable::descs(const std::string& function, const std::string& paramete
     invalid("struct_size beyond all versions", [](Desc& desc) { desc.struct_size = 0x7FFFFFFFU; });
     invalid("struct_size cut", [](Desc& desc) { desc.struct_size -= 1; });
     const Later<Desc> later = {good, {0, 1}};
-    add(function, parameter, "a member of a later version", SPLAT_ERROR_UNSUPPORTED, [call, later] {
+    add(function, parameter, "a member of a later version", kUnsupported, [call, later] {
         Later<Desc> given = later;
         given.known.struct_size = sizeof given;
         return call(&given.known);
@@ -74,17 +73,6 @@ void MisuseTable::texts(const char* function,
         [call] { return call(true, SIZE_MAX); });
     add(function, "capacity", "0", without_room, [call] { return call(false, 0); });
     add(function, "needed", "none", without_room, [call] { return call(true, 0); });
-}
-
-template <class Struct>
-Struct& MisuseTable::good() {
-    std::shared_ptr<void>& held = goods_[typeid(Struct)];
-    if (held == nullptr) {
-        auto made = std::make_shared<Struct>();
-        if constexpr (Versioned<Struct*>) *made = sized<Struct>();
-        held = std::move(made);
-    }
-    return *static_cast<Struct*>(held.get());
 }
 
 template <class Type>
@@ -132,14 +120,14 @@ void MisuseTable::wrong(const std::string& function, const Parameter& parameter,
     } else if constexpr (std::is_pointer_v<Type>) {
         if (!parameter.nullable)
             add(function, name, "NULL", kArgument, [call] { return call(nullptr); });
-        if constexpr (Versioned<Type>) {
-            using Target = std::remove_pointer_t<Type>;
-            if constexpr (std::is_const_v<Target>)
-                descs<std::remove_const_t<Target>>(
-                    function, name, given != nullptr ? *given : good<std::remove_const_t<Target>>(),
-                    call);
-            else
-                infos<Target>(function, name, call);
+        using Target = std::remove_pointer_t<Type>;
+        using Struct = std::remove_const_t<Target>;
+        if constexpr (std::is_class_v<Struct> && std::is_const_v<Target>) {
+            const Struct right = given != nullptr ? *given : good<Struct>();
+            reads_[function + "(" + name + ")"] = Read<Struct>{right, call};
+            if constexpr (Versioned<Type>) descs<Struct>(function, name, right, call);
+        } else if constexpr (Versioned<Type>) {
+            infos<Target>(function, name, call);
         }
     } else if constexpr (std::is_same_v<Type, std::uint32_t>) {
         if (!parameter.flags) return;
@@ -157,10 +145,9 @@ void MisuseTable::follow_each(const char* function, splat_result (*call)(Types..
                               const std::vector<Parameter>& parameters,
                               std::index_sequence<I...> /*indices*/) {
     using Arguments = std::tuple<Types...>;
-    const auto found = rights_.find(function);
-    const Arguments right_ones = found != rights_.end()
-                                     ? std::any_cast<Arguments>(found->second.arguments)
-                                     : Arguments(usual<Types>(parameters[I])...);
+    const auto [found, usual_ones] = rights_.try_emplace(function);
+    if (usual_ones) found->second = {Arguments(usual<Types>(parameters[I])...), SPLAT_INCOMPLETE};
+    const auto right_ones = std::any_cast<Arguments>(found->second.arguments);
     (wrong<Types>(function, parameters[I], std::get<I>(right_ones),
                   [call, right_ones](Types value) {
                       Arguments given = right_ones;
@@ -182,7 +169,7 @@ void MisuseTable::follow_each(const char* function, splat_result (*call)(Types..
                     std::get<kCount - 1>(given) = nullptr;
                     return std::apply(call, given);
                 },
-                found != rights_.end() ? found->second.without_room : SPLAT_INCOMPLETE);
+                found->second.without_room);
     }
 }
 

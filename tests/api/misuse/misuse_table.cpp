@@ -9,57 +9,34 @@ MisuseTable::MisuseTable() {
     right_descs();
     right_calls();
     generated_rows();
-    library_rows();
     device_rows();
-    device_desc_rows();
-    tensor_create_rows();
-    tensor_copy_rows();
     tensor_rows();
-    op_rows();
-    op_desc_rows();
     scene_rows();
     scene_file_rows();
-    scene_change_rows();
     camera_rows();
     camera_file_rows();
     rasterizer_rows();
-    rasterizer_forward_rows();
-    rasterizer_output_rows();
-    rasterizer_image_rows();
-    raster_state_rows();
+    forward_rows();
+    raster_output_rows();
     scene_render_rows();
     image_rows();
     image_memory_rows();
-    weights_memory_rows();
-    camera_memory_rows();
-    camera_save_rows();
-    trainer_memory_rows();
     weights_rows();
+    memory_rows();
     dataset_rows();
+    table_rows();
     model_rows();
+    model_pass_rows();
     module_rows();
     config_rows();
-    trainer_rows();
-    batches_rows();
-    training_desc_rows();
+    training_rows();
     picture_rows();
     predictor_rows();
     evaluator_rows();
-    evaluator_load_rows();
-    evaluator_score_rows();
     comparison_rows();
-    prediction_rows();
     optimizer_rows();
-    optimizer_desc_rows();
-    image_score_rows();
-    lpips_rows();
     prior_score_rows();
-    prior_flag_rows();
-    prior_filter_rows();
     point_rows();
-    scene_point_rows();
-    prior_rows();
-    normals_rows();
     prior_model_rows();
 }
 
@@ -88,7 +65,14 @@ void MisuseTable::add(const std::string& function, const std::string& parameter,
     rows_.push_back({function, parameter, what, expected, std::move(call)});
 }
 
-void MisuseTable::library_rows() {
+Optimizer MisuseTable::make_optimizer(const splat_optimizer_item& item) const {
+    auto desc = sized<splat_optimizer_desc>();
+    desc.items = &item;
+    desc.item_count = 1;
+    return got(splat_optimizer_create, device_, desc);
+}
+
+void MisuseTable::device_rows() {
     const auto given = [](const char* text) {
         return text != nullptr && *text != '\0' ? SPLAT_OK : SPLAT_ERROR_INTERNAL;
     };
@@ -109,35 +93,62 @@ void MisuseTable::library_rows() {
     const splat_log_callback other = [](void*, splat_log_level, const char*) {};
     for (const splat_log_level level : {INT32_MIN, -1, 5, INT32_MAX})
         for (const char* parameter : {"min_level", "callback", "user"})
-            add("splat_log_set_callback", parameter, "with an unknown level", kArgument,
-                [level, other] { return splat_log_set_callback(other, nullptr, level); });
+            SPLAT_WRONG(splat_log_set_callback)
+                .given("callback", other)
+                .given("min_level", level)
+                .as_is(parameter, "with an unknown level", kArgument);
+    SPLAT_WRONG(splat_device_describe)
+        .each("index", "beyond the count", kArgument, 1U << 16, UINT32_MAX);
+    const auto invalid = wrong_structs<splat_device_desc>("splat_device_create");
+    for (const std::int32_t value : {INT32_MIN, -1, 6, INT32_MAX}) {
+        invalid("an unknown select", kArgument, [value](auto& d) { d.select = value; });
+        invalid("an unknown kind", kArgument, [value](auto& d) { d.kind = value; });
+        invalid("unknown kernels", kArgument, [value](auto& d) { d.kernels = value; });
+    }
+    invalid("by kind without a kind", kArgument, [](auto& d) { d.select = SPLAT_SELECT_BY_KIND; });
 }
 
-void MisuseTable::device_rows() {
-    for (const std::uint32_t index : {1U << 16, UINT32_MAX})
-        add("splat_device_describe", "index", "beyond the count", kArgument,
-            [this, index] { return splat_device_describe(index, out<splat_device_info>()); });
-}
-
-void MisuseTable::device_desc_rows() {
-    const auto create = [this](const splat_device_desc* desc) {
-        return splat_device_create(desc, out<splat_device>());
+void MisuseTable::tensor_rows() {
+    const auto both = [this](const auto& rows) {
+        rows.each("desc", "NULL", kArgument, nullptr);
+        const auto invalid = wrong_structs<splat_tensor_desc>(rows.function());
+        invalid("a rank too high", kArgument, [](auto& d) { d.rank = SPLAT_MAX_RANK + 1; });
+        invalid("the highest rank", kArgument, [](auto& d) { d.rank = UINT32_MAX; });
+        invalid("an unknown dtype", kArgument, [](auto& d) { d.dtype = 4; });
+        invalid("a negative dtype", kArgument, [](auto& d) { d.dtype = -1; });
+        invalid("no elements", kArgument, [](auto& d) { d.dims[0] = 0; });
+        invalid("too many elements", kArgument, [](auto& d) { d.dims[0] = INT64_MAX; });
     };
-    const auto invalid = [&](const char* what, std::int32_t splat_device_desc::*field) {
-        for (const std::int32_t value : {INT32_MIN, -1, 6, INT32_MAX}) {
-            splat_device_desc desc = device_desc();
-            desc.*field = value;
-            add("splat_device_create", "desc", what, kArgument,
-                [create, desc] { return create(&desc); });
-        }
+    both(SPLAT_WRONG(splat_tensor_create));
+    both(SPLAT_WRONG(splat_tensor_from_host));
+    const auto copies = [](const auto& rows) {
+        rows.each("data", "NULL", kArgument, nullptr)
+            .each("bytes", "too few", kArgument, 0, 15)
+            .each("strides", "outside the memory given", kArgument, std::int64_t{-1}, INT64_MIN,
+                  INT64_MAX, std::int64_t{2});
     };
-    invalid("an unknown select", &splat_device_desc::select);
-    invalid("an unknown kind", &splat_device_desc::kind);
-    invalid("unknown kernels", &splat_device_desc::kernels);
-    splat_device_desc desc = device_desc();
-    desc.select = SPLAT_SELECT_BY_KIND;
-    add("splat_device_create", "desc", "by kind without a kind", kArgument,
-        [create, desc] { return create(&desc); });
+    copies(SPLAT_WRONG(splat_tensor_write));
+    copies(SPLAT_WRONG(splat_tensor_read));
+    copies(SPLAT_WRONG(splat_tensor_from_host));
+    for (const splat_access access : {INT32_MIN, -1, 0, 4, INT32_MAX})
+        for (const char* parameter : {"access", "bytes"})
+            SPLAT_WRONG(splat_tensor_map)
+                .given("access", access)
+                .as_is(parameter, "with an unknown access", kArgument);
+    SPLAT_WRONG(splat_tensor_unmap).as_is("tensor", "not mapped", kState);
+    SPLAT_WRONG(splat_tensor_host_pointer)
+        .given("pointer", nullptr)
+        .as_is("bytes", "with a NULL pointer", kArgument);
+    SPLAT_WRONG(splat_op_backward).as_is("op", "before the first forward", kState);
+    handles<splat_tensor>(
+        "splat_op_create", "desc",
+        [this](splat_tensor t) {
+            OpRequest request = request_;
+            request.inputs[0] = t;
+            const splat_op_desc desc = request.desc();
+            return splat_op_create(device_, &desc, out<splat_op>());
+        },
+        kHandle);
 }
 
 }  // namespace splat::test

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <any>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -14,12 +15,6 @@
 #include "api/raster_calls.h"
 
 namespace splat::test {
-
-inline constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
-inline constexpr splat_result kHandle = SPLAT_ERROR_INVALID_HANDLE;
-inline constexpr splat_result kState = SPLAT_ERROR_INVALID_STATE;
-inline constexpr splat_result kNotFound = SPLAT_ERROR_NOT_FOUND;
-inline constexpr splat_result kFormat = SPLAT_ERROR_FORMAT;
 
 /// One wrong (or barely right) way to call a function of the header.
 struct Misuse {
@@ -110,66 +105,34 @@ class MisuseTable {
     void right_descs();
     void right_calls();
     void generated_rows();
-    void library_rows();
     void device_rows();
-    void device_desc_rows();
-    void tensor_create_rows();
-    void tensor_copy_rows();
     void tensor_rows();
-    void op_rows();
-    void op_desc_rows();
     void scene_rows();
     void scene_file_rows();
-    void scene_change_rows();
     void camera_rows();
     void camera_file_rows();
     void rasterizer_rows();
-    void rasterizer_forward_rows();
-    void rasterizer_output_rows();
-    void rasterizer_image_rows();
-    void raster_state_rows();
+    void forward_rows();
+    void raster_output_rows();
     void scene_render_rows();
     void image_rows();
     void image_memory_rows();
-    void weights_memory_rows();
-    void camera_memory_rows();
-    void camera_save_rows();
-    void trainer_memory_rows();
     void weights_rows();
-    void fold_rows();
+    void memory_rows();
     void dataset_rows();
-    void synthetic_rows();
-    void co3d_rows();
     void table_rows();
     void model_rows();
-    void model_state_rows();
     void model_pass_rows();
-    void model_tensor_rows();
     void module_rows();
-    void module_tensor_rows();
     void config_rows();
-    void trainer_rows();
-    void trainer_step_rows();
-    void batches_rows();
-    void training_desc_rows();
+    void training_rows();
     void picture_rows();
     void predictor_rows();
     void evaluator_rows();
-    void evaluator_load_rows();
-    void evaluator_score_rows();
     void comparison_rows();
-    void prediction_rows();
     void optimizer_rows();
-    void optimizer_desc_rows();
-    void image_score_rows();
-    void lpips_rows();
     void prior_score_rows();
-    void prior_flag_rows();
-    void prior_filter_rows();
     void point_rows();
-    void scene_point_rows();
-    void prior_rows();
-    void normals_rows();
     void prior_model_rows();
 
     template <class Handle>
@@ -198,7 +161,15 @@ class MisuseTable {
         goods_[typeid(Struct)] = std::make_shared<Struct>(value);
     }
     template <class Struct>
-    Struct& good();
+    Struct& good() {
+        std::shared_ptr<void>& held = goods_[typeid(Struct)];
+        if (held == nullptr) {
+            auto made = std::make_shared<Struct>();
+            if constexpr (requires { made->struct_size; }) *made = sized<Struct>();
+            held = std::move(made);
+        }
+        return *static_cast<Struct*>(held.get());
+    }
     /// Say what right arguments are, where usual() does not, and what a call with a text of no room returns.
     template <class... Types>
     void right(const char* function, splat_result (*call)(Types...), splat_result without_room,
@@ -240,35 +211,41 @@ class MisuseTable {
     void texts(const char* function, const std::function<splat_result(bool, std::size_t)>& call,
                splat_result without_room);
 
-    /// Adds rows of a desc with one wrong member.
-    template <class Desc>
-    struct WrongDescs {
-        MisuseTable& table;
-        const char* function;
-
-        void operator()(const char* what, splat_result expected,
-                        const std::function<void(Desc&)>& change) const {
-            const auto& read = std::any_cast<const Read<Desc>&>(table.reads_.at(function));
-            Desc desc = read.good;
-            change(desc);
-            table.add(function, "desc", what, expected,
-                      [call = read.call, desc] { return call(&desc); });
-        }
-        void operator()(const char* what, const std::function<void(Desc&)>& change,
-                        splat_result expected = kArgument) const {
-            (*this)(what, expected, change);
-        }
-    };
-    template <class Desc>
-    WrongDescs<Desc> wrong_descs(const char* function) {
-        return {*this, function};
+    template <class... Types>
+    class WrongCalls;
+    template <class... Types>
+    WrongCalls<Types...> wrong_calls(const char* function, splat_result (*call)(Types...)) {
+        return {*this, function, call};
     }
 
-    /// A function that reads a desc: a right one, and the call with another.
-    template <class Desc>
+    /// Adds rows of a struct that is read with one wrong member.
+    template <class Struct>
+    struct WrongStructs {
+        MisuseTable& table;
+        std::string function, parameter, named;
+
+        void operator()(const char* what, splat_result expected,
+                        const std::function<void(Struct&)>& change) const {
+            const auto& read = std::any_cast<const Read<Struct>&>(
+                table.reads_.at(function + "(" + parameter + ")"));
+            Struct value = read.good;
+            change(value);
+            table.add(function, named, what, expected,
+                      [call = read.call, value] { return call(&value); });
+        }
+    };
+    /// The rows name `named`, where that is not the parameter that is wrong.
+    template <class Struct>
+    WrongStructs<Struct> wrong_structs(const char* function, const char* parameter = "desc",
+                                       const char* named = nullptr) {
+        return {*this, function, parameter, named == nullptr ? parameter : named};
+    }
+
+    /// A function that reads a struct: a right one, and the call with another.
+    template <class Struct>
     struct Read {
-        Desc good;
-        std::function<splat_result(const Desc*)> call;
+        Struct good;
+        std::function<splat_result(const Struct*)> call;
     };
     struct Object {
         std::uintptr_t live, stale;
@@ -306,6 +283,7 @@ class MisuseTable {
     Training run_ = make_training(device_);
     Evaluator evaluator_ = make_evaluator(dataset_);
     Comparison comparison_ = make_comparison();
+    std::deque<splat_optimizer_item> items_;  ///< of wrong descs
     std::map<std::type_index, Object> objects_;
     std::map<std::type_index, std::shared_ptr<void>> goods_;
     std::map<std::string, Right> rights_;
@@ -313,6 +291,72 @@ class MisuseTable {
     std::map<std::string, std::vector<Parameter>> functions_;
     std::vector<Misuse> rows_;
 };
+
+/// Adds rows of one function: its right call with some arguments replaced.
+template <class... Types>
+class MisuseTable::WrongCalls {
+  public:
+    WrongCalls(MisuseTable& table, const char* function, splat_result (*call)(Types...))
+        : table_(table),
+          function_(function),
+          call_(call),
+          arguments_(std::any_cast<Arguments>(table.rights_.at(function).arguments)) {}
+
+    [[nodiscard]] const char* function() const { return function_.c_str(); }
+    /// The same with another right argument. A value to which the parameter points is copied.
+    template <class Value>
+    [[nodiscard]] WrongCalls given(const std::string& parameter, const Value& value) const {
+        WrongCalls other = *this;
+        const std::vector<Parameter>& parameters = table_.functions_.at(function_);
+        const bool found = [&]<std::size_t... I>(std::index_sequence<I...> /*indices*/) {
+            return ((parameters[I].name == parameter && other.template assign<I>(value)) || ...);
+        }
+        (std::index_sequence_for<Types...>());
+        EXPECT_TRUE(found) << function_ << ": " << parameter;
+        return other;
+    }
+    /// A row of these arguments, named by one of them.
+    const WrongCalls& as_is(const char* parameter, const char* what, splat_result expected) const {
+        table_.add(function_, parameter, what, expected,
+                   [call = call_, arguments = arguments_, held = held_] {
+                       return std::apply(call, arguments);
+                   });
+        return *this;
+    }
+    /// A row for each value of one parameter.
+    template <class... Values>
+    const WrongCalls& each(const char* parameter, const char* what, splat_result expected,
+                           const Values&... values) const {
+        (given(parameter, values).as_is(parameter, what, expected), ...);
+        return *this;
+    }
+
+  private:
+    using Arguments = std::tuple<Types...>;
+
+    template <std::size_t I, class Value>
+    bool assign(const Value& value) {
+        using Type = std::tuple_element_t<I, Arguments>;
+        if constexpr (std::is_convertible_v<const Value&, Type>) {
+            std::get<I>(arguments_) = static_cast<Type>(value);
+        } else if constexpr (std::is_same_v<Value*, Type> || std::is_same_v<const Value*, Type>) {
+            auto copy = std::make_shared<Value>(value);
+            std::get<I>(arguments_) = copy.get();
+            held_.push_back(std::move(copy));
+        } else {
+            return false;
+        }
+        return true;
+    }
+
+    MisuseTable& table_;
+    std::string function_;
+    splat_result (*call_)(Types...);
+    Arguments arguments_;
+    std::vector<std::shared_ptr<void>> held_;  ///< values to which arguments point
+};
+
+#define SPLAT_WRONG(function) wrong_calls(#function, function)
 
 template <class Handle>
 void MisuseTable::handles(const std::string& function, const std::string& parameter,

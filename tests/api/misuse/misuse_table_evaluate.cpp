@@ -1,3 +1,4 @@
+// The rows of evaluations and comparisons.
 #include "api/misuse/misuse_table.h"
 
 namespace splat::test {
@@ -7,14 +8,21 @@ namespace {
 constexpr std::uint64_t kNumbers = 3 * 3 * 8 * 8;
 const float kImages[kNumbers] = {};
 
+template <class Struct>
+Struct of_size(std::uint32_t size) {
+    auto made = sized<Struct>();
+    made.struct_size = size;
+    return made;
+}
+
 }  // namespace
 
 void MisuseTable::evaluator_rows() {
-    const auto invalid = wrong_descs<splat_evaluator_desc>("splat_evaluator_create");
+    const auto invalid = wrong_structs<splat_evaluator_desc>("splat_evaluator_create");
+    static const std::uint32_t first[] = {0};
     invalid("neither predictor nor method", kArgument, [](auto& d) { d.method = nullptr; });
     invalid("a data set and a path", kArgument, [](auto& d) { d.data_path = "cars"; });
     invalid("a split with a data set", kArgument, [](auto& d) { d.split = "test"; });
-    static const std::uint32_t first[] = {0};
     invalid("conditioning views without a count", kArgument,
             [](auto& d) { d.conditioning = first; });
     invalid("conditioning views and their number", kArgument, [](auto& d) {
@@ -30,70 +38,37 @@ void MisuseTable::evaluator_rows() {
     invalid("no data set", kHandle, [this](auto& d) { d.dataset = stale<splat_dataset>(); });
     invalid("a data set of another resolution", kArgument,
             [this](auto& d) { d.predictor = predictor_; });
-    add("splat_evaluator_save", "folder", "that cannot be made", SPLAT_ERROR_IO,
-        [this] { return splat_evaluator_save(evaluator_, "/dev/null/eval"); });
-}
-
-void MisuseTable::evaluator_load_rows() {
-    add("splat_evaluator_load", "folder", "without scores", kNotFound,
-        [this] { return splat_evaluator_load(evaluator_, "/nowhere"); });
-}
-
-void MisuseTable::evaluator_score_rows() {
-    add("splat_evaluator_score", "evaluator", "of the caller's images", kState,
-        [this] { return splat_evaluator_score(evaluator_, 0, out<splat_object_scores>()); });
-    const auto images = [this](std::uint32_t object, const float* given, std::uint64_t count) {
-        return splat_evaluator_score_images(evaluator_, object, given, count,
-                                            out<splat_object_scores>());
-    };
-    for (const std::uint64_t count : {std::uint64_t{0}, kNumbers - 1})
-        add("splat_evaluator_score_images", "count", "too small", SPLAT_ERROR_SHAPE_MISMATCH,
-            [images, count] { return images(0, kImages, count); });
-    for (const std::uint32_t object : {2U, UINT32_MAX}) {
-        add("splat_evaluator_score", "object", "beyond the last", kState, [this, object] {
-            return splat_evaluator_score(evaluator_, object, out<splat_object_scores>());
-        });
-        add("splat_evaluator_score_images", "object", "beyond the last", kArgument,
-            [images, object] { return images(object, kImages, kNumbers); });
-        add("splat_evaluator_read", "object", "beyond the last", kArgument, [this, object] {
-            auto views = sized<splat_evaluated_views>();
-            return splat_evaluator_read(evaluator_, object, &views);
-        });
-    }
-    for (const std::uint32_t size : {0U, 8U}) {
-        auto scores = sized<splat_object_scores>();
-        scores.struct_size = size;
-        add("splat_evaluator_score", "scores", "a struct_size of no version", kArgument,
-            [this, scores]() mutable { return splat_evaluator_score(evaluator_, 0, &scores); });
-        add("splat_evaluator_score_images", "scores", "a struct_size of no version", kArgument,
-            [this, scores]() mutable {
-                return splat_evaluator_score_images(evaluator_, 0, kImages, kNumbers, &scores);
-            });
-        add("splat_evaluator_read", "views", "a struct_size of no version", kArgument,
-            [this, size] {
-                auto views = sized<splat_evaluated_views>();
-                views.struct_size = size;
-                return splat_evaluator_read(evaluator_, 0, &views);
-            });
-    }
-    add("splat_evaluator_read", "views", "an array that is too short", kArgument, [this] {
-        auto views = sized<splat_evaluated_views>();
-        std::uint32_t numbers[2];
-        views.numbers = numbers;
-        views.number_count = 2;
-        return splat_evaluator_read(evaluator_, 0, &views);
-    });
-    add("splat_evaluator_read", "views", "images that were not drawn", kState, [this] {
-        auto views = sized<splat_evaluated_views>();
-        std::vector<float> drawn(kNumbers);
-        views.drawn = drawn.data();
-        views.drawn_count = drawn.size();
-        return splat_evaluator_read(evaluator_, 0, &views);
-    });
+    SPLAT_WRONG(splat_evaluator_save).each("folder", "that cannot be made", kIo, "/dev/null/eval");
+    SPLAT_WRONG(splat_evaluator_load).each("folder", "without scores", kNotFound, "/nowhere");
+    SPLAT_WRONG(splat_evaluator_score)
+        .as_is("evaluator", "of the caller's images", kState)
+        .each("object", "beyond the last", kState, 2U, UINT32_MAX)
+        .each("scores", "a struct_size of no version", kArgument, of_size<splat_object_scores>(0),
+              of_size<splat_object_scores>(8));
+    SPLAT_WRONG(splat_evaluator_score_images)
+        .given("images", kImages)
+        .given("count", kNumbers)
+        .each("count", "too small", kShape, 0, kNumbers - 1)
+        .each("object", "beyond the last", kArgument, 2U, UINT32_MAX)
+        .each("scores", "a struct_size of no version", kArgument, of_size<splat_object_scores>(0),
+              of_size<splat_object_scores>(8));
+    static std::uint32_t numbers[2];
+    static float drawn[kNumbers];
+    auto few = sized<splat_evaluated_views>(), not_drawn = few;
+    few.numbers = numbers;
+    few.number_count = 2;
+    not_drawn.drawn = drawn;
+    not_drawn.drawn_count = kNumbers;
+    SPLAT_WRONG(splat_evaluator_read)
+        .each("object", "beyond the last", kArgument, 2U, UINT32_MAX)
+        .each("views", "a struct_size of no version", kArgument, of_size<splat_evaluated_views>(0),
+              of_size<splat_evaluated_views>(8))
+        .each("views", "an array that is too short", kArgument, few)
+        .each("views", "images that were not drawn", kState, not_drawn);
 }
 
 void MisuseTable::comparison_rows() {
-    const auto invalid = wrong_descs<splat_compare_desc>("splat_compare_scores");
+    const auto invalid = wrong_structs<splat_compare_desc>("splat_compare_scores");
     static const splat_score nameless[] = {{nullptr, 1, 1, 1}};
     static const splat_score twice[] = {{"x", 1, 1, 1}, {"x", 2, 1, 1}};
     static const splat_score others[] = {{"z", 1, 1, 1}};
@@ -104,25 +79,19 @@ void MisuseTable::comparison_rows() {
     invalid("an object twice", kArgument, [](auto& d) { d.b = {nullptr, twice, 2}; });
     invalid("other objects", kNotFound, [](auto& d) { d.b = {nullptr, others, 1}; });
     invalid("no file", kNotFound, [](auto& d) { d.b = {"/nowhere/scores.txt", nullptr, 0}; });
-    for (const std::uint32_t index : {3U, UINT32_MAX}) {
-        add("splat_comparison_metric", "index", "beyond the last", kArgument, [this, index] {
-            return splat_comparison_metric(comparison_, index, out<splat_metric_comparison>());
-        });
-        add("splat_comparison_samples", "index", "beyond the last", kArgument, [this, index] {
-            return splat_comparison_samples(comparison_, index, nullptr, 0, nullptr, 0);
-        });
-    }
-    for (const char* parameter : {"a", "b"})
-        add("splat_comparison_samples", parameter, "NULL: not wanted", SPLAT_OK,
-            [this] { return splat_comparison_samples(comparison_, 0, nullptr, 0, nullptr, 0); });
-    add("splat_comparison_samples", "a_count", "too small", kArgument, [this] {
-        double a[2];
-        return splat_comparison_samples(comparison_, 0, a, 1, nullptr, 0);
-    });
-    add("splat_comparison_samples", "b_count", "too small", kArgument, [this] {
-        double b[2];
-        return splat_comparison_samples(comparison_, 0, nullptr, 0, b, 1);
-    });
+    SPLAT_WRONG(splat_comparison_metric)
+        .each("index", "beyond the last", kArgument, 3U, UINT32_MAX);
+    static double values[2];
+    const auto samples = SPLAT_WRONG(splat_comparison_samples)
+                             .given("a", nullptr)
+                             .given("a_count", 0)
+                             .given("b", nullptr)
+                             .given("b_count", 0);
+    samples.each("index", "beyond the last", kArgument, 3U, UINT32_MAX)
+        .as_is("a", "NULL: not wanted", SPLAT_OK)
+        .as_is("b", "NULL: not wanted", SPLAT_OK);
+    samples.given("a", &values[0]).each("a_count", "too small", kArgument, 1);
+    samples.given("b", &values[0]).each("b_count", "too small", kArgument, 1);
 }
 
 }  // namespace splat::test

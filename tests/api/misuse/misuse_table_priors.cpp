@@ -1,175 +1,143 @@
-// The rows of scores of priors, and of points.
+// The rows of maps, their scores and models of priors, and of points.
+#include <cmath>
+
 #include "api/misuse/misuse_table.h"
 
 namespace splat::test {
 namespace {
 
 constexpr const char* kNoMesh = "/nonexistent/mesh.obj";
-constexpr std::uint32_t kMapSide = 41;  ///< the least that VIF takes
-float g_map[std::size_t{3} * kMapSide * kMapSide] = {0.5F};
-float g_broken_map[std::size_t{3} * kMapSide * kMapSide] = {__builtin_nanf("")};
 const float kMisusePoints[6] = {};
 
-splat_image map_image(std::uint32_t channels, std::uint32_t width = kMapSide) {
-    splat_image image{};
-    image.pixels = g_map;
-    image.type = SPLAT_PIXEL_F32;
-    image.width = width;
-    image.height = kMapSide;
-    image.channels = channels;
+std::vector<float> g_broken(std::size_t{3} * 48 * 48, NAN);
+std::vector<float> g_twos(std::size_t{48} * 48, 2);
+
+template <class Change>
+splat_image changed(splat_image image, Change&& change) {
+    change(image);
     return image;
 }
 
-using Compare = std::function<splat_result(const splat_image*, const splat_image*)>;
+splat_image broken(const splat_image& map) {
+    return changed(map, [](auto& i) { i.pixels = g_broken.data(); });
+}
+splat_image of_width(const splat_image& map, std::uint32_t width) {
+    return changed(map, [width](auto& i) { i.width = width; });
+}
+splat_image of_channels(const splat_image& map, std::uint32_t channels) {
+    return changed(map, [channels](auto& i) { i.channels = channels; });
+}
+splat_image of_type(const splat_image& map, splat_pixel type) {
+    return changed(map, [type](auto& i) { i.type = type; });
+}
 
 }  // namespace
 
 void MisuseTable::prior_score_rows() {
+    const splat_image map = good<splat_prior_maps>().mask, vectors = good<splat_image>();
+    const splat_image narrow = of_width(map, 40);
     /// Wrong images of the first two parameters.
-    const auto images = [this](const char* function, const char* second, std::uint32_t channels,
-                               const Compare& compare) {
-        const splat_image good = map_image(channels);
-        splat_image no_type = good, broken = good;
-        no_type.type = 0;
-        broken.pixels = g_broken_map;
-        for (const splat_image& wrong : {no_type, broken}) {
-            add(function, "prediction", "no type, or not finite", kArgument,
-                [=] { return compare(&wrong, &good); });
-            add(function, second, "no type, or not finite", kArgument,
-                [=] { return compare(&good, &wrong); });
-        }
-        add(function, "prediction", "NULL", kArgument, [=] { return compare(nullptr, &good); });
-        add(function, second, "NULL", kArgument, [=] { return compare(&good, nullptr); });
-        for (const splat_image& other : {map_image(channels, 40), map_image(2)}) {
-            add(function, "prediction", "another size", SPLAT_ERROR_SHAPE_MISMATCH,
-                [=] { return compare(&other, &good); });
-            add(function, second, "another size", SPLAT_ERROR_SHAPE_MISMATCH,
-                [=] { return compare(&good, &other); });
-        }
+    const auto images = [](const auto& rows, const char* second, const splat_image& image) {
+        for (const char* parameter : {"prediction", second})
+            rows.each(parameter, "no type, or not finite", kArgument, of_type(image, 0),
+                      broken(image))
+                .each(parameter, "NULL", kArgument, nullptr)
+                .each(parameter, "another size", kShape, of_width(image, 40),
+                      of_channels(image, 2));
+        rows.each("flags", "unknown", kArgument, 4U, UINT32_MAX);
     };
-    const splat_image map = map_image(1), vectors = map_image(3), small = map_image(1, 40);
-    images("splat_prior_compare_depth", "truth", 1, [this](const auto* a, const auto* b) {
-        return splat_prior_compare_depth(a, b, nullptr, 0, out<splat_depth_scores>());
-    });
-    images("splat_prior_compare_normals", "truth", 3, [this](const auto* a, const auto* b) {
-        return splat_prior_compare_normals(a, b, nullptr, 0, out<splat_normal_scores>());
-    });
-    images("splat_prior_compare_masks", "alpha", 1, [this](const auto* a, const auto* b) {
-        return splat_prior_compare_masks(a, b, 0, out<splat_mask_scores>());
-    });
-    images("splat_prior_compare_images", "truth", 3, [this](const auto* a, const auto* b) {
-        return splat_prior_compare_images(a, b, 0, out<splat_fidelity_scores>());
-    });
-    add("splat_prior_compare_images", "truth", "below 41 pixels", SPLAT_ERROR_SHAPE_MISMATCH,
-        [=, this] {
-            return splat_prior_compare_images(&small, &small, 0, out<splat_fidelity_scores>());
-        });
-    add("splat_prior_compare_depth", "mask", "another size", SPLAT_ERROR_SHAPE_MISMATCH, [=, this] {
-        return splat_prior_compare_depth(&map, &map, &small, 0, out<splat_depth_scores>());
-    });
-    add("splat_prior_compare_depth", "mask", "where every pixel counts", kArgument, [=, this] {
-        return splat_prior_compare_depth(&map, &map, &map, SPLAT_DEPTH_AS_PUBLISHED,
-                                         out<splat_depth_scores>());
-    });
-    add("splat_prior_compare_normals", "mask", "another size", SPLAT_ERROR_SHAPE_MISMATCH,
-        [=, this] {
-            return splat_prior_compare_normals(&vectors, &vectors, &small, 0,
-                                               out<splat_normal_scores>());
-        });
-}
-
-void MisuseTable::prior_flag_rows() {
-    const splat_image map = map_image(1), vectors = map_image(3);
-    for (const std::uint32_t flags : {4U, UINT32_MAX}) {
-        add("splat_prior_compare_depth", "flags", "unknown", kArgument, [=, this] {
-            return splat_prior_compare_depth(&map, &map, nullptr, flags, out<splat_depth_scores>());
-        });
-        add("splat_prior_compare_normals", "flags", "unknown", kArgument, [=, this] {
-            return splat_prior_compare_normals(&vectors, &vectors, nullptr, flags,
-                                               out<splat_normal_scores>());
-        });
-        add("splat_prior_compare_masks", "flags", "unknown", kArgument, [=, this] {
-            return splat_prior_compare_masks(&map, &map, flags, out<splat_mask_scores>());
-        });
-        add("splat_prior_compare_images", "flags", "unknown", kArgument, [=, this] {
-            return splat_prior_compare_images(&map, &map, flags, out<splat_fidelity_scores>());
-        });
-    }
-}
-
-void MisuseTable::prior_filter_rows() {
-    const splat_image good = map_image(1), other = map_image(1, 40), vectors = map_image(3);
-    splat_image broken = good, one_place = good;
-    broken.pixels = g_broken_map;
-    one_place.pixel_stride = 4;
-    const auto filter = [](const splat_image* map, splat_map_filter kind, const splat_image* out) {
-        splat_image filled = out == nullptr ? splat_image{} : *out;
-        return splat_prior_filter(map, kind, out == nullptr ? nullptr : &filled);
-    };
+    const auto depth = SPLAT_WRONG(splat_prior_compare_depth);
+    images(depth, "truth", map);
+    images(SPLAT_WRONG(splat_prior_compare_normals), "truth", vectors);
+    images(SPLAT_WRONG(splat_prior_compare_masks), "alpha", map);
+    images(SPLAT_WRONG(splat_prior_compare_images), "truth", vectors);
+    SPLAT_WRONG(splat_prior_compare_images)
+        .given("prediction", narrow)
+        .each("truth", "below 41 pixels", kShape, narrow);
+    depth.each("mask", "another size", kShape, narrow)
+        .given("flags", SPLAT_DEPTH_AS_PUBLISHED)
+        .each("mask", "where every pixel counts", kArgument, map);
+    SPLAT_WRONG(splat_prior_compare_normals).each("mask", "another size", kShape, narrow);
+    const auto filter = SPLAT_WRONG(splat_prior_filter);
     for (splat_map_filter kind = SPLAT_MAP_FILTER_CANNY; kind <= SPLAT_MAP_FILTER_OPENING; ++kind)
-        add("splat_prior_filter", "map", "not finite", kArgument,
-            [=] { return filter(&broken, kind, &good); });
-    add("splat_prior_filter", "map", "of three channels", SPLAT_ERROR_SHAPE_MISMATCH,
-        [=] { return filter(&vectors, SPLAT_MAP_FILTER_SOBEL, &good); });
-    add("splat_prior_filter", "filtered", "another size", SPLAT_ERROR_SHAPE_MISMATCH,
-        [=] { return filter(&good, SPLAT_MAP_FILTER_SOBEL, &other); });
-    add("splat_prior_filter", "filtered", "two samples in one place", kArgument,
-        [=] { return filter(&good, SPLAT_MAP_FILTER_SOBEL, &one_place); });
-    for (const splat_map_filter kind : std::initializer_list<splat_map_filter>{-1, 0, 7})
-        add("splat_prior_filter", "filter", "unknown", kArgument,
-            [=] { return filter(&good, kind, &good); });
+        filter.given("filter", kind).each("map", "not finite", kArgument, broken(map));
+    filter.each("map", "of three channels", kShape, vectors)
+        .each("filtered", "another size", kShape, narrow)
+        .each("filtered", "two samples in one place", kArgument,
+              changed(map, [](auto& i) { i.pixel_stride = 4; }))
+        .each("filter", "unknown", kArgument, -1, 0, 7);
 }
 
 void MisuseTable::point_rows() {
-    add("splat_points_from_mesh", "path", "no file", kNotFound,
-        [this] { return splat_points_from_mesh(kNoMesh, 0, values_out(), 3); });
-    add("splat_points_from_mesh", "seed", "of no file", kNotFound,
-        [this] { return splat_points_from_mesh(kNoMesh, UINT64_MAX, values_out(), 3); });
-    for (const std::uint64_t count : {std::uint64_t{4}, UINT64_MAX - 1})
-        add("splat_points_from_mesh", "count", "no multiple of 3", kArgument,
-            [this, count] { return splat_points_from_mesh(kNoMesh, 0, values_out(), count); });
-    const splat_image depth = map_image(1), other = map_image(1, 40);
-    splat_image broken = depth;
-    broken.pixels = g_broken_map;
-    const splat_camera camera = sample_camera(kMapSide, kMapSide);
-    splat_camera no_camera = camera;
+    const auto mesh = SPLAT_WRONG(splat_points_from_mesh);
+    mesh.as_is("path", "no file", kNotFound)
+        .each("seed", "of no file", kNotFound, UINT64_MAX)
+        .each("count", "no multiple of 3", kArgument, 4, UINT64_MAX - 1);
+    const splat_image map = good<splat_prior_maps>().mask;
+    splat_camera no_camera = sample_camera(48, 48);
+    const auto from_depth = SPLAT_WRONG(splat_points_from_depth).given("camera", no_camera);
     no_camera.fx = 0;
-    const auto from_depth = [this](const splat_image* image, const splat_camera* of) {
-        return splat_points_from_depth(image, of, values_out(), 16, nullptr);
-    };
-    add("splat_points_from_depth", "depth", "not finite", kArgument,
-        [=] { return from_depth(&broken, &camera); });
-    add("splat_points_from_depth", "depth", "another size", SPLAT_ERROR_SHAPE_MISMATCH,
-        [=] { return from_depth(&other, &camera); });
-    add("splat_points_from_depth", "camera", "without a focal length", kArgument,
-        [=] { return from_depth(&depth, &no_camera); });
-    add("splat_points_from_depth", "points", "NULL with a capacity", SPLAT_INCOMPLETE,
-        [=] { return splat_points_from_depth(&depth, &camera, nullptr, 16, nullptr); });
-    add("splat_points_from_depth", "capacity", "too small", SPLAT_INCOMPLETE,
-        [=, this] { return splat_points_from_depth(&depth, &camera, values_out(), 2, nullptr); });
-    add("splat_points_from_depth", "needed", "NULL", SPLAT_INCOMPLETE,
-        [=] { return splat_points_from_depth(&depth, &camera, nullptr, 0, nullptr); });
+    from_depth.each("depth", "not finite", kArgument, broken(map))
+        .each("depth", "another size", kShape, of_width(map, 40))
+        .each("camera", "without a focal length", kArgument, no_camera)
+        .each("points", "NULL with a capacity", SPLAT_INCOMPLETE, nullptr)
+        .each("capacity", "too small", SPLAT_INCOMPLETE, 2)
+        .given("points", nullptr)
+        .given("capacity", 0)
+        .as_is("needed", "NULL", SPLAT_INCOMPLETE);
+    SPLAT_WRONG(splat_scene_compare_points)
+        .given("points", kMisusePoints)
+        .given("count", 6)
+        .each("min_opacity", "out of range", kArgument, -0.5, 1.5, NAN, INFINITY)
+        .each("min_opacity", "that no Gaussian has", kArgument, 1)
+        .each("count", "0, or no multiple of 3", kArgument, 0, 1, 5)
+        .each("threshold", "out of range", kArgument, 0, -1, NAN, INFINITY)
+        .given("count", 3)
+        .each("points", "not finite", kArgument, g_broken.data());
 }
 
-void MisuseTable::scene_point_rows() {
-    const auto compare = [this](double opacity, const float* points, std::uint64_t count,
-                                double threshold) {
-        return splat_scene_compare_points(scene_, opacity, points, count, threshold,
-                                          out<splat_point_scores>());
-    };
-    for (const double wrong : {-0.5, 1.5, __builtin_nan(""), __builtin_inf()})
-        add("splat_scene_compare_points", "min_opacity", "out of range", kArgument,
-            [=] { return compare(wrong, kMisusePoints, 6, 1); });
-    add("splat_scene_compare_points", "min_opacity", "that no Gaussian has", kArgument,
-        [=] { return compare(1, kMisusePoints, 6, 1); });
-    add("splat_scene_compare_points", "points", "not finite", kArgument,
-        [=] { return compare(0, g_broken_map, 3, 1); });
-    for (const std::uint64_t count : {0U, 1U, 5U})
-        add("splat_scene_compare_points", "count", "0, or no multiple of 3", kArgument,
-            [=] { return compare(0, kMisusePoints, count, 1); });
-    for (const double wrong : {0.0, -1.0, __builtin_nan(""), __builtin_inf()})
-        add("splat_scene_compare_points", "threshold", "out of range", kArgument,
-            [=] { return compare(0, kMisusePoints, 6, wrong); });
+void MisuseTable::prior_model_rows() {
+    const auto preset = SPLAT_WRONG(splat_prior_preset);
+    preset.each("name", "no preset", kNotFound, "none")
+        .given("buffer", nullptr)
+        .given("capacity", 0)
+        .given("needed", nullptr)
+        .each("name", "NULL: the names", SPLAT_INCOMPLETE, nullptr);
+    const splat_image map = good<splat_prior_maps>().mask, vectors = good<splat_image>();
+    const auto mask = SPLAT_WRONG(splat_picture_mask);
+    for (const char* parameter : {"picture", "mask"})
+        mask.each(parameter, "NULL", kArgument, nullptr)
+            .each(parameter, "a type of pixels that is unknown", kArgument,
+                  of_type(parameter[0] == 'p' ? vectors : map, 9));
+    static std::uint8_t bytes[48 * 48];
+    mask.each("mask", "three channels", kShape, vectors)
+        .given("mask", splat_image{bytes, sizeof bytes, SPLAT_PIXEL_U8, 48, 48, 1, 0, 0, 0})
+        .as_is("found", "NULL: not wanted", SPLAT_OK);
+    const auto desc = wrong_structs<splat_normals_desc>("splat_normals_from_depth");
+    desc("no focal length", kArgument, [](auto& d) { d.focal_x = 0; });
+    desc("a focal length that is no number", kArgument, [](auto& d) { d.focal_y = NAN; });
+    desc("a centre that is no number", kArgument, [](auto& d) { d.center_x = NAN; });
+    desc("farthest before nearest", kArgument, [](auto& d) { d.nearest = 2, d.farthest = 1; });
+    desc("only farthest", kArgument, [](auto& d) { d.farthest = 1; });
+    splat_normals_desc relative = good<splat_normals_desc>();
+    relative.nearest = 1, relative.farthest = 2;
+    SPLAT_WRONG(splat_normals_from_depth)
+        .each("depth", "three channels", kShape, vectors)
+        .each("normal", "one channel", kShape, map)
+        .given("desc", relative)
+        .each("depth", "relative depth above 1", kArgument,
+              changed(map, [](auto& i) { i.pixels = g_twos.data(); }));
+    const auto invalid = wrong_structs<splat_prior_model_desc>("splat_prior_model_create");
+    invalid("no runtime", kNotFound, [](auto&) {});
+    invalid("no preset of this name", kNotFound, [](auto& d) { d.preset = "none"; });
+    invalid("no preset for this file", kNotFound,
+            [](auto& d) { d.preset = nullptr, d.model_path = "net.onnx"; });
+    invalid("neither preset nor model", kArgument,
+            [](auto& d) { d.preset = d.model_path = nullptr; });
+    invalid("JSON without members", kArgument, [](auto& d) { d.preset = "{}"; });
+    invalid("JSON that ends early", kArgument, [](auto& d) { d.preset = "{"; });
+    invalid("too many threads", kArgument, [](auto& d) { d.threads = UINT32_MAX; });
+    SPLAT_WRONG(splat_prior_model_run).each("count", "0", kArgument, 0U);
 }
 
 }  // namespace splat::test

@@ -1,108 +1,128 @@
-// The rows of training and of image scores.
+// The rows of training: configurations, trainers, sessions, optimizers and LPIPS.
+#include <cmath>
+
 #include "api/misuse/misuse_table.h"
 
 namespace splat::test {
 
 void MisuseTable::config_rows() {
-    const auto merge = [this](const char* text, const char* const* values, std::size_t count) {
-        return splat_config_merge(text, values, count, text_out(), 16, out<std::size_t>());
-    };
-    const auto preset = [this](const char* name) {
-        return splat_config_preset(name, text_out(), 16, out<std::size_t>());
-    };
-    add("splat_config_preset", "name", "an unknown one", kArgument,
-        [preset] { return preset("car"); });
-    add("splat_config_merge", "text", "an invalid configuration", kArgument,
-        [merge] { return merge("]", nullptr, 0); });
-    add("splat_config_merge", "text", "an unknown key", kArgument,
-        [merge] { return merge("opt: {base_rate: 1}", nullptr, 0); });
-    add("splat_config_merge", "values", "NULL", kArgument,
-        [merge] { return merge(nullptr, nullptr, 1); });
     static const char* const kNone[] = {nullptr};
     static const char* const kOdd[] = {"opt.base_lr"};
     static const char* const kWrong[] = {"opt.base_lr=fast"};
-    for (const auto* values : {kNone, kOdd, kWrong})
-        add("splat_config_merge", "values", "NULL, no value, one of another kind", kArgument,
-            [merge, values] { return merge(nullptr, values, 1); });
-    add("splat_config_merge", "count", "beyond the array", kArgument,
-        [merge] { return merge(nullptr, kNone, 1); });
-    const auto check = [this](const char* text, const char* const* values, std::size_t count) {
-        return splat_config_check(text, values, count, text_out(), 16, out<std::size_t>());
+    SPLAT_WRONG(splat_config_preset).each("name", "an unknown one", kArgument, "car");
+    const auto both = [](const auto& rows) {
+        rows.each("text", "an invalid configuration", kArgument, "]")
+            .given("count", 1)
+            .each("values", "NULL", kArgument, nullptr);
+        rows.given("values", kNone).each("count", "beyond the array", kArgument, 1);
     };
-    add("splat_config_check", "text", "an invalid configuration", kArgument,
-        [check] { return check("]", nullptr, 0); });
-    add("splat_config_check", "text", "another training", kArgument,
-        [check] { return check("opt: {pretrained_hf: true}", nullptr, 0); });
-    add("splat_config_check", "values", "NULL", kArgument,
-        [check] { return check(nullptr, nullptr, 1); });
-    add("splat_config_check", "count", "beyond the array", kArgument,
-        [check] { return check(nullptr, kNone, 1); });
+    const auto merge = SPLAT_WRONG(splat_config_merge);
+    both(merge);
+    both(SPLAT_WRONG(splat_config_check));
+    merge.each("text", "an unknown key", kArgument, "opt: {base_rate: 1}")
+        .given("count", 1)
+        .each("values", "NULL, no value, one of another kind", kArgument, kNone, kOdd, kWrong);
+    SPLAT_WRONG(splat_config_check)
+        .each("text", "another training", kArgument, "opt: {pretrained_hf: true}");
 }
 
-void MisuseTable::trainer_rows() {
-    const splat_trainer_desc good = trainer_desc();
-    add("splat_trainer_create", "desc", "an unknown key", kArgument, [this, good] {
-        splat_trainer_desc desc = good;
-        desc.config = "opt: {batchsize: 1}";
-        return splat_trainer_create(device_, &desc, out<splat_trainer>());
-    });
-    for (const char* path : {static_cast<const char*>(nullptr), "/nowhere/state.safetensors"}) {
-        const splat_result expected = path == nullptr ? kArgument : kNotFound;
-        add("splat_trainer_save", "path", "NULL, in no folder", expected,
-            [this, path] { return splat_trainer_save(trainer_, path); });
-        add("splat_trainer_resume", "path", "NULL, no file", expected,
-            [this, path] { return splat_trainer_resume(trainer_, path); });
-    }
-    add("splat_trainer_save", "path", "of another format", SPLAT_ERROR_UNSUPPORTED,
-        [this] { return splat_trainer_save(trainer_, "state.pth"); });
-    trainer_step_rows();
-}
-
-void MisuseTable::trainer_step_rows() {
-    const auto batch = sized<splat_trainer_batch>();
-    add("splat_trainer_step", "batch", "no images", kArgument,
-        [this, batch] { return splat_trainer_step(trainer_, &batch, out<splat_trainer_info>()); });
-    add("splat_trainer_step", "batch", "struct_size cut", kArgument, [this, batch] {
-        splat_trainer_batch cut = batch;
-        cut.struct_size -= 1;  // less than the first version
-        return splat_trainer_step(trainer_, &cut, out<splat_trainer_info>());
-    });
-}
-
-void MisuseTable::lpips_rows() {
-    static float kBlack[3 * 16 * 16] = {};
-    static const splat_image kImage = {kBlack, sizeof kBlack, SPLAT_PIXEL_F32, 16, 16, 3, 0, 0, 0};
-    static const splat_image kUnknown = {kBlack, 0, 0, 16, 16, 3, 0, 0, 0};
+void MisuseTable::training_rows() {
+    wrong_structs<splat_trainer_desc>("splat_trainer_create")(
+        "an unknown key", kArgument, [](auto& d) { d.config = "opt: {batchsize: 1}"; });
+    const auto paths = [](const auto& rows, const char* what) {
+        rows.each("path", what, kArgument, nullptr)
+            .each("path", what, kNotFound, "/nowhere/state.safetensors");
+    };
+    paths(SPLAT_WRONG(splat_trainer_save), "NULL, in no folder");
+    paths(SPLAT_WRONG(splat_trainer_resume), "NULL, no file");
+    SPLAT_WRONG(splat_trainer_save).each("path", "of another format", kUnsupported, "state.pth");
+    const auto batch = wrong_structs<splat_trainer_batch>("splat_trainer_step", "batch");
+    batch("no images", kArgument, [](auto&) {});
+    batch("struct_size cut", kArgument, [](auto& b) { b.struct_size -= 1; });  // below the first
+    const auto batches = SPLAT_WRONG(splat_batches_create);
+    batches.each("config", "an unknown key", kArgument, "opt: {batchsize: 1}")
+        .given("config", trainer_desc().config)
+        .as_is("dataset", "of another resolution", kArgument)
+        .given("config", nullptr)
+        .each("seed", "any number, with a wrong data set", kArgument, 7);
+    SPLAT_WRONG(splat_batches_next)
+        .given("batch", sized<splat_trainer_batch>())
+        .each("step", "the greatest number", SPLAT_OK, UINT64_MAX / 4);
+    using Desc = splat_training_desc;
+    const auto session = wrong_structs<Desc>("splat_training_open");
+    session("no folder", kArgument, [](auto& d) { d.folder = nullptr; });
+    session("an unknown key", kArgument, [](auto& d) { d.config = "opt: {x: 1}"; });
+    session("no values", kArgument, [](auto& d) { d.values = nullptr; });
+    session("resume and overwrite", kArgument,
+            [](auto& d) { d.flags = SPLAT_TRAINING_RESUME | SPLAT_TRAINING_OVERWRITE; });
+    session("nothing to resume", kState, [](auto& d) { d.flags = SPLAT_TRAINING_RESUME; });
+    session("unknown init_flags", kArgument, [](auto& d) { d.init_flags = 1U << 31; });
+    session("init_flags without init", kArgument, [](auto& d) { d.init_flags = SPLAT_LOAD_GRAFT; });
+    session("a data set of another resolution", kArgument, [](auto&) {});
+    session("no data", kArgument, [](auto& d) { d.dataset = nullptr; });
+    for (auto Desc::*field : {&Desc::dataset, &Desc::validation})
+        session("not a data set", kHandle, [field](auto& d) {
+            d.*field = reinterpret_cast<splat_dataset>(std::uintptr_t{1});
+        });
     static const splat_weights kNone = nullptr;
-    auto good = sized<splat_lpips_desc>();
-    good.weights = &weights_handle_;
-    good.weight_count = 1;
-    good.side = 16;
-    const auto create = [this](const splat_lpips_desc* desc) {
-        return splat_lpips_create(device_, desc, out<splat_lpips>());
+    const auto lpips = wrong_structs<splat_lpips_desc>("splat_lpips_create");
+    lpips("weights of another network", kArgument, [](auto&) {});
+    lpips("no weights", kArgument, [](auto& d) { d.weights = nullptr; });
+    lpips("a count of 0", kArgument, [](auto& d) { d.weight_count = 0; });
+    lpips("a side of 15", kArgument, [](auto& d) { d.side = 15; });
+    lpips("a handle that is NULL", kHandle, [](auto& d) { d.weights = &kNone; });
+    splat_image unknown = good<splat_image>();
+    unknown.type = 0;
+    for (const char* parameter : {"a", "b"})
+        SPLAT_WRONG(splat_lpips_compare)
+            .each(parameter, "NULL, a type", kArgument, nullptr, unknown);
+}
+
+void MisuseTable::optimizer_rows() {
+    static constexpr std::int64_t kRows[] = {0, 1, 0}, kUnused[] = {2}, kNegative[] = {0, -2};
+    const auto gather = SPLAT_WRONG(splat_optimizer_gather_rows).given("rows", kRows);
+    gather.given("pattern", "yours")
+        .given("count", 2)
+        .as_is("pattern", "without a match", kArgument);
+    gather.given("count", 1).each("rows", "not in use", kArgument, kUnused);
+    gather.given("count", 2).each("rows", "negative", kArgument, kNegative);
+    gather.each("count", "more than the tensor holds", kArgument, 3)
+        .each("count", "0", kArgument, 0);
+    SPLAT_WRONG(splat_optimizer_set_rate)
+        .each("rate", "out of range", kArgument, -1.0, NAN, INFINITY);
+    SPLAT_WRONG(splat_optimizer_load).each("state", "weights without a state", kArgument, weights_);
+    const auto invalid = wrong_structs<splat_optimizer_desc>("splat_optimizer_create");
+    invalid("no items", kArgument, [](auto& d) { d.item_count = 0; });
+    invalid("items NULL", kArgument, [](auto& d) { d.items = nullptr; });
+    invalid("groups NULL", kArgument, [](auto& d) { d.group_count = 1; });
+    invalid("a negative rate", kArgument, [](auto& d) { d.rate = -1; });
+    invalid("a rate that is NaN", kArgument, [](auto& d) { d.rate = NAN; });
+    invalid("beta1 1", kArgument, [](auto& d) { d.beta1 = 1; });
+    invalid("a negative beta2", kArgument, [](auto& d) { d.beta2 = -0.5; });
+    invalid("a negative eps", kArgument, [](auto& d) { d.eps = -1; });
+    invalid("an unknown schedule", kArgument, [](auto& d) { d.schedule = 4; });
+    invalid("a negative schedule", kArgument, [](auto& d) { d.schedule = -1; });
+    invalid("a cosine without an end", kArgument,
+            [](auto& d) { d.schedule = SPLAT_SCHEDULE_COSINE; });
+    invalid("an end without a cosine", kArgument, [](auto& d) { d.total_steps = 9; });
+    invalid("a step nowhere", kArgument, [](auto& d) { d.schedule = SPLAT_SCHEDULE_STEP; });
+    invalid("step_at without a step", kArgument, [](auto& d) { d.step_at = 9; });
+    invalid("a decay of 1", kArgument, [](auto& d) { d.ema_decay = 1; });
+    invalid("averages without a decay", kArgument, [](auto& d) { d.ema_every = 2; });
+    const auto item = [&](const char* what, splat_result expected,
+                          const splat_optimizer_item& with) {
+        items_.push_back(with);
+        invalid(what, expected, [&kept = items_.back()](auto& d) { d.items = &kept; });
     };
-    const auto invalid = [&](const char* what, splat_result expected, splat_lpips_desc desc) {
-        add("splat_lpips_create", "desc", what, expected, [create, desc] { return create(&desc); });
-    };
-    invalid("weights of another network", kArgument, good);
-    auto desc = good;
-    desc.weights = nullptr;
-    invalid("no weights", kArgument, desc);
-    desc = good;
-    desc.weight_count = 0;
-    invalid("a count of 0", kArgument, desc);
-    desc = good;
-    desc.side = 15;
-    invalid("a side of 15", kArgument, desc);
-    desc = good;
-    desc.weights = &kNone;
-    invalid("a handle that is NULL", kHandle, desc);
-    for (const splat_image* wrong : {static_cast<const splat_image*>(nullptr), &kUnknown}) {
-        add("splat_lpips_compare", "a", "NULL, a type", kArgument,
-            [this, wrong] { return splat_lpips_compare(nullptr, wrong, &kImage, out<double>()); });
-        add("splat_lpips_compare", "b", "NULL, a type", kArgument,
-            [this, wrong] { return splat_lpips_compare(nullptr, &kImage, wrong, out<double>()); });
-    }
+    item("an item of nothing", kArgument, {"a", nullptr, nullptr, nullptr, nullptr});
+    item("an item of two", kArgument, {"a", model_, nullptr, matrix_, result_});
+    item("a tensor without a name", kArgument, {nullptr, nullptr, nullptr, matrix_, result_});
+    item("a tensor without a gradient", kArgument, {"a", nullptr, nullptr, matrix_, nullptr});
+    item("a gradient that is its parameter", kArgument, {"a", nullptr, nullptr, matrix_, matrix_});
+    item("a gradient of another shape", kShape, {"a", nullptr, nullptr, matrix_, tensor_});
+    item("a model without gradients", kState, {nullptr, model_, nullptr, nullptr, nullptr});
+    item("a destroyed module", kHandle,
+         {nullptr, nullptr, stale<splat_module>(), nullptr, nullptr});
 }
 
 }  // namespace splat::test

@@ -10,6 +10,7 @@ constexpr double kOrigin[16] = {};
 constexpr double kOnes[3] = {1, 1, 1};
 constexpr double kBehind[3] = {0, 0, -4};
 constexpr std::uint32_t kFirstView = 0;
+constexpr float kFour[4] = {1, 2, 3, 4};
 
 /// 48 x 48 pixels of 0.5.
 splat_image grey_image(std::uint32_t channels) {
@@ -40,9 +41,10 @@ void MisuseTable::right_descs() {
     good(sample_camera(16, 16));
     good(kPicture);
     good(splat_similarity{{1, 0, 0, 0}, {0, 0, 0}, 1});
-    good(splat_named_array{
-        "a", kMap.pixels == nullptr ? nullptr : static_cast<float*>(kMap.pixels), 1, {1}, 1, 0});
-    good<splat_picture>().image.pixels = kPicture;
+    good(splat_named_array{"a", static_cast<float*>(kMap.pixels), 6, {2, 3}, 2, 0});
+    static std::uint8_t black[16 * 16 * 4];
+    good<splat_picture>().image.pixels = {
+        black, sizeof black * 3 / 4, SPLAT_PIXEL_U8, 16, 16, 3, 0, 0, 0};
     good<splat_picture_cut_desc>().resolution = 16;
     good<splat_prior_maps>().mask = kMap;
     good<splat_normals_desc>().focal_x = good<splat_normals_desc>().focal_y = 4;
@@ -81,6 +83,8 @@ void MisuseTable::right_calls() {
     const splat_camera& camera = good<splat_camera>();
     auto& files = good<splat_scene_file_desc>();
     static splat_image mask = kMap, normal = kPicture;
+    static std::uint8_t pixels[16 * 16 * 4];
+    static const splat_image drawn = {pixels, sizeof pixels, SPLAT_PIXEL_U8, 16, 16, 4, 0, 0, 0};
     static auto ply = files;
     ply.format = SPLAT_SCENE_PLY;
     char* const text = text_out();
@@ -108,16 +112,24 @@ void MisuseTable::right_calls() {
     SPLAT_RIGHT(splat_builtin_weights, kCut, nullptr, text, 16, needed);
     SPLAT_RIGHT(splat_prior_preset, kCut, "u2net", text, 16, needed);
     SPLAT_RIGHT(splat_weights_find, kCut, weights_, "a", count);
-    SPLAT_RIGHT(splat_dataset_read, kCut, dataset_, 0, &kFirstView, 1, out<splat_dataset_views>());
+    SPLAT_RIGHT(splat_dataset_read, kCut, dataset_, 0, &kFirstView, 1,
+                &good<splat_dataset_views>());
+    SPLAT_RIGHT(splat_evaluator_read, kCut, evaluator_, 0, &good<splat_evaluated_views>());
+    SPLAT_RIGHT(splat_camera_load, kCut, kNoImageFile, nullptr, out<splat_camera>(), 1, count);
+    SPLAT_RIGHT(splat_camera_save, kCut, kNoImageFile, &camera, nullptr, 1);
+    SPLAT_RIGHT(splat_tensor_write, kCut, tensor_, kFour, 16, nullptr);
+    SPLAT_RIGHT(splat_tensor_read, kCut, tensor_, values_out(), 16, nullptr);
+    SPLAT_RIGHT(splat_tensor_from_host, kCut, device_, &good<splat_tensor_desc>(), kFour, 16,
+                nullptr, out<splat_tensor>());
     SPLAT_RIGHT(splat_image_save_memory, kCut, &kPicture, SPLAT_IMAGE_PNG, bytes, 64, needed);
     SPLAT_RIGHT(splat_image_save_animation, kCut, kNoImageFile, &kPicture, 1, 50);
     SPLAT_RIGHT(splat_image_save_animation_memory, kCut, &kPicture, 1, 50, SPLAT_IMAGE_PNG, bytes,
                 64, needed);
-    SPLAT_RIGHT(splat_rasterizer_read_images, kCut, drawn_, nullptr, SPLAT_OUTPUT_RGB, 0, &kPicture,
+    SPLAT_RIGHT(splat_rasterizer_read_images, kCut, drawn_, nullptr, SPLAT_OUTPUT_RGB, 0, &drawn,
                 1);
     SPLAT_RIGHT(splat_rasterizer_read, kCut, drawn_, nullptr, SPLAT_OUTPUT_DEPTHS, values_out(),
                 64);
-    SPLAT_RIGHT(splat_scene_render, kCut, scene_, device_, &camera, 1, nullptr, &kPicture);
+    SPLAT_RIGHT(splat_scene_render, kCut, scene_, device_, &camera, 1, nullptr, &drawn);
     SPLAT_RIGHT(splat_picture_mask, kCut, &kPicture, &mask, nullptr);
     SPLAT_RIGHT(splat_normals_from_depth, kCut, &kMap, &good<splat_normals_desc>(), &normal);
     SPLAT_RIGHT(splat_prior_compare_depth, kCut, &kMap, &kMap, nullptr, 0,

@@ -25,7 +25,7 @@ TEST(ApiStructSize, AMemberThatTheLibraryDoesNotKnowIsRefused) {
         desc.added[i] = std::uint64_t{1} << 63;
         Tensor tensor;
         EXPECT_REFUSED(splat_tensor_create(shared_device(), &desc.known, tensor.out()),
-                       SPLAT_ERROR_UNSUPPORTED, "splat_tensor_desc.struct_size");
+                       kUnsupported, "splat_tensor_desc.struct_size");
     }
 }
 
@@ -34,7 +34,7 @@ TEST(ApiStructSize, TheSameHoldsForStructsOfInputs) {
     const Model model = make_model(device);
     LaterStruct<splat_model_input> input = {sized<splat_model_input>(), {0, 1}};
     input.known.struct_size = sizeof input;
-    EXPECT_REFUSED(splat_model_forward(model, &input.known), SPLAT_ERROR_UNSUPPORTED,
+    EXPECT_REFUSED(splat_model_forward(model, &input.known), kUnsupported,
                    "splat_model_input.struct_size");
 }
 
@@ -55,31 +55,30 @@ TEST(ApiStructSize, AReservedMemberIsRefusedWhereTheStructIsRead) {
     const Evaluator evaluator = make_evaluator(dataset);
     auto evaluated = sized<splat_evaluated_views>();
     evaluated.reserved = 7;
-    EXPECT_REFUSED(splat_evaluator_read(evaluator, 0, &evaluated), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_evaluator_read(evaluator, 0, &evaluated), kArgument,
                    "splat_evaluated_views.reserved is 7, expected 0");
     auto views = sized<splat_dataset_views>();
     views.reserved = 1;
-    EXPECT_REFUSED(splat_dataset_read(dataset, 0, nullptr, 0, &views), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_dataset_read(dataset, 0, nullptr, 0, &views), kArgument,
                    "splat_dataset_views.reserved");
     auto prediction = sized<splat_prediction>();
     prediction.reserved = 1;
-    EXPECT_REFUSED(splat_prediction_report(&prediction, nullptr, 0, nullptr),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "splat_prediction.reserved");
+    EXPECT_REFUSED(splat_prediction_report(&prediction, nullptr, 0, nullptr), kArgument,
+                   "splat_prediction.reserved");
     auto files = sized<splat_camera_bytes>();
     files.reserved = 1;
-    EXPECT_REFUSED(splat_camera_load_memory(&files, nullptr, nullptr, 0, nullptr),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "splat_camera_bytes.reserved");
+    EXPECT_REFUSED(splat_camera_load_memory(&files, nullptr, nullptr, 0, nullptr), kArgument,
+                   "splat_camera_bytes.reserved");
     splat_named_array array{};
     array.name = "a";
     array.reserved = 1;
     Weights weights;
-    EXPECT_REFUSED(splat_weights_from_arrays(&array, 1, weights.out()),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "arrays[0].reserved");
+    EXPECT_REFUSED(splat_weights_from_arrays(&array, 1, weights.out()), kArgument,
+                   "arrays[0].reserved");
     splat_scene_desc scene = sized<splat_scene_desc>();
     scene.reserved = 1;
     Scene made;
-    EXPECT_REFUSED(splat_scene_create(&scene, made.out()), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "splat_scene_desc.reserved");
+    EXPECT_REFUSED(splat_scene_create(&scene, made.out()), kArgument, "splat_scene_desc.reserved");
     auto batch = sized<splat_trainer_batch>();
     batch.reserved = 1;
     EXPECT_DONE(splat_batches_next(make_batches(), 0, &batch));
@@ -87,8 +86,8 @@ TEST(ApiStructSize, AReservedMemberIsRefusedWhereTheStructIsRead) {
     batch.reserved = 1;
     const Device device = open_device();
     auto info = sized<splat_trainer_info>();
-    EXPECT_REFUSED(splat_trainer_step(make_trainer(device), &batch, &info),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "splat_trainer_batch.reserved");
+    EXPECT_REFUSED(splat_trainer_step(make_trainer(device), &batch, &info), kArgument,
+                   "splat_trainer_batch.reserved");
 }
 
 TEST(ApiStructSize, ATailOfAStructThatIsFilledMayHoldAnything) {

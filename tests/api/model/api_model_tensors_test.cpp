@@ -1,7 +1,9 @@
 // Models through tensors that share their memory.
 #include <array>
+#include <functional>
 #include <limits>
 #include <map>
+#include <numeric>
 
 #include "api/api_calls.h"
 #include "api/raster_calls.h"
@@ -10,8 +12,6 @@
 namespace splat::test {
 namespace {
 
-using Floats = std::vector<float>;
-
 constexpr std::uint32_t kModelPixels = 16 * 16;  // pixels of the small model, and its Gaussians
 constexpr const char* kBias = "network_with_offset.out.bias";
 constexpr const char* kFirst = "network_with_offset.encoder.enc.16x16_conv.weight";
@@ -19,45 +19,30 @@ constexpr std::array<const char*, 5> kOutputs = {"means", "opacities", "scales",
 
 class ApiModelTensors : public testing::Test {
   protected:
-    void SetUp() override { device_ = open_device(); }
-
     Model make(std::uint32_t flags = 0, std::uint32_t objects = 1, const std::string& keys = "") {
-        splat_model_desc desc = model_desc();
-        const std::string config = std::string(kSmallModel) + keys;
-        desc.config = config.c_str();
-        desc.flags = flags;
-        desc.objects = objects;
-        Model model;
-        EXPECT_DONE(splat_model_create(device_, &desc, model.out()));
-        EXPECT_DONE(splat_model_init(model, 3));
-        return model;
+        return random_model(device_, keys, flags, objects);
     }
     static Tensor tensor(const Model& model, const std::string& name) {
-        Tensor made;
-        EXPECT_DONE(splat_model_tensor(model, name.c_str(), made.out())) << name;
-        return made;
-    }
-    static Dims dims_of(splat_tensor tensor) {
-        auto info = sized<splat_tensor_info>();
-        EXPECT_DONE(splat_tensor_get_info(tensor, &info));
-        return {info.dims, info.dims + info.rank};
-    }
-    static void write(splat_tensor tensor, const Floats& values) {
-        EXPECT_DONE(
-            splat_tensor_write(tensor, values.data(), values.size() * sizeof(float), nullptr));
+        return got(splat_model_tensor, model, name.c_str());
     }
     static Floats read(const Model& model, const char* name, std::size_t count) {
-        Floats values(count);
-        EXPECT_DONE(splat_model_read(model, name, values.data(), count * sizeof(float))) << name;
-        return values;
+        return floats_of(count, splat_model_read, model, name);
     }
     static Floats raw(const Model& model) { return read(model, "raw", 24 * kModelPixels); }
-    static void forward(const Model& model, const Floats& images) {
-        auto input = sized<splat_model_input>();
-        input.images = images.data();
-        input.images_count = images.size();
-        EXPECT_DONE(splat_model_forward(model, &input));
+    static std::vector<splat_port> ports_of(const Model& model, splat_port_kind kind) {
+        std::uint32_t count = 0;
+        EXPECT_EQ(splat_model_ports(model, kind, nullptr, 0, &count), SPLAT_INCOMPLETE);
+        std::vector<splat_port> ports(count);
+        EXPECT_DONE(splat_model_ports(model, kind, ports.data(), count, &count));
+        EXPECT_EQ(count, ports.size());
+        return ports;
     }
+    static std::size_t size_of(const Dims& dims) {
+        return static_cast<std::size_t>(
+            std::accumulate(dims.begin(), dims.end(), std::int64_t{1}, std::multiplies<>()));
+    }
+    static Dims dims_of(const splat_port& port) { return {port.dims, port.dims + port.rank}; }
+    static Dims dims_of(splat_tensor tensor) { return test::dims_of(tensor); }
     static splat_result forward_tensors(const Model& model) {
         auto input = sized<splat_model_input>();
         input.flags = SPLAT_PASS_TENSORS;
@@ -69,7 +54,7 @@ class ApiModelTensors : public testing::Test {
         return splat_model_backward(model, &gradients);
     }
 
-    Device device_;
+    Device device_ = open_device();
     const Floats image_ = normal_fill(3 * kModelPixels, 4);
 };
 
@@ -101,10 +86,10 @@ TEST_F(ApiModelTensors, TakeInputsAndGiveOutputs) {
     auto input = sized<splat_model_input>();
     input.flags = SPLAT_PASS_TENSORS;
     input.images = other.data();
-    EXPECT_REFUSED(splat_model_forward(model, &input), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_model_forward(model, &input), kArgument,
                    "splat_model_input.flags has SPLAT_PASS_TENSORS, but an array is given");
     input.flags = 2;
-    EXPECT_REFUSED(splat_model_forward(model, &input), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_model_forward(model, &input), kArgument,
                    "splat_model_input.flags has unknown bits 0x2");
 }
 
@@ -118,19 +103,12 @@ TEST_F(ApiModelTensors, TakeTheInputsOfTheConfiguration) {
     for (const char* keys : configurations) {
         const Model host = make(0, 2, keys);
         const Model model = make(0, 2, keys);
-        std::uint32_t count = 0;
-        EXPECT_EQ(splat_model_ports(model, SPLAT_PORT_KIND_INPUT, nullptr, 0, &count),
-                  SPLAT_INCOMPLETE);
-        std::vector<splat_port> ports(count);
-        ASSERT_DONE(splat_model_ports(model, SPLAT_PORT_KIND_INPUT, ports.data(), count, nullptr));
         std::map<std::string, Floats> values;
-        for (const splat_port& port : ports) {
-            std::size_t size = 1;
-            for (std::uint32_t axis = 0; axis < port.rank; ++axis)
-                size *= static_cast<std::size_t>(port.dims[axis]);
+        for (const splat_port& port : ports_of(model, SPLAT_PORT_KIND_INPUT)) {
+            const std::size_t size = size_of(dims_of(port));
             values[port.name] = normal_fill(size, 7 + size, 1, 0.1);
             const Tensor input = tensor(model, port.name);
-            EXPECT_EQ(dims_of(input), Dims(port.dims, port.dims + port.rank));
+            EXPECT_EQ(dims_of(input), dims_of(port));
             write(input, values[port.name]);
         }
         auto input = sized<splat_model_input>();
@@ -171,26 +149,20 @@ TEST_F(ApiModelTensors, ParametersThatAreWrittenCount) {
     const Floats written = normal_fill(216, 6);
     write(weight, written);
     expect_same(written, "splat_tensor_write");
-    void* pointer = nullptr;
-    ASSERT_DONE(splat_tensor_map(weight, SPLAT_ACCESS_READ_WRITE, &pointer, nullptr));
-    static_cast<float*>(pointer)[5] = 0.75F;
-    EXPECT_REFUSED(forward_tensors(model), SPLAT_ERROR_INVALID_STATE,
-                   "a tensor of the model is mapped");
+    mapped(weight, SPLAT_ACCESS_READ_WRITE)[5] = 0.75F;
+    EXPECT_REFUSED(forward_tensors(model), kState, "a tensor of the model is mapped");
     ASSERT_DONE(splat_tensor_unmap(weight));
-    Floats mapped = written;
-    mapped[5] = 0.75F;
-    expect_same(mapped, "splat_tensor_map");
+    Floats changed = written;
+    changed[5] = 0.75F;
+    expect_same(changed, "splat_tensor_map");
     const Tensor negative = upload(device_, {8, 3, 3, 3}, normal_fill(216, 8));
     const OpRequest request("silu", {negative}, {weight});
     const Op op = make_op(device_, request);
     ASSERT_DONE(splat_op_forward(op));
     expect_same(download(weight), "splat_op_forward");
-    ASSERT_DONE(splat_tensor_map(weight, SPLAT_ACCESS_WRITE, &pointer, nullptr));
-    {
-        const Tensor second = tensor(model, "images");
-        ASSERT_DONE(splat_tensor_map(second, SPLAT_ACCESS_READ, &pointer, nullptr));
-    }  // destroyed while mapped
-    EXPECT_REFUSED(forward_tensors(model), SPLAT_ERROR_INVALID_STATE, "mapped");
+    mapped(weight, SPLAT_ACCESS_WRITE);
+    mapped(tensor(model, "images"), SPLAT_ACCESS_READ);  // destroyed while mapped
+    EXPECT_REFUSED(forward_tensors(model), kState, "mapped");
     ASSERT_DONE(splat_tensor_unmap(weight));
     EXPECT_DONE(forward_tensors(model));
 }
@@ -218,7 +190,7 @@ class Renderer {
         drawn.scales = gaussians[2];
         drawn.rotations = gaussians[3];
         drawn.sh = gaussians[4];
-        EXPECT_DONE(splat_rasterizer_forward(rasterizer_, nullptr, &drawn, &camera_, 1, nullptr));
+        EXPECT_DONE(draw(rasterizer_, drawn, camera_));
         EXPECT_DONE(splat_rasterizer_output(rasterizer_, nullptr, SPLAT_OUTPUT_RGB, rgb_));
         auto back = sized<splat_gradients_desc>();
         back.grad_rgb = grad_rgb_;
@@ -228,8 +200,7 @@ class Renderer {
         back.grad_rotations = gradients[3];
         back.grad_sh = gradients[4];
         EXPECT_DONE(splat_rasterizer_backward(rasterizer_, nullptr, &back));
-        auto stats = sized<splat_tensor_stats>();
-        EXPECT_DONE(splat_tensor_check(rgb_, &stats));
+        const auto stats = got(splat_tensor_check, rgb_);
         return stats.mean * 3 * kModelPixels;
     }
 
@@ -318,9 +289,7 @@ TEST_F(ApiModelTensors, InputGradientsAreTensors) {
     write(tensor(model, "tokens"), normal_fill(15, 12));
     for (const char* name : kOutputs) {
         const Tensor gradient = tensor(model, std::string("grad:") + name);
-        std::size_t size = 1;
-        for (const std::int64_t size_of : dims_of(gradient))
-            size *= static_cast<std::size_t>(size_of);
+        const std::size_t size = size_of(dims_of(gradient));
         EXPECT_EQ(download(gradient), Floats(size, 0.0F)) << "at first";
         write(gradient, normal_fill(size, 13));
     }
@@ -341,13 +310,12 @@ TEST_F(ApiModelTensors, InputGradientsAreTensors) {
         ASSERT_DONE(forward_tensors(model));
         const Tensor changed = tensor(model, name);
         write(changed, download(changed));
-        EXPECT_REFUSED(backward_tensors(model), SPLAT_ERROR_INVALID_STATE, "after new inputs");
+        EXPECT_REFUSED(backward_tensors(model), kState, "after new inputs");
     }
     ASSERT_DONE(forward_tensors(model));
     const Tensor weight = tensor(model, kFirst);
     write(weight, download(weight));
-    EXPECT_REFUSED(backward_tensors(model), SPLAT_ERROR_INVALID_STATE,
-                   "after parameters had changed");
+    EXPECT_REFUSED(backward_tensors(model), kState, "after parameters had changed");
 }
 
 TEST_F(ApiModelTensors, OutliveTheModel) {
@@ -374,13 +342,13 @@ TEST_F(ApiModelTensors, SharedMemoryIsNotGivenTwice) {
         make_rasterizer(device_, rasterizer_desc(kModelPixels, 16, 16, SPLAT_RASTERIZER_BACKWARD));
     const auto camera = sample_camera(16, 16);
     const Scene scene = SampleScene(kModelPixels).create();
-    EXPECT_DONE(splat_rasterizer_forward_scene(rasterizer, nullptr, scene, &camera, 1, nullptr));
+    EXPECT_DONE(draw(rasterizer, scene, camera));
     auto desc = sized<splat_gradients_desc>();
     const Tensor means = tensor(model, "means[0]"), same = tensor(model, "means[0]");
     desc.grad_means = means;
     desc.grad_scales = same;
-    EXPECT_REFUSED(splat_rasterizer_backward(rasterizer, nullptr, &desc),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "grad_scales shares its memory with grad_means");
+    EXPECT_REFUSED(splat_rasterizer_backward(rasterizer, nullptr, &desc), kArgument,
+                   "grad_scales shares its memory with grad_means");
 }
 
 TEST_F(ApiModelTensors, PortsAndInfoTellTheModel) {
@@ -388,8 +356,7 @@ TEST_F(ApiModelTensors, PortsAndInfoTellTheModel) {
         "\n  use_pred_depth: true\nopt: {freeze: [out.bias]}\nmodel.token_dim: 3\n"
         "model.tokens: 5";
     const Model model = make(SPLAT_MODEL_GRADIENTS, 2, keys);
-    auto info = sized<splat_model_info>();
-    ASSERT_DONE(splat_model_get_info(model, &info));
+    auto info = got(splat_model_get_info, model);
     EXPECT_EQ(info.flags, std::uint32_t{SPLAT_MODEL_GRADIENTS});
     EXPECT_EQ(info.objects, 2U);
     EXPECT_EQ(info.resolution, 16U);
@@ -411,39 +378,28 @@ TEST_F(ApiModelTensors, PortsAndInfoTellTheModel) {
     ASSERT_DONE(splat_model_get_info(model, &info));
     EXPECT_GT(info.non_finite, 0U);
 
-    std::uint32_t count = 0;
-    EXPECT_EQ(splat_model_ports(model, SPLAT_PORT_KIND_PARAMETER, nullptr, 0, &count),
-              SPLAT_INCOMPLETE);
-    std::vector<splat_port> ports(count);
-    ASSERT_DONE(splat_model_ports(model, SPLAT_PORT_KIND_PARAMETER, ports.data(), count, &count));
     const std::uint32_t trained = SPLAT_PORT_TRAINABLE | SPLAT_PORT_GRADIENT;
     std::uint64_t numbers = 0;
-    for (const splat_port& port : ports) {
+    for (const splat_port& port : ports_of(model, SPLAT_PORT_KIND_PARAMETER)) {
         EXPECT_EQ(port.flags, std::string(port.name) == kBias ? 0U : trained) << port.name;
-        std::uint64_t size = 1;
-        for (std::uint32_t axis = 0; axis < port.rank; ++axis)
-            size *= static_cast<std::uint64_t>(port.dims[axis]);
-        numbers += size;
+        numbers += size_of(dims_of(port));
     }
     EXPECT_EQ(numbers, info.parameters);
-    std::vector<splat_port> outputs(6);
-    ASSERT_DONE(splat_model_ports(model, SPLAT_PORT_KIND_OUTPUT, outputs.data(), 6, &count));
-    EXPECT_EQ(count, 6U);
+    std::vector<splat_port> outputs = ports_of(model, SPLAT_PORT_KIND_OUTPUT);
+    std::uint32_t count = 0;
+    ASSERT_EQ(outputs.size(), 6U);
     EXPECT_STREQ(outputs[1].name, "opacities");
     EXPECT_EQ(outputs[1].flags, std::uint32_t{SPLAT_PORT_GRADIENT});
     EXPECT_EQ(splat_model_ports(model, SPLAT_PORT_KIND_OUTPUT, outputs.data(), 5, &count),
               SPLAT_INCOMPLETE);
-    const std::string text =
-        whole_text([&](char* buffer, std::size_t capacity, std::size_t* needed) {
-            return splat_model_report(model, buffer, capacity, needed);
-        });
+    const std::string text = text_of(splat_model_report, model);
     for (const char* part :
          {R"({"name": "view_to_world", "shape": [2, 4, 4], "optional": true})",
           R"({"name": "tokens", "shape": [2, 3, 5], "optional": false})",
           R"({"name": "rotations", "shape": [2, 256, 4]})",
           R"({"name": "network_with_offset.out.bias", "shape": [24], "trainable": false})",
           R"("ledger": {"gaussians": 512, "non_finite": )"})
-        EXPECT_NE(text.find(part), std::string::npos) << part << " is not in " << text;
+        EXPECT_TRUE(holds(text, part)) << part << " is not in " << text;
 }
 
 /// Pictures in the caller's layout become the planes of the input.
@@ -460,14 +416,8 @@ TEST_F(ApiModelTensors, PicturesAreInputs) {
     std::copy(depth.begin(), depth.end(), planes.begin() + 3 * kModelPixels);
     forward(model, planes);
     const Floats expected = raw(model);
-    splat_image pictures[2] = {};
-    pictures[0].pixels = bytes.data();
-    pictures[0].type = SPLAT_PIXEL_U8;
-    pictures[0].channels = 3;
-    pictures[1].pixels = const_cast<float*>(depth.data());
-    pictures[1].type = SPLAT_PIXEL_F32;
-    pictures[1].channels = 1;
-    for (splat_image& picture : pictures) picture.width = picture.height = 16;
+    splat_image pictures[] = {packed_image(bytes, 16, 16, 3), packed_image(depth, 16, 16, 1)};
+    for (splat_image& picture : pictures) picture.bytes = 0;
     auto input = sized<splat_model_input>();
     input.pictures = pictures;
     input.picture_count = 2;
@@ -475,23 +425,23 @@ TEST_F(ApiModelTensors, PicturesAreInputs) {
     EXPECT_EQ(raw(model), expected);
     input.picture_count = 1;
     EXPECT_REFUSED(
-        splat_model_forward(model, &input), SPLAT_ERROR_SHAPE_MISMATCH,
+        splat_model_forward(model, &input), kShape,
         "splat_model_input.pictures has 3 planes in 1 pictures, expected 4: 1 images of 4 "
         "channels");
     pictures[1].channels = 2;
     input.picture_count = 2;
-    EXPECT_REFUSED(splat_model_forward(model, &input), SPLAT_ERROR_SHAPE_MISMATCH,
+    EXPECT_REFUSED(splat_model_forward(model, &input), kShape,
                    "splat_model_input.pictures[1] has 2 channels, expected at most 1");
     pictures[1].channels = 1;
     pictures[1].width = 8;
-    EXPECT_REFUSED(splat_model_forward(model, &input), SPLAT_ERROR_SHAPE_MISMATCH, "pictures[1]");
+    EXPECT_REFUSED(splat_model_forward(model, &input), kShape, "pictures[1]");
     pictures[1].width = 16;
     input.images = planes.data();
-    EXPECT_REFUSED(splat_model_forward(model, &input), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_model_forward(model, &input), kArgument,
                    "images and pictures are both given");
     input = sized<splat_model_input>();
     input.picture_count = 1;
-    EXPECT_REFUSED(splat_model_forward(model, &input), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_model_forward(model, &input), kArgument,
                    "pictures is NULL, but picture_count is 1");
     EXPECT_EQ(raw(model), expected);
 }

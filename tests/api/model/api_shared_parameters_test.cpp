@@ -5,8 +5,6 @@
 namespace splat::test {
 namespace {
 
-using Floats = std::vector<float>;
-
 constexpr const char* kWeight = "network_with_offset.encoder.enc.16x16_conv.weight";
 
 /// A model with a tensor of its first weight, and one that gets the same weight by splat_model_write.
@@ -20,12 +18,8 @@ class ApiSharedParameters : public testing::Test {
         raw(model_);  // keeps prepared weights
     }
     Floats raw(const Model& model) {
-        auto input = sized<splat_model_input>();
-        input.images = image_.data();
-        EXPECT_DONE(splat_model_forward(model, &input));
-        Floats values(24 * 16 * 16);
-        EXPECT_DONE(splat_model_read(model, "raw", values.data(), values.size() * sizeof(float)));
-        return values;
+        forward(model, image_);
+        return floats_of(24 * 16 * 16, splat_model_read, model, "raw");
     }
     void expect_same(const Floats& weight, const char* how) {
         ASSERT_DONE(
@@ -61,12 +55,9 @@ TEST_F(ApiSharedParameters, OptimizersAreFollowed) {
     item.name = "weight";
     item.parameter = weight_;
     item.gradient = gradient;
-    auto desc = sized<splat_optimizer_desc>();
-    desc.items = &item;
-    desc.item_count = 1;
+    splat_optimizer_desc desc = optimizer_desc(&item);
     desc.rate = 0.1;
-    Optimizer optimizer;
-    ASSERT_DONE(splat_optimizer_create(device_, &desc, optimizer.out()));
+    const Optimizer optimizer = got(splat_optimizer_create, device_, &desc);
     const Floats before = download(weight_);
     for (int step = 0; step < 2; ++step) {
         ASSERT_DONE(splat_optimizer_step(optimizer, nullptr));
@@ -81,19 +72,15 @@ TEST_F(ApiSharedParameters, OptimizersWaitForTheHost) {
     splat_model_desc desc = model_desc();
     desc.flags = SPLAT_MODEL_GRADIENTS;
     splat_optimizer_item item = {};
-    Model trained;
-    ASSERT_DONE(splat_model_create(device_, &desc, trained.out()));
+    const Model trained = got(splat_model_create, device_, &desc);
     item.model = trained;
-    auto rule = sized<splat_optimizer_desc>();
-    rule.items = &item;
-    rule.item_count = 1;
-    Optimizer optimizer;
-    ASSERT_DONE(splat_optimizer_create(device_, &rule, optimizer.out()));
+    splat_optimizer_desc rule = optimizer_desc(&item);
+    const Optimizer optimizer = got(splat_optimizer_create, device_, &rule);
     Tensor weight;
     void* pointer = nullptr;
     ASSERT_DONE(splat_model_tensor(trained, kWeight, weight.out()));
     ASSERT_DONE(splat_tensor_map(weight, SPLAT_ACCESS_WRITE, &pointer, nullptr));
-    EXPECT_REFUSED(splat_optimizer_step(optimizer, nullptr), SPLAT_ERROR_INVALID_STATE,
+    EXPECT_REFUSED(splat_optimizer_step(optimizer, nullptr), kState,
                    "a tensor of the model is mapped");
     ASSERT_DONE(splat_tensor_unmap(weight));
     EXPECT_DONE(splat_optimizer_step(optimizer, nullptr));
@@ -101,46 +88,34 @@ TEST_F(ApiSharedParameters, OptimizersWaitForTheHost) {
 
 /// Whoever holds the pointer of a mapped tensor is alone with its memory.
 TEST_F(ApiSharedParameters, MappedMemoryIsNotUsedByOthers) {
-    const auto tensor = [&](const char* name) {
-        Tensor made;
-        EXPECT_DONE(splat_model_tensor(model_, name, made.out()));
-        return made;
-    };
+    const auto tensor = [&](const char* name) { return got(splat_model_tensor, model_, name); };
     const auto refuses = [](const Tensor& one, std::size_t elements) {
         constexpr const char* kShared = "shares memory with a tensor that is mapped";
         void* other = nullptr;
         Floats values(elements);
         const std::size_t bytes = values.size() * sizeof(float);
-        EXPECT_REFUSED(splat_tensor_map(one, SPLAT_ACCESS_READ, &other, nullptr),
-                       SPLAT_ERROR_INVALID_STATE, kShared);
-        EXPECT_REFUSED(splat_tensor_read(one, values.data(), bytes, nullptr),
-                       SPLAT_ERROR_INVALID_STATE, kShared);
-        EXPECT_REFUSED(splat_tensor_write(one, values.data(), bytes, nullptr),
-                       SPLAT_ERROR_INVALID_STATE, kShared);
+        EXPECT_REFUSED(splat_tensor_map(one, SPLAT_ACCESS_READ, &other, nullptr), kState, kShared);
+        EXPECT_REFUSED(splat_tensor_read(one, values.data(), bytes, nullptr), kState, kShared);
+        EXPECT_REFUSED(splat_tensor_write(one, values.data(), bytes, nullptr), kState, kShared);
     };
     const Tensor again = tensor(kWeight), means = tensor("means"), part = tensor("means[0]");
-    void* pointer = nullptr;
-    ASSERT_DONE(splat_tensor_map(weight_, SPLAT_ACCESS_READ_WRITE, &pointer, nullptr));
+    mapped(weight_, SPLAT_ACCESS_READ_WRITE);
     refuses(again, 216);
     splat_weights weights = nullptr;
     Floats values(216);
     const std::size_t bytes = values.size() * sizeof(float);
     constexpr const char* kMapped = "a tensor of the model is mapped";
-    EXPECT_REFUSED(splat_model_init(model_, 1), SPLAT_ERROR_INVALID_STATE, kMapped);
-    EXPECT_REFUSED(splat_model_store(model_, &weights), SPLAT_ERROR_INVALID_STATE, kMapped);
-    EXPECT_REFUSED(splat_model_read(model_, kWeight, values.data(), bytes),
-                   SPLAT_ERROR_INVALID_STATE, kMapped);
-    EXPECT_REFUSED(splat_model_write(model_, kWeight, values.data(), bytes),
-                   SPLAT_ERROR_INVALID_STATE, kMapped);
-    ASSERT_DONE(splat_tensor_map(part, SPLAT_ACCESS_READ, &pointer, nullptr)) << "other memory";
+    EXPECT_REFUSED(splat_model_init(model_, 1), kState, kMapped);
+    EXPECT_REFUSED(splat_model_store(model_, &weights), kState, kMapped);
+    EXPECT_REFUSED(splat_model_read(model_, kWeight, values.data(), bytes), kState, kMapped);
+    EXPECT_REFUSED(splat_model_write(model_, kWeight, values.data(), bytes), kState, kMapped);
+    mapped(part, SPLAT_ACCESS_READ);  // other memory
     refuses(means, 3 * 16 * 16);
-    auto raw_info = sized<splat_tensor_info>();
-    ASSERT_DONE(splat_tensor_get_info(tensor("raw[0]"), &raw_info));
-    EXPECT_EQ(raw_info.rank, 4U) << "views, channels, rows, columns";
+    EXPECT_EQ(dims_of(tensor("raw[0]")).size(), 4U) << "views, channels, rows, columns";
     ASSERT_DONE(splat_tensor_unmap(part));
     ASSERT_DONE(splat_tensor_unmap(weight_));
     EXPECT_DONE(splat_model_read(model_, kWeight, values.data(), bytes));
-    EXPECT_DONE(splat_tensor_map(again, SPLAT_ACCESS_READ, &pointer, nullptr));
+    mapped(again, SPLAT_ACCESS_READ);
     EXPECT_DONE(splat_tensor_unmap(again));
 }
 

@@ -8,7 +8,6 @@
 namespace splat::test {
 namespace {
 
-using Floats = std::vector<float>;
 using Rows = std::vector<std::int64_t>;
 
 constexpr std::size_t kCapacity = 9;
@@ -27,9 +26,7 @@ struct Set {
             attribute.grad = make_tensor(shared_device(), dims);
             items.push_back({attribute.name, nullptr, nullptr, attribute.value, attribute.grad});
         }
-        auto desc = sized<splat_optimizer_desc>();
-        desc.items = items.data();
-        desc.item_count = items.size();
+        splat_optimizer_desc desc = optimizer_desc(items.data(), items.size());
         desc.rate = 1e-2;
         desc.ema_decay = 0.9;
         EXPECT_DONE(splat_optimizer_create(shared_device(), &desc, optimizer.out()));
@@ -38,12 +35,9 @@ struct Set {
     splat_optimizer_info step(std::uint64_t number) {
         for (Attribute& attribute : attributes) {
             const std::size_t floats = attribute.capacity * attribute.length;
-            const Floats values = normal_fill(floats, 50 + number);
-            EXPECT_DONE(splat_tensor_write(attribute.grad, values.data(), 4 * floats, nullptr));
+            write(attribute.grad, normal_fill(floats, 50 + number));
         }
-        auto info = sized<splat_optimizer_info>();
-        EXPECT_DONE(splat_optimizer_step(optimizer, &info));
-        return info;
+        return got(splat_optimizer_step, optimizer);
     }
     splat_result gather(const char* pattern, const Rows& rows) {
         return splat_optimizer_gather_rows(optimizer, pattern, rows.data(), rows.size());
@@ -51,20 +45,15 @@ struct Set {
     /// Moments and averages by their names in a state, values by "p:NAME"; rows in use.
     [[nodiscard]] std::map<std::string, Floats> contents() const {
         std::map<std::string, Floats> all;
-        Weights state;
-        EXPECT_DONE(splat_optimizer_save(optimizer, state.out()));
+        const Weights state = got(splat_optimizer_save, optimizer);
         for (const Attribute& attribute : attributes)
             for (const char* kind : {"m:", "v:", "ema:"}) {
                 const std::string name = kind + std::string(attribute.name);
-                std::uint32_t index = 0;
-                EXPECT_DONE(splat_weights_find(state, name.c_str(), &index));
-                auto info = sized<splat_weights_info>();
-                EXPECT_DONE(splat_weights_get_info(state, index, &info));
-                Floats& values = all[name];
-                values.resize(static_cast<std::size_t>(info.elements));
-                EXPECT_DONE(splat_weights_read(state, index, values.data(), 4 * values.size()));
-                all["p:" + std::string(attribute.name)] = download(attribute.value);
-                all["p:" + std::string(attribute.name)].resize(values.size());
+                const auto index = got(splat_weights_find, state, name.c_str());
+                const auto info = got(splat_weights_get_info, state, index);
+                all[name] = floats_of(info.elements, splat_weights_read, state, index);
+                Floats& value = all["p:" + std::string(attribute.name)] = download(attribute.value);
+                value.resize(info.elements);
             }
         return all;
     }
@@ -104,8 +93,8 @@ void gather(const Set& set, std::map<std::string, Floats>& contents, const Rows&
 
 /// Bit by bit: no value is NaN.
 void expect_equal(const Set& set, const std::map<std::string, Floats>& expected) {
-    const auto got = set.contents();
-    for (const auto& [name, values] : expected) EXPECT_EQ(got.at(name), values) << name;
+    const auto contents = set.contents();
+    for (const auto& [name, values] : expected) EXPECT_EQ(contents.at(name), values) << name;
 }
 
 const Rows kDropped = {8, 2, 3, 7, 0};           // five of nine, in another order
@@ -148,9 +137,8 @@ TEST(ApiOptimizerRows, StepsUpdateRowsInUse) {
     for (std::size_t i = 24; i < 27; ++i) EXPECT_EQ(after[i], before[i]) << "not in use";
     Floats grads(27, 0);
     grads[26] = NAN;
-    ASSERT_DONE(splat_tensor_write(gathered.attributes[0].grad, grads.data(), 108, nullptr));
-    auto info = sized<splat_optimizer_info>();
-    ASSERT_DONE(splat_optimizer_step(gathered.optimizer, &info));
+    write(gathered.attributes[0].grad, grads);
+    const auto info = got(splat_optimizer_step, gathered.optimizer);
     EXPECT_EQ(info.was_skipped, 0U) << "a gradient that is not in use";
     ASSERT_DONE(splat_optimizer_zero_gradients(gathered.optimizer));
     EXPECT_EQ(download(gathered.attributes[0].grad), Floats(27)) << "of all rows";
@@ -201,17 +189,16 @@ TEST(ApiOptimizerRows, RefusesWhatDoesNotFit) {
         EXPECT_REFUSED(set.gather(pattern, rows), code, part);
         expect_equal(set, before);
     };
-    refuse("se?", {0}, SPLAT_ERROR_INVALID_ARGUMENT, "'se?' matches none of the 4 parameters");
-    refuse("*", {0}, SPLAT_ERROR_SHAPE_MISMATCH, "'pose' has 2 rows in use of 2, expected 9 of 9");
-    refuse("set.*", Rows(10, 0), SPLAT_ERROR_INVALID_ARGUMENT, "10 rows, expected 1 to 9");
-    refuse("set.*", {0, 9}, SPLAT_ERROR_INVALID_ARGUMENT, "rows[1] is 9");
-    refuse("set.*", {-2}, SPLAT_ERROR_INVALID_ARGUMENT, "rows[0] is -2");
+    refuse("se?", {0}, kArgument, "'se?' matches none of the 4 parameters");
+    refuse("*", {0}, kShape, "'pose' has 2 rows in use of 2, expected 9 of 9");
+    refuse("set.*", Rows(10, 0), kArgument, "10 rows, expected 1 to 9");
+    refuse("set.*", {0, 9}, kArgument, "rows[1] is 9");
+    refuse("set.*", {-2}, kArgument, "rows[0] is -2");
     // One of the set alone: the others have other rows then.
     ASSERT_DONE(set.gather("set.sh", kDropped));
-    EXPECT_REFUSED(set.gather("set.*", {0}), SPLAT_ERROR_SHAPE_MISMATCH,
+    EXPECT_REFUSED(set.gather("set.*", {0}), kShape,
                    "'set.sh' has 5 rows in use of 9, expected 9 of 9");
-    EXPECT_REFUSED(set.gather("set.sh", {5}), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "expected one of the 5 rows in use");
+    EXPECT_REFUSED(set.gather("set.sh", {5}), kArgument, "expected one of the 5 rows in use");
 }
 
 TEST(ApiOptimizerRows, RefusesWhatIsNoTensorOfRows) {
@@ -220,14 +207,11 @@ TEST(ApiOptimizerRows, RefusesWhatIsNoTensorOfRows) {
     desc.flags = SPLAT_MODEL_GRADIENTS;
     ASSERT_DONE(splat_model_create(shared_device(), &desc, model.out()));
     const splat_optimizer_item item = {nullptr, model, nullptr, nullptr, nullptr};
-    auto made = sized<splat_optimizer_desc>();
-    made.items = &item;
-    made.item_count = 1;
-    Optimizer optimizer;
-    ASSERT_DONE(splat_optimizer_create(shared_device(), &made, optimizer.out()));
+    const splat_optimizer_desc made = optimizer_desc(&item);
+    const Optimizer optimizer = got(splat_optimizer_create, shared_device(), &made);
     const std::int64_t row = 0;
-    EXPECT_REFUSED(splat_optimizer_gather_rows(optimizer, "*out.bias", &row, 1),
-                   SPLAT_ERROR_UNSUPPORTED, "belongs to a network");
+    EXPECT_REFUSED(splat_optimizer_gather_rows(optimizer, "*out.bias", &row, 1), kUnsupported,
+                   "belongs to a network");
 }
 
 }  // namespace

@@ -1,9 +1,6 @@
 // splat_optimizer against Adam in float64, its groups, schedules and averages, and its resumption.
 #include <cmath>
-#include <filesystem>
 #include <numbers>
-
-#include <unistd.h>
 
 #include "api/api_calls.h"
 #include "ref/adam_ref.h"
@@ -12,7 +9,6 @@
 namespace splat::test {
 namespace {
 
-using Floats = std::vector<float>;
 using Doubles = std::vector<double>;
 
 constexpr std::size_t kWeights = 15;
@@ -32,12 +28,7 @@ struct Fixture {
           items{{"layer.weight", nullptr, nullptr, weight, grad_weight},
                 {"layer.bias", nullptr, nullptr, bias, grad_bias}} {}
 
-    [[nodiscard]] splat_optimizer_desc desc() const {
-        auto made = sized<splat_optimizer_desc>();
-        made.items = items;
-        made.item_count = 2;
-        return made;
-    }
+    [[nodiscard]] splat_optimizer_desc desc() const { return optimizer_desc(items, 2); }
     void create(const splat_optimizer_desc& from) {
         ASSERT_DONE(splat_optimizer_create(shared_device(), &from, optimizer.out()));
     }
@@ -45,17 +36,11 @@ struct Fixture {
     splat_optimizer_info step(std::size_t number) {
         const Floats first = normal_fill(kWeights, 100 + number, 0, 1e-2F);
         const Floats second = normal_fill(kBiases, 200 + number, 0, 1e-2F);
-        EXPECT_DONE(splat_tensor_write(grad_weight, first.data(), 4 * kWeights, nullptr));
-        EXPECT_DONE(splat_tensor_write(grad_bias, second.data(), 4 * kBiases, nullptr));
-        auto info = sized<splat_optimizer_info>();
-        EXPECT_DONE(splat_optimizer_step(optimizer, &info));
-        return info;
+        write(grad_weight, first);
+        write(grad_bias, second);
+        return got(splat_optimizer_step, optimizer);
     }
-    [[nodiscard]] Weights saved() const {
-        Weights state;
-        EXPECT_DONE(splat_optimizer_save(optimizer, state.out()));
-        return state;
-    }
+    [[nodiscard]] Weights saved() const { return got(splat_optimizer_save, optimizer); }
 
     Tensor weight, bias, grad_weight, grad_bias;
     splat_optimizer_item items[2];
@@ -64,8 +49,7 @@ struct Fixture {
 
 Floats read(const Weights& weights, const char* name, std::size_t count) {
     Floats values(count);
-    std::uint32_t index = 0;
-    EXPECT_DONE(splat_weights_find(weights, name, &index));
+    const auto index = got(splat_weights_find, weights, name);
     EXPECT_DONE(splat_weights_read(weights, index, values.data(), 4 * count));
     return values;
 }
@@ -121,8 +105,7 @@ TEST(ApiOptimizer, MatchesFloat64InGroups) {
     const Floats got_biases = download(fixture.bias);
     for (std::size_t i = 0; i < kWeights; ++i)
         EXPECT_NEAR(got_weights[i], first.value[i], tolerance(first.value[i], 10)) << i;
-    Weights stored;
-    ASSERT_DONE(splat_optimizer_store(fixture.optimizer, stored.out()));
+    const Weights stored = got(splat_optimizer_store, fixture.optimizer);
     const Floats got_average = read(stored, "layer.bias", kBiases);
     for (std::size_t i = 0; i < kBiases; ++i) {
         EXPECT_NEAR(got_biases[i], second.value[i], tolerance(second.value[i], 10)) << i;
@@ -146,16 +129,11 @@ TEST(ApiOptimizer, ResumesBitForBit) {
     ASSERT_DONE(splat_optimizer_set_rate(whole.optimizer, 3e-3));
     Fixture resumed(download(whole.weight), download(whole.bias));
     configure(resumed);
-    const std::string path =
-        (std::filesystem::temp_directory_path() / ("splat-adam-" + std::to_string(::getpid())))
-            .string() +
-        ".safetensors";
+    const Temporary path(".safetensors");
     ASSERT_DONE(splat_weights_save(whole.saved(), path.c_str(), 0));
-    Weights loaded;
-    ASSERT_DONE(splat_weights_load(path.c_str(), 0, loaded.out()));
+    Weights loaded = got(splat_weights_load, path.c_str(), 0);
     ASSERT_DONE(splat_optimizer_load(resumed.optimizer, loaded));
     loaded.destroy();
-    std::filesystem::remove(path);
     for (std::size_t step = 4; step <= 7; ++step) {
         const splat_optimizer_info expected = whole.step(step);
         const splat_optimizer_info info = resumed.step(step);
@@ -179,14 +157,13 @@ TEST(ApiOptimizer, RefusesStatesOfOthers) {
     plain.step(1);
     const Weights state = plain.saved();
     const Weights averages = averaged.saved();
-    EXPECT_REFUSED(splat_optimizer_load(averaged.optimizer, state), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_optimizer_load(averaged.optimizer, state), kArgument,
                    "'ema:layer.weight' is missing");
-    EXPECT_REFUSED(splat_optimizer_load(plain.optimizer, averages), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_optimizer_load(plain.optimizer, averages), kArgument,
                    "6 tensors, expected 4");
-    EXPECT_REFUSED(splat_optimizer_load(plain.optimizer, make_weights()),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "the weights are no state");
-    auto info = sized<splat_optimizer_info>();
-    ASSERT_DONE(splat_optimizer_get_info(plain.optimizer, &info));
+    EXPECT_REFUSED(splat_optimizer_load(plain.optimizer, make_weights()), kArgument,
+                   "the weights are no state");
+    const auto info = got(splat_optimizer_get_info, plain.optimizer);
     EXPECT_EQ(info.step, 1U) << "unchanged";
 }
 
@@ -196,9 +173,8 @@ TEST(ApiOptimizer, SkipsWhatIsNotFinite) {
     fixture.step(1);
     const Floats before = download(fixture.weight);
     const Floats broken = {0, NAN, 0, INFINITY, 0, 0, 0};
-    ASSERT_DONE(splat_tensor_write(fixture.grad_bias, broken.data(), 28, nullptr));
-    auto info = sized<splat_optimizer_info>();
-    ASSERT_DONE(splat_optimizer_step(fixture.optimizer, &info));
+    write(fixture.grad_bias, broken);
+    auto info = got(splat_optimizer_step, fixture.optimizer);
     EXPECT_EQ(info.was_skipped, 1U);
     EXPECT_EQ(info.non_finite, 2U);
     EXPECT_EQ(info.step, 1U);
@@ -209,10 +185,8 @@ TEST(ApiOptimizer, SkipsWhatIsNotFinite) {
     ASSERT_DONE(splat_optimizer_step(fixture.optimizer, &info));
     EXPECT_EQ(info.gradients_zero, 1U) << "a step that teaches nothing";
     EXPECT_EQ(info.step, 2U);
-    void* mapped = nullptr;
-    ASSERT_DONE(splat_tensor_map(fixture.bias, SPLAT_ACCESS_READ, &mapped, nullptr));
-    EXPECT_REFUSED(splat_optimizer_step(fixture.optimizer, nullptr), SPLAT_ERROR_INVALID_STATE,
-                   "is mapped");
+    mapped(fixture.bias, SPLAT_ACCESS_READ);
+    EXPECT_REFUSED(splat_optimizer_step(fixture.optimizer, nullptr), kState, "is mapped");
 }
 
 /// The parameters of a module are updated in place, and its next pass sees them.
@@ -224,26 +198,21 @@ TEST(ApiOptimizer, UpdatesModules) {
     module_desc.flags = SPLAT_MODULE_GRADIENTS;
     module_desc.ports = ports;
     module_desc.port_count = 3;
-    Module module;
-    ASSERT_DONE(splat_module_create(shared_device(), &module_desc, module.out()));
+    Module module = got(splat_module_create, shared_device(), &module_desc);
     ASSERT_DONE(splat_module_init(module, 4));
     const Floats x = normal_fill(8, 3);
     const Floats ones(6, 1);
     ASSERT_DONE(splat_module_write(module, "x", x.data(), 32));
     ASSERT_DONE(splat_module_write(module, "grad:y", ones.data(), 24));
     const splat_optimizer_item item = {"head.", nullptr, module, nullptr, nullptr};
-    auto desc = sized<splat_optimizer_desc>();
-    desc.items = &item;
-    desc.item_count = 1;
+    splat_optimizer_desc desc = optimizer_desc(&item);
     desc.rate = 1e-2;
-    Optimizer optimizer;
-    ASSERT_DONE(splat_optimizer_create(shared_device(), &desc, optimizer.out()));
+    const Optimizer optimizer = got(splat_optimizer_create, shared_device(), &desc);
     const auto sum = [&] {
-        Floats y(6);
         EXPECT_DONE(splat_module_forward(module));
-        EXPECT_DONE(splat_module_read(module, "y", y.data(), 24));
         double total = 0;
-        for (const float value : y) total += static_cast<double>(value);
+        for (const float value : floats_of(6, splat_module_read, module, "y"))
+            total += static_cast<double>(value);
         return total;
     };
     double last = sum();
@@ -255,11 +224,9 @@ TEST(ApiOptimizer, UpdatesModules) {
         EXPECT_LT(next, last) << "the loss is the sum of the outputs";
         last = next;
     }
-    Weights stored;
-    ASSERT_DONE(splat_optimizer_store(optimizer, stored.out()));
-    Floats bias(3);
-    ASSERT_DONE(splat_module_read(module, "bias", bias.data(), 12));
-    EXPECT_EQ(read(stored, "head.bias", 3), bias) << "without averages the current ones";
+    const Weights stored = got(splat_optimizer_store, optimizer);
+    EXPECT_EQ(read(stored, "head.bias", 3), floats_of(3, splat_module_read, module, "bias"))
+        << "without averages the current ones";
     module.destroy();
     EXPECT_DONE(splat_optimizer_step(optimizer, nullptr)) << "it keeps the module alive";
 }
@@ -268,8 +235,7 @@ TEST(ApiOptimizer, RefusesWhatHasNoEffect) {
     Fixture fixture(normal_fill(kWeights, 1), normal_fill(kBiases, 2));
     Output<splat_optimizer> out;
     const auto refuse = [&](const splat_optimizer_desc& desc, const char* part) {
-        EXPECT_REFUSED(splat_optimizer_create(shared_device(), &desc, out.out()),
-                       SPLAT_ERROR_INVALID_ARGUMENT, part);
+        EXPECT_REFUSED(splat_optimizer_create(shared_device(), &desc, out.out()), kArgument, part);
         EXPECT_TRUE(out.untouched());
     };
     const auto grouped = [&](const std::vector<splat_optimizer_group>& groups, const char* part) {
@@ -296,13 +262,10 @@ TEST(ApiOptimizer, RefusesWhatHasNoEffect) {
     fixture.items[1] = fixture.items[0];
     fixture.items[1].name = "again";
     refuse(fixture.desc(), "are the same parameter");
-    const splat_model_desc inference = model_desc();
-    Model frozen;
-    ASSERT_DONE(splat_model_create(shared_device(), &inference, frozen.out()));
+    const Model frozen = make_model(shared_device());
     fixture.items[1] = {nullptr, frozen, nullptr, nullptr, nullptr};
     splat_optimizer_desc without = fixture.desc();
-    EXPECT_REFUSED(splat_optimizer_create(shared_device(), &without, out.out()),
-                   SPLAT_ERROR_INVALID_STATE,
+    EXPECT_REFUSED(splat_optimizer_create(shared_device(), &without, out.out()), kState,
                    "items[1].model was created without SPLAT_MODEL_GRADIENTS");
     const Module module = make_module(open_device());  // another device
     fixture.items[1] = {nullptr, nullptr, module, nullptr, nullptr};
@@ -312,12 +275,10 @@ TEST(ApiOptimizer, RefusesWhatHasNoEffect) {
     module_of.type = "linear";
     module_of.ports = ports;
     module_of.port_count = 2;
-    Module linear;
-    ASSERT_DONE(splat_module_create(shared_device(), &module_of, linear.out()));
+    const Module linear = got(splat_module_create, shared_device(), &module_of);
     fixture.items[1] = {nullptr, nullptr, linear, nullptr, nullptr};
     without = fixture.desc();
-    EXPECT_REFUSED(splat_optimizer_create(shared_device(), &without, out.out()),
-                   SPLAT_ERROR_INVALID_STATE,
+    EXPECT_REFUSED(splat_optimizer_create(shared_device(), &without, out.out()), kState,
                    "items[1].module was created without SPLAT_MODULE_GRADIENTS");
 }
 

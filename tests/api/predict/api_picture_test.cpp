@@ -1,6 +1,4 @@
 // Pictures cut out through the C API: from files and from pixels of every layout. Needs no device.
-#include <unistd.h>
-
 #include <cmath>
 #include <fstream>
 
@@ -12,29 +10,17 @@ namespace {
 
 /// The squares of a picture of 16 x 16 pixels, as planes.
 struct Squares {
-    std::vector<float> image = std::vector<float>(3 * 256, -1);
-    std::vector<float> mask = std::vector<float>(256, -1);
+    Floats image = Floats(3 * 256, -1);
+    Floats mask = Floats(256, -1);
     splat_picture_info info{};
 
     explicit Squares(const splat_picture& picture) {
         auto desc = sized<splat_picture_cut_desc>();
         desc.resolution = 16;
         for (float& value : desc.background) value = 1;
-        desc.image = planes(image, 3);
-        desc.mask = planes(mask, 1);
+        desc.image = planes_image(image.data(), 16);
+        desc.mask = planes_image(mask.data(), 16, 1);
         EXPECT_DONE(splat_picture_cut(&picture, &desc, &info));
-    }
-    static splat_image planes(std::vector<float>& values, std::uint32_t channels) {
-        splat_image made{};
-        made.pixels = values.data();
-        made.bytes = values.size() * sizeof(float);
-        made.type = SPLAT_PIXEL_F32;
-        made.width = made.height = 16;
-        made.channels = channels;
-        made.row_stride = 64;
-        made.pixel_stride = 4;
-        made.channel_stride = 1024;
-        return made;
     }
 };
 
@@ -83,7 +69,7 @@ TEST(ApiPicture, PixelsOfEveryLayoutAreCutAlike) {
         EXPECT_EQ(other.mask, packed.mask) << what;
     };
     std::vector<std::uint8_t> padded(24 * 100, 7), planes(3 * 24 * 32), below(bytes.size());
-    std::vector<float> floats;
+    Floats floats;
     for (std::size_t i = 0; i < bytes.size(); ++i) {
         const std::size_t y = i / 96, x = i % 96 / 3, c = i % 3;
         padded[100 * y + i % 96] = bytes[i];
@@ -95,45 +81,28 @@ TEST(ApiPicture, PixelsOfEveryLayoutAreCutAlike) {
     image.row_stride = 100;
     expect_packed(image, "padded rows");
     image = image_of(planes, 3);
-    image.row_stride = 32;
-    image.pixel_stride = 1;
-    image.channel_stride = 24 * 32;
+    image.row_stride = 32, image.pixel_stride = 1, image.channel_stride = 24 * 32;
     expect_packed(image, "planes");
     image = image_of(below, 3);
     image.pixels = below.data() + 23 * 96;
     image.bytes = 0;
-    image.row_stride = -96;
-    image.pixel_stride = 3;
-    image.channel_stride = 1;
+    image.row_stride = -96, image.pixel_stride = 3, image.channel_stride = 1;
     expect_packed(image, "rows from below");
-    image = image_of(bytes, 3);
-    image.pixels = floats.data();
-    image.bytes = floats.size() * sizeof(float);
-    image.type = SPLAT_PIXEL_F32;
-    expect_packed(image, "float32");
+    expect_packed(image_of(floats, 3), "float32");
 }
 
 TEST(ApiPicture, HalvesAreReadAsTheirNumbers) {
     // 0, 0.25, 0.5, 0.75 and 1 have exact halves.
     const std::uint16_t halves[] = {0x0000, 0x3400, 0x3800, 0x3A00, 0x3C00};
     std::vector<std::uint16_t> half;
-    std::vector<float> full;
+    Floats full;
     for (std::size_t i = 0; i < std::size_t{24} * 32 * 3; ++i) {
         const bool inside = i / 96 > 4 && i / 96 < 20 && i % 96 > 30 && i % 96 < 75;
         const std::size_t value = inside ? i / 7 % 4 : 4;
         half.push_back(halves[value]);
         full.push_back(static_cast<float>(value) / 4);
     }
-    std::vector<std::uint8_t> none;
-    splat_image image = image_of(none, 3);
-    image.pixels = half.data();
-    image.bytes = half.size() * 2;
-    image.type = SPLAT_PIXEL_F16;
-    const Squares a(picture_of(image));
-    image.pixels = full.data();
-    image.bytes = full.size() * 4;
-    image.type = SPLAT_PIXEL_F32;
-    expect_same(a, Squares(picture_of(image)));
+    expect_same(Squares(picture_of(image_of(half, 3))), Squares(picture_of(image_of(full, 3))));
 }
 
 TEST(ApiPicture, AMaskMarksTheObjectAndAPictureMayStayWhole) {
@@ -167,10 +136,9 @@ TEST(ApiPicture, APictureWithoutAnObjectIsWarnedOf) {
 }
 
 TEST(ApiPicture, TheFocalLengthIsThatOfTheExifDataUnlessGiven) {
-    const std::string path = std::filesystem::temp_directory_path() /
-                             ("splat-exif-" + std::to_string(::getpid()) + ".jpg");
+    const Temporary path(".jpg");
     const std::vector<std::byte> file = exif_jpeg(36);
-    std::ofstream(path, std::ios::binary)
+    std::ofstream(path.path(), std::ios::binary)
         .write(reinterpret_cast<const char*>(file.data()),
                static_cast<std::streamsize>(file.size()));
     splat_picture picture = picture_of(path.c_str());
@@ -178,7 +146,6 @@ TEST(ApiPicture, TheFocalLengthIsThatOfTheExifDataUnlessGiven) {
     const Squares from_exif(picture);
     picture.focal = 20;
     const Squares given(picture);
-    std::filesystem::remove(path);
     // The diagonals of 12 x 8 pixels and of 36 x 24 mm are 3 mm for a pixel.
     EXPECT_NEAR(from_exif.info.focal, 12, 1e-4);
     EXPECT_NEAR(from_exif.info.fov_degrees, 36.87, 0.01) << "2 atan(8 / 24)";
@@ -202,46 +169,34 @@ TEST(ApiPicture, AnObjectAtTheBorderIsWarnedOf) {
     }
 }
 
-TEST(ApiPicture, MapsAreCutWithThePicture) {
-    std::vector<std::uint8_t> bytes = picture_bytes(3), depth(24 * 32, 51);
-    splat_picture picture = picture_of(image_of(bytes, 3));
-    picture.depth.pixels = image_of(depth, 1);
+Floats depth_of(const splat_picture& picture) {
     auto desc = sized<splat_picture_cut_desc>();
     desc.resolution = 16;
-    std::vector<float> cut(256, -1);
-    desc.depth = Squares::planes(cut, 1);
-    EXPECT_DONE(splat_picture_cut(&picture, &desc, nullptr));
-    EXPECT_EQ(cut[0], 0) << "farthest, outside of the object";
-    EXPECT_NEAR(cut[8 * 16 + 8], 0.2F, 1e-6F);
-    std::vector<float> normal(3 * 256, -1);
-    desc.normal = Squares::planes(normal, 3);
-    EXPECT_REFUSED(splat_picture_cut(&picture, &desc, nullptr), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "desc.normal has pixels, but the picture has no such map");
-    EXPECT_EQ(normal, std::vector<float>(3 * 256, -1));
-}
-
-/// Floats of 32 x 24 pixels as a picture.
-splat_image floats_image(std::vector<float>& values, std::uint32_t channels) {
-    std::vector<std::uint8_t> none;
-    splat_image image = image_of(none, channels);
-    image.pixels = values.data();
-    image.bytes = values.size() * sizeof(float);
-    image.type = SPLAT_PIXEL_F32;
-    return image;
-}
-
-std::vector<float> depth_of(const splat_picture& picture) {
-    auto desc = sized<splat_picture_cut_desc>();
-    desc.resolution = 16;
-    std::vector<float> cut(256, -1);
-    desc.depth = Squares::planes(cut, 1);
+    Floats cut(256, -1);
+    desc.depth = planes_image(cut.data(), 16, 1);
     EXPECT_DONE(splat_picture_cut(&picture, &desc, nullptr));
     return cut;
 }
 
+TEST(ApiPicture, MapsAreCutWithThePicture) {
+    std::vector<std::uint8_t> bytes = picture_bytes(3), depth(24 * 32, 51);
+    splat_picture picture = picture_of(image_of(bytes, 3));
+    picture.depth.pixels = image_of(depth, 1);
+    const Floats cut = depth_of(picture);
+    EXPECT_EQ(cut[0], 0) << "farthest, outside of the object";
+    EXPECT_NEAR(cut[8 * 16 + 8], 0.2F, 1e-6F);
+    Floats normal(3 * 256, -1);
+    auto desc = sized<splat_picture_cut_desc>();
+    desc.resolution = 16;
+    desc.normal = planes_image(normal.data(), 16);
+    EXPECT_REFUSED(splat_picture_cut(&picture, &desc, nullptr), kArgument,
+                   "desc.normal has pixels, but the picture has no such map");
+    EXPECT_EQ(normal, Floats(3 * 256, -1));
+}
+
 TEST(ApiPicture, FloatDepthsHaveAnyScale) {
     std::vector<std::uint8_t> bytes = picture_bytes(3), expected;
-    std::vector<float> metres, inverse, equal(std::size_t{24} * 32, 2.5F);
+    Floats metres, inverse, equal(std::size_t{24} * 32, 2.5F);
     std::vector<std::uint16_t> halves;
     for (std::size_t i = 0; i < equal.size(); ++i) {
         const auto step = static_cast<float>(i % 32 / 2) / 15;  // 255 / 15 = 17
@@ -251,24 +206,22 @@ TEST(ApiPicture, FloatDepthsHaveAnyScale) {
     }
     splat_picture picture = picture_of(image_of(bytes, 3));
     picture.depth.pixels = image_of(expected, 1);
-    const std::vector<float> bytes_cut = depth_of(picture);
+    const Floats bytes_cut = depth_of(picture);
     EXPECT_GT(bytes_cut[8 * 16 + 11], bytes_cut[8 * 16 + 4] + 0.2F);
-    picture.depth.pixels = floats_image(metres, 1);
+    picture.depth.pixels = image_of(metres, 1);
     EXPECT_EQ(depth_of(picture), bytes_cut) << "2 to 3";
-    picture.depth.pixels = floats_image(inverse, 1);
+    picture.depth.pixels = image_of(inverse, 1);
     EXPECT_EQ(depth_of(picture), bytes_cut) << "-1e30 to 1e30";
     for (std::size_t i = 0; i < equal.size(); ++i) {
         halves.push_back(i % 2 == 0 ? 0x4000 : 0x4400);  // 2 and 4
         expected[i] = i % 2 == 0 ? 0 : 255;
     }
     picture.depth.pixels = image_of(expected, 1);
-    const std::vector<float> stripes = depth_of(picture);
-    picture.depth.pixels.pixels = halves.data();
-    picture.depth.pixels.bytes = halves.size() * 2;
-    picture.depth.pixels.type = SPLAT_PIXEL_F16;
+    const Floats stripes = depth_of(picture);
+    picture.depth.pixels = image_of(halves, 1);
     EXPECT_EQ(depth_of(picture), stripes) << "halves";
-    picture.depth.pixels = floats_image(equal, 1);
-    EXPECT_EQ(depth_of(picture), std::vector<float>(256, 0)) << "equal depths";
+    picture.depth.pixels = image_of(equal, 1);
+    EXPECT_EQ(depth_of(picture), Floats(256, 0)) << "equal depths";
 }
 
 /// A picture and all of its maps as floats, with one of them changed before each cut.
@@ -276,27 +229,25 @@ class FloatPicture {
   public:
     FloatPicture() {
         for (const std::uint8_t byte : bytes_) image.push_back(static_cast<float>(byte) / 255);
-        picture.image.pixels = floats_image(image, 3);
-        picture.mask.pixels = floats_image(mask, 1);
-        picture.depth.pixels = floats_image(depth, 1);
-        picture.normal.pixels = floats_image(normal, 3);
+        picture.image.pixels = image_of(image, 3);
+        picture.mask.pixels = image_of(mask, 1);
+        picture.depth.pixels = image_of(depth, 1);
+        picture.normal.pixels = image_of(normal, 3);
     }
     void expect_refused(const char* sentence) const {
         auto desc = sized<splat_picture_cut_desc>();
         desc.resolution = 16;
-        std::vector<float> cut(3 * 256, -1);
-        desc.image = Squares::planes(cut, 3);
-        EXPECT_REFUSED(splat_picture_cut(&picture, &desc, nullptr), SPLAT_ERROR_INVALID_ARGUMENT,
-                       sentence);
-        EXPECT_EQ(cut, std::vector<float>(3 * 256, -1));
+        Floats cut(3 * 256, -1);
+        desc.image = planes_image(cut.data(), 16);
+        EXPECT_REFUSED(splat_picture_cut(&picture, &desc, nullptr), kArgument, sentence);
+        EXPECT_EQ(cut, Floats(3 * 256, -1));
     }
 
   private:
     std::vector<std::uint8_t> bytes_ = picture_bytes(3);
 
   public:
-    std::vector<float> image, mask = std::vector<float>(768, 1), depth = std::vector<float>(768, 1),
-                              normal = std::vector<float>(3 * 768, 0.5F);
+    Floats image, mask = Floats(768, 1), depth = Floats(768, 1), normal = Floats(3 * 768, 0.5F);
     splat_picture picture{};
 };
 
@@ -326,7 +277,7 @@ TEST(ApiPicture, FloatsOutsideOfZeroToOneAreRefused) {
 TEST(ApiPicture, NumbersThatAreNotFiniteAreRefused) {
     const struct {
         const char* sentence;
-        std::vector<float> FloatPicture::*values;
+        Floats FloatPicture::*values;
         float value;
     } cases[] = {
         {"picture.image.pixels at row 0, column 0, channel 2 is nan, expected a finite "
@@ -351,7 +302,7 @@ TEST(ApiPicture, AMaskOfZerosAndOnesIsRefusedWithAHint) {
     picture.mask.pixels = image_of(mask, 1);
     auto desc = sized<splat_picture_cut_desc>();
     desc.resolution = 16;
-    EXPECT_REFUSED(splat_picture_cut(&picture, &desc, nullptr), SPLAT_ERROR_INVALID_ARGUMENT,
+    EXPECT_REFUSED(splat_picture_cut(&picture, &desc, nullptr), kArgument,
                    "picture.mask: the mask has no pixel above one half; its largest value is 1 of "
                    "255, and 255 means inside: multiply a mask of 0 and 1 by 255");
 }

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <fstream>
-#include <functional>
 
 #include "api/predict/picture_calls.h"
 
@@ -12,30 +11,14 @@ namespace {
 
 using nlohmann::json;
 
-std::string text_of(const std::function<splat_result(char*, std::size_t, std::size_t*)>& get) {
-    std::size_t needed = 0;
-    EXPECT_EQ(get(nullptr, 0, &needed), SPLAT_INCOMPLETE);
-    std::string text(needed, '\0');
-    EXPECT_DONE(get(text.data(), needed, nullptr));
-    text.pop_back();
-    return text;
-}
-
-std::vector<float> means_of(splat_scene scene) {
-    auto info = sized<splat_scene_info>();
-    EXPECT_DONE(splat_scene_get_info(scene, &info));
-    std::vector<float> means(3 * info.count);
-    EXPECT_DONE(splat_scene_read(scene, "means", means.data(), means.size() * sizeof(float)));
-    return means;
+Floats means_of(splat_scene scene) {
+    const std::uint64_t count = got(splat_scene_get_info, scene).count;
+    return floats_of(3 * count, splat_scene_read, scene, "means");
 }
 
 /// The weights of a small model, initialised at random.
 Weights random_weights(const Device& device) {
-    const Model model = make_model(device);
-    EXPECT_DONE(splat_model_init(model, 3));
-    Weights weights;
-    EXPECT_DONE(splat_model_store(model, weights.out()));
-    return weights;
+    return got(splat_model_store, random_model(device));
 }
 
 class ApiPredictor : public testing::Test {
@@ -46,16 +29,15 @@ class ApiPredictor : public testing::Test {
     splat_picture picture_{};
 
     void SetUp() override { picture_.image.pixels = image_of(bytes_, 3); }
-    std::vector<float> predict(splat_predictor predictor, const splat_picture& picture) {
+    Floats predict(splat_predictor predictor, const splat_picture& picture) {
         Scene scene;
         EXPECT_DONE(splat_predictor_predict(predictor, &picture, 1, scene.out(), nullptr));
-        return scene.get() == nullptr ? std::vector<float>() : means_of(scene);
+        return scene.get() == nullptr ? Floats() : means_of(scene);
     }
 };
 
 TEST_F(ApiPredictor, TellsWhatItTakes) {
-    auto info = sized<splat_predictor_info>();
-    ASSERT_DONE(splat_predictor_get_info(predictor_, &info));
+    const auto info = got(splat_predictor_get_info, predictor_);
     EXPECT_EQ(info.views, 1U);
     EXPECT_EQ(info.resolution, 16U);
     EXPECT_EQ(info.channels, 3U);
@@ -65,9 +47,7 @@ TEST_F(ApiPredictor, TellsWhatItTakes) {
     EXPECT_NEAR(info.fov_degrees, 51.99, 0.01);
     EXPECT_EQ(info.background[1], 1);
     EXPECT_STREQ(info.category, "");
-    const json report = json::parse(text_of([&](char* buffer, std::size_t size, std::size_t* n) {
-        return splat_predictor_report(predictor_, buffer, size, n);
-    }));
+    const json report = json::parse(text_of(splat_predictor_report, predictor_));
     EXPECT_EQ(report.at("weights"), "");
     EXPECT_TRUE(report.at("warnings").empty());
     EXPECT_FALSE(report.at("load").at("copied").empty());
@@ -76,7 +56,7 @@ TEST_F(ApiPredictor, TellsWhatItTakes) {
 
 TEST_F(ApiPredictor, AFileAndItsPixelsGiveTheSameScene) {
     const PictureFile file(3);
-    const std::vector<float> means = predict(predictor_, picture_);
+    const Floats means = predict(predictor_, picture_);
     EXPECT_GT(means.size(), 0U);
     splat_picture from_file{};
     from_file.image.path = file.path();
@@ -87,7 +67,7 @@ TEST_F(ApiPredictor, AFileAndItsPixelsGiveTheSameScene) {
 TEST_F(ApiPredictor, GivesFactsOfAPrediction) {
     splat_camera camera{};
     splat_picture_info info{};
-    std::vector<float> inputs(3 * 256, -1);
+    Floats inputs(3 * 256, -1);
     auto facts = sized<splat_prediction>();
     facts.cameras = &camera;
     facts.camera_capacity = 1;
@@ -110,9 +90,7 @@ TEST_F(ApiPredictor, GivesFactsOfAPrediction) {
     EXPECT_EQ(info.warnings, std::uint32_t{SPLAT_PICTURE_FIELD_OF_VIEW}) << "10 degrees";
     EXPECT_EQ(inputs[0], 1);
     EXPECT_LT(inputs[8 * 16 + 8], 0.5);
-    const json report = json::parse(text_of([&](char* buffer, std::size_t size, std::size_t* n) {
-        return splat_prediction_report(&facts, buffer, size, n);
-    }));
+    const json report = json::parse(text_of(splat_prediction_report, &facts));
     EXPECT_EQ(report.at("gaussians"), facts.gaussians);
     EXPECT_EQ(report.at("pictures").at(0).at("mask"), "border");
     EXPECT_EQ(report.at("pictures").at(0).at("square").at(2), 18);
@@ -131,21 +109,13 @@ TEST_F(ApiPredictor, AReportOfNothingIsRefused) {
     auto facts = sized<splat_prediction>();
     facts.pictures = &info;
     facts.picture_capacity = facts.picture_count = 1;
-    EXPECT_REFUSED(splat_prediction_report(&facts, nullptr, 0, nullptr),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "prediction.pictures[0].found is 0");
+    EXPECT_REFUSED(splat_prediction_report(&facts, nullptr, 0, nullptr), kArgument,
+                   "prediction.pictures[0].found is 0");
 }
 
 TEST_F(ApiPredictor, TheFieldOfViewIsThatOfTheWeights) {
-    const std::string wide = std::string(kSmallModel) + "\n  fov: 90";
-    auto model_of_weights = model_desc();
-    model_of_weights.config = wide.c_str();
-    Model model;
-    ASSERT_DONE(splat_model_create(device_, &model_of_weights, model.out()));
-    ASSERT_DONE(splat_model_init(model, 3));
-    const Predictor predictor = make_predictor(device_, model);
-    auto info = sized<splat_predictor_info>();
-    ASSERT_DONE(splat_predictor_get_info(predictor, &info));
-    EXPECT_NEAR(info.fov_degrees, 90, 1e-3);
+    const Predictor predictor = make_predictor(device_, random_model(device_, "\n  fov: 90"));
+    EXPECT_NEAR(got(splat_predictor_get_info, predictor).fov_degrees, 90, 1e-3);
     splat_camera camera{};
     auto facts = sized<splat_prediction>();
     facts.cameras = &camera;
@@ -159,34 +129,28 @@ TEST_F(ApiPredictor, APoseWithoutEffectIsRefused) {
     for (int i = 0; i < 4; ++i) picture_.world_to_camera[5 * i] = 1;
     Scene scene;
     EXPECT_REFUSED(splat_predictor_predict(predictor_, &picture_, 1, scene.out(), nullptr),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "pictures[0]: a pose is given");
+                   kArgument, "pictures[0]: a pose is given");
 }
 
 TEST_F(ApiPredictor, FindsTheConfigurationBesideItsWeights) {
-    const auto folder =
-        std::filesystem::temp_directory_path() / ("splat_predictor_" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder);
+    const Temporary folder;
     const std::string path = folder / "weights.safetensors";
     ASSERT_DONE(splat_weights_save(random_weights(device_), path.c_str(), 0));
     auto desc = sized<splat_predictor_desc>();
     desc.weights_path = path.c_str();
     Predictor made;
-    EXPECT_REFUSED(splat_predictor_create(device_, &desc, made.out()), SPLAT_ERROR_NOT_FOUND,
+    EXPECT_REFUSED(splat_predictor_create(device_, &desc, made.out()), kNotFound,
                    "no config.json or config.yaml in the folder of");
-    EXPECT_NE(std::string(splat_last_error_message()).find("fit no published configuration; the"),
-              std::string::npos);
+    EXPECT_TRUE(holds(splat_last_error_message(), "fit no published configuration; the"));
     std::ofstream(folder / "config.yaml") << kSmallModel << "\n  category: cars\n";
     ASSERT_DONE(splat_predictor_create(device_, &desc, made.out()));
     EXPECT_EQ(predict(made, picture_), predict(predictor_, picture_));
-    auto info = sized<splat_predictor_info>();
-    ASSERT_DONE(splat_predictor_get_info(made, &info));
-    EXPECT_STREQ(info.category, "cars");
-    std::filesystem::remove_all(folder);
+    EXPECT_STREQ(got(splat_predictor_get_info, made).category, "cars");
 }
 
 /// The tensors by which the published networks are told apart.
 Weights parts_of_nmr() {
-    std::vector<std::pair<std::string, std::vector<std::int64_t>>> parts = {
+    std::vector<std::pair<std::string, Dims>> parts = {
         {"network_with_offset.encoder.enc.64x64_conv.weight", {128, 3, 3, 3}},
         {"network_with_offset.out.weight", {24, 24, 1, 1}}};
     for (const int side : {64, 32, 16, 8})
@@ -199,68 +163,46 @@ Weights parts_of_nmr() {
             parts.push_back({name + ".conv1.bias", {width}});
             if (side == 8) parts.push_back({name + ".qkv.weight", {3 * width, width, 1, 1}});
         }
-    const std::vector<float> zeros(std::size_t{768} * 256);
+    const Floats zeros(std::size_t{768} * 256);
     std::vector<splat_named_array> arrays;
     for (const auto& [name, dims] : parts) {
-        splat_named_array array{};
-        array.name = name.c_str();
-        array.values = zeros.data();
-        array.rank = static_cast<std::uint32_t>(dims.size());
-        array.value_count = 1;
-        for (std::size_t i = 0; i < dims.size(); ++i) {
-            array.dims[i] = dims[i];
-            array.value_count *= static_cast<std::uint64_t>(dims[i]);
-        }
-        arrays.push_back(array);
+        arrays.push_back(named_array(name.c_str(), zeros, dims));
+        arrays.back().value_count = 1;
+        for (const std::int64_t size : dims)
+            arrays.back().value_count *= static_cast<std::uint64_t>(size);
     }
-    Weights weights;
-    EXPECT_DONE(splat_weights_from_arrays(arrays.data(), arrays.size(), weights.out()));
-    return weights;
+    return got(splat_weights_from_arrays, arrays.data(), arrays.size());
 }
 
 /// With it the network is made, and loading then misses what parts_of_nmr() left out.
 TEST_F(ApiPredictor, TakesThePublishedConfigurationThatFits) {
-    const auto path = std::filesystem::temp_directory_path() /
-                      ("splat_published_" + std::to_string(getpid()) + ".safetensors");
+    const Temporary path(".safetensors");
     ASSERT_DONE(splat_weights_save(parts_of_nmr(), path.c_str(), 0));
     auto desc = sized<splat_predictor_desc>();
     desc.weights_path = path.c_str();
     Predictor made;
-    EXPECT_REFUSED(splat_predictor_create(device_, &desc, made.out()), SPLAT_ERROR_FORMAT,
+    EXPECT_REFUSED(splat_predictor_create(device_, &desc, made.out()), kFormat,
                    "the file has no tensor 'network_with_offset.encoder.enc.64x64_");
-    std::filesystem::remove(path);
 }
 
 TEST_F(ApiPredictor, FoldsAdaptersIntoItsWeights) {
-    const std::string config =
-        std::string("opt: {lora_finetune: true, lora_rank: 2, lora_alpha: 3}\n") + kSmallModel;
-    splat_model_desc desc = model_desc();
-    desc.config = config.c_str();
-    Model model;
-    ASSERT_DONE(splat_model_create(device_, &desc, model.out()));
-    ASSERT_DONE(splat_model_init(model, 3));
-    Weights adapters;
-    ASSERT_DONE(splat_model_export(model, SPLAT_EXPORT_ADAPTERS, adapters.out()));
+    const Model model =
+        random_model(device_, "\nopt: {lora_finetune: true, lora_rank: 2, lora_alpha: 3}");
+    const Weights adapters = got(splat_model_export, model, SPLAT_EXPORT_ADAPTERS);
     const Weights weights = random_weights(device_);
-    Weights folded;
-    ASSERT_DONE(splat_weights_fold(weights, adapters, 3, 0, folded.out()));
+    const Weights folded = got(splat_weights_fold, weights, adapters, 3, 0);
     auto from = sized<splat_predictor_desc>();
     from.config = kSmallModel;
     from.weights = folded;
-    Predictor expected, made;
-    ASSERT_DONE(splat_predictor_create(device_, &from, expected.out()));
+    const Predictor expected = got(splat_predictor_create, device_, from);
     from.weights = weights;
     from.adapters = adapters;
-    ASSERT_DONE(splat_predictor_create(device_, &from, made.out()));
+    const Predictor made = got(splat_predictor_create, device_, from);
     EXPECT_EQ(predict(made, picture_), predict(expected, picture_));
 }
 
 TEST_F(ApiPredictor, PredictsAnObjectOfADataSet) {
-    splat_dataset_desc desc = dataset_desc();
-    desc.resolution = 16;
-    for (float& value : desc.background) value = 1;
-    Dataset dataset;
-    ASSERT_DONE(splat_dataset_open(&desc, dataset.out()));
+    const Dataset dataset = make_training_dataset();
     const std::uint32_t views[] = {1, 0};
     splat_camera cameras[2] = {};
     auto facts = sized<splat_prediction>();
@@ -275,80 +217,53 @@ TEST_F(ApiPredictor, PredictsAnObjectOfADataSet) {
     EXPECT_NE(cameras[1].world_to_camera[0], 1);
     EXPECT_NEAR(cameras[1].fx, 131.25 / 8, 1e-6);
     // The same by the images of the data set.
-    std::vector<float> image(3 * 256);
+    Floats image(3 * 256);
     auto out = sized<splat_dataset_views>();
     out.images = image.data();
     ASSERT_DONE(splat_dataset_read(dataset, 1, views, 1, &out));
-    auto input = sized<splat_model_input>();
-    input.images = image.data();
-    const Model model = make_model(device_);
-    ASSERT_DONE(splat_model_init(model, 3));
-    ASSERT_DONE(splat_model_forward(model, &input));
-    Scene expected;
-    ASSERT_DONE(splat_model_scene(model, 0, expected.out()));
+    const Model model = random_model(device_);
+    forward(model, image);
+    const Scene expected = got(splat_model_scene, model, 0);
     ASSERT_DONE(splat_scene_filter(expected, SPLAT_FILTER_FINITE, 1.0 / 255));
     EXPECT_EQ(means_of(scene), means_of(expected));
     Scene none;
     EXPECT_REFUSED(
         splat_predictor_predict_object(predictor_, dataset, 9, views, 2, none.out(), nullptr),
-        SPLAT_ERROR_INVALID_ARGUMENT, "object is 9");
+        kArgument, "object is 9");
 }
 
 TEST_F(ApiPredictor, WeightsThatOverflowAreAnError) {
-    const Model model = make_model(device_);
-    ASSERT_DONE(splat_model_init(model, 3));
-    std::string name;
-    {
-        Weights weights;
-        ASSERT_DONE(splat_model_store(model, weights.out()));
-        std::uint32_t count = 0;
-        ASSERT_DONE(splat_weights_count(weights, &count));
-        auto info = sized<splat_weights_info>();
-        for (std::uint32_t i = 0; i < count && name.empty(); ++i) {
-            ASSERT_DONE(splat_weights_get_info(weights, i, &info));
-            if (info.rank != 4 || std::string(info.name).find("conv") == std::string::npos)
-                continue;
-            name = info.name;
-            const std::vector<float> huge(info.elements, 3.4e38F);
-            ASSERT_DONE(splat_model_write(model, info.name, huge.data(), huge.size() * 4));
-        }
-    }
-    ASSERT_FALSE(name.empty());
+    const Model model = random_model(device_);
+    constexpr const char* kWeight = "network_with_offset.encoder.enc.16x16_conv.weight";
+    const Floats huge(216, 3.4e38F);
+    ASSERT_DONE(splat_model_write(model, kWeight, huge.data(), huge.size() * 4));
     const Predictor made = make_predictor(device_, model);
     Scene scene;
-    EXPECT_REFUSED(splat_predictor_predict(made, &picture_, 1, scene.out(), nullptr),
-                   SPLAT_ERROR_INVALID_STATE, "the network's output is not finite");
+    EXPECT_REFUSED(splat_predictor_predict(made, &picture_, 1, scene.out(), nullptr), kState,
+                   "the network's output is not finite");
     EXPECT_EQ(scene.get(), nullptr);
 }
 
 TEST_F(ApiPredictor, TheBuiltInWeightsAreTheDefault) {
-    const std::string path = text_of([](char* buffer, std::size_t size, std::size_t* needed) {
-        return splat_builtin_weights(nullptr, buffer, size, needed);
-    });
+    const std::string path = text_of(splat_builtin_weights, nullptr);
     EXPECT_TRUE(path.ends_with("cars64/weights.safetensors")) << path;
-    EXPECT_REFUSED(splat_builtin_weights("trucks", nullptr, 0, nullptr), SPLAT_ERROR_NOT_FOUND,
+    EXPECT_REFUSED(splat_builtin_weights("trucks", nullptr, 0, nullptr), kNotFound,
                    "expected cars64");
-    Predictor made;
-    ASSERT_DONE(splat_predictor_create(device_, nullptr, made.out()));
-    auto info = sized<splat_predictor_info>();
-    ASSERT_DONE(splat_predictor_get_info(made, &info));
-    EXPECT_EQ(info.resolution, 64U);
+    const Predictor made = got(splat_predictor_create, device_, nullptr);
+    EXPECT_EQ(got(splat_predictor_get_info, made).resolution, 64U);
 }
 
 TEST_F(ApiPredictor, BuiltInWeightsAreNamed) {
-    Weights weights;
-    ASSERT_DONE(splat_weights_load("cars64-depth-normal", 0, weights.out()));
-    EXPECT_REFUSED(splat_weights_load("trucks", 0, weights.out()), SPLAT_ERROR_NOT_FOUND,
+    Weights weights = got(splat_weights_load, "cars64-depth-normal", 0);
+    EXPECT_REFUSED(splat_weights_load("trucks", 0, weights.out()), kNotFound,
                    "there is no file 'trucks'");
     auto desc = sized<splat_predictor_desc>();
     desc.weights_path = "cars64-depth-normal";
-    Predictor made;
-    ASSERT_DONE(splat_predictor_create(device_, &desc, made.out()));
-    auto info = sized<splat_predictor_info>();
-    ASSERT_DONE(splat_predictor_get_info(made, &info));
+    Predictor made = got(splat_predictor_create, device_, &desc);
+    const auto info = got(splat_predictor_get_info, made);
     EXPECT_EQ(info.depth + info.normal, 2U);
     desc.weights_path = "trucks";
-    EXPECT_REFUSED(splat_predictor_create(device_, &desc, made.out()), SPLAT_ERROR_NOT_FOUND,
+    EXPECT_REFUSED(splat_predictor_create(device_, &desc, made.out()), kNotFound,
                    "expected cars64");
 }
 

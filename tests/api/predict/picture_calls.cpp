@@ -1,7 +1,5 @@
 #include "api/predict/picture_calls.h"
 
-#include <unistd.h>
-
 namespace splat::test {
 
 std::vector<std::uint8_t> picture_bytes(std::uint32_t channels) {
@@ -19,21 +17,8 @@ std::vector<std::uint8_t> picture_bytes(std::uint32_t channels) {
     return bytes;
 }
 
-splat_image image_of(std::vector<std::uint8_t>& bytes, std::uint32_t channels) {
-    splat_image image{};
-    image.pixels = bytes.data();
-    image.bytes = bytes.size();
-    image.type = SPLAT_PIXEL_U8;
-    image.width = 32;
-    image.height = 24;
-    image.channels = channels;
-    return image;
-}
-
-PictureFile::PictureFile(std::uint32_t channels)
-    : path_(std::filesystem::temp_directory_path() / ("splat_picture_" + std::to_string(getpid()) +
-                                                      "_" + std::to_string(channels) + ".png")) {
-    std::vector<std::uint8_t> bytes = picture_bytes(channels);
+PictureFile::PictureFile(std::uint32_t channels) : path_(".png") {
+    const std::vector<std::uint8_t> bytes = picture_bytes(channels);
     const splat_image image = image_of(bytes, channels);
     EXPECT_DONE(splat_image_save(path(), &image));
 }

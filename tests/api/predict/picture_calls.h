@@ -1,7 +1,5 @@
 #pragma once
 
-#include <filesystem>
-
 #include "api/api_calls.h"
 
 namespace splat::test {
@@ -10,21 +8,20 @@ namespace splat::test {
 /// if there is one, marks the rectangle.
 std::vector<std::uint8_t> picture_bytes(std::uint32_t channels);
 
-/// picture_bytes() as packed pixels.
-splat_image image_of(std::vector<std::uint8_t>& bytes, std::uint32_t channels);
+/// picture_bytes(), or other values of 32 x 24 pixels, as packed pixels.
+template <class Value>
+splat_image image_of(const std::vector<Value>& values, std::uint32_t channels) {
+    return packed_image(values, 32, 24, channels);
+}
 
 /// A PNG file of them, removed with the object.
 class PictureFile {
   public:
     explicit PictureFile(std::uint32_t channels);
-    PictureFile(const PictureFile&) = delete;
-    PictureFile& operator=(const PictureFile&) = delete;
-    ~PictureFile() { std::filesystem::remove(path_); }
-
     [[nodiscard]] const char* path() const { return path_.c_str(); }
 
   private:
-    std::string path_;
+    const Temporary path_;
 };
 
 }  // namespace splat::test

@@ -1,8 +1,5 @@
 // Points of meshes, depth maps and scenes through the C API. Needs no device.
-#include <unistd.h>
-
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 
 #include "api/raster_calls.h"
@@ -10,26 +7,21 @@
 namespace splat::test {
 namespace {
 
-/// A file of the temporary folder, removed at the end.
+/// A file of a mesh.
 class MeshFile {
   public:
-    explicit MeshFile(const std::string& text) { std::ofstream(path_) << text; }
-    MeshFile(const MeshFile&) = delete;
-    MeshFile& operator=(const MeshFile&) = delete;
-    ~MeshFile() { std::filesystem::remove(path_); }
+    explicit MeshFile(const std::string& text) { std::ofstream(path_.path()) << text; }
     [[nodiscard]] const char* path() const { return path_.c_str(); }
 
   private:
-    std::string path_ = (std::filesystem::temp_directory_path() /
-                         ("splat-mesh-" + std::to_string(::getpid()) + ".obj"))
-                            .string();
+    const Temporary path_{".obj"};
 };
 
 constexpr const char* kSquare = "v 0 0 2\nv 1 0 2\nv 1 1 2\nv 0 1 2\nf 1 2 3 -1\n";
 
 TEST(ApiPoints, OfAMesh) {
     const MeshFile file(kSquare);
-    std::vector<float> points(3000), first(30);
+    Floats points(3000), first(30);
     ASSERT_DONE(splat_points_from_mesh(file.path(), 5, points.data(), points.size()));
     ASSERT_DONE(splat_points_from_mesh(file.path(), 5, first.data(), first.size()));
     EXPECT_TRUE(std::equal(first.begin(), first.end(), points.begin()));
@@ -51,27 +43,27 @@ TEST(ApiPoints, OfACloudAreSpreadEvenly) {
     const std::string rows = "0 0 1\n1 0 1\n2 0 1\n3 0 1\n";
     {
         const MeshFile file(head + "end_header\n" + rows);
-        std::vector<float> all(12), some(6);
+        Floats all(12), some(6);
         ASSERT_DONE(splat_points_from_mesh(file.path(), 0, all.data(), all.size()));
         ASSERT_DONE(splat_points_from_mesh(file.path(), 0, some.data(), some.size()));
-        EXPECT_EQ(all, (std::vector<float>{0, 0, 1, 1, 0, 1, 2, 0, 1, 3, 0, 1}));
-        EXPECT_EQ(some, (std::vector<float>{0, 0, 1, 2, 0, 1}));
+        EXPECT_EQ(all, (Floats{0, 0, 1, 1, 0, 1, 2, 0, 1, 3, 0, 1}));
+        EXPECT_EQ(some, (Floats{0, 0, 1, 2, 0, 1}));
     }
-    std::vector<float> points(3);
+    Floats points(3);
     const MeshFile mesh(head +
                         "element face 1\nproperty list uchar int vertex_index\nend_header\n" +
                         rows + "3 0 1 2\n");
-    EXPECT_REFUSED(splat_points_from_mesh(mesh.path(), 0, points.data(), 3),
-                   SPLAT_ERROR_UNSUPPORTED, "a mesh of 1 faces, expected points alone");
+    EXPECT_REFUSED(splat_points_from_mesh(mesh.path(), 0, points.data(), 3), kUnsupported,
+                   "a mesh of 1 faces, expected points alone");
 }
 
 TEST(ApiPoints, OfADamagedMesh) {
-    std::vector<float> points(3, 7);
+    Floats points(3, 7);
     const MeshFile file(std::string(kSquare) + "f 1 2 9\n");
-    EXPECT_REFUSED(splat_points_from_mesh(file.path(), 0, points.data(), 3), SPLAT_ERROR_FORMAT,
+    EXPECT_REFUSED(splat_points_from_mesh(file.path(), 0, points.data(), 3), kFormat,
                    "line 6: the face names vertex 9");
-    EXPECT_NE(std::string(splat_last_error_message()).find(file.path()), std::string::npos);
-    EXPECT_EQ(points, std::vector<float>(3, 7));
+    EXPECT_TRUE(holds(splat_last_error_message(), file.path()));
+    EXPECT_EQ(points, Floats(3, 7));
 }
 
 TEST(ApiPoints, OfADepthMap) {
@@ -83,21 +75,16 @@ TEST(ApiPoints, OfADepthMap) {
     camera.cy = 0.5;
     for (const std::size_t i : {0U, 5U, 10U, 15U}) camera.world_to_camera[i] = 1;
     camera.world_to_camera[11] = 3;  // the camera stands at z = -3
-    std::vector<float> depth = {4, 0};
-    splat_image image{};
-    image.pixels = depth.data();
-    image.type = SPLAT_PIXEL_F32;
-    image.width = 2;
-    image.height = 1;
-    image.channels = 1;
-    std::vector<float> points(6, 7);
+    Floats depth = {4, 0};
+    const splat_image image = packed_image(depth, 2, 1, 1);
+    Floats points(6, 7);
     std::uint64_t needed = 0;
     EXPECT_EQ(splat_points_from_depth(&image, &camera, points.data(), 2, &needed),
               SPLAT_INCOMPLETE);
     EXPECT_EQ(needed, 3U);
     EXPECT_EQ(points[0], 7);
     ASSERT_DONE(splat_points_from_depth(&image, &camera, points.data(), 6, &needed));
-    EXPECT_EQ(points, (std::vector<float>{-1, 0, 1, 7, 7, 7}));
+    EXPECT_EQ(points, (Floats{-1, 0, 1, 7, 7, 7}));
     depth[0] = -1;
     EXPECT_DONE(splat_points_from_depth(&image, &camera, nullptr, 0, &needed));
     EXPECT_EQ(needed, 0U);
@@ -106,9 +93,8 @@ TEST(ApiPoints, OfADepthMap) {
 TEST(ApiPoints, ASceneAgainstItsOwnMeansIsPerfect) {
     const SampleScene sample(50);
     const Scene scene = sample.create();
-    auto scores = sized<splat_point_scores>();
-    ASSERT_DONE(splat_scene_compare_points(scene, 0, sample.means.data(), sample.means.size(), 1e-6,
-                                           &scores));
+    const auto scores =
+        got(splat_scene_compare_points, scene, 0, sample.means.data(), sample.means.size(), 1e-6);
     EXPECT_EQ(scores.gaussians, 50U);
     EXPECT_EQ(scores.chamfer, 0);
     EXPECT_EQ(scores.f_score, 1);
@@ -120,8 +106,7 @@ TEST(ApiPoints, OnlyOpaqueGaussiansCount) {
     desc.count = 2;
     desc.means = means;
     desc.opacity_logits = logits;
-    Scene scene;
-    ASSERT_DONE(splat_scene_create(&desc, scene.out()));
+    const Scene scene = got(splat_scene_create, &desc);
     auto all = sized<splat_point_scores>(), opaque = all;
     ASSERT_DONE(splat_scene_compare_points(scene, 0, truth, 3, 2.1, &all));
     ASSERT_DONE(splat_scene_compare_points(scene, 0.5, truth, 3, 2.1, &opaque));

@@ -7,26 +7,11 @@
 namespace splat::test {
 namespace {
 
-template <class T>
-splat_image prior_image(std::vector<T>& pixels, std::uint32_t width, std::uint32_t height,
-                        std::uint32_t channels) {
-    splat_image image{};
-    image.pixels = pixels.data();
-    image.bytes = pixels.size() * sizeof(T);
-    image.type = sizeof(T) == 1 ? SPLAT_PIXEL_U8 : SPLAT_PIXEL_F32;
-    image.width = width;
-    image.height = height;
-    image.channels = channels;
-    return image;
-}
-
-splat_depth_scores depth_scores(std::vector<float> p, std::vector<float> g,
-                                std::vector<float> mask = {}, std::uint32_t flags = 0) {
-    auto scores = sized<splat_depth_scores>();
+splat_depth_scores depth_scores(Floats p, Floats g, Floats mask = {}, std::uint32_t flags = 0) {
     const auto width = static_cast<std::uint32_t>(p.size());
-    const splat_image a = prior_image(p, width, 1, 1), b = prior_image(g, width, 1, 1);
-    const splat_image m = prior_image(mask, width, 1, 1);
-    EXPECT_DONE(splat_prior_compare_depth(&a, &b, mask.empty() ? nullptr : &m, flags, &scores));
+    const splat_image a = packed_image(p, width, 1, 1), b = packed_image(g, width, 1, 1);
+    const splat_image m = packed_image(mask, width, 1, 1);
+    const auto scores = got(splat_prior_compare_depth, &a, &b, mask.empty() ? nullptr : &m, flags);
     return scores;
 }
 
@@ -47,43 +32,39 @@ TEST(ApiPriors, DepthScoresHaveTheirPlaces) {
 
 TEST(ApiPriors, NormalsAreEncodedOrVectors) {
     // x and z: 90 degrees. The second pixel has no normal.
-    std::vector<float> truth = {1, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F},
-                       p = {0.5F, 0.5F, 1, 0.5F, 0.5F, 0.5F};
-    auto scores = sized<splat_normal_scores>();
-    const splat_image a = prior_image(p, 2, 1, 3), b = prior_image(truth, 2, 1, 3);
-    ASSERT_DONE(splat_prior_compare_normals(&a, &b, nullptr, 0, &scores));
+    Floats truth = {1, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F}, p = {0.5F, 0.5F, 1, 0.5F, 0.5F, 0.5F};
+    const splat_image a = packed_image(p, 2, 1, 3), b = packed_image(truth, 2, 1, 3);
+    const auto scores = got(splat_prior_compare_normals, &a, &b, nullptr, 0);
     EXPECT_EQ(scores.pixels, 1U);
     EXPECT_NEAR(scores.mean, 90, 1e-9);
     EXPECT_NEAR(scores.median, 90, 1e-9);
     EXPECT_NEAR(scores.rmse, 90, 1e-9);
     EXPECT_EQ(scores.within[2], 0);
     EXPECT_EQ(scores.missing, 0U);
-    for (std::vector<float>* map : {&truth, &p})
+    for (Floats* map : {&truth, &p})
         for (float& x : *map) x = 2 * x - 1;
-    auto vectors = sized<splat_normal_scores>();
-    ASSERT_DONE(splat_prior_compare_normals(&a, &b, nullptr, SPLAT_NORMAL_VECTORS, &vectors));
+    auto vectors = got(splat_prior_compare_normals, &a, &b, nullptr, SPLAT_NORMAL_VECTORS);
     EXPECT_EQ(vectors.mean, scores.mean);
     EXPECT_EQ(vectors.pixels, 1U);
-    std::vector<float> second = {0, 1};
-    const splat_image mask = prior_image(second, 2, 1, 1);
+    Floats second = {0, 1};
+    const splat_image mask = packed_image(second, 2, 1, 1);
     EXPECT_REFUSED(splat_prior_compare_normals(&a, &b, &mask, SPLAT_NORMAL_VECTORS, &vectors),
-                   SPLAT_ERROR_INVALID_ARGUMENT, "the true normal of pixel 1");
+                   kArgument, "the true normal of pixel 1");
 }
 
 TEST(ApiPriors, NormalsOfBytes) {
     // 128 stands for 0.004: still no normal.
     std::vector<unsigned char> truth = {128, 128, 255, 128, 128, 128},
                                p = {128, 128, 0, 255, 128, 128};
-    auto scores = sized<splat_normal_scores>();
-    const splat_image a = prior_image(p, 2, 1, 3), b = prior_image(truth, 2, 1, 3);
-    ASSERT_DONE(splat_prior_compare_normals(&a, &b, nullptr, 0, &scores));
+    const splat_image a = packed_image(p, 2, 1, 3), b = packed_image(truth, 2, 1, 3);
+    const auto scores = got(splat_prior_compare_normals, &a, &b, nullptr, 0);
     EXPECT_EQ(scores.pixels, 1U);
     EXPECT_GT(scores.mean, 179);
 }
 
 TEST(ApiPriors, MasksOfBytesAndTheirAlpha) {
     std::vector<unsigned char> p = {255, 255, 0, 0}, alpha = {255, 100, 1, 0};
-    const splat_image a = prior_image(p, 2, 2, 1), b = prior_image(alpha, 2, 2, 1);
+    const splat_image a = packed_image(p, 2, 2, 1), b = packed_image(alpha, 2, 2, 1);
     auto any = sized<splat_mask_scores>(), half = sized<splat_mask_scores>();
     ASSERT_DONE(splat_prior_compare_masks(&a, &b, 0, &any));
     ASSERT_DONE(splat_prior_compare_masks(&a, &b, SPLAT_MASK_ALPHA_HALF, &half));
@@ -102,10 +83,10 @@ TEST(ApiPriors, MasksOfBytesAndTheirAlpha) {
 TEST(ApiPriors, FidelityOfPlanesOfTheGoldenFile) {
     SPLAT_NEEDS_GOLDEN_FOLDER();
     each_golden("prior", [](const Golden& golden) {
-        std::vector<float> p = golden.floats("vif.pred"), t = golden.floats("vif.gt");
+        Floats p = golden.floats("vif.pred"), t = golden.floats("vif.gt");
         const std::uint32_t height = golden.dim("vif.gt", 1), width = golden.dim("vif.gt", 2);
-        const auto planes = [&](std::vector<float>& pixels) {
-            splat_image image = prior_image(pixels, width, height, 3);
+        const auto planes = [&](Floats& pixels) {
+            splat_image image = packed_image(pixels, width, height, 3);
             image.row_stride = 4 * std::int64_t{width};
             image.pixel_stride = 4;
             image.channel_stride = 4 * std::int64_t{width} * height;
@@ -126,18 +107,18 @@ TEST(ApiPriors, FidelityOfPlanesOfTheGoldenFile) {
 
 TEST(ApiPriors, EveryFilterWritesTheCallersPicture) {
     // A square of 3 x 3 in the middle of 9 x 7, with a hole.
-    std::vector<float> map(9 * 7);
+    Floats map(9 * 7);
     for (std::size_t y = 2; y < 5; ++y)
         for (std::size_t x = 3; x < 6; ++x) map[9 * y + x] = 1;
-    const std::vector<float> square = map;
+    const Floats square = map;
     map[9 * 3 + 4] = 0;
-    const splat_image in = prior_image(map, 9, 7, 1);
-    std::vector<float> filtered(map.size());
-    splat_image out = prior_image(filtered, 9, 7, 1);
+    const splat_image in = packed_image(map, 9, 7, 1);
+    Floats filtered(map.size());
+    splat_image out = packed_image(filtered, 9, 7, 1);
     ASSERT_DONE(splat_prior_filter(&in, SPLAT_MAP_FILTER_CLOSING, &out));
     EXPECT_EQ(filtered, square);
     ASSERT_DONE(splat_prior_filter(&in, SPLAT_MAP_FILTER_OPENING, &out));
-    EXPECT_EQ(filtered, std::vector<float>(map.size()));
+    EXPECT_EQ(filtered, Floats(map.size()));
     for (const splat_map_filter kind :
          {SPLAT_MAP_FILTER_SOBEL, SPLAT_MAP_FILTER_SCHARR, SPLAT_MAP_FILTER_PREWITT}) {
         ASSERT_DONE(splat_prior_filter(&in, kind, &out));
@@ -145,16 +126,16 @@ TEST(ApiPriors, EveryFilterWritesTheCallersPicture) {
         EXPECT_EQ(filtered[9 * 3 + 4], 0) << "the square is symmetric";
     }
     std::vector<unsigned char> bytes(map.size());
-    splat_image byte_out = prior_image(bytes, 9, 7, 1);
+    splat_image byte_out = packed_image(bytes, 9, 7, 1);
     ASSERT_DONE(splat_prior_filter(&in, SPLAT_MAP_FILTER_CANNY, &byte_out));
     for (const unsigned char byte : bytes) EXPECT_TRUE(byte == 0 || byte == 255);
     EXPECT_GT(std::count(bytes.begin(), bytes.end(), 255), 0);
 }
 
 TEST(ApiPriors, AMapMayBeFilteredInPlace) {
-    std::vector<float> map(25);
+    Floats map(25);
     map[12] = 1;
-    const splat_image in = prior_image(map, 5, 5, 1);
+    const splat_image in = packed_image(map, 5, 5, 1);
     splat_image out = in;
     ASSERT_DONE(splat_prior_filter(&in, SPLAT_MAP_FILTER_SOBEL, &out));
     EXPECT_EQ(map[12], 0) << "the gradient vanishes on a peak";

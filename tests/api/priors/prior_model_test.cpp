@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "api/priors/map_calls.h"
+#include "api/api_calls.h"
 #include "prior_models/onnx/sample_models.h"
 
 namespace splat::test {
@@ -19,9 +19,7 @@ PriorModel make_prior_model(const char* preset, std::uint32_t flags = 0) {
     desc.model_path = path.c_str();
     desc.threads = 1;
     desc.flags = flags;
-    PriorModel model;
-    EXPECT_DONE(splat_prior_model_create(&desc, model.out()));
-    return model;
+    return got(splat_prior_model_create, &desc);
 }
 
 std::vector<std::uint8_t> wavy_bytes(std::uint32_t channels) {
@@ -34,28 +32,27 @@ std::vector<std::uint8_t> wavy_bytes(std::uint32_t channels) {
 
 /// All maps of a picture of 20 x 16 pixels.
 struct AllMaps {
-    std::vector<float> depth = std::vector<float>(320, -9);
-    std::vector<float> normal = std::vector<float>(960, -9);
+    Floats depth = Floats(320, -9);
+    Floats normal = Floats(960, -9);
     std::vector<std::uint8_t> mask = std::vector<std::uint8_t>(320, 9);
 
     splat_prior_maps maps() {
-        return {float_map(depth, 20, 16, 1), float_map(normal, 20, 16, 3),
-                bytes_map(mask, 20, 16, 1)};
+        return {packed_image(depth, 20, 16, 1), packed_image(normal, 20, 16, 3),
+                packed_image(mask, 20, 16, 1)};
     }
     bool operator==(const AllMaps&) const = default;
 };
 
 TEST(ApiPriorModel, DescribesItself) {
     const PriorModel model = make_prior_model("u2net");
-    auto info = sized<splat_prior_model_info>();
-    EXPECT_DONE(splat_prior_model_get_info(model, &info));
+    const auto info = got(splat_prior_model_get_info, model);
     EXPECT_EQ(info.maps, static_cast<std::uint32_t>(SPLAT_DATA_MASK));
     EXPECT_EQ(info.width, 320U);
     EXPECT_EQ(info.height, 320U);
     EXPECT_STREQ(info.preset, "u2net");
-    EXPECT_NE(std::string(info.licence).find("Apache-2.0"), std::string::npos);
-    EXPECT_NE(std::string(info.path).find("api_u2net.onnx"), std::string::npos);
-    EXPECT_NE(std::string(info.runtime_version).find('.'), std::string::npos);
+    EXPECT_TRUE(holds(info.licence, "Apache-2.0"));
+    EXPECT_TRUE(holds(info.path, "api_u2net.onnx"));
+    EXPECT_TRUE(holds(info.runtime_version, "."));
 }
 
 TEST(ApiPriorModel, FillsEveryMapOfSeveralPicturesInOnePass) {
@@ -63,7 +60,7 @@ TEST(ApiPriorModel, FillsEveryMapOfSeveralPicturesInOnePass) {
     std::vector<std::uint8_t> rgb = wavy_bytes(3), rgba;
     for (std::size_t i = 0; i < 320; ++i)
         rgba.insert(rgba.end(), {rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2], 7});
-    const splat_image pictures[] = {bytes_map(rgb, 20, 16, 3), bytes_map(rgba, 20, 16, 4)};
+    const splat_image pictures[] = {packed_image(rgb, 20, 16, 3), packed_image(rgba, 20, 16, 4)};
     AllMaps first, second;
     const splat_prior_maps maps[] = {first.maps(), second.maps()};
     EXPECT_DONE(splat_prior_model_run(model, pictures, maps, 2));
@@ -89,12 +86,12 @@ TEST(ApiPriorModel, GivesTheModelsNumbersIfAsked) {
     const PriorModel model = make_prior_model("midas-small-hub", SPLAT_PRIOR_MODEL_NUMBERS);
     const PriorModel unit = make_prior_model("midas-small-hub");
     std::vector<std::uint8_t> rgb = wavy_bytes(3);
-    const splat_image picture = bytes_map(rgb, 20, 16, 3);
-    std::vector<float> numbers(320), units(320);
+    const splat_image picture = packed_image(rgb, 20, 16, 3);
+    Floats numbers(320), units(320);
     splat_prior_maps maps{};
-    maps.depth = float_map(numbers, 20, 16, 1);
+    maps.depth = packed_image(numbers, 20, 16, 1);
     EXPECT_DONE(splat_prior_model_run(model, &picture, &maps, 1));
-    maps.depth = float_map(units, 20, 16, 1);
+    maps.depth = packed_image(units, 20, 16, 1);
     EXPECT_DONE(splat_prior_model_run(unit, &picture, &maps, 1));
     const auto [least, most] = std::minmax_element(numbers.begin(), numbers.end());
     EXPECT_GT(*most - *least, 1.5) << "not from 0 to 1";
@@ -105,20 +102,17 @@ TEST(ApiPriorModel, GivesTheModelsNumbersIfAsked) {
 TEST(ApiPriorModel, LeavesMapsUntouchedWhenItFails) {
     const PriorModel model = make_prior_model("moge-2-vits");
     std::vector<std::uint8_t> rgb = wavy_bytes(3);
-    const splat_image pictures[] = {bytes_map(rgb, 20, 16, 3), bytes_map(rgb, 20, 16, 3)};
+    const splat_image pictures[] = {packed_image(rgb, 20, 16, 3), packed_image(rgb, 20, 16, 3)};
     AllMaps first, second;
     const AllMaps before;
     splat_prior_maps maps[] = {first.maps(), second.maps()};
     maps[1].normal.channels = 1;
-    EXPECT_REFUSED(splat_prior_model_run(model, pictures, maps, 2), SPLAT_ERROR_SHAPE_MISMATCH,
-                   "maps[1].normal");
+    EXPECT_REFUSED(splat_prior_model_run(model, pictures, maps, 2), kShape, "maps[1].normal");
     maps[1] = second.maps();
     maps[1].depth.width = 19;
-    EXPECT_REFUSED(splat_prior_model_run(model, pictures, maps, 2), SPLAT_ERROR_SHAPE_MISMATCH,
-                   "maps[1].depth");
+    EXPECT_REFUSED(splat_prior_model_run(model, pictures, maps, 2), kShape, "maps[1].depth");
     maps[1] = {};
-    EXPECT_REFUSED(splat_prior_model_run(model, pictures, maps, 2), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "no map");
+    EXPECT_REFUSED(splat_prior_model_run(model, pictures, maps, 2), kArgument, "no map");
     EXPECT_EQ(first, before);
     EXPECT_EQ(second, before);
 }
@@ -128,11 +122,11 @@ TEST(ApiPriorModel, AForkedChildIsRefused) {
     const pid_t child = fork();
     if (child == 0) {
         std::vector<std::uint8_t> rgb(20 * 16 * 3, 9), mask(320);
-        const splat_image picture = bytes_map(rgb, 20, 16, 3);
+        const splat_image picture = packed_image(rgb, 20, 16, 3);
         splat_prior_maps maps{};
-        maps.mask = bytes_map(mask, 20, 16, 1);
+        maps.mask = packed_image(mask, 20, 16, 1);
         const splat_result result = splat_prior_model_run(model, &picture, &maps, 1);
-        _exit(result == SPLAT_ERROR_INVALID_STATE ? 0 : 1);
+        _exit(result == kState ? 0 : 1);
     }
     int status = 1;
     ASSERT_EQ(waitpid(child, &status, 0), child);
@@ -146,11 +140,9 @@ TEST(ApiPriorModel, SaysWhatIsWrongWithAModel) {
     desc.preset = "normal-uncertainty-nyu";
     desc.model_path = path.c_str();
     PriorModel model;
-    EXPECT_REFUSED(splat_prior_model_create(&desc, model.out()), SPLAT_ERROR_FORMAT,
-                   "is float32 [?,?,?]");
+    EXPECT_REFUSED(splat_prior_model_create(&desc, model.out()), kFormat, "is float32 [?,?,?]");
     desc.model_path = "/nowhere/model.onnx";
-    EXPECT_REFUSED(splat_prior_model_create(&desc, model.out()), SPLAT_ERROR_NOT_FOUND,
-                   "/nowhere/model.onnx");
+    EXPECT_REFUSED(splat_prior_model_create(&desc, model.out()), kNotFound, "/nowhere/model.onnx");
 }
 
 }  // namespace

@@ -22,18 +22,16 @@ splat_result draw(splat_rasterizer rasterizer, splat_raster_state state, splat_s
                                           views, nullptr);
 }
 
-std::vector<float> drawn(splat_rasterizer rasterizer, splat_raster_state state,
-                         std::uint32_t views) {
+Floats drawn(splat_rasterizer rasterizer, splat_raster_state state, std::uint32_t views) {
     return output(rasterizer, SPLAT_OUTPUT_RGB, 3 * kPixels * views, state);
 }
 
 /// Gradients of the sum of all colours and depths.
-std::vector<float> gradients(splat_rasterizer rasterizer, splat_raster_state state,
-                             std::uint32_t views) {
+Floats gradients(splat_rasterizer rasterizer, splat_raster_state state, std::uint32_t views) {
     const Dims image = {views, kSide, kSide};
-    const Tensor rgb = upload(shared_device(), {views, kSide, kSide, 3},
-                              std::vector<float>(3 * kPixels * views, 1));
-    const Tensor depth = upload(shared_device(), image, std::vector<float>(kPixels * views, 1));
+    const Tensor rgb =
+        upload(shared_device(), {views, kSide, kSide, 3}, Floats(3 * kPixels * views, 1));
+    const Tensor depth = upload(shared_device(), image, Floats(kPixels * views, 1));
     const Tensor means = make_tensor(shared_device(), {kCount, 3});
     const Tensor means2d = make_tensor(shared_device(), {views, kCount, 2});
     auto desc = sized<splat_gradients_desc>();
@@ -42,14 +40,14 @@ std::vector<float> gradients(splat_rasterizer rasterizer, splat_raster_state sta
     desc.grad_means = means;
     desc.grad_means2d = means2d;
     EXPECT_DONE(splat_rasterizer_backward(rasterizer, state, &desc));
-    std::vector<float> all = download(means);
-    const std::vector<float> more = download(means2d);
+    Floats all = download(means);
+    const Floats more = download(means2d);
     all.insert(all.end(), more.begin(), more.end());
     return all;
 }
 
 /// Image and gradients of a rasterizer made for exactly so many views.
-std::pair<std::vector<float>, std::vector<float>> exact(splat_scene scene, std::uint32_t views) {
+std::pair<Floats, Floats> exact(splat_scene scene, std::uint32_t views) {
     const Rasterizer made =
         make_rasterizer(shared_device(), rasterizer_desc(kCount, kSide, kSide, kFlags, views));
     EXPECT_DONE(draw(made, nullptr, scene, views));
@@ -97,7 +95,7 @@ TEST(ApiRasterViews, StatesGrowByThemselves) {
         make_rasterizer(shared_device(), rasterizer_desc(kCount, kSide, kSide, kFlags));
     const RasterState state = make_state(any);
     ASSERT_DONE(draw(any, nullptr, scene, 2));
-    const std::vector<float> two = gradients(any, nullptr, 2);
+    const Floats two = gradients(any, nullptr, 2);
     ASSERT_DONE(draw(any, state, scene, 5));
     EXPECT_EQ(gradients(any, state, 5), exact(scene, 5).second);
     EXPECT_EQ(drawn(any, nullptr, 2), exact(scene, 2).first) << "the other state stays";
@@ -111,15 +109,13 @@ TEST(ApiRasterViews, LimitsHoldAndLeaveTheLastImages) {
     const Device device = open_device(small);
     const Rasterizer any = make_rasterizer(device, rasterizer_desc(kCount, kSide, kSide));
     ASSERT_DONE(draw(any, nullptr, scene, 1));
-    const std::vector<float> before = drawn(any, nullptr, 1);
+    const Floats before = drawn(any, nullptr, 1);
     EXPECT_REFUSED(draw(any, nullptr, scene, 2000), SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, "");
     EXPECT_EQ(drawn(any, nullptr, 1), before);
-    EXPECT_REFUSED(draw(any, nullptr, scene, 20000), SPLAT_ERROR_UNSUPPORTED,
-                   "render fewer views per call");
+    EXPECT_REFUSED(draw(any, nullptr, scene, 20000), kUnsupported, "render fewer views per call");
     EXPECT_EQ(drawn(any, nullptr, 1), before);
     const Rasterizer two = make_rasterizer(device, rasterizer_desc(kCount, kSide, kSide, 0, 2));
-    EXPECT_REFUSED(draw(two, nullptr, scene, 3), SPLAT_ERROR_INVALID_ARGUMENT,
-                   "was made for at most 2 views");
+    EXPECT_REFUSED(draw(two, nullptr, scene, 3), kArgument, "was made for at most 2 views");
 }
 
 }  // namespace

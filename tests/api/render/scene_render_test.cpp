@@ -54,8 +54,7 @@ void expect_drawn(splat_scene scene, const Views<Value>& got, std::uint32_t flag
         desc.sh_degree = 2;
         desc.convention = convention;
         const Rasterizer rasterizer = make_rasterizer(shared_device(), desc);
-        EXPECT_DONE(
-            splat_rasterizer_forward_scene(rasterizer, nullptr, scene, &cameras[i], 1, background));
+        EXPECT_DONE(draw(rasterizer, scene, cameras[i], background));
         const Pixels<Value> expected(cameras[i], got[i].image.channels);
         EXPECT_DONE(
             splat_rasterizer_read_images(rasterizer, nullptr, output, 0, &expected.image, 1));
@@ -118,21 +117,19 @@ TEST(ApiSceneRender, ArgumentsAreRefusedBeforeAnythingIsDrawn) {
             splat_scene_render(scene, shared_device(), cameras.data(), 3, nullptr, images.data()),
             code, part);
         for (const Pixels<float>& view : views)
-            EXPECT_EQ(view.values, std::vector<float>(view.values.size(), 7));
+            EXPECT_EQ(view.values, Floats(view.values.size(), 7));
     };
     images[2].channels = 2;
-    refuse(SPLAT_ERROR_SHAPE_MISMATCH, "images[2]");
+    refuse(kShape, "images[2]");
     images[2].channels = 3;
     cameras[1].world_to_camera[3] = NAN;
-    refuse(SPLAT_ERROR_INVALID_ARGUMENT, "cameras[1]");
+    refuse(kArgument, "cameras[1]");
     cameras[1] = cameras[2];
-    refuse(SPLAT_ERROR_SHAPE_MISMATCH, "images[1]");
+    refuse(kShape, "images[1]");
 }
 
 TEST(ApiSceneRender, AnEmptySceneIsTheBackground) {
-    const auto none = sized<splat_scene_desc>();
-    Scene scene;
-    ASSERT_DONE(splat_scene_create(&none, scene.out()));
+    const Scene scene = empty_scene();
     auto desc = sized<splat_scene_render_desc>();
     desc.background[1] = 0.5F;
     Views<float> views;

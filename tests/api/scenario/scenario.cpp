@@ -13,22 +13,21 @@ class Scenario : ScenarioCalls {
     Scenario& operator=(const Scenario&) = delete;
 
     ~Scenario() {
-        for (const splat_op op : ops_) destroy("splat_op_destroy", splat_op_destroy, op);
+        for (const splat_op op : ops_) SPLAT_DESTROY(splat_op_destroy, op);
         // Some tensors outlive their device, others do not.
         bool first = true;
         for (const auto& [name, tensor] : tensors_) {
-            destroy("splat_tensor_destroy", splat_tensor_destroy, tensor);
-            if (first) destroy("splat_device_destroy", splat_device_destroy, device_);
+            SPLAT_DESTROY(splat_tensor_destroy, tensor);
+            if (first) SPLAT_DESTROY(splat_device_destroy, device_);
             first = false;
         }
-        if (first) destroy("splat_device_destroy", splat_device_destroy, device_);
+        if (first) SPLAT_DESTROY(splat_device_destroy, device_);
     }
 
     bool run(const splat_device_desc& desc) {
         profiled_ = (desc.flags & SPLAT_DEVICE_PROFILE) != 0;
-        return create("splat_device_create", device_,
-                      [&desc](splat_device* out) { return splat_device_create(&desc, out); }) &&
-               create_tensors() && create_ops() && compute() && read_back() && describe() && tell();
+        return SPLAT_MAKE(device_, splat_device_create, &desc) && create_tensors() &&
+               create_ops() && compute() && read_back() && describe() && tell();
     }
 
     ScenarioResults results;
@@ -36,17 +35,15 @@ class Scenario : ScenarioCalls {
   private:
     bool make(const char* name, const Dims& dims) {
         const splat_tensor_desc desc = tensor_desc(dims, name);
-        return create("splat_tensor_create", tensors_[name],
-                      [&](splat_tensor* out) { return splat_tensor_create(device_, &desc, out); });
+        return SPLAT_MAKE(tensors_[name], splat_tensor_create, device_, &desc);
     }
 
     bool fill(const char* name, const Dims& dims, std::size_t count, std::uint64_t seed,
               const std::int64_t* strides = nullptr) {
         const splat_tensor_desc desc = tensor_desc(dims, name);
-        const std::vector<float> values = normal_fill(count, seed);
-        return create("splat_tensor_from_host", tensors_[name], [&](splat_tensor* out) {
-            return splat_tensor_from_host(device_, &desc, values.data(), count * 4, strides, out);
-        });
+        const Floats values = normal_fill(count, seed);
+        return SPLAT_MAKE(tensors_[name], splat_tensor_from_host, device_, &desc, values.data(),
+                          count * 4, strides);
     }
 
     bool create_tensors() {
@@ -61,9 +58,7 @@ class Scenario : ScenarioCalls {
     bool create_op(const OpRequest& request) {
         const splat_op_desc desc = request.desc();
         splat_op op = nullptr;
-        const bool made = create("splat_op_create", op, [&](splat_op* out) {
-            return splat_op_create(device_, &desc, out);
-        });
+        const bool made = SPLAT_MAKE(op, splat_op_create, device_, &desc);
         if (made) ops_.push_back(op);
         return made;
     }
@@ -80,22 +75,15 @@ class Scenario : ScenarioCalls {
     }
 
     bool compute() {
-        const auto run = [this](const char* name, splat_result (*pass)(splat_op), splat_op op) {
-            return call(
-                name, [&] { return pass(op); }, [] { return true; });
-        };
-        return run("splat_op_forward", splat_op_forward, ops_[0]) &&
-               run("splat_op_backward", splat_op_backward, ops_[0]) &&
-               run("splat_op_forward", splat_op_forward, ops_[1]);
+        return SPLAT_STEP(splat_op_forward, ops_[0]) && SPLAT_STEP(splat_op_backward, ops_[0]) &&
+               SPLAT_STEP(splat_op_forward, ops_[1]);
     }
 
     bool read(const char* name, std::size_t count, const std::int64_t* strides = nullptr) {
-        const std::vector<float> pattern(count, -77.0F);
-        std::vector<float> values = pattern;
-        const bool done = call(
-            "splat_tensor_read",
-            [&] { return splat_tensor_read(tensors_[name], values.data(), count * 4, strides); },
-            [&] { return same_bits(values, pattern); });
+        const Floats pattern(count, -77.0F);
+        Floats values = pattern;
+        const bool done = SPLAT_STEP_WITH(same_bits(values, pattern), splat_tensor_read,
+                                          tensors_[name], values.data(), count * 4, strides);
         results.tensors.push_back(std::move(values));
         return done;
     }
@@ -109,20 +97,13 @@ class Scenario : ScenarioCalls {
     bool map(const char* name, std::size_t count) {
         Output<void*> pointer;
         Output<std::size_t> bytes;
-        if (!call(
-                "splat_tensor_map",
-                [&] {
-                    return splat_tensor_map(tensors_[name], SPLAT_ACCESS_READ_WRITE, pointer.out(),
-                                            bytes.out());
-                },
-                [&] { return pointer.untouched() && bytes.untouched(); }))
+        if (!SPLAT_STEP_WITH(pointer.untouched() && bytes.untouched(), splat_tensor_map,
+                             tensors_[name], SPLAT_ACCESS_READ_WRITE, pointer.out(), bytes.out()))
             return false;
         EXPECT_EQ(bytes.value(), count * 4);
         const auto* const values = static_cast<const float*>(pointer.value());
         results.tensors.emplace_back(values, values + count);
-        return call(
-            "splat_tensor_unmap", [&] { return splat_tensor_unmap(tensors_[name]); },
-            [] { return true; });
+        return SPLAT_STEP(splat_tensor_unmap, tensors_[name]);
     }
 
     bool describe() {
@@ -132,18 +113,10 @@ class Scenario : ScenarioCalls {
         memory.set_struct_size(sizeof(splat_memory_info));
         Output<splat_tensor_info> info;
         info.set_struct_size(sizeof(splat_tensor_info));
-        const bool done = call(
-                              "splat_tensor_check",
-                              [&] { return splat_tensor_check(tensors_["y"], stats.out()); },
-                              [&] { return stats.untouched(); }) &&
-                          call(
-                              "splat_device_get_memory",
-                              [&] { return splat_device_get_memory(device_, memory.out()); },
-                              [&] { return memory.untouched(); }) &&
-                          call(
-                              "splat_tensor_get_info",
-                              [&] { return splat_tensor_get_info(tensors_["y"], info.out()); },
-                              [&] { return info.untouched(); });
+        const bool done =
+            SPLAT_STEP_WITH(stats.untouched(), splat_tensor_check, tensors_["y"], stats.out()) &&
+            SPLAT_STEP_WITH(memory.untouched(), splat_device_get_memory, device_, memory.out()) &&
+            SPLAT_STEP_WITH(info.untouched(), splat_tensor_get_info, tensors_["y"], info.out());
         if (done) results.stats = stats.value();
         return done;
     }
@@ -154,34 +127,22 @@ class Scenario : ScenarioCalls {
         Output<char> letter;
         Output<std::size_t> needed;
         Output<std::uint32_t> count;
-        const auto untouched = [&] {
-            return letter.untouched() && needed.untouched() && count.untouched();
+        const auto told = [&](bool done) {
+            if (!done) return false;
+            EXPECT_EQ(letter.value(), '\0');
+            EXPECT_GT(needed.value(), 100U);
+            letter = Output<char>();
+            needed = Output<std::size_t>();
+            return true;
         };
-        if (!call(
-                "splat_op_list", [&] { return splat_op_list(letter.out(), 1, needed.out()); },
-                untouched))
-            return false;
-        EXPECT_EQ(letter.value(), '\0');
-        EXPECT_GT(needed.value(), 100U);
-        letter = Output<char>();
-        needed = Output<std::size_t>();
-        if (!call(
-                "splat_scene_formats",
-                [&] { return splat_scene_formats(letter.out(), 1, needed.out()); }, untouched))
-            return false;
-        EXPECT_EQ(letter.value(), '\0');
-        EXPECT_GT(needed.value(), 100U);
-        letter = Output<char>();
-        needed = Output<std::size_t>();
-        if (profiled_ &&
-            !call(
-                "splat_device_profile_json",
-                [&] { return splat_device_profile_json(device_, letter.out(), 1, needed.out()); },
-                untouched))
-            return false;
-        return call(
-            "splat_device_count", [&] { return splat_device_count(count.out()); },
-            [&] { return count.untouched(); });
+        return told(SPLAT_STEP_WITH(letter.untouched() && needed.untouched(), splat_op_list,
+                                    letter.out(), 1, needed.out())) &&
+               told(SPLAT_STEP_WITH(letter.untouched() && needed.untouched(), splat_scene_formats,
+                                    letter.out(), 1, needed.out())) &&
+               (!profiled_ || told(SPLAT_STEP_WITH(letter.untouched() && needed.untouched(),
+                                                   splat_device_profile_json, device_, letter.out(),
+                                                   1, needed.out()))) &&
+               SPLAT_STEP_WITH(count.untouched(), splat_device_count, count.out());
     }
 
     bool profiled_ = false;

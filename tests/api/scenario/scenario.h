@@ -23,7 +23,7 @@ class Observer {
 };
 
 struct ScenarioResults {
-    std::vector<std::vector<float>> tensors;
+    std::vector<Floats> tensors;
     splat_tensor_stats stats{};
 
     /// Bit by bit.

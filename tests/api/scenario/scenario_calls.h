@@ -56,6 +56,15 @@ class ScenarioCalls {
     Observer& observer_;
 };
 
+/// A call of a scenario: without outputs, with some that a failed call leaves alone, with a handle.
+#define SPLAT_STEP(function, ...) call(#function, [&] { return function(__VA_ARGS__); })
+#define SPLAT_STEP_WITH(untouched, function, ...) \
+    call(                                         \
+        #function, [&] { return function(__VA_ARGS__); }, [&] { return untouched; })
+#define SPLAT_MAKE(handle, function, ...) \
+    create(#function, handle, [&](auto* out) { return function(__VA_ARGS__, out); })
+#define SPLAT_DESTROY(function, handle) destroy(#function, function, handle)
+
 /// The results of a scenario, or nothing if its observer gave up.
 template <class Scenario>
 std::optional<ScenarioResults> live(Observer& observer, const splat_device_desc& device) {

@@ -53,18 +53,16 @@ class RasterScenario : ScenarioCalls {
 
     ~RasterScenario() {
         for (const splat_tensor tensor : {grad_rgb_, grad_means_, grad_sh_})
-            if (tensor != nullptr) destroy("splat_tensor_destroy", splat_tensor_destroy, tensor);
+            if (tensor != nullptr) SPLAT_DESTROY(splat_tensor_destroy, tensor);
         // Objects of the device outlive it.
-        destroy("splat_device_destroy", splat_device_destroy, device_);
-        destroy("splat_rasterizer_destroy", splat_rasterizer_destroy, rasterizer_);
-        for (const splat_scene scene : {made_, loaded_})
-            destroy("splat_scene_destroy", splat_scene_destroy, scene);
+        SPLAT_DESTROY(splat_device_destroy, device_);
+        SPLAT_DESTROY(splat_rasterizer_destroy, rasterizer_);
+        for (const splat_scene scene : {made_, loaded_}) SPLAT_DESTROY(splat_scene_destroy, scene);
     }
 
     bool run(const splat_device_desc& desc) {
-        return create("splat_device_create", device_,
-                      [&desc](splat_device* out) { return splat_device_create(&desc, out); }) &&
-               make_scene() && load_files() && make_tensors() && draw() && go_back() && change();
+        return SPLAT_MAKE(device_, splat_device_create, &desc) && make_scene() && load_files() &&
+               make_tensors() && draw() && go_back() && change();
     }
 
     ScenarioResults results;
@@ -74,38 +72,28 @@ class RasterScenario : ScenarioCalls {
         const splat_scene_desc desc = sample_.desc();
         const std::string file =
             folder_.scene();  // outside the call, whose own allocations may fail
-        return create("splat_scene_create", made_,
-                      [&](splat_scene* out) { return splat_scene_create(&desc, out); }) &&
-               call("splat_scene_save",
-                    [&] { return splat_scene_save(made_, file.c_str(), nullptr); });
+        return SPLAT_MAKE(made_, splat_scene_create, &desc) &&
+               SPLAT_STEP(splat_scene_save, made_, file.c_str(), nullptr);
     }
 
     bool load_files() {
         Output<std::uint32_t> count;
         Output<splat_camera> camera;
         const std::string cameras = folder_.cameras();
-        if (!call(
-                "splat_camera_load",
-                [&] {
-                    return splat_camera_load(cameras.c_str(), nullptr, camera.out(), 1,
-                                             count.out());
-                },
-                [&] { return count.untouched() && camera.untouched(); }))
+        if (!SPLAT_STEP_WITH(count.untouched() && camera.untouched(), splat_camera_load,
+                             cameras.c_str(), nullptr, camera.out(), 1, count.out()))
             return false;
         EXPECT_EQ(count.value(), 1U);
         camera_ = camera.value();
         const std::string scene = folder_.scene();
-        return create("splat_scene_load", loaded_, [&](splat_scene* out) {
-            return splat_scene_load(scene.c_str(), nullptr, out);
-        });
+        return SPLAT_MAKE(loaded_, splat_scene_load, scene.c_str(), nullptr);
     }
 
     bool make_tensor(const char* name, splat_tensor& tensor, const Dims& dims, std::size_t count) {
         const splat_tensor_desc desc = tensor_desc(dims, name);
-        const std::vector<float> values(count, 0.25F);
-        return create("splat_tensor_from_host", tensor, [&](splat_tensor* out) {
-            return splat_tensor_from_host(device_, &desc, values.data(), count * 4, nullptr, out);
-        });
+        const Floats values(count, 0.25F);
+        return SPLAT_MAKE(tensor, splat_tensor_from_host, device_, &desc, values.data(), count * 4,
+                          nullptr);
     }
 
     bool make_tensors() {
@@ -115,22 +103,16 @@ class RasterScenario : ScenarioCalls {
     }
 
     bool forward() {
-        return call("splat_rasterizer_forward_scene", [&] {
-            return splat_rasterizer_forward_scene(rasterizer_, nullptr, loaded_, &camera_, 1,
-                                                  nullptr);
-        });
+        return SPLAT_STEP(splat_rasterizer_forward_scene, rasterizer_, nullptr, loaded_, &camera_,
+                          1, nullptr);
     }
 
     bool read_image() {
-        const std::vector<float> pattern(3 * kPixels, -77.0F);
-        std::vector<float> values = pattern;
-        const bool done = call(
-            "splat_rasterizer_read",
-            [&] {
-                return splat_rasterizer_read(rasterizer_, nullptr, SPLAT_OUTPUT_RGB, values.data(),
-                                             values.size() * sizeof(float));
-            },
-            [&] { return same_bits(values, pattern); });
+        const Floats pattern(3 * kPixels, -77.0F);
+        Floats values = pattern;
+        const bool done =
+            SPLAT_STEP_WITH(same_bits(values, pattern), splat_rasterizer_read, rasterizer_, nullptr,
+                            SPLAT_OUTPUT_RGB, values.data(), values.size() * sizeof(float));
         results.tensors.push_back(std::move(values));
         return done;
     }
@@ -138,18 +120,14 @@ class RasterScenario : ScenarioCalls {
     bool draw() {
         const splat_rasterizer_desc desc =
             rasterizer_desc(kCount, kWidth, kHeight, SPLAT_RASTERIZER_BACKWARD);
-        return create("splat_rasterizer_create", rasterizer_,
-                      [&](splat_rasterizer* out) {
-                          return splat_rasterizer_create(device_, &desc, out);
-                      }) &&
-               forward() && read_image();
+        return SPLAT_MAKE(rasterizer_, splat_rasterizer_create, device_, &desc) && forward() &&
+               read_image();
     }
 
     bool read_tensor(splat_tensor tensor, std::size_t count) {
-        std::vector<float> values(count);
-        const bool done = call("splat_tensor_read", [&] {
-            return splat_tensor_read(tensor, values.data(), count * sizeof(float), nullptr);
-        });
+        Floats values(count);
+        const bool done =
+            SPLAT_STEP(splat_tensor_read, tensor, values.data(), count * sizeof(float), nullptr);
         results.tensors.push_back(std::move(values));
         return done;
     }
@@ -159,8 +137,7 @@ class RasterScenario : ScenarioCalls {
         desc.grad_rgb = grad_rgb_;
         desc.grad_means = grad_means_;
         desc.grad_sh = grad_sh_;
-        return call("splat_rasterizer_backward",
-                    [&] { return splat_rasterizer_backward(rasterizer_, nullptr, &desc); }) &&
+        return SPLAT_STEP(splat_rasterizer_backward, rasterizer_, nullptr, &desc) &&
                read_tensor(grad_means_, 3 * kCount) && read_tensor(grad_sh_, 12 * kCount);
     }
 
@@ -168,9 +145,7 @@ class RasterScenario : ScenarioCalls {
         splat_similarity similarity{};
         similarity.rotation[0] = 1;
         similarity.scale = 1.5;
-        return call("splat_scene_transform",
-                    [&] { return splat_scene_transform(loaded_, &similarity); }) &&
-               forward() && read_image();
+        return SPLAT_STEP(splat_scene_transform, loaded_, &similarity) && forward() && read_image();
     }
 
     const Folder folder_;

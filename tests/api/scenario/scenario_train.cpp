@@ -22,23 +22,21 @@ class TrainScenario : ScenarioCalls {
 
     ~TrainScenario() {
         for (const splat_weights weights : {stored_, loaded_})
-            if (weights != nullptr)
-                destroy("splat_weights_destroy", splat_weights_destroy, weights);
-        destroy("splat_optimizer_destroy", splat_optimizer_destroy, optimizer_);
+            if (weights != nullptr) SPLAT_DESTROY(splat_weights_destroy, weights);
+        SPLAT_DESTROY(splat_optimizer_destroy, optimizer_);
         for (const splat_tensor tensor : {rows_, grad_rows_})
-            destroy("splat_tensor_destroy", splat_tensor_destroy, tensor);
+            SPLAT_DESTROY(splat_tensor_destroy, tensor);
         // Objects of the device outlive it, and the trainer's model outlives the trainer.
-        destroy("splat_device_destroy", splat_device_destroy, device_);
-        destroy("splat_trainer_destroy", splat_trainer_destroy, trainer_);
+        SPLAT_DESTROY(splat_device_destroy, device_);
+        SPLAT_DESTROY(splat_trainer_destroy, trainer_);
         for (const splat_model model : {trained_, fresh_})
-            destroy("splat_model_destroy", splat_model_destroy, model);
+            SPLAT_DESTROY(splat_model_destroy, model);
         for (const std::string& path : {state_, weights_}) fs::remove(path);
     }
 
     bool run(const splat_device_desc& desc) {
-        return create("splat_device_create", device_,
-                      [&desc](splat_device* out) { return splat_device_create(&desc, out); }) &&
-               make_trainer() && step() && save() && step() && go_on() && predict() && gather();
+        return SPLAT_MAKE(device_, splat_device_create, &desc) && make_trainer() && step() &&
+               save() && step() && go_on() && predict() && gather();
     }
 
     ScenarioResults results;
@@ -50,24 +48,19 @@ class TrainScenario : ScenarioCalls {
     }
 
     bool read(splat_model model, const char* name, std::size_t count) {
-        const std::vector<float> pattern(count, -77.0F);
-        std::vector<float> values = pattern;
-        const bool done = call(
-            "splat_model_read",
-            [&] { return splat_model_read(model, name, values.data(), count * sizeof(float)); },
-            [&] { return same_bits(values, pattern); });
+        const Floats pattern(count, -77.0F);
+        Floats values = pattern;
+        const bool done = SPLAT_STEP_WITH(same_bits(values, pattern), splat_model_read, model, name,
+                                          values.data(), count * sizeof(float));
         results.tensors.push_back(std::move(values));
         return done;
     }
 
     bool make_trainer() {
         const splat_trainer_desc desc = trainer_desc();
-        return create(
-                   "splat_trainer_create", trainer_,
-                   [&](splat_trainer* out) { return splat_trainer_create(device_, &desc, out); }) &&
-               create("splat_trainer_model", trained_,
-                      [&](splat_model* out) { return splat_trainer_model(trainer_, out); }) &&
-               call("splat_model_init", [&] { return splat_model_init(trained_, 3); });
+        return SPLAT_MAKE(trainer_, splat_trainer_create, device_, &desc) &&
+               SPLAT_MAKE(trained_, splat_trainer_model, trainer_) &&
+               SPLAT_STEP(splat_model_init, trained_, 3);
     }
 
     /// A failed step updates nothing, so that repeating it gives the same weights.
@@ -75,78 +68,52 @@ class TrainScenario : ScenarioCalls {
         const splat_trainer_batch batch = batch_.desc();
         auto info = sized<splat_trainer_info>();
         const auto before = info;
-        return call(
-                   "splat_trainer_step",
-                   [&] { return splat_trainer_step(trainer_, &batch, &info); },
-                   [&] { return std::memcmp(&info, &before, sizeof info) == 0; }) &&
+        return SPLAT_STEP_WITH(std::memcmp(&info, &before, sizeof info) == 0, splat_trainer_step,
+                               trainer_, &batch, &info) &&
                read(trained_, "network_with_offset.out.bias", kBias);
     }
 
     bool save() {
-        return call("splat_trainer_save",
-                    [&] { return splat_trainer_save(trainer_, state_.c_str()); }) &&
-               create("splat_trainer_store", stored_,
-                      [&](splat_weights* out) { return splat_trainer_store(trainer_, out); }) &&
-               call("splat_weights_save",
-                    [&] { return splat_weights_save(stored_, weights_.c_str(), 0); });
+        return SPLAT_STEP(splat_trainer_save, trainer_, state_.c_str()) &&
+               SPLAT_MAKE(stored_, splat_trainer_store, trainer_) &&
+               SPLAT_STEP(splat_weights_save, stored_, weights_.c_str(), 0);
     }
 
-    bool go_on() {
-        return call("splat_trainer_resume",
-                    [&] { return splat_trainer_resume(trainer_, state_.c_str()); }) &&
-               step();
-    }
+    bool go_on() { return SPLAT_STEP(splat_trainer_resume, trainer_, state_.c_str()) && step(); }
 
     bool predict() {
         splat_model_desc desc = model_desc();
         desc.objects = kObjects;
         auto input = sized<splat_model_input>();
         input.images = batch_.images.data();
-        return create("splat_weights_load", loaded_,
-                      [&](splat_weights* out) {
-                          return splat_weights_load(weights_.c_str(), 0, out);
-                      }) &&
-               create("splat_model_create", fresh_,
-                      [&](splat_model* out) { return splat_model_create(device_, &desc, out); }) &&
-               call("splat_model_load", [&] { return splat_model_load(fresh_, loaded_, 0); }) &&
-               call("splat_model_forward", [&] { return splat_model_forward(fresh_, &input); }) &&
+        return SPLAT_MAKE(loaded_, splat_weights_load, weights_.c_str(), 0) &&
+               SPLAT_MAKE(fresh_, splat_model_create, device_, &desc) &&
+               SPLAT_STEP(splat_model_load, fresh_, loaded_, 0) &&
+               SPLAT_STEP(splat_model_forward, fresh_, &input) &&
                read(fresh_, "means", kObjects * kImage * 3);
     }
 
     bool upload(splat_tensor& tensor, std::uint64_t seed) {
-        const std::vector<float> values = normal_fill(24, seed);
+        const Floats values = normal_fill(24, seed);
         const splat_tensor_desc desc = tensor_desc({3, 8}, "rows");
-        return create("splat_tensor_from_host", tensor, [&](splat_tensor* out) {
-            return splat_tensor_from_host(device_, &desc, values.data(), 96, nullptr, out);
-        });
+        return SPLAT_MAKE(tensor, splat_tensor_from_host, device_, &desc, values.data(), 96,
+                          nullptr);
     }
 
-    bool update() {
-        return call("splat_optimizer_step",
-                    [&] { return splat_optimizer_step(optimizer_, nullptr); });
-    }
+    bool update() { return SPLAT_STEP(splat_optimizer_step, optimizer_, nullptr); }
 
     /// Repeated after some rows were dropped, the call would refuse the third.
     bool gather() {
         if (!upload(rows_, 1) || !upload(grad_rows_, 2)) return false;
         const splat_optimizer_item item = {"rows", nullptr, nullptr, rows_, grad_rows_};
-        auto desc = sized<splat_optimizer_desc>();
-        desc.items = &item;
-        desc.item_count = 1;
+        splat_optimizer_desc desc = optimizer_desc(&item);
         desc.ema_decay = 0.9;
         const std::int64_t rows[] = {2, 0};
-        std::vector<float> values(24);
+        Floats values(24);
         const bool done =
-            create("splat_optimizer_create", optimizer_,
-                   [&](splat_optimizer* out) {
-                       return splat_optimizer_create(device_, &desc, out);
-                   }) &&
-            update() &&
-            call("splat_optimizer_gather_rows",
-                 [&] { return splat_optimizer_gather_rows(optimizer_, "rows", rows, 2); }) &&
-            update() && call("splat_tensor_read", [&] {
-                return splat_tensor_read(rows_, values.data(), 96, nullptr);
-            });
+            SPLAT_MAKE(optimizer_, splat_optimizer_create, device_, &desc) && update() &&
+            SPLAT_STEP(splat_optimizer_gather_rows, optimizer_, "rows", rows, 2) && update() &&
+            SPLAT_STEP(splat_tensor_read, rows_, values.data(), 96, nullptr);
         results.tensors.push_back(std::move(values));
         return done;
     }
