@@ -20,12 +20,7 @@ Result<double> distance(const Lpips& lpips, std::span<const float> image,
                         std::span<const float> target) {
     if (lpips.net == nullptr) return kNaN;
     const std::lock_guard lock(lpips.context->mutex);
-    SPLAT_TRY(lpips.context->write(lpips.net->render(), image.data(), image.size_bytes()));
-    SPLAT_TRY(lpips.context->write(lpips.net->target(), target.data(), target.size_bytes()));
-    SPLAT_TRY(lpips.net->forward());
-    float value = 0;
-    SPLAT_TRY(lpips.context->read(lpips.net->values(), &value, sizeof value));
-    return static_cast<double>(value);
+    return lpips.net->compare(image, target);
 }
 
 /// The novel views of an object: all but the conditioning ones, or `most` of them.

@@ -165,4 +165,13 @@ Result<std::unique_ptr<LpipsNet>> LpipsNet::create(vk::Context& context, const L
     return made;
 }
 
+Result<double> LpipsNet::compare(std::span<const float> render, std::span<const float> target) {
+    SPLAT_TRY(context_.write(this->render(), render.data(), render.size_bytes()));
+    SPLAT_TRY(context_.write(this->target(), target.data(), target.size_bytes()));
+    SPLAT_TRY(forward());
+    float value = 0;
+    SPLAT_TRY(context_.read(values(), &value, sizeof value));
+    return static_cast<double>(value);
+}
+
 }  // namespace splat::model

@@ -74,16 +74,18 @@ class LpipsNet {
         return executor_->gradient(render_);
     }
 
-    [[nodiscard]] nn::ExecutorMemory memory() const { return executor_->memory(); }
+    /// The distance of two images of the host's, [3, side, side], by a network of one.
+    Result<double> compare(std::span<const float> render, std::span<const float> target);
 
   private:
-    explicit LpipsNet(vk::Context& context) : graph_(context) {}
+    explicit LpipsNet(vk::Context& context) : context_(context), graph_(context) {}
     void build(const LpipsDesc& desc);
     nn::ValueId convolve(const std::string& name, nn::ValueId x, std::uint32_t out,
                          std::uint32_t kernel, Precision precision);
     std::vector<nn::ValueId> features(nn::ValueId image, Precision precision);
     Status load(std::span<const io::NamedTensors* const> weights);
 
+    vk::Context& context_;
     nn::Graph graph_;
     std::unique_ptr<nn::Parameters> parameters_;
     std::unique_ptr<nn::Executor> executor_;

@@ -4,6 +4,7 @@
 
 #include "model/lpips_weights.h"
 #include "ops/op_harness.h"
+#include "support/gpu_buffers.h"
 #include "support/rng_fill.h"
 
 namespace splat::test {
@@ -67,6 +68,48 @@ TEST_P(LpipsRules, EqualImagesAreAtDistanceZero) {
         render[i] -= static_cast<float>(step) * gradient[i];
     const double fall = static_cast<double>(values[1]) - static_cast<double>(run()[1]);
     EXPECT_NEAR(fall / (step * slope), 1, 0.2);
+}
+
+/// [2,C,kSide,kSide] to quads, or [2,1] to quads.
+std::vector<float> quads_of(const std::vector<float>& planes, std::size_t channels) {
+    const std::size_t pixels = planes.size() / (2 * channels);
+    std::vector<float> quads(8 * pixels);
+    for (std::size_t i = 0; i < planes.size(); ++i) {
+        const std::size_t image = i / (channels * pixels), c = i / pixels % channels;
+        quads[4 * (image * pixels + i % pixels) + c] = planes[i];
+    }
+    return quads;
+}
+
+TEST_P(LpipsRules, QuadsGiveTheBitsOfRows) {
+    const std::vector<float> render = normal_fill(6 * kSide * kSide, 3, 0.5, 0.2);
+    const std::vector<float> target = normal_fill(6 * kSide * kSide, 4, 0.5, 0.2);
+    const std::vector<float> slopes = {0.5F, -2};
+    const auto rows = make(vgg_weights(), linear_weights());
+    ASSERT_OK(rows.status());
+    put(rows.value()->render(), render);
+    put(rows.value()->target(), target);
+    put(rows.value()->value_gradients(), slopes);
+    ASSERT_OK(rows.value()->forward());
+    ASSERT_OK(rows.value()->backward());
+    std::vector<float> expected = quads_of(get(rows.value()->render_gradient()), 3);
+    for (float& value : expected) value += 1;  // alpha's gradient, too
+
+    const vk::Buffer a = upload(context(), quads_of(render, 3));
+    const vk::Buffer b = upload(context(), quads_of(target, 3));
+    const vk::Buffer value = device_buffer(context(), 8);
+    const vk::Buffer grad_value = upload(context(), quads_of(slopes, 1));
+    const vk::Buffer grad = upload(context(), std::vector<float>(expected.size(), 1));
+    const auto net =
+        make(vgg_weights(), linear_weights(),
+             {.images = 2,
+              .side = kSide,
+              .quads = {{a.range(), b.range(), value.range(), grad_value.range(), grad.range()}}});
+    ASSERT_OK(net.status());
+    ASSERT_OK(net.value()->forward());
+    ASSERT_OK(net.value()->backward());
+    EXPECT_EQ(download(context(), value.range(), 8), quads_of(get(rows.value()->values()), 1));
+    EXPECT_EQ(download(context(), grad.range(), expected.size()), expected);
 }
 
 TEST_P(LpipsRules, RefusesOtherWeights) {

@@ -6,6 +6,7 @@
 #include "ref/linear_ref.h"
 #include "support/compare.h"
 #include "support/expect_status.h"
+#include "support/gpu_buffers.h"
 #include "support/gpu_env.h"
 #include "support/rng_fill.h"
 
@@ -136,6 +137,47 @@ TEST_P(ExecutorRules, GradientsOfSharedValuesAreSums) {
     EXPECT_EQ(to_double(n.get(n.executor->gradient(n.x))), e.grad_x);
     EXPECT_EQ(to_double(n.grad(n.w1)), e.grad_w1);
     EXPECT_EQ(to_double(n.grad(n.b1)), e.grad_b1);
+    EXPECT_EQ(to_double(n.grad(n.w2)), e.grad_w2);
+}
+
+/// Rows of `channels` as quads, [ceil(C/4)][rows], with `pad` in the channels beyond the last.
+Values quads_of(const Values& rows, std::uint32_t channels, float pad) {
+    Values quads;
+    for (std::uint32_t first = 0; first < channels; first += 4)
+        for (std::uint32_t row = 0; row < Network::kRows; ++row)
+            for (std::uint32_t c = first; c < first + 4; ++c)
+                quads.push_back(c < channels ? rows[row * channels + c] : pad);
+    return quads;
+}
+
+TEST_P(ExecutorRules, QuadsOfTheCallerAreUsedInPlace) {
+    Network n(context());
+    const Values ones(n.x_values.size(), 1);
+    const vk::Buffer x = upload(context(), quads_of(n.x_values, Network::kIn, 0));
+    const vk::Buffer grad_x = upload(context(), quads_of(ones, Network::kIn, 0));
+    const vk::Buffer y = upload(context(), quads_of(n.grad_y, Network::kOut, 7));
+    const vk::Buffer grad_y = upload(context(), quads_of(n.grad_y, Network::kOut, 0));
+    ExecutorDesc desc = n.whole();
+    desc.outputs = {n.y};
+    desc.grad_outputs = {n.y};
+    desc.quads = {n.x, n.y};
+    desc.tensors = {{n.x, x.range()}, {n.y, y.range()}};
+    desc.gradients = {{n.x, grad_x.range()}, {n.y, grad_y.range()}};
+    n.grad_t.assign(n.grad_t.size(), 0);
+    const Expected e = expected(n);
+    const auto to_quads = [](const std::vector<double>& rows, std::uint32_t channels) {
+        return quads_of({rows.begin(), rows.end()}, channels, 0);
+    };
+    ASSERT_OK(n.create(desc));
+    EXPECT_TRUE(n.executor->tensor(n.x).same_range(x.range()));
+    EXPECT_TRUE(n.executor->gradient(n.x).same_range(grad_x.range()));
+    ASSERT_OK(n.executor->forward());
+    EXPECT_EQ(download(context(), y.range(), 24), to_quads(e.y, Network::kOut));
+    ASSERT_OK(n.executor->backward());
+    EXPECT_EQ(download(context(), grad_x.range(), 24),
+              to_quads(sum(e.grad_x, 1, to_double(ones)), Network::kIn));
+    EXPECT_EQ(download(context(), x.range(), 24), quads_of(n.x_values, Network::kIn, 0));
+    EXPECT_EQ(to_double(n.grad(n.w1)), e.grad_w1);
     EXPECT_EQ(to_double(n.grad(n.w2)), e.grad_w2);
 }
 
@@ -303,6 +345,9 @@ TEST_P(ExecutorRules, RefusesWhatCannotBe) {
     ExecutorDesc desc = n.whole();
     desc.outputs = {n.y};
     EXPECT_ERROR(n.create(desc), Code::kInvalidArgument, "it is not an output");
+    desc.outputs = desc.grad_outputs = {n.t};
+    desc.grad_inputs = {n.y};
+    EXPECT_ERROR(n.create(desc), Code::kInvalidArgument, "requested, but no output depends on it");
     desc = n.whole();
     desc.backward = false;
     desc.grad_outputs = desc.grad_inputs = {};

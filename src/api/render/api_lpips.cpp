@@ -60,15 +60,8 @@ splat_result splat_lpips_compare(splat_lpips lpips, const splat_image* a, const 
         const std::vector<float> target = api::planes_of(second);
         SPLAT_TRY(check_finite("a", render));
         SPLAT_TRY(check_finite("b", target));
-        vk::Context& context = *object->context;
-        const std::size_t bytes = render.size() * sizeof(float);
-        const std::lock_guard lock(context.mutex);
-        SPLAT_TRY(context.write(object->net->render(), render.data(), bytes));
-        SPLAT_TRY(context.write(object->net->target(), target.data(), bytes));
-        SPLAT_TRY(object->net->forward());
-        float distance = 0;
-        SPLAT_TRY(context.read(object->net->values(), &distance, sizeof distance));
-        *value = static_cast<double>(distance);
+        const std::lock_guard lock(object->context->mutex);
+        SPLAT_ASSIGN(*value, object->net->compare(render, target));
         return {};
     });
 }
