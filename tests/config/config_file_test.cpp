@@ -88,13 +88,12 @@ TEST(ModelConfigFile, GoesRound) {
           "cam_embd: {embedding: pose, dimension: 4, film: affine}\n"
           "model: {base_dim: 8, channel_mult: [1, 3], network_without_offset: true}\n"
           "opt: {lora_finetune: true, lora_alpha: 3, train_with_adapters: [x16_conv.]}\n"}) {
-        const auto config = read_network(text);
-        ASSERT_OK(config);
-        const std::string written = config::config_text(config.value());
+        const auto config = need(read_network(text));
+        const std::string written = config::config_text(config);
         const auto again = need(read_network(written));
         EXPECT_EQ(config::config_text(again), written) << text;
-        EXPECT_EQ(again.frozen, config.value().frozen);
-        EXPECT_EQ(again.lora.trained, config.value().lora.trained);
+        EXPECT_EQ(again.frozen, config.frozen);
+        EXPECT_EQ(again.lora.trained, config.lora.trained);
     }
 }
 

@@ -208,10 +208,9 @@ TEST(ConfigCategory, ImpliesItsGeometryAlsoOverAnotherOne) {
         "  origin_distances: false, white_background: true, training_resolution: 128}\n"
         "opt: {scale_terms: false}\n");
     const std::vector<std::string> to_hydrants = {"data.category=hydrants"};
-    const auto config = config::with_values(base, to_hydrants);
-    ASSERT_OK(config);
-    const auto network = need(config::model_config(config.value()));
-    const auto training = need(config::train_config(config.value()));
+    const auto config = need(config::with_values(base, to_hydrants));
+    const auto network = need(config::model_config(config));
+    const auto training = need(config::train_config(config));
     EXPECT_EQ(network.fov_degrees, 0.0F);
     EXPECT_EQ(network.znear, -2.0F);
     EXPECT_EQ(network.zfar, 2.0F);

@@ -72,9 +72,8 @@ const std::map<std::string, Published> kPublished = {
 // clang-format on
 
 config::Settings settings_of(const config::Preset& preset) {
-    const auto config = read_yaml_config(preset.text, std::string(preset.name));
-    EXPECT_OK(config);
-    const auto made = config::settings_of(config.value());
+    const auto config = need(read_yaml_config(preset.text, std::string(preset.name)));
+    const auto made = config::settings_of(config);
     EXPECT_OK(made) << preset.name;
     return made.value();
 }
@@ -133,9 +132,8 @@ TEST(Presets, SmallEndsWithinMinutes) {
 /// A training of a preset says only what its user must add, or what holds of the published one as well.
 TEST(Presets, WarnOfWhatTheyLack) {
     for (const config::Preset& preset : config::presets()) {
-        const auto config = read_yaml_config(preset.text, "x");
-        ASSERT_OK(config);
-        const auto found = config::training_warnings(config.value());
+        const auto config = need(read_yaml_config(preset.text, "x"));
+        const auto found = config::training_warnings(config);
         ASSERT_OK(found) << preset.name;
         const std::string category = settings_of(preset).training.category;
         const bool lists =

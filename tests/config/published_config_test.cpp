@@ -47,13 +47,12 @@ Result<config::Settings> merge(const std::string& base, const std::string& over)
 
 /// Keys of published files that have no effect are named; nothing is refused.
 TEST(TrainConfigPublished, LoadWithWarningsOnly) {
-    const auto config = read_yaml_config(defaults(true), "merged.yaml");
-    ASSERT_OK(config);
+    const auto config = need(read_yaml_config(defaults(true), "merged.yaml"));
     const std::string objaverse[] = {"general.num_devices=2",   "general.mixed_precision=true",
                                      "data.category=objaverse", "data.objects_file=lvis.json",
                                      "opt.lora_finetune=false", "opt.lora_rank=4"};
     const auto warnings =
-        need(config::training_warnings(config::with_values(config.value(), objaverse).value()));
+        need(config::training_warnings(config::with_values(config, objaverse).value()));
     std::string named;
     for (const std::string& warning : warnings)
         named += warning.substr(0, warning.find(" has no")) + "\n";

@@ -27,7 +27,7 @@ TEST(TrainConfigRules, DefaultsAreThePublishedOnes) {
 }
 
 TEST(TrainConfigRules, ReadsWhatItWrites) {
-    const auto config = read_yaml_config(
+    const auto config = need(read_yaml_config(
         "data: {training_resolution: 64, root: somewhere, subset: 3, white_background: false}\n"
         "model: {base_dim: 32}\n"
         "opt: {iterations: 1234, batch_size: 6, micro_batch: 3, recompute: true, imgs_per_obj: 5,\n"
@@ -37,10 +37,9 @@ TEST(TrainConfigRules, ReadsWhatItWrites) {
         "  lora_finetune: true, lora_rank: 8}\n"
         "logging: {ckpt_iterations: 5, val_objects: 2}\n"
         "general: {random_seed: 9, precision: fast}\n",
-        "test.yaml");
-    ASSERT_OK(config);
-    const auto network = need(config::model_config(config.value()));
-    const auto training = need(config::train_config(config.value()));
+        "test.yaml"));
+    const auto network = need(config::model_config(config));
+    const auto training = need(config::train_config(config));
     const std::string text = config::merged_config_text({network, training});
     const auto again = need(read_json_config(text, "merged"));
     const auto network2 = need(config::model_config(again));
@@ -82,17 +81,16 @@ TEST(TrainConfigRules, TheRateFollowsItsSchedule) {
 }
 
 TEST(TrainConfigRules, ReplacesValues) {
-    const auto config = read_yaml_config("opt: {base_lr: 1, batch_size: 2}", "test.yaml");
-    ASSERT_OK(config);
+    const auto config = need(read_yaml_config("opt: {base_lr: 1, batch_size: 2}", "test.yaml"));
     const std::string texts[] = {"opt.base_lr=1e-3", "general.random_seed=5",
                                  "opt.betas=[0.5, 0.75]"};
-    const auto c = need(config::train_config(need(config::with_values(config.value(), texts))));
+    const auto c = need(config::train_config(need(config::with_values(config, texts))));
     EXPECT_EQ(c.learning_rate, 1e-3);
     EXPECT_EQ(c.seed, 5U);
     EXPECT_EQ(c.betas[1], 0.75);
     EXPECT_EQ(c.batch_size, 2U);
     const std::string wrong[] = {"opt.base_lr"};
-    EXPECT_ERROR(config::with_values(config.value(), wrong), Code::kInvalidArgument,
+    EXPECT_ERROR(config::with_values(config, wrong), Code::kInvalidArgument,
                  "'opt.base_lr' is not of the form key=value");
 }
 

@@ -185,9 +185,8 @@ TEST(Config, NamesTheNearestKey) {
 /// section.
 TEST(Config, RefusesSectionsWithoutKeys) {
     const auto status = [](const char* text) {
-        const auto config = read_yaml_config(text, "c.yaml");
-        EXPECT_OK(config);
-        return config.value().refuse_unknown({"opt.lr", "opt.ema.use"}, {"opt", "model"});
+        const auto config = need(read_yaml_config(text, "c.yaml"));
+        return config.refuse_unknown({"opt.lr", "opt.ema.use"}, {"opt", "model"});
     };
     EXPECT_ERROR(status("opt: 5\n"), Code::kInvalidArgument,
                  "c.yaml: 'opt' is a whole number, expected keys below it");

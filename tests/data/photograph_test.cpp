@@ -37,9 +37,7 @@ class PhotographRules : public testing::Test {
 
     std::string save(const char* name, const io::Image& image) {
         const std::string path = folder_ / name;
-        const auto file = io::write_png(image);
-        EXPECT_OK(file);
-        EXPECT_OK(io::write_file(path, file.value()));
+        EXPECT_OK(io::write_file(path, need(io::write_png(image))));
         return path;
     }
     /// Paths of a picture and its maps, and how to cut it.

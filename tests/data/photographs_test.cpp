@@ -102,9 +102,7 @@ TEST(DepthRange, IsThatOfThePlaceTheCamerasLookAt) {
     EXPECT_NEAR(range.near, 4 - 4 * 0.4, 1e-6) << "half of 8 pixels at 10: 0.4 of 4";
     EXPECT_NEAR(range.far, 4 + 4 * 0.4, 1e-6);
     const auto warning = [&](double znear, double zfar) {
-        const auto found = depth_range_warning(dataset->reader(), znear, zfar);
-        EXPECT_OK(found);
-        return found.value();
+        return need(depth_range_warning(dataset->reader(), znear, zfar));
     };
     EXPECT_EQ(warning(2.4, 5.6), "");
     EXPECT_EQ(warning(3, 5), "") << "objects need not fill the images";

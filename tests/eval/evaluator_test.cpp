@@ -33,11 +33,10 @@ class EvaluatorTest : public testing::Test {
                                        std::vector<float>(parameter.shape.elements(), weight)));
     }
     Evaluator evaluator(bool network = true, Protocol protocol = {}) {
-        auto data = predict::ViewSource::open(settings_, "", "test");
-        EXPECT_OK(data);
+        auto data = need(predict::ViewSource::open(settings_, "", "test"));
         Evaluation labels;
         labels.method = network ? "" : "mine";
-        Evaluator made(std::move(data.value()), std::move(protocol), {}, labels);
+        Evaluator made(std::move(data), std::move(protocol), {}, labels);
         if (network) {
             EXPECT_OK(made.use(*context_, *network_));
         }
@@ -47,9 +46,7 @@ class EvaluatorTest : public testing::Test {
     /// The first view's inputs, with a full group of cameras and a part of one.
     predict::Views many_views() {
         Evaluator made = evaluator(false);
-        auto read = made.read(0);
-        EXPECT_OK(read);
-        predict::Views views = std::move(read.value());
+        predict::Views views = need(made.read(0));
         const scene::Camera first = views.cameras[0];
         views.cameras.assign(predict::Predictor::kDrawnAtOnce + 4, first);
         for (std::size_t i = 0; i < views.cameras.size(); ++i)
@@ -61,9 +58,8 @@ class EvaluatorTest : public testing::Test {
         EXPECT_OK(network_->predict(views));
         std::vector<float> images;
         for (const scene::Camera& camera : views.cameras) {
-            const auto image = network_->draw(std::span(&camera, 1));
-            EXPECT_OK(image);
-            images.insert(images.end(), image.value().begin(), image.value().end());
+            const auto image = need(network_->draw(std::span(&camera, 1)));
+            images.insert(images.end(), image.begin(), image.end());
         }
         return images;
     }

@@ -23,11 +23,11 @@ Result<CameraSet> read_json(const std::string& text) {
 }
 
 std::vector<scene::Camera> sample_cameras() {
-    auto cameras = scene::orbit(test::sample_scene(8, 0), {.count = 3, .width = 64, .height = 48});
-    EXPECT_OK(cameras);
-    cameras.value()[1].cx = 30.25;
-    cameras.value()[2].fy = 71.5;
-    return cameras.value();
+    auto cameras =
+        need(scene::orbit(test::sample_scene(8, 0), {.count = 3, .width = 64, .height = 48}));
+    cameras[1].cx = 30.25;
+    cameras[2].fy = 71.5;
+    return cameras;
 }
 
 void expect_same(const std::vector<scene::Camera>& a, const std::vector<scene::Camera>& b,

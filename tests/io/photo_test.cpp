@@ -254,8 +254,7 @@ TEST(ImageFile, IsKnownByItsFirstBytes) {
     std::filesystem::create_directories(folder);
     const std::string path = (folder / "x.png").string();
     ASSERT_OK(write_file(path, webp_of(ramp(4, 4, 3), 4, 4, 3)));
-    const auto image = load_image(path);
-    EXPECT_OK(image);
+    EXPECT_OK(load_image(path));
     ASSERT_OK(write_file(path, as_bytes("GIF89a")));
     EXPECT_ERROR(load_image(path), Code::kFormat,
                  "x.png': a GIF file; convert it: 'magick IN OUT.png'");
@@ -273,8 +272,7 @@ TEST(RealPhotos, AreRead) {
     for (const auto& entry :
          std::filesystem::directory_iterator(*test::real_data_folder() + "/photos")) {
         if (!is_image_name(entry.path().string())) continue;
-        const auto image = load_image(entry.path().string());
-        EXPECT_OK(image);
+        EXPECT_OK(load_image(entry.path().string()));
         ++count;
     }
     EXPECT_GE(count, 8U);

@@ -34,18 +34,17 @@ TEST(RealScenes, FourGaussiansOfSplatTransform) {
                  {"minimal-v4.spz", "spz", 4}};
     for (const auto& file : files) {
         SCOPED_TRACE(file.name);
-        const auto loaded = load_real(std::string("format_fixtures/") + file.name);
-        ASSERT_OK(loaded);
-        const LoadReport& report = loaded.value().report;
+        const auto loaded = need(load_real(std::string("format_fixtures/") + file.name));
+        const LoadReport& report = loaded.report;
         EXPECT_EQ(report.format, file.format);
         EXPECT_EQ(report.version, file.version);
         EXPECT_EQ(report.count, 4U);
         EXPECT_EQ(report.sh_degree, 0U);
         EXPECT_EQ(report.non_finite_values + report.bad_rotations, 0U);
         EXPECT_TRUE(report.ignored.empty());
-        for (const float logit : loaded.value().gaussians.opacity_logits)
+        for (const float logit : loaded.gaussians.opacity_logits)
             EXPECT_NEAR(scene::opacity_of(static_cast<double>(logit)), 0.9, 0.005);
-        for (const float value : loaded.value().gaussians.log_scales)
+        for (const float value : loaded.gaussians.log_scales)
             EXPECT_NEAR(value, std::log(0.1), 1.0 / 32 + 1e-6);
     }
     EXPECT_ERROR(load_real("format_fixtures/minimal.ksplat"), Code::kUnsupported, "ksplat");

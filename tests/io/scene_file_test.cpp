@@ -35,18 +35,14 @@ TEST(SceneFile, EveryFormatIsDetectedReadAndNamed) {
         if (format.write == nullptr && &format != &format_named("compressed ply")) continue;
         const Buffer file = sample_file(format);
         const std::string name = std::string("a") + format.extension;
-        const auto found = detect_scene_format(file, name);
-        ASSERT_OK(found);
-        EXPECT_EQ(found.value()->name, format.name);
-        const auto loaded = read_scene(file, name);
-        ASSERT_OK(loaded);
-        EXPECT_EQ(loaded.value().report.format, format.name);
-        EXPECT_EQ(loaded.value().report.frame, format.frame);
-        EXPECT_LE(loaded.value().report.sh_degree, format.max_sh_degree);
+        EXPECT_EQ(need(detect_scene_format(file, name))->name, format.name);
+        const auto loaded = need(read_scene(file, name));
+        EXPECT_EQ(loaded.report.format, format.name);
+        EXPECT_EQ(loaded.report.frame, format.frame);
+        EXPECT_LE(loaded.report.sh_degree, format.max_sh_degree);
         if (format.detect == nullptr) continue;
-        const auto renamed = detect_scene_format(file, "folder.splat/other");
-        ASSERT_OK(renamed);
-        EXPECT_EQ(renamed.value(), &format) << "the magic identifies it without the name";
+        const auto renamed = need(detect_scene_format(file, "folder.splat/other"));
+        EXPECT_EQ(renamed, &format) << "the magic identifies it without the name";
     }
 }
 

@@ -320,12 +320,9 @@ class GoldenNetTraining : public GoldenNetGraft {
   protected:
     /// The first convolution's weight, its adapter folded in.
     std::vector<float> first_weight(Model& model, const nn::Parameter& first) {
-        const auto state = model::save_state(model);
-        EXPECT_OK(state);
-        const auto folded =
-            model::merge_adapters(state.value(), state.value(), model.config().lora.alpha, 1);
-        EXPECT_OK(folded);
-        return folded.value().find(first.name)->values;
+        const auto state = need(model::save_state(model));
+        const auto folded = need(model::merge_adapters(state, state, model.config().lora.alpha, 1));
+        return folded.find(first.name)->values;
     }
     void expect_moved(const Golden& golden, const TrainingCase& c,
                       const std::vector<std::vector<float>>& expected);

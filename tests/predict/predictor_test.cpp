@@ -21,25 +21,22 @@ class PredictorTest : public testing::Test {
         settings_.network = test::small_config();
     }
     io::WeightsFile weights(const config::ModelConfig& config) {
-        auto made = model::Model::create(*context_, config, {});
-        EXPECT_OK(made);
-        EXPECT_OK(made.value()->init(7));
+        auto made = need(model::Model::create(*context_, config, {}));
+        EXPECT_OK(made->init(7));
         std::uint64_t seed = 1;
-        for (const nn::Parameter& parameter : made.value()->parameters().all())
-            EXPECT_OK(made.value()->parameters().write(
+        for (const nn::Parameter& parameter : made->parameters().all())
+            EXPECT_OK(made->parameters().write(
                 parameter, test::normal_fill(parameter.shape.elements(), seed++, 0, 0.1)));
-        auto state = model::save_state(*made.value());
-        EXPECT_OK(state);
+        auto state = need(model::save_state(*made));
         io::WeightsFile file;
-        file.tensors = std::move(state.value());
+        file.tensors = std::move(state);
         return file;
     }
     std::unique_ptr<Predictor> predictor(const io::WeightsFile& file) {
-        auto made = Predictor::create(*context_, settings_);
-        EXPECT_OK(made);
+        auto made = need(Predictor::create(*context_, settings_));
         model::LoadReport report;
-        EXPECT_OK(made.value()->load(file, report));
-        return std::move(made.value());
+        EXPECT_OK(made->load(file, report));
+        return made;
     }
     [[nodiscard]] Views picture() const {
         Views views;

@@ -17,9 +17,7 @@ using io::NamedTensors;
 
 config::ModelConfig network_of(const char* preset) {
     const auto found = config::preset_of(preset);
-    const auto settings = settings_of(std::string(found.value().text), preset);
-    EXPECT_OK(settings);
-    return settings.value().network;
+    return need(settings_of(std::string(found.value().text), preset)).network;
 }
 
 void add(NamedTensors& to, const std::string& name, std::vector<std::int64_t> dims,

@@ -52,11 +52,10 @@ CapacityRun draw_all(vk::Context& context, RasterSession& session, const gaussia
     const raster::RasterDesc& desc = rasterizer.drawn_desc();
     EXPECT_EQ(desc.gaussians, scene.count);
     EXPECT_EQ(desc.views, cameras.size());
-    const auto packed = gaussians::allocate_set(context, rasterizer.desc());
-    EXPECT_OK(packed);
+    const auto packed = need(gaussians::allocate_set(context, rasterizer.desc()));
     const vk::Buffer image = upload(context, normal_fill(4 * rasterizer.desc().pixels(), 1));
     const vk::Buffer depth = upload(context, normal_fill(rasterizer.desc().pixels(), 2));
-    EXPECT_OK(rasterizer.backward(image.range(), depth.range(), packed.value().views()));
+    EXPECT_OK(rasterizer.backward(image.range(), depth.range(), packed.views()));
     const raster::Workspace& space = rasterizer.workspace();
     const auto floats = [&](const vk::Buffer& buffer, std::uint64_t count) {
         return count == 0 ? std::vector<float>() : download(context, buffer.range(), count);
@@ -65,9 +64,8 @@ CapacityRun draw_all(vk::Context& context, RasterSession& session, const gaussia
     drawn.extra = floats(space.extra, 4 * desc.pixels());
     drawn.exported = floats(space.exported, 12 * desc.items());
     drawn.pose = floats(space.pose, std::uint64_t{12} * desc.views);
-    drawn.gaussians = floats(packed.value().gaussians, std::uint64_t{12} * desc.gaussians);
-    drawn.colors =
-        floats(packed.value().colors, std::uint64_t{4} * desc.color_quads() * desc.gaussians);
+    drawn.gaussians = floats(packed.gaussians, std::uint64_t{12} * desc.gaussians);
+    drawn.colors = floats(packed.colors, std::uint64_t{4} * desc.color_quads() * desc.gaussians);
     drawn.stats = rasterizer.stats();
     return drawn;
 }

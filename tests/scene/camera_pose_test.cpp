@@ -17,12 +17,10 @@ Vec3 project(const Camera& c, const Vec3& p) {
 }
 
 Camera sample_camera() {
-    auto camera = camera_from_fov(640, 480, 1.0);
-    EXPECT_OK(camera);
-    auto pose = look_at({1, -2, -5}, {0.5, 0, 0}, kUp);
-    EXPECT_OK(pose);
-    camera.value().world_to_camera = pose.value();
-    return camera.value();
+    auto camera = need(camera_from_fov(640, 480, 1.0));
+    auto pose = need(look_at({1, -2, -5}, {0.5, 0, 0}, kUp));
+    camera.world_to_camera = pose;
+    return camera;
 }
 
 TEST(CameraPose, FieldOfViewReachesTheEdges) {

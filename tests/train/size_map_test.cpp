@@ -23,9 +23,7 @@ class SizeMapTest : public testing::Test {
         weights_ = allocate(4 * kSide * kSide);
     }
     vk::Buffer allocate(std::uint64_t floats) {
-        auto made = context_->memory().allocate(4 * floats, vk::MemoryKind::kDevice, "test");
-        EXPECT_OK(made);
-        return std::move(made.value());
+        return need(context_->memory().allocate(4 * floats, vk::MemoryKind::kDevice, "test"));
     }
     /// The weights [H,W] for balls of these radii at the distance `z`.
     std::vector<float> draw(float left, float right, float z) {
@@ -37,9 +35,8 @@ class SizeMapTest : public testing::Test {
         EXPECT_OK(context_->write(scales_.range(), scales, sizeof scales));
         const scene::Camera camera{
             "", kSide, kSide, 64, 64, 32.5, 32.5, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}};
-        auto map = SizeMap::create(*context_, desc_);
-        EXPECT_OK(map);
-        EXPECT_OK(map.value().draw(packed_.views(), std::span(&camera, 1), weights_.range()));
+        auto map = need(SizeMap::create(*context_, desc_));
+        EXPECT_OK(map.draw(packed_.views(), std::span(&camera, 1), weights_.range()));
         std::vector<float> quads(std::size_t{4} * kSide * kSide), weights;
         EXPECT_OK(context_->read(weights_.range(), quads.data(), 4 * quads.size()));
         for (std::size_t i = 0; i < quads.size(); i += 4) weights.push_back(quads[i]);
