@@ -20,9 +20,7 @@ splat_memory_info memory_of(splat_device device) {
 }
 
 std::uint32_t count() {
-    std::uint32_t count = 0;
-    EXPECT_DONE(splat_device_count(&count));
-    return count;
+    return got(splat_device_count);
 }
 
 /// Creation with this desc is refused and leaves the handle alone.

@@ -194,7 +194,7 @@ TEST_F(ApiOom, SeesWhatIsLeftBehind) {
 
 /// Rows are gathered or stay, whichever allocation fails.
 TEST_F(ApiOom, SparesRowsThatAreNotGathered) {
-    const Device device = open_device(SPLAT_DEVICE_PROFILE);  // also a list that ran stays done
+    const Device device = open_device(SPLAT_DEVICE_PROFILE);  // a list that ran stays done, too
     const Floats values = normal_fill(24, 1);
     const Tensor value = upload(device, {3, 8}, values);
     const Tensor grad = upload(device, {3, 8}, normal_fill(24, 2));

@@ -21,6 +21,13 @@ class ApiOpRefuses : public testing::Test {
             << "a refused operator leaves nothing behind";
     }
 
+    /// With one tensor replaced.
+    void expect_with(OpRequest request, std::vector<splat_tensor> OpRequest::*tensors,
+                     std::size_t index, splat_tensor tensor, splat_result code, const char* part) {
+        (request.*tensors)[index] = tensor;
+        expect(request, code, part);
+    }
+
     [[nodiscard]] OpRequest linear() const {
         OpRequest request("linear", {x, weight, bias}, {y});
         request.grad_outputs = {grad_y};
@@ -116,29 +123,21 @@ TEST_F(ApiOpRefuses, Attributes) {
 }
 
 TEST_F(ApiOpRefuses, Counts) {
-    splat_op_desc desc = linear().desc();
-    for (const std::uint32_t count : {0U, 2U, 4U, UINT32_MAX}) {
-        const OpRequest request = linear();
-        desc = request.desc();
-        desc.input_count = count;
-        expect(desc, kArgument, "input_count is " + std::to_string(count) + ", expected 3");
-        desc = request.desc();
-        desc.output_count = count;
-        expect(desc, kArgument, "output_count is " + std::to_string(count) + ", expected 1");
-    }
     const OpRequest request = linear();
-    desc = request.desc();
-    desc.inputs = nullptr;
-    expect(desc, kArgument, "input");
-    desc = request.desc();
-    desc.outputs = nullptr;
-    expect(desc, kArgument, "output");
-    desc = request.desc();
-    desc.grad_inputs = nullptr;
-    expect(desc, kArgument, "together");
-    desc = request.desc();
-    desc.grad_outputs = nullptr;
-    expect(desc, kArgument, "together");
+    const auto refuse = [&](auto splat_op_desc::*member, auto value, const std::string& part) {
+        splat_op_desc desc = request.desc();
+        desc.*member = value;
+        expect(desc, kArgument, part);
+    };
+    for (const std::uint32_t count : {0U, 2U, 4U, UINT32_MAX}) {
+        const std::string is = "put_count is " + std::to_string(count);
+        refuse(&splat_op_desc::input_count, count, "in" + is + ", expected 3");
+        refuse(&splat_op_desc::output_count, count, "out" + is + ", expected 1");
+    }
+    refuse(&splat_op_desc::inputs, nullptr, "input");
+    refuse(&splat_op_desc::outputs, nullptr, "output");
+    refuse(&splat_op_desc::grad_inputs, nullptr, "together");
+    refuse(&splat_op_desc::grad_outputs, nullptr, "together");
 }
 
 TEST_F(ApiOpRefuses, Shapes) {
@@ -163,53 +162,32 @@ TEST_F(ApiOpRefuses, Shapes) {
         const OpRequest request("linear", row.inputs, {row.output});
         for (const char* part : row.parts) expect(request, kShape, part);
     }
-    OpRequest request = linear();
-    request.grad_outputs = {odd};
-    expect(request, kShape, "'grad_y' has shape [4, 9], expected [5, 3]");
-    request = linear();
-    request.grad_inputs = {odd, nullptr, nullptr};
-    expect(request, kShape, "'grad_x' has shape [4, 9], expected [5, 7]");
-    request = norm();
-    request.inputs[1] = bias;
-    expect(request, kShape, "'gamma' has shape [3], expected [6]");
-    request = norm();
-    request.inputs[0] = channels;
-    expect(request, kShape, "'x'");
+    expect_with(linear(), &OpRequest::grad_outputs, 0, odd, kShape,
+                "'grad_y' has shape [4, 9], expected [5, 3]");
+    expect_with(linear(), &OpRequest::grad_inputs, 0, odd, kShape,
+                "'grad_x' has shape [4, 9], expected [5, 7]");
+    expect_with(norm(), &OpRequest::inputs, 1, bias, kShape, "'gamma' has shape [3], expected [6]");
+    expect_with(norm(), &OpRequest::inputs, 0, channels, kShape, "'x'");
 }
 
 TEST_F(ApiOpRefuses, OtherTypesAndDevices) {
     const Tensor whole = make_tensor(shared_device(), {5, 7}, "whole", SPLAT_DTYPE_I32);
-    OpRequest request = linear();
-    request.inputs[0] = whole;
-    expect(request, kArgument, "'x' has dtype 2");
-    request = linear();
-    request.grad_inputs[0] = whole;
-    expect(request, kArgument, "'grad_x' has dtype 2");
+    expect_with(linear(), &OpRequest::inputs, 0, whole, kArgument, "'x' has dtype 2");
+    expect_with(linear(), &OpRequest::grad_inputs, 0, whole, kArgument, "'grad_x' has dtype 2");
     const Device other = open_device();
-    const Tensor foreign = make_tensor(other, {3, 7});
-    request = linear();
-    request.inputs[1] = foreign;
-    expect(request, kArgument, "'weight' is on another device");
+    expect_with(linear(), &OpRequest::inputs, 1, make_tensor(other, {3, 7}), kArgument,
+                "'weight' is on another device");
 }
 
 TEST_F(ApiOpRefuses, HandlesThatAreNone) {
-    Tensor gone = make_tensor(shared_device(), {5, 7});
-    const splat_tensor stale = gone.destroy();
+    const splat_tensor stale = make_tensor(shared_device(), {5, 7}).destroy();
     for (const splat_tensor bad :
          {splat_tensor{nullptr}, stale, reinterpret_cast<splat_tensor>(shared_device())}) {
-        OpRequest request = linear();
-        request.inputs[0] = bad;
-        expect(request, kHandle, "'x'");
-        request = linear();
-        request.outputs[0] = bad;
-        expect(request, kHandle, "'y'");
-        request = linear();
-        request.grad_outputs[0] = bad;
-        expect(request, kHandle, "'grad_y'");
+        expect_with(linear(), &OpRequest::inputs, 0, bad, kHandle, "'x'");
+        expect_with(linear(), &OpRequest::outputs, 0, bad, kHandle, "'y'");
+        expect_with(linear(), &OpRequest::grad_outputs, 0, bad, kHandle, "'grad_y'");
     }
-    OpRequest request = linear();
-    request.grad_inputs[1] = stale;
-    expect(request, kHandle, "'grad_weight'");
+    expect_with(linear(), &OpRequest::grad_inputs, 1, stale, kHandle, "'grad_weight'");
 }
 
 TEST_F(ApiOpRefuses, ResultsInOnePlace) {

@@ -152,42 +152,44 @@ void compare_gradients(const RasterCase& from, const RasterMode& mode, bool orig
     const Tensor rgb = upload(device, {1, h, w, 3}, by_rgb);
     const Tensor alpha = upload(device, {1, h, w}, by_alpha);
     const Tensor depth = upload(device, {1, h, w}, by_depth);
-    const Tensor means = make_tensor(device, {n, 3});
-    const Tensor scales = make_tensor(device, {n, 3});
-    const Tensor rotations = make_tensor(device, {n, 4});
-    const Tensor opacities = make_tensor(device, {n});
     const auto k = static_cast<std::int64_t>(from.sh_coefficients);
-    const Tensor colors = make_tensor(device, from.sh.empty() ? Dims{n, 3} : Dims{n, k, 3});
-    const Tensor means2d = make_tensor(device, {1, n, 2});
-    const Tensor means2d_abs = make_tensor(device, {1, n, 2});
-    const Tensor pose = make_tensor(device, {1, 3, 4});
+    const bool direct = from.sh.empty();
     auto request = sized<splat_gradients_desc>();
     request.grad_rgb = rgb;
     request.grad_alpha = alpha;
     request.grad_depth = depth;
-    request.grad_means = means;
-    request.grad_scales = scales;
-    request.grad_rotations = rotations;
-    request.grad_opacities = opacities;
-    (from.sh.empty() ? request.grad_colors : request.grad_sh) = colors;
-    request.grad_means2d = means2d;
-    request.grad_means2d_abs = means2d_abs;
-    if (!mode.is_3dgs()) request.grad_world_to_camera = pose;
+    struct Gradient {
+        const char* what;
+        splat_tensor& place;
+        Dims dims;
+        const std::vector<double>& expected;
+        Tensor tensor = {};
+    };
+    std::vector<Gradient> gradients;
+    gradients.push_back({"means", request.grad_means, {n, 3}, run.gradients.means});
+    gradients.push_back({"scales", request.grad_scales, {n, 3}, run.gradients.scales});
+    gradients.push_back({"rotations", request.grad_rotations, {n, 4}, run.gradients.rotations});
+    gradients.push_back({"opacities", request.grad_opacities, {n}, run.gradients.opacities});
+    gradients.push_back({"colours", direct ? request.grad_colors : request.grad_sh,
+                         direct ? Dims{n, 3} : Dims{n, k, 3},
+                         direct ? run.gradients.colors : run.gradients.sh});
+    gradients.push_back({"means2d", request.grad_means2d, {1, n, 2}, run.gradients.means2d});
+    gradients.push_back(
+        {"means2d_abs", request.grad_means2d_abs, {1, n, 2}, run.gradients.means2d_abs});
+    if (!mode.is_3dgs())
+        gradients.push_back(
+            {"pose", request.grad_world_to_camera, {1, 3, 4}, run.gradients.world_to_camera});
+    for (Gradient& gradient : gradients)
+        gradient.place = gradient.tensor = make_tensor(device, gradient.dims);
     for (int pass = 1; pass <= 2; ++pass) {  // the second adds the same again
         request.flags = pass == 2 ? SPLAT_GRADIENTS_ACCUMULATE : 0;
         EXPECT_DONE(splat_rasterizer_backward(drawn.rasterizer, nullptr, &request));
-        const auto same = [&](const Tensor& got, std::vector<double> expected, const char* what) {
+        for (const Gradient& gradient : gradients) {
+            std::vector<double> expected = gradient.expected;
             for (double& value : expected) value *= pass;
-            EXPECT_EQ(widened(download(got)), expected) << from.name << " " << what;
-        };
-        same(means, run.gradients.means, "means");
-        same(scales, run.gradients.scales, "scales");
-        same(rotations, run.gradients.rotations, "rotations");
-        same(opacities, run.gradients.opacities, "opacities");
-        same(colors, from.sh.empty() ? run.gradients.colors : run.gradients.sh, "colours");
-        same(means2d, run.gradients.means2d, "means2d");
-        same(means2d_abs, run.gradients.means2d_abs, "means2d_abs");
-        if (!mode.is_3dgs()) same(pose, run.gradients.world_to_camera, "pose");
+            EXPECT_EQ(widened(download(gradient.tensor)), expected)
+                << from.name << " " << gradient.what;
+        }
     }
 }
 

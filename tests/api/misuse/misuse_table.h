@@ -283,7 +283,7 @@ class MisuseTable {
     Training run_ = make_training(device_);
     Evaluator evaluator_ = make_evaluator(dataset_);
     Comparison comparison_ = make_comparison();
-    std::deque<splat_optimizer_item> items_;  ///< of wrong descs
+    std::deque<splat_optimizer_item> items_;  ///< items to which wrong descs point
     std::map<std::type_index, Object> objects_;
     std::map<std::type_index, std::shared_ptr<void>> goods_;
     std::map<std::string, Right> rights_;
@@ -356,6 +356,7 @@ class MisuseTable::WrongCalls {
     std::vector<std::shared_ptr<void>> held_;  ///< values to which arguments point
 };
 
+/// Rows of this function.
 #define SPLAT_WRONG(function) wrong_calls(#function, function)
 
 template <class Handle>

@@ -6,7 +6,7 @@ namespace {
 
 constexpr float kValues[4] = {1, 2, 3, 4};
 
-/// Those of both kinds of networks.
+/// Rows of the ports of models and of modules.
 template <class Rows>
 void port_rows(const Rows& ports) {
     ports.each("kind", "none", kArgument, 0, 4).each("ports", "NULL", kArgument, nullptr);

@@ -80,7 +80,8 @@ void MisuseTable::training_rows() {
 
 void MisuseTable::optimizer_rows() {
     static constexpr std::int64_t kRows[] = {0, 1, 0}, kUnused[] = {2}, kNegative[] = {0, -2};
-    const auto gather = SPLAT_WRONG(splat_optimizer_gather_rows).given("rows", kRows);
+    const auto gather =
+        SPLAT_WRONG(splat_optimizer_gather_rows).given("pattern", "*").given("rows", kRows);
     gather.given("pattern", "yours")
         .given("count", 2)
         .as_is("pattern", "without a match", kArgument);

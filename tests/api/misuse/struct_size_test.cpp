@@ -7,21 +7,22 @@ namespace {
 /// A struct as a later version of the library may have it.
 template <class Known>
 struct LaterStruct {
+    LaterStruct(const Known& known_members, std::uint64_t first, std::uint64_t second)
+        : known(known_members), added{first, second} {
+        known.struct_size = sizeof *this;
+    }
     Known known;
     std::uint64_t added[2];
 };
 
 TEST(ApiStructSize, ALaterStructWithAZeroTailIsTaken) {
-    LaterStruct<splat_tensor_desc> desc = {tensor_desc({2}), {0, 0}};
-    desc.known.struct_size = sizeof desc;
-    Tensor tensor;
-    EXPECT_DONE(splat_tensor_create(shared_device(), &desc.known, tensor.out()));
+    const LaterStruct desc(tensor_desc({2}), 0, 0);
+    got(splat_tensor_create, shared_device(), &desc.known);
 }
 
 TEST(ApiStructSize, AMemberThatTheLibraryDoesNotKnowIsRefused) {
     for (const std::size_t i : {0, 1}) {
-        LaterStruct<splat_tensor_desc> desc = {tensor_desc({2}), {0, 0}};
-        desc.known.struct_size = sizeof desc;
+        LaterStruct desc(tensor_desc({2}), 0, 0);
         desc.added[i] = std::uint64_t{1} << 63;
         Tensor tensor;
         EXPECT_REFUSED(splat_tensor_create(shared_device(), &desc.known, tensor.out()),
@@ -31,17 +32,14 @@ TEST(ApiStructSize, AMemberThatTheLibraryDoesNotKnowIsRefused) {
 
 TEST(ApiStructSize, TheSameHoldsForStructsOfInputs) {
     const Device device = open_device();
-    const Model model = make_model(device);
-    LaterStruct<splat_model_input> input = {sized<splat_model_input>(), {0, 1}};
-    input.known.struct_size = sizeof input;
-    EXPECT_REFUSED(splat_model_forward(model, &input.known), kUnsupported,
+    const LaterStruct input(sized<splat_model_input>(), 0, 1);
+    EXPECT_REFUSED(splat_model_forward(make_model(device), &input.known), kUnsupported,
                    "splat_model_input.struct_size");
 }
 
 TEST(ApiStructSize, ALaterInfoIsFilledAndItsTailStays) {
     const Tensor tensor = make_tensor(shared_device(), {2, 3});
-    LaterStruct<splat_tensor_info> info = {sized<splat_tensor_info>(), {7, 7}};
-    info.known.struct_size = sizeof info;
+    LaterStruct info(sized<splat_tensor_info>(), 7, 7);
     ASSERT_DONE(splat_tensor_get_info(tensor, &info.known));
     EXPECT_EQ(info.known.struct_size, sizeof info);
     EXPECT_EQ(info.known.elements, 6U);
@@ -53,32 +51,36 @@ TEST(ApiStructSize, ALaterInfoIsFilledAndItsTailStays) {
 TEST(ApiStructSize, AReservedMemberIsRefusedWhereTheStructIsRead) {
     const Dataset dataset = make_dataset();
     const Evaluator evaluator = make_evaluator(dataset);
-    auto evaluated = sized<splat_evaluated_views>();
-    evaluated.reserved = 7;
-    EXPECT_REFUSED(splat_evaluator_read(evaluator, 0, &evaluated), kArgument,
-                   "splat_evaluated_views.reserved is 7, expected 0");
-    auto views = sized<splat_dataset_views>();
-    views.reserved = 1;
-    EXPECT_REFUSED(splat_dataset_read(dataset, 0, nullptr, 0, &views), kArgument,
-                   "splat_dataset_views.reserved");
-    auto prediction = sized<splat_prediction>();
-    prediction.reserved = 1;
-    EXPECT_REFUSED(splat_prediction_report(&prediction, nullptr, 0, nullptr), kArgument,
-                   "splat_prediction.reserved");
-    auto files = sized<splat_camera_bytes>();
-    files.reserved = 1;
-    EXPECT_REFUSED(splat_camera_load_memory(&files, nullptr, nullptr, 0, nullptr), kArgument,
-                   "splat_camera_bytes.reserved");
-    splat_named_array array{};
-    array.name = "a";
-    array.reserved = 1;
+    const auto refuse = [](auto value, const auto& call, const char* part) {
+        value.reserved = 7;
+        EXPECT_REFUSED(call(&value), kArgument, std::string(part) + ".reserved");
+    };
+    refuse(
+        sized<splat_evaluated_views>(),
+        [&](auto* views) { return splat_evaluator_read(evaluator, 0, views); },
+        "splat_evaluated_views");
+    EXPECT_TRUE(holds(splat_last_error_message(), "reserved is 7, expected 0"));
+    refuse(
+        sized<splat_dataset_views>(),
+        [&](auto* views) { return splat_dataset_read(dataset, 0, nullptr, 0, views); },
+        "splat_dataset_views");
+    refuse(
+        sized<splat_prediction>(),
+        [](auto* made) { return splat_prediction_report(made, nullptr, 0, nullptr); },
+        "splat_prediction");
+    refuse(
+        sized<splat_camera_bytes>(),
+        [](auto* files) { return splat_camera_load_memory(files, nullptr, nullptr, 0, nullptr); },
+        "splat_camera_bytes");
     Weights weights;
-    EXPECT_REFUSED(splat_weights_from_arrays(&array, 1, weights.out()), kArgument,
-                   "arrays[0].reserved");
-    splat_scene_desc scene = sized<splat_scene_desc>();
-    scene.reserved = 1;
+    refuse(
+        named_array("a", {}, {}),
+        [&](auto* array) { return splat_weights_from_arrays(array, 1, weights.out()); },
+        "arrays[0]");
     Scene made;
-    EXPECT_REFUSED(splat_scene_create(&scene, made.out()), kArgument, "splat_scene_desc.reserved");
+    refuse(
+        sized<splat_scene_desc>(), [&](auto* desc) { return splat_scene_create(desc, made.out()); },
+        "splat_scene_desc");
     auto batch = sized<splat_trainer_batch>();
     batch.reserved = 1;
     EXPECT_DONE(splat_batches_next(make_batches(), 0, &batch));
@@ -92,14 +94,12 @@ TEST(ApiStructSize, AReservedMemberIsRefusedWhereTheStructIsRead) {
 
 TEST(ApiStructSize, ATailOfAStructThatIsFilledMayHoldAnything) {
     const Batches batches = make_batches();
-    LaterStruct<splat_trainer_batch> batch = {sized<splat_trainer_batch>(), {7, 7}};
-    batch.known.struct_size = sizeof batch;
+    LaterStruct batch(sized<splat_trainer_batch>(), 7, 7);
     ASSERT_DONE(splat_batches_next(batches, 0, &batch.known));
     EXPECT_NE(batch.known.images, nullptr);
     EXPECT_EQ(batch.added[0], 7U);
     const Dataset dataset = make_dataset();
-    LaterStruct<splat_evaluation_summary> summary = {sized<splat_evaluation_summary>(), {7, 7}};
-    summary.known.struct_size = sizeof summary;
+    LaterStruct summary(sized<splat_evaluation_summary>(), 7, 7);
     EXPECT_DONE(splat_evaluator_summary(make_evaluator(dataset), &summary.known));
     EXPECT_EQ(summary.added[1], 7U);
 }
