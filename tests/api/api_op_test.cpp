@@ -17,7 +17,7 @@ Subject subject(const char* name, bool gradient = false) {
 }
 
 void expect_match(const char* op, const char* result, splat_tensor got,
-                  const std::vector<double>& expected) {
+                  const ref::Summed<double>& expected) {
     EXPECT_TRUE(matches(download(got), expected, tolerance(op, result),
                         subject(result, std::string(result).starts_with("grad_"))));
 }
