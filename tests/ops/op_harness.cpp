@@ -191,8 +191,6 @@ void expect_matches(vk::Context& context, const OpCall& call,
                 std::string("grad_") + row.value()->inputs[i].name, true);
 }
 
-namespace {
-
 ref::OpArguments arguments_of(const OpCall& call) {
     ref::OpArguments in;
     for (const HostTensor& input : call.inputs) {
@@ -208,6 +206,8 @@ ref::OpArguments arguments_of(const OpCall& call) {
     }
     return in;
 }
+
+namespace {
 
 ref::Grads grads_of(const OpCall& call) {
     ref::Grads grads;

@@ -66,6 +66,9 @@ void expect_matches(vk::Context& context, const OpCall& call,
                     const std::vector<ref::Summed<double>>& outputs,
                     const std::vector<ref::Summed<double>>& gradients, const std::string& what);
 
+/// The call as its reference takes it.
+ref::OpArguments arguments_of(const OpCall& call);
+
 /// Results of the operator's reference for a call.
 struct OpExpected {
     ref::Sums outputs;
