@@ -26,14 +26,14 @@ Status resample2d_check(const Resample2dDesc& desc);
 /// zero outside the image. With [1,1]: the mean of 2x2 pixels, and the nearest neighbour.
 ///
 /// x, y         [N,C,H,W] and [N,C,2H,2W] or [N,C,H/2,W/2] float32 as quads; no aliasing
-/// filter       [taps] row-major; any view of 16 bytes or more, unread, if desc.taps is 0
+/// filter       [taps] row-major; absent: the box [1,1]
 /// Errors       those of resample2d_check; nothing is recorded on error
 /// Precision    a sum of taps^2 terms; exact for the nearest neighbour
 /// Determinism  bit-exact for any thread count
 /// Source       the resampling of the convolutions of Karras et al. 2022, arXiv:2206.00364
 ///
-/// The gradient, the adjoint: resampling the other way with the same filter. `desc` and the rest as
-/// in the forward pass.
+/// The gradient, the adjoint: resampling the other way with the same filter. The rest as in the
+/// forward pass.
 extern const OpRow kResample2dRow;
 
 }  // namespace splat::ops

@@ -7,7 +7,6 @@ namespace splat::ops {
 
 /// Separate three interleaved tensors:  part_j[n,c] = x[n, 3c + j]
 ///
-/// dims         of each part
 /// x            [N,3C,...] float32 as quads; a, b, c [N,C,...] as quads; no aliasing
 /// Errors       kUnsupported beyond the device's binding limits; nothing is recorded on error
 /// Precision    exact

@@ -27,19 +27,10 @@ TEST_P(Add, MatchesFloat64) {
 TEST_P(Add, IntegersAreExact) {
     std::uint64_t seed = 300;
     for (const Shape& shape : image_shapes()) {
-        OpCall call = add_call(shape, 0.5, seed);
-        for (auto* tensors : {&call.inputs, &call.grad_outputs})
-            for (HostTensor& tensor : *tensors)
-                tensor.values = integer_fill(shape.elements(), ++seed);
-        const OpResult gpu = run_op(context(), call);
-        ASSERT_OK(gpu.status) << shape.text();
-        const std::string how = reproduce(shape.text());
-        const bool tiny = shape.elements() < 10;  // a ninth of the integers is 0
-        const OpExpected expected = expected_of(call);
-        EXPECT_TRUE(exact(gpu.outputs[0], expected.outputs[0], {"y", how, false, tiny}));
-        for (std::size_t i = 0; i < 2; ++i)
-            EXPECT_TRUE(exact(gpu.grad_inputs[i], expected.grad_inputs[i],
-                              {i == 0 ? "grad_a" : "grad_b", how, true, tiny}));
+        // A ninth of the integers is 0.
+        expect_exact(context(), with_integers(add_call(shape, 0.5, seed), seed), shape.text(),
+                     shape.elements() < 10);
+        seed += 3;
     }
 }
 

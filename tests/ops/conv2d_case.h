@@ -60,13 +60,10 @@ struct Conv2dCase {
         call.grad_outputs = {{y, grad_y}};
         return call;
     }
-    [[nodiscard]] ref::Conv2dInput<double> reference() const {
-        return {{shape.N, shape.C, shape.H, shape.W, shape.K, shape.R},
-                static_cast<double>(scale),
-                to_double(x),
-                to_double(weight),
-                to_double(bias),
-                to_double(residual)};
+    [[nodiscard]] OpCall forward() const {
+        OpCall forward = call();
+        forward.grad_outputs.clear();
+        return forward;
     }
     [[nodiscard]] std::string text() const {
         return shape.text() + (bias.empty() ? " no bias" : "") +

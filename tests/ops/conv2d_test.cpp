@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "conv2d_case.h"
-#include "support/gradcheck.h"
 
 namespace splat::test {
 namespace {
@@ -11,24 +10,18 @@ namespace {
 class Conv2d : public KernelsTest {};
 SPLAT_INSTANTIATE_KERNELS(Conv2d);
 
-void expect_gradients(const Conv2dCase& c, const ref::Conv2dBackward<double>& expected,
-                      const OpResult& gpu) {
+void expect_gradients(const Conv2dCase& c, const ref::Sums& expected, const OpResult& gpu) {
     const std::string how = reproduce(c.text());
-    EXPECT_TRUE(matches(gpu.grad_inputs[0], c.bounded(expected.grad_x), c.tolerance_of("grad_x"),
+    EXPECT_TRUE(matches(gpu.grad_inputs[0], c.bounded(expected[0]), c.tolerance_of("grad_x"),
                         {"grad_x", how, true}));
-    EXPECT_TRUE(matches(gpu.grad_inputs[1], c.bounded(expected.grad_weight),
-                        c.tolerance_of("grad_weight"),
+    EXPECT_TRUE(matches(gpu.grad_inputs[1], c.bounded(expected[1]), c.tolerance_of("grad_weight"),
                         {"grad_weight", how, true, c.shape.H * c.shape.W < 3}));
-    if (c.bias.empty())
-        EXPECT_TRUE(gpu.grad_inputs[2].empty());
-    else
-        EXPECT_TRUE(matches(gpu.grad_inputs[2], expected.grad_bias,
-                            tolerance("conv2d", "grad_bias"), {"grad_bias", how, true}));
-    if (c.residual.empty())
-        EXPECT_TRUE(gpu.grad_inputs[3].empty());
-    else
-        EXPECT_TRUE(matches(gpu.grad_inputs[3], expected.grad_residual,
-                            tolerance("conv2d", "grad_residual"), {"grad_residual", how, true}));
+    for (const auto& [i, name] : {std::pair(2, "grad_bias"), {3, "grad_residual"}})
+        if (c.call().inputs[i].values.empty())
+            EXPECT_TRUE(gpu.grad_inputs[i].empty());
+        else
+            EXPECT_TRUE(matches(gpu.grad_inputs[i], expected[i], tolerance("conv2d", name),
+                                {name, how, true}));
 }
 
 TEST_P(Conv2d, ForwardMatchesFloat64) {
@@ -37,12 +30,10 @@ TEST_P(Conv2d, ForwardMatchesFloat64) {
         seed += 5;
         Conv2dCase c =
             seed % 3 != 0 ? Conv2dCase::normal(shape, seed) : Conv2dCase::bare(shape, seed);
-        const auto expected = ref::conv2d_forward(c.reference());
+        const ref::Summed<double> expected = expected_of(c.forward()).outputs[0];
         for (const int winograd : winograds(GetParam(), shape)) {
             c.winograd = winograd;
-            OpCall call = c.call();
-            call.grad_outputs.clear();
-            const OpResult gpu = run_op(context(), call);
+            const OpResult gpu = run_op(context(), c.forward());
             ASSERT_OK(gpu.status) << c.text();
             EXPECT_TRUE(matches(gpu.outputs[0], c.bounded(expected), c.tolerance_of("y"),
                                 {"y", reproduce(c.text())}));
@@ -56,7 +47,7 @@ TEST_P(Conv2d, BackwardMatchesFloat64) {
         seed += 5;
         Conv2dCase c =
             seed % 3 != 0 ? Conv2dCase::normal(shape, seed) : Conv2dCase::bare(shape, seed);
-        const auto expected = ref::conv2d_backward(c.reference(), to_double(c.grad_y));
+        const ref::Sums expected = expected_of(c.call()).grad_inputs;
         for (const int winograd : winograds(GetParam(), shape)) {
             c.winograd = winograd;
             const OpResult gpu = run_op(context(), c.call());
@@ -72,24 +63,10 @@ TEST_P(Conv2d, IntegersAreExact) {
     std::uint64_t seed = 500;
     for (const ConvShape& shape : kConvBackwardShapes) {  // sums stay below 2^22
         Conv2dCase c = Conv2dCase::integers(shape, seed += 5);
-        const auto y = ref::conv2d_forward(c.reference());
-        const auto gradients = ref::conv2d_backward(c.reference(), to_double(c.grad_y));
         const bool tiny = shape.H * shape.W < 5;  // few taps lie in the image
         for (const int winograd : winograds(GetParam(), shape)) {
-            if (winograd == 4) continue;
             c.winograd = winograd;
-            const OpResult gpu = run_op(context(), c.call());
-            ASSERT_OK(gpu.status) << c.text();
-            const std::string how = reproduce(c.text());
-            const auto same = [&](std::size_t input, const ref::Summed<double>& expected,
-                                  const char* name) {
-                EXPECT_TRUE(exact(gpu.grad_inputs[input], expected, {name, how, true, tiny}));
-            };
-            EXPECT_TRUE(exact(gpu.outputs[0], y, {"y", how, false, tiny}));
-            same(0, gradients.grad_x, "grad_x");
-            same(1, gradients.grad_weight, "grad_weight");
-            same(2, gradients.grad_bias, "grad_bias");
-            same(3, gradients.grad_residual, "grad_residual");
+            if (winograd != 4) expect_exact(context(), c.call(), c.text(), tiny);
         }
     }
 }
@@ -100,43 +77,15 @@ TEST_P(Conv2d, AdjointIdentity) {
         for (const int winograd : winograds(GetParam(), shape)) {
             Conv2dCase c = Conv2dCase::bare(shape, seed += 5);
             c.winograd = winograd;
-            const OpResult gpu = run_op(context(), c.call());
-            ASSERT_OK(gpu.status);
-            const double wx_u = dot(to_double(gpu.outputs[0]), to_double(c.grad_y));
-            const double x_wu = dot(to_double(c.x), to_double(gpu.grad_inputs[0]));
-            const double w_ux = dot(to_double(c.weight), to_double(gpu.grad_inputs[1]));
-            double scale = 0;  // magnitude of the sums, which may cancel
-            for (std::size_t i = 0; i < c.grad_y.size(); ++i)
-                scale += std::abs(static_cast<double>(gpu.outputs[0][i]) *
-                                  static_cast<double>(c.grad_y[i]));
-            EXPECT_NEAR(wx_u, x_wu, 1e-5 * scale) << c.text();
-            EXPECT_NEAR(wx_u, w_ux, 1e-5 * scale) << c.text();
+            expect_adjoint(context(), c.call(), {0, 1}, c.text());
         }
 }
 
 TEST(Conv2dReference, GradcheckFloat64) {
     std::uint64_t seed = 900;
     for (const ConvShape& shape :
-         {ConvShape{1, 1, 1, 1, 1, 3}, ConvShape{2, 3, 4, 5, 2, 3}, ConvShape{2, 3, 2, 2, 4, 1}}) {
-        const Conv2dCase c = Conv2dCase::normal(shape, seed += 5);
-        const std::vector<double> grad_y = to_double(c.grad_y);
-        const auto input = c.reference();
-        const auto gradients = ref::conv2d_backward(input, grad_y);
-        using Input = ref::Conv2dInput<double>;
-        const auto loss = [&](std::vector<double> Input::*member) {
-            return [&, member](const std::vector<double>& values) {
-                Input changed = input;
-                changed.*member = values;
-                return dot(ref::conv2d_forward(changed).value, grad_y);
-            };
-        };
-        EXPECT_TRUE(gradcheck("x", loss(&Input::x), input.x, gradients.grad_x.value));
-        EXPECT_TRUE(
-            gradcheck("weight", loss(&Input::weight), input.weight, gradients.grad_weight.value));
-        EXPECT_TRUE(gradcheck("bias", loss(&Input::bias), input.bias, gradients.grad_bias.value));
-        EXPECT_TRUE(gradcheck("residual", loss(&Input::residual), input.residual,
-                              gradients.grad_residual.value));
-    }
+         {ConvShape{1, 1, 1, 1, 1, 3}, ConvShape{2, 3, 4, 5, 2, 3}, ConvShape{2, 3, 2, 2, 4, 1}})
+        expect_gradcheck(Conv2dCase::normal(shape, seed += 5).call());
 }
 
 }  // namespace

@@ -191,8 +191,6 @@ void expect_matches(vk::Context& context, const OpCall& call,
                 std::string("grad_") + row.value()->inputs[i].name, true);
 }
 
-namespace {
-
 ref::OpArguments arguments_of(const OpCall& call) {
     ref::OpArguments in;
     for (const HostTensor& input : call.inputs) {
@@ -208,6 +206,8 @@ ref::OpArguments arguments_of(const OpCall& call) {
     }
     return in;
 }
+
+namespace {
 
 ref::Grads grads_of(const OpCall& call) {
     ref::Grads grads;
@@ -226,13 +226,54 @@ Arrays values_of(const ref::Sums& sums) {
 OpExpected expected_of(const OpCall& call) {
     const ref::OpRef& op = *ref::find_op(call.op);
     const ref::OpArguments in = arguments_of(call);
-    return {op.forward(in),
-            call.grad_outputs.empty() ? ref::Sums{} : op.backward(in, grads_of(call))};
+    OpExpected expected{op.forward(in), {}};
+    if (call.grad_outputs.empty()) return expected;
+    expected.grad_inputs = op.backward(in, grads_of(call));
+    for (std::size_t i = 0; i < expected.grad_inputs.size(); ++i)
+        if (call.inputs[i].values.empty()) expected.grad_inputs[i] = {};
+    return expected;
 }
 
 void expect_float64(Context& context, const OpCall& call, const std::string& what) {
     const OpExpected expected = expected_of(call);
     expect_matches(context, call, expected.outputs, expected.grad_inputs, what);
+}
+
+OpCall with_integers(OpCall call, std::uint64_t seed) {
+    for (auto* tensors : {&call.inputs, &call.grad_outputs})
+        for (HostTensor& tensor : *tensors)
+            tensor.values = integer_fill(tensor.values.size(), ++seed);
+    return call;
+}
+
+void expect_exact(Context& context, const OpCall& call, const std::string& what, bool few) {
+    const OpResult gpu = run_op(context, call);
+    ASSERT_OK(gpu.status) << what;
+    const OpExpected expected = expected_of(call);
+    const ops::OpRow& row = *ops::find_op(call.op).value();
+    for (std::size_t i = 0; i < expected.outputs.size(); ++i)
+        EXPECT_TRUE(exact(gpu.outputs[i], expected.outputs[i],
+                          {row.outputs[i].name, reproduce(what), false, few}));
+    for (std::size_t i = 0; i < expected.grad_inputs.size(); ++i) {
+        if (expected.grad_inputs[i].value.empty()) continue;
+        EXPECT_TRUE(exact(gpu.grad_inputs[i], expected.grad_inputs[i],
+                          {std::string("grad_") + row.inputs[i].name, reproduce(what), true, few}));
+    }
+}
+
+void expect_adjoint(Context& context, const OpCall& call, std::initializer_list<std::size_t> inputs,
+                    const std::string& what) {
+    const OpResult gpu = run_op(context, call);
+    ASSERT_OK(gpu.status) << what;
+    const std::vector<double> y = to_double(gpu.outputs[0]);
+    const std::vector<double> grad_y = to_double(call.grad_outputs[0].values);
+    double scale = 0;  // magnitude of the sums, which may cancel
+    for (std::size_t i = 0; i < y.size(); ++i) scale += std::abs(y[i] * grad_y[i]);
+    for (const std::size_t i : inputs)
+        EXPECT_NEAR(dot(y, grad_y),
+                    dot(to_double(call.inputs[i].values), to_double(gpu.grad_inputs[i])),
+                    1e-5 * scale)
+            << what << " input " << i;
 }
 
 void expect_gradcheck(const OpCall& call) {

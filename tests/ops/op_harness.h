@@ -66,6 +66,9 @@ void expect_matches(vk::Context& context, const OpCall& call,
                     const std::vector<ref::Summed<double>>& outputs,
                     const std::vector<ref::Summed<double>>& gradients, const std::string& what);
 
+/// The call as its reference takes it.
+ref::OpArguments arguments_of(const OpCall& call);
+
 /// Results of the operator's reference for a call.
 struct OpExpected {
     ref::Sums outputs;
@@ -75,6 +78,17 @@ OpExpected expected_of(const OpCall& call);
 
 /// expect_matches() with those.
 void expect_float64(vk::Context& context, const OpCall& call, const std::string& what);
+
+/// The call with whole numbers, whose sums are exact, in the place of all values.
+OpCall with_integers(OpCall call, std::uint64_t seed);
+
+/// Outputs and gradients are those of the reference, as numbers; `few`: of so few numbers that many are zero.
+void expect_exact(vk::Context& context, const OpCall& call, const std::string& what, bool few);
+
+/// The output is linear in each of these inputs alone: its product with its gradient is that of the input with its
+/// own, up to 1e-5 of the sum of magnitudes.
+void expect_adjoint(vk::Context& context, const OpCall& call,
+                    std::initializer_list<std::size_t> inputs, const std::string& what);
 
 using Arrays = std::vector<std::vector<double>>;
 

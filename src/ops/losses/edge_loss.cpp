@@ -36,34 +36,6 @@ Status record(vk::Recorder& recorder, const EdgeLossDesc& desc, EdgePass pass) {
     });
 }
 
-}  // namespace
-
-std::uint64_t edge_loss_slopes_bytes(const EdgeLossDesc& desc) {
-    return kSlopePlanes * desc.quads().bytes();
-}
-
-Status edge_loss_forward(vk::Recorder& recorder, const EdgeLossDesc& desc, const vk::BufferView& a,
-                         const vk::BufferView& b, const vk::BufferView& weight,
-                         const vk::BufferView& slopes, const vk::BufferView& partial,
-                         const vk::BufferView& loss) {
-    SPLAT_TRY(record(recorder, desc,
-                     {"edge_loss_forward",
-                      {vk::read(a), vk::read(b), vk::read(desc.weighted ? weight : b),
-                       vk::write(slopes), vk::write(partial)},
-                      true}));
-    return loss_sum(recorder, desc.quads(), partial, loss);
-}
-
-Status edge_loss_backward(vk::Recorder& recorder, const EdgeLossDesc& desc,
-                          const vk::BufferView& slopes, const vk::BufferView& grad_loss,
-                          const vk::BufferView& grad_a) {
-    return record(
-        recorder, desc,
-        {"edge_loss_backward", {vk::read(slopes), vk::read(grad_loss), vk::write(grad_a)}, false});
-}
-
-namespace {
-
 constexpr Port kEdgeLossInputs[] = {
     {"a"}, {"b", Layout::kQuads, false, true}, {"weight", Layout::kQuads, true, true}};
 constexpr const char* kEdgeLossSaved[] = {"slopes"};
@@ -85,7 +57,7 @@ Result<OpPlan> edge_loss_plan(const vk::Recorder&, const Attributes& attributes,
     if (weighted)
         SPLAT_TRY(expect_shape("edge_loss", "weight", inputs[2], Shape{a[0], 1, a[2], a[3]}));
     const std::uint64_t slopes =
-        edge_loss_slopes_bytes(edge_loss_desc(attributes, a, weighted)) / 4;
+        kSlopePlanes * edge_loss_desc(attributes, a, weighted).quads().bytes() / 4;
     if (slopes > kMaxElements)
         return error(Code::kUnsupported, "edge_loss: images %s are too large: %llu slopes",
                      a.text().c_str(), static_cast<unsigned long long>(slopes));
@@ -96,15 +68,24 @@ Result<OpPlan> edge_loss_plan(const vk::Recorder&, const Attributes& attributes,
 Status edge_loss_row_forward(vk::Recorder& recorder, const Attributes& attributes,
                              const OpViews& v) {
     const EdgeLossDesc desc = edge_loss_desc(attributes, v.inputs[0].shape, present(v.inputs[2]));
-    return edge_loss_forward(recorder, desc, v.inputs[0], v.inputs[1], v.inputs[2], v.saved[0],
-                             v.workspace.part(0, loss_partial_bytes(desc.quads())), v.outputs[0]);
+    const vk::BufferView partial = v.workspace.part(0, loss_partial_bytes(desc.quads()));
+    SPLAT_TRY(record(
+        recorder, desc,
+        {"edge_loss_forward",
+         {vk::read(v.inputs[0]), vk::read(v.inputs[1]), vk::read(v.inputs[desc.weighted ? 2 : 1]),
+          vk::write(v.saved[0]), vk::write(partial)},
+         true}));
+    return loss_sum(recorder, desc.quads(), partial, v.outputs[0]);
 }
 
 Status edge_loss_row_backward(vk::Recorder& recorder, const Attributes& attributes,
                               const OpViews& v) {
     if (!present(v.grad_inputs[0])) return {};
     const EdgeLossDesc desc = edge_loss_desc(attributes, v.grad_inputs[0].shape, false);
-    return edge_loss_backward(recorder, desc, v.saved[0], v.grad_outputs[0], v.grad_inputs[0]);
+    return record(recorder, desc,
+                  {"edge_loss_backward",
+                   {vk::read(v.saved[0]), vk::read(v.grad_outputs[0]), vk::write(v.grad_inputs[0])},
+                   false});
 }
 
 }  // namespace

@@ -16,9 +16,6 @@ struct EdgeLossDesc {
     [[nodiscard]] QuadDims quads() const { return {n, c, height * width}; }
 };
 
-/// Bytes of the slopes.
-std::uint64_t edge_loss_slopes_bytes(const EdgeLossDesc& desc);
-
 /// Distance of the edges of two images, colours or depths: the mean over images, channels and pixels of
 ///
 ///   weight (|Dx (a - b)| + |Dy (a - b)|)
@@ -27,26 +24,17 @@ std::uint64_t edge_loss_slopes_bytes(const EdgeLossDesc& desc);
 /// reflected at its border pixels (reflect-101, as OpenCV's default).
 ///
 /// a, b         [N,C,H,W] float32 as quads, zero in the channels that pad a quad
-/// weight       [N,1,H,W] as quads; not read unless desc.weighted
-/// slopes       out, saved for backward: edge_loss_slopes_bytes
-/// partial      workspace of loss_partial_bytes
+/// weight       [N,1,H,W] as quads; may be absent
+/// slopes       saved for backward: along x and y
 /// loss         [1]; 0 for images that differ by a constant
 /// Errors       the recorder's, beyond the device's binding limits
 /// Precision    relative 1e-6 of the sum of the terms' magnitudes (tests/ops/losses/edge_loss_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       the gradient difference loss of Mathieu et al. 2016, arXiv:1511.05440, eq. 6 with alpha 1, with
 ///              signed derivatives, by the filters of Sobel 1968 and Scharr 2000
-Status edge_loss_forward(vk::Recorder& recorder, const EdgeLossDesc& desc, const vk::BufferView& a,
-                         const vk::BufferView& b, const vk::BufferView& weight,
-                         const vk::BufferView& slopes, const vk::BufferView& partial,
-                         const vk::BufferView& loss);
-
+///
 /// The gradient with respect to a, overwritten: the transposed derivatives of weight times the signs; a
 /// difference of 0 has the slope 0.
-Status edge_loss_backward(vk::Recorder& recorder, const EdgeLossDesc& desc,
-                          const vk::BufferView& slopes, const vk::BufferView& grad_loss,
-                          const vk::BufferView& grad_a);
-
 extern const OpRow kEdgeLossRow;
 
 }  // namespace splat::ops

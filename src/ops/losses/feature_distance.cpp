@@ -27,11 +27,12 @@ Status feature_distance_check(const QuadDims& dims) {
                  kMaxPixels);
 }
 
-std::uint64_t feature_distance_partial_bytes(const QuadDims& dims) {
+namespace {
+
+/// Bytes of the terms of all pixels.
+std::uint64_t partial_bytes(const QuadDims& dims) {
     return vk::quad_bytes(std::uint64_t{dims.n} * dims.p);
 }
-
-namespace {
 
 constexpr Port kFeatureDistanceInputs[] = {
     {"a"}, {"b", Layout::kQuads, false, true}, {"weight", Layout::kRowMajor, false, true}};
@@ -42,13 +43,12 @@ Result<OpPlan> feature_distance_plan(const vk::Recorder&, const Attributes&,
     SPLAT_TRY(expect_shape("feature_distance", "b", inputs[1], inputs[0]));
     SPLAT_TRY(expect_shape("feature_distance", "weight", inputs[2], {dims.c}));
     SPLAT_TRY(feature_distance_check(dims));
-    return OpPlan{.outputs = {Shape{dims.n, 1}},
-                  .forward_workspace = feature_distance_partial_bytes(dims)};
+    return OpPlan{.outputs = {Shape{dims.n, 1}}, .forward_workspace = partial_bytes(dims)};
 }
 
 Status feature_distance_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
     SPLAT_ASSIGN(const QuadDims dims, quad_dims(v.inputs[0].shape));
-    const vk::BufferView partial = v.workspace.part(0, feature_distance_partial_bytes(dims));
+    const vk::BufferView partial = v.workspace.part(0, partial_bytes(dims));
     const std::uint64_t pixels = std::uint64_t{dims.n} * dims.p;
     const double bytes = static_cast<double>(dims.bytes());
     SPLAT_TRY(record_each(recorder,

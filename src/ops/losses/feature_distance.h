@@ -8,9 +8,6 @@ namespace splat::ops {
 /// Errors: kUnsupported for 2^20 pixels per image or more.
 Status feature_distance_check(const QuadDims& dims);
 
-/// Bytes of the terms of all pixels.
-std::uint64_t feature_distance_partial_bytes(const QuadDims& dims);
-
 /// Distance between the directions of two images' features, per image:
 ///
 ///   y[n] = 1/P sum_p sum_c weight[c] (a / (|a| + eps) - b / (|b| + eps))^2    |.| over the channels
@@ -19,7 +16,6 @@ std::uint64_t feature_distance_partial_bytes(const QuadDims& dims);
 ///
 /// a, b         [N,C,...] float32 as quads, zero in the channels that pad a quad
 /// weight       [C] row-major
-/// partial      workspace of feature_distance_partial_bytes
 /// y            [N,1] as quads
 /// Errors       those of feature_distance_check; nothing is recorded on error
 /// Precision    the difference of unit vectors cancels: 2^-24 of each, times twice their difference

@@ -7,7 +7,6 @@ namespace splat::ops {
 /// Mean absolute difference of images:  loss = mean |a - b|
 ///
 /// a, b         [N,C,...] float32 as quads, zero in the channels that pad a quad
-/// partial      workspace of loss_partial_bytes
 /// loss         [1]
 /// Errors       the recorder's, beyond the device's binding limits
 /// Precision    relative 1e-6 (tests/ops/losses/l1_test.cpp)

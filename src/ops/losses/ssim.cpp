@@ -37,51 +37,11 @@ Status record(vk::Recorder& recorder, const SsimDesc& desc, Stage pass) {
     });
 }
 
-}  // namespace
-
-std::uint64_t ssim_slopes_bytes(const SsimDesc& desc) {
-    return kSlopes * desc.quads().bytes();
-}
-
-std::uint64_t ssim_forward_rows_bytes(const SsimDesc& desc) {
-    return kForwardPlanes * desc.quads().bytes();
-}
-
-std::uint64_t ssim_backward_rows_bytes(const SsimDesc& desc) {
-    return kSlopes * desc.quads().bytes();
-}
-
-Status ssim_forward(vk::Recorder& recorder, const SsimDesc& desc, const vk::BufferView& a,
-                    const vk::BufferView& b, const vk::BufferView& rows,
-                    const vk::BufferView& slopes, const vk::BufferView& partial,
-                    const vk::BufferView& loss) {
-    SPLAT_TRY(
-        record(recorder, desc,
-               {"ssim_forward_rows", {vk::read(a), vk::read(b), vk::write(rows)}, kForwardPlanes}));
-    SPLAT_TRY(record(recorder, desc,
-                     {"ssim_forward",
-                      {vk::read(rows), vk::write(slopes), vk::write(partial)},
-                      kForwardPlanes,
-                      true}));
-    return loss_sum(recorder, desc.quads(), partial, loss);
-}
-
-Status ssim_backward(vk::Recorder& recorder, const SsimDesc& desc, const vk::BufferView& a,
-                     const vk::BufferView& b, const vk::BufferView& slopes,
-                     const vk::BufferView& rows, const vk::BufferView& grad_loss,
-                     const vk::BufferView& grad_a) {
-    SPLAT_TRY(record(recorder, desc,
-                     {"ssim_backward_rows", {vk::read(slopes), vk::write(rows)}, kSlopes}));
-    return record(
-        recorder, desc,
-        {"ssim_backward",
-         {vk::read(a), vk::read(b), vk::read(rows), vk::read(grad_loss), vk::write(grad_a)},
-         kSlopes});
-}
-
-namespace {
-
 constexpr const char* kSsimSaved[] = {"slopes"};
+
+std::uint64_t plane_bytes(const SsimDesc& desc, std::uint64_t planes) {
+    return planes * desc.quads().bytes();
+}
 
 SsimDesc ssim_desc(const Shape& a) {
     return {a[0], a[1], a[2], a[3]};
@@ -89,7 +49,7 @@ SsimDesc ssim_desc(const Shape& a) {
 
 /// Offset of the workspace behind the rows.
 std::uint64_t rows_end(const vk::Recorder& recorder, const SsimDesc& desc) {
-    return round_up(ssim_forward_rows_bytes(desc), recorder.device().limits.offset_alignment);
+    return round_up(plane_bytes(desc, kForwardPlanes), recorder.device().limits.offset_alignment);
 }
 
 Result<OpPlan> ssim_plan(const vk::Recorder& recorder, const Attributes&,
@@ -99,30 +59,44 @@ Result<OpPlan> ssim_plan(const vk::Recorder& recorder, const Attributes&,
                      inputs[0].text().c_str());
     SPLAT_ASSIGN(OpPlan plan, loss_plan("ssim", inputs));
     const SsimDesc desc = ssim_desc(inputs[0]);
-    const std::uint64_t slopes = ssim_slopes_bytes(desc) / 4;
+    const std::uint64_t slopes = plane_bytes(desc, kSlopes) / 4;
     if (slopes > kMaxElements)
         return error(Code::kUnsupported, "ssim: images %s are too large: %llu slopes",
                      inputs[0].text().c_str(), static_cast<unsigned long long>(slopes));
     plan.saved = {Shape{static_cast<std::uint32_t>(slopes)}};
     plan.forward_workspace += rows_end(recorder, desc);
-    plan.backward_workspace = ssim_backward_rows_bytes(desc);
+    plan.backward_workspace = plane_bytes(desc, kSlopes);
     return plan;
 }
 
 Status ssim_row_forward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
     const SsimDesc desc = ssim_desc(v.inputs[0].shape);
-    return ssim_forward(
-        recorder, desc, v.inputs[0], v.inputs[1],
-        v.workspace.part(0, ssim_forward_rows_bytes(desc)), v.saved[0],
-        v.workspace.part(rows_end(recorder, desc), loss_partial_bytes(desc.quads())), v.outputs[0]);
+    const vk::BufferView rows = v.workspace.part(0, plane_bytes(desc, kForwardPlanes));
+    const vk::BufferView partial =
+        v.workspace.part(rows_end(recorder, desc), loss_partial_bytes(desc.quads()));
+    SPLAT_TRY(record(recorder, desc,
+                     {"ssim_forward_rows",
+                      {vk::read(v.inputs[0]), vk::read(v.inputs[1]), vk::write(rows)},
+                      kForwardPlanes}));
+    SPLAT_TRY(record(recorder, desc,
+                     {"ssim_forward",
+                      {vk::read(rows), vk::write(v.saved[0]), vk::write(partial)},
+                      kForwardPlanes,
+                      true}));
+    return loss_sum(recorder, desc.quads(), partial, v.outputs[0]);
 }
 
 Status ssim_row_backward(vk::Recorder& recorder, const Attributes&, const OpViews& v) {
     if (!present(v.grad_inputs[0])) return {};
     const SsimDesc desc = ssim_desc(v.inputs[0].shape);
-    return ssim_backward(recorder, desc, v.inputs[0], v.inputs[1], v.saved[0],
-                         v.workspace.part(0, ssim_backward_rows_bytes(desc)), v.grad_outputs[0],
-                         v.grad_inputs[0]);
+    const vk::BufferView rows = v.workspace.part(0, plane_bytes(desc, kSlopes));
+    SPLAT_TRY(record(recorder, desc,
+                     {"ssim_backward_rows", {vk::read(v.saved[0]), vk::write(rows)}, kSlopes}));
+    return record(recorder, desc,
+                  {"ssim_backward",
+                   {vk::read(v.inputs[0]), vk::read(v.inputs[1]), vk::read(rows),
+                    vk::read(v.grad_outputs[0]), vk::write(v.grad_inputs[0])},
+                   kSlopes});
 }
 
 }  // namespace

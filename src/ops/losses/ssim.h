@@ -13,11 +13,6 @@ struct SsimDesc {
     [[nodiscard]] QuadDims quads() const { return {n, c, height * width}; }
 };
 
-/// Bytes of the slopes and of the workspaces below.
-std::uint64_t ssim_slopes_bytes(const SsimDesc& desc);
-std::uint64_t ssim_forward_rows_bytes(const SsimDesc& desc);
-std::uint64_t ssim_backward_rows_bytes(const SsimDesc& desc);
-
 /// Structural similarity of images with values of about 0 to 1, the mean over images, channels and pixels
 /// of
 ///
@@ -27,28 +22,15 @@ std::uint64_t ssim_backward_rows_bytes(const SsimDesc& desc);
 /// 1.5; zero outside the image.
 ///
 /// a, b         [N,C,H,W] float32 as quads, zero in the channels that pad a quad
-/// slopes       out, saved for backward: ssim_slopes_bytes
-/// rows         workspace of ssim_forward_rows_bytes
-/// partial      workspace of loss_partial_bytes
+/// slopes       saved for backward: by the means and the moments
 /// loss         [1]; 1 for equal images
 /// Errors       the recorder's, beyond the device's binding limits
 /// Precision    1e-6 for images of 0 to 1, and at most 1; variances of sums of a and b are differences of
 ///              moments, so that gradients of flat regions lose digits (tests/ops/losses/ssim_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       Wang et al. 2004, doi:10.1109/TIP.2003.819861, eq. 13
-Status ssim_forward(vk::Recorder& recorder, const SsimDesc& desc, const vk::BufferView& a,
-                    const vk::BufferView& b, const vk::BufferView& rows,
-                    const vk::BufferView& slopes, const vk::BufferView& partial,
-                    const vk::BufferView& loss);
-
-/// The gradient with respect to a, overwritten; derived in tests/ref/losses/ssim_ref.h.
 ///
-/// rows         workspace of ssim_backward_rows_bytes; the rest as in the forward pass
-Status ssim_backward(vk::Recorder& recorder, const SsimDesc& desc, const vk::BufferView& a,
-                     const vk::BufferView& b, const vk::BufferView& slopes,
-                     const vk::BufferView& rows, const vk::BufferView& grad_loss,
-                     const vk::BufferView& grad_a);
-
+/// The gradient with respect to a, overwritten; derived in tests/ref/losses/ssim_ref.h.
 extern const OpRow kSsimRow;
 
 }  // namespace splat::ops

@@ -149,8 +149,16 @@ TEST_P(Ssim, RejectsBadShapes) {
 }
 
 TEST(SsimReference, GradcheckFloat64) {
-    for (const Shape& shape : {Shape{1, 1, 2, 3}, Shape{1, 2, 9, 13}})
-        expect_gradcheck(ssim_call(image(shape, 60), image(shape, 61), 1.5F));
+    for (const Shape& shape : {Shape{1, 1, 2, 3}, Shape{1, 2, 9, 13}}) {
+        const ref::SsimInput in = ssim_reference(ssim_call(image(shape, 60), image(shape, 61), 1));
+        expect_gradcheck({in.a},
+                         [&in](const Arrays& inputs) {
+                             ref::SsimInput changed = in;
+                             changed.a = inputs[0];
+                             return Arrays{ref::ssim_forward<double>(changed)};
+                         },
+                         {{1.5}}, {ref::ssim_backward<double>(in, 1.5)});
+    }
 }
 
 }  // namespace
