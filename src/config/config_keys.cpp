@@ -352,22 +352,27 @@ constexpr Key kOptimiserKeys[] = {
      "Difference of pixels: its square, or its magnitude."},
 };
 
-template <std::size_t... I>
+/// Weights of the terms of the loss from the first one named on.
+template <std::size_t First, std::size_t... I>
 constexpr std::array<Key, sizeof...(I)> term_keys(std::index_sequence<I...>) {
-    return {{{kLossTerms[I].key,
-              kTraining<kLossTerms[I].weight>,
-              {0, kLossTerms[I].most},
-              kLossTerms[I].published ? kPublished : kOurs,
-              kLossTerms[I].about}...}};
+    return {{{kLossTerms[First + I].key,
+              kTraining<kLossTerms[First + I].weight>,
+              {0, kLossTerms[First + I].most},
+              kLossTerms[First + I].published ? kPublished : kOurs,
+              kLossTerms[First + I].about}...}};
 }
-constexpr auto kTermKeys = term_keys(std::make_index_sequence<std::size(kLossTerms)>());
+constexpr auto kFirstTermKeys = term_keys<0>(std::make_index_sequence<2>());
+constexpr auto kMoreTermKeys = term_keys<2>(std::make_index_sequence<std::size(kLossTerms) - 2>());
 
-constexpr Key kUpdateKeys[] = {
+constexpr Key kEdgeKeys[] = {
     where(kEdges, {"opt.edge_filter", kTraining<&T::edge_filter>, words("sobel, scharr"), kOurs,
                    "Derivative of the difference of edges."}),
     where(kEdges,
           {"opt.edge_by_size", kTraining<&T::edge_by_size>, kAll, kOurs,
            "Weigh the difference of edges by the size of the Gaussians that a pixel shows."}),
+};
+
+constexpr Key kUpdateKeys[] = {
     where(kLpips, {"opt.start_lpips_after", kTraining<&T::lpips_after>, kSteps, kPublished,
                    "Updates before LPIPS is part of the loss."}),
     where(kLpips, {"opt.lpips_weights", kTraining<&T::lpips_weights>, kAll, kOurs,
@@ -429,8 +434,9 @@ constexpr auto join(const Sections&... sections) {
 }
 
 /// Constant, so that it needs no allocation, which could fail.
-constexpr auto kKeys = join(kDataKeys, kListKeys, kSourceKeys, kEmbeddingKeys, kModelKeys,
-                            kAdapterKeys, kOptimiserKeys, kTermKeys, kUpdateKeys, kRunKeys);
+constexpr auto kKeys =
+    join(kDataKeys, kListKeys, kSourceKeys, kEmbeddingKeys, kModelKeys, kAdapterKeys,
+         kOptimiserKeys, kFirstTermKeys, kEdgeKeys, kMoreTermKeys, kUpdateKeys, kRunKeys);
 
 }  // namespace
 

@@ -83,16 +83,16 @@ inline std::vector<JsonScalar> edge_attributes(const TrainConfig& config) {
 /// operator computes it. What is weighed, measured and told goes through this table, and so does the weight's key.
 struct LossTerm {
     const char* name;  ///< in metrics
-    const char*
-        op;  ///< operator of two images and maybe weights of pixels; nullptr: model::LpipsNet
+    /// Operator of two images and maybe weights of pixels; nullptr: model::LpipsNet.
+    const char* op;
     double TrainConfig::*weight;
     const char* key;    ///< of the weight
     const char* about;  ///< one sentence on the weight
     double most = 1e6;  ///< largest weight
     bool published = false;
     bool similarity = false;  ///< grows when images agree: the loss is 1 - value
-    bool replaces =
-        false;  ///< takes its weight from the pixel loss; all of these add up to 1 at most
+    /// Takes its weight from the pixel loss; all of these add up to 1 at most.
+    bool replaces = false;
     std::vector<JsonScalar> (*attributes)(const TrainConfig&) = nullptr;
 };
 
