@@ -93,6 +93,9 @@ class GpuEnvironment : public testing::Environment {
                 GTEST_SKIP() << "[ device   ] none, so nothing is tested: " << status.message();
         }
         Context* context = shared_context();
+        ASSERT_NE(context, nullptr)
+            << (vulkan_required() ? "SPLAT_REQUIRE_VULKAN is set, so a missing device is a failure"
+                                  : "");
         const vk::DeviceInfo& info = context->device().info();
         std::printf("[ device   ] %s, %s\n", info.name.c_str(), info.driver.c_str());
         if (!validation_on()) {

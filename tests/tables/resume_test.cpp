@@ -231,7 +231,8 @@ TEST(Resume, StoreInUseIsRefused) {
     const StoreIndex index = index_of_two_views();
     const std::string path = (folder / "store").string();
     {
-        ASSERT_OK(StoreWriter::open(path, index, false));
+        const auto held = StoreWriter::open(path, index, false);
+        ASSERT_OK(held);
         EXPECT_ERROR(StoreWriter::open(path, index, false), Code::kInvalidState,
                      "another process imports into it");
     }

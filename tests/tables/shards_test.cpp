@@ -126,7 +126,8 @@ TEST(Shards, ThatDoNotFitAreRefused) {
                  "import_0_of_3.json': the same import, begun in another number of shards");
     EXPECT_ERROR(write_part(store, {}), Code::kInvalidArgument, "another number of shards");
     {
-        ASSERT_OK(StoreWriter::open(store.string(), small_index("x"), false, {1, 3}));
+        const auto held = StoreWriter::open(store.string(), small_index("x"), false, {1, 3});
+        ASSERT_OK(held);
         EXPECT_ERROR(write_part(store, {1, 3}), Code::kInvalidState, "shard 1 of 3 of ");
         EXPECT_ERROR(write_part(store, {}), Code::kInvalidState, "is in use");
         EXPECT_OK(write_part(store, {2, 3})) << "another shard is not in the way";
