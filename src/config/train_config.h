@@ -86,7 +86,7 @@ struct LossTerm {
     /// Operator of two images and maybe weights of pixels; nullptr: model::LpipsNet.
     const char* op;
     double TrainConfig::*weight;
-    const char* key;    ///< of the weight
+    const char* key;    ///< key of the weight
     const char* about;  ///< one sentence on the weight
     double most = 1e6;  ///< largest weight
     bool published = false;

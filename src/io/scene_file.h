@@ -7,8 +7,8 @@
 
 namespace splat::io {
 
-/// One format of scene files: `extern const SceneFormat kFooFormat = {` at the beginning of a line of a file in scenes/,
-/// where CMake finds it.
+/// One format of scene files: `extern const SceneFormat kFooFormat = {` at the beginning of a line of a file in
+/// scenes/, where CMake finds it.
 struct SceneFormat {
     std::int32_t id;             ///< SPLAT_SCENE_* of splat.h
     const char* name;            ///< in reports and messages

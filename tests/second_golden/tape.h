@@ -22,7 +22,7 @@ class Tape {
     /// An input or a parameter, row-major.
     Id leaf(const Dims& dims, const Values& values);
 
-    /// An operator of tests/ref/every by its name; `dims` are those of its outputs.
+    /// An operator of tests/ref/ by its name; `dims` are those of its outputs.
     std::vector<Id> op(const char* name, const std::vector<Id>& inputs,
                        const std::map<std::string, double>& attributes,
                        const std::vector<Dims>& dims);
