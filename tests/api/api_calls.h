@@ -190,6 +190,9 @@ std::string bytes_of(splat_result (*function)(Types...), const Given&... given) 
     std::string bytes(needed, '\xA5');
     EXPECT_DONE(function(Argument<Given>{given}..., bytes.data(), bytes.size(), &needed));
     EXPECT_EQ(needed, bytes.size());
+    std::string roomy(needed + 1, '\xA5');
+    EXPECT_DONE(function(Argument<Given>{given}..., roomy.data(), roomy.size(), nullptr));
+    EXPECT_EQ(roomy.back(), '\xA5') << "more than what is needed was written";
     return bytes;
 }
 

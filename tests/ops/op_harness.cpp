@@ -221,6 +221,17 @@ Arrays values_of(const ref::Sums& sums) {
     return values;
 }
 
+/// The reference gives every output, and a gradient of each input that has one.
+void expect_covers(const OpCall& call, const OpExpected& expected, const std::string& what) {
+    const ops::OpRow& row = *ops::find_op(call.op).value();
+    EXPECT_EQ(expected.outputs.size(), row.outputs.size()) << what;
+    for (std::size_t i = 0; i < row.inputs.size() && !call.grad_outputs.empty(); ++i) {
+        if (row.inputs[i].constant || call.inputs[i].values.empty()) continue;
+        EXPECT_TRUE(i < expected.grad_inputs.size() && !expected.grad_inputs[i].value.empty())
+            << what << ": no reference of grad_" << row.inputs[i].name;
+    }
+}
+
 }  // namespace
 
 OpExpected expected_of(const OpCall& call) {
@@ -236,6 +247,7 @@ OpExpected expected_of(const OpCall& call) {
 
 void expect_float64(Context& context, const OpCall& call, const std::string& what) {
     const OpExpected expected = expected_of(call);
+    expect_covers(call, expected, what);
     expect_matches(context, call, expected.outputs, expected.grad_inputs, what);
 }
 
@@ -250,6 +262,7 @@ void expect_exact(Context& context, const OpCall& call, const std::string& what,
     const OpResult gpu = run_op(context, call);
     ASSERT_OK(gpu.status) << what;
     const OpExpected expected = expected_of(call);
+    expect_covers(call, expected, what);
     const ops::OpRow& row = *ops::find_op(call.op).value();
     for (std::size_t i = 0; i < expected.outputs.size(); ++i)
         EXPECT_TRUE(exact(gpu.outputs[i], expected.outputs[i],

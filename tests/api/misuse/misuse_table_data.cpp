@@ -48,19 +48,13 @@ void MisuseTable::dataset_rows() {
 }
 
 void MisuseTable::table_rows() {
-    const auto import = wrong_structs<splat_dataset_import_desc>("splat_dataset_import");
-    import("no path", kArgument, [](auto& d) { d.path = nullptr;
-});
-import("a missing path", kNotFound, [](auto&){});
-    import("an unknown split", kArgument, [](auto& d) { d.split = "x";
-    }  // namespace splat::test
-);
-    import("a shard without shards", kArgument, [](auto& d) { d.shard = 1;
-    });
-    import("a shard beyond them", kArgument, [](auto& d) { d.shard = d.shards = 4;
-    });
-    import("too many shards", kArgument, [](auto& d) { d.shards = 65537;
-    });
+    const auto to_read = wrong_structs<splat_dataset_import_desc>("splat_dataset_import");
+    to_read("no path", kArgument, [](auto& d) { d.path = nullptr; });
+    to_read("a missing path", kNotFound, [](auto&) {});
+    to_read("an unknown split", kArgument, [](auto& d) { d.split = "x"; });
+    to_read("a shard without shards", kArgument, [](auto& d) { d.shard = 1; });
+    to_read("a shard beyond them", kArgument, [](auto& d) { d.shard = d.shards = 4; });
+    to_read("too many shards", kArgument, [](auto& d) { d.shards = 65537; });
     const auto to_write = wrong_structs<splat_dataset_export_desc>("splat_dataset_export");
     static const std::uint32_t objects[] = {0, 2};
     to_write("no path", kArgument, [](auto& d) { d.path = nullptr; });
@@ -78,6 +72,6 @@ import("a missing path", kNotFound, [](auto&){});
         SPLAT_WRONG(splat_dataset_import).as_is(parameter, "not given", kNotFound);
         SPLAT_WRONG(splat_dataset_export).as_is(parameter, "not given", kNotFound);
     }
-    }
+}
 
-    }  // namespace splat::test
+}  // namespace splat::test

@@ -14,16 +14,17 @@ struct WrongImage {
     void (*change)(splat_image&);
 };
 
+/// Without bytes, which the size would exceed, where the size alone is wrong.
 constexpr WrongImage kWrongImages[] = {
     {"a type", [](splat_image& i) { i.type = -1; }},
     {"a type", [](splat_image& i) { i.type = 0; }},
     {"a type", [](splat_image& i) { i.type = 4; }},
-    {"a width", [](splat_image& i) { i.width = 0; }},
-    {"a width", [](splat_image& i) { i.width = 16385; }},
-    {"a height", [](splat_image& i) { i.height = 0; }},
-    {"a height", [](splat_image& i) { i.height = 16385; }},
-    {"channels", [](splat_image& i) { i.channels = 0; }},
-    {"channels", [](splat_image& i) { i.channels = 16385; }},
+    {"a width", [](splat_image& i) { i.width = 0, i.bytes = 0; }},
+    {"a width", [](splat_image& i) { i.width = 16385, i.bytes = 0; }},
+    {"a height", [](splat_image& i) { i.height = 0, i.bytes = 0; }},
+    {"a height", [](splat_image& i) { i.height = 16385, i.bytes = 0; }},
+    {"channels", [](splat_image& i) { i.channels = 0, i.bytes = 0; }},
+    {"channels", [](splat_image& i) { i.channels = 16385, i.bytes = 0; }},
     {"too few bytes", [](splat_image& i) { i.bytes = std::size_t{12} * i.width * i.height - 1; }},
     {"a stride beyond the bytes", [](splat_image& i) { i.row_stride = std::int64_t{1} << 50; }},
     {"a negative stride with bytes", [](splat_image& i) { i.pixel_stride = -12; }},
@@ -48,7 +49,8 @@ void MisuseTable::image_rows() {
         .each("count", "0", kArgument, 0U)
         .each("milliseconds", "out of range", kArgument, 0U, 65536U);
     animation.given("count", 2U).each("frames", "of two sizes", kArgument, two);
-    static std::vector<float> broken(std::size_t{3} * 48 * 48, NAN);
+    static std::vector<float> broken(std::size_t{3} * 48 * 48, 0.5F);
+    broken[0] = NAN;
     splat_image not_finite = good, narrow = good, gray = good, one_place = good;
     not_finite.pixels = broken.data();
     narrow.width = 1;

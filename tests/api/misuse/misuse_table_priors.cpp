@@ -9,7 +9,12 @@ namespace {
 constexpr const char* kNoMesh = "/nonexistent/mesh.obj";
 const float kMisusePoints[6] = {};
 
-std::vector<float> g_broken(std::size_t{3} * 48 * 48, NAN);
+/// One number is not finite.
+std::vector<float> g_broken = [] {
+    std::vector<float> values(std::size_t{3} * 48 * 48, 0.5F);
+    values[0] = NAN;
+    return values;
+}();
 std::vector<float> g_twos(std::size_t{48} * 48, 2);
 
 template <class Change>

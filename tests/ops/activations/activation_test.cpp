@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "ops/op_harness.h"
 
 namespace splat::test {
@@ -22,6 +24,19 @@ void for_each_activation(const Shape& shape, std::uint64_t seed,
             call.op + call.attributes.dump() + " " + shape.text());
     }
     EXPECT_GE(calls, 4U);
+}
+
+TEST(ActivationReference, NamesEveryAttribute) {
+    std::set<std::string> tried;
+    for (const OpCall& call : op_samples())
+        for (const auto& attribute : call.attributes.items())
+            tried.insert(call.op + "." + attribute.key());
+    for (const ops::OpRow* row : ops::op_table()) {
+        if (row->plan != ops::activation_plan) continue;
+        for (const ops::Attribute& attribute : row->attributes)
+            EXPECT_EQ(tried.count(std::string(row->name) + "." + attribute.name), 1U)
+                << row->name << ": no example of its reference has " << attribute.name;
+    }
 }
 
 TEST_P(Activation, MatchesFloat64) {
