@@ -44,15 +44,15 @@ Status check_category(const Config& config, ModelConfig& c) {
     SPLAT_ASSIGN(const std::string category, category_of(config));
     if (!is_co3d_category(category)) return {};
     if (c.fov_degrees != 0 && c.fov_degrees != ModelConfig().fov_degrees)
-        return error(Code::kInvalidArgument,
-                     "%s: 'data.fov' is %g, but 'data.category' is '%s', whose views have focal "
-                     "lengths of their own; expected 0, or no data.fov",
-                     config.what().c_str(), static_cast<double>(c.fov_degrees), category.c_str());
+        return invalid(
+            "%s: 'data.fov' is %g, but 'data.category' is '%s', whose views have focal "
+            "lengths of their own; expected 0, or no data.fov",
+            config.what().c_str(), static_cast<double>(c.fov_degrees), category.c_str());
     if (is_given(config, "data.origin_distances") && !c.origin_distance)
-        return error(Code::kInvalidArgument,
-                     "%s: 'data.origin_distances' is false, but 'data.category' is '%s', whose "
-                     "depths are relative to them; expected true, or no data.origin_distances",
-                     config.what().c_str(), category.c_str());
+        return invalid(
+            "%s: 'data.origin_distances' is false, but 'data.category' is '%s', whose "
+            "depths are relative to them; expected true, or no data.origin_distances",
+            config.what().c_str(), category.c_str());
     c.fov_degrees = 0;
     c.origin_distance = true;
     return {};
@@ -60,8 +60,8 @@ Status check_category(const Config& config, ModelConfig& c) {
 
 Status refuse_text(const Config& config, const char* key, const std::string& value,
                    const char* expected) {
-    return error(Code::kInvalidArgument, "%s: '%s' is %s, expected %s", config.what().c_str(), key,
-                 value.c_str(), expected);
+    return invalid("%s: '%s' is %s, expected %s", config.what().c_str(), key, value.c_str(),
+                   expected);
 }
 
 /// The published code asserts that an embedding enters by FiLM. It has no layer for embeddings that are not
@@ -97,8 +97,8 @@ Status read_offset(const Config& config, ModelConfig& c) {
     SPLAT_ASSIGN(const bool without, config.get<bool>(kWithout, false));
     SPLAT_ASSIGN(c.offset, config.get<bool>(kWith, !without));
     if (is_given(config, kWith) && is_given(config, kWithout) && c.offset == without)
-        return error(Code::kInvalidArgument, "%s: '%s' and '%s' are both %s, expected one of them",
-                     config.what().c_str(), kWith, kWithout, without ? "true" : "false");
+        return invalid("%s: '%s' and '%s' are both %s, expected one of them", config.what().c_str(),
+                       kWith, kWithout, without ? "true" : "false");
     return {};
 }
 
@@ -122,16 +122,15 @@ Status read_adapters(const Config& config, Settings& settings) {
     rank = kPublishedRank;
     SPLAT_TRY(read_part(config, Part::kAdapters, settings));
     if (rank > 0) return {};
-    return error(Code::kInvalidArgument,
-                 "%s: 'opt.lora_rank' is 0, expected 1 or more with opt.lora_finetune; to train "
-                 "all parameters, set opt.lora_finetune to false",
-                 config.what().c_str());
+    return invalid(
+        "%s: 'opt.lora_rank' is 0, expected 1 or more with opt.lora_finetune; to train "
+        "all parameters, set opt.lora_finetune to false",
+        config.what().c_str());
 }
 
 Status check_training(const TrainConfig& c, const char* what) {
     const auto wrong = [what](const char* key, std::uint64_t value, const std::string& expected) {
-        return error(Code::kInvalidArgument, "%s: '%s' is %llu, expected %s", what, key,
-                     static_cast<unsigned long long>(value), expected.c_str());
+        return invalid("%s: '%s' is %llu, expected %s", what, key, llu(value), expected.c_str());
     };
     if (c.batch_size % c.micro_batch != 0)
         return wrong("opt.micro_batch", c.micro_batch,
@@ -147,8 +146,8 @@ Status check_training(const TrainConfig& c, const char* what) {
         weights += joint + format("%g", c.*term.weight);
     }
     if (sum > 1)
-        return error(Code::kInvalidArgument, "%s: %s are %s, expected a sum of at most 1", what,
-                     keys.c_str(), weights.c_str());
+        return invalid("%s: %s are %s, expected a sum of at most 1", what, keys.c_str(),
+                       weights.c_str());
     return {};
 }
 
@@ -230,7 +229,7 @@ Result<Config> with_values(const Config& config, std::span<const std::string> te
     for (const std::string& text : texts) {
         const std::size_t sign = text.find('=');
         if (sign == std::string::npos || sign == 0)
-            return error(Code::kInvalidArgument, "'%s' is not of the form key=value", text.c_str());
+            return invalid("'%s' is not of the form key=value", text.c_str());
         // A document of one line; the key's dots are part of its name, as in Config.
         SPLAT_ASSIGN(const Config line,
                      read_yaml_config(text.substr(0, sign) + ": " + text.substr(sign + 1),

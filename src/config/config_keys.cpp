@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string_view>
 
 #include "config/key_field.h"
 #include "core/json_writer.h"
@@ -361,6 +362,8 @@ constexpr std::array<Key, sizeof...(I)> term_keys(std::index_sequence<I...>) {
               kLossTerms[First + I].published ? kPublished : kOurs,
               kLossTerms[First + I].about}...}};
 }
+/// The keys of edges stand behind the weight of edges.
+static_assert(std::string_view(kLossTerms[1].key) == "opt.lambda_edge");
 constexpr auto kFirstTermKeys = term_keys<0>(std::make_index_sequence<2>());
 constexpr auto kMoreTermKeys = term_keys<2>(std::make_index_sequence<std::size(kLossTerms) - 2>());
 

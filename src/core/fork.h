@@ -16,11 +16,11 @@ std::uint32_t fork_generation() noexcept;
 void at_fork_in_child(void (*function)()) noexcept;
 
 /// The only T, made at the first use, and never destroyed: threads may use it while the process ends. Children call
-/// `in_child` as above.
-template <class T>
-T& for_ever(void (*in_child)() = nullptr) {
-    static T* const instance = [in_child] {
-        if (in_child != nullptr) at_fork_in_child(in_child);
+/// InChild as above.
+template <class T, void (*InChild)() = nullptr>
+T& for_ever() {
+    static T* const instance = [] {
+        if constexpr (InChild != nullptr) at_fork_in_child(InChild);
         return new T;
     }();
     return *instance;

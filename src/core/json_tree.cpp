@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/fork.h"
 #include "core/json.h"
 #include "core/shown.h"
 
@@ -63,14 +64,12 @@ const JsonTree* JsonTree::find(std::string_view name) const {
 }
 
 const JsonTree& JsonTree::operator[](std::string_view name) const {
-    static const JsonTree null;
     const JsonTree* const found = find(name);
-    return found == nullptr ? null : *found;
+    return found == nullptr ? for_ever<JsonTree>() : *found;
 }
 
 const JsonTree::List& JsonTree::items() const {
-    static const List none;
-    return list() == nullptr ? none : *list();
+    return list() == nullptr ? for_ever<List>() : *list();
 }
 
 Result<JsonTree> parse_json_tree(std::string_view text, const char* what) {

@@ -54,7 +54,7 @@ void count_in_child() {
 }
 
 Sink& sink() {
-    return for_ever<Sink>(count_in_child);
+    return for_ever<Sink, count_in_child>();
 }
 
 /// Counts a running call, during which messages of this thread are dropped.

@@ -41,8 +41,7 @@ Status Evaluator::use(vk::Context& context, predict::Predictor& predictor) {
 
 Result<EvaluatedViews> Evaluator::views(std::uint32_t object) const {
     if (object >= objects_)
-        return error(Code::kInvalidArgument, "object %u does not exist: there are %u to score",
-                     object, objects_);
+        return invalid("object %u does not exist: there are %u to score", object, objects_);
     const std::uint32_t count = data_->views_of(object);
     if (!protocol_.conditioning.empty())
         return evaluated_views(count, protocol_.conditioning, protocol_.novel);
@@ -73,9 +72,8 @@ Status Evaluator::load(const std::string& folder) {
 
 Result<ObjectScores> Evaluator::score(std::uint32_t object) {
     if (predictor_ == nullptr)
-        return error(Code::kInvalidState,
-                     "the evaluator has no network: it scores the caller's images of '%s'",
-                     evaluation_.method.c_str());
+        return bad_state("the evaluator has no network: it scores the caller's images of '%s'",
+                         evaluation_.method.c_str());
     SPLAT_ASSIGN(const EvaluatedViews which, views(object));
     drawn_.clear();
     SPLAT_ASSIGN(ObjectScores scores,

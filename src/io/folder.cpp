@@ -3,13 +3,14 @@
 #include <dirent.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <atomic>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <memory>
 
 #include "core/fault.h"
+#include "core/no_copy.h"
 #include "core/shown.h"
 #include "io/file.h"
 
@@ -20,6 +21,20 @@ namespace fs = std::filesystem;
 
 struct CloseFolder {
     void operator()(DIR* folder) const { ::closedir(folder); }
+};
+
+/// Removes a folder now and in the end, also where an exception ends the work.
+class RemovedFolder : NoCopy {
+  public:
+    explicit RemovedFolder(const fs::path& path) : path_(path) { remove(); }
+    ~RemovedFolder() { remove(); }
+
+  private:
+    void remove() const {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+    const fs::path& path_;
 };
 
 PathKind kind_in(const struct stat& info) {
@@ -65,15 +80,11 @@ Status make_folders(const fs::path& path) {
 
 Status write_folder(const fs::path& folder, const fs::path& temporary,
                     const std::function<Status(const fs::path&)>& write) {
+    const RemovedFolder removed(temporary);
+    SPLAT_TRY(write(temporary));
     std::error_code failed;
-    fs::remove_all(temporary, failed);
-    Status status = write(temporary);
-    if (status.ok()) {
-        fs::rename(temporary, folder, failed);
-        if (failed) status = system_error(failed.value(), "create the folder", folder);
-    }
-    if (!status.ok()) fs::remove_all(temporary, failed);
-    return status;
+    fs::rename(temporary, folder, failed);
+    return failed ? system_error(failed.value(), "create the folder", folder) : Status();
 }
 
 fs::path temporary_of(const fs::path& folder) {

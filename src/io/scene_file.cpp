@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/fork.h"
 #include "io/compress.h"
 #include "io/file.h"
 #include "io/reader.h"
@@ -37,6 +38,15 @@ Status unread(const std::string& name, const UnreadFormat& format) {
                        format.name, extension_list(true).c_str());
 }
 
+/// The rows by their ids, which are their places, counted from 1.
+struct OrderedFormats {
+    OrderedFormats() {
+        for (const SceneFormat* row : scene_format_rows()) rows.push_back(*row);
+        std::ranges::sort(rows, {}, &SceneFormat::id);
+    }
+    std::vector<SceneFormat> rows;
+};
+
 /// The format whose mark the file starts with; null for none. Errors: see SceneFormat::detect.
 Result<const SceneFormat*> marked_format(Bytes file) {
     for (const SceneFormat& format : scene_formats()) {
@@ -50,14 +60,7 @@ Result<const SceneFormat*> marked_format(Bytes file) {
 }  // namespace
 
 std::span<const SceneFormat> scene_formats() {
-    static const std::vector<SceneFormat> ordered = [] {
-        std::vector<SceneFormat> formats;
-        for (const SceneFormat* row : scene_format_rows()) formats.push_back(*row);
-        std::sort(formats.begin(), formats.end(),
-                  [](const SceneFormat& a, const SceneFormat& b) { return a.id < b.id; });
-        return formats;
-    }();
-    return ordered;
+    return for_ever<OrderedFormats>().rows;
 }
 
 Result<const SceneFormat*> detect_scene_format(Bytes file, const std::string& name) {

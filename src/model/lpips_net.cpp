@@ -66,13 +66,11 @@ Result<const NamedTensor*> find(std::span<const NamedTensors* const> weights,
                              parameter.shape.text().c_str());
             const std::size_t bad = find_not_finite(tensor->values);
             if (bad != tensor->values.size())
-                return error(Code::kInvalidArgument,
-                             "LPIPS: tensor '%s' holds %g at %zu, expected finite numbers",
-                             name.c_str(), static_cast<double>(tensor->values[bad]), bad);
+                return invalid("LPIPS: tensor '%s' holds %g at %zu, expected finite numbers",
+                               name.c_str(), static_cast<double>(tensor->values[bad]), bad);
             return tensor;
         }
-    return error(
-        Code::kInvalidArgument,
+    return invalid(
         "LPIPS: no file has the tensor '%s' %s: torchvision's vgg16 and the learned weights "
         "of the lpips package are needed",
         parameter.name.c_str(), parameter.shape.text().c_str());
@@ -135,9 +133,8 @@ Status LpipsNet::load(std::span<const NamedTensors* const> weights) {
 Result<std::unique_ptr<LpipsNet>> LpipsNet::create(vk::Context& context, const LpipsDesc& desc,
                                                    std::span<const NamedTensors* const> weights) {
     if (desc.images < 1 || desc.side < kLeastSide)
-        return error(Code::kInvalidArgument,
-                     "LPIPS: %u images of %u pixels, expected at least 1 of %u", desc.images,
-                     desc.side, kLeastSide);
+        return invalid("LPIPS: %u images of %u pixels, expected at least 1 of %u", desc.images,
+                       desc.side, kLeastSide);
     std::unique_ptr<LpipsNet> made(new LpipsNet(context));
     made->build(desc);
     SPLAT_TRY(made->graph_.status());

@@ -170,15 +170,12 @@ Status Executor::forward() {
 
 Status Executor::backward() {
     if (backward_.empty())
-        return error(Code::kInvalidState,
-                     "backward was called on a network made without gradients");
+        return bad_state("backward was called on a network made without gradients");
     if (!ran_)
-        return error(
-            Code::kInvalidState,
+        return bad_state(
             "backward was called without a forward pass of its own: run forward before each");
     if (parameters_.revision() != ran_revision_)
-        return error(Code::kInvalidState,
-                     "backward was called after parameters had changed: run forward again");
+        return bad_state("backward was called after parameters had changed: run forward again");
     ran_ = separate_;
     return context_.run(backward_);
 }

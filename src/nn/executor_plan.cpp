@@ -94,8 +94,7 @@ Status ExecutorPlan::find_reached() {
     for (const ValueId id : desc_.grad_outputs) {
         if (std::find(desc_.outputs.begin(), desc_.outputs.end(), id) == desc_.outputs.end() ||
             !wanted_[graph_.root(id)])
-            return error(
-                Code::kInvalidArgument,
+            return invalid(
                 "the gradient of '%s' is given, but it is not an output or depends on nothing "
                 "that is trained",
                 graph_.value(id).name.c_str());
@@ -218,8 +217,7 @@ Status ExecutorPlan::plan_backward() {
         const Value& value = graph_.value(id);
         const ValueId root = graph_.root(id);
         if (grads_[root] != kNone)
-            return error(Code::kInvalidArgument, "the gradient of '%s' is given twice",
-                         value.name.c_str());
+            return invalid("the gradient of '%s' is given twice", value.name.c_str());
         SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(root));
         grads_[root] = tensor(value.name, bytes, clock_);
         grad_ports[id] = port(id, grads_[root], desc_.gradients);
@@ -228,9 +226,8 @@ Status ExecutorPlan::plan_backward() {
         const Value& value = graph_.value(id);
         const ValueId root = graph_.root(id);
         if (!reached_[root])
-            return error(Code::kInvalidArgument,
-                         "the gradient of '%s' is requested, but no output depends on it",
-                         value.name.c_str());
+            return invalid("the gradient of '%s' is requested, but no output depends on it",
+                           value.name.c_str());
         if (!desc_.quads.contains(id) || !desc_.gradients.contains(id)) continue;
         SPLAT_ASSIGN(const std::uint64_t bytes, bytes_of(root));
         grads_[root] = tensor(value.name, bytes, clock_);  // the sum begins with the caller's

@@ -19,8 +19,7 @@ ValueId Graph::input(std::string name, const Shape& shape, ops::Layout layout) {
 
 ValueId Graph::parameter(std::string name, const Shape& shape, bool trainable) {
     if (find(name) != kNoValue)
-        fail(error(Code::kInvalidArgument, "the network has two parameters named '%s'",
-                   name.c_str()));
+        fail(invalid("the network has two parameters named '%s'", name.c_str()));
     return add({std::move(name), ValueKind::kParameter, shape, ops::Layout::kRowMajor, trainable,
                 kNoValue});
 }

@@ -58,12 +58,11 @@ Status OpInstance::check_shapes(const Tensors& tensors) const {
     }
     for (std::size_t i = 0; i < tensors.grad_inputs.size(); ++i)
         if (present(tensors.grad_inputs[i]) && !present(tensors.inputs[i]))
-            return error(Code::kInvalidArgument, "%s: tensor 'grad_%s' is given, but '%s' is not",
-                         row_.name, row_.inputs[i].name, row_.inputs[i].name);
+            return invalid("%s: tensor 'grad_%s' is given, but '%s' is not", row_.name,
+                           row_.inputs[i].name, row_.inputs[i].name);
         else if (present(tensors.grad_inputs[i]) && row_.inputs[i].constant)
-            return error(Code::kInvalidArgument,
-                         "%s: tensor 'grad_%s' is given, but '%s' has no gradient", row_.name,
-                         row_.inputs[i].name, row_.inputs[i].name);
+            return invalid("%s: tensor 'grad_%s' is given, but '%s' has no gradient", row_.name,
+                           row_.inputs[i].name, row_.inputs[i].name);
         else if (present(tensors.grad_inputs[i]))
             SPLAT_TRY(check("grad_", row_.inputs[i].name, tensors.grad_inputs[i].shape,
                             tensors.inputs[i].shape));
@@ -78,12 +77,9 @@ Status OpInstance::forward() {
 
 Status OpInstance::backward() {
     if (!has_backward_)
-        return error(Code::kInvalidState,
-                     "%s: backward was called, but the operator was made without grad_outputs",
-                     row_.name);
-    if (!ran_)
-        return error(Code::kInvalidState, "%s: backward was called before the first forward",
-                     row_.name);
+        return bad_state("%s: backward was called, but the operator was made without grad_outputs",
+                         row_.name);
+    if (!ran_) return bad_state("%s: backward was called before the first forward", row_.name);
     return wants_gradients_ ? executor_->backward() : Status();
 }
 

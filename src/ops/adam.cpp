@@ -15,19 +15,16 @@ bool is_beta(double beta) {
 }  // namespace
 
 Status adam_check(const AdamDesc& desc) {
-    if (desc.step == 0)
-        return error(Code::kInvalidArgument, "adam: step is 0, expected a number from 1 on");
+    if (desc.step == 0) return invalid("adam: step is 0, expected a number from 1 on");
     if (!is_beta(desc.beta1) || !is_beta(desc.beta2))
-        return error(Code::kInvalidArgument,
-                     "adam: betas are %g and %g, expected at least 0 and less than 1", desc.beta1,
-                     desc.beta2);
+        return invalid("adam: betas are %g and %g, expected at least 0 and less than 1", desc.beta1,
+                       desc.beta2);
     if (!std::isfinite(desc.learning_rate) || desc.learning_rate < 0)
-        return error(Code::kInvalidArgument,
-                     "adam: learning_rate is %g, expected a finite number of 0 or more",
-                     desc.learning_rate);
+        return invalid("adam: learning_rate is %g, expected a finite number of 0 or more",
+                       desc.learning_rate);
     if (!std::isfinite(desc.eps) ||
         desc.eps < static_cast<double>(std::numeric_limits<float>::min()))
-        return error(Code::kInvalidArgument, "adam: eps is %g, expected a float > 0", desc.eps);
+        return invalid("adam: eps is %g, expected a float > 0", desc.eps);
     return {};
 }
 
@@ -55,9 +52,7 @@ Status adam(vk::Recorder& recorder, const AdamDesc& desc, const vk::BufferView& 
             Code::kShape,
             "adam: blocks of %llu, %llu, %llu and %llu bytes (value, grad, m, v), expected "
             "the same length",
-            static_cast<unsigned long long>(value.bytes),
-            static_cast<unsigned long long>(grad.bytes), static_cast<unsigned long long>(m.bytes),
-            static_cast<unsigned long long>(v.bytes));
+            llu(value.bytes), llu(grad.bytes), llu(m.bytes), llu(v.bytes));
     const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const double bytes = static_cast<double>(value.bytes);
     return recorder.dispatch({

@@ -185,22 +185,22 @@ Status attention_check(const vk::DeviceInfo& device, const AttentionDesc& desc) 
                      desc.c, desc.heads);
     for (const std::uint32_t extent : {desc.c / desc.heads, desc.queries, desc.keys})
         if (extent > kMaxExtent)
-            return error(Code::kUnsupported,
-                         "attention: %u channels per head, %u queries, %u keys; expected at most "
-                         "%u of each",
-                         desc.c / desc.heads, desc.queries, desc.keys, kMaxExtent);
+            return unsupported(
+                "attention: %u channels per head, %u queries, %u keys; expected at most "
+                "%u of each",
+                desc.c / desc.heads, desc.queries, desc.keys, kMaxExtent);
     const auto batches = checked_mul(desc.n, desc.heads);
     const std::uint64_t most = round_up(std::max(desc.queries, desc.keys), 4);
     const auto weights = batches ? checked_mul(*batches, most * most) : batches;
     if (!weights || *weights > kMaxElements)
-        return error(Code::kUnsupported,
-                     "attention: %u x %u weights for each of %u images and %u heads are 2^31 or "
-                     "more",
-                     desc.queries, desc.keys, desc.n, desc.heads);
+        return unsupported(
+            "attention: %u x %u weights for each of %u images and %u heads are 2^31 or "
+            "more",
+            desc.queries, desc.keys, desc.n, desc.heads);
     if (*batches > device.limits.max_groups[2])
-        return error(Code::kUnsupported,
-                     "attention: %u images of %u heads, but the device takes at most %u in all",
-                     desc.n, desc.heads, device.limits.max_groups[2]);
+        return unsupported(
+            "attention: %u images of %u heads, but the device takes at most %u in all", desc.n,
+            desc.heads, device.limits.max_groups[2]);
     return {};
 }
 
@@ -300,8 +300,7 @@ Result<AttentionDesc> attention_desc(const Attributes& attributes, const Shape& 
     SPLAT_ASSIGN(const QuadDims of_k, quad_dims(k));
     const auto heads = attributes.integer("heads");
     if (heads < 1 || heads > of_q.c)
-        return error(Code::kInvalidArgument, "attention: heads is %lld, expected 1 to %u",
-                     static_cast<long long>(heads), of_q.c);
+        return invalid("attention: heads is %lld, expected 1 to %u", lld(heads), of_q.c);
     return AttentionDesc{of_q.n, of_q.c, static_cast<std::uint32_t>(heads), of_q.p, of_k.p};
 }
 

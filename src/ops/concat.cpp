@@ -15,9 +15,8 @@ std::uint64_t bytes_of(const ConcatDesc& desc, std::uint32_t channels) {
 Status check(const ConcatDesc& desc) {
     const auto elements = checked_mul(desc.columns, round_up(std::uint64_t{desc.a} + desc.b, 4));
     if (!elements || *elements > kMaxElements)
-        return error(Code::kUnsupported,
-                     "concat: %u and %u channels of %u pixels have 2^31 elements or more", desc.a,
-                     desc.b, desc.columns);
+        return unsupported("concat: %u and %u channels of %u pixels have 2^31 elements or more",
+                           desc.a, desc.b, desc.columns);
     return {};
 }
 

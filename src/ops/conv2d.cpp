@@ -59,25 +59,25 @@ params::Conv2dParams conv2d_params(const Conv2dDesc& desc) {
 
 Status conv2d_check(const Conv2dDesc& desc) {
     if (desc.kernel != 1 && desc.kernel != 3)
-        return error(Code::kInvalidArgument, "conv2d: a kernel of %u x %u, expected 1 x 1 or 3 x 3",
-                     desc.kernel, desc.kernel);
+        return invalid("conv2d: a kernel of %u x %u, expected 1 x 1 or 3 x 3", desc.kernel,
+                       desc.kernel);
     if (desc.winograd != 0 && (desc.kernel != 3 || (desc.winograd != 2 && desc.winograd != 4)))
-        return error(Code::kInvalidArgument,
-                     "conv2d: winograd = %d with a kernel of %u x %u, expected 0, or 2 or 4 with a "
-                     "kernel of 3 x 3",
-                     desc.winograd, desc.kernel, desc.kernel);
+        return invalid(
+            "conv2d: winograd = %d with a kernel of %u x %u, expected 0, or 2 or 4 with a "
+            "kernel of 3 x 3",
+            desc.winograd, desc.kernel, desc.kernel);
     if (desc.in_channels > kMaxConv2dChannels || desc.out_channels > kMaxConv2dChannels)
-        return error(Code::kUnsupported, "conv2d: %u -> %u channels, expected at most %u",
-                     desc.in_channels, desc.out_channels, kMaxConv2dChannels);
+        return unsupported("conv2d: %u -> %u channels, expected at most %u", desc.in_channels,
+                           desc.out_channels, kMaxConv2dChannels);
     if (desc.width > kMaxConv2dWidth || desc.height > kMaxConv2dWidth)
-        return error(Code::kUnsupported, "conv2d: images of %u x %u, expected at most %u x %u",
-                     desc.height, desc.width, kMaxConv2dWidth, kMaxConv2dWidth);
+        return unsupported("conv2d: images of %u x %u, expected at most %u x %u", desc.height,
+                           desc.width, kMaxConv2dWidth, kMaxConv2dWidth);
     const std::uint64_t channels = round_up(std::max(desc.in_channels, desc.out_channels), 16);
     if (conv2d_pixels(desc) > kMaxElements / channels)
-        return error(Code::kUnsupported,
-                     "conv2d: %u images of %u x %u with %u -> %u channels: a tensor has 2^31 "
-                     "elements or more",
-                     desc.n, desc.height, desc.width, desc.in_channels, desc.out_channels);
+        return unsupported(
+            "conv2d: %u images of %u x %u with %u -> %u channels: a tensor has 2^31 "
+            "elements or more",
+            desc.n, desc.height, desc.width, desc.in_channels, desc.out_channels);
     return {};
 }
 
@@ -227,13 +227,12 @@ Status check_attributes(const Attributes& attributes) {
     const std::int64_t precision = attributes.integer("precision");
     const std::int64_t winograd = attributes.integer("winograd");
     if (precision < 0 || precision > 3)
-        return error(Code::kInvalidArgument, "conv2d: precision = %lld, expected 0 to 3",
-                     static_cast<long long>(precision));
+        return invalid("conv2d: precision = %lld, expected 0 to 3", lld(precision));
     if (precision > 0 && winograd != 0)
-        return error(Code::kInvalidArgument,
-                     "conv2d: winograd = %lld with precision = %lld, which chooses it; expected "
-                     "one of them",
-                     static_cast<long long>(winograd), static_cast<long long>(precision));
+        return invalid(
+            "conv2d: winograd = %lld with precision = %lld, which chooses it; expected "
+            "one of them",
+            lld(winograd), lld(precision));
     return {};
 }
 

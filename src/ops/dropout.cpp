@@ -29,7 +29,7 @@ Status record(vk::Recorder& recorder, const char* kernel, const DropoutDesc& des
 
 Status dropout_check(const DropoutDesc& desc) {
     if (!(desc.p >= 0 && desc.p < 1))
-        return error(Code::kInvalidArgument, "dropout: p is %g, expected 0 <= p < 1", desc.p);
+        return invalid("dropout: p is %g, expected 0 <= p < 1", desc.p);
     return {};
 }
 
@@ -51,8 +51,7 @@ Result<DropoutDesc> dropout_desc(const Attributes& attributes, const Shape& x) {
     desc.p = attributes.number("p");
     const auto stream = attributes.integer("stream");
     if (stream < 0 || stream > std::numeric_limits<std::uint32_t>::max())
-        return error(Code::kInvalidArgument, "dropout: stream is %lld, expected 0 to 2^32 - 1",
-                     static_cast<long long>(stream));
+        return invalid("dropout: stream is %lld, expected 0 to 2^32 - 1", lld(stream));
     desc.stream = static_cast<std::uint32_t>(stream);
     return desc;
 }

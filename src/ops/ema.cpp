@@ -24,12 +24,10 @@ params::EmaParams ema_params(const vk::DeviceInfo& device, double decay, std::ui
 
 Status ema(vk::Recorder& recorder, double decay, const vk::BufferView& value,
            const vk::BufferView& shadow) {
-    if (!(decay >= 0 && decay <= 1))
-        return error(Code::kInvalidArgument, "ema: decay is %g, expected 0 to 1", decay);
+    if (!(decay >= 0 && decay <= 1)) return invalid("ema: decay is %g, expected 0 to 1", decay);
     if (value.bytes != shadow.bytes)
         return error(Code::kShape, "ema: value has %llu bytes and shadow %llu, expected the same",
-                     static_cast<unsigned long long>(value.bytes),
-                     static_cast<unsigned long long>(shadow.bytes));
+                     llu(value.bytes), llu(shadow.bytes));
     const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
     const double bytes = static_cast<double>(value.bytes);
     return recorder.dispatch({

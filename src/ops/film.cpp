@@ -27,10 +27,10 @@ Status record(vk::Recorder& recorder, const char* kernel, const FilmDesc& desc,
 
 Status film_check(const vk::DeviceInfo& device, const FilmDesc& desc) {
     if ((desc.x.c + 3) / 4 > device.limits.max_groups[0] || desc.x.n > device.limits.max_groups[1])
-        return error(Code::kUnsupported,
-                     "film: %u channels in batch %u, but the device takes at most %u quads of "
-                     "channels and %u images",
-                     desc.x.c, desc.x.n, device.limits.max_groups[0], device.limits.max_groups[1]);
+        return unsupported(
+            "film: %u channels in batch %u, but the device takes at most %u quads of "
+            "channels and %u images",
+            desc.x.c, desc.x.n, device.limits.max_groups[0], device.limits.max_groups[1]);
     return {};
 }
 

@@ -31,13 +31,13 @@ Status fourier_embedding_check(const FourierEmbeddingDesc& desc) {
     const auto width = checked_mul(2ULL * desc.features, desc.waves);
     const auto elements = width ? checked_mul(desc.rows, *width) : width;
     if (!elements || *elements > kMaxElements)
-        return error(Code::kUnsupported,
-                     "fourier_embedding: %u rows of %u features with %u frequencies have 2^31 "
-                     "values or more",
-                     desc.rows, desc.features, desc.waves);
+        return unsupported(
+            "fourier_embedding: %u rows of %u features with %u frequencies have 2^31 "
+            "values or more",
+            desc.rows, desc.features, desc.waves);
     if (desc.waves > kMaxFrequencies)
-        return error(Code::kUnsupported, "fourier_embedding: %u frequencies, expected at most %u",
-                     desc.waves, kMaxFrequencies);
+        return unsupported("fourier_embedding: %u frequencies, expected at most %u", desc.waves,
+                           kMaxFrequencies);
     return {};
 }
 

@@ -12,8 +12,7 @@ Status gather_rows(vk::Recorder& recorder, const GatherRowsDesc& desc, const vk:
                            std::uint64_t elements) -> Status {
         if (view.bytes / 4 >= elements) return {};
         return error(Code::kShape, "gather_rows: %s has %llu bytes, expected at least %llu", name,
-                     static_cast<unsigned long long>(view.bytes),
-                     static_cast<unsigned long long>(4 * elements));
+                     llu(view.bytes), llu(4 * elements));
     };
     const bool is_fresh = fresh.block != nullptr;
     SPLAT_TRY(expect("index", index, desc.rows));

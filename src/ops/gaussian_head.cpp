@@ -21,8 +21,7 @@ constexpr struct {
 Status expect_bounded(const char* name, std::int64_t value, std::uint32_t least,
                       std::uint32_t most) {
     if (value >= least && value <= most) return {};
-    return error(Code::kInvalidArgument, "gaussian_head: %s is %lld, expected %u to %u", name,
-                 static_cast<long long>(value), least, most);
+    return invalid("gaussian_head: %s is %lld, expected %u to %u", name, lld(value), least, most);
 }
 
 std::vector<vk::SpecConstant> constants_of(const HeadLayout& layout, std::uint32_t size) {
@@ -49,9 +48,9 @@ Status record(vk::Recorder& recorder, const char* kernel, const GaussianHeadDesc
     const bool focal = cameras.focal.block != nullptr;
     const bool origin = cameras.origin.block != nullptr;
     if (desc.layout.positions == kHeadInputDepth && !origin)
-        return error(Code::kInvalidArgument,
-                     "gaussian_head: positions is %u, which needs origin, the depth of each pixel",
-                     desc.layout.positions);
+        return invalid(
+            "gaussian_head: positions is %u, which needs origin, the depth of each pixel",
+            desc.layout.positions);
     std::vector<vk::Access> accesses = {
         vk::read(net_out),
         vk::read(cameras.rays),
@@ -86,12 +85,10 @@ Status gaussian_head_check(const GaussianHeadDesc& desc) {
     for (const auto& [name, value, least, most] : kHeadBounds)
         SPLAT_TRY(expect_bounded(name, layout.*value, least, most));
     if (layout.direct && layout.sh_degree > 0)
-        return error(Code::kInvalidArgument,
-                     "gaussian_head: sh_degree is %u, expected 0 with direct colours",
-                     layout.sh_degree);
+        return invalid("gaussian_head: sh_degree is %u, expected 0 with direct colours",
+                       layout.sh_degree);
     if (!std::isfinite(layout.least) || !std::isfinite(layout.most) || layout.least >= layout.most)
-        return error(
-            Code::kInvalidArgument,
+        return invalid(
             "gaussian_head: znear is %g and zfar %g, expected finite numbers, znear < zfar",
             static_cast<double>(layout.least), static_cast<double>(layout.most));
     if (desc.views < 1 || desc.images % desc.views != 0)

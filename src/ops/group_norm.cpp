@@ -60,23 +60,21 @@ Status group_norm_check(const vk::DeviceInfo& device, const GroupNormDesc& desc)
         return error(Code::kShape, "group_norm: %u channels do not divide into %u groups", desc.x.c,
                      desc.groups);
     if (!std::isfinite(desc.eps) || desc.eps <= 0)
-        return error(Code::kInvalidArgument, "group_norm: eps is %g, expected a finite number > 0",
-                     static_cast<double>(desc.eps));
+        return invalid("group_norm: eps is %g, expected a finite number > 0",
+                       static_cast<double>(desc.eps));
     if (group_elements(desc) > max_group_elements(device))
-        return error(Code::kUnsupported,
-                     "group_norm: a group of %llu elements, expected at most %llu: use more groups",
-                     static_cast<unsigned long long>(group_elements(desc)),
-                     static_cast<unsigned long long>(max_group_elements(device)));
+        return unsupported(
+            "group_norm: a group of %llu elements, expected at most %llu: use more groups",
+            llu(group_elements(desc)), llu(max_group_elements(device)));
     if (device.kind == vk::DeviceKind::kCpu && desc.x.c / desc.groups > kMaxGroupChannels)
-        return error(Code::kUnsupported,
-                     "group_norm: a group of %u channels, expected at most %u on this device: use "
-                     "more groups",
-                     desc.x.c / desc.groups, kMaxGroupChannels);
+        return unsupported(
+            "group_norm: a group of %u channels, expected at most %u on this device: use "
+            "more groups",
+            desc.x.c / desc.groups, kMaxGroupChannels);
     if (desc.groups > device.limits.max_groups[0] || desc.x.n > device.limits.max_groups[1])
-        return error(Code::kUnsupported,
-                     "group_norm: batch %u with %u groups, but the device takes at most %u and %u",
-                     desc.x.n, desc.groups, device.limits.max_groups[1],
-                     device.limits.max_groups[0]);
+        return unsupported(
+            "group_norm: batch %u with %u groups, but the device takes at most %u and %u", desc.x.n,
+            desc.groups, device.limits.max_groups[1], device.limits.max_groups[0]);
     return {};
 }
 
@@ -159,8 +157,7 @@ Result<GroupNormDesc> group_norm_desc(const Attributes& attributes, const Shape&
     SPLAT_ASSIGN(desc.x, quad_dims(x));
     const auto groups = attributes.integer("groups");
     if (groups < 1 || groups > desc.x.c)
-        return error(Code::kInvalidArgument, "group_norm: groups is %lld, expected 1 to %u",
-                     static_cast<long long>(groups), desc.x.c);
+        return invalid("group_norm: groups is %lld, expected 1 to %u", lld(groups), desc.x.c);
     desc.groups = static_cast<std::uint32_t>(groups);
     desc.eps = static_cast<float>(attributes.number("eps"));
     desc.silu = attributes.boolean("silu");

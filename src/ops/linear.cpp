@@ -118,12 +118,12 @@ Status linear_check(const LinearDesc& desc) {
     const std::uint64_t in = round_up(desc.in_features, 16);
     const std::uint64_t out = round_up(desc.out_features, 16);
     if (rows * in > kMaxElements || rows * out > kMaxElements || in * out > kMaxElements)
-        return error(Code::kUnsupported,
-                     "linear: %u rows, %u -> %u features: an operand has 2^31 elements or more",
-                     desc.rows, desc.in_features, desc.out_features);
+        return unsupported(
+            "linear: %u rows, %u -> %u features: an operand has 2^31 elements or more", desc.rows,
+            desc.in_features, desc.out_features);
     if (desc.in_features > kMaxFeatures || desc.out_features > kMaxFeatures)
-        return error(Code::kUnsupported, "linear: %u -> %u features, expected at most %u",
-                     desc.in_features, desc.out_features, kMaxFeatures);
+        return unsupported("linear: %u -> %u features, expected at most %u", desc.in_features,
+                           desc.out_features, kMaxFeatures);
     return {};
 }
 

@@ -40,8 +40,8 @@ Result<const OpRow*> find_op(std::string_view name) {
         if (name == row->name) return row;
         names += (names.empty() ? "" : ", ") + std::string(row->name);
     }
-    return error(Code::kInvalidArgument, "no operator named '%s'; there are: %s",
-                 std::string(name).c_str(), names.c_str());
+    return invalid("no operator named '%s'; there are: %s", std::string(name).c_str(),
+                   names.c_str());
 }
 
 namespace {
@@ -70,8 +70,8 @@ Result<Attributes> complete_attributes(const OpRow& row, std::span<const JsonSca
             std::string names;
             for (const Attribute& attribute : row.attributes)
                 names += std::string(" ") + attribute.name;
-            return error(Code::kInvalidArgument, "%s: no attribute '%s'; there are:%s", row.name,
-                         scalar.name.c_str(), names.empty() ? " none" : names.c_str());
+            return invalid("%s: no attribute '%s'; there are:%s", row.name, scalar.name.c_str(),
+                           names.empty() ? " none" : names.c_str());
         }
         const std::string_view expected = row.attributes[at].type;
         const bool is_integer = std::holds_alternative<std::int64_t>(scalar.value);
@@ -79,9 +79,8 @@ Result<Attributes> complete_attributes(const OpRow& row, std::span<const JsonSca
                           : expected == "boolean" ? std::holds_alternative<bool>(scalar.value)
                                                   : !std::holds_alternative<bool>(scalar.value);
         if (!fits)
-            return error(Code::kInvalidArgument, "%s: attribute '%s' is %s, expected type %s",
-                         row.name, scalar.name.c_str(), text_of(scalar).c_str(),
-                         row.attributes[at].type);
+            return invalid("%s: attribute '%s' is %s, expected type %s", row.name,
+                           scalar.name.c_str(), text_of(scalar).c_str(), row.attributes[at].type);
         complete[at].value = scalar.value;
     }
     return Attributes(std::move(complete));

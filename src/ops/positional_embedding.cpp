@@ -35,14 +35,12 @@ Status record(vk::Recorder& recorder, const char* name, const PositionalEmbeddin
 
 Status positional_embedding_check(const PositionalEmbeddingDesc& desc) {
     if (desc.dimension < 2 || desc.dimension % 2 != 0 || desc.dimension > kMaxDimension)
-        return error(Code::kInvalidArgument,
-                     "positional_embedding: dimension is %u, expected an even number up to %u",
-                     desc.dimension, kMaxDimension);
+        return invalid("positional_embedding: dimension is %u, expected an even number up to %u",
+                       desc.dimension, kMaxDimension);
     const auto elements = checked_mul(desc.rows, (desc.features + 1ULL) * desc.dimension);
     if (!elements || *elements > kMaxElements)
-        return error(Code::kUnsupported,
-                     "positional_embedding: %u rows of %u features have 2^31 values or more",
-                     desc.rows, desc.features);
+        return unsupported("positional_embedding: %u rows of %u features have 2^31 values or more",
+                           desc.rows, desc.features);
     return {};
 }
 
@@ -60,9 +58,8 @@ Result<PositionalEmbeddingDesc> positional_desc(const Attributes& attributes, co
                      x.text().c_str());
     const auto dimension = attributes.integer("dimension");
     if (dimension < 2 || dimension > kMaxDimension)
-        return error(Code::kInvalidArgument,
-                     "positional_embedding: dimension is %lld, expected an even number up to %u",
-                     static_cast<long long>(dimension), kMaxDimension);
+        return invalid("positional_embedding: dimension is %lld, expected an even number up to %u",
+                       lld(dimension), kMaxDimension);
     return PositionalEmbeddingDesc{x[0], x[1], static_cast<std::uint32_t>(dimension),
                                    attributes.boolean("swap_halves")};
 }

@@ -46,15 +46,13 @@ Status resample2d_check(const Resample2dDesc& desc) {
                      "resample2d: an image of %u x %u does not halve; expected even sizes",
                      desc.height, desc.width);
     if (desc.taps % 2 != 0 || desc.taps > kMaxTaps)
-        return error(Code::kInvalidArgument,
-                     "resample2d: a filter of %u taps, expected an even number up to %u", desc.taps,
-                     kMaxTaps);
+        return invalid("resample2d: a filter of %u taps, expected an even number up to %u",
+                       desc.taps, kMaxTaps);
     const auto pixels = checked_mul(std::uint64_t{desc.height} * desc.width,
                                     round_up(desc.c, 4) * desc.n * (desc.up ? 4U : 1U));
     if (!pixels || *pixels > kMaxElements)
-        return error(Code::kUnsupported,
-                     "resample2d: [%u, %u, %u, %u] or its result has 2^31 elements or more", desc.n,
-                     desc.c, desc.height, desc.width);
+        return unsupported("resample2d: [%u, %u, %u, %u] or its result has 2^31 elements or more",
+                           desc.n, desc.c, desc.height, desc.width);
     return {};
 }
 
@@ -72,9 +70,8 @@ Result<Resample2dDesc> resample2d_desc(const Attributes& attributes, const Shape
         return error(Code::kShape, "resample2d: tensor 'x' has shape %s, expected [N, C, H, W]",
                      x.text().c_str());
     if (attributes.boolean("up") == attributes.boolean("down"))
-        return error(Code::kInvalidArgument,
-                     "resample2d: up and down are both %s, expected one of them",
-                     attributes.boolean("up") ? "true" : "false");
+        return invalid("resample2d: up and down are both %s, expected one of them",
+                       attributes.boolean("up") ? "true" : "false");
     if (filter.rank() > 1)
         return error(Code::kShape, "resample2d: tensor 'filter' has shape %s, expected [taps]",
                      filter.text().c_str());

@@ -22,8 +22,7 @@ Status check(const char* name, const StridedCopyDesc& desc, const Stride& layout
     const std::uint64_t last = (desc.count - 1) * layout.stride + layout.offset + desc.channels;
     if (last * 4 > view.bytes)
         return error(Code::kShape, "strided_copy: %s has %llu bytes, expected at least %llu", name,
-                     static_cast<unsigned long long>(view.bytes),
-                     static_cast<unsigned long long>(last * 4));
+                     llu(view.bytes), llu(last * 4));
     return {};
 }
 
@@ -84,8 +83,7 @@ Status strided_copy(vk::Recorder& recorder, const StridedCopyDesc& desc, const v
         floats = std::min(floats, limits.max_texel_elements);
     const std::uint64_t most = floats / stride / kPartAlignment * kPartAlignment;
     if (most == 0)
-        return error(Code::kUnsupported, "strided_copy: a stride of %llu floats is too long",
-                     static_cast<unsigned long long>(stride));
+        return unsupported("strided_copy: a stride of %llu floats is too long", llu(stride));
     const bool dense = desc.out.stride == desc.channels;
     for (std::uint64_t first = 0; first < desc.count; first += most) {
         const std::uint64_t count = std::min(most, desc.count - first);

@@ -47,13 +47,12 @@ Result<std::array<float, 4 * kCameraQuads>> pack_camera(const scene::Camera& cam
     const bool finite = std::all_of(m.begin(), m.end(), [](double x) { return std::isfinite(x); });
     if (!finite || !std::isfinite(camera.cx) || !std::isfinite(camera.cy) ||
         !std::isfinite(camera.fx) || !std::isfinite(camera.fy))
-        return error(Code::kInvalidArgument, "camera %s: a pose or intrinsic is not finite", name);
+        return invalid("camera %s: a pose or intrinsic is not finite", name);
     if (const Status lens = scene::check_lens(camera.fx, camera.fy, camera.cx, camera.cy);
         !lens.ok())
-        return error(Code::kInvalidArgument, "camera %s: %s", name, lens.message().c_str());
+        return invalid("camera %s: %s", name, lens.message().c_str());
     if (m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] != 1)
-        return error(
-            Code::kInvalidArgument,
+        return invalid(
             "camera %s: the last row of world_to_camera is %g %g %g %g, expected 0 0 0 1; is the "
             "matrix column-major?",
             name, m[12], m[13], m[14], m[15]);
@@ -61,12 +60,10 @@ Result<std::array<float, 4 * kCameraQuads>> pack_camera(const scene::Camera& cam
     const std::array<double, 3> t = {m[3], m[7], m[11]};
     const double det = determinant(r);
     if (!(std::abs(det) > kLeastDeterminant))
-        return error(Code::kInvalidArgument,
-                     "camera %s: its rotation is singular (determinant %g), expected about 1", name,
-                     det);
+        return invalid("camera %s: its rotation is singular (determinant %g), expected about 1",
+                       name, det);
     if (det < 0)
-        return error(
-            Code::kInvalidArgument,
+        return invalid(
             "camera %s: its rotation mirrors (determinant %g), expected about 1; check its axes",
             name, det);
     const auto p = position(r, t, det);
@@ -85,10 +82,10 @@ Result<std::array<float, 4 * kCameraQuads>> pack_camera(const scene::Camera& cam
     const bool fits =
         std::all_of(packed.begin(), packed.end(), [](float x) { return std::isfinite(x); });
     if (!fits)
-        return error(Code::kInvalidArgument,
-                     "camera %s: its pose, its position (%g %g %g) or a bound of its view exceeds "
-                     "float32; move the scene closer to the origin",
-                     name, p[0], p[1], p[2]);
+        return invalid(
+            "camera %s: its pose, its position (%g %g %g) or a bound of its view exceeds "
+            "float32; move the scene closer to the origin",
+            name, p[0], p[1], p[2]);
     return packed;
 }
 
@@ -97,14 +94,13 @@ Result<std::array<float, 4 * kCameraQuads>> pack_camera(const scene::Camera& cam
 Result<PackedViews> pack_views(const RasterDesc& desc, std::span<const scene::Camera> cameras,
                                const std::array<float, 3>& background) {
     if (cameras.size() > desc.views)
-        return error(Code::kInvalidArgument, "rasterizer: %zu cameras, expected at most %u",
-                     cameras.size(), desc.views);
+        return invalid("rasterizer: %zu cameras, expected at most %u", cameras.size(), desc.views);
     PackedViews views;
     for (const scene::Camera& camera : cameras) {
         if (camera.width != desc.width || camera.height != desc.height)
-            return error(Code::kInvalidArgument,
-                         "camera %s: %u x %u pixels, but the rasterizer was made for %u x %u",
-                         camera.name.c_str(), camera.width, camera.height, desc.width, desc.height);
+            return invalid("camera %s: %u x %u pixels, but the rasterizer was made for %u x %u",
+                           camera.name.c_str(), camera.width, camera.height, desc.width,
+                           desc.height);
         SPLAT_ASSIGN(const auto packed, pack_camera(camera, desc.convention));
         views.values.insert(views.values.end(), packed.begin(), packed.end());
     }

@@ -33,39 +33,35 @@ bool Rasterizer::names(const SetViews& scene) const {
 Status check_desc(const vk::DeviceInfo& device, const RasterDesc& desc) {
     const vk::DeviceLimits& limits = device.limits;
     if (desc.width < 1 || desc.height < 1 || desc.views < 1)
-        return error(Code::kInvalidArgument,
-                     "rasterizer: %u views of %u x %u pixels, expected at least 1 of each",
-                     desc.views, desc.width, desc.height);
+        return invalid("rasterizer: %u views of %u x %u pixels, expected at least 1 of each",
+                       desc.views, desc.width, desc.height);
     if (desc.sh_degree > 3)
-        return error(Code::kInvalidArgument,
-                     "rasterizer: spherical harmonics of degree %u, expected 0 to 3",
-                     desc.sh_degree);
+        return invalid("rasterizer: spherical harmonics of degree %u, expected 0 to 3",
+                       desc.sh_degree);
     if (!(desc.near_plane > 0) || !(desc.far_plane > desc.near_plane))
-        return error(Code::kInvalidArgument,
-                     "rasterizer: near plane %g, far plane %g, expected 0 < near < far",
-                     static_cast<double>(desc.near_plane), static_cast<double>(desc.far_plane));
+        return invalid("rasterizer: near plane %g, far plane %g, expected 0 < near < far",
+                       static_cast<double>(desc.near_plane), static_cast<double>(desc.far_plane));
     if (limits.max_group_invocations < kLeastWorkgroup)
-        return error(Code::kUnsupported,
-                     "rasterizer: workgroups of %u invocations, expected at least %u, one for each "
-                     "pixel of a tile: use another device",
-                     limits.max_group_invocations, kLeastWorkgroup);
+        return unsupported(
+            "rasterizer: workgroups of %u invocations, expected at least %u, one for each "
+            "pixel of a tile: use another device",
+            limits.max_group_invocations, kLeastWorkgroup);
     const std::uint64_t binding = limits.max_storage_buffer_bytes;
     if (desc.items() > binding / 48)
-        return error(Code::kUnsupported,
-                     "rasterizer: %u Gaussians in %u views, but the device takes at most %llu in "
-                     "all at a time: render fewer views per call, or fewer Gaussians",
-                     desc.gaussians, desc.views, static_cast<unsigned long long>(binding / 48));
+        return unsupported(
+            "rasterizer: %u Gaussians in %u views, but the device takes at most %llu in "
+            "all at a time: render fewer views per call, or fewer Gaussians",
+            desc.gaussians, desc.views, llu(binding / 48));
     if (desc.pixels() > binding / 16)
-        return error(Code::kUnsupported,
-                     "rasterizer: %u views of %u x %u pixels, but the device takes at most %llu "
-                     "pixels at a time: render fewer views per call, or smaller ones",
-                     desc.views, desc.width, desc.height,
-                     static_cast<unsigned long long>(binding / 16));
+        return unsupported(
+            "rasterizer: %u views of %u x %u pixels, but the device takes at most %llu "
+            "pixels at a time: render fewer views per call, or smaller ones",
+            desc.views, desc.width, desc.height, llu(binding / 16));
     if (std::uint64_t{desc.tiles_x()} * desc.views > kMaxWindowTiles)
-        return error(Code::kUnsupported,
-                     "rasterizer: a row of %u tiles in %u views, expected at most %llu in all: "
-                     "render fewer views per call, or narrower images",
-                     desc.tiles_x(), desc.views, static_cast<unsigned long long>(kMaxWindowTiles));
+        return unsupported(
+            "rasterizer: a row of %u tiles in %u views, expected at most %llu in all: "
+            "render fewer views per call, or narrower images",
+            desc.tiles_x(), desc.views, llu(kMaxWindowTiles));
     return {};
 }
 
@@ -150,11 +146,10 @@ Status Rasterizer::grow(std::uint64_t needed) {
     backward_.clear();
     if (needed > most) {
         if (passes_ == desc_.tiles_y())
-            return error(Code::kUnsupported,
-                         "rasterizer: %llu intersections of Gaussians with one row of tiles, but "
-                         "the device takes at most %llu: render fewer views per call",
-                         static_cast<unsigned long long>(needed),
-                         static_cast<unsigned long long>(most));
+            return unsupported(
+                "rasterizer: %llu intersections of Gaussians with one row of tiles, but "
+                "the device takes at most %llu: render fewer views per call",
+                llu(needed), llu(most));
         passes_ = more_passes(passes_, needed);
         return {};
     }
@@ -193,9 +188,8 @@ Status Rasterizer::forward(const SetViews& scene, const PackedViews& views) {
     desc.gaussians = scene.count;
     desc.views = views.count();
     if (desc.gaussians > desc_.gaussians)
-        return error(Code::kInvalidArgument,
-                     "rasterizer: %u Gaussians, but it was made for at most %u", desc.gaussians,
-                     desc_.gaussians);
+        return invalid("rasterizer: %u Gaussians, but it was made for at most %u", desc.gaussians,
+                       desc_.gaussians);
     SPLAT_ASSERT(desc.views <= desc_.views);
     const bool resized = desc.gaussians != now_.gaussians || desc.views != now_.views;
     const bool moved = views.values != uploaded_;
@@ -228,23 +222,19 @@ Status Rasterizer::forward(const SetViews& scene, const PackedViews& views) {
         }
     }
     if (stats_.longest > list_limit())
-        return error(Code::kUnsupported,
-                     "rasterizer: %llu Gaussians on one tile, but loops on this device end after "
-                     "%llu: remove Gaussians of little opacity, or use a GPU",
-                     static_cast<unsigned long long>(stats_.longest),
-                     static_cast<unsigned long long>(list_limit()));
+        return unsupported(
+            "rasterizer: %llu Gaussians on one tile, but loops on this device end after "
+            "%llu: remove Gaussians of little opacity, or use a GPU",
+            llu(stats_.longest), llu(list_limit()));
     valid_ = true;
     return {};
 }
 
 Status Rasterizer::backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
                             const SetViews& gradients) {
-    if (!desc_.backward)
-        return error(Code::kInvalidArgument,
-                     "rasterizer: made without backward; set it when creating");
+    if (!desc_.backward) return invalid("rasterizer: made without backward; set it when creating");
     if (!valid_)
-        return error(Code::kInvalidArgument,
-                     "rasterizer: backward needs a forward call that succeeded before it");
+        return invalid("rasterizer: backward needs a forward call that succeeded before it");
     const std::array<vk::BufferView, 4> views = {grad_image, grad_depth, gradients.gaussians,
                                                  gradients.colors};
     const bool recorded =

@@ -1,4 +1,6 @@
+#include <sys/file.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <regex>
 

@@ -73,8 +73,8 @@ Status RenderLoss::allocate() {
             *buffer, (kScalarFloats * kMostParts + 4 * std::size_t{desc_.views}) * sizeof(float)));
     if (!desc_.lpips.empty()) {
         if (desc_.height != desc_.width)
-            return error(Code::kUnsupported, "LPIPS of %u x %u pixels, expected a square",
-                         desc_.width, desc_.height);
+            return unsupported("LPIPS of %u x %u pixels, expected a square", desc_.width,
+                               desc_.height);
         model::LpipsDesc lpips;
         lpips.images = desc_.views;
         lpips.side = desc_.width;

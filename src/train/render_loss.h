@@ -17,7 +17,7 @@ using config::LossTerm;
 struct RenderLossDesc {
     std::uint32_t views = 1;
     std::uint32_t height = 1, width = 1;
-    vk::BufferView image, grad_image;  ///< [V,H,W] quads of RGB and alpha, as in the rasterizer
+    vk::BufferView image, grad_image;  ///< [V,H,W] quads of RGB and alpha; they outlive the loss
     config::TrainConfig
         config;  ///< pixel_loss, the weights of kLossTerms and their attributes, precision
     bool pixel_weights = false;  ///< the caller fills RenderLoss::pixel_weights() before each run

@@ -29,8 +29,7 @@ Result<std::unique_ptr<Trainer>> Trainer::create(vk::Context& context,
                                                  const model::ModelConfig& network,
                                                  const config::TrainConfig& config) {
     if (config.schedule == config::Schedule::kStep && config.step_lr_at == 0)
-        return error(Code::kInvalidArgument,
-                     "'opt.step_lr_at' is 0, expected at least 1 where opt.lr_schedule is step");
+        return invalid("'opt.step_lr_at' is 0, expected at least 1 where opt.lr_schedule is step");
     std::unique_ptr<Trainer> self(new Trainer(context, config));
     SPLAT_TRY(self->build(network));
     return self;
@@ -79,11 +78,11 @@ Status Trainer::build(const model::ModelConfig& network) {
     std::vector<const io::NamedTensors*> lpips;
     if (config_.lpips_weight > 0) {
         if (config_.lpips_weights.empty())
-            return error(Code::kInvalidArgument,
-                         "'opt.lambda_lpips' is %g, but 'opt.lpips_weights' names no files; give "
-                         "those of torchvision's vgg16 and of the lpips package, or set "
-                         "'opt.lambda_lpips' to 0",
-                         config_.lpips_weight);
+            return invalid(
+                "'opt.lambda_lpips' is %g, but 'opt.lpips_weights' names no files; give "
+                "those of torchvision's vgg16 and of the lpips package, or set "
+                "'opt.lambda_lpips' to 0",
+                config_.lpips_weight);
         for (const std::string& path : config_.lpips_weights) {
             SPLAT_ASSIGN(io::WeightsFile file, io::load_weights(path));
             files.push_back(std::move(file));
@@ -127,9 +126,8 @@ Status Trainer::check(const TrainBatch& batch) const {
         return error(Code::kShape, "training batch: %zu cameras, expected %zu",
                      batch.cameras.size(), targets);
     if (const std::size_t bad = find_not_finite(batch.targets); bad < batch.targets.size())
-        return error(Code::kInvalidArgument,
-                     "training batch: targets hold %g at %zu, expected finite numbers",
-                     static_cast<double>(batch.targets[bad]), bad);
+        return invalid("training batch: targets hold %g at %zu, expected finite numbers",
+                       static_cast<double>(batch.targets[bad]), bad);
     return {};
 }
 

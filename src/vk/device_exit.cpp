@@ -25,7 +25,7 @@ void forget_devices() {
 }
 
 Validated& validated() {
-    return for_ever<Validated>(forget_devices);
+    return for_ever<Validated, forget_devices>();
 }
 
 std::atomic<bool> g_ended{false};

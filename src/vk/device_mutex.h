@@ -22,7 +22,6 @@ struct DeferredWork : NoCopy {
 /// its call was cancelled. In a forked child nobody waits for it, and check() refuses.
 class DeviceMutex : NoCopy {
   public:
-
     void lock();
     bool try_lock();
     void unlock();

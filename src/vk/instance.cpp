@@ -28,7 +28,7 @@ void forget_instances() {
 /// Guards g_instances and g_opened_by. Never destroyed: devices may live until the end of the process.
 struct InstancesMutex : ForkMutex {};
 InstancesMutex& instances_mutex() {
-    return for_ever<InstancesMutex>(forget_instances);
+    return for_ever<InstancesMutex, forget_instances>();
 }
 
 /// The layer's warnings of itself, from 1.3.280 on: its speed, and what it adds to the device for its own shaders.
@@ -255,16 +255,15 @@ Status Instance::load_functions() {
     // instance. Once, because other threads read volk's globals without a lock.
     static const bool loaded = (volkLoadInstanceOnly(instance_), true);
     static_cast<void>(loaded);
-    bool all = load_function(instance_, destroy_instance_, "vkDestroyInstance");
-    all = load_function(instance_, get_properties2, "vkGetPhysicalDeviceProperties2") && all;
-    all = load_function(instance_, get_features2, "vkGetPhysicalDeviceFeatures2") && all;
-    all = load_function(instance_, get_memory_properties, "vkGetPhysicalDeviceMemoryProperties") &&
-          all;
-    all =
-        load_function(instance_, get_queue_families, "vkGetPhysicalDeviceQueueFamilyProperties") &&
-        all;
-    all = load_function(instance_, create_device, "vkCreateDevice") && all;
-    if (!all)
+    const auto load = [this](auto& function, const char* name) {
+        return load_function(instance_, function, name);
+    };
+    if (!load(destroy_instance_, "vkDestroyInstance") ||
+        !load(get_properties2, "vkGetPhysicalDeviceProperties2") ||
+        !load(get_features2, "vkGetPhysicalDeviceFeatures2") ||
+        !load(get_memory_properties, "vkGetPhysicalDeviceMemoryProperties") ||
+        !load(get_queue_families, "vkGetPhysicalDeviceQueueFamilyProperties") ||
+        !load(create_device, "vkCreateDevice"))
         return error(Code::kNoDevice,
                      "the Vulkan loader is older than 1.1; install libvulkan1 1.2 or later");
     return {};

@@ -23,7 +23,7 @@ void forget_compilers() {
 }
 
 Living& living() {
-    return for_ever<Living>(forget_compilers);
+    return for_ever<Living, forget_compilers>();
 }
 
 /// Ends their threads before the driver's static objects, which were constructed earlier, are destroyed, and

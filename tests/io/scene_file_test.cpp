@@ -32,6 +32,7 @@ Buffer sample_file(const SceneFormat& format) {
 TEST(SceneFile, EveryFormatIsDetectedReadAndNamed) {
     for (const SceneFormat& format : scene_formats()) {
         SCOPED_TRACE(format.name);
+        EXPECT_EQ(format.id, &format - scene_formats().data() + 1) << "ids count from 1";
         if (format.write == nullptr && &format != &format_named("compressed ply")) continue;
         const Buffer file = sample_file(format);
         const std::string name = std::string("a") + format.extension;

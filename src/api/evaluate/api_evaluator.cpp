@@ -26,21 +26,20 @@ Result<std::unique_ptr<predict::ViewSource>> views_of_dataset(
 Result<std::unique_ptr<predict::ViewSource>> evaluator_views(const splat_evaluator_desc& desc,
                                                              const config::Settings* settings) {
     if (desc.dataset != nullptr && desc.data_path != nullptr)
-        return error(Code::kInvalidArgument,
-                     "splat_evaluator_desc: dataset and data_path are both given, expected one");
+        return invalid("splat_evaluator_desc: dataset and data_path are both given, expected one");
     if (desc.dataset != nullptr && desc.split != nullptr)
-        return error(Code::kInvalidArgument,
-                     "splat_evaluator_desc.split is '%s', but dataset is given, which is of the "
-                     "split that it was opened with: expected NULL",
-                     desc.split);
+        return invalid(
+            "splat_evaluator_desc.split is '%s', but dataset is given, which is of the "
+            "split that it was opened with: expected NULL",
+            desc.split);
     if (desc.dataset != nullptr) {
         SPLAT_ASSIGN(const auto object, api::Datasets::find(desc.dataset, "desc.dataset"));
         return views_of_dataset(object, settings);
     }
     if (settings == nullptr)
-        return error(Code::kInvalidArgument,
-                     "splat_evaluator_desc.dataset is NULL, expected a data set: without a "
-                     "predictor no configuration says how to open a folder");
+        return invalid(
+            "splat_evaluator_desc.dataset is NULL, expected a data set: without a "
+            "predictor no configuration says how to open a folder");
     return predict::ViewSource::open(*settings, desc.data_path == nullptr ? "" : desc.data_path,
                                      desc.split == nullptr ? "test" : desc.split);
 }
@@ -49,10 +48,10 @@ Result<eval::Protocol> evaluator_protocol(const splat_evaluator_desc& desc,
                                           const config::Settings* settings) {
     const bool listed = desc.conditioning_count > 0;
     if (desc.inputs != 0 && (settings != nullptr || listed))
-        return error(Code::kInvalidArgument,
-                     "splat_evaluator_desc.inputs is %u, expected 0: the number of conditioning "
-                     "views is that of %s",
-                     desc.inputs, listed ? "conditioning_count" : "the predictor");
+        return invalid(
+            "splat_evaluator_desc.inputs is %u, expected 0: the number of conditioning "
+            "views is that of %s",
+            desc.inputs, listed ? "conditioning_count" : "the predictor");
     eval::Protocol protocol;
     protocol.novel = desc.novel_views;
     protocol.objects = desc.objects;
@@ -60,16 +59,14 @@ Result<eval::Protocol> evaluator_protocol(const splat_evaluator_desc& desc,
                       : desc.inputs != 0  ? desc.inputs
                                           : 1;
     if (!listed && desc.conditioning != nullptr)
-        return error(Code::kInvalidArgument,
-                     "splat_evaluator_desc.conditioning is given, but conditioning_count is 0");
+        return invalid("splat_evaluator_desc.conditioning is given, but conditioning_count is 0");
     if (!listed) return protocol;
     SPLAT_TRY(api::require(desc.conditioning, "desc.conditioning"));
     if (settings != nullptr && desc.conditioning_count != settings->network.views)
-        return error(Code::kInvalidArgument,
-                     "splat_evaluator_desc.conditioning_count is %llu, expected %u: the network's "
-                     "inputs",
-                     static_cast<unsigned long long>(desc.conditioning_count),
-                     settings->network.views);
+        return invalid(
+            "splat_evaluator_desc.conditioning_count is %llu, expected %u: the network's "
+            "inputs",
+            llu(desc.conditioning_count), settings->network.views);
     protocol.conditioning.assign(desc.conditioning, desc.conditioning + desc.conditioning_count);
     return protocol;
 }
@@ -93,8 +90,7 @@ Result<EvaluatorPointer> make_evaluator(const splat_evaluator_desc& desc) {
         labels.weights = object->predictor->path;
         labels.device = object->predictor->context->device().info().name;
     } else if (labels.method.empty()) {
-        return error(Code::kInvalidArgument,
-                     "splat_evaluator_desc has neither a predictor nor a method, expected one");
+        return invalid("splat_evaluator_desc has neither a predictor nor a method, expected one");
     }
     SPLAT_ASSIGN(auto views, evaluator_views(desc, settings));
     if (desc.method == nullptr) warn_of_cameras(*views);
@@ -156,8 +152,8 @@ splat_result score_with(splat_evaluator evaluator, std::uint32_t object,
 /// Check the room of a caller's array.
 Status check_room(const void* array, std::uint64_t room, std::size_t needed, const char* member) {
     if (array == nullptr || room >= needed) return {};
-    return error(Code::kInvalidArgument, "splat_evaluated_views.%s is %llu, expected %zu or more",
-                 member, static_cast<unsigned long long>(room), needed);
+    return invalid("splat_evaluated_views.%s is %llu, expected %zu or more", member, llu(room),
+                   needed);
 }
 
 Status read_views(const eval::Evaluator& evaluator, std::uint32_t object,
@@ -173,8 +169,7 @@ Status read_views(const eval::Evaluator& evaluator, std::uint32_t object,
     SPLAT_TRY(check_room(out.drawn, out.drawn_count, pixels, "drawn_count"));
     if (out.drawn != nullptr &&
         (evaluator.drawn().size() != pixels || evaluator.drawn_object() != object))
-        return error(Code::kInvalidState,
-                     "object %u is not the latest that splat_evaluator_score drew", object);
+        return bad_state("object %u is not the latest that splat_evaluator_score drew", object);
     if (out.images != nullptr || out.cameras != nullptr) {
         SPLAT_ASSIGN(const predict::Views views, evaluator.read(object));
         if (out.images != nullptr) std::copy(views.images.begin(), views.images.end(), out.images);

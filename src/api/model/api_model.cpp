@@ -1,4 +1,3 @@
-
 #include "api/api_guard.h"
 #include "api/handles.h"
 #include "api/model/model_tensors.h"

@@ -10,8 +10,8 @@ namespace {
 Status check_finite(const char* name, std::span<const float> values) {
     const std::size_t bad = find_not_finite(values);
     if (bad == values.size()) return {};
-    return error(Code::kInvalidArgument, "%s holds %g at %zu, expected finite numbers", name,
-                 static_cast<double>(values[bad]), bad);
+    return invalid("%s holds %g at %zu, expected finite numbers", name,
+                   static_cast<double>(values[bad]), bad);
 }
 
 }  // namespace
@@ -21,8 +21,7 @@ splat_result splat_lpips_create(splat_device device, const splat_lpips_desc* des
     const auto make = [&](const auto& owner) -> api::Lpipses::Made {
         SPLAT_TRY(api::check_desc(desc, 0));
         if (desc->weight_count == 0)
-            return error(Code::kInvalidArgument,
-                         "splat_lpips_desc.weight_count is 0, expected at least 1");
+            return invalid("splat_lpips_desc.weight_count is 0, expected at least 1");
         SPLAT_TRY(api::require(desc->weights, "splat_lpips_desc.weights"));
         std::vector<std::shared_ptr<api::WeightsObject>> files;
         std::vector<const io::NamedTensors*> tensors;

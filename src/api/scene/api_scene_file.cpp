@@ -66,7 +66,7 @@ std::string formats_text() {
     json.begin_array();
     for (const io::SceneFormat& format : io::scene_formats()) {
         json.newline(1).begin_object().member("name", format.name);
-        json.member("id", &format - io::scene_formats().data() + 1);
+        json.member("id", format.id);
         json.member("extension", format.extension).member("holds", format.holds);
         json.member("frame", scene::frame_name(format.frame));
         json.member("max_sh_degree", format.max_sh_degree);

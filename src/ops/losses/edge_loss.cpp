@@ -59,8 +59,8 @@ Result<OpPlan> edge_loss_plan(const vk::Recorder&, const Attributes& attributes,
     const std::uint64_t slopes =
         kSlopePlanes * edge_loss_desc(attributes, a, weighted).quads().bytes() / 4;
     if (slopes > kMaxElements)
-        return error(Code::kUnsupported, "edge_loss: images %s are too large: %llu slopes",
-                     a.text().c_str(), static_cast<unsigned long long>(slopes));
+        return unsupported("edge_loss: images %s are too large: %llu slopes", a.text().c_str(),
+                           llu(slopes));
     plan.saved = {Shape{static_cast<std::uint32_t>(slopes)}};
     return plan;
 }

@@ -19,12 +19,11 @@ params::FeatureDistanceParams params_of(const QuadDims& dims, std::uint32_t grou
 
 Status feature_distance_check(const QuadDims& dims) {
     if (dims.c > kMaxChannels)
-        return error(Code::kUnsupported, "feature_distance: %u channels, expected at most %u",
-                     dims.c, kMaxChannels);
+        return unsupported("feature_distance: %u channels, expected at most %u", dims.c,
+                           kMaxChannels);
     if (dims.p < kMaxPixels) return {};
-    return error(Code::kUnsupported,
-                 "feature_distance: images of %u pixels, expected fewer than %u", dims.p,
-                 kMaxPixels);
+    return unsupported("feature_distance: images of %u pixels, expected fewer than %u", dims.p,
+                       kMaxPixels);
 }
 
 namespace {

@@ -61,8 +61,8 @@ Result<OpPlan> ssim_plan(const vk::Recorder& recorder, const Attributes&,
     const SsimDesc desc = ssim_desc(inputs[0]);
     const std::uint64_t slopes = plane_bytes(desc, kSlopes) / 4;
     if (slopes > kMaxElements)
-        return error(Code::kUnsupported, "ssim: images %s are too large: %llu slopes",
-                     inputs[0].text().c_str(), static_cast<unsigned long long>(slopes));
+        return unsupported("ssim: images %s are too large: %llu slopes", inputs[0].text().c_str(),
+                           llu(slopes));
     plan.saved = {Shape{static_cast<std::uint32_t>(slopes)}};
     plan.forward_workspace += rows_end(recorder, desc);
     plan.backward_workspace = plane_bytes(desc, kSlopes);
