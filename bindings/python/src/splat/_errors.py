@@ -5,8 +5,6 @@ one: `except FileNotFoundError` catches `NotFound`, `except ValueError` catches 
 """
 import errno
 import re
-from enum import Enum
-from functools import lru_cache
 from typing import Any, Callable, Dict, Tuple, Type
 
 from . import _native
@@ -140,21 +138,13 @@ CLASSES: Dict[int, Type[Error]] = {
                  IoError, FormatError, Cancelled)}
 
 
-@lru_cache(maxsize=1)
-def python_names() -> Dict[str, str]:
-    """Names of the headers' constants here: "RasterizerFlags.DEPTH" for "SPLAT_RASTERIZER_DEPTH"."""
-    names = {}
-    for each in vars(_native).values():
-        if isinstance(each, type) and issubclass(each, Enum):
-            stem = re.sub("(?<=[a-z0-9])(?=[A-Z])", "_", each.__name__.replace("Flags", "")).upper()
-            for member in each.__members__:
-                names[f"SPLAT_{stem}_{member}"] = f"{each.__name__}.{member}"
-    return names
-
-
 def in_python(message: str) -> str:
-    """A message of the library with the names that Python has for constants."""
-    return re.sub(r"\bSPLAT_[A-Z0-9_]+\b", lambda found: python_names().get(found[0], found[0]), message)
+    """A message of the library with Python's words for the names of its headers."""
+    def own(name: "re.Match[str]") -> str:
+        return "" if name[2] else _native.WORDS.get(name[1], name[0])
+
+    # Fields of structs are arguments here: "flags" for "splat_scene_desc.flags".
+    return re.sub(r"(?<![\w\"'])((?:splat|SPLAT)_\w+)(\.(?=[a-z]))?", own, message)
 
 
 def last_error(code: int) -> Error:

@@ -15,6 +15,50 @@ SPLAT_VERSION_PATCH = 0
 SPLAT_MAX_RANK = 8
 SPLAT_SH_CONSTANT = -1
 
+# What messages say instead of a name of the headers.
+WORDS = {
+    'SPLAT_CAMERA_IGNORE_DISTORTION': 'ignore_distortion=True',
+    'SPLAT_CONVENTION_3DGS': "'3dgs'", 'SPLAT_CONVENTION_GSPLAT': "'gsplat'",
+    'SPLAT_DEVICE_PROFILE': 'profile=True', 'SPLAT_DEVICE_VALIDATION': 'validation=True',
+    'SPLAT_DTYPE_F32': "'f32'", 'SPLAT_EVENT_STEP': "'step'",
+    'SPLAT_EXPORT_': 'a name of Export', 'SPLAT_IMAGE_GIF': "'gif'", 'SPLAT_IMAGE_NPY': "'npy'",
+    'SPLAT_IMAGE_PNG': "'png'", 'SPLAT_IMAGE_PNG16': "'png16'", 'SPLAT_IMAGE_WEBP': "'webp'",
+    'SPLAT_LOAD_ADAPTERS': 'adapters=True', 'SPLAT_MAP_FILTER_': 'MapFilter',
+    'SPLAT_MODEL_GRADIENTS': 'gradients=True',
+    'SPLAT_MODEL_INPUT_GRADIENTS': 'input_gradients=True',
+    'SPLAT_MODEL_RECOMPUTE': 'recompute=True', 'SPLAT_MODULE_GRADIENTS': 'gradients=True',
+    'SPLAT_MODULE_INPUT_GRADIENTS': 'input_gradients=True', 'SPLAT_PASS_TENSORS': 'tensors=True',
+    'SPLAT_PICTURE_WHOLE': 'whole=True', 'SPLAT_PIXEL_': 'pixel', 'SPLAT_PORT_KIND_': 'PortKind',
+    'SPLAT_RASTERIZER_BACKWARD': 'backward=True', 'SPLAT_RASTERIZER_DEPTH': 'depth=True',
+    'SPLAT_RASTERIZER_DIRECT_COLORS': 'direct_colors=True',
+    'SPLAT_RASTERIZER_GRAD_DEPTH': 'grad_depth=True',
+    'SPLAT_RASTERIZER_GRAD_MEANS2D': 'grad_means2d=True',
+    'SPLAT_RASTERIZER_GRAD_POSE': 'grad_pose=True', 'SPLAT_RASTERIZER_NORMALS': 'normals=True',
+    'SPLAT_SCENE_': 'scene', 'SPLAT_SCHEDULE_COSINE': "'cosine'",
+    'SPLAT_SCHEDULE_STEP': "'step'", 'SPLAT_WEIGHTS_NPZ': "'npz'", 'SPLAT_WEIGHTS_PTH': "'pth'",
+    'SPLAT_WEIGHTS_SAFETENSORS': "'safetensors'", 'splat_batches': 'Batches',
+    'splat_comparison': 'Comparison', 'splat_dataset': 'Dataset',
+    'splat_decode_set_limits': 'set_decode_limits', 'splat_device': 'Device',
+    'splat_device_cancel': 'Device.cancel', 'splat_device_desc': 'Device',
+    'splat_evaluator': 'Evaluator', 'splat_evaluator_desc': 'Evaluator',
+    'splat_evaluator_score': 'Evaluator.score', 'splat_lpips': 'Lpips',
+    'splat_lpips_desc': 'Lpips', 'splat_model': 'Model',
+    'splat_model_backward': 'Model.backward', 'splat_model_desc': 'Model',
+    'splat_model_forward': 'Model.forward', 'splat_model_load': 'Model.load',
+    'splat_model_ports': 'Model.ports', 'splat_module': 'Module', 'splat_module_desc': 'Module',
+    'splat_normals_desc': 'normals', 'splat_op': 'Op', 'splat_op_desc': 'Op',
+    'splat_optimizer': 'Optimizer', 'splat_optimizer_desc': 'Optimizer',
+    'splat_predictor': 'Predictor', 'splat_predictor_desc': 'Predictor',
+    'splat_prior_model': 'PriorModel', 'splat_prior_model_desc': 'PriorModel',
+    'splat_raster_state': 'RasterState', 'splat_raster_state_create': 'RasterState',
+    'splat_rasterizer': 'Rasterizer', 'splat_rasterizer_desc': 'Rasterizer',
+    'splat_rasterizer_forward': 'Rasterizer.forward', 'splat_rasterizer_read': 'Rasterizer.read',
+    'splat_run': 'Run', 'splat_run_next': 'Run.next', 'splat_scene': 'Scene',
+    'splat_scene_desc': 'Scene', 'splat_tensor': 'Tensor', 'splat_tensor_desc': 'Tensor',
+    'splat_tensor_map': 'Tensor.map', 'splat_tensor_unmap': "the end of Tensor.map's block",
+    'splat_trainer': 'Trainer', 'splat_training_open': 'Training', 'splat_weights': 'Weights',
+}
+
 
 class OpenEnum(IntEnum):
     """An enumeration that keeps numbers of newer libraries, as members named UNKNOWN_<number>."""
