@@ -63,7 +63,7 @@ class WeightFiles(Case):
         self.refused(splat.InvalidArgument, "9 dimensions", splat.Weights,
                      {"a": np.zeros((1,) * 9, np.float32)})
         weights = splat.Weights({"a": values(2)})
-        self.refused(splat.NotFound, "b", lambda: weights["b"])
+        self.refused(splat.MissingName, "b", lambda: weights["b"])
         self.refused(splat.FormatError, "", splat.Weights.load, b"nonsense")
         self.refused(splat.NotFound, "", splat.Weights.load, self.folder / "a.pth")
         self.refused(splat.NotFound, "trucks", splat.builtin_weights, "trucks")

@@ -61,7 +61,7 @@ class Drawing(Case):
         self.assertEqual(splat.render(scene(), []), [])
         self.refused(splat.ShapeMismatch, "background", splat.render, scene(), views,
                      background=(1,))
-        self.refused(splat.InvalidArgument, "expected a Camera", splat.render, scene(), [3])
+        self.refused(TypeError, "expected a Camera", splat.render, scene(), [3])
 
     def test_any_number_of_views(self) -> None:
         rasterizer = splat.Rasterizer(self.device, 50, 48, 32)
@@ -95,7 +95,7 @@ class Drawing(Case):
         self.refused(splat.InvalidArgument, "", rasterizer.forward, scene(), cameras(2, 40, 32))
         self.refused(splat.InvalidArgument, "", rasterizer.forward, scene(51), cameras(2))
         self.refused(splat.InvalidArgument, "", rasterizer.forward, scene(), cameras(3))
-        self.refused(splat.InvalidArgument, "expected a Camera", rasterizer.forward, scene(), [3])
+        self.refused(TypeError, "expected a Camera", rasterizer.forward, scene(), [3])
         self.refused(splat.ShapeMismatch, "background", rasterizer.forward, scene(), cameras(), (1,))
         rasterizer.forward(scene(), cameras())
         self.refused(splat.InvalidState, "DEPTH", rasterizer.read, "depth")

@@ -195,7 +195,7 @@ class Images(Case):
         self.addCleanup(splat.set_decode_limits)
         file = splat.Image(picture() * np.uint8(0)).to_bytes()
         splat.set_decode_limits(bytes_times_file=1, bytes_besides=1000)
-        self.refused(splat.FormatError, "splat_decode_set_limits", splat.Image.load, file)
+        self.refused(splat.FormatError, "set_decode_limits", splat.Image.load, file)
         splat.set_decode_limits(bytes_besides=1 << 20, items=1, jpeg_scans=1)
         splat.Image.load(file)
         arrays = {"a": values(2), "b": values(2)}

@@ -205,6 +205,14 @@ class Torch(Case):
         self.refused(splat.InvalidArgument, "meta", draw, given[0].to("meta"), *given[1:], CAMERA)
         self.refused(splat.ShapeMismatch, "scales", draw, given[0], given[1][:9], *given[2:],
                      CAMERA)
+        for device in ("cpu", torch.device("cpu")):
+            self.refused(TypeError, "expected a Device or None", draw, *given, CAMERA, device=device)
+        self.refused(TypeError, "cameras[0] is a str, expected a Camera", draw, *given, ["a"])
+        self.refused(TypeError, "Module(): shapes is an int, expected a mapping",
+                     splat.torch.Module, "linear", 3)
+        sparse = torch.eye(30, 3).to_sparse().requires_grad_()
+        self.refused(splat.InvalidArgument, "means has the layout torch.sparse_coo", draw, sparse,
+                     *given[1:], CAMERA)
         slope, = torch.autograd.grad(draw(*given, CAMERA).images.square().sum(), given[0],
                                      create_graph=True)
         with self.assertRaisesRegex(RuntimeError, "once_differentiable"):

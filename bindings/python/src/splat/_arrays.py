@@ -1,13 +1,14 @@
 """Arrays of the caller: what is taken, and how it is checked."""
 import operator
 from ctypes import c_float, c_void_p
+from dataclasses import fields
 from typing import Any, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._errors import InvalidArgument, ShapeMismatch
+from ._errors import InvalidArgument, ShapeMismatch, kind_of
 
 # What functions take for arrays: NumPy's, and anything with the buffer protocol,
 # __array_interface__ or __dlpack__; nested sequences of numbers are converted.
@@ -54,7 +55,8 @@ def host_array(data: ArrayLike, what: str) -> NDArray[Any]:
     except Exception as error:
         raise InvalidArgument(f"{what} cannot be read as an array: {error}") from error
     if array.dtype.kind not in "fiub":
-        raise InvalidArgument(f"{what} has the type {array.dtype}, expected numbers")
+        kind = f"of the type {array.dtype}" if _is_plain(data) else kind_of(data)
+        raise InvalidArgument(f"{what} is {kind}, expected numbers in an array")
     _refuse_masks(array, what)
     _refuse_masks(data, what)
     return np.asarray(array)
@@ -68,8 +70,18 @@ def typed_array(data: ArrayLike, dtype: Any, what: str) -> NDArray[Any]:
         if not _is_plain(data):
             raise InvalidArgument(f"{what} has the type {array.dtype}, expected {wanted.name}: "
                                   f"convert it with .astype('{wanted.name}')")
-        array = array.astype(wanted)
+        array = converted(array, wanted, what)
     return array
+
+
+def converted(array: NDArray[Any], dtype: "np.dtype[Any]", what: str) -> NDArray[Any]:
+    """Numbers of a sequence as another type. Raises InvalidArgument for those beyond its range."""
+    with np.errstate(all="ignore"):
+        found = array.astype(dtype)
+        lost = np.isfinite(array) & ~np.isfinite(found) if dtype.kind == "f" else found != array
+    if lost.any():
+        raise InvalidArgument(f"{what} has {array[lost][0].item()!r}, which {dtype.name} cannot hold")
+    return found
 
 
 def shape_text(shape: Sequence[Optional[int]]) -> str:
@@ -104,6 +116,28 @@ def doubles(data: ArrayLike, shape: Sequence[Optional[int]], what: str) -> NDArr
         raise InvalidArgument(f"{what} has the type {array.dtype}, expected numbers")
     check_shape(array, shape, what)
     return np.ascontiguousarray(array, np.float64)
+
+
+def same(a: Any, b: Any) -> bool:
+    """Whether two values are equal, also arrays, and sequences with arrays, of one type and shape."""
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        return (isinstance(a, np.ndarray) and isinstance(b, np.ndarray) and a.dtype == b.dtype
+                and a.shape == b.shape and bool(((a == b) | ((a != a) & (b != b))).all()))
+    if isinstance(a, (list, tuple)) and type(a) is type(b):
+        return len(a) == len(b) and all(map(same, a, b))
+    return bool(a == b)
+
+
+class ByValue:
+    """A dataclass whose fields, arrays among them, tell whether two of one class are equal."""
+
+    __slots__ = ()
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and all(
+            same(getattr(self, each.name), getattr(other, each.name)) for each in fields(self))
+
+    __hash__ = None  # type: ignore[assignment]  # arrays have none
 
 
 def frozen(array: NDArray[Any]) -> NDArray[Any]:
@@ -237,4 +271,4 @@ def readable(data: Union[bytes, bytearray, memoryview, Any], what: str) -> NDArr
         view = memoryview(data)
         return np.frombuffer(view if view.c_contiguous else bytes(view), np.uint8)
     except (TypeError, ValueError) as error:
-        raise InvalidArgument(f"{what} is a {type(data).__name__}, expected bytes") from error
+        raise InvalidArgument(f"{what} is {kind_of(data)}, expected bytes") from error

@@ -4,10 +4,12 @@ Each error code has a class below `Error`, which is also the usual class of Pyth
 one: `except FileNotFoundError` catches `NotFound`, `except ValueError` catches `InvalidArgument`.
 """
 import errno
+import inspect
 import re
+import sys
 from enum import Enum
 from functools import lru_cache
-from typing import Any, Callable, Dict, Tuple, Type
+from typing import Any, Callable, Dict, Iterator, Tuple, Type
 
 from . import _native
 from ._library import lib
@@ -115,6 +117,10 @@ class NotFound(Error, FileNotFoundError):
     errno = errno.ENOENT
 
 
+class MissingName(NotFound, KeyError):
+    """No array of that name, in what works like a dict."""
+
+
 class IoError(Error, OSError):
     """The system refused to read or write."""
 
@@ -152,9 +158,67 @@ def python_names() -> Dict[str, str]:
     return names
 
 
+# What stands here for functions that no public one calls by their names.
+OTHERS = {"splat_tensor_map": "Tensor.map", "splat_raster_state_create": "Rasterizer.state",
+          "splat_rasterizer_forward": "Rasterizer.forward", "splat_evaluator_score": "Evaluator.score",
+          "call splat_tensor_unmap": "end the block of Tensor.map"}
+
+
+def _codes(code: Any) -> Iterator[Any]:
+    """The code of a function and of those inside."""
+    yield code
+    for each in code.co_consts:
+        if hasattr(each, "co_names"):
+            yield from _codes(each)
+
+
+@lru_cache(maxsize=1)
+def function_names() -> Dict[str, str]:
+    """What calls the headers' functions here: "Device.cancel" for "splat_device_cancel"."""
+    names = dict(OTHERS)
+    package = sys.modules[__package__]
+    for public in package.__all__:
+        given = getattr(package, public)
+        inside = vars(given) if isinstance(given, type) else {"__init__": given}
+        for name, member in inside.items():
+            member = getattr(member, "fget", None) or getattr(member, "__func__", member)
+            code = getattr(inspect.unwrap(member), "__code__", None) if callable(member) else None
+            told = public if name.startswith("_") else f"{public}.{name}"
+            for each in () if code is None else _codes(code):
+                for native in filter(re.compile("splat_").match, each.co_names):
+                    names.setdefault(native, told)
+    return names
+
+
 def in_python(message: str) -> str:
-    """A message of the library with the names that Python has for constants."""
-    return re.sub(r"\bSPLAT_[A-Z0-9_]+\b", lambda found: python_names().get(found[0], found[0]), message)
+    """A message of the library with the names that Python has for constants, functions and arguments."""
+    if "splat_" in message.lower():
+        message = re.sub(r"\bSPLAT_[A-Z0-9_]+\b", lambda found: python_names().get(found[0], found[0]),
+                         message)
+        message = re.sub(r"\b(splat_\w+)(?:\.|: )(?=\w)", lambda found: "" if found[1] in _native.LAYOUT
+                         else found[0], message)
+        message = re.sub(r"\b(call )?splat_\w+\b", lambda found: function_names().get(found[0]) or (
+            found[1] or "") + function_names().get(found[0][len(found[1] or ""):], found[0]), message)
+    return message
+
+
+def kind_of(value: object) -> str:
+    """The type of an object for a sentence: "a str", "None"."""
+    if value is None:
+        return "None"
+    kind = type(value)
+    place = "" if kind.__module__.split(".")[0] in ("builtins", "splat") else f"{kind.__module__}."
+    name = place + kind.__qualname__
+    return f"{'an' if name[0] in 'aeiouAEIOU' else 'a'} {name}"
+
+
+def is_number(value: Any) -> bool:
+    """Whether C takes a value as a number, which has no text's type."""
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return False
+    return not isinstance(value, (str, bytes, bytearray))
 
 
 def last_error(code: int) -> Error:

@@ -5,7 +5,7 @@ from ctypes import byref, c_size_t, create_string_buffer
 from typing import Any, Callable, Optional, Tuple, Type, Union
 
 from . import _native
-from ._errors import InvalidArgument, direct
+from ._errors import InvalidArgument, direct, kind_of
 
 PathLike = Union[str, "os.PathLike[str]"]
 Call = Callable[..., int]
@@ -38,7 +38,7 @@ def encoded(text: Optional[str], what: str) -> Optional[bytes]:
     if text is None:
         return None
     if not isinstance(text, str):
-        raise InvalidArgument(f"{what} is a {type(text).__name__}, expected text")
+        raise InvalidArgument(f"{what} is {kind_of(text)}, expected text")
     if "\0" in text:
         raise InvalidArgument(f"{what} has a NUL character, which no text may have")
     try:
@@ -55,7 +55,7 @@ def path_of(path: Optional[PathLike], what: str = "path") -> Optional[bytes]:
     try:
         given = os.fspath(path)
     except TypeError:
-        raise InvalidArgument(f"{what} is a {type(path).__name__}, expected a path") from None
+        raise InvalidArgument(f"{what} is {kind_of(path)}, expected a path") from None
     return encoded(given, what)
 
 
@@ -78,7 +78,7 @@ def choice(kind: Type[Any], value: Union[None, int, str], what: str) -> int:
     for each in (name, f"{kind.__name__.upper()}_{name}"):
         if each in members:
             return int(members[each])
-    names = ", ".join(member.lower() for member in members)
+    names = ", ".join(member.replace(f"{kind.__name__.upper()}_", "").lower() for member in members)
     raise InvalidArgument(f"{what} is {value!r}, expected one of {names}")
 
 

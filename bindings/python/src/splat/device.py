@@ -9,7 +9,7 @@ from ctypes import byref, c_uint32, c_void_p, sizeof
 from typing import Any, Callable, Dict, List, Optional, Tuple, Union
 
 from . import _calls, _native
-from ._errors import InvalidArgument, check, direct
+from ._errors import InvalidArgument, check, direct, is_number, kind_of
 from ._handle import Handle, made
 from ._library import lib
 from ._records import DeviceInfo, MemoryInfo
@@ -39,6 +39,13 @@ def whole(value: Any, what: str, bits: int = 32) -> int:
     if not 0 <= number < 1 << bits:
         raise InvalidArgument(f"{what} is {number}, expected 0 to {(1 << bits) - 1}")
     return number
+
+
+def real(value: Any, what: str) -> float:
+    """Check that a value is a number."""
+    if not is_number(value):
+        raise TypeError(f"{what} is {kind_of(value)}, expected a number")
+    return float(value)
 
 
 class Device(Handle):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
 import numpy as np
 
 from . import _native
-from ._arrays import ArrayLike, address, doubles, floats, image_struct, pixel_array
+from ._arrays import ArrayLike, ByValue, address, doubles, floats, image_struct, pixel_array
 from ._errors import check
 from ._library import lib
 from ._records import PictureInfo
@@ -18,8 +18,8 @@ from .image import Image
 Source = Union[PathLike, bytes, ArrayLike]
 
 
-@dataclass
-class Picture:
+@dataclass(eq=False)
+class Picture(ByValue):
     """One view of an object.
 
     image            what shows it; pixels and files are reduced to 8 bits

@@ -60,6 +60,9 @@ class _Attribute:
     def __set__(self, scene: "Scene", values: ArrayLike) -> None:
         scene.write(self._name, values)
 
+    def __delete__(self, scene: "Scene") -> None:
+        raise TypeError(f"{self._name} of a Scene cannot be deleted: every Gaussian has them")
+
 
 class Scene(Handle):
     """A set of n Gaussians in host memory, with the axes of 3DGS files: x right, y down, z forward.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _dlpack, _native
-from ._arrays import (ArrayLike, address, as_numpy_asks, check_shape, host_array, set_dims,
+from ._arrays import (ArrayLike, address, as_numpy_asks, check_shape, converted, host_array, set_dims,
                       shape_text, typed_array, whole_shape)
 from ._errors import InvalidArgument, Unsupported, check, direct
 from ._handle import Handle, Keeper, made
@@ -154,7 +154,7 @@ class Tensor(Handle):
     def __init__(self, device: Device, data: ArrayLike, *, name: Optional[str] = None) -> None:
         array = host_array(data, "data")
         if isinstance(data, (int, float, list, tuple, range)):
-            array = array.astype(np.float32)
+            array = converted(array, np.dtype(np.float32), "data")
         desc = _desc(array.shape, array.dtype, name)
         if array.size == 0:
             raise InvalidArgument(f"data has the shape {shape_text(array.shape)}: a tensor has at "

@@ -15,7 +15,8 @@ from typing import Any, Callable, List, Mapping, NamedTuple, Optional, Sequence,
 
 from . import module as _module
 from ._arrays import ArrayLike, doubles
-from ._errors import InvalidArgument, ShapeMismatch, Unsupported
+from ._checks import check_class, checked
+from ._errors import InvalidArgument, ShapeMismatch, Unsupported, kind_of
 from .camera import Camera
 from .device import Device, default_device, whole
 from .rasterizer import Cameras, Rasterizer, RasterState
@@ -49,8 +50,11 @@ def _in_host_memory(value: Any, what: str) -> None:
 def _checked(value: Any, what: str) -> Any:
     """A float32 tensor in host memory. Raises InvalidArgument for another object."""
     if not isinstance(value, torch.Tensor):
-        raise InvalidArgument(f"{what} is a {type(value).__name__}, expected a torch.Tensor")
+        raise InvalidArgument(f"{what} is {kind_of(value)}, expected a torch.Tensor")
     _in_host_memory(value, what)
+    if value.layout != torch.strided:
+        raise InvalidArgument(f"{what} has the layout {value.layout}, expected a dense tensor: "
+                              "convert it with .to_dense()")
     if value.dtype != torch.float32:
         raise InvalidArgument(f"{what} has the type {value.dtype}, expected torch.float32: convert "
                               "it with .float()")
@@ -178,6 +182,7 @@ def _not_compiled(function: Function) -> Function:
 
 
 @_not_compiled
+@checked
 def rasterize(means: Any, scales: Any, rotations: Any, opacities: Any, colors: Any,
               cameras: Union[Camera, Sequence[Camera]], background: Optional[ArrayLike] = None, *,
               convention: Union[int, str] = "3dgs", antialiased: bool = False,
@@ -288,3 +293,6 @@ class Module(torch.nn.Module):  # type: ignore[misc]
             _checked(value, name)
         results = _Apply.apply(self, list(given), *given.values())
         return results[0] if len(results) == 1 else results
+
+
+check_class(Module)
