@@ -107,6 +107,12 @@ class Predictors(Case):
         self.assertGreater(len(splat.Scene.load(self.folder / "scene.ply")), 0)
         self.assertIn(b"fcTL", (self.folder / "orbit.png").read_bytes())  # animated
 
+    def test_three_lines_about_a_prediction(self) -> None:
+        lines = repr(self.predictor.predict(picture())).split("\n")
+        self.assertEqual(len(lines), 3)
+        self.assertRegex(lines[0], r"^Prediction of Scene\(\d+ Gaussians, .*\), \d+ faint ones left out$")
+        self.assertEqual(lines[1:], ["  seen: 80 x 64 pixels, object by alpha", "  warnings: none"])
+
     def test_doubts_are_warnings(self) -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("error")

@@ -1,14 +1,16 @@
 """Arrays of the caller: what is taken, and how it is checked."""
 import operator
+import os
 from ctypes import c_float, c_void_p
 from dataclasses import fields
-from typing import Any, Optional, Sequence, Tuple, Union
+from typing import Any, Optional, Protocol, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
 from ._errors import InvalidArgument, ShapeMismatch, kind_of
+from ._text import PathLike, path_of
 
 # What functions take for arrays: NumPy's, and anything with the buffer protocol,
 # __array_interface__ or __dlpack__; nested sequences of numbers are converted.
@@ -264,11 +266,26 @@ def planes_struct(planes: NDArray[Any]) -> _native.splat_image:
     return image_struct(planes.transpose(1, 2, 0))
 
 
-def readable(data: Union[bytes, bytearray, memoryview, Any], what: str) -> NDArray[np.uint8]:
-    """The bytes of a file in memory, without a copy."""
+class Opened(Protocol):
+    """A file that is open for reading bytes, such as a BytesIO."""
+
+    def read(self) -> bytes: ...
+
+
+# What functions that read a file take: its path, its bytes, or the open file.
+File = Union[PathLike, bytes, bytearray, memoryview, Opened]
+
+
+def file_of(source: File, what: str) -> Tuple[Optional[NDArray[np.uint8]], Optional[bytes]]:
+    """The bytes of a file in memory, or of an open one from where it stands; else its path."""
+    if isinstance(source, (str, os.PathLike)):
+        return None, path_of(source, what)
+    data: Any = source.read() if hasattr(source, "read") else source
     _refuse_masks(data, what)
     try:
         view = memoryview(data)
-        return np.frombuffer(view if view.c_contiguous else bytes(view), np.uint8)
+        return np.frombuffer(view if view.c_contiguous else bytes(view), np.uint8), None
     except (TypeError, ValueError) as error:
-        raise InvalidArgument(f"{what} is {kind_of(data)}, expected bytes") from error
+        given = kind_of(data) if data is source else f"a file that gives {kind_of(data)}"
+        raise InvalidArgument(f"{what} is {given}, expected a path, bytes, or a file that is open for "
+                              "reading bytes, as with 'rb'") from error

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._arrays import ArrayLike, address, doubles, frozen, readable
+from ._arrays import ArrayLike, File, address, doubles, file_of, frozen
 from ._errors import InvalidArgument, check, kind_of
 from ._library import lib
 from ._text import PathLike, bytes_from, encoded, flags_of, json_from, path_of
@@ -149,12 +149,12 @@ class Camera:
         return [cls._of(each) for each in raw]
 
     @classmethod
-    def load(cls, source: Union[PathLike, bytes, Tuple[bytes, bytes]], *,
+    def load(cls, source: Union[File, Tuple[File, File]], *,
              ignore_distortion: bool = False, width: int = 0, height: int = 0) -> "List[Camera]":
         """Read the cameras of a NeRF transforms.json or of a COLMAP model.
 
         source             path of the json file or of the model's folder; or the bytes of the json
-                           file, or of COLMAP's (cameras, images) files
+                           file, or of COLMAP's (cameras, images) files; or these files, open
         ignore_distortion  read cameras with lens distortion as if they had none
         width, height      pixels, for a transforms.json that has no size
         Raises NotFound, IoError, FormatError, Unsupported (distortion, another lens model).
@@ -163,20 +163,24 @@ class Camera:
         desc.flags = flags_of((ignore_distortion, _native.CameraFlags.IGNORE_DISTORTION))
         desc.width, desc.height = whole(width, "width"), whole(height, "height")
         count = c_uint32()
-        if isinstance(source, (bytes, bytearray, memoryview, tuple)):
-            parts = [readable(each, "source")
-                     for each in (source if isinstance(source, tuple) else (source,))]
-            if len(parts) not in (1, 2):
-                raise InvalidArgument(f"source has {len(parts)} parts, expected (cameras, images)")
+        given = source if isinstance(source, tuple) else (source,)
+        parts = [file_of(each, "source") for each in given]
+        if len(parts) not in (1, 2) or (len(parts) == 2 and (parts[0][1] or parts[1][1])):
+            raise InvalidArgument("source has paths or the wrong number of parts, expected the bytes "
+                                  "of (cameras, images)")
+        data, path = parts[0]
+        place: Any = path
+        if data is not None:
             files = _native.splat_camera_bytes(struct_size=sizeof(_native.splat_camera_bytes))
-            files.cameras, files.camera_bytes = address(parts[0]), parts[0].size
+            files.cameras, files.camera_bytes = address(data), data.size
             if len(parts) == 2:
-                files.images, files.image_bytes = address(parts[1]), parts[1].size
+                images, _ = parts[1]
+                assert images is not None
+                files.images, files.image_bytes = address(images), images.size
             function, report = lib.splat_camera_load_memory, lib.splat_camera_load_memory_report
-            place: Any = byref(files)
+            place = byref(files)
         else:
             function, report = lib.splat_camera_load, lib.splat_camera_load_report
-            place = path_of(source, "source")
         check(function(place, byref(desc), None, 0, byref(count)))
         raw = (_native.splat_camera * count.value)()
         check(function(place, byref(desc), raw, count.value, byref(count)))

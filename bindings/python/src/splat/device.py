@@ -111,7 +111,10 @@ class Device(Handle):
         return MemoryInfo.of(info)
 
     def cancel(self) -> None:
-        """End the calls that run on the device now, on any threads; they raise Cancelled."""
+        """End the calls that run on the device now, on any threads; they raise Cancelled.
+
+        So a call of asyncio.to_thread, or of an executor, ends, which cancelling its task does not do.
+        """
         check(lib.splat_device_cancel(self.handle))
 
     def profile(self) -> Dict[str, Any]:

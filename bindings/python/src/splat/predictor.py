@@ -39,6 +39,14 @@ class Prediction(ByValue):
     inputs: Floats
     report: Dict[str, Any]
 
+    def __repr__(self) -> str:
+        seen = [f"{each.width} x {each.height} pixels, object {each.found.name.lower().replace('_', ' ')}"
+                for each in self.pictures]
+        doubts = [text for each in self.report["pictures"] for text in each["warnings"]]
+        return (f"Prediction of {self.scene}, {self.report['faint']} faint ones left out\n"
+                f"  seen: {'; '.join(seen) or 'views of a data set'}\n"
+                f"  warnings: {'; '.join(doubts) or 'none'}")
+
     def _repr_png_(self) -> bytes:
         from .rasterizer import render
         return render(self.scene, self.cameras[0]).to_bytes("png")

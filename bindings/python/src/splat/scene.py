@@ -1,12 +1,13 @@
 """Scenes of 3D Gaussians, in memory and in files."""
 from ctypes import byref, c_double, c_void_p, sizeof
-from typing import Any, Dict, List, Optional, Sequence, Tuple, Union, overload
+from typing import (Any, Dict, List, NoReturn, Optional, Sequence, Tuple, Type, Union,
+                    overload)
 
 import numpy as np
 
 from . import _native
-from ._arrays import ArrayLike, Floats, address, doubles, floats, frozen, readable
-from ._errors import InvalidArgument, check, direct
+from ._arrays import ArrayLike, File, Floats, address, doubles, file_of, floats, frozen, same
+from ._errors import Error, InvalidArgument, check, direct, kind_of
 from ._handle import Handle, made
 from ._library import lib
 from ._records import PointScores, SceneInfo
@@ -75,6 +76,8 @@ class Scene(Handle):
                colour = max(0, 0.5 + sum sh_k Y_k(direction))
     Arrays are float32 and are copied. Those that attributes give are copies that cannot be written:
     change a copy() of one and assign it, as in scene.means = scene.means + 1.
+    A scene has n Gaussians as its length. scene[a:b], and scene[indices or mask], are new scenes with
+    copies of them. Scenes are equal if all attributes are; copies and pickles leave `report` out.
     Raises InvalidArgument, ShapeMismatch.
     """
 
@@ -121,10 +124,10 @@ class Scene(Handle):
             self.write("opacities", opacities)
 
     @classmethod
-    def load(cls, source: Union[PathLike, bytes, bytearray, memoryview], *, format: Name = None,
+    def load(cls, source: File, *, format: Name = None,
              frame: Name = None, sh_degree: Optional[int] = None, max_count: int = 0,
              lenient: bool = False) -> "Scene":
-        """Read a scene from a file, or from the bytes of one.
+        """Read a scene from a file, its bytes, or an open file.
 
         format     "ply", "compressed_ply", "splat" or "spz"; None: by the first bytes, else by the
                    path. The bytes of a .splat have no sign of their own: name it
@@ -137,12 +140,11 @@ class Scene(Handle):
         """
         desc = _file_desc(format, frame, sh_degree, 0, max_count)
         desc.flags = flags_of((lenient, _native.SceneFlags.LENIENT))
-        if isinstance(source, (bytes, bytearray, memoryview)):
-            data = readable(source, "source")
+        data, path = file_of(source, "source")
+        if data is not None:
             return cls._of(made("scene", direct, lib.splat_scene_load_memory, data.ctypes.data,
                                 data.size, byref(desc)))
-        return cls._of(made("scene", direct, lib.splat_scene_load, path_of(source, "source"),
-                            byref(desc)))
+        return cls._of(made("scene", direct, lib.splat_scene_load, path, byref(desc)))
 
     def save(self, path: PathLike, *, format: Name = None, frame: Name = None,
              sh_degree: Optional[int] = None, spz_version: int = 0, clamp: bool = False) -> None:
@@ -185,6 +187,40 @@ class Scene(Handle):
 
     def __len__(self) -> int:
         return self.info.count
+
+    def _state(self) -> Dict[str, Floats]:
+        return {name: self.read(name)
+                for name in ("means", "log_scales", "rotations", "opacity_logits", "sh")}
+
+    def __getitem__(self, index: Any) -> "Scene":
+        places = np.arange(len(self))[index]
+        if places.ndim != 1:
+            raise TypeError(f"a Scene is not indexed by {kind_of(index)}: scene[3:4] is a Scene of one "
+                            "Gaussian, scene.means[3] its mean")
+        return Scene(**{name: array[places] for name, array in self._state().items()})
+
+    def __iter__(self) -> NoReturn:  # else Python would try every index
+        raise TypeError("a Scene is no sequence of objects: iterate over an attribute, as in "
+                        "for mean in scene.means, or over parts, as in scene[0:100]")
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Scene):
+            return NotImplemented
+        return self is other or same(list(self._state().values()), list(other._state().values()))
+
+    __hash__ = None  # type: ignore[assignment]  # it can change
+
+    def __reduce__(self) -> Any:
+        return _made_again, (type(self), self._state()), getattr(self, "__dict__", None) or None
+
+    def _repr_png_(self) -> Optional[bytes]:
+        from .camera import Camera
+        from .rasterizer import render
+        try:
+            view = Camera.orbit(self, 1, width=320, height=320, elevation=0.4)[0]
+            return render(self, view).to_bytes("png")
+        except Error:  # no Gaussians, no device: notebooks then show the text
+            return None
 
     @property
     def sh_degree(self) -> int:
@@ -261,6 +297,13 @@ class Scene(Handle):
             return "Scene(closed)"
         info = self.info
         return f"Scene({info.count} Gaussians, sh_degree {info.sh_degree})"
+
+
+def _made_again(kind: Type[Scene], state: Dict[str, Floats]) -> Scene:
+    """A scene of a class with these attributes."""
+    made = kind.__new__(kind)
+    Scene.__init__(made, **state)
+    return made
 
 
 def _degree(terms: int) -> int:

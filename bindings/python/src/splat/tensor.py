@@ -3,13 +3,13 @@ import ctypes
 import sys
 import weakref
 from ctypes import byref, c_int64, c_size_t, c_void_p, sizeof
-from typing import Any, ContextManager, Optional, Sequence, Tuple, Union
+from typing import Any, ContextManager, Iterator, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _dlpack, _native
-from ._arrays import (ArrayLike, address, as_numpy_asks, check_shape, converted, host_array, set_dims,
+from ._arrays import (ArrayLike, address, as_numpy_asks, check_shape, converted, frozen, host_array, set_dims,
                       shape_text, typed_array, whole_shape)
 from ._errors import InvalidArgument, Unsupported, check, direct
 from ._handle import Handle, Keeper, made
@@ -194,6 +194,16 @@ class Tensor(Handle):
         """The type of the elements."""
         return DTYPES[self.info.dtype]
 
+    @property
+    def ndim(self) -> int:
+        """How many dimensions it has."""
+        return self.info.rank
+
+    @property
+    def size(self) -> int:
+        """How many elements it has."""
+        return self.info.elements
+
     def numpy(self, out: Optional[NDArray[Any]] = None) -> NDArray[Any]:
         """A copy in host memory.
 
@@ -274,6 +284,20 @@ class Tensor(Handle):
             return as_numpy_asks(self.array, dtype, copy)
         except Unsupported as error:
             raise ValueError(f"a tensor cannot become an array without a copy: {error}") from error
+
+    def __getitem__(self, index: Any) -> Any:
+        """A part of a copy of the elements; it cannot be written: use `write`, `map` or `array`."""
+        part = self.numpy()[index]
+        return frozen(part) if isinstance(part, np.ndarray) else part
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self[...] if self.shape else ())
+
+    def __float__(self) -> float:
+        if self.size != 1:
+            raise TypeError(f"a tensor of the shape {shape_text(self.shape)} is no number: only one "
+                            "with a single element is")
+        return float(self.numpy().item())
 
     def __len__(self) -> int:
         shape = self.shape

@@ -7,15 +7,16 @@
 Tensors are float32 in host memory. Outputs share the memory of the device where it is unified, and
 are copied elsewhere. Gradients exist once: backward of a backward pass is refused.
 """
+import copy
 import importlib
 import threading
 import weakref
 from collections import OrderedDict
-from typing import Any, Callable, List, Mapping, NamedTuple, Optional, Sequence, Tuple, TypeVar, Union
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, TypeVar, Union
 
 from . import module as _module
-from ._arrays import ArrayLike, doubles
-from ._checks import check_class, checked
+from ._arrays import ArrayLike, doubles, shape_text, whole_shape
+from ._checks import checked
 from ._errors import InvalidArgument, ShapeMismatch, Unsupported, kind_of
 from .camera import Camera
 from .device import Device, default_device, whole
@@ -31,6 +32,10 @@ except ImportError as error:
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 KEPT = 4  # rasterizers that stay ready for the next call
+
+
+if hasattr(torch.serialization, "add_safe_globals"):
+    torch.serialization.add_safe_globals([Camera])  # what torch.load takes without weights_only=False
 
 
 class Drawn(NamedTuple):
@@ -118,6 +123,15 @@ def _pool(device: Device, *key: Any, **options: Any) -> _Pool:
         while len(_pools) > KEPT:
             _pools.popitem(last=False)
         return _pools[name]
+
+
+def release_memory() -> None:
+    """Give the memory of drawing back to the devices that no graph uses, as a later call does not.
+
+    `rasterize` keeps what its graphs used, for the next ones of the same sizes and options.
+    """
+    with _lock:
+        _pools.clear()
 
 
 def _background(color: Any) -> Any:
@@ -256,7 +270,8 @@ class Module(torch.nn.Module):  # type: ignore[misc]
 
     type, shapes, attributes, options  as for `splat.Module`; seed of the initial parameters
     Parameters have the library's names, with _ for each dot. Call it with the inputs in the order
-    of `inputs`, or by name; it gives the output, or a tuple of several.
+    of `inputs`, or by name; it gives the output, or a tuple of several. Copies stay on the device;
+    what torch.load reads is on the default one.
     Raises InvalidArgument (type, device, no such input), ShapeMismatch.
     """
 
@@ -264,17 +279,44 @@ class Module(torch.nn.Module):  # type: ignore[misc]
                  attributes: _module.Attributes = None, seed: int = 0,
                  device: Optional[Device] = None, **options: Any) -> None:
         super().__init__()
-        self.native = _module.Module(default_device() if device is None else device, type, shapes,
-                                     attributes=attributes, gradients=True, input_gradients=True,
-                                     **options)
+        self._begin({"type": type, "shapes": {name: whole_shape(shape, f"'{name}'")
+                                              for name, shape in shapes.items()},
+                     "attributes": attributes, **options}, device)
         self.native.init(seed)
         self.inputs = [port.name for port in self.native.ports("input")]
         self.outputs = [port.name for port in self.native.ports("output")]
         self.names = [port.name for port in self.native.ports()]
-        self.turn, self.ticket = threading.RLock(), 0
         for name in self.names:
             self.register_parameter(name.replace(".", "_"), torch.nn.Parameter(
                 torch.from_numpy(self.native.read(name))))
+
+    def _begin(self, made_of: Dict[str, Any], device: Optional[Device]) -> None:
+        """Make the part that is not in a state."""
+        self.made_of, self.turn, self.ticket = made_of, threading.RLock(), 0
+        self.native = _module.Module(default_device() if device is None else device, gradients=True,
+                                     input_gradients=True, **made_of)
+
+    def __getstate__(self) -> Dict[str, Any]:
+        state: Dict[str, Any] = self.__dict__.copy()
+        for name in ("native", "turn", "ticket"):
+            del state[name]
+        return state
+
+    def __setstate__(self, state: Dict[str, Any]) -> None:
+        super().__setstate__(state)
+        self._begin(self.made_of, None)
+
+    def __deepcopy__(self, memo: Dict[int, Any]) -> "Module":
+        made: Module = self.__class__.__new__(self.__class__)
+        memo[id(self)] = made
+        super(Module, made).__setstate__(copy.deepcopy(self.__getstate__(), memo))
+        made._begin(made.made_of, self.native._device)
+        return made
+
+    def extra_repr(self) -> str:
+        """What the repr says: the type, and the shapes of inputs and parameters."""
+        shapes = (f"{name}={shape_text(shape)}" for name, shape in self.made_of["shapes"].items())
+        return ", ".join([repr(self.made_of["type"]), *shapes])
 
     def _compute(self, names: Sequence[str], given: Sequence[Any]) -> int:
         self.native.forward(**dict(zip(names, map(_array, given))))
@@ -295,4 +337,4 @@ class Module(torch.nn.Module):  # type: ignore[misc]
         return results[0] if len(results) == 1 else results
 
 
-check_class(Module)
+Module.__init__ = checked(Module.__init__, "Module")  # type: ignore[method-assign]

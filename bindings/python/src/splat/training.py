@@ -6,7 +6,7 @@ from typing import Any, Dict, Optional, Sequence, Union
 import numpy as np
 
 from . import _native
-from ._arrays import ArrayLike, address, readable, set_arrays
+from ._arrays import ArrayLike, File, address, file_of, set_arrays
 from ._dlpack import Memory
 from ._errors import check, direct
 from ._handle import Handle, made
@@ -178,10 +178,10 @@ class Trainer(Handle):
         """The bytes of such a file."""
         return bytes_from(lib.splat_trainer_save_memory, self.handle, call=self._run)
 
-    def resume(self, source: Union[PathLike, bytes, bytearray, memoryview]) -> None:
-        """Go on from such a file or its bytes, bit-exactly. On an error nothing is changed."""
-        if isinstance(source, (bytes, bytearray, memoryview)):
-            data = readable(source, "source")
+    def resume(self, source: File) -> None:
+        """Go on from such a file, its bytes, or an open file, bit-exactly. On an error nothing is changed."""
+        data, path = file_of(source, "source")
+        if data is not None:
             self._run(lib.splat_trainer_resume_memory, self.handle, address(data), data.size)
         else:
-            self._run(lib.splat_trainer_resume, self.handle, path_of(source, "source"))
+            self._run(lib.splat_trainer_resume, self.handle, path)

@@ -5,7 +5,7 @@ from typing import Any, Dict, Iterator, List, Mapping, Optional, Union
 import numpy as np
 
 from . import _native
-from ._arrays import ArrayLike, Floats, address, floats, frozen, readable, same, set_dims
+from ._arrays import ArrayLike, File, Floats, address, file_of, floats, frozen, same, set_dims
 from ._errors import InvalidArgument, MissingName, NotFound, check, direct
 from ._handle import Handle, made
 from ._dlpack import Memory
@@ -46,9 +46,9 @@ class Weights(Handle, Mapping[str, Floats]):
         self._keeper = None
 
     @classmethod
-    def load(cls, source: Union[PathLike, bytes, bytearray, memoryview], *,
-             copy: bool = False) -> "Weights":
-        """Read a .safetensors, .pth (no code of its pickle is run) or .npz file, or its bytes.
+    def load(cls, source: File, *, copy: bool = False) -> "Weights":
+        """Read a .safetensors, .pth (no code of its pickle is run) or .npz file, its bytes, or an
+        open file.
 
         source  also the name of weights that come with the library, such as "cars64"
 
@@ -56,12 +56,12 @@ class Weights(Handle, Mapping[str, Floats]):
               must not be written in place
         Raises NotFound, IoError, FormatError, Unsupported.
         """
-        if isinstance(source, (bytes, bytearray, memoryview)):
-            data = readable(source, "source")
+        data, path = file_of(source, "source")
+        if data is not None:
             return cls._of(made("weights", direct, lib.splat_weights_load_memory,
                                 data.ctypes.data, data.size))
         flags = flags_of((copy, _native.WeightsFlags.COPY))
-        return cls._of(made("weights", direct, lib.splat_weights_load, path_of(source, "source"),
+        return cls._of(made("weights", direct, lib.splat_weights_load, path,
                             flags))
 
     def save(self, path: PathLike, *, half: bool = False) -> None:
