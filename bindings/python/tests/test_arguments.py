@@ -109,6 +109,10 @@ class Kinds(Case):
         self.refused(splat.InvalidArgument, "means is a str, expected numbers in an array",
                      splat.Scene, "abc")
         self.refused(TypeError, "means of a Scene cannot be deleted", delattr, scene(), "means")
+        with self.assertRaises(splat.ShapeMismatch):
+            scene().means = 5  # type: ignore[assignment]
+        usable: bool = self.device.info.usable
+        self.assertIs(usable, True)
         self.assertEqual(splat.Tensor.zeros(self.device, np.int64(3)).shape,  # type: ignore[arg-type]
                          (3,))
 
@@ -210,4 +214,4 @@ class Sentences(unittest.TestCase):
 
     def test_names_of_choices_are_the_documented_ones(self) -> None:
         with self.assertRaisesRegex(splat.InvalidArgument, "'bogus', expected one of 3dgs, gsplat"):
-            splat.Rasterizer(None, 1, 4, 4, convention="bogus")
+            splat.Rasterizer(None, 1, 4, 4, convention="bogus")  # type: ignore[arg-type]

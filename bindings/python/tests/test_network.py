@@ -15,7 +15,8 @@ class WeightFiles(Case):
                  "none": values(0, 2)}
         weights = splat.Weights(given)
         self.assertEqual(list(weights), list(given))
-        for name in ("safetensors", "npz"):
+        names: Any = ("safetensors", "npz")
+        for name in names:
             weights.save(self.folder / f"a.{name}")
             self.assertEqual((self.folder / f"a.{name}").read_bytes(), weights.to_bytes(name))
             for source in (False, True):

@@ -47,7 +47,8 @@ class Predictors(Case):
 
     def test_files_and_their_bytes_are_cut_alike(self) -> None:
         deep = splat.Image(values(64, 80) / 2 + 0.25)  # float depths would be scaled to 0 to 1
-        for format in ("png", "png16"):
+        formats: Any = ("png", "png16")
+        for format in formats:
             for part in ("image", "mask", "depth", "normal"):
                 file = self.folder / f"{part}.png"
                 file.write_bytes(deep.to_bytes(format))

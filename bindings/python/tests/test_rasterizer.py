@@ -1,15 +1,16 @@
 """The rasterizer: images, outputs, gradients, several states."""
-from typing import Any
+from typing import Any, Dict, Tuple
 
 import numpy as np
 
 import splat
 from shared import Case, arrays, cameras, scene, values
 
-OUTPUTS = {"rgb": (2, 32, 48, 3), "alpha": (2, 32, 48), "depth": (2, 32, 48),
-           "expected_depth": (2, 32, 48), "contributors": (2, 32, 48), "normals": (2, 32, 48, 3),
-           "means2d": (2, 50, 2), "radii": (2, 50, 2), "conics": (2, 50, 3), "depths": (2, 50),
-           "visibility": (2, 50)}
+OUTPUTS: Dict[Any, Tuple[int, ...]] = {
+    "rgb": (2, 32, 48, 3), "alpha": (2, 32, 48), "depth": (2, 32, 48),
+    "expected_depth": (2, 32, 48), "contributors": (2, 32, 48), "normals": (2, 32, 48, 3),
+    "means2d": (2, 50, 2), "radii": (2, 50, 2), "conics": (2, 50, 3), "depths": (2, 50),
+    "visibility": (2, 50)}
 
 
 class Drawing(Case):

@@ -94,8 +94,9 @@ class Tensors(Case):
 
     def test_sequences_buffers_and_interfaces(self) -> None:
         import array
-        for data in ([[1, 2], [3, 4]], array.array("f", [1, 2, 3]), memoryview(values(3)), 5,
-                     Pack(values(2, 2))):
+        given: Tuple[Any, ...] = ([[1, 2], [3, 4]], array.array("f", [1, 2, 3]), memoryview(values(3)),
+                                  5, Pack(values(2, 2)))
+        for data in given:
             self.assertEqual(splat.Tensor(self.device, data).dtype, np.float32)
 
     def test_array_shares_memory(self) -> None:

@@ -2,8 +2,7 @@
 import operator
 import os
 from ctypes import c_float, c_void_p
-from dataclasses import fields
-from typing import Any, Optional, Protocol, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, ClassVar, Dict, Optional, Protocol, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +13,21 @@ from ._text import PathLike, path_of
 
 # What functions take for arrays: NumPy's, and anything with the buffer protocol,
 # __array_interface__ or __dlpack__; nested sequences of numbers are converted.
-ArrayLike = Any
+if TYPE_CHECKING:
+    class _Array(Protocol):
+        def __array__(self) -> Any: ...
+
+    class _Interface(Protocol):
+        @property
+        def __array_interface__(self) -> Dict[str, Any]: ...
+
+    class _Dlpack(Protocol):
+        def __dlpack_device__(self) -> Tuple[Any, Any]: ...
+
+    _Numbers = Union[float, _Array, Sequence["_Numbers"]]
+    ArrayLike = Union[_Array, _Interface, _Dlpack, memoryview, bytearray, bytes, Sequence[_Numbers]]
+else:
+    ArrayLike = Any
 Floats = NDArray[np.float32]
 
 DLPACK_HOST = (1, 3, 11, 13)  # kDLCPU, and host memory of CUDA, ROCm and CUDA's unified one
@@ -35,7 +48,7 @@ def _refuse_masks(data: Any, what: str) -> None:
                               "without, as with .filled(0)")
 
 
-def host_array(data: ArrayLike, what: str) -> NDArray[Any]:
+def host_array(data: Any, what: str) -> NDArray[Any]:
     """The array of an object, without a copy where that is possible. It may have any layout.
 
     Raises InvalidArgument for memory of another device, and for what is no array of numbers.
@@ -134,10 +147,11 @@ class ByValue:
     """A dataclass whose fields, arrays among them, tell whether two of one class are equal."""
 
     __slots__ = ()
+    __dataclass_fields__: ClassVar[Dict[str, Any]]
 
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and all(
-            same(getattr(self, each.name), getattr(other, each.name)) for each in fields(self))
+            same(getattr(self, name), getattr(other, name)) for name in self.__dataclass_fields__)
 
     __hash__ = None  # type: ignore[assignment]  # arrays have none
 
@@ -280,12 +294,13 @@ def file_of(source: File, what: str) -> Tuple[Optional[NDArray[np.uint8]], Optio
     """The bytes of a file in memory, or of an open one from where it stands; else its path."""
     if isinstance(source, (str, os.PathLike)):
         return None, path_of(source, what)
-    data: Any = source.read() if hasattr(source, "read") else source
+    read = getattr(source, "read", None)
+    data: Any = source if read is None else read()
     _refuse_masks(data, what)
     try:
         view = memoryview(data)
         return np.frombuffer(view if view.c_contiguous else bytes(view), np.uint8), None
     except (TypeError, ValueError) as error:
-        given = kind_of(data) if data is source else f"a file that gives {kind_of(data)}"
+        given = kind_of(data) if read is None else f"a file that gives {kind_of(data)}"
         raise InvalidArgument(f"{what} is {given}, expected a path, bytes, or a file that is open for "
                               "reading bytes, as with 'rb'") from error

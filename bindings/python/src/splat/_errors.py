@@ -176,7 +176,7 @@ def _codes(code: Any) -> Iterator[Any]:
 def function_names() -> Dict[str, str]:
     """What calls the headers' functions here: "Device.cancel" for "splat_device_cancel"."""
     names = dict(OTHERS)
-    package = sys.modules[__package__]
+    package = sys.modules["splat"]
     for public in package.__all__:
         given = getattr(package, public)
         inside = vars(given) if isinstance(given, type) else {"__init__": given}

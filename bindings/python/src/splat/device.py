@@ -65,7 +65,7 @@ class Device(Handle):
     _kind = "device"
 
     def __init__(self, index: Optional[int] = None, *, uuid: Optional[bytes] = None,
-                 kind: Union[None, int, str] = None, kernels: Union[int, str] = 0,
+                 kind: Union[None, int, _native.DeviceKindName] = None, kernels: Union[int, _native.KernelsName] = 0,
                  validation: bool = False, profile: bool = False, max_bytes: int = 0,
                  timeout: float = 0.0, cache_folder: Optional[PathLike] = None) -> None:
         desc = _native.splat_device_desc(struct_size=sizeof(_native.splat_device_desc))

@@ -71,7 +71,7 @@ class Image:
         """
         check(lib.splat_image_save(path_of(path), byref(image_struct(self.array))))
 
-    def to_bytes(self, format: Union[int, str] = "png") -> bytes:
+    def to_bytes(self, format: Union[int, _native.ImageFormatName] = "png") -> bytes:
         """The bytes of such a file, "png" or "npy"."""
         code = choice(_native.ImageFormat, format, "format")
         return bytes_from(lib.splat_image_save_memory, byref(image_struct(self.array)), code)
@@ -114,7 +114,9 @@ class Image:
         return len(self._array)
 
     def __eq__(self, other: object) -> bool:
-        return same(self._array, other._array) if isinstance(other, Image) else NotImplemented
+        if not isinstance(other, Image):
+            return NotImplemented
+        return same(self._array, other._array)
 
     __hash__ = None  # type: ignore[assignment]  # pixels can change
 
@@ -179,7 +181,7 @@ def save_animation(path: PathLike, frames: Sequence[ArrayLike], milliseconds: in
 
 
 def animation_to_bytes(frames: Sequence[ArrayLike], milliseconds: int = 40,
-                       format: Union[int, str] = "gif") -> bytes:
+                       format: Union[int, _native.ImageFormatName] = "gif") -> bytes:
     """The bytes of such a file, "png" or "gif"."""
     images, kept = _frames(frames)
     return bytes_from(lib.splat_image_save_animation_memory, images, len(kept),

@@ -56,15 +56,17 @@ class Picture(ByValue):
             super().__setattr__(name, value)
 
 
-def _fill_source(raw: Any, source: Optional[Source], what: str, kept: List[Any]) -> float:
+def _fill_source(raw: Any, source: Any, what: str, kept: List[Any]) -> float:
     """Describe an image or a map. Returns the focal length of its Exif data, pixels; 0: not known here."""
     if source is None:
         return 0.0
     if isinstance(source, str) or hasattr(source, "__fspath__"):
         raw.path = path_of(source, what)
         return 0.0
-    focal = source.focal if isinstance(source, Image) else 0.0
-    if isinstance(source, (bytes, bytearray, memoryview)) or hasattr(source, "read"):
+    focal = 0.0
+    if isinstance(source, Image):
+        focal = source.focal
+    elif isinstance(source, (bytes, bytearray, memoryview)) or hasattr(source, "read"):
         loaded = Image.load(source)
         source, focal = loaded.array, loaded.focal
         if loaded.bits == 16:  # reduced to 8 as the library reduces files of 16 bits

@@ -1,6 +1,6 @@
 """Scenes of 3D Gaussians, in memory and in files."""
 from ctypes import byref, c_double, c_void_p, sizeof
-from typing import (Any, Dict, List, NoReturn, Optional, Sequence, Tuple, Type, Union,
+from typing import (Any, Dict, Iterator, List, NoReturn, Optional, Sequence, Tuple, Type, Union,
                     overload)
 
 import numpy as np
@@ -15,7 +15,8 @@ from ._text import PathLike, bytes_from, choice, flags_of, json_from, path_of
 from .device import Device, whole
 from .tensor import Tensor
 
-Name = Union[None, int, str]
+Format = Union[None, int, _native.SceneFormatName]
+Axes = Union[None, int, _native.FrameName]
 
 
 def scene_formats() -> List[Dict[str, Any]]:
@@ -24,7 +25,7 @@ def scene_formats() -> List[Dict[str, Any]]:
     return formats
 
 
-def _file_desc(format: Name, frame: Name, sh_degree: Optional[int], spz_version: int = 0,
+def _file_desc(format: Format, frame: Axes, sh_degree: Optional[int], spz_version: int = 0,
                max_count: int = 0) -> _native.splat_scene_file_desc:
     desc = _native.splat_scene_file_desc(struct_size=sizeof(_native.splat_scene_file_desc))
     desc.format = choice(_native.SceneFormat, format, "format")
@@ -124,8 +125,8 @@ class Scene(Handle):
             self.write("opacities", opacities)
 
     @classmethod
-    def load(cls, source: File, *, format: Name = None,
-             frame: Name = None, sh_degree: Optional[int] = None, max_count: int = 0,
+    def load(cls, source: File, *, format: Format = None,
+             frame: Axes = None, sh_degree: Optional[int] = None, max_count: int = 0,
              lenient: bool = False) -> "Scene":
         """Read a scene from a file, its bytes, or an open file.
 
@@ -146,7 +147,7 @@ class Scene(Handle):
                                 data.size, byref(desc)))
         return cls._of(made("scene", direct, lib.splat_scene_load, path, byref(desc)))
 
-    def save(self, path: PathLike, *, format: Name = None, frame: Name = None,
+    def save(self, path: PathLike, *, format: Format = None, frame: Axes = None,
              sh_degree: Optional[int] = None, spz_version: int = 0, clamp: bool = False) -> None:
         """Write a scene to a file, which appears whole or not at all. Parameters as in `load`.
 
@@ -159,7 +160,7 @@ class Scene(Handle):
         desc.flags = flags_of((clamp, _native.SceneFlags.CLAMP))
         check(lib.splat_scene_save(self.handle, path_of(path), byref(desc)))
 
-    def to_bytes(self, format: Name, *, frame: Name = None, sh_degree: Optional[int] = None,
+    def to_bytes(self, format: Format, *, frame: Axes = None, sh_degree: Optional[int] = None,
                  spz_version: int = 0, clamp: bool = False) -> bytes:
         """The bytes of such a file. Parameters and errors as in `save`."""
         desc = _file_desc(format, frame, sh_degree, spz_version)
@@ -199,7 +200,7 @@ class Scene(Handle):
                             "Gaussian, scene.means[3] its mean")
         return Scene(**{name: array[places] for name, array in self._state().items()})
 
-    def __iter__(self) -> NoReturn:  # else Python would try every index
+    def __iter__(self) -> Iterator[NoReturn]:  # else Python would try every index
         raise TypeError("a Scene is no sequence of objects: iterate over an attribute, as in "
                         "for mean in scene.means, or over parts, as in scene[0:100]")
 

@@ -63,10 +63,11 @@ class Mapping:
     def _map(self, keeper: Keeper) -> Any:
         """Map the tensor. Returns the array's memory, whose end is the mapping's at the latest."""
         shape, dtype = self._root
+        memory: Any = None
         reads = self._access == _native.Access.READ
         pointer, size, copy = c_void_p(), c_size_t(), None
         try:
-            memory: _dlpack.Memory = _dlpack.Shared(keeper.handle)
+            memory = _dlpack.Shared(keeper.handle)
         except Unsupported:
             copy = np.empty(shape, dtype)
         check(lib.splat_tensor_map(keeper.handle, self._access, byref(pointer), byref(size)))
@@ -135,8 +136,8 @@ def _strides(array: NDArray[Any], writing: bool) -> Tuple[NDArray[Any], Any]:
 
 def _span(array: NDArray[Any]) -> int:
     """Bytes from the first element of an array to the end of its last one."""
-    return array.itemsize + sum((size - 1) * stride
-                                for size, stride in zip(array.shape, array.strides))
+    return int(array.itemsize + sum((size - 1) * stride
+                                    for size, stride in zip(array.shape, array.strides)))
 
 
 class Tensor(Handle):
@@ -151,7 +152,7 @@ class Tensor(Handle):
     __slots__ = ()
     _kind = "tensor"
 
-    def __init__(self, device: Device, data: ArrayLike, *, name: Optional[str] = None) -> None:
+    def __init__(self, device: Device, data: Union[ArrayLike, float], *, name: Optional[str] = None) -> None:
         array = host_array(data, "data")
         if isinstance(data, (int, float, list, tuple, range)):
             array = converted(array, np.dtype(np.float32), "data")
@@ -241,7 +242,7 @@ class Tensor(Handle):
         """
         return np.asarray(_dlpack.Shared(self.handle))
 
-    def map(self, access: Union[int, str] = "read_write") -> ContextManager[NDArray[Any]]:
+    def map(self, access: Union[int, _native.AccessName] = "read_write") -> ContextManager[NDArray[Any]]:
         """The elements as an array within a `with` block: with tensor.map() as array.
 
         access  "read", "write" (contents undefined until written) or "read_write"

@@ -12,27 +12,31 @@ import importlib
 import threading
 import weakref
 from collections import OrderedDict
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, TypeVar, Union
+from typing import (TYPE_CHECKING, Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence,
+                    Tuple, TypeVar, Union)
 
-from . import module as _module
+from . import _native, module as _module
 from ._arrays import ArrayLike, doubles, shape_text, whole_shape
 from ._checks import checked
 from ._errors import InvalidArgument, ShapeMismatch, Unsupported, kind_of
 from .camera import Camera
 from .device import Device, default_device, whole
-from .rasterizer import Cameras, Rasterizer, RasterState
+from .rasterizer import Cameras, Output, Rasterizer, RasterState
 from .tensor import Tensor
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 try:
     torch: Any = importlib.import_module("torch")
-    once = importlib.import_module("torch.autograd.function").once_differentiable
+    _differentiable = importlib.import_module("torch.autograd.function").once_differentiable
 except ImportError as error:
     raise ImportError("splat.torch needs PyTorch: apt-get install python3-torch, or "
                       "python3 -m pip install torch") from error
 
-Function = TypeVar("Function", bound=Callable[..., Any])
 KEPT = 4  # rasterizers that stay ready for the next call
 
+if TYPE_CHECKING:
+    from torch import Tensor as Values
 
 if hasattr(torch.serialization, "add_safe_globals"):
     torch.serialization.add_safe_globals([Camera])  # what torch.load takes without weights_only=False
@@ -41,9 +45,15 @@ if hasattr(torch.serialization, "add_safe_globals"):
 class Drawn(NamedTuple):
     """images [V,H,W,3], alpha [V,H,W], and depth [V,H,W] or None; float32 tensors."""
 
-    images: Any
-    alpha: Any
-    depth: Any
+    images: "Values"
+    alpha: "Values"
+    depth: "Optional[Values]"
+
+
+def once(backward: Function) -> Function:
+    """A backward pass that has none of its own."""
+    kept: Function = _differentiable(backward)
+    return kept
 
 
 def _in_host_memory(value: Any, what: str) -> None:
@@ -169,11 +179,11 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
         state = ctx.lease.state
         pool.rasterizer.forward_arrays(cameras, _numbers(background), state=state,
                                        **dict(zip(names, map(_array, given))))
-        outputs = ("rgb", "alpha", "depth")[:3 if pool.depth else 2]
+        outputs = [Output.RGB, Output.ALPHA, Output.DEPTH][:3 if pool.depth else 2]
         return tuple(_torch(pool.rasterizer.output(each, state=state)) for each in outputs)
 
     @staticmethod
-    @once  # type: ignore[misc]
+    @once
     def backward(ctx: Any, *slopes: Any) -> Any:
         wanted = [name for name, needed in zip(ctx.names, ctx.needs_input_grad[4:]) if needed]
         behind = _behind(ctx.lease, slopes[0]) if ctx.needs_input_grad[2] else None
@@ -197,9 +207,9 @@ def _not_compiled(function: Function) -> Function:
 
 @_not_compiled
 @checked
-def rasterize(means: Any, scales: Any, rotations: Any, opacities: Any, colors: Any,
+def rasterize(means: "Values", scales: "Values", rotations: "Values", opacities: "Values", colors: "Values",
               cameras: Union[Camera, Sequence[Camera]], background: Optional[ArrayLike] = None, *,
-              convention: Union[int, str] = "3dgs", antialiased: bool = False,
+              convention: Union[int, _native.ConventionName] = "3dgs", antialiased: bool = False,
               sh_degree: Optional[int] = None, depth: bool = False,
               device: Optional[Device] = None) -> Drawn:
     """Draw Gaussians; gradients flow to every tensor that requires them.
@@ -251,7 +261,7 @@ class _Apply(torch.autograd.Function):  # type: ignore[misc]
             return tuple(torch.from_numpy(owner.native.read(each)) for each in owner.outputs)
 
     @staticmethod
-    @once  # type: ignore[misc]
+    @once
     def backward(ctx: Any, *slopes: Any) -> Any:
         owner = ctx.owner
         with owner.turn:
@@ -323,6 +333,11 @@ class Module(torch.nn.Module):  # type: ignore[misc]
         self.ticket += 1
         return self.ticket
 
+    if TYPE_CHECKING:
+        def __call__(self, *values: Values, **named: Values) -> Values:
+            """Of several outputs a tuple, which the type does not tell."""
+            raise NotImplementedError
+
     def forward(self, *values: Any, **named: Any) -> Any:
         """The outputs at these inputs and the present parameters."""
         given = {**dict(zip(self.inputs, values)), **named}
@@ -337,4 +352,4 @@ class Module(torch.nn.Module):  # type: ignore[misc]
         return results[0] if len(results) == 1 else results
 
 
-Module.__init__ = checked(Module.__init__, "Module")  # type: ignore[method-assign]
+setattr(Module, "__init__", checked(Module.__init__, "Module"))

@@ -120,12 +120,13 @@ class Batches(Handle):
     def __init__(self, dataset: Dataset, config: Config = None, seed: int = 0) -> None:
         self._own(made("batches", direct, lib.splat_batches_create, dataset.handle,
                        json_of(config, "config"), whole(seed, "seed", 64)))
-        self._lock: threading.RLock = threading.RLock()
+        self._lock = threading.RLock()
 
     def next(self, step: int) -> Batch:
         """Batch number `step`, for `Trainer.step`; a copy."""
         batch = Batch.__new__(Batch)
         batch.raw = _native.splat_trainer_batch(struct_size=sizeof(_native.splat_trainer_batch))
+        assert self._lock is not None
         with self._lent() as kept, self._lock:  # the library's arrays are lent until the next call
             check(lib.splat_batches_next(kept.handle, whole(step, "step", 64), byref(batch.raw)))
             batch._copy()

@@ -72,7 +72,7 @@ class Weights(Handle, Mapping[str, Floats]):
         check(lib.splat_weights_save(self.handle, path_of(path),
                                      flags_of((half, _native.WeightsFlags.HALF))))
 
-    def to_bytes(self, format: Union[int, str] = "safetensors", *, half: bool = False) -> bytes:
+    def to_bytes(self, format: Union[int, _native.WeightsFormatName] = "safetensors", *, half: bool = False) -> bytes:
         """The bytes of such a file, "safetensors", "pth" or "npz"."""
         return bytes_from(lib.splat_weights_save_memory, self.handle,
                           choice(_native.WeightsFormat, format, "format"),
