@@ -12,7 +12,7 @@ import numpy as np
 
 import splat
 from splat import _native
-from splat._checks import checked
+from splat._text import checked
 from splat._errors import in_python
 from shared import Case, cameras, picture, scene, values
 
@@ -75,7 +75,8 @@ class Kinds(Case):
             self.assertEqual(splat.Camera(4, 4, number).fx, float(number))  # type: ignore[arg-type]
 
     def test_what_it_leaves_alone(self) -> None:
-        def plain(a: float, *more: float, path: "Missing" = None, **named: Any) -> Any:  # type: ignore[name-defined] # noqa: F821
+        def plain(a: float, *more: float, path: "Missing" = None,  # type: ignore[name-defined] # noqa: F821
+                  **named: Any) -> Any:
             """Text."""
             return a, more, path, named
 

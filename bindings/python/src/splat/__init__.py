@@ -9,7 +9,6 @@ Errors are subclasses of `Error` and of Python's usual classes. Objects are clos
 """
 from enum import Enum as _Enum
 
-from ._checks import check_class as _check_class, checked as _checked
 from ._errors import (Cancelled, DeviceLost, Error, FormatError, InternalError, InvalidArgument,
                       InvalidHandle, InvalidState, IoError, MissingName, NoDevice, NotFound,
                       OutOfDeviceMemory, OutOfHostMemory, OutOfMemory, ShapeMismatch, Timeout,
@@ -18,6 +17,7 @@ from ._library import lib as _lib
 from ._native import (Access, Convention, DeviceKind, Dtype, Found, Frame, Kernels, LogLevel, Metric,
                       Output, Pixel, Precision, Result, RunEventKind, SceneFormat, SkipFlags,
                       Verdict)
+from ._text import check_class as _check_class, checked as _checked
 from .camera import Camera, cameras_to_bytes, save_cameras
 from .comparison import Comparison
 from .dataset import (Dataset, config_keys, config_merge, config_preset, config_presets,

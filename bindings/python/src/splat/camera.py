@@ -17,7 +17,7 @@ UP = (0.0, -1.0, 0.0)  # scenes have y down
 FOV = 0.7
 
 
-# Of a rotation, below which `render` refuses a pose.
+# The smallest determinant of a rotation that `render` takes.
 LEAST_DETERMINANT = 1e-9
 
 

@@ -17,8 +17,8 @@ from typing import (TYPE_CHECKING, Any, Callable, Dict, List, Mapping, NamedTupl
 
 from . import _native, module as _module
 from ._arrays import ArrayLike, doubles, shape_text, whole_shape
-from ._checks import checked
 from ._errors import InvalidArgument, ShapeMismatch, Unsupported, kind_of
+from ._text import checked
 from .camera import Camera
 from .device import Device, default_device, whole
 from .rasterizer import Cameras, Output, Rasterizer, RasterState
@@ -335,7 +335,7 @@ class Module(torch.nn.Module):  # type: ignore[misc]
 
     if TYPE_CHECKING:
         def __call__(self, *values: Values, **named: Values) -> Values:
-            """Of several outputs a tuple, which the type does not tell."""
+            """The output; several are a tuple, which the type does not tell."""
             raise NotImplementedError
 
     def forward(self, *values: Any, **named: Any) -> Any:
