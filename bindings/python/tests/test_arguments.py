@@ -198,6 +198,9 @@ class Sentences(unittest.TestCase):
                 ("splat_model_input is NULL", "Model.forward is NULL"),
                 ("call splat_rasterizer_forward first", "call Rasterizer.forward first"),
                 ("the flags ask for SPLAT_RASTERIZER_DEPTH", "the flags ask for RasterizerFlags.DEPTH"),
+                ("the model's 'splat_image.ply' (or 'my splat_model_desc.x') of splat_model_load",
+                 "the model's 'splat_image.ply' (or 'my splat_model_desc.x') of Model.load"),
+                ("a/splat_image.ply is no file", "a/splat_image.ply is no file"),
                 ("out of memory", "out of memory"), ("libsplat_x of someone", "libsplat_x of someone")):
             self.assertEqual(in_python(given), wanted)
 

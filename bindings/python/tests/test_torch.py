@@ -4,7 +4,7 @@ import gc
 import io
 import unittest
 import weakref
-from typing import Any, Tuple
+from typing import Any, Optional, Tuple, get_type_hints
 
 import splat
 from shared import PYTHON, Case, picture, run_program
@@ -126,6 +126,11 @@ class Torch(Case):
         torch.save([CAMERA], file)
         file.seek(0)
         self.assertEqual(torch.load(file), [CAMERA])
+
+    def test_types_of_what_is_drawn(self) -> None:
+        hints = get_type_hints(splat.torch.Drawn, None, {"Values": torch.Tensor})
+        self.assertEqual((hints["images"], hints["alpha"], hints["depth"]),
+                         (torch.Tensor, torch.Tensor, Optional[torch.Tensor]))
 
     def test_memory_is_released(self) -> None:
         device = splat.Device()

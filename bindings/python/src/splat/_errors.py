@@ -190,16 +190,23 @@ def function_names() -> Dict[str, str]:
     return names
 
 
+def _translated(text: str) -> str:
+    text = re.sub(r"\bSPLAT_[A-Z0-9_]+\b", lambda found: python_names().get(found[0], found[0]), text)
+    text = re.sub(r"(?<![\w/.])(splat_\w+)(?:\.|: )(?=\w)",
+                  lambda found: "" if found[1] in _native.LAYOUT else found[0], text)
+    return re.sub(r"(?<![\w/.])(call )?(splat_\w+)\b", lambda found: function_names().get(found[0]) or (
+        found[1] or "") + function_names().get(found[2], found[2]), text)
+
+
 def in_python(message: str) -> str:
-    """A message of the library with the names that Python has for constants, functions and arguments."""
-    if "splat_" in message.lower():
-        message = re.sub(r"\bSPLAT_[A-Z0-9_]+\b", lambda found: python_names().get(found[0], found[0]),
-                         message)
-        message = re.sub(r"\b(splat_\w+)(?:\.|: )(?=\w)", lambda found: "" if found[1] in _native.LAYOUT
-                         else found[0], message)
-        message = re.sub(r"\b(call )?splat_\w+\b", lambda found: function_names().get(found[0]) or (
-            found[1] or "") + function_names().get(found[0][len(found[1] or ""):], found[0]), message)
-    return message
+    """A message of the library with the names that Python has for constants, functions and arguments.
+
+    What stands in quotes is the caller's: names of files, tensors and keys.
+    """
+    if "splat_" not in message.lower():
+        return message
+    parts = re.split(r"((?:^|(?<=[\s(:]))'[^']*')", message)
+    return "".join(part if index % 2 else _translated(part) for index, part in enumerate(parts))
 
 
 def kind_of(value: object) -> str:
