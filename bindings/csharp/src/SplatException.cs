@@ -21,11 +21,12 @@ namespace Splat
     internal static partial class OwnWords
     {
         private static readonly Regex Name =
-            new Regex("(?<![\\w\"'])((?:splat|SPLAT)_\\w+)(\\.(?=[a-z]))?");
+            new Regex("(?<!\\w)'[^']*'|(?<![\\w/.])((?:splat|SPLAT)_\\w+)(\\.(?=[a-z]))?");
 
         /// <summary>
         /// A message of the library with the words of C# for the names of its headers. Fields of
         /// structs are options and arguments here: "flags" for "splat_scene_desc.flags".
+        /// What stands in quotes is the caller's.
         /// </summary>
         internal static string In(string message)
         {

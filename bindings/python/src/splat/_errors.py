@@ -113,6 +113,10 @@ class NotFound(Error, FileNotFoundError):
     errno = errno.ENOENT
 
 
+class MissingName(NotFound, KeyError):
+    """No array of that name, in what works like a dict."""
+
+
 class IoError(Error, OSError):
     """The system refused to read or write."""
 
@@ -139,12 +143,34 @@ CLASSES: Dict[int, Type[Error]] = {
 
 
 def in_python(message: str) -> str:
-    """A message of the library with Python's words for the names of its headers."""
-    def own(name: "re.Match[str]") -> str:
-        return "" if name[2] else _native.WORDS.get(name[1], name[0])
+    """A message of the library with Python's words for the names of its headers.
 
-    # Fields of structs are arguments here: "flags" for "splat_scene_desc.flags".
-    return re.sub(r"(?<![\w\"'])((?:splat|SPLAT)_\w+)(\.(?=[a-z]))?", own, message)
+    What stands in quotes is the caller's: names of files, tensors and keys.
+    """
+    def own(found: "re.Match[str]") -> str:
+        # Fields of structs are arguments here: "flags" for "splat_scene_desc.flags".
+        return "" if found[2] else _native.WORDS.get(found[1], found[0])
+
+    return re.sub(r"(?<!\w)'[^']*'|(?<![\w/.])((?:splat|SPLAT)_\w+)(\.(?=[a-z]))?", own, message)
+
+
+def kind_of(value: object) -> str:
+    """The type of an object for a sentence: "a str", "None"."""
+    if value is None:
+        return "None"
+    kind = type(value)
+    place = "" if kind.__module__.split(".")[0] in ("builtins", "splat") else f"{kind.__module__}."
+    name = place + kind.__qualname__
+    return f"{'an' if name[0] in 'aeiouAEIOU' else 'a'} {name}"
+
+
+def is_number(value: Any) -> bool:
+    """Whether C takes a value as a number, which has no text's type."""
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return False
+    return not isinstance(value, (str, bytes, bytearray))
 
 
 def last_error(code: int) -> Error:
