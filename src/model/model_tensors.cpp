@@ -82,7 +82,7 @@ Status Model::check_unmapped() const {
     if (!outside_->mapped() && !outside_gradients_->mapped() && !parameters_->outside()->mapped())
         return {};
     return error(Code::kInvalidState,
-                 "a tensor of the model is mapped: call splat_tensor_unmap first");
+                 "a tensor of the model is mapped: end that first (splat_tensor_unmap)");
 }
 
 Result<vk::BufferView> Model::input_gradient_tensor(Input input) const {

@@ -189,15 +189,14 @@ class Sentences(unittest.TestCase):
 
     def test_functions_and_arguments(self) -> None:
         for given, wanted in (
-                ("tensor 'a' is mapped; call splat_tensor_unmap first",
-                 "tensor 'a' is mapped; end the block of Tensor.map first"),
+                ("tensor 'a' is mapped; end that first (splat_tensor_unmap)",
+                 "tensor 'a' is mapped; end that first (the block of Tensor.map)"),
                 ("splat_device_cancel cancelled the call", "Device.cancel cancelled the call"),
                 ("splat_model_desc.objects is 9", "objects is 9"),
                 ("splat_evaluator_desc: dataset and data_path are both given",
-                 "dataset and data_path are both given"),
-                ("splat_model_input is NULL", "Model.forward is NULL"),
+                 "Evaluator: dataset and data_path are both given"),
                 ("call splat_rasterizer_forward first", "call Rasterizer.forward first"),
-                ("the flags ask for SPLAT_RASTERIZER_DEPTH", "the flags ask for RasterizerFlags.DEPTH"),
+                ("the flags ask for SPLAT_RASTERIZER_DEPTH", "the flags ask for depth=True"),
                 ("the model's 'splat_image.ply' (or 'my splat_model_desc.x') of splat_model_load",
                  "the model's 'splat_image.ply' (or 'my splat_model_desc.x') of Model.load"),
                 ("a/splat_image.ply is no file", "a/splat_image.ply is no file"),
@@ -212,8 +211,7 @@ class Sentences(unittest.TestCase):
                 for text in re.findall(r'"((?:[^"\\]|\\.)*)"', line) if "splat_" in text]
         self.assertGreater(len(said), 70)
         functions = {row[0] for row in _native.FUNCTIONS}
-        left = {name for text in said for name in re.findall(r"splat_\w+", in_python(
-            text.replace("%s", "x").replace("splat_tensor_unmap first", "call splat_tensor_unmap")))}
+        left = {name for text in said for name in re.findall(r"splat_\w+", in_python(text.replace("%s", "x")))}
         self.assertEqual(left & functions, set())
 
     def test_names_of_choices_are_the_documented_ones(self) -> None:

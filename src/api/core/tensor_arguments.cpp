@@ -33,12 +33,12 @@ Result<std::shared_ptr<TensorObject>> find_tensor(splat_tensor tensor, const cha
 
 Status check_unmapped(const TensorObject& tensor) {
     if (tensor.mapped != 0)
-        return error(Code::kInvalidState, "tensor '%s' is mapped; call splat_tensor_unmap first",
+        return error(Code::kInvalidState, "tensor '%s' is mapped; end that first (splat_tensor_unmap)",
                      tensor.name.c_str());
     if (tensor.use != nullptr && tensor.use->mapped(tensor.view))
         return error(Code::kInvalidState,
-                     "tensor '%s' shares memory with a tensor that is mapped; call "
-                     "splat_tensor_unmap first",
+                     "tensor '%s' shares memory with a tensor that is mapped; end "
+                     "that first (splat_tensor_unmap)",
                      tensor.name.c_str());
     return {};
 }

@@ -1,7 +1,7 @@
 //! Errors of the library, and of arguments that this crate refuses itself.
 
 use crate::text::borrowed;
-use crate::values::{Code, WORDS};
+use crate::values::Code;
 use splat_sys as sys;
 use std::fmt;
 
@@ -61,31 +61,6 @@ impl Code {
     }
 }
 
-/// A message of the library with the crate's words for the names of its headers. Fields of structs are fields and
-/// arguments here: "flags" for "splat_scene_desc.flags".
-fn in_rust(message: &str) -> String {
-    let is_word = |c: char| c == '_' || c.is_ascii_alphanumeric();
-    let mut own = String::with_capacity(message.len());
-    let mut rest = message;
-    while let Some(start) = rest.find(is_word) {
-        let tail = &rest[start..];
-        let end = tail.find(|c| !is_word(c)).unwrap_or(tail.len());
-        let (word, after) = tail.split_at(end);
-        own.push_str(&rest[..start]);
-        rest = after;
-        let quoted = own.ends_with(['"', '\'']);
-        let of_c = !quoted && (word.starts_with("splat_") || word.starts_with("SPLAT_"));
-        match WORDS.binary_search_by_key(&word, |&(name, _)| name) {
-            _ if of_c && after.starts_with('.') && after[1..].starts_with(|c: char| c.is_ascii_lowercase()) => {
-                rest = &after[1..];
-            }
-            Ok(at) if of_c => own.push_str(WORDS[at].1),
-            _ => own.push_str(word),
-        }
-    }
-    own + rest
-}
-
 /// Turn a result of C into one of Rust. A panic of the log callback in the call goes on here.
 pub(crate) fn check(result: sys::splat_result) -> Result<()> {
     crate::log::resume_panic();
@@ -94,7 +69,7 @@ pub(crate) fn check(result: sys::splat_result) -> Result<()> {
     }
     let message = if result < 0 {
         // SAFETY: the text is copied before the next call of this thread.
-        in_rust(unsafe { borrowed(sys::splat_last_error_message()) })
+        unsafe { borrowed(sys::splat_last_error_message()) }.to_owned()
     } else {
         Code::from_raw(result).sentence()
     };
