@@ -4,8 +4,8 @@ use splat::{
     normals_from_depth, picture_mask, prior_scores, sys, Camera, Code, Dataset, DatasetDesc,
     DatasetViews, Device, ExportDesc, Gaussians, Gradients, ImageView, ImageViewMut, MapFilter,
     NormalsDesc, OrbitDesc, Output, Picture, Predictor, RasterState, Rasterizer, RasterizerDesc,
-    RasterizerFlags, Result, Scene, SceneDesc, SceneFileDesc, SceneFormat, Tensor, Training,
-    TrainingDesc, RunEventKind, TrainingFlags,
+    RasterizerFlags, Result, RunEventKind, Scene, SceneDesc, SceneFileDesc, SceneFormat, Tensor,
+    Training, TrainingDesc, TrainingFlags,
 };
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;

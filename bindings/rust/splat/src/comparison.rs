@@ -116,9 +116,7 @@ impl Comparison {
             bootstraps: desc.bootstraps,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_compare_scores(&raw, &mut handle))?;
-        Ok(Comparison { handle })
+        Comparison::made(|handle| call!(splat_compare_scores(&raw, handle)))
     }
 
     /// Describe the comparison.

@@ -103,9 +103,7 @@ impl Dataset {
             background: desc.background,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_dataset_open(&raw, &mut handle))?;
-        Ok(Dataset { handle })
+        Dataset::made(|handle| call!(splat_dataset_open(&raw, handle)))
     }
 
     /// JSON: format, split, objects, views, resolution, maps, names.

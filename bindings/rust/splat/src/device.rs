@@ -67,9 +67,7 @@ impl Device {
             cache_folder: pointer(&cache_folder),
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_device_create(&raw, &mut handle))?;
-        Ok(Device { handle })
+        Device::made(|handle| call!(splat_device_create(&raw, handle)))
     }
 
     /// Count the Vulkan devices of this machine, usable or not.

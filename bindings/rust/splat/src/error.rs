@@ -61,9 +61,8 @@ impl Code {
     }
 }
 
-/// Turn a result of C into one of Rust. A panic of the log callback in the call goes on here.
+/// Turn a result of C into one of Rust.
 pub(crate) fn check(result: sys::splat_result) -> Result<()> {
-    crate::log::resume_panic();
     if result == sys::SPLAT_OK {
         return Ok(());
     }
@@ -83,7 +82,7 @@ macro_rules! call {
         match crate::load::loaded() {
             Ok(()) => {
                 // SAFETY: the caller passes pointers that live through the call, with their lengths.
-                crate::error::check(unsafe { splat_sys::$function($($argument),*) })
+                crate::log::held(|| crate::error::check(unsafe { splat_sys::$function($($argument),*) }))
             }
             Err(error) => Err(error),
         }

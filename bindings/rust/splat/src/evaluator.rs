@@ -95,12 +95,11 @@ impl Evaluator {
         let predictor = desc.predictor.map(|predictor| &predictor.evaluators);
         let lpips = desc.lpips.map(|lpips| &lpips.serial);
         let serial = Serial::of(predictor.into_iter().chain(lpips));
-        let _lock = serial.lock();
-        let mut handle = std::ptr::null_mut();
-        call!(splat_evaluator_create(&raw, &mut handle))?;
-        Ok(Evaluator {
-            handle,
-            serial: serial.clone(),
+        serial.with(|| {
+            let mut evaluator =
+                Evaluator::made(|handle| call!(splat_evaluator_create(&raw, handle)))?;
+            evaluator.serial = serial.clone();
+            Ok(evaluator)
         })
     }
 
@@ -116,25 +115,27 @@ impl Evaluator {
     /// Errors: `InvalidArgument` (no such object), `InvalidState` (the evaluator scores images of
     /// the caller), `Format` (no novel views), errors of files and the device.
     pub fn score(&self, object: u32) -> Result<ObjectScores> {
-        let _lock = self.serial.lock();
-        let mut scores = sys::splat_object_scores::default();
-        call!(splat_evaluator_score(self.handle, object, &mut scores))?;
-        Ok(ObjectScores::from_raw(&scores))
+        self.serial.with(|| {
+            let mut scores = sys::splat_object_scores::default();
+            call!(splat_evaluator_score(self.handle, object, &mut scores))?;
+            Ok(ObjectScores::from_raw(&scores))
+        })
     }
 
     /// Score images `[n,3,R,R]` that the caller made, of the views that [`Evaluator::read`] gives.
     pub fn score_images(&self, object: u32, images: &[f32]) -> Result<ObjectScores> {
-        let _lock = self.serial.lock();
-        let mut scores = sys::splat_object_scores::default();
-        let (pointer, length) = (images.as_ptr(), images.len() as u64);
-        call!(splat_evaluator_score_images(
-            self.handle,
-            object,
-            pointer,
-            length,
-            &mut scores
-        ))?;
-        Ok(ObjectScores::from_raw(&scores))
+        self.serial.with(|| {
+            let mut scores = sys::splat_object_scores::default();
+            let (pointer, length) = (images.as_ptr(), images.len() as u64);
+            call!(splat_evaluator_score_images(
+                self.handle,
+                object,
+                pointer,
+                length,
+                &mut scores
+            ))?;
+            Ok(ObjectScores::from_raw(&scores))
+        })
     }
 
     /// Read the views of an object; returns the numbers of conditioning and novel ones. With all of
@@ -158,33 +159,36 @@ impl Evaluator {
             drawn_count,
             ..Default::default()
         };
-        let _lock = self.serial.lock();
-        call!(splat_evaluator_read(self.handle, object, &mut raw))?;
-        Ok((raw.inputs, raw.novel))
+        self.serial.with(|| {
+            call!(splat_evaluator_read(self.handle, object, &mut raw))?;
+            Ok((raw.inputs, raw.novel))
+        })
     }
 
     /// Sum up the objects scored so far.
     pub fn summary(&self) -> Result<EvaluationSummary> {
-        let _lock = self.serial.lock();
-        let mut summary = sys::splat_evaluation_summary::default();
-        call!(splat_evaluator_summary(self.handle, &mut summary))?;
-        Ok(EvaluationSummary::from_raw(&summary))
+        self.serial.with(|| {
+            let mut summary = sys::splat_evaluation_summary::default();
+            call!(splat_evaluator_summary(self.handle, &mut summary))?;
+            Ok(EvaluationSummary::from_raw(&summary))
+        })
     }
 
     /// The summary as JSON, the content of results.json.
     pub fn report(&self) -> Result<String> {
-        let _lock = self.serial.lock();
-        // SAFETY: the buffer lives through the call.
-        text(|buffer, capacity, needed| unsafe {
-            sys::splat_evaluator_report(self.handle, buffer, capacity, needed)
+        self.serial.with(|| {
+            // SAFETY: the buffer lives through the call.
+            text(|buffer, capacity, needed| unsafe {
+                sys::splat_evaluator_report(self.handle, buffer, capacity, needed)
+            })
         })
     }
 
     /// Write results.json, per_object.csv, scores.txt and objects.json to a folder, which is made where missing.
     pub fn save(&self, folder: &str) -> Result<()> {
         let folder = c_text("folder", folder)?;
-        let _lock = self.serial.lock();
-        call!(splat_evaluator_save(self.handle, folder.as_ptr()))
+        self.serial
+            .with(|| call!(splat_evaluator_save(self.handle, folder.as_ptr())))
     }
 
     /// Take over the scores in a folder of [`Evaluator::save`], by the objects' names.
@@ -192,7 +196,7 @@ impl Evaluator {
     /// Errors: `InvalidArgument` (other weights, data or objects), `NotFound`, `Format`, `Io`.
     pub fn load(&self, folder: &str) -> Result<()> {
         let folder = c_text("folder", folder)?;
-        let _lock = self.serial.lock();
-        call!(splat_evaluator_load(self.handle, folder.as_ptr()))
+        self.serial
+            .with(|| call!(splat_evaluator_load(self.handle, folder.as_ptr())))
     }
 }

@@ -310,12 +310,7 @@ impl Lpips {
             side,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_lpips_create(device.handle, &raw, &mut handle))?;
-        Ok(Lpips {
-            handle,
-            serial: Serial::new(),
-        })
+        Lpips::made(|handle| call!(splat_lpips_create(device.handle, &raw, handle)))
     }
 
     /// The distance of two RGB images of `side` x `side` pixels with values nominally 0 to 1; equal
@@ -326,8 +321,9 @@ impl Lpips {
     pub fn compare(&self, a: ImageView, b: ImageView) -> Result<f64> {
         let (a, b) = (a.to_raw(), b.to_raw());
         let mut value = 0.0;
-        let _lock = self.serial.lock();
-        call!(splat_lpips_compare(self.handle, &a, &b, &mut value))?;
-        Ok(value)
+        self.serial.with(|| {
+            call!(splat_lpips_compare(self.handle, &a, &b, &mut value))?;
+            Ok(value)
+        })
     }
 }

@@ -10,7 +10,7 @@ use crate::text::{array, c_optional, c_text, count, items, pointer, text};
 use crate::values::{
     Code, Export, LoadFlags, ModelFlags, ModelInfo, PassFlags, Port, PortKind, Precision,
 };
-use crate::weights::{made, Weights};
+use crate::weights::Weights;
 use splat_sys as sys;
 
 /// What a new model is like. The default is the cars model.
@@ -104,18 +104,13 @@ impl Model {
             precision: desc.precision.0,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_model_create(device.handle, &raw, &mut handle))?;
-        Ok(Model {
-            handle,
-            serial: Serial::new(),
-        })
+        Model::made(|handle| call!(splat_model_create(device.handle, &raw, handle)))
     }
 
     /// Initialise the parameters at random, as the published code does.
     pub fn init(&self, seed: u64) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_model_init(self.handle, seed))
+        self.serial
+            .with(|| call!(splat_model_init(self.handle, seed)))
     }
 
     /// Load the parameters of a state dict, all or none.
@@ -123,20 +118,21 @@ impl Model {
     /// Errors: `ShapeMismatch`, naming the tensor, `InvalidArgument` (a missing tensor, and without
     /// [`LoadFlags::GRAFT`] one that the model lacks), `InvalidState`.
     pub fn load(&self, weights: &Weights, flags: LoadFlags) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_model_load(self.handle, weights.handle, flags.0))
+        self.serial
+            .with(|| call!(splat_model_load(self.handle, weights.handle, flags.0)))
     }
 
     /// Store the model as a state dict.
     pub fn store(&self) -> Result<Weights> {
-        let _lock = self.serial.lock();
-        made(|weights| call!(splat_model_store(self.handle, weights)))
+        self.serial
+            .with(|| Weights::made(|weights| call!(splat_model_store(self.handle, weights))))
     }
 
     /// Export the parameters in another form.
     pub fn export(&self, what: Export) -> Result<Weights> {
-        let _lock = self.serial.lock();
-        made(|weights| call!(splat_model_export(self.handle, what.0, weights)))
+        self.serial.with(|| {
+            Weights::made(|weights| call!(splat_model_export(self.handle, what.0, weights)))
+        })
     }
 
     /// JSON: sizes, ledger, ports, parameters, what was loaded, configuration.
@@ -156,12 +152,13 @@ impl Model {
 
     /// List the inputs, outputs or parameters.
     pub fn ports(&self, kind: PortKind) -> Result<Vec<Port>> {
-        let _lock = self.serial.lock();
-        // SAFETY: the ports live through the call.
-        let raw = items(|ports, capacity, count| unsafe {
-            sys::splat_model_ports(self.handle, kind.0, ports, capacity, count)
-        })?;
-        Ok(raw.iter().map(Port::from_raw).collect())
+        self.serial.with(|| {
+            // SAFETY: the ports live through the call.
+            let raw = items(|ports, capacity, count| unsafe {
+                sys::splat_model_ports(self.handle, kind.0, ports, capacity, count)
+            })?;
+            Ok(raw.iter().map(Port::from_raw).collect())
+        })
     }
 
     /// Get a tensor that shares the model's memory, by name: an input, an output, a parameter,
@@ -170,10 +167,9 @@ impl Model {
     /// Errors: `NotFound`, `InvalidState` (no such gradient is computed), `Unsupported`.
     pub fn tensor(&self, name: &str) -> Result<Tensor> {
         let name = c_text("name", name)?;
-        let _lock = self.serial.lock();
-        let mut handle = std::ptr::null_mut();
-        call!(splat_model_tensor(self.handle, name.as_ptr(), &mut handle))?;
-        Tensor::wrap(handle)
+        self.serial.with(|| {
+            Tensor::wrap(|handle| call!(splat_model_tensor(self.handle, name.as_ptr(), handle)))
+        })
     }
 
     /// Run the network. Arrays are read before the call returns.
@@ -219,21 +215,22 @@ impl Model {
             tokens_count,
             ..Default::default()
         };
-        let _lock = self.serial.lock();
-        call!(splat_model_forward(self.handle, &raw))
+        self.serial
+            .with(|| call!(splat_model_forward(self.handle, &raw)))
     }
 
     /// Copy a tensor of [`Model::tensor`] into `values`, which has at least its numbers.
     pub fn read(&self, name: &str, values: &mut [f32]) -> Result<()> {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
-        let _lock = self.serial.lock();
-        call!(splat_model_read(
-            self.handle,
-            name.as_ptr(),
-            values.as_mut_ptr(),
-            bytes
-        ))
+        self.serial.with(|| {
+            call!(splat_model_read(
+                self.handle,
+                name.as_ptr(),
+                values.as_mut_ptr(),
+                bytes
+            ))
+        })
     }
 
     /// Copy a tensor of [`Model::ports`], or the gradient of one, into a new vector.
@@ -256,21 +253,20 @@ impl Model {
     pub fn write(&self, name: &str, values: &[f32]) -> Result<()> {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
-        let _lock = self.serial.lock();
-        call!(splat_model_write(
-            self.handle,
-            name.as_ptr(),
-            values.as_ptr(),
-            bytes
-        ))
+        self.serial.with(|| {
+            call!(splat_model_write(
+                self.handle,
+                name.as_ptr(),
+                values.as_ptr(),
+                bytes
+            ))
+        })
     }
 
     /// Copy the Gaussians of one object into a new scene.
     pub fn scene(&self, object: u32) -> Result<Scene> {
-        let _lock = self.serial.lock();
-        let mut handle = std::ptr::null_mut();
-        call!(splat_model_scene(self.handle, object, &mut handle))?;
-        Ok(Scene { handle })
+        self.serial
+            .with(|| Scene::made(|handle| call!(splat_model_scene(self.handle, object, handle))))
     }
 
     /// Add the gradients of a loss to the gradients of parameters; once after each forward pass.
@@ -297,13 +293,13 @@ impl Model {
             sh_count,
             ..Default::default()
         };
-        let _lock = self.serial.lock();
-        call!(splat_model_backward(self.handle, &raw))
+        self.serial
+            .with(|| call!(splat_model_backward(self.handle, &raw)))
     }
 
     /// Set the gradients of all parameters to zero.
     pub fn zero_gradients(&self) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_model_zero_gradients(self.handle))
+        self.serial
+            .with(|| call!(splat_model_zero_gradients(self.handle)))
     }
 }

@@ -69,18 +69,13 @@ impl Module {
             precision: desc.precision.0,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_module_create(device.handle, &raw, &mut handle))?;
-        Ok(Module {
-            handle,
-            serial: Serial::new(),
-        })
+        Module::made(|handle| call!(splat_module_create(device.handle, &raw, handle)))
     }
 
     /// Initialise the parameters.
     pub fn init(&self, seed: u64) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_module_init(self.handle, seed))
+        self.serial
+            .with(|| call!(splat_module_init(self.handle, seed)))
     }
 
     /// JSON: type, inputs, outputs, parameters, bytes.
@@ -93,12 +88,13 @@ impl Module {
 
     /// List the inputs, outputs or parameters.
     pub fn ports(&self, kind: PortKind) -> Result<Vec<Port>> {
-        let _lock = self.serial.lock();
-        // SAFETY: the ports live through the call.
-        let raw = items(|ports, capacity, count| unsafe {
-            sys::splat_module_ports(self.handle, kind.0, ports, capacity, count)
-        })?;
-        Ok(raw.iter().map(Port::from_raw).collect())
+        self.serial.with(|| {
+            // SAFETY: the ports live through the call.
+            let raw = items(|ports, capacity, count| unsafe {
+                sys::splat_module_ports(self.handle, kind.0, ports, capacity, count)
+            })?;
+            Ok(raw.iter().map(Port::from_raw).collect())
+        })
     }
 
     /// Write an input, a parameter, or the gradient of the loss with respect to an output
@@ -108,13 +104,14 @@ impl Module {
     pub fn write(&self, name: &str, values: &[f32]) -> Result<()> {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
-        let _lock = self.serial.lock();
-        call!(splat_module_write(
-            self.handle,
-            name.as_ptr(),
-            values.as_ptr(),
-            bytes
-        ))
+        self.serial.with(|| {
+            call!(splat_module_write(
+                self.handle,
+                name.as_ptr(),
+                values.as_ptr(),
+                bytes
+            ))
+        })
     }
 
     /// Read what [`Module::write`] writes, an output ("y"), or a gradient ("grad:weight",
@@ -122,13 +119,14 @@ impl Module {
     pub fn read(&self, name: &str, values: &mut [f32]) -> Result<()> {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
-        let _lock = self.serial.lock();
-        call!(splat_module_read(
-            self.handle,
-            name.as_ptr(),
-            values.as_mut_ptr(),
-            bytes
-        ))
+        self.serial.with(|| {
+            call!(splat_module_read(
+                self.handle,
+                name.as_ptr(),
+                values.as_mut_ptr(),
+                bytes
+            ))
+        })
     }
 
     /// The same into a new vector.
@@ -149,20 +147,20 @@ impl Module {
 
     /// Compute the outputs.
     pub fn forward(&self) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_module_forward(self.handle))
+        self.serial
+            .with(|| call!(splat_module_forward(self.handle)))
     }
 
     /// Add to the gradients of parameters and overwrite those of inputs; once after each forward
     /// pass.
     pub fn backward(&self) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_module_backward(self.handle))
+        self.serial
+            .with(|| call!(splat_module_backward(self.handle)))
     }
 
     /// Set the gradients of parameters to zero.
     pub fn zero_gradients(&self) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_module_zero_gradients(self.handle))
+        self.serial
+            .with(|| call!(splat_module_zero_gradients(self.handle)))
     }
 }

@@ -89,9 +89,7 @@ impl Op {
             grad_inputs: list(&grad_inputs),
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_op_create(device.handle, &raw, &mut handle))?;
-        Ok(Op { handle })
+        Op::made(|handle| call!(splat_op_create(device.handle, &raw, handle)))
     }
 
     /// Compute the outputs from the inputs.

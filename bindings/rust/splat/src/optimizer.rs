@@ -8,7 +8,7 @@ use crate::object::{object, Serial};
 use crate::tensor::Tensor;
 use crate::text::{c_optional, c_text};
 use crate::values::{OptimizerInfo, Schedule};
-use crate::weights::{made, Weights};
+use crate::weights::Weights;
 use splat_sys as sys;
 use std::ffi::CString;
 
@@ -168,45 +168,45 @@ impl Optimizer {
             ema_after: desc.ema_after,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_optimizer_create(device.handle, &raw, &mut handle))?;
+        let mut optimizer =
+            Optimizer::made(|handle| call!(splat_optimizer_create(device.handle, &raw, handle)))?;
         let shared = desc.items.iter().filter_map(|item| match item {
             OptimizerItem::Model(_, model) => Some(&model.serial),
             OptimizerItem::Module(_, module) => Some(&module.serial),
             OptimizerItem::Tensor { .. } => None,
         });
-        Ok(Optimizer {
-            handle,
-            serial: Serial::of(shared),
-        })
+        optimizer.serial = Serial::of(shared);
+        Ok(optimizer)
     }
 
     /// Update the parameters from their gradients, which stay. If a gradient is not finite, nothing
     /// is updated, and `was_skipped` is true.
     pub fn step(&self) -> Result<OptimizerInfo> {
-        let _lock = self.serial.lock();
-        let mut info = sys::splat_optimizer_info::default();
-        call!(splat_optimizer_step(self.handle, &mut info))?;
-        Ok(OptimizerInfo::from_raw(&info))
+        self.serial.with(|| {
+            let mut info = sys::splat_optimizer_info::default();
+            call!(splat_optimizer_step(self.handle, &mut info))?;
+            Ok(OptimizerInfo::from_raw(&info))
+        })
     }
 
     /// Set all gradients to zero.
     pub fn zero_gradients(&self) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_optimizer_zero_gradients(self.handle))
+        self.serial
+            .with(|| call!(splat_optimizer_zero_gradients(self.handle)))
     }
 
     /// Reorder, drop and add rows of the tensors whose names have a pattern, with their moments and
     /// averages: row i becomes row `rows[i]`; -1: a new row, as it lies in the tensor.
     pub fn gather_rows(&self, pattern: &str, rows: &[i64]) -> Result<()> {
-        let _lock = self.serial.lock();
-        let pattern = c_text("pattern", pattern)?;
-        call!(splat_optimizer_gather_rows(
-            self.handle,
-            pattern.as_ptr(),
-            rows.as_ptr(),
-            rows.len() as u64
-        ))
+        self.serial.with(|| {
+            let pattern = c_text("pattern", pattern)?;
+            call!(splat_optimizer_gather_rows(
+                self.handle,
+                pattern.as_ptr(),
+                rows.as_ptr(),
+                rows.len() as u64
+            ))
+        })
     }
 
     /// Replace the rate, which the schedule and the groups scale.
@@ -223,19 +223,19 @@ impl Optimizer {
 
     /// Copy the averaged parameters, by name; without averages the parameters.
     pub fn store(&self) -> Result<Weights> {
-        let _lock = self.serial.lock();
-        made(|weights| call!(splat_optimizer_store(self.handle, weights)))
+        self.serial
+            .with(|| Weights::made(|weights| call!(splat_optimizer_store(self.handle, weights))))
     }
 
     /// Copy moments, averages, counters and rate. Parameters are not in it.
     pub fn save(&self) -> Result<Weights> {
-        let _lock = self.serial.lock();
-        made(|state| call!(splat_optimizer_save(self.handle, state)))
+        self.serial
+            .with(|| Weights::made(|state| call!(splat_optimizer_save(self.handle, state))))
     }
 
     /// Go on from such weights, bit-exactly. On an error the optimizer is unchanged.
     pub fn load(&self, state: &Weights) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_optimizer_load(self.handle, state.handle))
+        self.serial
+            .with(|| call!(splat_optimizer_load(self.handle, state.handle)))
     }
 }

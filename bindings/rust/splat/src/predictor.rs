@@ -136,12 +136,7 @@ impl Predictor {
             adapters_alpha: desc.adapters_alpha,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_predictor_create(device.handle, &raw, &mut handle))?;
-        Ok(Predictor {
-            handle,
-            evaluators: Serial::new(),
-        })
+        Predictor::made(|handle| call!(splat_predictor_create(device.handle, &raw, handle)))
     }
 
     /// Describe what it takes and gives.
@@ -167,16 +162,16 @@ impl Predictor {
     pub fn predict(&self, pictures: &[Picture<'_>]) -> Result<Scene> {
         let pictures = RawPictures::new(pictures)?;
         let length = count("pictures", pictures.list.len())?;
-        let mut handle = std::ptr::null_mut();
         let (list, none) = (pictures.list.as_ptr(), std::ptr::null_mut());
-        call!(splat_predictor_predict(
-            self.handle,
-            list,
-            length,
-            &mut handle,
-            none
-        ))?;
-        Ok(Scene { handle })
+        Scene::made(|handle| {
+            call!(splat_predictor_predict(
+                self.handle,
+                list,
+                length,
+                handle,
+                none
+            ))
+        })
     }
 
     /// The same with facts. `inputs`: also what the network saw.
@@ -188,16 +183,17 @@ impl Predictor {
         let pictures = RawPictures::new(pictures)?;
         let length = count("pictures", pictures.list.len())?;
         let mut room = Room::new(length, length, self.inputs(inputs)?);
-        let mut handle = std::ptr::null_mut();
         let (list, facts) = (pictures.list.as_ptr(), &mut room.raw);
-        call!(splat_predictor_predict(
-            self.handle,
-            list,
-            length,
-            &mut handle,
-            facts
-        ))?;
-        Ok((Scene { handle }, room.facts()))
+        let scene = Scene::made(|handle| {
+            call!(splat_predictor_predict(
+                self.handle,
+                list,
+                length,
+                handle,
+                facts
+            ))
+        })?;
+        Ok((scene, room.facts()))
     }
 
     /// The same for an object of a data set that was opened with the predictor's resolution and
@@ -211,18 +207,19 @@ impl Predictor {
     ) -> Result<(Scene, Prediction)> {
         let length = count("views", views.len())?;
         let mut room = Room::new(length, 0, self.inputs(inputs)?);
-        let mut handle = std::ptr::null_mut();
         let (data, facts) = (dataset.handle, &mut room.raw);
-        call!(splat_predictor_predict_object(
-            self.handle,
-            data,
-            object,
-            views.as_ptr(),
-            length,
-            &mut handle,
-            facts
-        ))?;
-        Ok((Scene { handle }, room.facts()))
+        let scene = Scene::made(|handle| {
+            call!(splat_predictor_predict_object(
+                self.handle,
+                data,
+                object,
+                views.as_ptr(),
+                length,
+                handle,
+                facts
+            ))
+        })?;
+        Ok((scene, room.facts()))
     }
 
     fn inputs(&self, wanted: bool) -> Result<usize> {

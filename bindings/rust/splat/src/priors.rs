@@ -120,9 +120,7 @@ impl PriorModel {
             threads: desc.threads,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_prior_model_create(&raw, &mut handle))?;
-        Ok(PriorModel { handle })
+        PriorModel::made(|handle| call!(splat_prior_model_create(&raw, handle)))
     }
 
     /// What it makes, its licence, the size of its input.

@@ -40,9 +40,7 @@ unsafe impl Send for RasterState {}
 impl RasterState {
     /// Create one more state of a rasterizer.
     pub fn create(rasterizer: &Rasterizer) -> Result<RasterState> {
-        let mut handle = std::ptr::null_mut();
-        call!(splat_raster_state_create(rasterizer.handle, &mut handle))?;
-        Ok(RasterState { handle })
+        RasterState::made(|handle| call!(splat_raster_state_create(rasterizer.handle, handle)))
     }
 }
 
@@ -115,16 +113,11 @@ impl Rasterizer {
     /// Errors: `InvalidArgument` (a field, flags that exclude each other), `Unsupported` (more than
     /// the device takes at once), and out of memory.
     pub fn create(device: &Device, desc: &RasterizerDesc) -> Result<Rasterizer> {
-        let mut handle = std::ptr::null_mut();
-        call!(splat_rasterizer_create(
-            device.handle,
-            &desc.to_raw(),
-            &mut handle
-        ))?;
-        Ok(Rasterizer {
-            handle,
-            size: [desc.height as usize, desc.width as usize],
-        })
+        let raw = desc.to_raw();
+        let mut rasterizer =
+            Rasterizer::made(|handle| call!(splat_rasterizer_create(device.handle, &raw, handle)))?;
+        rasterizer.size = [desc.height as usize, desc.width as usize];
+        Ok(rasterizer)
     }
 
     /// Draw a scene; the images stay in the state. `state`: None is the rasterizer's own.

@@ -125,14 +125,6 @@ object! {
 unsafe impl Send for Run {}
 
 impl Run {
-    pub(crate) fn of(handle: sys::splat_run) -> Run {
-        Run {
-            handle,
-            serial: Serial::new(),
-            ended: false,
-        }
-    }
-
     /// End the run: the next item saves the state and has [`RunEventKind::INTERRUPTED`].
     pub fn interrupt(&self) -> Result<()> {
         self.interrupter().interrupt()
@@ -154,13 +146,14 @@ impl Run {
     }
 
     fn work(&mut self) -> Result<RunEvent> {
-        let _lock = self.serial.lock();
-        let mut raw = sys::splat_run_event::default();
-        call!(splat_run_next(self.handle, &mut raw))?;
-        // SAFETY: the pointers live until the next splat_run_next or splat_run_destroy.
-        let event = unsafe { RunEvent::from_raw(&raw) };
-        self.ended = event.is_end();
-        Ok(event)
+        self.serial.with(|| {
+            let mut raw = sys::splat_run_event::default();
+            call!(splat_run_next(self.handle, &mut raw))?;
+            // SAFETY: the pointers live until the next splat_run_next or splat_run_destroy.
+            let event = unsafe { RunEvent::from_raw(&raw) };
+            self.ended = event.is_end();
+            Ok(event)
+        })
     }
 }
 

@@ -79,9 +79,7 @@ impl Scene {
             sh_count,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_scene_create(&raw, &mut handle))?;
-        Ok(Scene { handle })
+        Scene::made(|handle| call!(splat_scene_create(&raw, handle)))
     }
 
     /// Read a scene file.
@@ -89,22 +87,20 @@ impl Scene {
     /// Errors: `NotFound`, `Io`, `Format` (damaged, or no scene), `Unsupported`, `InvalidArgument`.
     pub fn load(path: impl AsRef<Path>, desc: &SceneFileDesc) -> Result<Scene> {
         let path = c_path("path", path.as_ref())?;
-        let mut handle = std::ptr::null_mut();
-        call!(splat_scene_load(path.as_ptr(), &desc.to_raw(), &mut handle))?;
-        Ok(Scene { handle })
+        Scene::made(|handle| call!(splat_scene_load(path.as_ptr(), &desc.to_raw(), handle)))
     }
 
     /// Read a scene from the bytes of a file. A .splat must be named in `desc.format`.
     pub fn load_memory(data: &[u8], desc: &SceneFileDesc) -> Result<Scene> {
-        let mut handle = std::ptr::null_mut();
         let pointer = data.as_ptr().cast();
-        call!(splat_scene_load_memory(
-            pointer,
-            data.len(),
-            &desc.to_raw(),
-            &mut handle
-        ))?;
-        Ok(Scene { handle })
+        Scene::made(|handle| {
+            call!(splat_scene_load_memory(
+                pointer,
+                data.len(),
+                &desc.to_raw(),
+                handle
+            ))
+        })
     }
 
     /// JSON: what was found in the scene's file; `{}` for a scene without one.
@@ -172,14 +168,14 @@ impl Scene {
     /// Copy an attribute to a new tensor of its shape.
     pub fn to_tensor(&self, name: &str, device: &Device) -> Result<Tensor> {
         let name = c_text("name", name)?;
-        let mut handle = std::ptr::null_mut();
-        call!(splat_scene_to_tensor(
-            self.handle,
-            name.as_ptr(),
-            device.handle,
-            &mut handle
-        ))?;
-        Tensor::wrap(handle)
+        Tensor::wrap(|handle| {
+            call!(splat_scene_to_tensor(
+                self.handle,
+                name.as_ptr(),
+                device.handle,
+                handle
+            ))
+        })
     }
 
     /// Draw one image for each camera, of its size. `device`: None opens the best one for the call.
@@ -267,9 +263,7 @@ impl Scene {
     pub fn merge(scenes: &[&Scene]) -> Result<Scene> {
         let length = count("scenes", scenes.len())?;
         let handles: Vec<sys::splat_scene> = scenes.iter().map(|scene| scene.handle).collect();
-        let mut handle = std::ptr::null_mut();
-        call!(splat_scene_merge(handles.as_ptr(), length, &mut handle))?;
-        Ok(Scene { handle })
+        Scene::made(|handle| call!(splat_scene_merge(handles.as_ptr(), length, handle)))
     }
 
     /// Measure the scene.

@@ -2,6 +2,7 @@
 
 use crate::device::Device;
 use crate::error::{call, Error, Result};
+use crate::log::{dropping, held};
 use crate::object::object;
 use crate::text::{c_optional, pointer};
 use crate::values::{Access, Code, Dtype, TensorInfo, TensorStats};
@@ -60,9 +61,7 @@ impl Tensor {
     pub fn create(device: &Device, desc: &TensorDesc) -> Result<Tensor> {
         let name = c_optional("name", desc.name.as_deref())?;
         let raw = raw_desc(desc, pointer(&name));
-        let mut handle = std::ptr::null_mut();
-        call!(splat_tensor_create(device.handle, &raw, &mut handle))?;
-        Tensor::wrap(handle)
+        Tensor::wrap(|handle| call!(splat_tensor_create(device.handle, &raw, handle)))
     }
 
     /// Create a tensor and fill it as [`Tensor::write`] does. `desc.dtype` may be left out.
@@ -79,18 +78,18 @@ impl Tensor {
         let strides = check_slice("data", &desc.dims, data.len(), strides)?;
         let name = c_optional("name", desc.name.as_deref())?;
         let raw = raw_desc(&desc, pointer(&name));
-        let mut handle = std::ptr::null_mut();
         let bytes = std::mem::size_of_val(data);
         let data = data.as_ptr().cast();
-        call!(splat_tensor_from_host(
-            device.handle,
-            &raw,
-            data,
-            bytes,
-            strides,
-            &mut handle
-        ))?;
-        Tensor::wrap(handle)
+        Tensor::wrap(|handle| {
+            call!(splat_tensor_from_host(
+                device.handle,
+                &raw,
+                data,
+                bytes,
+                strides,
+                handle
+            ))
+        })
     }
 
     /// Create a tensor of `dims` with row-major values.
@@ -102,17 +101,15 @@ impl Tensor {
         Tensor::from_host(device, &desc, data, None)
     }
 
-    /// Own a new handle, whose type and shape never change.
-    pub(crate) fn wrap(handle: sys::splat_tensor) -> Result<Tensor> {
-        let mut tensor = Tensor {
-            handle,
-            dtype: Dtype::F32,
-            dims: Vec::new(),
-        };
-        let info = tensor.get_info()?;
-        tensor.dtype = info.dtype;
-        tensor.dims = info.dims;
-        Ok(tensor)
+    /// Own a new tensor, whose type and shape never change.
+    pub(crate) fn wrap(make: impl FnOnce(*mut sys::splat_tensor) -> Result<()>) -> Result<Tensor> {
+        held(|| {
+            let mut tensor = Tensor::made(make)?;
+            let info = tensor.get_info()?;
+            tensor.dtype = info.dtype;
+            tensor.dims = info.dims;
+            Ok(tensor)
+        })
     }
 
     /// Dimensions, outermost first.
@@ -301,7 +298,7 @@ impl Mapping<'_> {
 impl Drop for Mapping<'_> {
     fn drop(&mut self) {
         // SAFETY: the tensor is alive and mapped. An error of the device shows in its next call.
-        unsafe { sys::splat_tensor_unmap(self.tensor.handle) };
+        dropping(|| unsafe { sys::splat_tensor_unmap(self.tensor.handle) });
     }
 }
 

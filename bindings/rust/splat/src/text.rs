@@ -2,6 +2,7 @@
 
 use crate::error::{check, Error, Result};
 use crate::load::loaded;
+use crate::log::held;
 use splat_sys as sys;
 use std::ffi::{CStr, CString};
 use std::fmt;
@@ -133,40 +134,42 @@ fn grown(
     first: usize,
     mut call: impl FnMut(*mut c_void, usize, *mut usize) -> sys::splat_result,
 ) -> Result<Vec<u8>> {
-    loaded()?;
-    let mut buffer = vec![0_u8; first];
-    loop {
-        let mut needed = 0;
-        let result = call(buffer.as_mut_ptr().cast(), buffer.len(), &mut needed);
-        if result == sys::SPLAT_INCOMPLETE && needed > buffer.len() {
-            crate::log::resume_panic();
-            buffer = vec![0_u8; needed];
-            continue;
+    held(|| {
+        loaded()?;
+        let mut buffer = vec![0_u8; first];
+        loop {
+            let mut needed = 0;
+            let result = call(buffer.as_mut_ptr().cast(), buffer.len(), &mut needed);
+            if result == sys::SPLAT_INCOMPLETE && needed > buffer.len() {
+                buffer = vec![0_u8; needed];
+                continue;
+            }
+            check(result)?;
+            buffer.truncate(needed);
+            return Ok(buffer);
         }
-        check(result)?;
-        buffer.truncate(needed);
-        return Ok(buffer);
-    }
+    })
 }
 
 /// Structs that a call writes, with a count of 32 bits; it is asked for their number first.
 pub(crate) fn items<T: Clone + Default>(
     mut call: impl FnMut(*mut T, u32, *mut u32) -> sys::splat_result,
 ) -> Result<Vec<T>> {
-    loaded()?;
-    let mut items: Vec<T> = Vec::new();
-    loop {
-        let mut count = 0;
-        let result = call(items.as_mut_ptr(), items.len() as u32, &mut count);
-        if result == sys::SPLAT_INCOMPLETE && count as usize > items.len() {
-            crate::log::resume_panic();
-            items = vec![T::default(); count as usize];
-            continue;
+    held(|| {
+        loaded()?;
+        let mut items: Vec<T> = Vec::new();
+        loop {
+            let mut count = 0;
+            let result = call(items.as_mut_ptr(), items.len() as u32, &mut count);
+            if result == sys::SPLAT_INCOMPLETE && count as usize > items.len() {
+                items = vec![T::default(); count as usize];
+                continue;
+            }
+            check(result)?;
+            items.truncate(count as usize);
+            return Ok(items);
         }
-        check(result)?;
-        items.truncate(count as usize);
-        return Ok(items);
-    }
+    })
 }
 
 /// A length for C. Errors: more than 32 bits, naming `argument`.

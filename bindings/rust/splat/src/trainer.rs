@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::object::{object, Serial};
 use crate::text::{array, bytes, c_optional, c_path, pointer, text};
 use crate::values::{Camera, TrainerInfo};
-use crate::weights::{made, Weights};
+use crate::weights::Weights;
 use splat_sys as sys;
 use std::path::Path;
 
@@ -126,32 +126,25 @@ impl Trainer {
             config: pointer(&config),
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_trainer_create(device.handle, &raw, &mut handle))?;
-        Ok(Trainer {
-            handle,
-            serial: Serial::new(),
-        })
+        Trainer::made(|handle| call!(splat_trainer_create(device.handle, &raw, handle)))
     }
 
     /// The network in training, to initialise, load, store and read it. It keeps the trainer's
     /// memory alive.
     pub fn model(&self) -> Result<Model> {
-        let mut handle = std::ptr::null_mut();
-        call!(splat_trainer_model(self.handle, &mut handle))?;
-        Ok(Model {
-            handle,
-            serial: self.serial.clone(),
-        })
+        let mut model = Model::made(|handle| call!(splat_trainer_model(self.handle, handle)))?;
+        model.serial = self.serial.clone();
+        Ok(model)
     }
 
     /// Do one update. On an error there is none.
     pub fn step(&self, batch: &TrainerBatch<'_>) -> Result<TrainerInfo> {
         let raw = batch.to_raw()?;
         let mut info = sys::splat_trainer_info::default();
-        let _lock = self.serial.lock();
-        call!(splat_trainer_step(self.handle, &raw, &mut info))?;
-        Ok(TrainerInfo::from_raw(&info))
+        self.serial.with(|| {
+            call!(splat_trainer_step(self.handle, &raw, &mut info))?;
+            Ok(TrainerInfo::from_raw(&info))
+        })
     }
 
     /// JSON: step, attempts, parameters, trainable, configuration.
@@ -164,41 +157,43 @@ impl Trainer {
 
     /// Store the averaged weights as a state dict, or the current ones if there are none.
     pub fn store(&self) -> Result<Weights> {
-        let _lock = self.serial.lock();
-        made(|weights| call!(splat_trainer_store(self.handle, weights)))
+        self.serial
+            .with(|| Weights::made(|weights| call!(splat_trainer_store(self.handle, weights))))
     }
 
     /// Save everything that the next step depends on in a .safetensors file, whole or not at all.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = c_path("path", path.as_ref())?;
-        let _lock = self.serial.lock();
-        call!(splat_trainer_save(self.handle, path.as_ptr()))
+        self.serial
+            .with(|| call!(splat_trainer_save(self.handle, path.as_ptr())))
     }
 
     /// The same bytes.
     pub fn save_memory(&self) -> Result<Vec<u8>> {
-        let _lock = self.serial.lock();
-        // SAFETY: the buffer lives through the call.
-        bytes(|buffer, capacity, needed| unsafe {
-            sys::splat_trainer_save_memory(self.handle, buffer, capacity, needed)
+        self.serial.with(|| {
+            // SAFETY: the buffer lives through the call.
+            bytes(|buffer, capacity, needed| unsafe {
+                sys::splat_trainer_save_memory(self.handle, buffer, capacity, needed)
+            })
         })
     }
 
     /// Resume from such a file, bit-exactly. On an error the trainer is unchanged.
     pub fn resume(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = c_path("path", path.as_ref())?;
-        let _lock = self.serial.lock();
-        call!(splat_trainer_resume(self.handle, path.as_ptr()))
+        self.serial
+            .with(|| call!(splat_trainer_resume(self.handle, path.as_ptr())))
     }
 
     /// Resume from the bytes of such a file.
     pub fn resume_memory(&self, data: &[u8]) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_trainer_resume_memory(
-            self.handle,
-            data.as_ptr().cast(),
-            data.len()
-        ))
+        self.serial.with(|| {
+            call!(splat_trainer_resume_memory(
+                self.handle,
+                data.as_ptr().cast(),
+                data.len()
+            ))
+        })
     }
 }
 
@@ -216,14 +211,14 @@ impl Batches {
     /// the configuration. `config`: that of the trainer.
     pub fn create(dataset: &Dataset, config: Option<&str>, seed: u64) -> Result<Batches> {
         let config = c_optional("config", config)?;
-        let mut handle = std::ptr::null_mut();
-        call!(splat_batches_create(
-            dataset.handle,
-            pointer(&config),
-            seed,
-            &mut handle
-        ))?;
-        Ok(Batches { handle })
+        Batches::made(|handle| {
+            call!(splat_batches_create(
+                dataset.handle,
+                pointer(&config),
+                seed,
+                handle
+            ))
+        })
     }
 
     /// Get the batch of a step for [`Trainer::step`]. It lives until the next call:

@@ -89,9 +89,7 @@ impl Training {
             init_flags: desc.init_flags.0,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_training_open(device.handle, &raw, &mut handle))?;
-        Ok(Training(Run::of(handle)))
+        Run::made(|handle| call!(splat_training_open(device.handle, &raw, handle))).map(Training)
     }
 
     /// Facts of the latest step of this session, skipped or not.
@@ -105,11 +103,8 @@ impl Training {
 
     /// The network in training, as [`Trainer::model`](crate::Trainer::model).
     pub fn model(&self) -> Result<Model> {
-        let mut handle = std::ptr::null_mut();
-        call!(splat_training_model(self.0.handle, &mut handle))?;
-        Ok(Model {
-            handle,
-            serial: self.0.serial.clone(),
-        })
+        let mut model = Model::made(|handle| call!(splat_training_model(self.0.handle, handle)))?;
+        model.serial = self.0.serial.clone();
+        Ok(model)
     }
 }

@@ -1,10 +1,10 @@
 //! Named tensors of network weights.
 
-use crate::error::{call, Error, Result};
+use crate::error::{call, Result};
 use crate::object::object;
 use crate::tensor::{eight, elements};
 use crate::text::{bytes, c_path, c_text, text};
-use crate::values::{Code, FoldFlags, WeightsFlags, WeightsFormat, WeightsInfo};
+use crate::values::{FoldFlags, WeightsFlags, WeightsFormat, WeightsInfo};
 use splat_sys as sys;
 use std::ffi::CString;
 use std::path::Path;
@@ -40,20 +40,18 @@ impl Weights {
     /// Errors: `NotFound`, `Io`, `Format` (damaged, or no weights), `Unsupported`.
     pub fn load(path: impl AsRef<Path>, flags: WeightsFlags) -> Result<Weights> {
         let path = c_path("path", path.as_ref())?;
-        let mut handle = std::ptr::null_mut();
-        call!(splat_weights_load(path.as_ptr(), flags.0, &mut handle))?;
-        Ok(Weights { handle })
+        Weights::made(|handle| call!(splat_weights_load(path.as_ptr(), flags.0, handle)))
     }
 
     /// Load weights from the bytes of such a file, which are copied.
     pub fn load_memory(data: &[u8]) -> Result<Weights> {
-        let mut handle = std::ptr::null_mut();
-        call!(splat_weights_load_memory(
-            data.as_ptr().cast(),
-            data.len(),
-            &mut handle
-        ))?;
-        Ok(Weights { handle })
+        Weights::made(|handle| {
+            call!(splat_weights_load_memory(
+                data.as_ptr().cast(),
+                data.len(),
+                handle
+            ))
+        })
     }
 
     /// Make weights of arrays, which are copied, in their order.
@@ -77,13 +75,13 @@ impl Weights {
                 reserved: 0,
             })
             .collect();
-        let mut handle = std::ptr::null_mut();
-        call!(splat_weights_from_arrays(
-            raw.as_ptr(),
-            raw.len() as u64,
-            &mut handle
-        ))?;
-        Ok(Weights { handle })
+        Weights::made(|handle| {
+            call!(splat_weights_from_arrays(
+                raw.as_ptr(),
+                raw.len() as u64,
+                handle
+            ))
+        })
     }
 
     /// Write .safetensors or .npz by the extension; the file appears whole or not at all. `flags`:
@@ -190,24 +188,14 @@ impl Weights {
         flags: FoldFlags,
     ) -> Result<Weights> {
         let adapters = adapters.map_or(std::ptr::null_mut(), |weights| weights.handle);
-        let mut handle = std::ptr::null_mut();
-        call!(splat_weights_fold(
-            self.handle,
-            adapters,
-            alpha,
-            flags.0,
-            &mut handle
-        ))?;
-        Ok(Weights { handle })
+        Weights::made(|handle| {
+            call!(splat_weights_fold(
+                self.handle,
+                adapters,
+                alpha,
+                flags.0,
+                handle
+            ))
+        })
     }
-}
-
-/// Own new weights that a call made.
-pub(crate) fn made(make: impl FnOnce(*mut sys::splat_weights) -> Result<()>) -> Result<Weights> {
-    let mut handle = std::ptr::null_mut();
-    make(&mut handle)?;
-    if handle.is_null() {
-        return Err(Error::new(Code::Internal, "the library gave no weights"));
-    }
-    Ok(Weights { handle })
 }

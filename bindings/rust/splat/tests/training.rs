@@ -4,7 +4,7 @@ mod support;
 
 use splat::{
     config, Batches, Code, Dataset, DatasetDesc, DatasetViews, ExportDesc, ImportDesc,
-    SyntheticDesc, Trainer, Training, TrainingDesc, RunEventKind, TrainingFlags,
+    RunEventKind, SyntheticDesc, Trainer, Training, TrainingDesc, TrainingFlags,
 };
 use support::{device, Folder};
 
@@ -212,16 +212,12 @@ fn a_training_is_an_iterator_of_events() {
     let steps = events
         .iter()
         .filter(|event| event.kind == RunEventKind::STEP);
-    assert_eq!(
-        steps.map(|event| event.step).max(),
-        Some(4)
-    );
-    assert!(events.iter().any(|event| event.numbers.get("loss") > Some(&0.0)));
+    assert_eq!(steps.map(|event| event.step).max(), Some(4));
+    assert!(events
+        .iter()
+        .any(|event| event.numbers.get("loss") > Some(&0.0)));
     let last = events.last().unwrap();
-    assert!(
-        last.is_end() && last.kind == RunEventKind::DONE,
-        "{last:?}"
-    );
+    assert!(last.is_end() && last.kind == RunEventKind::DONE, "{last:?}");
     assert!(events.iter().any(|event| event.text.is_some()));
     let error = Training::open(device(), &desc).unwrap_err();
     assert_eq!(error.code(), Code::InvalidState, "{error}");
