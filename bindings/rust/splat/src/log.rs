@@ -1,6 +1,7 @@
 //! Messages of the library.
 
 use crate::error::{call, Result};
+use crate::numbers::translated;
 use crate::text::borrowed;
 use crate::values::LogLevel;
 use splat_sys as sys;
@@ -68,7 +69,7 @@ fn current() -> MutexGuard<'static, Current> {
 /// lock of the library or of this crate held. It may call the library; messages that it causes
 /// itself are dropped. A panic in it goes on in that call; in the drop of an object it goes on in
 /// the thread's next call. No call of the callback before runs when this returns, unless a callback
-/// calls this.
+/// calls this; so call it without a lock that the callback before takes.
 ///
 /// The library calls into the code that set the callback: a plugin that can be unloaded calls
 /// [`clear_callback`] first, or stays loaded.
@@ -137,15 +138,15 @@ fn replace(level: LogLevel, callback: Option<Callback>) -> Result<()> {
 
 unsafe extern "C" fn trampoline(_: *mut c_void, level: sys::splat_log_level, text: *const c_char) {
     // SAFETY: the library's text lives through this call.
-    let (level, text) = (LogLevel(level), unsafe { borrowed(text) });
+    let (level, text) = (LogLevel(level), translated(unsafe { borrowed(text) }));
     let waits = |own: &Waiting| {
         if own.held.get() != 0 && !own.inside.get() {
-            own.messages.borrow_mut().push((level, text.to_owned()));
+            own.messages.borrow_mut().push((level, text.clone()));
         }
         own.held.get() != 0 || own.inside.get()
     };
     if !WAITING.try_with(waits).unwrap_or(false) {
-        keep(run(level, text));
+        keep(run(level, &text));
     }
 }
 
@@ -165,7 +166,7 @@ fn run(level: LogLevel, text: &str) -> std::thread::Result<()> {
         current.running.push(changes);
         (callback, changes)
     };
-    let inside = |inside| drop(WAITING.try_with(|own| own.inside.set(inside)));
+    let inside = |inside| WAITING.try_with(|own| own.inside.set(inside)).ok();
     inside(true);
     let result = catch_unwind(AssertUnwindSafe(move || callback(level, text)));
     inside(false);
@@ -180,9 +181,10 @@ fn run(level: LogLevel, text: &str) -> std::thread::Result<()> {
 /// Keep a panic for the end of the thread's next call. One of a thread that ends is lost.
 fn keep(result: std::thread::Result<()>) {
     if let Err(panic) = result {
-        drop(WAITING.try_with(|own| {
+        let keep = |own: &Waiting| {
             own.panic.borrow_mut().get_or_insert(panic);
-        }));
+        };
+        WAITING.try_with(keep).ok();
     }
 }
 
@@ -191,14 +193,18 @@ struct Hold;
 
 impl Hold {
     fn new() -> Self {
-        drop(WAITING.try_with(|own| own.held.set(own.held.get() + 1)));
+        WAITING
+            .try_with(|own| own.held.set(own.held.get() + 1))
+            .ok();
         Hold
     }
 }
 
 impl Drop for Hold {
     fn drop(&mut self) {
-        drop(WAITING.try_with(|own| own.held.set(own.held.get() - 1)));
+        WAITING
+            .try_with(|own| own.held.set(own.held.get() - 1))
+            .ok();
     }
 }
 

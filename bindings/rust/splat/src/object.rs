@@ -9,6 +9,7 @@ macro_rules! object {
     ($(#[$doc:meta])* $name:ident, $raw:ident, $destroy:ident
      $(, $field:ident: $kind:ty)* $(,)?) => {
         $(#[$doc])*
+        #[must_use]
         pub struct $name {
             pub(crate) handle: splat_sys::$raw,
             $(pub(crate) $field: $kind,)*
@@ -39,6 +40,15 @@ macro_rules! object {
                 crate::log::dropping(|| unsafe { splat_sys::$destroy(self.handle) });
             }
         }
+
+        /// Objects are equal if their handles are.
+        impl PartialEq for $name {
+            fn eq(&self, other: &Self) -> bool {
+                self.handle == other.handle
+            }
+        }
+
+        impl Eq for $name {}
 
         impl std::fmt::Debug for $name {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -111,9 +121,8 @@ mod tests {
     fn calls_on_one_network_wait_for_each_other() {
         let folder =
             std::env::temp_dir().join(format!("splat_rust_waiting_{}", std::process::id()));
-        let path = folder.to_str().unwrap();
         let desc = SyntheticDesc {
-            path,
+            path: Some(&folder),
             resolution: 64,
             test_views: 2,
             test_objects: 1,
@@ -124,7 +133,7 @@ mod tests {
         let predictor = Predictor::create(&device, &Default::default()).unwrap();
         let desc = EvaluatorDesc {
             predictor: Some(&predictor),
-            data_path: Some(path),
+            data_path: Some(&folder),
             ..Default::default()
         };
         let [one, other] = [(); 2].map(|()| Evaluator::create(&desc).unwrap());

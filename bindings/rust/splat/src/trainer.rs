@@ -13,7 +13,7 @@ use std::path::Path;
 
 /// B = opt.batch_size objects with V = data.input_images input and T = opt.imgs_per_obj target
 /// images; poses are relative to the object's first input image.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrainerBatch<'a> {
     /// `[B*V,channels,R,R]`
     pub images: Option<&'a [f32]>,
@@ -120,6 +120,22 @@ unsafe impl Send for Trainer {}
 impl Trainer {
     /// Create a trainer; the parameters of its network are zero. `config`: from
     /// [`config::merge`](crate::config::merge); None: the defaults.
+    ///
+    /// ```
+    /// use splat::prelude::*;
+    /// # let device = Device::create(&Default::default())?;
+    /// # let config = "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], attention_resolutions: [8]}\n\
+    /// #               data: {training_resolution: 16}\n";
+    /// let trainer = Trainer::create(&device, Some(config))?;
+    /// trainer.model()?.init(1)?;
+    /// let state = trainer.save_memory()?;
+    /// trainer.resume_memory(&state)?;
+    /// assert!(trainer.store()?.count()? > 0);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `InvalidArgument` (an unknown key, with the nearest known one), `Unsupported`,
+    /// `OutOfHostMemory`, errors of the device.
     pub fn create(device: &Device, config: Option<&str>) -> Result<Trainer> {
         let config = c_optional("config", config)?;
         let raw = sys::splat_trainer_desc {
@@ -131,6 +147,8 @@ impl Trainer {
 
     /// The network in training, to initialise, load, store and read it. It keeps the trainer's
     /// memory alive.
+    /// # Errors
+    /// Another version of the library.
     pub fn model(&self) -> Result<Model> {
         let mut model = Model::made(|handle| call!(splat_trainer_model(self.handle, handle)))?;
         model.serial = self.serial.clone();
@@ -138,6 +156,9 @@ impl Trainer {
     }
 
     /// Do one update. On an error there is none.
+    /// # Errors
+    /// `ShapeMismatch` (channels, objects, a count, a picture), `InvalidArgument`, `InvalidState`
+    /// (a tensor of the model is mapped), `OutOfHostMemory`, errors of the device.
     pub fn step(&self, batch: &TrainerBatch<'_>) -> Result<TrainerInfo> {
         let raw = batch.to_raw()?;
         let mut info = sys::splat_trainer_info::default();
@@ -148,6 +169,8 @@ impl Trainer {
     }
 
     /// JSON: step, attempts, parameters, trainable, configuration.
+    /// # Errors
+    /// Another version of the library.
     pub fn report(&self) -> Result<String> {
         // SAFETY: the buffer lives through the call.
         text(|buffer, capacity, needed| unsafe {
@@ -156,12 +179,16 @@ impl Trainer {
     }
 
     /// Store the averaged weights as a state dict, or the current ones if there are none.
+    /// # Errors
+    /// Errors of the device.
     pub fn store(&self) -> Result<Weights> {
         self.serial
             .with(|| Weights::made(|weights| call!(splat_trainer_store(self.handle, weights))))
     }
 
     /// Save everything that the next step depends on in a .safetensors file, whole or not at all.
+    /// # Errors
+    /// `NotFound`, `Io` (cannot be written), errors of the device.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = c_path("path", path.as_ref())?;
         self.serial
@@ -169,6 +196,8 @@ impl Trainer {
     }
 
     /// The same bytes.
+    /// # Errors
+    /// `NotFound`, `Io` (cannot be written), errors of the device.
     pub fn save_memory(&self) -> Result<Vec<u8>> {
         self.serial.with(|| {
             // SAFETY: the buffer lives through the call.
@@ -179,6 +208,9 @@ impl Trainer {
     }
 
     /// Resume from such a file, bit-exactly. On an error the trainer is unchanged.
+    /// # Errors
+    /// `InvalidArgument` (a file of another network or optimiser), `NotFound`, `Io`, `Format`
+    /// (damaged (it has a checksum), or not such a file).
     pub fn resume(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = c_path("path", path.as_ref())?;
         self.serial
@@ -186,6 +218,9 @@ impl Trainer {
     }
 
     /// Resume from the bytes of such a file.
+    /// # Errors
+    /// `InvalidArgument` (a file of another network or optimiser), `NotFound`, `Io`, `Format`
+    /// (damaged (it has a checksum), or not such a file).
     pub fn resume_memory(&self, data: &[u8]) -> Result<()> {
         self.serial.with(|| {
             call!(splat_trainer_resume_memory(
@@ -209,6 +244,9 @@ unsafe impl Send for Batches {}
 impl Batches {
     /// Begin with a data set, opened at data.training_resolution, with the maps and background of
     /// the configuration. `config`: that of the trainer.
+    /// # Errors
+    /// `InvalidArgument` (config, a data set opened otherwise), `Format` (an object has too few
+    /// views), `OutOfHostMemory`.
     pub fn create(dataset: &Dataset, config: Option<&str>, seed: u64) -> Result<Batches> {
         let config = c_optional("config", config)?;
         Batches::made(|handle| {
@@ -231,8 +269,8 @@ impl Batches {
     /// # Ok(())
     /// # }
     /// ```
-    ///
-    /// Errors: as [`Dataset::read`]; the next call tries again.
+    /// # Errors
+    /// As [`Dataset::read`]; the next call tries again.
     pub fn next(&mut self, step: u64) -> Result<TrainerBatch<'_>> {
         let mut raw = sys::splat_trainer_batch::default();
         call!(splat_batches_next(self.handle, step, &mut raw))?;
