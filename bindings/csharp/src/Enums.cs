@@ -866,7 +866,7 @@ namespace Splat
                 { "splat_tensor", "Tensor" },
                 { "splat_tensor_desc", "Tensor" },
                 { "splat_tensor_map", "Tensor.Map" },
-                { "splat_tensor_unmap", "the end of Tensor.Map" },
+                { "splat_tensor_unmap", "Tensor.Map" },
                 { "splat_trainer", "Trainer" },
                 { "splat_training_open", "Training" },
                 { "splat_weights", "Weights" },

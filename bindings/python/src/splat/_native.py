@@ -55,7 +55,7 @@ WORDS = {
     'splat_rasterizer_forward': 'Rasterizer.forward', 'splat_rasterizer_read': 'Rasterizer.read',
     'splat_run': 'Run', 'splat_run_next': 'Run.next', 'splat_scene': 'Scene',
     'splat_scene_desc': 'Scene', 'splat_tensor': 'Tensor', 'splat_tensor_desc': 'Tensor',
-    'splat_tensor_map': 'Tensor.map', 'splat_tensor_unmap': "the end of Tensor.map's block",
+    'splat_tensor_map': 'Tensor.map', 'splat_tensor_unmap': 'the block of Tensor.map',
     'splat_trainer': 'Trainer', 'splat_training_open': 'Training', 'splat_weights': 'Weights',
 }
 
