@@ -12,6 +12,8 @@ import textwrap
 from typing import Any
 from xml.sax.saxutils import escape
 
+from words import words
+
 Json = dict[str, Any]
 
 # Names that the headers do not explain have no XML comment, which is warning 1591.
@@ -228,13 +230,26 @@ class _Writer:
     # ---- Enums.cs ----
 
     def enums(self) -> str:
-        text = _HEADER + "using System;\n\nnamespace Splat\n{\n"
+        text = _HEADER + "using System;\nusing System.Collections.Generic;\n\nnamespace Splat\n{\n"
         text += "\n".join(self._enum(enum) for enum in self._api["enums"])
-        return text + "}\n"
+        return text + self._words() + "}\n"
+
+    def _words(self) -> str:
+        pairs = words(self._api, "csharp", lambda name: pascal(_bare(name)),
+                      lambda owner, method: f"{owner}.{pascal(method)}",
+                      lambda enum, value: f"{self.enum_name(enum['name'])}.{self._value_name(enum, value)}")
+        text = ("\n    /// <summary>What messages say instead of a name of the headers.</summary>\n"
+                "    internal static partial class OwnWords\n    {\n"
+                "        internal static readonly Dictionary<string, string> Of =\n"
+                "            new Dictionary<string, string>\n            {\n")
+        text += "".join(f"                {{ \"{name}\", \"{word}\" }},\n" for name, word in pairs)
+        return text + "            };\n    }\n"
+
+    def _value_name(self, enum: Json, value: Json) -> str:
+        return _VALUE_NAMES.get(value["name"], pascal(value["name"].removeprefix(self._prefix(enum))))
 
     def _enum(self, enum: Json) -> str:
         name = self.enum_name(enum["name"])
-        prefix = self._prefix(enum)
         text = _summary(enum["doc"] or f"{enum['name']} of the C API.", "    ")
         text += "    [Flags]\n" if enum["flags"] else ""
         text += f"    public enum {name} : {_SCALARS[enum['type']]}\n    {{\n"
@@ -242,7 +257,7 @@ class _Writer:
             text += "        /// <summary>Nothing: the default.</summary>\n"
             text += f"        {'None' if enum['flags'] else 'Default'} = 0,\n"
         for value in enum["values"]:
-            short = _VALUE_NAMES.get(value["name"], pascal(value["name"].removeprefix(prefix)))
+            short = self._value_name(enum, value)
             text += _summary(value["doc"] or value["name"], "        ")
             text += f"        {short} = {value['value']},\n"
         return text + "    }\n"

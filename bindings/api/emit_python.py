@@ -4,7 +4,10 @@
 constant; `_records.py` has a record for each struct that the library fills.
 """
 import re
+import textwrap
 from typing import Any, Dict, List, Optional, Set
+
+from words import words
 
 HEAD = '''"""{title}
 
@@ -43,6 +46,29 @@ def bind(library: CDLL) -> None:
         function.argtypes = arguments
         function.__doc__ = about
 '''
+
+# What enumerations are that the headers do not describe as a whole.
+TITLES = {
+    "splat_result": "The success of a call, or why it failed",
+    "splat_log_level": "How grave a message of the log is",
+    "splat_pixel": "The type of a pixel's numbers",
+    "splat_device_kind": "What a device is",
+    "splat_feature_flags": "What a device can do",
+    "splat_dtype": "The type of a tensor's elements",
+    "splat_access": "What is done with the elements of a tensor while it is mapped",
+    "splat_scene_format": "A format of scene files",
+    "splat_weights_format": "A format of files of weights",
+    "splat_port_kind": "Which of the named tensors of a model or a module",
+    "splat_convention": "Whose rules a rasterizer follows where renderers differ",
+    "splat_image_format": "A format of image files",
+    "splat_run_event_kind": "What a piece of a run did",
+    "splat_metric": "A score of images",
+    "splat_verdict": "What a comparison of two methods found",
+    "splat_map_filter": "What is done with a map",
+}
+
+# The description of a field that is 1 or 0, for True or False.
+TRUTH = re.compile(r"1(, or 0| while| if| where)\b")
 
 FILLED = re.compile(r"_(info|stats|scores|ledger|summary|comparison|event)$")
 
@@ -160,14 +186,35 @@ def wrapped(items: List[str], indent: str) -> List[str]:
     return lines + [line.rstrip()] if line.strip() else lines
 
 
-def emit_enum(enum: Dict[str, Any]) -> List[str]:
-    name = enum["name"]
+def emit_enum(enum: Dict[str, Any], named: bool) -> List[str]:
+    """`named`: functions take its members by their names, whose type follows."""
+    name, kind = enum["name"], class_name(enum["name"])
     base = "IntFlag" if enum["flags"] else "OpenEnum"
-    lines = ["", "", f"class {class_name(name)}({base}):", f'    """{title_of(enum)}"""', ""]
+    title = sentence(enum["doc"] or TITLES.get(name) or re.sub("(?<!^)([A-Z])", " \\1", kind).capitalize())
     names = member_names([value["name"] for value in enum["values"]], name)
+    docs = [" ".join((value["doc"] or "").replace("\\", "/").replace('"', "'").split())
+            for value in enum["values"]]
+    indent = " " * (6 + max([len(member) for member, doc in zip(names, docs) if doc], default=0))
+    about = [line for member, doc in zip(names, docs) if doc
+             for line in textwrap.wrap(doc, 98, initial_indent=f"    {member}".ljust(len(indent)),
+                                       subsequent_indent=indent)]
+    lines = ["", "", f"class {kind}({base}):", f'    """{title}' + ('"""' if not about else "")]
+    lines += ["", *about, '    """', ""] if about else [""]
     for value, member in zip(enum["values"], names):
         lines.append(f"    {member} = {value['value']}")
+    if named and not enum["flags"]:
+        given = [f'"{each.replace(kind.upper() + "_", "").lower()}"' for each in names]
+        line = f"{kind}Name = Literal[{', '.join(given)}]"
+        lines += ["", "", *([line] if len(line) < 99 else [f"{kind}Name = Literal[", *wrapped(
+            given, "    "), "]"])]
     return lines
+
+
+def taken(api: Dict[str, Any]) -> Set[str]:
+    """The enumerations that functions take, as arguments or in structs."""
+    fields = [each for group in ("structs", "functions") for item in api[group]
+              for each in item.get("fields", []) + item.get("parameters", [])]
+    return {each["enum"] for each in fields if each.get("enum") and each["direction"] != "out"}
 
 
 def title_of(item: Dict[str, Any]) -> str:
@@ -216,18 +263,33 @@ def emit_functions(types: Types, api: Dict[str, Any]) -> List[str]:
     return lines + [")"]
 
 
+def value_word(enum: Dict[str, Any], value: Dict[str, Any]) -> str:
+    """A flag as the keyword that sets it, another value as its name in quotes."""
+    values = [each["name"] for each in enum["values"]]
+    name = member_names(values, enum["name"])[values.index(value["name"])].lower()
+    name = re.sub(r"^[a-z]+_(?=\d)", "", name)  # 3dgs
+    return f"{name}=True" if enum["flags"] else f"'{name}'"
+
+
+def emit_words(api: Dict[str, Any]) -> List[str]:
+    pairs = words(api, "python", class_name, "{}.{}".format, value_word)
+    return ["", "# What messages say instead of a name of the headers."] + \
+        ["WORDS = {"] + wrapped([f"{name!r}: {word!r}" for name, word in pairs], "    ") + ["}"]
+
+
 def emit_native(types: Types, api: Dict[str, Any]) -> str:
     lines = [HEAD.format(title="Declarations of the library's functions and structs.").rstrip()]
     lines += ["from ctypes import (CDLL, CFUNCTYPE, POINTER, Structure, c_char, c_char_p, c_double, "
               "c_float,", "                    c_int32, c_int64, c_size_t, c_uint8, c_uint32, "
               "c_uint64, c_void_p)", "from enum import IntEnum, IntFlag",
-              "from typing import Any, Dict, Tuple, Type", "",
+              "from typing import Any, Dict, Literal, Tuple, Type", "",
               f"VERSION = ({', '.join(str(part) for part in api['version'])})", ""]
     for constant in api["constants"]:
         lines.append(f"{constant['name']} = {constant['value']!r}")
+    lines += emit_words(api)
     lines += OPEN_ENUM.rstrip().split("\n")
     for enum in api["enums"]:
-        lines += emit_enum(enum)
+        lines += emit_enum(enum, enum["name"] in taken(api))
     lines += ["", ""]
     for callback in api["callbacks"]:
         kinds = [types.of(each["type"], False) for each in callback["parameters"]]
@@ -259,6 +321,8 @@ def record_field(types: Types, struct: Dict[str, Any], field: Dict[str, Any]) ->
     if base in types.structs:
         return [name, class_name(base), f"{class_name(base)}.of({value})"]
     number = "float" if base in ("float", "double") else "int"
+    if TRUTH.match(field["doc"] or ""):
+        return [name, "bool", f"bool({value})"]
     if field.get("count"):
         if name == "dims" and any(each["name"] == "rank" for each in struct["fields"]):
             return ["shape", f"Tuple[{number}, ...]", f"tuple({value}[:raw.rank])"]

@@ -1,9 +1,9 @@
 """Writes the generated files of the Rust binding from the description of the API.
 
 Two files: the raw declarations of splat-sys (functions, structs, constants, layout tables), and the
-values of the safe crate: types of enums and flags, structs without pointers. Enums of C become
-integers or structs around one, never enums of Rust, since the library may return a number that this
-version does not know.
+values of the safe crate: types of enums and flags, structs without pointers, as lists for the macros of
+numbers.rs. Enums of C become integers or structs around one, never enums of Rust, since the library
+may return a number that this version does not know.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ from __future__ import annotations
 import os
 import re
 from typing import Any, Optional
+
+from rust_names import FIELDS, FLAGS, INPUTS, OUTPUTS, SHARED, TRUTHS
 
 Api = dict[str, Any]
 
@@ -20,41 +22,6 @@ WIDTH = 100
 PLAIN = {
     "void": "c_void", "char": "c_char", "float": "f32", "double": "f64", "size_t": "usize",
     "uint8_t": "u8", "int32_t": "i32", "uint32_t": "u32", "int64_t": "i64", "uint64_t": "u64",
-}
-
-# Type and prefix of the values of each set of flags, where they do not follow from its name.
-FLAGS = {
-    "splat_feature_flags": ("Features", "SPLAT_FEATURE_"),
-    "splat_picture_warning_flags": ("PictureWarnings", "SPLAT_PICTURE_"),
-    "splat_gradient_flags": ("GradientsFlags", "SPLAT_GRADIENTS_"),
-}
-
-# Structs that the library fills and the safe crate copies: texts become String, dims a Vec.
-OUTPUTS = [
-    "splat_device_info", "splat_memory_info", "splat_tensor_info", "splat_tensor_stats",
-    "splat_scene_info", "splat_rasterizer_info", "splat_image_info", "splat_image_scores",
-    "splat_weights_info", "splat_port", "splat_model_info", "splat_picture_info",
-    "splat_predictor_info", "splat_optimizer_info", "splat_trainer_info", "splat_evaluator_info",
-    "splat_scores", "splat_ledger", "splat_object_scores", "splat_evaluation_summary",
-    "splat_comparison_info", "splat_metric_comparison", "splat_depth_scores",
-    "splat_normal_scores", "splat_mask_scores", "splat_fidelity_scores", "splat_point_scores",
-    "splat_prior_model_info",
-]
-# Structs without pointers that the library reads.
-INPUTS = ["splat_scene_file_desc", "splat_orbit_desc", "splat_camera_file_desc",
-          "splat_rasterizer_desc", "splat_scene_render_desc"]
-# Frozen structs without pointers that are passed in arrays or by address.
-SHARED = ["splat_camera", "splat_similarity"]
-
-# Numbers that are 0 or 1.
-TRUTHS = {
-    "splat_device_info.usable", "splat_tensor_info.mapped", "splat_predictor_info.depth",
-    "splat_predictor_info.normal", "splat_predictor_info.mask",
-    "splat_predictor_info.origin_distance", "splat_optimizer_info.was_skipped",
-    "splat_optimizer_info.gradients_zero", "splat_optimizer_info.averaged",
-    "splat_trainer_info.skipped", "splat_trainer_info.gradients_zero",
-    "splat_object_scores.not_finite", "splat_comparison_info.unpaired",
-    "splat_comparison_info.comparable", "splat_metric_comparison.exact",
 }
 
 
@@ -183,7 +150,7 @@ def _sys_handles(api: Api) -> str:
 def _sys_struct(api: Api, struct: dict[str, Any]) -> str:
     name = struct["name"]
     text = "\n" + _doc(struct["doc"], fence=True)
-    text += f"#[repr(C)]\n#[derive(Clone, Copy, Debug)]\npub struct {name} {{\n"
+    text += f"#[repr(C)]\n#[derive(Clone, Copy, Debug, PartialEq)]\npub struct {name} {{\n"
     for field in struct["fields"]:
         text += _doc(field["doc"], "    ")
         text += f"    pub {_name(field['name'])}: {_field_type(api, field)},\n"
@@ -257,67 +224,98 @@ mod tests {
 
 def _values(api: Api) -> str:
     structs = {struct["name"]: struct for struct in api["structs"]}
-    text = "\nuse crate::text::{chars, copied};\nuse splat_sys as sys;\n"
+    text = "\nuse crate::numbers::{codes, flags, input, number, output, Names, UnknownCode};\n"
+    text += "use crate::text::{chars, copied};\nuse splat_sys as sys;\n"
     for enum in api["enums"]:
-        if enum["name"] == "splat_result":
-            text += _code(enum)
-        elif enum["flags"]:
-            text += _number(enum, *_flags(enum["name"]), bits=True)
-        else:
-            text += _number(enum, _camel(enum["name"]), _prefix(enum["values"]), bits=False)
+        text += _code(enum) if enum["name"] == "splat_result" else _number(api, enum)
     text += "".join(_output(api, structs[name]) for name in OUTPUTS)
     text += "".join(_input(api, structs[name]) for name in INPUTS)
     text += "".join(_shared(api, structs[name]) for name in SHARED)
-    return text + _thread_test(api)
+    return text + _names(api) + _thread_test(api)
+
+
+def _codes(enum: dict[str, Any]) -> dict[str, str]:
+    values = [v["name"] for v in enum["values"] if v["name"] != "SPLAT_OK"]
+    return {name: _camel(re.sub("SPLAT_(ERROR_)?", "", name).lower()) for name in values}
 
 
 def _code(enum: dict[str, Any]) -> str:
-    """The type of result codes: an enum of Rust with a place for all other numbers."""
-    values = [v for v in enum["values"] if v["name"] != "SPLAT_OK"]
-    names = {v["name"]: _camel(re.sub("SPLAT_(ERROR_)?", "", v["name"]).lower()) for v in values}
-    text = "\n/// What a result code says.\n#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]\n"
-    text += "#[non_exhaustive]\npub enum Code {\n"
-    for value in values:
-        text += _doc(value["doc"] or f"`{value['name']}`", "    ")
-        text += f"    {names[value['name']]},\n"
-    text += "    /// A number that this version does not know.\n    Other(i32),\n}\n"
-    text += "\nimpl Code {\n    /// The code of a number of C.\n"
-    text += "    pub fn from_raw(code: i32) -> Self {\n        match code {\n"
-    for value in values:
-        text += f"            sys::{value['name']} => Code::{names[value['name']]},\n"
-    text += "            other => Code::Other(other),\n        }\n    }\n"
-    text += "\n    /// The number of C.\n    pub fn to_raw(self) -> i32 {\n        match self {\n"
-    for value in values:
-        text += f"            Code::{names[value['name']]} => sys::{value['name']},\n"
-    return text + "            Code::Other(other) => other,\n        }\n    }\n}\n"
+    docs = {value["name"]: value["doc"] for value in enum["values"]}
+    text = "\ncodes! {\n"
+    for raw, name in _codes(enum).items():
+        text += _doc(docs[raw] or f"`{raw}`", "    ") + f"    {name} = {raw},\n"
+    return text + "}\n"
 
 
-def _number(enum: dict[str, Any], name: str, prefix: str, bits: bool) -> str:
+def _kind(enum: dict[str, Any]) -> tuple[str, str]:
+    """Rust's name of an enum or a set of flags, and the prefix of its values."""
+    if enum["flags"]:
+        return _flags(enum["name"])
+    return _camel(enum["name"]), _prefix(enum["values"])
+
+
+def _number(api: Api, enum: dict[str, Any]) -> str:
     """A struct around the number of an enum, or around bits, with its values as constants."""
-    kind = "u32" if bits else "i32"
+    name, prefix = _kind(enum)
+    bits = enum["flags"]
     fallback = f"{'Bits' if bits else 'Values'} `{prefix}*`. The default is 0."
-    text = "\n" + _doc(enum["doc"] or fallback)
-    text += "#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]\n"
-    text += f"pub struct {name}(pub {kind});\n\nimpl {name} {{\n"
-    pairs = [(_constant(v["name"], prefix), v) for v in enum["values"]]
-    for short, value in pairs:
-        text += _doc(value["doc"] or f"`{value['name']}`", "    ")
-        text += f"    pub const {short}: {name} = {name}(sys::{value['name']});\n"
-    if bits:
-        text += "\n    /// True if all bits of `other` are set.\n"
-        text += f"    pub fn contains(self, other: {name}) -> bool {{\n"
-        text += "        self.0 & other.0 == other.0\n    }\n"
-    text += "}\n"
-    if bits:
-        text += f"\nimpl std::ops::BitOr for {name} {{\n    type Output = {name};\n\n"
-        text += f"    fn bitor(self, other: {name}) -> {name} {{\n"
-        text += f"        {name}(self.0 | other.0)\n    }}\n}}\n"
-    text += f"\nimpl std::fmt::Debug for {name} {{\n"
-    text += "    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {\n"
-    show = "bits" if bits else "number"
-    table = ", ".join(f"(\"{short}\", {name}::{short}.0)" for short, _ in pairs)
-    text += f"        crate::text::{show}(f, \"{name}\", self.0, &[{table}])\n"
+    text = f"\n{'flags' if bits else 'number'}! {{\n"
+    text += _safe_doc(api, enum["doc"] or fallback, "    ") + f"    {name} {{\n"
+    for value in enum["values"]:
+        text += _safe_doc(api, value["doc"] or f"`{value['name']}`", "        ", value["name"])
+        text += f"        {_constant(value['name'], prefix)} = {value['name']},\n"
     return text + "    }\n}\n"
+
+
+def _rust_names(api: Api) -> dict[str, str]:
+    """Names of the constants of C in the safe crate."""
+    names = {}
+    for enum in api["enums"]:
+        if enum["name"] == "splat_result":
+            names.update({raw: f"Code::{name}" for raw, name in _codes(enum).items()})
+            continue
+        name, prefix = _kind(enum)
+        names.update({value["name"]: f"{name}::{_constant(value['name'], prefix)}"
+                      for value in enum["values"]})
+    return names
+
+
+def _safe_doc(api: Api, text: str, indent: str, own: str = "") -> str:
+    """A documentation comment with the names of the safe crate, but for the constant `own`."""
+    names = _rust_names(api)
+
+    def replace(match: "re.Match[str]") -> str:
+        raw = match.group(1)
+        return match.group(0) if raw == own or raw not in names else f"`{names[raw]}`"
+    return _doc(re.sub(r"`?\b(SPLAT_[A-Z0-9_]+)\b`?", replace, text), indent)
+
+
+def _names(api: Api) -> str:
+    """Tables for the sentences of the library: constants and structs by their names in C."""
+    text = "\n/// Types of numbers, with their names.\n"
+    text += "pub(crate) const ENUMS: &[(&str, Names)] = &[\n"
+    for enum in api["enums"]:
+        kind = "Code" if enum["name"] == "splat_result" else _kind(enum)[0]
+        text += f"    (\"{kind}\", {kind}::NAMES),\n"
+    text += "];\n\n/// Structs by their names in C.\n"
+    text += "pub(crate) const STRUCTS: &[(&str, &str)] = &[\n"
+    for struct in api["structs"]:
+        text += f"    (\"{struct['name']}\", \"{_camel(struct['name'])}\"),\n"
+    text += "];\n\n/// Counts of C, and the slices that have them as lengths.\n"
+    text += "pub(crate) const COUNTS: &[(&str, &str)] = &[\n"
+    for count, name in sorted(_counts(api).items()):
+        text += f"    (\"{count}\", \"{name}\"),\n"
+    return text + "];\n"
+
+
+def _counts(api: Api) -> dict[str, str]:
+    """Arrays by the names of the counts that are their lengths."""
+    counts: dict[str, str] = {}
+    for holder in [*api["structs"], *api["functions"]]:
+        for item in holder.get("fields", holder.get("parameters")):
+            if (item["length"] or "").endswith("_count"):
+                counts.setdefault(item["length"], item["name"])
+    return counts
 
 
 def _hidden(field: dict[str, Any]) -> bool:
@@ -368,38 +366,32 @@ def _visible(struct: dict[str, Any]) -> list[dict[str, Any]]:
             if not _hidden(f) and not (ranked and f["name"] == "rank")]
 
 
-def _fields(api: Api, struct: dict[str, Any]) -> str:
-    text = ""
-    for field in _visible(struct):
-        text += _doc(field["doc"] or f"`{field['name']}` of C.", "    ")
-        text += f"    pub {field['name']}: {_value_type(api, struct, field)},\n"
-    return text
+def _field_doc(api: Api, struct: dict[str, Any], field: dict[str, Any]) -> str:
+    doc = field["doc"] or FIELDS.get(f"{struct['name']}.{field['name']}")
+    return _safe_doc(api, doc or FIELDS[field["name"]], "        ")
 
 
 def _output(api: Api, struct: dict[str, Any]) -> str:
     name = _camel(struct["name"])
-    text = "\n" + _doc(struct["doc"] or f"What `{struct['name']}` holds.", fence=True)
-    text += "#[derive(Clone, Debug, Default, PartialEq)]\n#[non_exhaustive]\n"
-    text += f"pub struct {name} {{\n{_fields(api, struct)}}}\n"
-    text += f"\nimpl {name} {{\n    /// Copy what the library filled, while its texts live.\n"
-    text += f"    pub(crate) fn from_raw(raw: &sys::{struct['name']}) -> Self {{\n"
-    text += f"        {name} {{\n"
+    text = "\noutput! {\n" + _doc(struct["doc"] or f"What `{struct['name']}` holds.", "    ", fence=True)
+    text += f"    {name} = {struct['name']}(raw) {{\n"
     for field in _visible(struct):
-        text += f"            {field['name']}: {_from_raw(api, struct, field)},\n"
-    return text + "        }\n    }\n}\n"
+        text += _field_doc(api, struct, field)
+        text += f"        {field['name']}: {_value_type(api, struct, field)} = "
+        text += f"{_from_raw(api, struct, field)},\n"
+    return text + "    }\n}\n"
 
 
 def _input(api: Api, struct: dict[str, Any]) -> str:
     name = _camel(struct["name"])
-    text = "\n" + _doc(struct["doc"] or f"The fields of `{struct['name']}`; 0 is the default.")
-    text += "#[derive(Clone, Debug, Default, PartialEq)]\n"
-    text += f"pub struct {name} {{\n{_fields(api, struct)}}}\n"
-    text += f"\nimpl {name} {{\n    pub(crate) fn to_raw(&self) -> sys::{struct['name']} {{\n"
-    text += f"        sys::{struct['name']} {{\n"
+    doc = struct["doc"] or f"The fields of `{struct['name']}`; 0 is the default."
+    text = "\ninput! {\n" + _doc(doc, "    ")
+    text += f"    {name}(own) = {struct['name']} {{\n"
     for field in _visible(struct):
-        wrapped = _value_type(api, struct, field)[0].isupper()
-        text += f"            {field['name']}: self.{field['name']}{'.0' if wrapped else ''},\n"
-    return text + "            ..Default::default()\n        }\n    }\n}\n"
+        kind = _value_type(api, struct, field)
+        text += _field_doc(api, struct, field)
+        text += f"        {field['name']}: {kind} = own.{field['name']}{'.0' if kind[0].isupper() else ''},\n"
+    return text + "    }\n}\n"
 
 
 def _shared(api: Api, struct: dict[str, Any]) -> str:
@@ -407,7 +399,11 @@ def _shared(api: Api, struct: dict[str, Any]) -> str:
     name, raw = _camel(struct["name"]), struct["name"]
     text = "\n" + _doc(struct["doc"] or f"The fields of `{struct['name']}`.", fence=True)
     text += "#[repr(C)]\n#[derive(Clone, Copy, Debug, Default, PartialEq)]\n"
-    text += f"pub struct {name} {{\n{_fields(api, struct)}}}\n"
+    text += f"pub struct {name} {{\n"
+    for field in _visible(struct):
+        text += _field_doc(api, struct, field).replace("        ///", "    ///")
+        text += f"    pub {field['name']}: {_value_type(api, struct, field)},\n"
+    text += "}\n"
     text += f"\nconst _: () = assert!(\n    std::mem::size_of::<{name}>() "
     return text + f"== std::mem::size_of::<sys::{raw}>()\n);\n"
 

@@ -338,4 +338,5 @@ def merge(declared: Dict[str, Any], notes: Dict[str, Any]) -> Dict[str, Any]:
         "callbacks": merger.merge_callbacks(),
         "structs": merger.merge_structs(),
         "functions": merger.merge_functions(),
+        "words": notes["words"],
     }

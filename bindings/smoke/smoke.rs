@@ -4,8 +4,8 @@ use splat::{
     normals_from_depth, picture_mask, prior_scores, sys, Camera, Code, Dataset, DatasetDesc,
     DatasetViews, Device, ExportDesc, Gaussians, Gradients, ImageView, ImageViewMut, MapFilter,
     NormalsDesc, OrbitDesc, Output, Picture, Predictor, RasterState, Rasterizer, RasterizerDesc,
-    RasterizerFlags, Result, Scene, SceneDesc, SceneFileDesc, SceneFormat, Tensor, Training,
-    TrainingDesc, RunEventKind, TrainingFlags,
+    RasterizerFlags, Result, RunEventKind, Scene, SceneDesc, SceneFileDesc, SceneFormat, Tensor,
+    Training, TrainingDesc, TrainingFlags,
 };
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -267,16 +267,16 @@ fn maps(pixels: &[u8]) -> Result<()> {
 
 fn data(folder: &str) -> Result<()> {
     let store = format!("{folder}/store_rust");
-    let open = |path| {
+    let open = |path: &str| {
         Dataset::open(&DatasetDesc {
-            path,
+            path: Some(path.as_ref()),
             ..Default::default()
         })
     };
     let dataset = open(folder)?;
     for shard in [1, 0] {
         let part = ExportDesc {
-            path: &store,
+            path: Some(store.as_ref()),
             layout: Some("store"),
             shards: 2,
             shard,
@@ -303,7 +303,7 @@ fn errors() {
     println!(
         r#"{{"case":"error","code":{},"name":"{}","message":{message}}}"#,
         code.to_raw(),
-        code.name()
+        code.c_name()
     );
     let mut scene = std::ptr::null_mut();
     // SAFETY: the structs live through the calls; the library refuses a destroyed handle.
@@ -312,7 +312,7 @@ fn errors() {
         sys::splat_scene_destroy(scene);
         sys::splat_scene_get_info(scene, &mut sys::splat_scene_info::default())
     };
-    let name = Code::from_raw(code).name();
+    let name = Code::from_raw(code).c_name();
     println!(r#"{{"case":"handle","code":{code},"name":"{name}"}}"#);
 }
 
@@ -325,7 +325,7 @@ fn interrupted(device: &Device, folder: &str) -> Result<RunEventKind> {
     );
     let desc = TrainingDesc {
         flags: TrainingFlags::OVERWRITE,
-        folder: &run,
+        folder: Some(run.as_ref()),
         config: Some(&config),
         values: &[&root],
         ..Default::default()
@@ -369,7 +369,7 @@ fn cancel(
         r#"{{"case":"cancel","event":{},"code":{},"name":"{}"}}"#,
         event.0,
         code.to_raw(),
-        code.name()
+        code.c_name()
     );
     Ok(())
 }
@@ -408,7 +408,7 @@ fn dropped(pictures: &[Picture<'_>], device_first: bool) -> Result<u64> {
     let scene = scene()?;
     rasterizer.forward_scene(Some(&state), &scene, &cameras(&scene)?, WHITE)?;
     let predictor = Predictor::create(open, &Default::default())?;
-    predictor.predict(pictures)?;
+    drop(predictor.predict(pictures)?);
     if device_first {
         drop(device.take());
         tensor.write(&[1.0_f32; 4096], None)?;

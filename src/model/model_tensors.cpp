@@ -81,7 +81,7 @@ Status Model::use_tensors(std::uint64_t seed, std::uint32_t step) {
 Status Model::check_unmapped() const {
     if (!outside_->mapped() && !outside_gradients_->mapped() && !parameters_->outside()->mapped())
         return {};
-    return bad_state("a tensor of the model is mapped: call splat_tensor_unmap first");
+    return bad_state("a tensor of the model is mapped: end that first (splat_tensor_unmap)");
 }
 
 Result<vk::BufferView> Model::input_gradient_tensor(Input input) const {

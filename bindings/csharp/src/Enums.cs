@@ -3,6 +3,7 @@
 #pragma warning disable 1591
 
 using System;
+using System.Collections.Generic;
 
 namespace Splat
 {
@@ -778,5 +779,97 @@ namespace Splat
         Closing = 5,
         /// <summary>the mask map &gt; 0.5 without specks: opening</summary>
         Opening = 6,
+    }
+
+    /// <summary>What messages say instead of a name of the headers.</summary>
+    internal static partial class OwnWords
+    {
+        internal static readonly Dictionary<string, string> Of =
+            new Dictionary<string, string>
+            {
+                { "SPLAT_CAMERA_IGNORE_DISTORTION", "CameraFlags.IgnoreDistortion" },
+                { "SPLAT_CONVENTION_3DGS", "Convention.Original3dgs" },
+                { "SPLAT_CONVENTION_GSPLAT", "Convention.Gsplat" },
+                { "SPLAT_DEVICE_PROFILE", "DeviceFlags.Profile" },
+                { "SPLAT_DEVICE_VALIDATION", "DeviceFlags.Validation" },
+                { "SPLAT_DTYPE_F32", "DType.F32" },
+                { "SPLAT_EVENT_STEP", "RunEventKind.Step" },
+                { "SPLAT_EXPORT_", "a value of ModelExport" },
+                { "SPLAT_IMAGE_GIF", "ImageFormat.Gif" },
+                { "SPLAT_IMAGE_NPY", "ImageFormat.Npy" },
+                { "SPLAT_IMAGE_PNG", "ImageFormat.Png" },
+                { "SPLAT_IMAGE_PNG16", "ImageFormat.Png16" },
+                { "SPLAT_IMAGE_WEBP", "ImageFormat.Webp" },
+                { "SPLAT_LOAD_ADAPTERS", "LoadFlags.Adapters" },
+                { "SPLAT_MAP_FILTER_", "MapFilter" },
+                { "SPLAT_MODEL_GRADIENTS", "ModelFlags.Gradients" },
+                { "SPLAT_MODEL_INPUT_GRADIENTS", "ModelFlags.InputGradients" },
+                { "SPLAT_MODEL_RECOMPUTE", "ModelFlags.Recompute" },
+                { "SPLAT_MODULE_GRADIENTS", "ModuleFlags.Gradients" },
+                { "SPLAT_MODULE_INPUT_GRADIENTS", "ModuleFlags.InputGradients" },
+                { "SPLAT_PASS_TENSORS", "PassFlags.Tensors" },
+                { "SPLAT_PICTURE_WHOLE", "PictureFlags.Whole" },
+                { "SPLAT_PIXEL_", "pixel" },
+                { "SPLAT_PORT_KIND_", "PortKind" },
+                { "SPLAT_RASTERIZER_BACKWARD", "RasterizerFlags.Backward" },
+                { "SPLAT_RASTERIZER_DEPTH", "RasterizerFlags.Depth" },
+                { "SPLAT_RASTERIZER_DIRECT_COLORS", "RasterizerFlags.DirectColors" },
+                { "SPLAT_RASTERIZER_GRAD_DEPTH", "RasterizerFlags.GradDepth" },
+                { "SPLAT_RASTERIZER_GRAD_MEANS2D", "RasterizerFlags.GradMeans2d" },
+                { "SPLAT_RASTERIZER_GRAD_POSE", "RasterizerFlags.GradPose" },
+                { "SPLAT_RASTERIZER_NORMALS", "RasterizerFlags.Normals" },
+                { "SPLAT_SCENE_", "scene" },
+                { "SPLAT_SCHEDULE_COSINE", "Schedule.Cosine" },
+                { "SPLAT_SCHEDULE_STEP", "Schedule.Step" },
+                { "SPLAT_WEIGHTS_NPZ", "WeightsFormat.Npz" },
+                { "SPLAT_WEIGHTS_PTH", "WeightsFormat.Pth" },
+                { "SPLAT_WEIGHTS_SAFETENSORS", "WeightsFormat.Safetensors" },
+                { "splat_batches", "Batches" },
+                { "splat_comparison", "Comparison" },
+                { "splat_dataset", "Dataset" },
+                { "splat_decode_set_limits", "Library.SetDecodeLimits" },
+                { "splat_device", "Device" },
+                { "splat_device_cancel", "Device.Cancel" },
+                { "splat_device_desc", "Device" },
+                { "splat_evaluator", "Evaluator" },
+                { "splat_evaluator_desc", "Evaluator" },
+                { "splat_evaluator_score", "Evaluator.Score" },
+                { "splat_lpips", "Lpips" },
+                { "splat_lpips_desc", "Lpips" },
+                { "splat_model", "Model" },
+                { "splat_model_backward", "Model.Backward" },
+                { "splat_model_desc", "Model" },
+                { "splat_model_forward", "Model.Forward" },
+                { "splat_model_load", "Model.Load" },
+                { "splat_model_ports", "Model.Ports" },
+                { "splat_module", "Module" },
+                { "splat_module_desc", "Module" },
+                { "splat_normals_desc", "normals" },
+                { "splat_op", "Op" },
+                { "splat_op_desc", "Op" },
+                { "splat_optimizer", "Optimizer" },
+                { "splat_optimizer_desc", "Optimizer" },
+                { "splat_predictor", "Predictor" },
+                { "splat_predictor_desc", "Predictor" },
+                { "splat_prior_model", "PriorModel" },
+                { "splat_prior_model_desc", "PriorModel" },
+                { "splat_raster_state", "RasterState" },
+                { "splat_raster_state_create", "Rasterizer.CreateState" },
+                { "splat_rasterizer", "Rasterizer" },
+                { "splat_rasterizer_desc", "Rasterizer" },
+                { "splat_rasterizer_forward", "Rasterizer.Forward" },
+                { "splat_rasterizer_read", "Rasterizer.Read" },
+                { "splat_run", "Run" },
+                { "splat_run_next", "Run.Next" },
+                { "splat_scene", "Scene" },
+                { "splat_scene_desc", "Scene" },
+                { "splat_tensor", "Tensor" },
+                { "splat_tensor_desc", "Tensor" },
+                { "splat_tensor_map", "Tensor.Map" },
+                { "splat_tensor_unmap", "Tensor.Map" },
+                { "splat_trainer", "Trainer" },
+                { "splat_training_open", "Training" },
+                { "splat_weights", "Weights" },
+            };
     }
 }

@@ -1,4 +1,5 @@
 using System;
+using System.Text.RegularExpressions;
 using System.Threading;
 using Splat.Interop;
 
@@ -17,6 +18,27 @@ namespace Splat
         }
     }
 
+    internal static partial class OwnWords
+    {
+        private static readonly Regex Name =
+            new Regex("(?<!\\w)'[^']*'|(?<![\\w/.])((?:splat|SPLAT)_\\w+)(\\.(?=[a-z]))?");
+
+        /// <summary>
+        /// A message of the library with the words of C# for the names of its headers. Fields of
+        /// structs are options and arguments here: "flags" for "splat_scene_desc.flags".
+        /// What stands in quotes is the caller's.
+        /// </summary>
+        internal static string In(string message)
+        {
+            return Name.Replace(message, name =>
+            {
+                string word;
+                if (name.Groups[2].Success) return "";
+                return Of.TryGetValue(name.Value, out word) ? word : name.Value;
+            });
+        }
+    }
+
     /// <summary>Turns results of the library into exceptions.</summary>
     internal static unsafe class Check
     {
@@ -29,7 +51,8 @@ namespace Splat
                                 CancellationToken token = default(CancellationToken))
         {
             if (code >= 0) return;
-            var error = new SplatException(code, Text.Read(Native.splat_last_error_message(), -1));
+            var error = new SplatException(
+                code, OwnWords.In(Text.Read(Native.splat_last_error_message(), -1)));
             if (code != ResultCode.Cancelled) throw error;
             throw new OperationCanceledException(
                 error.Message, error,

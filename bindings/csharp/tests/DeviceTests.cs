@@ -73,7 +73,7 @@ namespace Splat.Tests
         [Test]
         private static void ProfilesDispatches()
         {
-            Expect.Refused(ResultCode.ErrorInvalidState, "PROFILE", () =>
+            Expect.Refused(ResultCode.ErrorInvalidState, "DeviceFlags.Profile", () =>
                 Shared.Device.ProfileJson());
             using (var device = new Device(new DeviceOptions { Flags = DeviceFlags.Profile }))
             using (Tensor tensor = Tensor.From(device, new float[] { 1, 2 }, 2))

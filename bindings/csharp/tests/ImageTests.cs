@@ -107,7 +107,7 @@ namespace Splat.Tests
             try
             {
                 Library.SetDecodeLimits(new DecodeLimits { BytesTimesFile = 1, BytesBesides = 1000 });
-                Expect.Refused(ResultCode.ErrorFormat, "splat_decode_set_limits", reads[0]);
+                Expect.Refused(ResultCode.ErrorFormat, "Library.SetDecodeLimits", reads[0]);
                 Library.SetDecodeLimits(new DecodeLimits { BytesTimesFile = 1000, BytesBesides = 1000 });
                 reads[0]();
                 Library.SetDecodeLimits(new DecodeLimits { BytesTimesFile = 1, BytesBesides = 1 << 20 });

@@ -149,7 +149,7 @@ namespace Splat.Tests
             using (var wrong = new Tensor(device, new long[] { 5 }))
             {
                 Camera[] cameras = Shared.SmallCameras(scene);
-                Expect.Refused(ResultCode.ErrorInvalidState, "drawn nothing",
+                Expect.Refused(ResultCode.ErrorInvalidState, "drawn nothing: call Rasterizer.Forward first",
                                () => rasterizer.Read(Output.Rgb, new float[2 * 32 * 48 * 3]));
                 Expect.Throws<ArgumentException>(() =>
                     rasterizer.Forward(scene, cameras, new float[2]));

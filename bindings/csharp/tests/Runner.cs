@@ -2,6 +2,7 @@ using System;
 using System.Collections.Generic;
 using System.Linq;
 using System.Reflection;
+using System.Text.RegularExpressions;
 
 namespace Splat.Tests
 {
@@ -74,6 +75,9 @@ namespace Splat.Tests
             SplatException error = Throws<SplatException>(action);
             Equal(code, error.Code);
             Contains(part, error.Message);
+            string own = Regex.Replace(error.Message, "(?<!\\w)'[^']*'", "");  // without the caller's words
+            True(!Regex.IsMatch(own, "\\bsplat_[a-z]|\\bSPLAT_(ERROR|RASTERIZER|MODEL|WEIGHTS|PORT)"),
+                 "no names of C: " + error.Message);
         }
     }
 

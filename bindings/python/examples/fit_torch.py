@@ -28,4 +28,4 @@ for _ in range(STEPS):
     loss.backward()
     adam.step()
 ms = (time.perf_counter() - start) * 1e3 / STEPS
-print(f"{float(-10 * torch.log10(loss)):.1f} dB, {ms:.2f} ms per step")
+print(f"{-10 * torch.log10(loss).item():.1f} dB, {ms:.2f} ms per step")

@@ -34,7 +34,7 @@ class Attributes(Case):
 
     def test_objects(self) -> None:
         camera, made = splat.Camera(4, 4, 5), scene()
-        for each, name in ((camera, "fx"), (camera, "wrld_to_camera"), (made, "positions"),
+        for each, name in ((camera, "focal"), (camera, "wrld_to_camera"), (made, "positions"),
                            (splat.Image(picture()), "arry"), (splat.Picture("a.png"), "msak"),
                            (self.device, "max_bytes"), (splat.Tensor(self.device, 1), "data")):
             with self.assertRaises(AttributeError):

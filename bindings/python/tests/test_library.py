@@ -1,5 +1,6 @@
 """Finding and checking the library; declarations against the description of the API."""
 import ctypes
+import enum
 import errno
 import json
 import pickle
@@ -7,7 +8,7 @@ import subprocess
 import sys
 import unittest
 from pathlib import Path
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, Tuple, get_args
 
 import splat
 from splat import _library, _native
@@ -144,7 +145,16 @@ def _errors_class(code: int) -> splat.Error:
 
 
 class Types(unittest.TestCase):
-    """Annotations."""
+    """Annotations and docstrings."""
+
+    def test_every_enumeration_says_what_it_is(self) -> None:
+        kinds: List[Any] = [each for each in vars(_native).values()
+                            if isinstance(each, type) and issubclass(each, enum.Enum)]
+        self.assertGreater(len(kinds), 40)
+        for kind in kinds:
+            self.assertNotRegex(kind.__doc__ or "of the headers", "of the headers")
+        self.assertIn("GSPLAT           gsplat 1.6", splat.Convention.__doc__ or "")
+        self.assertEqual(get_args(_native.ConventionName), ("3dgs", "gsplat"))
 
     def test_mypy_is_content(self) -> None:
         done = subprocess.run([sys.executable, "-m", "mypy", "--cache-dir=/dev/null"],

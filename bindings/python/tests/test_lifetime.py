@@ -91,7 +91,7 @@ class Order(Case):
         self.assertEqual(errors, [])
 
     def test_no_copies(self) -> None:
-        made = scene()
+        made = splat.Tensor(self.device, 1)
         for function in (copy.copy, copy.deepcopy, pickle.dumps):
             self.refused(TypeError, "cannot be copied", function, made)
 
@@ -329,7 +329,7 @@ class Garbage(Case):
                 lambda: rasterizer.forward(drawn, cameras(1, 40, 32)), lambda: rasterizer.read("depth"),
                 lambda: splat.Tensor.zeros(self.device, (2, -1)), lambda: splat.Scene(given["sh"]),
                 lambda: evaluator.score(0), lambda: module.backward(), lambda: weights["b"],
-                lambda: module.ports("gone"), lambda: model.forward(values(1, 3, 8, 8)),
+                lambda: module.ports(98), lambda: model.forward(values(1, 3, 8, 8)),
                 lambda: model.ports(99), lambda: splat.Predictor(self.device, "gone"),
                 lambda: splat.Training(self.folder / "run", "nonsense: 1"), in_a_block, kept,
                 lambda: splat.export_dataset(dataset, self.folder / "out", layout="images",

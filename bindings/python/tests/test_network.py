@@ -15,7 +15,8 @@ class WeightFiles(Case):
                  "none": values(0, 2)}
         weights = splat.Weights(given)
         self.assertEqual(list(weights), list(given))
-        for name in ("safetensors", "npz"):
+        names: Any = ("safetensors", "npz")
+        for name in names:
             weights.save(self.folder / f"a.{name}")
             self.assertEqual((self.folder / f"a.{name}").read_bytes(), weights.to_bytes(name))
             for source in (False, True):
@@ -63,7 +64,7 @@ class WeightFiles(Case):
         self.refused(splat.InvalidArgument, "9 dimensions", splat.Weights,
                      {"a": np.zeros((1,) * 9, np.float32)})
         weights = splat.Weights({"a": values(2)})
-        self.refused(splat.NotFound, "b", lambda: weights["b"])
+        self.refused(splat.MissingName, "b", lambda: weights["b"])
         self.refused(splat.FormatError, "", splat.Weights.load, b"nonsense")
         self.refused(splat.NotFound, "", splat.Weights.load, self.folder / "a.pth")
         self.refused(splat.NotFound, "trucks", splat.builtin_weights, "trucks")

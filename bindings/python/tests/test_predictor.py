@@ -47,7 +47,8 @@ class Predictors(Case):
 
     def test_files_and_their_bytes_are_cut_alike(self) -> None:
         deep = splat.Image(values(64, 80) / 2 + 0.25)  # float depths would be scaled to 0 to 1
-        for format in ("png", "png16"):
+        formats: Any = ("png", "png16")
+        for format in formats:
             for part in ("image", "mask", "depth", "normal"):
                 file = self.folder / f"{part}.png"
                 file.write_bytes(deep.to_bytes(format))
@@ -106,6 +107,12 @@ class Predictors(Case):
         self.assertIn("Gaussians", printed)
         self.assertGreater(len(splat.Scene.load(self.folder / "scene.ply")), 0)
         self.assertIn(b"fcTL", (self.folder / "orbit.png").read_bytes())  # animated
+
+    def test_three_lines_about_a_prediction(self) -> None:
+        lines = repr(self.predictor.predict(picture())).split("\n")
+        self.assertEqual(len(lines), 3)
+        self.assertRegex(lines[0], r"^Prediction of Scene\(\d+ Gaussians, .*\), \d+ faint ones left out$")
+        self.assertEqual(lines[1:], ["  seen: 80 x 64 pixels, object by alpha", "  warnings: none"])
 
     def test_doubts_are_warnings(self) -> None:
         with warnings.catch_warnings():

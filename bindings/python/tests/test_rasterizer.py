@@ -1,15 +1,16 @@
 """The rasterizer: images, outputs, gradients, several states."""
-from typing import Any
+from typing import Any, Dict, Tuple
 
 import numpy as np
 
 import splat
 from shared import Case, arrays, cameras, scene, values
 
-OUTPUTS = {"rgb": (2, 32, 48, 3), "alpha": (2, 32, 48), "depth": (2, 32, 48),
-           "expected_depth": (2, 32, 48), "contributors": (2, 32, 48), "normals": (2, 32, 48, 3),
-           "means2d": (2, 50, 2), "radii": (2, 50, 2), "conics": (2, 50, 3), "depths": (2, 50),
-           "visibility": (2, 50)}
+OUTPUTS: Dict[Any, Tuple[int, ...]] = {
+    "rgb": (2, 32, 48, 3), "alpha": (2, 32, 48), "depth": (2, 32, 48),
+    "expected_depth": (2, 32, 48), "contributors": (2, 32, 48), "normals": (2, 32, 48, 3),
+    "means2d": (2, 50, 2), "radii": (2, 50, 2), "conics": (2, 50, 3), "depths": (2, 50),
+    "visibility": (2, 50)}
 
 
 class Drawing(Case):
@@ -61,7 +62,7 @@ class Drawing(Case):
         self.assertEqual(splat.render(scene(), []), [])
         self.refused(splat.ShapeMismatch, "background", splat.render, scene(), views,
                      background=(1,))
-        self.refused(splat.InvalidArgument, "expected a Camera", splat.render, scene(), [3])
+        self.refused(TypeError, "expected a Camera", splat.render, scene(), [3])
 
     def test_any_number_of_views(self) -> None:
         rasterizer = splat.Rasterizer(self.device, 50, 48, 32)
@@ -95,7 +96,7 @@ class Drawing(Case):
         self.refused(splat.InvalidArgument, "", rasterizer.forward, scene(), cameras(2, 40, 32))
         self.refused(splat.InvalidArgument, "", rasterizer.forward, scene(51), cameras(2))
         self.refused(splat.InvalidArgument, "", rasterizer.forward, scene(), cameras(3))
-        self.refused(splat.InvalidArgument, "expected a Camera", rasterizer.forward, scene(), [3])
+        self.refused(TypeError, "expected a Camera", rasterizer.forward, scene(), [3])
         self.refused(splat.ShapeMismatch, "background", rasterizer.forward, scene(), cameras(), (1,))
         rasterizer.forward(scene(), cameras())
         self.refused(splat.InvalidState, "DEPTH", rasterizer.read, "depth")

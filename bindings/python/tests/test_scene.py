@@ -1,10 +1,23 @@
 """Scenes, cameras and images."""
+import copy
+import io
 import math
+import pickle
+from typing import Any
 
 import numpy as np
 
 import splat
 from shared import Case, arrays, cameras, picture, scene, values
+
+
+class Titled(splat.Scene):
+    """A class of a caller."""
+
+    def __init__(self, given: splat.Scene, title: str) -> None:
+        super().__init__(given.means, log_scales=given.log_scales, rotations=given.rotations,
+                         opacity_logits=given.opacity_logits, sh=given.sh)
+        self.title = title
 
 
 class Scenes(Case):
@@ -52,7 +65,8 @@ class Scenes(Case):
     def test_files_and_bytes(self) -> None:
         made = scene(20, 1)
         self.assertEqual({each["name"] for each in splat.scene_formats()} >= {"ply", "spz"}, True)
-        for name in ("ply", "spz", "splat"):
+        names: Any = ("ply", "spz", "splat")
+        for name in names:
             path = self.folder / f"a.{name}"
             made.save(path)
             self.assertEqual(path.read_bytes(), made.to_bytes(name))
@@ -74,6 +88,70 @@ class Scenes(Case):
         self.assertLess(len(made), 20)
         made.filter(0.99, finite=True, sort=True)
         self.assertTrue((made.opacities >= 0.98).all())
+
+    def test_parts(self) -> None:
+        made = scene(20, 1)
+        chosen = made.opacities > 0.5
+        places: Any = (slice(3, 9), slice(None, None, -2), [4, 4, -1], np.array([0]), chosen)
+        for index in places:
+            part = made[index]
+            for name in ("means", "log_scales", "rotations", "opacity_logits", "sh"):
+                np.testing.assert_array_equal(part.read(name), made.read(name)[index])
+        self.assertEqual((len(made[99:]), made[99:].sh_degree), (0, 1))
+        self.refused(TypeError, "scene[3:4] is a Scene of one", lambda: made[3])
+        self.refused(TypeError, "not indexed by a tuple", lambda: made[..., 0])
+        self.refused(IndexError, "20", lambda: made[[20]])
+        self.refused(TypeError, "iterate over an attribute", list, made)
+        self.refused(TypeError, "", lambda: 3.5 in made)  # type: ignore[operator]
+
+    def test_copies_and_pickles(self) -> None:
+        made = scene(20, 2)
+        made.rotations = made.rotations * np.float32(3)
+        for again in (copy.copy(made), copy.deepcopy(made), pickle.loads(pickle.dumps(made)), made[:]):
+            self.assertEqual(again, made)
+            self.assertEqual(again.to_bytes("ply"), made.to_bytes("ply"))
+            again.means = again.means + np.float32(1)
+            self.assertNotEqual(again, made)
+        self.assertNotEqual(made, made[:19])
+        self.assertNotEqual(made, 3)
+        self.assertNotEqual(scene(2, 1), scene(2, 2))
+        broken = splat.Scene(np.full((2, 3), np.nan, np.float32))
+        self.assertEqual(pickle.loads(pickle.dumps(broken)), broken)
+        empty = scene(20, 3)[:0]
+        self.assertEqual(copy.copy(empty), empty)
+        named = copy.copy(Titled(made, "a"))
+        self.assertEqual((type(named), named.title, named), (Titled, "a", made))
+
+    def test_notebooks_show_it(self) -> None:
+        self.assertTrue((scene()._repr_png_() or b"").startswith(b"\x89PNG"))
+        closed = scene()
+        closed.close()
+        for none in (scene()[:0], closed):
+            self.assertIsNone(none._repr_png_())
+
+    def test_open_files(self) -> None:
+        made = scene(20)
+        made.save(self.folder / "a.ply")
+        (self.folder / "a.txt").write_text("ply")
+        with open(self.folder / "a.ply", "rb") as file:
+            self.assertEqual(splat.Scene.load(file), splat.Scene.load(self.folder / "a.ply"))
+        self.assertEqual(len(splat.Scene.load(io.BytesIO(made.to_bytes("ply")))), 20)
+        with open(self.folder / "a.txt") as text:
+            self.refused(splat.InvalidArgument, "gives a str, expected a path, bytes, or a file that",
+                         splat.Scene.load, text)
+        self.refused(splat.InvalidArgument, "an int, expected a path, bytes, or", splat.Scene.load, 3)
+        image, weights, views = picture(), splat.Weights({"a": values(2)}), cameras(2)
+        packed = io.BytesIO(splat.Image(image).to_bytes())
+        self.assertEqual(splat.Image.load(packed), splat.Image(image))
+        self.assertEqual(splat.Weights.load(io.BytesIO(weights.to_bytes())), weights)
+        self.assertEqual(len(splat.Camera.load(io.BytesIO(splat.cameras_to_bytes(views)))), 2)
+        parts = (io.BytesIO(b"1 PINHOLE 40 30 50 50 20 15\n"), b"1 1 0 0 0 0 0 4 1 a.png\n\n")
+        self.assertEqual(splat.Camera.load(parts)[0].name, "a.png")
+        self.refused(splat.InvalidArgument, "the bytes of (cameras, images)", splat.Camera.load,
+                     ("a", b""))
+        packed.seek(0)
+        cut, _ = splat.cut_picture(packed, 16)
+        self.assertEqual(cut["image"], splat.cut_picture(image, 16)[0]["image"])
 
     def test_bad_input(self) -> None:
         make, means = splat.Scene, values(4, 3)
@@ -142,8 +220,6 @@ class Cameras(Case):
         self.assertEqual(splat.Camera.load(parts), found)
 
     def test_copies(self) -> None:
-        import copy
-        import pickle
         camera = cameras()[0]
         self.assertEqual(pickle.loads(pickle.dumps(camera)), camera)
         self.assertEqual(copy.deepcopy(camera), camera)
@@ -189,13 +265,41 @@ class Images(Case):
         self.assertEqual(image.__array__(np.float32).dtype, np.float32)
         self.assertIsNot(image.__array__(np.uint8, copy=True), image.array)
         if np.lib.NumpyVersion(np.__version__) >= "2.0.0":
-            self.refused(ValueError, "without a copy", np.asarray, image, np.float32, copy=False)
+            self.refused(ValueError, "copy", np.asarray, image, np.float32, copy=False)
+
+    def test_like_an_array(self) -> None:
+        for array in (picture(), picture()[::-1, ::2, 0], values(4, 5, 3)):
+            image: Any = splat.Image(array)
+            self.assertEqual((image.shape, image.dtype, image.ndim, image.size, len(image)),
+                             (array.shape, array.dtype, array.ndim, array.size, len(array)))
+            np.testing.assert_array_equal(image[1:3, 2], array[1:3, 2])
+            np.testing.assert_array_equal(list(image), array)
+            self.assertTrue((image == array).all() and (array == image).all())
+            self.assertEqual(image, splat.Image(array.copy()))
+            self.assertEqual(image.tobytes(), array.tobytes())
+            shared = np.asarray(image)
+            self.assertTrue(np.shares_memory(shared, image.array))
+            self.assertFalse(np.shares_memory(np.array(image), image.array))
+            del image
+            np.testing.assert_array_equal(shared, array)
+            np.testing.assert_array_equal(np.from_dlpack(splat.Image(array)), array)
+        self.assertNotEqual(splat.Image(picture()), splat.Image(picture()[1:]))
+        self.assertNotEqual(splat.Image(picture()), "a")
+        self.refused(AttributeError, "", setattr, splat.Image(picture()), "array", picture())
+
+    def test_pil_takes_it(self) -> None:
+        try:
+            from PIL import Image
+        except ImportError:
+            self.skipTest("no PIL; apt-get install python3-pil")
+        for array in (picture(), picture()[::2, ::-1, :3], picture()[:, :, 0]):
+            np.testing.assert_array_equal(np.asarray(Image.fromarray(splat.Image(array))), array)
 
     def test_limits_of_files(self) -> None:
         self.addCleanup(splat.set_decode_limits)
         file = splat.Image(picture() * np.uint8(0)).to_bytes()
         splat.set_decode_limits(bytes_times_file=1, bytes_besides=1000)
-        self.refused(splat.FormatError, "splat_decode_set_limits", splat.Image.load, file)
+        self.refused(splat.FormatError, "set_decode_limits", splat.Image.load, file)
         splat.set_decode_limits(bytes_besides=1 << 20, items=1, jpeg_scans=1)
         splat.Image.load(file)
         arrays = {"a": values(2), "b": values(2)}
@@ -206,7 +310,8 @@ class Images(Case):
 
     def test_animations(self) -> None:
         frames = [values(5, 6, 3, seed=seed) for seed in range(3)]
-        for name in ("gif", "png"):
+        names: Any = ("gif", "png")
+        for name in names:
             splat.save_animation(self.folder / f"a.{name}", frames, 50)
             self.assertEqual((self.folder / f"a.{name}").read_bytes(),
                              splat.animation_to_bytes(frames, 50, name))

@@ -94,8 +94,9 @@ class Tensors(Case):
 
     def test_sequences_buffers_and_interfaces(self) -> None:
         import array
-        for data in ([[1, 2], [3, 4]], array.array("f", [1, 2, 3]), memoryview(values(3)), 5,
-                     Pack(values(2, 2))):
+        given: Tuple[Any, ...] = ([[1, 2], [3, 4]], array.array("f", [1, 2, 3]), memoryview(values(3)),
+                                  5, Pack(values(2, 2)))
+        for data in given:
             self.assertEqual(splat.Tensor(self.device, data).dtype, np.float32)
 
     def test_array_shares_memory(self) -> None:
@@ -262,6 +263,18 @@ print(sum(view[1000] for view in views))
         self.refused(splat.InvalidArgument, "can be written", tensor.numpy, frozen)
         self.refused(splat.InvalidArgument, "negative", tensor.numpy, values(3, 4)[::-1])
         self.refused(splat.InvalidArgument, "name has a NUL", make.zeros, device, 1, name="a\0b")
+
+    def test_like_an_array(self) -> None:
+        array = values(3, 4)
+        tensor = splat.Tensor(self.device, array)
+        self.assertEqual((tensor.ndim, tensor.size, len(tensor)), (2, 12, 3))
+        np.testing.assert_array_equal(tensor[1:, ::2], array[1:, ::2])
+        np.testing.assert_array_equal(list(tensor), array)
+        self.assertEqual(tensor[2, 3], array[2, 3])
+        self.refused(ValueError, "read-only", tensor[0].__setitem__, 0, 1)
+        self.assertEqual(float(splat.Tensor(self.device, [[2.5]])), 2.5)
+        self.refused(TypeError, "shape [3,4] is no number", float, tensor)
+        self.assertEqual(splat.Tensor(self.device, 5.0)[()], 5)
 
     def test_masked_arrays_are_refused(self) -> None:
         numpy_ma: Any = np.ma

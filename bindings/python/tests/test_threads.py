@@ -1,4 +1,5 @@
 """Several threads at once, and what they borrow from the library."""
+import asyncio
 import gc
 import threading
 from typing import Any, Callable, List, Tuple
@@ -235,3 +236,21 @@ class Threads(Case):
             stop.set()
             thread.join()
         model.forward(values(1, 3, 16, 16))
+
+    def test_cancel_ends_a_call_of_asyncio(self) -> None:
+        device = splat.Device()
+        model = splat.Model(device, CONFIG)
+
+        def work() -> None:
+            while True:
+                model.forward(values(1, 3, 16, 16))
+
+        async def main() -> None:
+            task = asyncio.create_task(asyncio.to_thread(work))
+            while not task.done():
+                device.cancel()
+                await asyncio.sleep(0.0005)
+            with self.assertRaises(splat.Cancelled):
+                await task
+
+        asyncio.run(main())

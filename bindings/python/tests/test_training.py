@@ -27,7 +27,7 @@ class Configurations(Case):
         self.assertEqual(splat.path_name("../a/b"), "%2E.%2Fa%2Fb")
         self.refused(splat.InvalidArgument, "base_lr", splat.config_merge, None, "opt.base_lt=1")
         self.refused(splat.InvalidArgument, "", splat.config_merge, "a: [")
-        self.refused(splat.InvalidArgument, "config is a int", splat.config_merge, 3)
+        self.refused(splat.InvalidArgument, "config is an int", splat.config_merge, 3)
 
 
 class Data(Case):

@@ -1,12 +1,25 @@
 //! Finds libsplat.so: in SPLAT_LIB_DIR, or by pkg-config.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
+const LIBRARIES: [&str; 3] = ["libsplat.so", "libsplat.dylib", "splat.lib"];
+
 fn main() {
-    println!("cargo:rerun-if-env-changed=SPLAT_LIB_DIR");
-    println!("cargo:rerun-if-env-changed=PKG_CONFIG_PATH");
-    println!("cargo:rerun-if-env-changed=PKG_CONFIG");
+    println!("cargo:rerun-if-changed=build.rs");
+    for name in [
+        "SPLAT_LIB_DIR",
+        "PKG_CONFIG",
+        "PKG_CONFIG_PATH",
+        "PKG_CONFIG_LIBDIR",
+        "PKG_CONFIG_SYSROOT_DIR",
+        "DOCS_RS",
+    ] {
+        println!("cargo:rerun-if-env-changed={name}");
+    }
+    if std::env::var_os("DOCS_RS").is_some() {
+        return; // documentation needs no library
+    }
     println!("cargo:rustc-link-lib=dylib=splat");
     match std::env::var("SPLAT_LIB_DIR") {
         Ok(folder) if !folder.is_empty() => from_folder(&folder),
@@ -15,38 +28,105 @@ fn main() {
 }
 
 /// Use a folder, such as that of a build, and let programs find the library there at run time.
-/// Crates that depend on `splat` add the run path by `DEP_SPLAT_RUN_PATH`.
+/// Crates that depend on `splat` add the run path by `DEP_SPLAT_RS_RUN_PATH`.
 fn from_folder(folder: &str) {
-    if !["libsplat.so", "libsplat.dylib", "splat.lib"]
-        .iter()
-        .any(|name| Path::new(folder).join(name).exists())
-    {
+    if !Path::new(folder).is_absolute() {
         fail(&format!(
-            "there is no libsplat.so in SPLAT_LIB_DIR={folder}"
+            "SPLAT_LIB_DIR={folder} is relative, and cargo builds crates in other folders: give the \
+             whole path, or in .cargo/config.toml set relative = true"
         ));
     }
-    println!("cargo:rustc-link-search=native={folder}");
-    println!("cargo:rustc-link-arg=-Wl,-rpath,{folder}");
+    let library = LIBRARIES
+        .iter()
+        .map(|name| Path::new(folder).join(name))
+        .find(|path| path.exists());
+    let library = match library {
+        Some(library) => library,
+        None => fail(&format!(
+            "there is no libsplat.so in SPLAT_LIB_DIR={folder}"
+        )),
+    };
+    println!("cargo:rerun-if-changed={}", library.display());
+    // The file is libsplat.so.1.2.3; without a version in its name the first call checks it.
+    let file = library.canonicalize().unwrap_or_default();
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    if let Some((_, version)) = name.split_once(".so.") {
+        check_version(version);
+    }
+    for argument in ["-Xlinker", "-rpath", "-Xlinker", folder] {
+        println!("cargo:rustc-link-arg={argument}");
+    }
     println!("cargo:run_path={folder}");
+    search(folder);
 }
 
 /// Use the folders that `pkg-config --libs splat` names.
 fn from_pkg_config() {
-    let program = std::env::var("PKG_CONFIG").unwrap_or_else(|_| "pkg-config".into());
-    let output = match Command::new(&program)
-        .args(["--libs-only-L", "splat"])
-        .output()
-    {
-        Ok(output) => output,
-        Err(error) => fail(&format!("cannot run {program}: {error}")),
-    };
-    if !output.status.success() {
-        fail(String::from_utf8_lossy(&output.stderr).trim());
-    }
-    for flag in String::from_utf8_lossy(&output.stdout).split_whitespace() {
+    check_version(pkg_config("--modversion").trim());
+    for flag in split(&pkg_config("--libs-only-L")) {
         if let Some(folder) = flag.strip_prefix("-L") {
-            println!("cargo:rustc-link-search=native={folder}");
+            search(folder);
         }
+    }
+}
+
+fn pkg_config(option: &str) -> String {
+    let program = std::env::var("PKG_CONFIG").unwrap_or_else(|_| "pkg-config".into());
+    match Command::new(&program).args([option, "splat"]).output() {
+        Ok(output) if output.status.success() => {
+            String::from_utf8_lossy(&output.stdout).into_owned()
+        }
+        Ok(output) => fail(String::from_utf8_lossy(&output.stderr).trim()),
+        Err(error) => fail(&format!("cannot run {program}: {error}")),
+    }
+}
+
+/// Words between spaces; pkg-config puts a backslash before a space within one.
+fn split(text: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut letters = text.chars();
+    while let Some(letter) = letters.next() {
+        match letter {
+            '\\' => words.last_mut().unwrap().extend(letters.next()),
+            space if space.is_whitespace() => words.push(String::new()),
+            letter => words.last_mut().unwrap().push(letter),
+        }
+    }
+    words
+}
+
+/// Link with a folder's library. `cargo run` and `cargo test` look in build folders only, so these
+/// get links to it.
+fn search(folder: &str) {
+    println!("cargo:rustc-link-search=native={folder}");
+    #[cfg(unix)]
+    if let (Some(out), Ok(files)) = (std::env::var_os("OUT_DIR"), std::fs::read_dir(folder)) {
+        let out = PathBuf::from(out);
+        for file in files.flatten() {
+            if file
+                .file_name()
+                .to_string_lossy()
+                .starts_with("libsplat.so")
+            {
+                let link = out.join(file.file_name());
+                std::fs::remove_file(&link).ok();
+                std::os::unix::fs::symlink(file.path(), link).ok();
+            }
+        }
+        println!("cargo:rustc-link-search=native={}", out.display());
+    }
+}
+
+/// Refuse a library of another version: the rule of the crate `splat` at run time.
+fn check_version(library: &str) {
+    let own = env!("CARGO_PKG_VERSION");
+    let numbers = |text: &str| -> Vec<u32> { text.split('.').flat_map(str::parse).collect() };
+    let (found, needed) = (numbers(library), numbers(own));
+    let same = if needed[0] == 0 { 2 } else { 1 };
+    if found.len() == 3 && (found[..same] != needed[..same] || found < needed) {
+        fail(&format!(
+            "it is version {library}, and this crate is for {own}: install that version"
+        ));
     }
 }
 

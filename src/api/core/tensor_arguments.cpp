@@ -25,12 +25,12 @@ Result<std::shared_ptr<TensorObject>> find_tensor(splat_tensor tensor, const cha
 
 Status check_unmapped(const TensorObject& tensor) {
     if (tensor.mapped != 0)
-        return bad_state("tensor '%s' is mapped; call splat_tensor_unmap first",
+        return bad_state("tensor '%s' is mapped; end that first (splat_tensor_unmap)",
                          tensor.name.c_str());
     if (tensor.use != nullptr && tensor.use->mapped(tensor.view))
         return bad_state(
-            "tensor '%s' shares memory with a tensor that is mapped; call "
-            "splat_tensor_unmap first",
+            "tensor '%s' shares memory with a tensor that is mapped; end "
+            "that first (splat_tensor_unmap)",
             tensor.name.c_str());
     return {};
 }

@@ -7,13 +7,17 @@
 Errors are subclasses of `Error` and of Python's usual classes. Objects are closed by `close`, by a
 `with` block, or when they are collected, in any order.
 """
+from enum import Enum as _Enum
+
 from ._errors import (Cancelled, DeviceLost, Error, FormatError, InternalError, InvalidArgument,
-                      InvalidHandle, InvalidState, IoError, NoDevice, NotFound, OutOfDeviceMemory,
-                      OutOfHostMemory, OutOfMemory, ShapeMismatch, Timeout, Unsupported)
+                      InvalidHandle, InvalidState, IoError, MissingName, NoDevice, NotFound,
+                      OutOfDeviceMemory, OutOfHostMemory, OutOfMemory, ShapeMismatch, Timeout,
+                      Unsupported)
 from ._library import lib as _lib
 from ._native import (Access, Convention, DeviceKind, Dtype, Found, Frame, Kernels, LogLevel, Metric,
                       Output, Pixel, Precision, Result, RunEventKind, SceneFormat, SkipFlags,
                       Verdict)
+from ._text import check_class as _check_class, checked as _checked
 from .camera import Camera, cameras_to_bytes, save_cameras
 from .comparison import Comparison
 from .dataset import (Dataset, config_keys, config_merge, config_preset, config_presets,
@@ -44,8 +48,8 @@ __all__ = [
     "Access", "Batch", "Batches", "Camera", "Cancelled", "Comparison", "Convention", "Dataset",
     "Device", "DeviceKind", "DeviceLost", "Dtype", "Error", "EvaluatedViews", "Evaluator", "Event",
     "FormatError", "Found", "Frame", "Group", "Image", "InternalError", "InvalidArgument",
-    "InvalidHandle", "InvalidState", "IoError", "Kernels", "LogLevel", "Lpips", "Metric", "Model",
-    "Module", "NoDevice", "NotFound", "Op", "Optimizer", "OutOfDeviceMemory", "OutOfHostMemory",
+    "InvalidHandle", "InvalidState", "IoError", "Kernels", "LogLevel", "Lpips", "Metric",
+    "MissingName", "Model", "Module", "NoDevice", "NotFound", "Op", "Optimizer", "OutOfDeviceMemory", "OutOfHostMemory",
     "OutOfMemory", "Output", "Picture", "Pixel", "Port", "Precision", "Prediction", "Predictor",
     "PriorModel", "RasterState", "Rasterizer", "Result", "Run", "RunEventKind", "Scene",
     "SceneFormat", "ShapeMismatch", "SkipFlags", "Tensor", "Timeout", "Trainer", "Training",
@@ -60,5 +64,10 @@ __all__ = [
     "scene_formats", "set_decode_limits", "set_log", "write_synthetic",
 ]
 
-for _name in __all__:  # what tracebacks and help call them
-    globals()[_name].__module__ = "splat"
+for _name in __all__:
+    _each = globals()[_name]
+    _each.__module__ = "splat"  # what tracebacks and help call it
+    if not isinstance(_each, type):
+        globals()[_name] = _checked(_each)
+    elif not issubclass(_each, (BaseException, _Enum)):
+        _check_class(_each)

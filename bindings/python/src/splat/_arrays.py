@@ -1,17 +1,33 @@
 """Arrays of the caller: what is taken, and how it is checked."""
 import operator
+import os
 from ctypes import c_float, c_void_p
-from typing import Any, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, ClassVar, Dict, Optional, Protocol, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._errors import InvalidArgument, ShapeMismatch
+from ._errors import InvalidArgument, ShapeMismatch, kind_of
+from ._text import PathLike, path_of
 
 # What functions take for arrays: NumPy's, and anything with the buffer protocol,
 # __array_interface__ or __dlpack__; nested sequences of numbers are converted.
-ArrayLike = Any
+if TYPE_CHECKING:
+    class _Array(Protocol):
+        def __array__(self) -> Any: ...
+
+    class _Interface(Protocol):
+        @property
+        def __array_interface__(self) -> Dict[str, Any]: ...
+
+    class _Dlpack(Protocol):
+        def __dlpack_device__(self) -> Tuple[Any, Any]: ...
+
+    _Numbers = Union[float, _Array, Sequence["_Numbers"]]
+    ArrayLike = Union[_Array, _Interface, _Dlpack, memoryview, bytearray, bytes, Sequence[_Numbers]]
+else:
+    ArrayLike = Any
 Floats = NDArray[np.float32]
 
 DLPACK_HOST = (1, 3, 11, 13)  # kDLCPU, and host memory of CUDA, ROCm and CUDA's unified one
@@ -32,7 +48,7 @@ def _refuse_masks(data: Any, what: str) -> None:
                               "without, as with .filled(0)")
 
 
-def host_array(data: ArrayLike, what: str) -> NDArray[Any]:
+def host_array(data: Any, what: str) -> NDArray[Any]:
     """The array of an object, without a copy where that is possible. It may have any layout.
 
     Raises InvalidArgument for memory of another device, and for what is no array of numbers.
@@ -54,7 +70,8 @@ def host_array(data: ArrayLike, what: str) -> NDArray[Any]:
     except Exception as error:
         raise InvalidArgument(f"{what} cannot be read as an array: {error}") from error
     if array.dtype.kind not in "fiub":
-        raise InvalidArgument(f"{what} has the type {array.dtype}, expected numbers")
+        kind = f"of the type {array.dtype}" if _is_plain(data) else kind_of(data)
+        raise InvalidArgument(f"{what} is {kind}, expected numbers in an array")
     _refuse_masks(array, what)
     _refuse_masks(data, what)
     return np.asarray(array)
@@ -68,8 +85,18 @@ def typed_array(data: ArrayLike, dtype: Any, what: str) -> NDArray[Any]:
         if not _is_plain(data):
             raise InvalidArgument(f"{what} has the type {array.dtype}, expected {wanted.name}: "
                                   f"convert it with .astype('{wanted.name}')")
-        array = array.astype(wanted)
+        array = converted(array, wanted, what)
     return array
+
+
+def converted(array: NDArray[Any], dtype: "np.dtype[Any]", what: str) -> NDArray[Any]:
+    """Numbers of a sequence as another type. Raises InvalidArgument for those beyond its range."""
+    with np.errstate(all="ignore"):
+        found = array.astype(dtype)
+        lost = np.isfinite(array) & ~np.isfinite(found) if dtype.kind == "f" else found != array
+    if lost.any():
+        raise InvalidArgument(f"{what} has {array[lost][0].item()!r}, which {dtype.name} cannot hold")
+    return found
 
 
 def shape_text(shape: Sequence[Optional[int]]) -> str:
@@ -104,6 +131,29 @@ def doubles(data: ArrayLike, shape: Sequence[Optional[int]], what: str) -> NDArr
         raise InvalidArgument(f"{what} has the type {array.dtype}, expected numbers")
     check_shape(array, shape, what)
     return np.ascontiguousarray(array, np.float64)
+
+
+def same(a: Any, b: Any) -> bool:
+    """Whether two values are equal, also arrays, and sequences with arrays, of one type and shape."""
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        return (isinstance(a, np.ndarray) and isinstance(b, np.ndarray) and a.dtype == b.dtype
+                and a.shape == b.shape and bool(((a == b) | ((a != a) & (b != b))).all()))
+    if isinstance(a, (list, tuple)) and type(a) is type(b):
+        return len(a) == len(b) and all(map(same, a, b))
+    return bool(a == b)
+
+
+class ByValue:
+    """A dataclass whose fields, arrays among them, tell whether two of one class are equal."""
+
+    __slots__ = ()
+    __dataclass_fields__: ClassVar[Dict[str, Any]]
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and all(
+            same(getattr(self, name), getattr(other, name)) for name in self.__dataclass_fields__)
+
+    __hash__ = None  # type: ignore[assignment]  # arrays have none
 
 
 def frozen(array: NDArray[Any]) -> NDArray[Any]:
@@ -230,11 +280,27 @@ def planes_struct(planes: NDArray[Any]) -> _native.splat_image:
     return image_struct(planes.transpose(1, 2, 0))
 
 
-def readable(data: Union[bytes, bytearray, memoryview, Any], what: str) -> NDArray[np.uint8]:
-    """The bytes of a file in memory, without a copy."""
+class Opened(Protocol):
+    """A file that is open for reading bytes, such as a BytesIO."""
+
+    def read(self) -> bytes: ...
+
+
+# What functions that read a file take: its path, its bytes, or the open file.
+File = Union[PathLike, bytes, bytearray, memoryview, Opened]
+
+
+def file_of(source: File, what: str) -> Tuple[Optional[NDArray[np.uint8]], Optional[bytes]]:
+    """The bytes of a file in memory, or of an open one from where it stands; else its path."""
+    if isinstance(source, (str, os.PathLike)):
+        return None, path_of(source, what)
+    read = getattr(source, "read", None)
+    data: Any = source if read is None else read()
     _refuse_masks(data, what)
     try:
         view = memoryview(data)
-        return np.frombuffer(view if view.c_contiguous else bytes(view), np.uint8)
+        return np.frombuffer(view if view.c_contiguous else bytes(view), np.uint8), None
     except (TypeError, ValueError) as error:
-        raise InvalidArgument(f"{what} is a {type(data).__name__}, expected bytes") from error
+        given = kind_of(data) if read is None else f"a file that gives {kind_of(data)}"
+        raise InvalidArgument(f"{what} is {given}, expected a path, bytes, or a file that is open for "
+                              "reading bytes, as with 'rb'") from error

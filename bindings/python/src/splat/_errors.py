@@ -5,8 +5,6 @@ one: `except FileNotFoundError` catches `NotFound`, `except ValueError` catches 
 """
 import errno
 import re
-from enum import Enum
-from functools import lru_cache
 from typing import Any, Callable, Dict, Tuple, Type
 
 from . import _native
@@ -115,6 +113,10 @@ class NotFound(Error, FileNotFoundError):
     errno = errno.ENOENT
 
 
+class MissingName(NotFound, KeyError):
+    """No array of that name, in what works like a dict."""
+
+
 class IoError(Error, OSError):
     """The system refused to read or write."""
 
@@ -140,21 +142,35 @@ CLASSES: Dict[int, Type[Error]] = {
                  IoError, FormatError, Cancelled)}
 
 
-@lru_cache(maxsize=1)
-def python_names() -> Dict[str, str]:
-    """Names of the headers' constants here: "RasterizerFlags.DEPTH" for "SPLAT_RASTERIZER_DEPTH"."""
-    names = {}
-    for each in vars(_native).values():
-        if isinstance(each, type) and issubclass(each, Enum):
-            stem = re.sub("(?<=[a-z0-9])(?=[A-Z])", "_", each.__name__.replace("Flags", "")).upper()
-            for member in each.__members__:
-                names[f"SPLAT_{stem}_{member}"] = f"{each.__name__}.{member}"
-    return names
-
-
 def in_python(message: str) -> str:
-    """A message of the library with the names that Python has for constants."""
-    return re.sub(r"\bSPLAT_[A-Z0-9_]+\b", lambda found: python_names().get(found[0], found[0]), message)
+    """A message of the library with Python's words for the names of its headers.
+
+    What stands in quotes is the caller's: names of files, tensors and keys.
+    """
+    def own(found: "re.Match[str]") -> str:
+        # Fields of structs are arguments here: "flags" for "splat_scene_desc.flags".
+        return "" if found[2] else _native.WORDS.get(found[1], found[0])
+
+    return re.sub(r"(?<!\w)'[^']*'|(?<![\w/.])((?:splat|SPLAT)_\w+)(\.(?=[a-z]))?", own, message)
+
+
+def kind_of(value: object) -> str:
+    """The type of an object for a sentence: "a str", "None"."""
+    if value is None:
+        return "None"
+    kind = type(value)
+    place = "" if kind.__module__.split(".")[0] in ("builtins", "splat") else f"{kind.__module__}."
+    name = place + kind.__qualname__
+    return f"{'an' if name[0] in 'aeiouAEIOU' else 'a'} {name}"
+
+
+def is_number(value: Any) -> bool:
+    """Whether C takes a value as a number, which has no text's type."""
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return False
+    return not isinstance(value, (str, bytes, bytearray))
 
 
 def last_error(code: int) -> Error:

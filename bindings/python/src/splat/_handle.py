@@ -40,7 +40,7 @@ class Handle:
     _lock: Optional[threading.RLock]  # for objects whose calls the caller must serialise
 
     def __new__(cls: Type[Own], *_: Any, **__: Any) -> Own:
-        made = super().__new__(cls)
+        made = object.__new__(cls)
         made._device = made._keeper = made._lock = None
         return made
 

@@ -19,7 +19,7 @@ class DeviceInfo:
 
     index: int
     kind: _native.DeviceKind
-    usable: int
+    usable: bool
     vendor_id: int
     device_id: int
     vulkan_version: int
@@ -41,9 +41,9 @@ class DeviceInfo:
     def of(cls, raw: Any) -> "DeviceInfo":
         """From a `splat_device_info`."""
         return cls(
-            raw.index, _native.DeviceKind(raw.kind), raw.usable, raw.vendor_id, raw.device_id,
-            raw.vulkan_version, raw.driver_version, bytes(raw.uuid), raw.heap_bytes,
-            raw.max_allocation_bytes, raw.max_storage_buffer_bytes,
+            raw.index, _native.DeviceKind(raw.kind), bool(raw.usable), raw.vendor_id,
+            raw.device_id, raw.vulkan_version, raw.driver_version, bytes(raw.uuid),
+            raw.heap_bytes, raw.max_allocation_bytes, raw.max_storage_buffer_bytes,
             raw.max_workgroup_invocations, raw.shared_memory_bytes, raw.subgroup_size,
             _native.FeatureFlags(raw.features), _native.Kernels(raw.kernels), text(raw.name),
             text(raw.driver), text(raw.reason),
@@ -74,7 +74,7 @@ class TensorInfo:
 
     dtype: _native.Dtype
     rank: int
-    mapped: int
+    mapped: bool
     shape: Tuple[int, ...]
     elements: int
     bytes: int
@@ -84,7 +84,7 @@ class TensorInfo:
     def of(cls, raw: Any) -> "TensorInfo":
         """From a `splat_tensor_info`."""
         return cls(
-            _native.Dtype(raw.dtype), raw.rank, raw.mapped, tuple(raw.dims[:raw.rank]),
+            _native.Dtype(raw.dtype), raw.rank, bool(raw.mapped), tuple(raw.dims[:raw.rank]),
             raw.elements, raw.bytes, text(raw.name),
         )
 

@@ -1,20 +1,61 @@
 """Pinhole cameras: made by formulas, and read from files."""
-from ctypes import byref, c_char_p, c_double, c_uint32, sizeof
-from typing import Any, List, Optional, Sequence, Tuple, Union
+from ctypes import byref, c_char_p, c_double, c_size_t, c_uint32, sizeof
+from typing import Any, List, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._arrays import ArrayLike, address, doubles, frozen, readable
-from ._errors import InvalidArgument, check
+from ._arrays import ArrayLike, File, address, doubles, file_of, frozen
+from ._errors import InvalidArgument, check, kind_of
 from ._library import lib
 from ._text import PathLike, bytes_from, encoded, flags_of, json_from, path_of
-from .device import whole
+from .device import real, whole
 from .scene import Scene
 
 UP = (0.0, -1.0, 0.0)  # scenes have y down
 FOV = 0.7
+
+
+# The smallest determinant of a rotation that `render` takes.
+LEAST_DETERMINANT = 1e-9
+
+
+def _pose(matrix: ArrayLike) -> NDArray[np.float64]:
+    """A pose [4,4] that `render` takes. Raises InvalidArgument, ShapeMismatch."""
+    pose = doubles(matrix, (4, 4), "world_to_camera")
+    if not np.isfinite(pose).all():
+        raise InvalidArgument("world_to_camera has numbers that are not finite")
+    if pose[3].tolist() != [0, 0, 0, 1]:
+        raise InvalidArgument(f"the last row of world_to_camera is {pose[3].tolist()}, expected "
+                              "[0, 0, 0, 1]: is it transposed?")
+    size = float(np.linalg.det(pose[:3, :3]))
+    if not size > LEAST_DETERMINANT:
+        raise InvalidArgument(f"the rotation of world_to_camera has the determinant {size:g}, "
+                              "expected about 1: " + ("it mirrors" if size < 0 else "it is singular"))
+    return pose
+
+
+class _Intrinsic:
+    """A property that reads and writes a number of a camera."""
+
+    def __init__(self, about: str) -> None:
+        self.__doc__ = about
+
+    def __set_name__(self, owner: Any, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, camera: None, owner: Any) -> "_Intrinsic": ...
+
+    @overload
+    def __get__(self, camera: "Camera", owner: Any) -> float: ...
+
+    def __get__(self, camera: "Optional[Camera]", owner: Any) -> "Union[_Intrinsic, float]":
+        return self if camera is None else float(getattr(camera.raw, self._name))
+
+    def __set__(self, camera: "Camera", value: float) -> None:
+        camera._set(**{self._name: value})
 
 
 class Camera:
@@ -26,6 +67,7 @@ class Camera:
     world_to_camera  [4,4], last row 0 0 0 1, axes of OpenCV: x right, y down, z forward; None: the
                      identity
     name             of its image in a file, else empty
+    Raises InvalidArgument, ShapeMismatch: what `render` would refuse.
     """
 
     __slots__ = ("raw", "name", "__weakref__")
@@ -33,13 +75,25 @@ class Camera:
     def __init__(self, width: int, height: int, fx: float, fy: Optional[float] = None,
                  cx: Optional[float] = None, cy: Optional[float] = None,
                  world_to_camera: Optional[ArrayLike] = None, name: str = "") -> None:
-        self.raw = _native.splat_camera(width=whole(width, "width"), height=whole(height, "height"))
-        self.raw.fx = fx
-        self.raw.fy = fx if fy is None else fy
-        self.raw.cx = width / 2 if cx is None else cx
-        self.raw.cy = height / 2 if cy is None else cy
-        self.world_to_camera = np.eye(4) if world_to_camera is None else world_to_camera
-        self.name = name
+        raw = _native.splat_camera(width=whole(width, "width"), height=whole(height, "height"))
+        matrix = _pose(np.eye(4) if world_to_camera is None else world_to_camera)
+        raw.world_to_camera[:] = matrix.ravel().tolist()
+        self.raw, self.name = raw, name
+        self._set(fx=fx, fy=fx if fy is None else fy, cx=width / 2 if cx is None else cx,
+                  cy=height / 2 if cy is None else cy)
+
+    def _set(self, **numbers: Any) -> None:
+        """Set fx, fy, cx and cy, or none of them if the library refuses one."""
+        raw = _native.splat_camera.from_buffer_copy(self.raw)
+        for name, value in numbers.items():
+            setattr(raw, name, real(value, name))
+        raw.world_to_camera[:] = np.eye(4).ravel().tolist()  # `render` takes more poses than files do
+        try:
+            check(lib.splat_camera_save_memory(byref(raw), None, 1, None, 0, byref(c_size_t())))
+        except InvalidArgument as error:
+            raise InvalidArgument(f"this Camera is refused: {error.message.split(': ', 1)[1]}") from None
+        raw.world_to_camera[:] = self.raw.world_to_camera[:]
+        self.raw = raw
 
     @classmethod
     def _of(cls, raw: _native.splat_camera, name: str = "") -> "Camera":
@@ -95,12 +149,12 @@ class Camera:
         return [cls._of(each) for each in raw]
 
     @classmethod
-    def load(cls, source: Union[PathLike, bytes, Tuple[bytes, bytes]], *,
+    def load(cls, source: Union[File, Tuple[File, File]], *,
              ignore_distortion: bool = False, width: int = 0, height: int = 0) -> "List[Camera]":
         """Read the cameras of a NeRF transforms.json or of a COLMAP model.
 
         source             path of the json file or of the model's folder; or the bytes of the json
-                           file, or of COLMAP's (cameras, images) files
+                           file, or of COLMAP's (cameras, images) files; or these files, open
         ignore_distortion  read cameras with lens distortion as if they had none
         width, height      pixels, for a transforms.json that has no size
         Raises NotFound, IoError, FormatError, Unsupported (distortion, another lens model).
@@ -109,20 +163,24 @@ class Camera:
         desc.flags = flags_of((ignore_distortion, _native.CameraFlags.IGNORE_DISTORTION))
         desc.width, desc.height = whole(width, "width"), whole(height, "height")
         count = c_uint32()
-        if isinstance(source, (bytes, bytearray, memoryview, tuple)):
-            parts = [readable(each, "source")
-                     for each in (source if isinstance(source, tuple) else (source,))]
-            if len(parts) not in (1, 2):
-                raise InvalidArgument(f"source has {len(parts)} parts, expected (cameras, images)")
+        given = source if isinstance(source, tuple) else (source,)
+        parts = [file_of(each, "source") for each in given]
+        if len(parts) not in (1, 2) or (len(parts) == 2 and (parts[0][1] or parts[1][1])):
+            raise InvalidArgument("source has paths or the wrong number of parts, expected the bytes "
+                                  "of (cameras, images)")
+        data, path = parts[0]
+        place: Any = path
+        if data is not None:
             files = _native.splat_camera_bytes(struct_size=sizeof(_native.splat_camera_bytes))
-            files.cameras, files.camera_bytes = address(parts[0]), parts[0].size
+            files.cameras, files.camera_bytes = address(data), data.size
             if len(parts) == 2:
-                files.images, files.image_bytes = address(parts[1]), parts[1].size
+                images, _ = parts[1]
+                assert images is not None
+                files.images, files.image_bytes = address(images), images.size
             function, report = lib.splat_camera_load_memory, lib.splat_camera_load_memory_report
-            place: Any = byref(files)
+            place = byref(files)
         else:
             function, report = lib.splat_camera_load, lib.splat_camera_load_report
-            place = path_of(source, "source")
         check(function(place, byref(desc), None, 0, byref(count)))
         raw = (_native.splat_camera * count.value)()
         check(function(place, byref(desc), raw, count.value, byref(count)))
@@ -151,8 +209,7 @@ class Camera:
 
     @world_to_camera.setter
     def world_to_camera(self, matrix: ArrayLike) -> None:
-        values = doubles(matrix, (4, 4), "world_to_camera")
-        self.raw.world_to_camera[:] = values.ravel().tolist()
+        self.raw.world_to_camera[:] = _pose(matrix).ravel().tolist()
 
     @property
     def width(self) -> int:
@@ -163,6 +220,11 @@ class Camera:
     def height(self) -> int:
         """Pixels."""
         return int(self.raw.height)
+
+    fx = _Intrinsic("Focal length in x, pixels.")
+    fy = _Intrinsic("Focal length in y, pixels.")
+    cx = _Intrinsic("Principal point in x, pixels.")
+    cy = _Intrinsic("Principal point in y, pixels.")
 
     @property
     def intrinsics(self) -> Tuple[float, float, float, float]:
@@ -176,8 +238,13 @@ class Camera:
     __hash__ = None  # type: ignore[assignment]  # it can change
 
     def __reduce__(self) -> Any:
-        fx, fy, cx, cy = self.intrinsics
-        return (Camera, (self.width, self.height, fx, fy, cx, cy, self.world_to_camera, self.name))
+        rows = tuple(map(tuple, self.world_to_camera.tolist()))
+        return (Camera, (self.width, self.height, *self.intrinsics, rows, self.name))
+
+    def __replace__(self, **changes: Any) -> "Camera":
+        """What copy.replace of Python 3.13 calls: a camera with other arguments of its making."""
+        names = ("width", "height", "fx", "fy", "cx", "cy", "world_to_camera", "name")
+        return Camera(**{**{name: getattr(self, name) for name in names}, **changes})
 
     def __repr__(self) -> str:
         name = f", name={self.name!r}" if self.name else ""
@@ -189,7 +256,7 @@ def camera_array(cameras: Union[Camera, Sequence[Camera]], what: str = "cameras"
     given = [cameras] if isinstance(cameras, Camera) else list(cameras)
     for each in given:
         if not isinstance(each, Camera):
-            raise InvalidArgument(f"{what} has a {type(each).__name__}, expected a Camera")
+            raise InvalidArgument(f"{what} has {kind_of(each)}, expected a Camera")
     return (_native.splat_camera * len(given))(*(each.raw for each in given))
 
 

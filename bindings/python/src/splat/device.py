@@ -9,7 +9,7 @@ from ctypes import byref, c_uint32, c_void_p, sizeof
 from typing import Any, Callable, Dict, List, Optional, Tuple, Union
 
 from . import _calls, _native
-from ._errors import InvalidArgument, check, direct
+from ._errors import InvalidArgument, check, direct, is_number, kind_of
 from ._handle import Handle, made
 from ._library import lib
 from ._records import DeviceInfo, MemoryInfo
@@ -41,6 +41,13 @@ def whole(value: Any, what: str, bits: int = 32) -> int:
     return number
 
 
+def real(value: Any, what: str) -> float:
+    """Check that a value is a number."""
+    if not is_number(value):
+        raise TypeError(f"{what} is {kind_of(value)}, expected a number")
+    return float(value)
+
+
 class Device(Handle):
     """An open Vulkan device. Calls of several threads run one after the other.
 
@@ -58,7 +65,7 @@ class Device(Handle):
     _kind = "device"
 
     def __init__(self, index: Optional[int] = None, *, uuid: Optional[bytes] = None,
-                 kind: Union[None, int, str] = None, kernels: Union[int, str] = 0,
+                 kind: Union[None, int, _native.DeviceKindName] = None, kernels: Union[int, _native.KernelsName] = 0,
                  validation: bool = False, profile: bool = False, max_bytes: int = 0,
                  timeout: float = 0.0, cache_folder: Optional[PathLike] = None) -> None:
         desc = _native.splat_device_desc(struct_size=sizeof(_native.splat_device_desc))
@@ -104,7 +111,10 @@ class Device(Handle):
         return MemoryInfo.of(info)
 
     def cancel(self) -> None:
-        """End the calls that run on the device now, on any threads; they raise Cancelled."""
+        """End the calls that run on the device now, on any threads; they raise Cancelled.
+
+        So a call of asyncio.to_thread, or of an executor, ends, which cancelling its task does not do.
+        """
         check(lib.splat_device_cancel(self.handle))
 
     def profile(self) -> Dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence
 import numpy as np
 
 from . import _native
-from ._arrays import ArrayLike, Floats, address, floats, planes_struct
+from ._arrays import ArrayLike, ByValue, Floats, address, floats, planes_struct
 from ._errors import check, direct
 from ._handle import Handle, made
 from ._library import lib
@@ -50,8 +50,8 @@ class Lpips(Handle):
         return value.value
 
 
-@dataclass(frozen=True)
-class EvaluatedViews:
+@dataclass(frozen=True, eq=False)
+class EvaluatedViews(ByValue):
     """The views of an object that are scored, conditioning ones first.
 
     inputs, novel  how many of each

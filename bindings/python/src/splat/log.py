@@ -29,7 +29,7 @@ def _wrapped(callback: Callback) -> Any:
     return _native.splat_log_callback(call)
 
 
-def set_log(callback: Optional[Callback], min_level: Union[int, str] = "warning") -> None:
+def set_log(callback: Optional[Callback], min_level: Union[int, _native.LogLevelName] = "warning") -> None:
     """Send the library's messages to `callback(level, text)`; None: silence.
 
     It is called on the thread that caused the message, at the end of the call. When this function

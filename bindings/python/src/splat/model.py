@@ -36,7 +36,7 @@ class Port:
         return f"Port({self.name!r}, {shape_text(self.shape)})"
 
 
-def ports_of(owner: Handle, function: Callable[..., int], kind: Union[int, str]) -> List[Port]:
+def ports_of(owner: Handle, function: Callable[..., int], kind: Union[int, _native.PortKindName]) -> List[Port]:
     """The ports of a model or a module that a function lists."""
     code = choice(_native.PortKind, kind, "kind")
     count = c_uint32()
@@ -67,7 +67,7 @@ class Model(Handle):
     def __init__(self, device: Optional[Device] = None, config: Config = None, *, objects: int = 1,
                  gradients: bool = False, input_gradients: bool = False, recompute: bool = False,
                  training: bool = False, low_memory: bool = False,
-                 precision: Union[None, int, str] = None) -> None:
+                 precision: Union[None, int, _native.PrecisionName] = None) -> None:
         device = default_device() if device is None else device
         bits = _native.ModelFlags
         desc = _native.splat_model_desc(struct_size=sizeof(_native.splat_model_desc))
@@ -115,7 +115,7 @@ class Model(Handle):
         """The parameters as a state dict, with the buffers of published files."""
         return Weights._of(made("weights", self._run, lib.splat_model_store, self.handle))
 
-    def export(self, what: Union[int, str]) -> Weights:
+    def export(self, what: Union[int, _native.ExportName]) -> Weights:
         """Only the adapters ("adapters"), or the state dict with them folded in ("merged")."""
         return Weights._of(made("weights", self._run, lib.splat_model_export, self.handle,
                                 choice(_native.Export, what, "what")))
@@ -133,7 +133,7 @@ class Model(Handle):
         found: Dict[str, Any] = json_from(lib.splat_model_report, self.handle)
         return found
 
-    def ports(self, kind: Union[int, str] = "parameter") -> List[Port]:
+    def ports(self, kind: Union[int, _native.PortKindName] = "parameter") -> List[Port]:
         """Names and shapes of inputs ("input"), outputs ("output") or parameters."""
         return ports_of(self, lib.splat_model_ports, kind)
 

@@ -85,7 +85,7 @@ class Module(Handle):
     def __init__(self, device: Device, type: str, shapes: Mapping[str, Sequence[int]], *,
                  attributes: Attributes = None, gradients: bool = False,
                  input_gradients: bool = False, training: bool = False,
-                 precision: Union[None, int, str] = None) -> None:
+                 precision: Union[None, int, _native.PrecisionName] = None) -> None:
         bits = _native.ModuleFlags
         ports = (_native.splat_port * len(shapes))()
         for port, (name, shape) in zip(ports, shapes.items()):
@@ -101,8 +101,7 @@ class Module(Handle):
                   device)
         self._lock = threading.RLock()
         self._shapes: Dict[str, Tuple[int, ...]] = {
-            port.name: port.shape for kind in ("input", "output", "parameter")
-            for port in self.ports(kind)}
+            port.name: port.shape for kind in list(_native.PortKind) for port in self.ports(kind)}
 
     @property
     def report(self) -> Dict[str, Any]:
@@ -110,7 +109,7 @@ class Module(Handle):
         found: Dict[str, Any] = json_from(lib.splat_module_report, self.handle)
         return found
 
-    def ports(self, kind: Union[int, str] = "parameter") -> List[Port]:
+    def ports(self, kind: Union[int, _native.PortKindName] = "parameter") -> List[Port]:
         """Names and shapes of inputs ("input"), outputs ("output") or parameters."""
         return ports_of(self, lib.splat_module_ports, kind)
 

@@ -68,7 +68,7 @@ class Optimizer(Handle):
 
     def __init__(self, device: Device, items: Sequence[Item], *, groups: Sequence[Group] = (),
                  rate: float = 0.0, beta1: float = 0.0, beta2: float = 0.0, eps: float = 0.0,
-                 schedule: Union[None, int, str] = None, warmup_steps: int = 0,
+                 schedule: Union[None, int, _native.ScheduleName] = None, warmup_steps: int = 0,
                  total_steps: int = 0, step_at: int = 0, ema_decay: float = 0.0,
                  ema_every: int = 0, ema_after: int = 0) -> None:
         desc = _native.splat_optimizer_desc(struct_size=sizeof(_native.splat_optimizer_desc))

@@ -6,20 +6,20 @@ from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
 import numpy as np
 
 from . import _native
-from ._arrays import ArrayLike, address, doubles, floats, image_struct, pixel_array
+from ._arrays import ArrayLike, ByValue, File, address, doubles, floats, image_struct, pixel_array
 from ._errors import check
 from ._library import lib
 from ._records import PictureInfo
-from ._text import PathLike, flags_of, path_of
+from ._text import flags_of, path_of
 from .device import whole as whole_number
 from .image import Image
 
-# A path, the bytes of a file, or pixels: uint8, float16 or float32 [height,width,channels].
-Source = Union[PathLike, bytes, ArrayLike]
+# A path, the bytes of a file, an open one, or pixels: uint8, float16 or float32 [height,width,channels].
+Source = Union[File, ArrayLike]
 
 
-@dataclass
-class Picture:
+@dataclass(eq=False)
+class Picture(ByValue):
     """One view of an object.
 
     image            what shows it; pixels and files are reduced to 8 bits
@@ -56,21 +56,25 @@ class Picture:
             super().__setattr__(name, value)
 
 
-def _fill_source(raw: Any, source: Optional[Source], what: str, kept: List[Any]) -> float:
+def _fill_source(raw: Any, source: Any, what: str, kept: List[Any]) -> float:
     """Describe an image or a map. Returns the focal length of its Exif data, pixels; 0: not known here."""
     if source is None:
         return 0.0
     if isinstance(source, str) or hasattr(source, "__fspath__"):
         raw.path = path_of(source, what)
         return 0.0
-    if isinstance(source, (bytes, bytearray, memoryview)):
-        source = Image.load(source)
-        if source.bits == 16:  # reduced to 8 as the library reduces files of 16 bits
-            source.array = np.rint(source.array * 255).astype(np.uint8)
+    focal = 0.0
+    if isinstance(source, Image):
+        focal = source.focal
+    elif isinstance(source, (bytes, bytearray, memoryview)) or hasattr(source, "read"):
+        loaded = Image.load(source)
+        source, focal = loaded.array, loaded.focal
+        if loaded.bits == 16:  # reduced to 8 as the library reduces files of 16 bits
+            source = np.rint(source * 255).astype(np.uint8)
     array = pixel_array(source, what)
     kept.append(array)
     raw.pixels = image_struct(array)
-    return source.focal if isinstance(source, Image) else 0.0
+    return focal
 
 
 def fill_picture(raw: Any, picture: Union[Picture, Source], kept: List[Any]) -> None:

@@ -1,4 +1,5 @@
 """From pictures of an object to a scene."""
+import sys
 import threading
 import warnings
 from ctypes import byref, sizeof
@@ -8,7 +9,7 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Union
 import numpy as np
 
 from . import _native
-from ._arrays import Floats, address
+from ._arrays import ByValue, Floats, address
 from ._errors import check, direct
 from ._handle import Handle, made
 from ._library import lib
@@ -22,8 +23,8 @@ from .scene import Scene
 from .weights import Weights
 
 
-@dataclass(frozen=True)
-class Prediction:
+@dataclass(frozen=True, eq=False, repr=False)
+class Prediction(ByValue):
     """A predicted scene, in the frame of the first picture's camera, and facts of it.
 
     cameras   of the views, relative to the first
@@ -37,6 +38,14 @@ class Prediction:
     pictures: List[PictureInfo]
     inputs: Floats
     report: Dict[str, Any]
+
+    def __repr__(self) -> str:
+        seen = [f"{each.width} x {each.height} pixels, object {each.found.name.lower().replace('_', ' ')}"
+                for each in self.pictures]
+        doubts = [text for each in self.report["pictures"] for text in each["warnings"]]
+        return (f"Prediction of {self.scene}, {self.report['faint']} faint ones left out\n"
+                f"  seen: {'; '.join(seen) or 'views of a data set'}\n"
+                f"  warnings: {'; '.join(doubts) or 'none'}")
 
     def _repr_png_(self) -> bytes:
         from .rasterizer import render
@@ -77,7 +86,7 @@ class Predictor(Handle):
         self._own(made("predictor", direct, lib.splat_predictor_create, device.handle, byref(desc)),
                   device)
         self._scoring = threading.RLock()  # the library wants one of its evaluators at a time
-        _warn(self.report["warnings"], 3)
+        _warn(self.report["warnings"])
 
     @property
     def info(self) -> PredictorInfo:
@@ -132,13 +141,17 @@ class Predictor(Handle):
 
         scene = Scene._of(made("scene", call, function, *arguments))
         report: Dict[str, Any] = json_from(lib.splat_prediction_report, byref(raw))
-        _warn([text for each in report["pictures"] for text in each["warnings"]], 4)
+        _warn([text for each in report["pictures"] for text in each["warnings"]])
         return Prediction(scene, [Camera._of(each) for each in cameras[:raw.camera_count]],
                           [PictureInfo.of(each) for each in pictures[:raw.picture_count]], inputs,
                           report)
 
 
-def _warn(sentences: Sequence[str], level: int) -> None:
-    """Give sentences to `warnings`, as of the line `level` calls up, which called this module."""
+def _warn(sentences: Sequence[str]) -> None:
+    """Give sentences to `warnings`, as of the line that called this package."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals.get("__package__") == __package__:
+        level, frame = level + 1, frame.f_back
+    del frame  # it would keep itself
     for sentence in sentences:
         warnings.warn(sentence, UserWarning, level)

@@ -96,7 +96,7 @@ def compare_fidelity(prediction: ArrayLike, truth: ArrayLike, *, range_1: bool =
     return FidelityScores.of(scores)
 
 
-def filter_map(data: ArrayLike, filter: Union[int, str]) -> Floats:
+def filter_map(data: ArrayLike, filter: Union[int, _native.MapFilterName]) -> Floats:
     """Edges of a map ("canny", "sobel", "scharr", "prewitt"), or a mask without holes ("closing")
     or specks ("opening"), as float32 [height,width]."""
     image = _map(data, "data")

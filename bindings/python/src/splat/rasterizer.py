@@ -69,7 +69,7 @@ class Rasterizer(Handle):
                  antialiased: bool = False, depth: bool = False, normals: bool = False,
                  backward: bool = False, grad_depth: bool = False, grad_pose: bool = False,
                  grad_means2d: bool = False, original_gradient: bool = False,
-                 convention: Union[None, int, str] = None, near: float = 0.0, far: float = 0.0,
+                 convention: Union[None, int, _native.ConventionName] = None, near: float = 0.0, far: float = 0.0,
                  disabled_skips: int = 0) -> None:
         device = default_device() if device is None else device
         flags = _native.RasterizerFlags
@@ -148,7 +148,7 @@ class Rasterizer(Handle):
             raise InvalidState("no view has been drawn: call forward first")
         return info
 
-    def _shape(self, output: Union[int, str], state: Optional[RasterState]
+    def _shape(self, output: Union[int, _native.OutputName], state: Optional[RasterState]
                ) -> Tuple[int, Tuple[int, ...]]:
         """Number and shape of an output of the last forward call."""
         code = Output(choice(Output, output, "output"))
@@ -159,7 +159,7 @@ class Rasterizer(Handle):
             raise InvalidArgument(f"output is {int(code)}, which is none: see splat.Output")
         return code, (info.views, info.gaussians, *GAUSSIAN_OUTPUTS[code])
 
-    def read(self, output: Union[int, str] = "rgb", *, state: Optional[RasterState] = None
+    def read(self, output: Union[int, _native.OutputName] = "rgb", *, state: Optional[RasterState] = None
              ) -> Floats:
         """A copy of an output of the last forward call, float32 [views,...].
 
@@ -174,7 +174,7 @@ class Rasterizer(Handle):
                    values.ctypes.data, values.nbytes)
         return values
 
-    def output(self, output: Union[int, str] = "rgb", *, into: Optional[Tensor] = None,
+    def output(self, output: Union[int, _native.OutputName] = "rgb", *, into: Optional[Tensor] = None,
                state: Optional[RasterState] = None) -> Tensor:
         """The same as a tensor: a new one, or `into`, which has the output's shape."""
         code, shape = self._shape(output, state)
@@ -182,7 +182,7 @@ class Rasterizer(Handle):
         self._run(lib.splat_rasterizer_output, self.handle, _handle_of(state), code, tensor.handle)
         return tensor
 
-    def images(self, output: Union[int, str] = "rgb", *, channels: int = 0, dtype: Any = np.uint8,
+    def images(self, output: Union[int, _native.OutputName] = "rgb", *, channels: int = 0, dtype: Any = np.uint8,
                state: Optional[RasterState] = None) -> List[Image]:
         """The views of the last forward call as images, which notebooks show.
 

@@ -6,7 +6,7 @@ from typing import Any, Dict, Iterator, List, Optional
 import numpy as np
 
 from . import _native
-from ._arrays import Floats
+from ._arrays import ByValue, Floats
 from ._dlpack import Memory
 from ._errors import check
 from ._handle import Handle
@@ -18,8 +18,8 @@ ENDS = (_native.RunEventKind.DONE, _native.RunEventKind.INTERRUPTED,
         _native.RunEventKind.NOT_FINITE, _native.RunEventKind.NOTHING_DRAWN)
 
 
-@dataclass(frozen=True)
-class Event(RunEvent):
+@dataclass(frozen=True, eq=False)
+class Event(ByValue, RunEvent):
     """What one piece of a run did; `kind` says which fields have values.
 
     numbers        by their names in metrics.jsonl, such as "loss", "psnr" and "val_psnr"

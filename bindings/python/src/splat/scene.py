@@ -1,12 +1,13 @@
 """Scenes of 3D Gaussians, in memory and in files."""
 from ctypes import byref, c_double, c_void_p, sizeof
-from typing import Any, Dict, List, Optional, Sequence, Tuple, Union, overload
+from typing import (Any, Dict, Iterator, List, NoReturn, Optional, Sequence, Tuple, Type, Union,
+                    overload)
 
 import numpy as np
 
 from . import _native
-from ._arrays import ArrayLike, Floats, address, doubles, floats, frozen, readable
-from ._errors import InvalidArgument, check, direct
+from ._arrays import ArrayLike, File, Floats, address, doubles, file_of, floats, frozen, same
+from ._errors import Error, InvalidArgument, check, direct, kind_of
 from ._handle import Handle, made
 from ._library import lib
 from ._records import PointScores, SceneInfo
@@ -14,7 +15,8 @@ from ._text import PathLike, bytes_from, choice, flags_of, json_from, path_of
 from .device import Device, whole
 from .tensor import Tensor
 
-Name = Union[None, int, str]
+Format = Union[None, int, _native.SceneFormatName]
+Axes = Union[None, int, _native.FrameName]
 
 
 def scene_formats() -> List[Dict[str, Any]]:
@@ -23,7 +25,7 @@ def scene_formats() -> List[Dict[str, Any]]:
     return formats
 
 
-def _file_desc(format: Name, frame: Name, sh_degree: Optional[int], spz_version: int = 0,
+def _file_desc(format: Format, frame: Axes, sh_degree: Optional[int], spz_version: int = 0,
                max_count: int = 0) -> _native.splat_scene_file_desc:
     desc = _native.splat_scene_file_desc(struct_size=sizeof(_native.splat_scene_file_desc))
     desc.format = choice(_native.SceneFormat, format, "format")
@@ -60,6 +62,9 @@ class _Attribute:
     def __set__(self, scene: "Scene", values: ArrayLike) -> None:
         scene.write(self._name, values)
 
+    def __delete__(self, scene: "Scene") -> None:
+        raise TypeError(f"{self._name} of a Scene cannot be deleted: every Gaussian has them")
+
 
 class Scene(Handle):
     """A set of n Gaussians in host memory, with the axes of 3DGS files: x right, y down, z forward.
@@ -72,6 +77,8 @@ class Scene(Handle):
                colour = max(0, 0.5 + sum sh_k Y_k(direction))
     Arrays are float32 and are copied. Those that attributes give are copies that cannot be written:
     change a copy() of one and assign it, as in scene.means = scene.means + 1.
+    A scene has n Gaussians as its length. scene[a:b], and scene[indices or mask], are new scenes with
+    copies of them. Scenes are equal if all attributes are; copies and pickles leave `report` out.
     Raises InvalidArgument, ShapeMismatch.
     """
 
@@ -118,10 +125,10 @@ class Scene(Handle):
             self.write("opacities", opacities)
 
     @classmethod
-    def load(cls, source: Union[PathLike, bytes, bytearray, memoryview], *, format: Name = None,
-             frame: Name = None, sh_degree: Optional[int] = None, max_count: int = 0,
+    def load(cls, source: File, *, format: Format = None,
+             frame: Axes = None, sh_degree: Optional[int] = None, max_count: int = 0,
              lenient: bool = False) -> "Scene":
-        """Read a scene from a file, or from the bytes of one.
+        """Read a scene from a file, its bytes, or an open file.
 
         format     "ply", "compressed_ply", "splat" or "spz"; None: by the first bytes, else by the
                    path. The bytes of a .splat have no sign of their own: name it
@@ -134,14 +141,13 @@ class Scene(Handle):
         """
         desc = _file_desc(format, frame, sh_degree, 0, max_count)
         desc.flags = flags_of((lenient, _native.SceneFlags.LENIENT))
-        if isinstance(source, (bytes, bytearray, memoryview)):
-            data = readable(source, "source")
+        data, path = file_of(source, "source")
+        if data is not None:
             return cls._of(made("scene", direct, lib.splat_scene_load_memory, data.ctypes.data,
                                 data.size, byref(desc)))
-        return cls._of(made("scene", direct, lib.splat_scene_load, path_of(source, "source"),
-                            byref(desc)))
+        return cls._of(made("scene", direct, lib.splat_scene_load, path, byref(desc)))
 
-    def save(self, path: PathLike, *, format: Name = None, frame: Name = None,
+    def save(self, path: PathLike, *, format: Format = None, frame: Axes = None,
              sh_degree: Optional[int] = None, spz_version: int = 0, clamp: bool = False) -> None:
         """Write a scene to a file, which appears whole or not at all. Parameters as in `load`.
 
@@ -154,7 +160,7 @@ class Scene(Handle):
         desc.flags = flags_of((clamp, _native.SceneFlags.CLAMP))
         check(lib.splat_scene_save(self.handle, path_of(path), byref(desc)))
 
-    def to_bytes(self, format: Name, *, frame: Name = None, sh_degree: Optional[int] = None,
+    def to_bytes(self, format: Format, *, frame: Axes = None, sh_degree: Optional[int] = None,
                  spz_version: int = 0, clamp: bool = False) -> bytes:
         """The bytes of such a file. Parameters and errors as in `save`."""
         desc = _file_desc(format, frame, sh_degree, spz_version)
@@ -182,6 +188,40 @@ class Scene(Handle):
 
     def __len__(self) -> int:
         return self.info.count
+
+    def _state(self) -> Dict[str, Floats]:
+        return {name: self.read(name)
+                for name in ("means", "log_scales", "rotations", "opacity_logits", "sh")}
+
+    def __getitem__(self, index: Any) -> "Scene":
+        places = np.arange(len(self))[index]
+        if places.ndim != 1:
+            raise TypeError(f"a Scene is not indexed by {kind_of(index)}: scene[3:4] is a Scene of one "
+                            "Gaussian, scene.means[3] its mean")
+        return Scene(**{name: array[places] for name, array in self._state().items()})
+
+    def __iter__(self) -> Iterator[NoReturn]:  # else Python would try every index
+        raise TypeError("a Scene is no sequence of objects: iterate over an attribute, as in "
+                        "for mean in scene.means, or over parts, as in scene[0:100]")
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Scene):
+            return NotImplemented
+        return self is other or same(list(self._state().values()), list(other._state().values()))
+
+    __hash__ = None  # type: ignore[assignment]  # it can change
+
+    def __reduce__(self) -> Any:
+        return _made_again, (type(self), self._state()), getattr(self, "__dict__", None) or None
+
+    def _repr_png_(self) -> Optional[bytes]:
+        from .camera import Camera
+        from .rasterizer import render
+        try:
+            view = Camera.orbit(self, 1, width=320, height=320, elevation=0.4)[0]
+            return render(self, view).to_bytes("png")
+        except Error:  # no Gaussians, no device: notebooks then show the text
+            return None
 
     @property
     def sh_degree(self) -> int:
@@ -258,6 +298,13 @@ class Scene(Handle):
             return "Scene(closed)"
         info = self.info
         return f"Scene({info.count} Gaussians, sh_degree {info.sh_degree})"
+
+
+def _made_again(kind: Type[Scene], state: Dict[str, Floats]) -> Scene:
+    """A scene of a class with these attributes."""
+    made = kind.__new__(kind)
+    Scene.__init__(made, **state)
+    return made
 
 
 def _degree(terms: int) -> int:

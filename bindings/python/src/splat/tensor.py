@@ -3,13 +3,13 @@ import ctypes
 import sys
 import weakref
 from ctypes import byref, c_int64, c_size_t, c_void_p, sizeof
-from typing import Any, ContextManager, Optional, Sequence, Tuple, Union
+from typing import Any, ContextManager, Iterator, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _dlpack, _native
-from ._arrays import (ArrayLike, address, as_numpy_asks, check_shape, host_array, set_dims,
+from ._arrays import (ArrayLike, address, as_numpy_asks, check_shape, converted, frozen, host_array, set_dims,
                       shape_text, typed_array, whole_shape)
 from ._errors import InvalidArgument, Unsupported, check, direct
 from ._handle import Handle, Keeper, made
@@ -63,10 +63,11 @@ class Mapping:
     def _map(self, keeper: Keeper) -> Any:
         """Map the tensor. Returns the array's memory, whose end is the mapping's at the latest."""
         shape, dtype = self._root
+        memory: Any = None
         reads = self._access == _native.Access.READ
         pointer, size, copy = c_void_p(), c_size_t(), None
         try:
-            memory: _dlpack.Memory = _dlpack.Shared(keeper.handle)
+            memory = _dlpack.Shared(keeper.handle)
         except Unsupported:
             copy = np.empty(shape, dtype)
         check(lib.splat_tensor_map(keeper.handle, self._access, byref(pointer), byref(size)))
@@ -135,8 +136,8 @@ def _strides(array: NDArray[Any], writing: bool) -> Tuple[NDArray[Any], Any]:
 
 def _span(array: NDArray[Any]) -> int:
     """Bytes from the first element of an array to the end of its last one."""
-    return array.itemsize + sum((size - 1) * stride
-                                for size, stride in zip(array.shape, array.strides))
+    return int(array.itemsize + sum((size - 1) * stride
+                                    for size, stride in zip(array.shape, array.strides)))
 
 
 class Tensor(Handle):
@@ -151,10 +152,10 @@ class Tensor(Handle):
     __slots__ = ()
     _kind = "tensor"
 
-    def __init__(self, device: Device, data: ArrayLike, *, name: Optional[str] = None) -> None:
+    def __init__(self, device: Device, data: Union[ArrayLike, float], *, name: Optional[str] = None) -> None:
         array = host_array(data, "data")
         if isinstance(data, (int, float, list, tuple, range)):
-            array = array.astype(np.float32)
+            array = converted(array, np.dtype(np.float32), "data")
         desc = _desc(array.shape, array.dtype, name)
         if array.size == 0:
             raise InvalidArgument(f"data has the shape {shape_text(array.shape)}: a tensor has at "
@@ -194,6 +195,16 @@ class Tensor(Handle):
         """The type of the elements."""
         return DTYPES[self.info.dtype]
 
+    @property
+    def ndim(self) -> int:
+        """How many dimensions it has."""
+        return self.info.rank
+
+    @property
+    def size(self) -> int:
+        """How many elements it has."""
+        return self.info.elements
+
     def numpy(self, out: Optional[NDArray[Any]] = None) -> NDArray[Any]:
         """A copy in host memory.
 
@@ -231,7 +242,7 @@ class Tensor(Handle):
         """
         return np.asarray(_dlpack.Shared(self.handle))
 
-    def map(self, access: Union[int, str] = "read_write") -> ContextManager[NDArray[Any]]:
+    def map(self, access: Union[int, _native.AccessName] = "read_write") -> ContextManager[NDArray[Any]]:
         """The elements as an array within a `with` block: with tensor.map() as array.
 
         access  "read", "write" (contents undefined until written) or "read_write"
@@ -274,6 +285,20 @@ class Tensor(Handle):
             return as_numpy_asks(self.array, dtype, copy)
         except Unsupported as error:
             raise ValueError(f"a tensor cannot become an array without a copy: {error}") from error
+
+    def __getitem__(self, index: Any) -> Any:
+        """A part of a copy of the elements; it cannot be written: use `write`, `map` or `array`."""
+        part = self.numpy()[index]
+        return frozen(part) if isinstance(part, np.ndarray) else part
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self[...] if self.shape else ())
+
+    def __float__(self) -> float:
+        if self.size != 1:
+            raise TypeError(f"a tensor of the shape {shape_text(self.shape)} is no number: only one "
+                            "with a single element is")
+        return float(self.numpy().item())
 
     def __len__(self) -> int:
         shape = self.shape

@@ -7,37 +7,53 @@
 Tensors are float32 in host memory. Outputs share the memory of the device where it is unified, and
 are copied elsewhere. Gradients exist once: backward of a backward pass is refused.
 """
+import copy
 import importlib
 import threading
 import weakref
 from collections import OrderedDict
-from typing import Any, Callable, List, Mapping, NamedTuple, Optional, Sequence, Tuple, TypeVar, Union
+from typing import (TYPE_CHECKING, Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence,
+                    Tuple, TypeVar, Union)
 
-from . import module as _module
-from ._arrays import ArrayLike, doubles
-from ._errors import InvalidArgument, ShapeMismatch, Unsupported
+from . import _native, module as _module
+from ._arrays import ArrayLike, doubles, shape_text, whole_shape
+from ._errors import InvalidArgument, ShapeMismatch, Unsupported, kind_of
+from ._text import checked
 from .camera import Camera
 from .device import Device, default_device, whole
-from .rasterizer import Cameras, Rasterizer, RasterState
+from .rasterizer import Cameras, Output, Rasterizer, RasterState
 from .tensor import Tensor
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 try:
     torch: Any = importlib.import_module("torch")
-    once = importlib.import_module("torch.autograd.function").once_differentiable
+    _differentiable = importlib.import_module("torch.autograd.function").once_differentiable
 except ImportError as error:
     raise ImportError("splat.torch needs PyTorch: apt-get install python3-torch, or "
                       "python3 -m pip install torch") from error
 
-Function = TypeVar("Function", bound=Callable[..., Any])
 KEPT = 4  # rasterizers that stay ready for the next call
+
+if TYPE_CHECKING:
+    from torch import Tensor as Values
+
+if hasattr(torch.serialization, "add_safe_globals"):
+    torch.serialization.add_safe_globals([Camera])  # what torch.load takes without weights_only=False
 
 
 class Drawn(NamedTuple):
     """images [V,H,W,3], alpha [V,H,W], and depth [V,H,W] or None; float32 tensors."""
 
-    images: Any
-    alpha: Any
-    depth: Any
+    images: "Values"
+    alpha: "Values"
+    depth: "Optional[Values]"
+
+
+def once(backward: Function) -> Function:
+    """A backward pass that has none of its own."""
+    kept: Function = _differentiable(backward)
+    return kept
 
 
 def _in_host_memory(value: Any, what: str) -> None:
@@ -49,8 +65,11 @@ def _in_host_memory(value: Any, what: str) -> None:
 def _checked(value: Any, what: str) -> Any:
     """A float32 tensor in host memory. Raises InvalidArgument for another object."""
     if not isinstance(value, torch.Tensor):
-        raise InvalidArgument(f"{what} is a {type(value).__name__}, expected a torch.Tensor")
+        raise InvalidArgument(f"{what} is {kind_of(value)}, expected a torch.Tensor")
     _in_host_memory(value, what)
+    if value.layout != torch.strided:
+        raise InvalidArgument(f"{what} has the layout {value.layout}, expected a dense tensor: "
+                              "convert it with .to_dense()")
     if value.dtype != torch.float32:
         raise InvalidArgument(f"{what} has the type {value.dtype}, expected torch.float32: convert "
                               "it with .float()")
@@ -116,6 +135,15 @@ def _pool(device: Device, *key: Any, **options: Any) -> _Pool:
         return _pools[name]
 
 
+def release_memory() -> None:
+    """Give the memory of drawing back to the devices that no graph uses, as a later call does not.
+
+    `rasterize` keeps what its graphs used, for the next ones of the same sizes and options.
+    """
+    with _lock:
+        _pools.clear()
+
+
 def _background(color: Any) -> Any:
     """A background: a tensor of any type of numbers, or an array. Raises InvalidArgument.
 
@@ -151,11 +179,11 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
         state = ctx.lease.state
         pool.rasterizer.forward_arrays(cameras, _numbers(background), state=state,
                                        **dict(zip(names, map(_array, given))))
-        outputs = ("rgb", "alpha", "depth")[:3 if pool.depth else 2]
+        outputs = [Output.RGB, Output.ALPHA, Output.DEPTH][:3 if pool.depth else 2]
         return tuple(_torch(pool.rasterizer.output(each, state=state)) for each in outputs)
 
     @staticmethod
-    @once  # type: ignore[misc]
+    @once
     def backward(ctx: Any, *slopes: Any) -> Any:
         wanted = [name for name, needed in zip(ctx.names, ctx.needs_input_grad[4:]) if needed]
         behind = _behind(ctx.lease, slopes[0]) if ctx.needs_input_grad[2] else None
@@ -178,9 +206,10 @@ def _not_compiled(function: Function) -> Function:
 
 
 @_not_compiled
-def rasterize(means: Any, scales: Any, rotations: Any, opacities: Any, colors: Any,
+@checked
+def rasterize(means: "Values", scales: "Values", rotations: "Values", opacities: "Values", colors: "Values",
               cameras: Union[Camera, Sequence[Camera]], background: Optional[ArrayLike] = None, *,
-              convention: Union[int, str] = "3dgs", antialiased: bool = False,
+              convention: Union[int, _native.ConventionName] = "3dgs", antialiased: bool = False,
               sh_degree: Optional[int] = None, depth: bool = False,
               device: Optional[Device] = None) -> Drawn:
     """Draw Gaussians; gradients flow to every tensor that requires them.
@@ -232,7 +261,7 @@ class _Apply(torch.autograd.Function):  # type: ignore[misc]
             return tuple(torch.from_numpy(owner.native.read(each)) for each in owner.outputs)
 
     @staticmethod
-    @once  # type: ignore[misc]
+    @once
     def backward(ctx: Any, *slopes: Any) -> Any:
         owner = ctx.owner
         with owner.turn:
@@ -251,7 +280,8 @@ class Module(torch.nn.Module):  # type: ignore[misc]
 
     type, shapes, attributes, options  as for `splat.Module`; seed of the initial parameters
     Parameters have the library's names, with _ for each dot. Call it with the inputs in the order
-    of `inputs`, or by name; it gives the output, or a tuple of several.
+    of `inputs`, or by name; it gives the output, or a tuple of several. Copies stay on the device;
+    what torch.load reads is on the default one.
     Raises InvalidArgument (type, device, no such input), ShapeMismatch.
     """
 
@@ -259,22 +289,54 @@ class Module(torch.nn.Module):  # type: ignore[misc]
                  attributes: _module.Attributes = None, seed: int = 0,
                  device: Optional[Device] = None, **options: Any) -> None:
         super().__init__()
-        self.native = _module.Module(default_device() if device is None else device, type, shapes,
-                                     attributes=attributes, gradients=True, input_gradients=True,
-                                     **options)
+        self._begin({"type": type, "shapes": {name: whole_shape(shape, f"'{name}'")
+                                              for name, shape in shapes.items()},
+                     "attributes": attributes, **options}, device)
         self.native.init(seed)
         self.inputs = [port.name for port in self.native.ports("input")]
         self.outputs = [port.name for port in self.native.ports("output")]
         self.names = [port.name for port in self.native.ports()]
-        self.turn, self.ticket = threading.RLock(), 0
         for name in self.names:
             self.register_parameter(name.replace(".", "_"), torch.nn.Parameter(
                 torch.from_numpy(self.native.read(name))))
+
+    def _begin(self, made_of: Dict[str, Any], device: Optional[Device]) -> None:
+        """Make the part that is not in a state."""
+        self.made_of, self.turn, self.ticket = made_of, threading.RLock(), 0
+        self.native = _module.Module(default_device() if device is None else device, gradients=True,
+                                     input_gradients=True, **made_of)
+
+    def __getstate__(self) -> Dict[str, Any]:
+        state: Dict[str, Any] = self.__dict__.copy()
+        for name in ("native", "turn", "ticket"):
+            del state[name]
+        return state
+
+    def __setstate__(self, state: Dict[str, Any]) -> None:
+        super().__setstate__(state)
+        self._begin(self.made_of, None)
+
+    def __deepcopy__(self, memo: Dict[int, Any]) -> "Module":
+        made: Module = self.__class__.__new__(self.__class__)
+        memo[id(self)] = made
+        super(Module, made).__setstate__(copy.deepcopy(self.__getstate__(), memo))
+        made._begin(made.made_of, self.native._device)
+        return made
+
+    def extra_repr(self) -> str:
+        """What the repr says: the type, and the shapes of inputs and parameters."""
+        shapes = (f"{name}={shape_text(shape)}" for name, shape in self.made_of["shapes"].items())
+        return ", ".join([repr(self.made_of["type"]), *shapes])
 
     def _compute(self, names: Sequence[str], given: Sequence[Any]) -> int:
         self.native.forward(**dict(zip(names, map(_array, given))))
         self.ticket += 1
         return self.ticket
+
+    if TYPE_CHECKING:
+        def __call__(self, *values: Values, **named: Values) -> Values:
+            """The output; several are a tuple, which the type does not tell."""
+            raise NotImplementedError
 
     def forward(self, *values: Any, **named: Any) -> Any:
         """The outputs at these inputs and the present parameters."""
@@ -288,3 +350,6 @@ class Module(torch.nn.Module):  # type: ignore[misc]
             _checked(value, name)
         results = _Apply.apply(self, list(given), *given.values())
         return results[0] if len(results) == 1 else results
+
+
+setattr(Module, "__init__", checked(Module.__init__, "Module"))

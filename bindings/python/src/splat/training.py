@@ -6,7 +6,7 @@ from typing import Any, Dict, Optional, Sequence, Union
 import numpy as np
 
 from . import _native
-from ._arrays import ArrayLike, address, readable, set_arrays
+from ._arrays import ArrayLike, File, address, file_of, set_arrays
 from ._dlpack import Memory
 from ._errors import check, direct
 from ._handle import Handle, made
@@ -120,12 +120,13 @@ class Batches(Handle):
     def __init__(self, dataset: Dataset, config: Config = None, seed: int = 0) -> None:
         self._own(made("batches", direct, lib.splat_batches_create, dataset.handle,
                        json_of(config, "config"), whole(seed, "seed", 64)))
-        self._lock: threading.RLock = threading.RLock()
+        self._lock = threading.RLock()
 
     def next(self, step: int) -> Batch:
         """Batch number `step`, for `Trainer.step`; a copy."""
         batch = Batch.__new__(Batch)
         batch.raw = _native.splat_trainer_batch(struct_size=sizeof(_native.splat_trainer_batch))
+        assert self._lock is not None
         with self._lent() as kept, self._lock:  # the library's arrays are lent until the next call
             check(lib.splat_batches_next(kept.handle, whole(step, "step", 64), byref(batch.raw)))
             batch._copy()
@@ -178,10 +179,10 @@ class Trainer(Handle):
         """The bytes of such a file."""
         return bytes_from(lib.splat_trainer_save_memory, self.handle, call=self._run)
 
-    def resume(self, source: Union[PathLike, bytes, bytearray, memoryview]) -> None:
-        """Go on from such a file or its bytes, bit-exactly. On an error nothing is changed."""
-        if isinstance(source, (bytes, bytearray, memoryview)):
-            data = readable(source, "source")
+    def resume(self, source: File) -> None:
+        """Go on from such a file, its bytes, or an open file, bit-exactly. On an error nothing is changed."""
+        data, path = file_of(source, "source")
+        if data is not None:
             self._run(lib.splat_trainer_resume_memory, self.handle, address(data), data.size)
         else:
-            self._run(lib.splat_trainer_resume, self.handle, path_of(source, "source"))
+            self._run(lib.splat_trainer_resume, self.handle, path)

@@ -5,8 +5,8 @@ from typing import Any, Dict, Iterator, List, Mapping, Optional, Union
 import numpy as np
 
 from . import _native
-from ._arrays import ArrayLike, Floats, address, floats, frozen, readable, set_dims
-from ._errors import InvalidArgument, check, direct
+from ._arrays import ArrayLike, File, Floats, address, file_of, floats, frozen, same, set_dims
+from ._errors import InvalidArgument, MissingName, NotFound, check, direct
 from ._handle import Handle, made
 from ._dlpack import Memory
 from ._library import lib
@@ -19,8 +19,10 @@ def builtin_weights(name: Optional[str] = None) -> str:
     return text_from(lib.splat_builtin_weights, encoded(name, "name"))
 
 
-class Weights(Handle):
-    """Named float32 arrays of a network, which never change. Works like a read-only dict.
+class Weights(Handle, Mapping[str, Floats]):
+    """Named float32 arrays of a network, which never change: a Mapping, like a read-only dict.
+
+    Names are in the order of the file. A missing one is a MissingName, which is a KeyError.
 
     arrays  by their names; float32, copied
     """
@@ -44,9 +46,9 @@ class Weights(Handle):
         self._keeper = None
 
     @classmethod
-    def load(cls, source: Union[PathLike, bytes, bytearray, memoryview], *,
-             copy: bool = False) -> "Weights":
-        """Read a .safetensors, .pth (no code of its pickle is run) or .npz file, or its bytes.
+    def load(cls, source: File, *, copy: bool = False) -> "Weights":
+        """Read a .safetensors, .pth (no code of its pickle is run) or .npz file, its bytes, or an
+        open file.
 
         source  also the name of weights that come with the library, such as "cars64"
 
@@ -54,12 +56,12 @@ class Weights(Handle):
               must not be written in place
         Raises NotFound, IoError, FormatError, Unsupported.
         """
-        if isinstance(source, (bytes, bytearray, memoryview)):
-            data = readable(source, "source")
+        data, path = file_of(source, "source")
+        if data is not None:
             return cls._of(made("weights", direct, lib.splat_weights_load_memory,
                                 data.ctypes.data, data.size))
         flags = flags_of((copy, _native.WeightsFlags.COPY))
-        return cls._of(made("weights", direct, lib.splat_weights_load, path_of(source, "source"),
+        return cls._of(made("weights", direct, lib.splat_weights_load, path,
                             flags))
 
     def save(self, path: PathLike, *, half: bool = False) -> None:
@@ -70,7 +72,7 @@ class Weights(Handle):
         check(lib.splat_weights_save(self.handle, path_of(path),
                                      flags_of((half, _native.WeightsFlags.HALF))))
 
-    def to_bytes(self, format: Union[int, str] = "safetensors", *, half: bool = False) -> bytes:
+    def to_bytes(self, format: Union[int, _native.WeightsFormatName] = "safetensors", *, half: bool = False) -> bytes:
         """The bytes of such a file, "safetensors", "pth" or "npz"."""
         return bytes_from(lib.splat_weights_save_memory, self.handle,
                           choice(_native.WeightsFormat, format, "format"),
@@ -107,19 +109,22 @@ class Weights(Handle):
 
     def _index(self, name: str) -> int:
         index = c_uint32()
-        check(lib.splat_weights_find(self.handle, encoded(name, "name"), byref(index)))
+        try:
+            check(lib.splat_weights_find(self.handle, encoded(name, "name"), byref(index)))
+        except NotFound as error:
+            raise MissingName(error.message, int(error.code)) from None
         return index.value
 
     def info(self, name: str) -> WeightsInfo:
-        """Shape and stored type of an array. Raises NotFound."""
+        """Shape and stored type of an array. Raises MissingName."""
         return self._describe(self._index(name))
 
-    def keys(self) -> List[str]:
-        """The names, in the order of the file."""
-        return [self._describe(index).name for index in range(len(self))]
-
     def __iter__(self) -> Iterator[str]:
-        return iter(self.keys())
+        return iter([self._describe(index).name for index in range(len(self))])
+
+    def __eq__(self, other: object) -> bool:
+        return (isinstance(other, Mapping) and self.keys() == other.keys()
+                and all(same(self[name], other[name]) for name in self))
 
     def __contains__(self, name: object) -> bool:
         try:
@@ -135,7 +140,7 @@ class Weights(Handle):
     def __getitem__(self, name: str) -> Floats:
         """A copy of an array that cannot be written, as float32 whatever its type in the file.
 
-        Raises NotFound.
+        Raises MissingName.
         """
         index = self._index(name)
         values = np.empty(self._describe(index).shape, np.float32)

@@ -703,7 +703,7 @@ pub type splat_progress_callback =
 /// of prefix codes.
 /// ```
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_decode_limits {
     pub struct_size: u32,
     /// 0
@@ -735,7 +735,7 @@ impl Default for splat_decode_limits {
 /// read `pixels`, those that give one write there, and no others touch it.
 /// ```
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_image {
     pub pixels: *mut c_void,
     /// size of `pixels`, checked against the layout; 0: trusted
@@ -760,7 +760,7 @@ impl Default for splat_image {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_device_info {
     pub struct_size: u32,
     /// position in the enumeration of this process
@@ -806,7 +806,7 @@ impl Default for splat_device_info {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_device_desc {
     pub struct_size: u32,
     /// SPLAT_DEVICE_ bits
@@ -836,7 +836,7 @@ impl Default for splat_device_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_memory_info {
     pub struct_size: u32,
     /// live allocations of the driver
@@ -860,7 +860,7 @@ impl Default for splat_memory_info {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_tensor_desc {
     pub struct_size: u32,
     /// 0
@@ -887,7 +887,7 @@ impl Default for splat_tensor_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_tensor_info {
     pub struct_size: u32,
     pub dtype: splat_dtype,
@@ -911,7 +911,7 @@ impl Default for splat_tensor_info {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_tensor_stats {
     pub struct_size: u32,
     pub reserved: u32,
@@ -935,7 +935,7 @@ impl Default for splat_tensor_stats {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_co3d_desc {
     pub struct_size: u32,
     /// SPLAT_CO3D_*
@@ -967,7 +967,7 @@ impl Default for splat_co3d_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_co3d_info {
     pub struct_size: u32,
     /// sequences in the split
@@ -990,7 +990,7 @@ impl Default for splat_co3d_info {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_dataset_desc {
     pub struct_size: u32,
     /// SPLAT_DATA_*
@@ -1031,7 +1031,7 @@ impl Default for splat_dataset_desc {
 
 /// Destinations of n views of R x R pixels; NULL: not read.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_dataset_views {
     pub struct_size: u32,
     pub reserved: u32,
@@ -1072,7 +1072,7 @@ impl Default for splat_dataset_views {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_dataset_import_desc {
     pub struct_size: u32,
     /// SPLAT_IMPORT_*
@@ -1101,7 +1101,7 @@ impl Default for splat_dataset_import_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_dataset_export_desc {
     pub struct_size: u32,
     /// 0
@@ -1138,7 +1138,7 @@ impl Default for splat_dataset_export_desc {
 /// the origin; objects lie within 0.5 of it; the focal length is 131.25 pixels of 128.
 /// ```
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_synthetic_desc {
     pub struct_size: u32,
     /// 0
@@ -1169,7 +1169,7 @@ impl Default for splat_synthetic_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_scene_desc {
     pub struct_size: u32,
     /// 0
@@ -1205,7 +1205,7 @@ impl Default for splat_scene_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_scene_file_desc {
     pub struct_size: u32,
     /// SPLAT_SCENE_ bits
@@ -1235,7 +1235,7 @@ impl Default for splat_scene_file_desc {
 
 /// x -\> scale * rotation x + translation. Frozen.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_similarity {
     /// w, x, y, z, of any length \> 0
     pub rotation: [f64; 4],
@@ -1253,7 +1253,7 @@ impl Default for splat_similarity {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_scene_info {
     pub struct_size: u32,
     pub sh_degree: u32,
@@ -1295,7 +1295,7 @@ impl Default for splat_scene_info {
 
 /// A pinhole camera. Frozen. The centre of the pixel in column i and row j is (i + 0.5, j + 0.5).
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_camera {
     /// pixels
     pub width: u32,
@@ -1317,7 +1317,7 @@ impl Default for splat_camera {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_orbit_desc {
     pub struct_size: u32,
     /// 0
@@ -1350,7 +1350,7 @@ impl Default for splat_orbit_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_camera_file_desc {
     pub struct_size: u32,
     /// SPLAT_CAMERA_ bits
@@ -1373,7 +1373,7 @@ impl Default for splat_camera_file_desc {
 
 /// Files of cameras in memory.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_camera_bytes {
     pub struct_size: u32,
     /// 0
@@ -1396,7 +1396,7 @@ impl Default for splat_camera_bytes {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_weights_info {
     pub struct_size: u32,
     pub rank: u32,
@@ -1420,7 +1420,7 @@ impl Default for splat_weights_info {
 
 /// A tensor in the caller's memory, row-major. Frozen.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_named_array {
     pub name: *const c_char,
     pub values: *const f32,
@@ -1441,7 +1441,7 @@ impl Default for splat_named_array {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_op_desc {
     pub struct_size: u32,
     /// SPLAT_OP_ bits
@@ -1475,7 +1475,7 @@ impl Default for splat_op_desc {
 
 /// A named tensor of a model or a module. Frozen.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_port {
     /// the library's live as long as the model or module
     pub name: *const c_char,
@@ -1493,7 +1493,7 @@ impl Default for splat_port {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_model_desc {
     pub struct_size: u32,
     /// SPLAT_MODEL_*
@@ -1518,7 +1518,7 @@ impl Default for splat_model_desc {
 
 /// What a model was made for, and what its latest pass gave.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_model_info {
     pub struct_size: u32,
     /// SPLAT_MODEL_ bits of its creation
@@ -1571,7 +1571,7 @@ impl Default for splat_model_info {
 
 /// Counts are of numbers in the array beside them; 0: trusted.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_model_input {
     pub struct_size: u32,
     /// SPLAT_PASS_ bits
@@ -1621,7 +1621,7 @@ impl Default for splat_model_input {
 /// 0: trusted.
 /// ```
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_model_gradients {
     pub struct_size: u32,
     /// SPLAT_PASS_ bits
@@ -1648,7 +1648,7 @@ impl Default for splat_model_gradients {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_module_desc {
     pub struct_size: u32,
     /// SPLAT_MODULE_*
@@ -1681,7 +1681,7 @@ impl Default for splat_module_desc {
 /// least becomes 0, its greatest 1 (all 0 if they are equal). U8 and files are taken as they are.
 /// ```
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_picture_source {
     /// PNG, JPEG (turned as its Exif data says) or WebP; NULL: `pixels`
     pub path: *const c_char,
@@ -1698,7 +1698,7 @@ impl Default for splat_picture_source {
 
 /// One view of an object. Frozen.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_picture {
     pub image: splat_picture_source,
     /// the object's mask, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs from its border's colour, else all
@@ -1736,7 +1736,7 @@ impl Default for splat_picture {
 
 /// What became of a picture. Frozen.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_picture_info {
     /// width of the picture, pixels
     pub width: u32,
@@ -1764,7 +1764,7 @@ impl Default for splat_picture_info {
 /// wanted.
 /// ```
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_picture_cut_desc {
     pub struct_size: u32,
     /// 0
@@ -1794,7 +1794,7 @@ impl Default for splat_picture_cut_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_predictor_desc {
     pub struct_size: u32,
     /// 0
@@ -1826,7 +1826,7 @@ impl Default for splat_predictor_desc {
 
 /// What a predictor takes and gives, for what its weights were trained.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_predictor_info {
     pub struct_size: u32,
     /// pictures of one prediction
@@ -1865,7 +1865,7 @@ impl Default for splat_predictor_info {
 
 /// Facts of a prediction. The caller sets arrays and capacities; an array may be NULL.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_prediction {
     pub struct_size: u32,
     pub camera_capacity: u32,
@@ -1905,7 +1905,7 @@ impl Default for splat_prediction {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_rasterizer_desc {
     pub struct_size: u32,
     /// SPLAT_RASTERIZER_ bits
@@ -1943,7 +1943,7 @@ impl Default for splat_rasterizer_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_gaussians_desc {
     pub struct_size: u32,
     /// 0
@@ -1974,7 +1974,7 @@ impl Default for splat_gaussians_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_gradients_desc {
     pub struct_size: u32,
     /// SPLAT_GRADIENTS_ bits
@@ -2017,7 +2017,7 @@ impl Default for splat_gradients_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_rasterizer_info {
     pub struct_size: u32,
     /// groups of tile rows that the last forward call drew one by one
@@ -2057,7 +2057,7 @@ impl Default for splat_rasterizer_info {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_scene_render_desc {
     pub struct_size: u32,
     /// SPLAT_RASTERIZER_ANTIALIASED
@@ -2083,7 +2083,7 @@ impl Default for splat_scene_render_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_image_info {
     pub struct_size: u32,
     /// bits per sample in the file: 8, 16, or 32 (.npy)
@@ -2102,7 +2102,7 @@ impl Default for splat_image_info {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_image_scores {
     pub struct_size: u32,
     pub reserved: u32,
@@ -2123,7 +2123,7 @@ impl Default for splat_image_scores {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_lpips_desc {
     pub struct_size: u32,
     /// 0
@@ -2147,7 +2147,7 @@ impl Default for splat_lpips_desc {
 
 /// A number by its name. Frozen.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_number {
     pub name: *const c_char,
     /// 1 or 0 where metrics.jsonl has true or false
@@ -2166,7 +2166,7 @@ impl Default for splat_number {
 /// splat_run_destroy of the run.
 /// ```
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_run_event {
     pub struct_size: u32,
     pub kind: splat_run_event_kind,
@@ -2227,7 +2227,7 @@ impl Default for splat_run_event {
 
 /// What to update: a model, a module, or one tensor; the other handles are NULL. Frozen.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_optimizer_item {
     /// a tensor's name; or a prefix for the names of a model's or module's trainable parameters, NULL: none
     pub name: *const c_char,
@@ -2253,7 +2253,7 @@ impl Default for splat_optimizer_item {
 /// the first has the parameter. A group without effect is refused. Frozen.
 /// ```
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_optimizer_group {
     /// matches names: '*' is any text, '?' one character
     pub pattern: *const c_char,
@@ -2272,7 +2272,7 @@ impl Default for splat_optimizer_group {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_optimizer_desc {
     pub struct_size: u32,
     /// 0
@@ -2316,7 +2316,7 @@ impl Default for splat_optimizer_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_optimizer_info {
     pub struct_size: u32,
     /// 1: the last step found gradients that are not finite; no update
@@ -2349,7 +2349,7 @@ impl Default for splat_optimizer_info {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_trainer_desc {
     pub struct_size: u32,
     /// 0
@@ -2374,7 +2374,7 @@ impl Default for splat_trainer_desc {
 /// beside them; 0: trusted.
 /// ```
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_trainer_batch {
     pub struct_size: u32,
     /// 0
@@ -2419,7 +2419,7 @@ impl Default for splat_trainer_batch {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_trainer_info {
     pub struct_size: u32,
     /// 1: loss or gradients were not finite, and nothing was updated
@@ -2464,7 +2464,7 @@ impl Default for splat_trainer_info {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_training_desc {
     pub struct_size: u32,
     /// SPLAT_TRAINING_ bits
@@ -2497,7 +2497,7 @@ impl Default for splat_training_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_evaluator_desc {
     pub struct_size: u32,
     /// 0
@@ -2539,7 +2539,7 @@ impl Default for splat_evaluator_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_evaluator_info {
     pub struct_size: u32,
     /// to score
@@ -2561,7 +2561,7 @@ impl Default for splat_evaluator_info {
 
 /// Means over views. Frozen.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_scores {
     /// dB; NaN without a view that differs from its target
     pub psnr: f64,
@@ -2583,7 +2583,7 @@ impl Default for splat_scores {
 
 /// What of predictions and images is finite and visible. Frozen.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_ledger {
     /// numbers that the network put out
     pub outputs_not_finite: u64,
@@ -2609,7 +2609,7 @@ impl Default for splat_ledger {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_object_scores {
     pub struct_size: u32,
     /// number of the object
@@ -2643,7 +2643,7 @@ impl Default for splat_object_scores {
 /// filled; the others have room for at least the numbers in brackets, n being inputs + novel.
 /// ```
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_evaluated_views {
     pub struct_size: u32,
     /// out: conditioning views
@@ -2677,7 +2677,7 @@ impl Default for splat_evaluated_views {
 
 /// Means and sums over the objects scored so far.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_evaluation_summary {
     pub struct_size: u32,
     pub objects: u32,
@@ -2705,7 +2705,7 @@ impl Default for splat_evaluation_summary {
 
 /// Scores of one object; NaN: none in that metric. Frozen.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_score {
     /// name of the object
     pub object: *const c_char,
@@ -2724,7 +2724,7 @@ impl Default for splat_score {
 
 /// Scores of a method: a file or an array. Frozen.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_score_set {
     /// per_object.csv or scores.txt; a folder, or results.json, stands for the per_object.csv in the same folder; NULL: `scores`
     pub path: *const c_char,
@@ -2740,7 +2740,7 @@ impl Default for splat_score_set {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_compare_desc {
     pub struct_size: u32,
     /// SPLAT_COMPARE_ bits
@@ -2767,7 +2767,7 @@ impl Default for splat_compare_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_comparison_info {
     pub struct_size: u32,
     /// compared
@@ -2792,7 +2792,7 @@ impl Default for splat_comparison_info {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_metric_comparison {
     pub struct_size: u32,
     pub metric: splat_metric,
@@ -2832,7 +2832,7 @@ impl Default for splat_metric_comparison {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_prior_model_desc {
     pub struct_size: u32,
     /// SPLAT_PRIOR_MODEL_ bits
@@ -2860,7 +2860,7 @@ impl Default for splat_prior_model_desc {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_prior_model_info {
     pub struct_size: u32,
     /// SPLAT_DATA_ flags of the maps that it makes
@@ -2894,7 +2894,7 @@ impl Default for splat_prior_model_info {
 /// before that, from 0 to 1.
 /// ```
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_prior_maps {
     /// 1 channel; larger is nearer, from the picture's farthest to its nearest
     pub depth: splat_image,
@@ -2912,7 +2912,7 @@ impl Default for splat_prior_maps {
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_normals_desc {
     pub struct_size: u32,
     /// 0
@@ -2941,7 +2941,7 @@ impl Default for splat_normals_desc {
 
 /// Errors of an aligned depth map p against the true one g, in its units.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_depth_scores {
     pub struct_size: u32,
     pub reserved: u32,
@@ -2971,7 +2971,7 @@ impl Default for splat_depth_scores {
 
 /// Angles between predicted and true normals, in degrees.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_normal_scores {
     pub struct_size: u32,
     pub reserved: u32,
@@ -3000,7 +3000,7 @@ impl Default for splat_normal_scores {
 /// denominators, as published: an empty truth scores 0.
 /// ```
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_mask_scores {
     pub struct_size: u32,
     pub reserved: u32,
@@ -3026,7 +3026,7 @@ impl Default for splat_mask_scores {
 
 /// Visual information fidelity of the channels of an image.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_fidelity_scores {
     pub struct_size: u32,
     /// left out: the true channel is constant
@@ -3051,7 +3051,7 @@ impl Default for splat_fidelity_scores {
 /// nearest point of T.
 /// ```
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_point_scores {
     pub struct_size: u32,
     pub reserved: u32,

@@ -2,10 +2,11 @@
 
 use crate::error::{call, Result};
 use crate::object::object;
-use crate::text::{c_optional, c_text, pointer, text};
+use crate::text::{c_optional_path, c_text, pointer, text, zeros};
 use crate::values::{CompareFlags, ComparisonInfo, MetricComparison};
 use splat_sys as sys;
 use std::ffi::CString;
+use std::path::Path;
 
 /// Scores of one object; NaN: none in that metric.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,16 +22,16 @@ pub struct Score {
 }
 
 /// Scores of a method.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ScoreSet<'a> {
     /// per_object.csv or scores.txt, or the folder of per_object.csv.
-    Path(&'a str),
+    Path(&'a Path),
     /// Numbers of the caller.
     Scores(&'a [Score]),
 }
 
 /// How two methods are compared.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CompareDesc {
     /// [`CompareFlags::UNPAIRED`]: ignore which object a score belongs to.
     pub flags: CompareFlags,
@@ -66,7 +67,7 @@ impl RawSet {
             ScoreSet::Path(path) => (Some(path), &[][..]),
             ScoreSet::Scores(scores) => (None, scores),
         };
-        let path = c_optional(argument, path)?;
+        let path = c_optional_path(argument, path)?;
         let names: Vec<CString> = list
             .iter()
             .map(|score| c_text(argument, &score.object))
@@ -103,7 +104,24 @@ impl RawSet {
 impl Comparison {
     /// Compare B with A in every metric that both have. The same numbers for the same seed.
     ///
-    /// Errors: `InvalidArgument` (no scores, an object without a name or twice), `NotFound` (no
+    /// ```
+    /// use splat::prelude::*;
+    /// let scores = |more| {
+    ///     (0..9).map(move |i| Score {
+    ///         object: i.to_string(),
+    ///         psnr: f64::from(20 + i % 3) + more * f64::from(8 + i),
+    ///         ssim: f64::NAN,
+    ///         lpips: f64::NAN,
+    ///     })
+    /// };
+    /// let (a, b): (Vec<_>, Vec<_>) = (scores(0.0).collect(), scores(0.1).collect());
+    /// let desc = CompareDesc::default();
+    /// let comparison = Comparison::of_scores(ScoreSet::Scores(&a), ScoreSet::Scores(&b), &desc)?;
+    /// assert_eq!(comparison.metric(0)?.verdict, Verdict::BETTER);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `InvalidArgument` (no scores, an object without a name or twice), `NotFound` (no
     /// such file; compared in pairs, they share no object), `Format`, `Io`.
     pub fn of_scores(a: ScoreSet<'_>, b: ScoreSet<'_>, desc: &CompareDesc) -> Result<Comparison> {
         let (a, b) = (RawSet::new("a", a)?, RawSet::new("b", b)?);
@@ -116,12 +134,12 @@ impl Comparison {
             bootstraps: desc.bootstraps,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_compare_scores(&raw, &mut handle))?;
-        Ok(Comparison { handle })
+        Comparison::made(|handle| call!(splat_compare_scores(&raw, handle)))
     }
 
     /// Describe the comparison.
+    /// # Errors
+    /// Another version of the library.
     pub fn get_info(&self) -> Result<ComparisonInfo> {
         let mut info = sys::splat_comparison_info::default();
         call!(splat_comparison_get_info(self.handle, &mut info))?;
@@ -129,6 +147,8 @@ impl Comparison {
     }
 
     /// Get the comparison in one metric. `index`: below [`ComparisonInfo::metrics`].
+    /// # Errors
+    /// `InvalidArgument` (index).
     pub fn metric(&self, index: u32) -> Result<MetricComparison> {
         let mut metric = sys::splat_metric_comparison::default();
         call!(splat_comparison_metric(self.handle, index, &mut metric))?;
@@ -137,11 +157,13 @@ impl Comparison {
 
     /// Copy the scores of A and B that were compared in one metric; paired, those of one object
     /// have the same place in both.
+    /// # Errors
+    /// `InvalidArgument` (index, a slice that is too short).
     pub fn samples(&self, index: u32) -> Result<(Vec<f64>, Vec<f64>)> {
         let metric = self.metric(index)?;
         let (mut a, mut b) = (
-            vec![0.0; metric.n_a as usize],
-            vec![0.0; metric.n_b as usize],
+            zeros::<f64>("a", &[metric.n_a as usize])?,
+            zeros::<f64>("b", &[metric.n_b as usize])?,
         );
         let (a_out, b_out) = (a.as_mut_ptr(), b.as_mut_ptr());
         call!(splat_comparison_samples(
@@ -156,6 +178,8 @@ impl Comparison {
     }
 
     /// JSON: paths, objects, seed, metrics with differences, intervals and verdicts.
+    /// # Errors
+    /// Another version of the library.
     pub fn report(&self) -> Result<String> {
         // SAFETY: the buffer lives through the call.
         text(|buffer, capacity, needed| unsafe {

@@ -2,12 +2,15 @@
 
 use crate::error::{call, Result};
 use crate::object::object;
-use crate::text::{array_mut, c_optional, count, pointer, text};
-use crate::values::{Co3dFlags, DataFlags};
+use crate::text::{array_mut, c_optional, c_optional_path, count, pointer, text};
+use crate::values::{Co3dFlags, Co3dInfo, DataFlags};
 use splat_sys as sys;
+use std::path::Path;
 
 /// The name of an object as one part of a path, for files that are named after it: %XX for whatever
 /// leads elsewhere or is forbidden on some system, at most 200 bytes.
+/// # Errors
+/// Another version of the library.
 pub fn path_name(name: &str) -> Result<String> {
     let name = c_optional("name", Some(name))?;
     // SAFETY: name and buffer live through the call.
@@ -17,12 +20,12 @@ pub fn path_name(name: &str) -> Result<String> {
 }
 
 /// Which data set, and how its images are read.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DatasetDesc<'a> {
     /// Maps that are required; keep objects with missing files.
     pub flags: DataFlags,
     /// Folder of the data set.
-    pub path: &'a str,
+    pub path: Option<&'a Path>,
     /// "store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; None: by the folder.
     pub format: Option<&'a str>,
     /// "train", "val", "test"; None: train.
@@ -30,11 +33,11 @@ pub struct DatasetDesc<'a> {
     /// "cars", "hydrants", where there are several; None: the only one.
     pub category: Option<&'a str>,
     /// The objects of "objaverse" in their order, a JSON array of names.
-    pub objects_file: Option<&'a str>,
+    pub objects_file: Option<&'a Path>,
     /// Names of sequences of "co3d" to leave out.
-    pub excluded_file: Option<&'a str>,
+    pub excluded_file: Option<&'a Path>,
     /// Test objects of "nmr" and their source views.
-    pub views_file: Option<&'a str>,
+    pub views_file: Option<&'a Path>,
     /// Side of the returned images, which are square; 0: as stored.
     pub resolution: u32,
     /// Use only this many objects, the first in order; 0: all.
@@ -46,7 +49,7 @@ pub struct DatasetDesc<'a> {
 }
 
 /// Where [`Dataset::read`] writes n views of R x R pixels; None is not read.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, PartialEq)]
 pub struct DatasetViews<'a> {
     /// `[n,3,R,R]` 0 to 1
     pub images: Option<&'a mut [f32]>,
@@ -79,15 +82,34 @@ unsafe impl Sync for Dataset {}
 impl Dataset {
     /// Open the data set in a folder.
     ///
-    /// Errors: `NotFound` (folder, split, maps), `Io`, `Format`, `InvalidArgument`.
+    /// ```
+    /// use splat::prelude::*;
+    /// let folder = std::env::temp_dir().join("splat_example");
+    /// let desc = SyntheticDesc {
+    ///     path: Some(&folder),
+    ///     resolution: 16,
+    ///     train_views: 2,
+    ///     train_objects: 1,
+    ///     ..Default::default()
+    /// };
+    /// splat::synthetic_write(&desc, 0)?;
+    /// let dataset = Dataset::open(&DatasetDesc { path: Some(&folder), ..Default::default() })?;
+    /// let mut images = vec![0.0; 2 * 3 * 16 * 16];
+    /// let mut views = DatasetViews { images: Some(&mut images), ..Default::default() };
+    /// dataset.read(0, &[0, 1], &mut views)?;
+    /// # std::fs::remove_dir_all(&folder).unwrap();
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `NotFound` (folder, split, maps), `Io`, `Format`, `InvalidArgument`.
     pub fn open(desc: &DatasetDesc<'_>) -> Result<Dataset> {
-        let path = c_optional("path", Some(desc.path))?;
+        let path = c_optional_path("path", desc.path)?;
         let format = c_optional("format", desc.format)?;
         let split = c_optional("split", desc.split)?;
         let category = c_optional("category", desc.category)?;
-        let objects_file = c_optional("objects_file", desc.objects_file)?;
-        let excluded_file = c_optional("excluded_file", desc.excluded_file)?;
-        let views_file = c_optional("views_file", desc.views_file)?;
+        let objects_file = c_optional_path("objects_file", desc.objects_file)?;
+        let excluded_file = c_optional_path("excluded_file", desc.excluded_file)?;
+        let views_file = c_optional_path("views_file", desc.views_file)?;
         let raw = sys::splat_dataset_desc {
             flags: desc.flags.0,
             path: pointer(&path),
@@ -103,12 +125,12 @@ impl Dataset {
             background: desc.background,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_dataset_open(&raw, &mut handle))?;
-        Ok(Dataset { handle })
+        Dataset::made(|handle| call!(splat_dataset_open(&raw, handle)))
     }
 
     /// JSON: format, split, objects, views, resolution, maps, names.
+    /// # Errors
+    /// Another version of the library.
     pub fn report(&self) -> Result<String> {
         // SAFETY: the buffer lives through the call.
         text(|buffer, capacity, needed| unsafe {
@@ -117,8 +139,8 @@ impl Dataset {
     }
 
     /// Read views of one object, in the given order.
-    ///
-    /// Errors: `InvalidArgument` (no such object or view, a slice that is too short), `NotFound`,
+    /// # Errors
+    /// `InvalidArgument` (no such object or view, a slice that is too short), `NotFound`,
     /// `Io`, `Format`; after the last three, slices may be partly written.
     pub fn read(&self, object: u32, views: &[u32], out: &mut DatasetViews<'_>) -> Result<()> {
         let (images, image_count) = array_mut("images", out.images.as_deref_mut())?;
@@ -162,6 +184,8 @@ impl Dataset {
     }
 
     /// JSON: check all files of one object.
+    /// # Errors
+    /// `InvalidArgument` (no such object).
     pub fn check(&self, object: u32) -> Result<String> {
         // SAFETY: the buffer lives through the call.
         text(|buffer, capacity, needed| unsafe {
@@ -171,10 +195,10 @@ impl Dataset {
 }
 
 /// Procedural objects with exact maps, in the layout of SRN's data.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SyntheticDesc<'a> {
     /// The folder to write to.
-    pub path: &'a str,
+    pub path: Option<&'a Path>,
     /// "cars", "chairs", "mixed"; None: cars.
     pub category: Option<&'a str>,
     /// Seed of all random choices.
@@ -195,8 +219,12 @@ pub struct SyntheticDesc<'a> {
 
 /// Write one object, counted over all splits, train first. Several threads may write different
 /// objects at once.
+/// # Errors
+/// `Unsupported` (resolution above 2048), `InvalidArgument` (no such object or category, a folder
+/// with data made from other values), `NotFound`, `Io` (the folder or a file cannot be written),
+/// `OutOfHostMemory`.
 pub fn synthetic_write(desc: &SyntheticDesc<'_>, index: u32) -> Result<()> {
-    let path = c_optional("path", Some(desc.path))?;
+    let path = c_optional_path("path", desc.path)?;
     let category = c_optional("category", desc.category)?;
     let raw = sys::splat_synthetic_desc {
         path: pointer(&path),
@@ -214,12 +242,12 @@ pub fn synthetic_write(desc: &SyntheticDesc<'_>, index: u32) -> Result<()> {
 }
 
 /// Which part of CO3D's raw release becomes a data set of the published code, and where.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Co3dDesc<'a> {
     /// The folder of the release.
-    pub raw: &'a str,
+    pub raw: Option<&'a Path>,
     /// The folder to write to.
-    pub out: &'a str,
+    pub out: Option<&'a Path>,
     /// "hydrant", "teddybear".
     pub category: &'a str,
     /// None: "fewview_dev".
@@ -235,11 +263,11 @@ pub struct Co3dDesc<'a> {
 }
 
 /// Write the data set; sequences that are there are kept.
-///
-/// Errors: `NotFound`, `Format` (the release), `Io`, `InvalidArgument`.
-pub fn co3d_prepare(desc: &Co3dDesc<'_>) -> Result<sys::splat_co3d_info> {
-    let raw = c_optional("raw", Some(desc.raw))?;
-    let out = c_optional("out", Some(desc.out))?;
+/// # Errors
+/// `NotFound`, `Format` (the release), `Io`, `InvalidArgument`.
+pub fn co3d_prepare(desc: &Co3dDesc<'_>) -> Result<Co3dInfo> {
+    let raw = c_optional_path("raw", desc.raw)?;
+    let out = c_optional_path("out", desc.out)?;
     let category = c_optional("category", Some(desc.category))?;
     let subset = c_optional("subset", desc.subset)?;
     let split = c_optional("split", desc.split)?;
@@ -256,5 +284,5 @@ pub fn co3d_prepare(desc: &Co3dDesc<'_>) -> Result<sys::splat_co3d_info> {
     };
     let mut info = sys::splat_co3d_info::default();
     call!(splat_co3d_prepare(&given, &mut info))?;
-    Ok(info)
+    Ok(Co3dInfo::from_raw(&info))
 }

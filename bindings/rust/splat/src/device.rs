@@ -2,9 +2,10 @@
 
 use crate::error::{call, Result};
 use crate::object::object;
-use crate::text::{c_optional, pointer, text};
+use crate::text::{c_optional_path, pointer, text};
 use crate::values::{DeviceFlags, DeviceInfo, DeviceKind, DeviceSelect, Kernels, MemoryInfo};
 use splat_sys as sys;
+use std::path::PathBuf;
 
 /// How to open a device. The default opens the best one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -26,7 +27,7 @@ pub struct DeviceDesc {
     /// Longest wait for the device in one call; 0: 60 s.
     pub timeout_ns: u64,
     /// Pipeline cache; None: in the user's cache folder; empty: none.
-    pub cache_folder: Option<String>,
+    pub cache_folder: Option<PathBuf>,
 }
 
 object! {
@@ -50,11 +51,11 @@ unsafe impl Sync for Device {}
 
 impl Device {
     /// Open a device.
-    ///
-    /// Errors: `InvalidArgument`, `NoDevice` (the message lists the devices), `Unsupported` (a
+    /// # Errors
+    /// `InvalidArgument`, `NoDevice` (the message lists the devices), `Unsupported` (a
     /// feature that the device lacks), and out of memory.
     pub fn create(desc: &DeviceDesc) -> Result<Device> {
-        let cache_folder = c_optional("cache_folder", desc.cache_folder.as_deref())?;
+        let cache_folder = c_optional_path("cache_folder", desc.cache_folder.as_deref())?;
         let raw = sys::splat_device_desc {
             flags: desc.flags.0,
             select: desc.select.0,
@@ -67,12 +68,12 @@ impl Device {
             cache_folder: pointer(&cache_folder),
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_device_create(&raw, &mut handle))?;
-        Ok(Device { handle })
+        Device::made(|handle| call!(splat_device_create(&raw, handle)))
     }
 
     /// Count the Vulkan devices of this machine, usable or not.
+    /// # Errors
+    /// `NoDevice` (the Vulkan loader is missing or has no driver at all), `InvalidState`.
     pub fn count() -> Result<u32> {
         let mut count = 0;
         call!(splat_device_count(&mut count))?;
@@ -80,6 +81,16 @@ impl Device {
     }
 
     /// Describe device `index` without opening it.
+    ///
+    /// ```
+    /// use splat::prelude::*;
+    /// for index in 0..Device::count()? {
+    ///     println!("{}", Device::describe(index)?.name);
+    /// }
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `InvalidArgument` (index >= count), `NoDevice`, `InvalidState`.
     pub fn describe(index: u32) -> Result<DeviceInfo> {
         let mut info = sys::splat_device_info::default();
         call!(splat_device_describe(index, &mut info))?;
@@ -88,11 +99,22 @@ impl Device {
 
     /// Cancel the calls that run on this device or wait for it now: each returns
     /// [`Code::Cancelled`](crate::Code::Cancelled). Later calls are not affected.
+    /// # Errors
+    /// As [`Canceller::cancel`].
     pub fn cancel(&self) -> Result<()> {
         self.canceller().cancel()
     }
 
     /// What cancels calls from other threads and from handlers of signals.
+    ///
+    /// ```
+    /// use splat::prelude::*;
+    /// # let device = Device::create(&Default::default())?;
+    /// let canceller = device.canceller();
+    /// std::thread::spawn(move || canceller.cancel()).join().unwrap()?;
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    #[must_use]
     pub fn canceller(&self) -> Canceller {
         Canceller {
             handle: self.handle,
@@ -100,6 +122,8 @@ impl Device {
     }
 
     /// Describe the device.
+    /// # Errors
+    /// Another version of the library.
     pub fn get_info(&self) -> Result<DeviceInfo> {
         let mut info = sys::splat_device_info::default();
         call!(splat_device_get_info(self.handle, &mut info))?;
@@ -107,6 +131,8 @@ impl Device {
     }
 
     /// Report device memory, in bytes.
+    /// # Errors
+    /// Another version of the library.
     pub fn get_memory(&self) -> Result<MemoryInfo> {
         let mut info = sys::splat_memory_info::default();
         call!(splat_device_get_memory(self.handle, &mut info))?;
@@ -114,6 +140,8 @@ impl Device {
     }
 
     /// JSON: the time of every kind of dispatch, on a device with [`DeviceFlags::PROFILE`].
+    /// # Errors
+    /// `InvalidState` (the device was created without `DeviceFlags::PROFILE`).
     pub fn profile_json(&self) -> Result<String> {
         // SAFETY: the buffer lives through the call.
         text(|buffer, capacity, needed| unsafe {
@@ -122,6 +150,8 @@ impl Device {
     }
 
     /// The same as a table for people.
+    /// # Errors
+    /// `InvalidState` (the device was created without `DeviceFlags::PROFILE`).
     pub fn profile_table(&self) -> Result<String> {
         // SAFETY: the buffer lives through the call.
         text(|buffer, capacity, needed| unsafe {
@@ -130,6 +160,8 @@ impl Device {
     }
 
     /// Forget the times measured so far.
+    /// # Errors
+    /// `InvalidState` (the device was created without `DeviceFlags::PROFILE`).
     pub fn profile_reset(&self) -> Result<()> {
         call!(splat_device_profile_reset(self.handle))
     }
@@ -137,7 +169,7 @@ impl Device {
 
 /// Cancels calls on a device from anywhere. It does not keep the device open: once the device is
 /// dropped, [`Canceller::cancel`] returns `InvalidHandle`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Canceller {
     handle: sys::splat_device,
 }
@@ -150,6 +182,8 @@ unsafe impl Sync for Canceller {}
 
 impl Canceller {
     /// See [`Device::cancel`].
+    /// # Errors
+    /// As [`Canceller::cancel`].
     pub fn cancel(&self) -> Result<()> {
         call!(splat_device_cancel(self.handle))
     }

@@ -4,10 +4,16 @@
 //! call that can fail returns [`Result`]; [`Error`] has the library's code and sentence. Objects may
 //! be dropped in any order, also while another thread computes: the library keeps what is needed.
 //!
-//! An object that is thread-safe in C is `Send` and `Sync`; one whose calls the caller synchronises
-//! is only `Send`. In a forked child, objects of a device that the parent opened are refused.
+//! `use splat::prelude::*` names all types and [`Result`]; modules and functions have paths, such as
+//! [`image::save`].
+//!
+//! An object that is thread-safe in C is `Send` and `Sync`, and threads share it by `Arc`; one whose
+//! calls the caller synchronises is only `Send`. In a forked child, objects of a device that the parent
+//! opened are refused.
 #![warn(missing_docs)]
 #![deny(unsafe_op_in_unsafe_fn)]
+// NulError has another path in Rust 1.64 and later.
+#![allow(unknown_lints, clippy::incompatible_msrv)]
 
 mod camera;
 mod comparison;
@@ -21,6 +27,7 @@ mod load;
 pub mod log;
 mod model;
 mod module;
+mod numbers;
 mod object;
 mod op;
 mod optimizer;
@@ -35,42 +42,50 @@ mod tables;
 mod tensor;
 mod text;
 mod trainer;
-mod training;
 #[rustfmt::skip]
 mod values;
 mod weights;
 
 pub use splat_sys as sys;
 
-pub use camera::CameraBytes;
-pub use comparison::{CompareDesc, Comparison, Score, ScoreSet};
-pub use dataset::{
-    co3d_prepare, path_name, synthetic_write, Co3dDesc, Dataset, DatasetDesc, DatasetViews,
-    SyntheticDesc,
-};
-pub use device::{Canceller, Device, DeviceDesc};
-pub use error::{Error, Result};
-pub use evaluator::{EvaluatedViews, Evaluator, EvaluatorDesc};
-pub use image::{Image, ImageView, ImageViewMut, Lpips};
-pub use load::{
-    build_info, check_library, set_decode_limits, version, version_string, DecodeLimits,
-};
-pub use model::{Model, ModelDesc, ModelGradients, ModelInput};
-pub use module::{Module, ModuleDesc};
-pub use op::{op_list, Op, OpDesc};
-pub use optimizer::{Optimizer, OptimizerDesc, OptimizerGroup, OptimizerItem};
-pub use picture::{picture_cut, Picture, PictureCut, PictureSource};
-pub use predictor::{builtin_weights, Prediction, Predictor, PredictorDesc};
-pub use priors::{
-    normals_from_depth, picture_mask, prior_preset, NormalsDesc, PriorMaps, PriorModel,
-    PriorModelDesc,
-};
-pub use rasterizer::{Gaussians, Gradients, RasterState, Rasterizer};
-pub use run::{Interrupter, Run, RunEvent};
-pub use scene::{formats as scene_formats, Scene, SceneDesc};
-pub use tables::{import_tables, ExportDesc, ImportDesc, Progress};
-pub use tensor::{Element, Mapping, Tensor, TensorDesc};
-pub use trainer::{Batches, Trainer, TrainerBatch};
-pub use training::{Training, TrainingDesc};
-pub use values::*;
-pub use weights::{NamedArray, Weights};
+mod types {
+    pub use crate::camera::CameraBytes;
+    pub use crate::comparison::{CompareDesc, Comparison, Score, ScoreSet};
+    pub use crate::dataset::{Co3dDesc, Dataset, DatasetDesc, DatasetViews, SyntheticDesc};
+    pub use crate::device::{Canceller, Device, DeviceDesc};
+    pub use crate::error::{Error, Result};
+    pub use crate::evaluator::{EvaluatedViews, Evaluator, EvaluatorDesc};
+    pub use crate::image::{Image, ImageView, ImageViewMut, Lpips};
+    pub use crate::load::DecodeLimits;
+    pub use crate::model::{Model, ModelDesc, ModelGradients, ModelInput};
+    pub use crate::module::{Module, ModuleDesc};
+    pub use crate::numbers::UnknownCode;
+    pub use crate::op::{Op, OpDesc};
+    pub use crate::optimizer::{Optimizer, OptimizerDesc, OptimizerGroup, OptimizerItem};
+    pub use crate::picture::{Picture, PictureCut, PictureSource};
+    pub use crate::predictor::{Prediction, Predictor, PredictorDesc};
+    pub use crate::priors::{NormalsDesc, PriorMaps, PriorModel, PriorModelDesc};
+    pub use crate::rasterizer::{Gaussians, Gradients, RasterState, Rasterizer};
+    pub use crate::run::{Interrupter, Run, RunEvent, Training, TrainingDesc};
+    pub use crate::scene::{Scene, SceneDesc};
+    pub use crate::tables::{ExportDesc, ImportDesc, Progress};
+    pub use crate::tensor::{Element, Mapping, MappingMut, Tensor, TensorDesc};
+    pub use crate::trainer::{Batches, Trainer, TrainerBatch};
+    pub use crate::values::*;
+    pub use crate::weights::{NamedArray, Weights};
+}
+
+/// All types, without the modules, which would hide crates of the names `image`, `log` and `config`.
+pub mod prelude {
+    pub use crate::types::*;
+}
+
+pub use dataset::{co3d_prepare, path_name, synthetic_write};
+pub use load::{build_info, check_library, set_decode_limits, version, version_string};
+pub use op::op_list;
+pub use picture::picture_cut;
+pub use predictor::builtin_weights;
+pub use priors::{normals_from_depth, picture_mask, prior_preset};
+pub use scene::formats as scene_formats;
+pub use tables::import_tables;
+pub use types::*;

@@ -23,25 +23,28 @@ pub(crate) fn loaded() -> Result<()> {
 
 /// Check that the loaded library fits this crate: its version, which [`version`] gives, and the sizes
 /// of its structs. Every other call makes the same check once.
-///
-/// Errors: [`Code::Unsupported`], naming both versions.
+/// # Errors
+/// [`Code::Unsupported`], naming both versions.
 pub fn check_library() -> Result<()> {
     loaded()
 }
 
 /// The version of the loaded library: major, minor, patch.
+#[must_use]
 pub fn version() -> [u32; 3] {
     // SAFETY: takes no arguments.
     unpack(unsafe { sys::splat_version() })
 }
 
 /// The version of the loaded library as text.
+#[must_use]
 pub fn version_string() -> String {
     // SAFETY: takes no arguments; the text lives as long as the library.
     unsafe { borrowed(sys::splat_version_string()) }.to_owned()
 }
 
 /// JSON object on the build: version, compiler, assertions, fault_points, shaders, structs.
+#[must_use]
 pub fn build_info() -> String {
     // SAFETY: takes no arguments; the text lives as long as the library.
     unsafe { borrowed(sys::splat_build_info()) }.to_owned()
@@ -63,6 +66,15 @@ pub struct DecodeLimits {
 
 /// Replace the limits of this process (`splat_decode_set_limits`). Calls that read a file then take
 /// the new ones; a file beyond them is [`Code::Format`]. `&Default::default()` restores the defaults.
+///
+/// ```
+/// let limits = splat::DecodeLimits { jpeg_scans: 10, ..Default::default() };
+/// splat::set_decode_limits(&limits)?;
+/// splat::set_decode_limits(&Default::default())?;
+/// # Ok::<(), splat::Error>(())
+/// ```
+/// # Errors
+/// `InvalidArgument` (a field of limits).
 pub fn set_decode_limits(limits: &DecodeLimits) -> Result<()> {
     let raw = sys::splat_decode_limits {
         bytes_times_file: limits.bytes_times_file,

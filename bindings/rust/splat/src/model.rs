@@ -6,15 +6,15 @@ use crate::image::ImageView;
 use crate::object::{object, Serial};
 use crate::scene::Scene;
 use crate::tensor::{elements, Tensor};
-use crate::text::{array, c_optional, c_text, count, items, pointer, text};
+use crate::text::{array, c_optional, c_text, count, items, pointer, text, zeros};
 use crate::values::{
     Code, Export, LoadFlags, ModelFlags, ModelInfo, PassFlags, Port, PortKind, Precision,
 };
-use crate::weights::{made, Weights};
+use crate::weights::Weights;
 use splat_sys as sys;
 
 /// What a new model is like. The default is the cars model.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ModelDesc<'a> {
     /// Gradients, dropout, memory.
     pub flags: ModelFlags,
@@ -27,7 +27,7 @@ pub struct ModelDesc<'a> {
 }
 
 /// What a pass reads. N = objects * views images of R x R pixels.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ModelInput<'a> {
     /// [`PassFlags::TENSORS`]: take what the model's tensors hold.
     pub flags: PassFlags,
@@ -56,7 +56,7 @@ pub struct ModelInput<'a> {
 }
 
 /// Gradients of a loss with respect to outputs, in their shapes; None: zeros.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ModelGradients<'a> {
     /// [`PassFlags::TENSORS`]: take what the model's tensors hold.
     pub flags: PassFlags,
@@ -93,7 +93,21 @@ unsafe impl Send for Model {}
 impl Model {
     /// Create a model; its parameters are zero.
     ///
-    /// Errors: `InvalidArgument` (an unknown key of the configuration, a value outside its range),
+    /// ```
+    /// use splat::prelude::*;
+    /// # let device = Device::create(&Default::default())?;
+    /// # let config = "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], attention_resolutions: [8]}\n\
+    /// #               data: {training_resolution: 16}\n";
+    /// let desc = ModelDesc { config: Some(config), ..Default::default() };
+    /// let model = Model::create(&device, &desc)?;
+    /// model.init(1)?;
+    /// let input = ModelInput { images: Some(&[0.5; 3 * 16 * 16]), ..Default::default() };
+    /// model.forward(&input)?;
+    /// assert_eq!(model.scene(0)?.get_info()?.count, 16 * 16);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `InvalidArgument` (an unknown key of the configuration, a value outside its range),
     /// `Unsupported`, and out of memory.
     pub fn create(device: &Device, desc: &ModelDesc<'_>) -> Result<Model> {
         let config = c_optional("config", desc.config)?;
@@ -104,42 +118,46 @@ impl Model {
             precision: desc.precision.0,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_model_create(device.handle, &raw, &mut handle))?;
-        Ok(Model {
-            handle,
-            serial: Serial::new(),
-        })
+        Model::made(|handle| call!(splat_model_create(device.handle, &raw, handle)))
     }
 
     /// Initialise the parameters at random, as the published code does.
+    /// # Errors
+    /// Errors of the device.
     pub fn init(&self, seed: u64) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_model_init(self.handle, seed))
+        self.serial
+            .with(|| call!(splat_model_init(self.handle, seed)))
     }
 
     /// Load the parameters of a state dict, all or none.
-    ///
-    /// Errors: `ShapeMismatch`, naming the tensor, `InvalidArgument` (a missing tensor, and without
+    /// # Errors
+    /// `ShapeMismatch`, naming the tensor, `InvalidArgument` (a missing tensor, and without
     /// [`LoadFlags::GRAFT`] one that the model lacks), `InvalidState`.
     pub fn load(&self, weights: &Weights, flags: LoadFlags) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_model_load(self.handle, weights.handle, flags.0))
+        self.serial
+            .with(|| call!(splat_model_load(self.handle, weights.handle, flags.0)))
     }
 
     /// Store the model as a state dict.
+    /// # Errors
+    /// Errors of the device.
     pub fn store(&self) -> Result<Weights> {
-        let _lock = self.serial.lock();
-        made(|weights| call!(splat_model_store(self.handle, weights)))
+        self.serial
+            .with(|| Weights::made(|weights| call!(splat_model_store(self.handle, weights))))
     }
 
     /// Export the parameters in another form.
+    /// # Errors
+    /// `InvalidState` (a model without adapters).
     pub fn export(&self, what: Export) -> Result<Weights> {
-        let _lock = self.serial.lock();
-        made(|weights| call!(splat_model_export(self.handle, what.0, weights)))
+        self.serial.with(|| {
+            Weights::made(|weights| call!(splat_model_export(self.handle, what.0, weights)))
+        })
     }
 
     /// JSON: sizes, ledger, ports, parameters, what was loaded, configuration.
+    /// # Errors
+    /// Another version of the library.
     pub fn report(&self) -> Result<String> {
         // SAFETY: the buffer lives through the call.
         text(|buffer, capacity, needed| unsafe {
@@ -148,6 +166,8 @@ impl Model {
     }
 
     /// Describe the model and its latest pass.
+    /// # Errors
+    /// Another version of the library.
     pub fn get_info(&self) -> Result<ModelInfo> {
         let mut info = sys::splat_model_info::default();
         call!(splat_model_get_info(self.handle, &mut info))?;
@@ -155,30 +175,32 @@ impl Model {
     }
 
     /// List the inputs, outputs or parameters.
+    /// # Errors
+    /// `InvalidArgument` (kind).
     pub fn ports(&self, kind: PortKind) -> Result<Vec<Port>> {
-        let _lock = self.serial.lock();
-        // SAFETY: the ports live through the call.
-        let raw = items(|ports, capacity, count| unsafe {
-            sys::splat_model_ports(self.handle, kind.0, ports, capacity, count)
-        })?;
-        Ok(raw.iter().map(Port::from_raw).collect())
+        self.serial.with(|| {
+            // SAFETY: the ports live through the call.
+            let raw = items(|ports, capacity, count| unsafe {
+                sys::splat_model_ports(self.handle, kind.0, ports, capacity, count)
+            })?;
+            Ok(raw.iter().map(Port::from_raw).collect())
+        })
     }
 
     /// Get a tensor that shares the model's memory, by name: an input, an output, a parameter,
     /// "grad:" and a name, or "means\[1\]" for the part of object 1.
-    ///
-    /// Errors: `NotFound`, `InvalidState` (no such gradient is computed), `Unsupported`.
+    /// # Errors
+    /// `NotFound`, `InvalidState` (no such gradient is computed), `Unsupported`.
     pub fn tensor(&self, name: &str) -> Result<Tensor> {
         let name = c_text("name", name)?;
-        let _lock = self.serial.lock();
-        let mut handle = std::ptr::null_mut();
-        call!(splat_model_tensor(self.handle, name.as_ptr(), &mut handle))?;
-        Tensor::wrap(handle)
+        self.serial.with(|| {
+            Tensor::wrap(|handle| call!(splat_model_tensor(self.handle, name.as_ptr(), handle)))
+        })
     }
 
     /// Run the network. Arrays are read before the call returns.
-    ///
-    /// Errors: `ShapeMismatch`, `InvalidArgument`, `InvalidState` (a tensor of the model is
+    /// # Errors
+    /// `ShapeMismatch`, `InvalidArgument`, `InvalidState` (a tensor of the model is
     /// mapped), in each case with the last pass unchanged; errors of the device.
     pub fn forward(&self, input: &ModelInput<'_>) -> Result<()> {
         let pictures: Vec<sys::splat_image> = input
@@ -219,29 +241,35 @@ impl Model {
             tokens_count,
             ..Default::default()
         };
-        let _lock = self.serial.lock();
-        call!(splat_model_forward(self.handle, &raw))
+        self.serial
+            .with(|| call!(splat_model_forward(self.handle, &raw)))
     }
 
     /// Copy a tensor of [`Model::tensor`] into `values`, which has at least its numbers.
+    /// # Errors
+    /// `InvalidArgument` (a slice that is too short), `NotFound` (no such name), `InvalidState`
+    /// (before the first pass, no gradient, a tensor of the model is mapped), errors of the device.
     pub fn read(&self, name: &str, values: &mut [f32]) -> Result<()> {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
-        let _lock = self.serial.lock();
-        call!(splat_model_read(
-            self.handle,
-            name.as_ptr(),
-            values.as_mut_ptr(),
-            bytes
-        ))
+        self.serial.with(|| {
+            call!(splat_model_read(
+                self.handle,
+                name.as_ptr(),
+                values.as_mut_ptr(),
+                bytes
+            ))
+        })
     }
 
     /// Copy a tensor of [`Model::ports`], or the gradient of one, into a new vector.
+    /// # Errors
+    /// `NotFound`, and as [`Model::read`].
     pub fn to_vec(&self, name: &str) -> Result<Vec<f32>> {
         let base = name.strip_prefix("grad:").unwrap_or(name);
         for kind in [PortKind::OUTPUT, PortKind::INPUT, PortKind::PARAMETER] {
             if let Some(port) = self.ports(kind)?.iter().find(|port| port.name == base) {
-                let mut values = vec![0.0; elements(&port.dims)];
+                let mut values = zeros(name, &[elements(&port.dims)])?;
                 self.read(name, &mut values)?;
                 return Ok(values);
             }
@@ -253,29 +281,34 @@ impl Model {
     }
 
     /// Set a parameter, by the name of the state dict. `values`: exactly its numbers.
+    /// # Errors
+    /// `InvalidArgument` (a value that is not finite), `NotFound` (no such parameter),
+    /// `ShapeMismatch` (bytes), `OutOfHostMemory`, errors of the device.
     pub fn write(&self, name: &str, values: &[f32]) -> Result<()> {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
-        let _lock = self.serial.lock();
-        call!(splat_model_write(
-            self.handle,
-            name.as_ptr(),
-            values.as_ptr(),
-            bytes
-        ))
+        self.serial.with(|| {
+            call!(splat_model_write(
+                self.handle,
+                name.as_ptr(),
+                values.as_ptr(),
+                bytes
+            ))
+        })
     }
 
     /// Copy the Gaussians of one object into a new scene.
+    /// # Errors
+    /// `InvalidArgument` (a slice that is too short), `NotFound` (no such name), `InvalidState`
+    /// (before the first pass, no gradient, a tensor of the model is mapped), errors of the device.
     pub fn scene(&self, object: u32) -> Result<Scene> {
-        let _lock = self.serial.lock();
-        let mut handle = std::ptr::null_mut();
-        call!(splat_model_scene(self.handle, object, &mut handle))?;
-        Ok(Scene { handle })
+        self.serial
+            .with(|| Scene::made(|handle| call!(splat_model_scene(self.handle, object, handle))))
     }
 
     /// Add the gradients of a loss to the gradients of parameters; once after each forward pass.
-    ///
-    /// Errors: `InvalidState` without [`ModelFlags::GRADIENTS`] or a pass, or after inputs or
+    /// # Errors
+    /// `InvalidState` without [`ModelFlags::GRADIENTS`] or a pass, or after inputs or
     /// parameters have changed; `ShapeMismatch`, errors of the device.
     pub fn backward(&self, gradients: &ModelGradients<'_>) -> Result<()> {
         let (means, means_count) = array("means", gradients.means)?;
@@ -297,13 +330,15 @@ impl Model {
             sh_count,
             ..Default::default()
         };
-        let _lock = self.serial.lock();
-        call!(splat_model_backward(self.handle, &raw))
+        self.serial
+            .with(|| call!(splat_model_backward(self.handle, &raw)))
     }
 
     /// Set the gradients of all parameters to zero.
+    /// # Errors
+    /// Errors of the device.
     pub fn zero_gradients(&self) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_model_zero_gradients(self.handle))
+        self.serial
+            .with(|| call!(splat_model_zero_gradients(self.handle)))
     }
 }

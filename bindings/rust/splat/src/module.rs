@@ -4,13 +4,13 @@ use crate::device::Device;
 use crate::error::{call, Error, Result};
 use crate::object::{object, Serial};
 use crate::tensor::{eight, elements};
-use crate::text::{c_optional, c_text, count, items, pointer, text};
+use crate::text::{c_optional, c_text, count, items, pointer, text, zeros};
 use crate::values::{Code, ModuleFlags, Port, PortKind, Precision};
 use splat_sys as sys;
 use std::ffi::CString;
 
 /// What a new module is like.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ModuleDesc<'a> {
     /// Gradients, dropout.
     pub flags: ModuleFlags,
@@ -39,7 +39,23 @@ unsafe impl Send for Module {}
 impl Module {
     /// Create a module; its parameters, inputs and gradients of outputs are zero.
     ///
-    /// Errors: `InvalidArgument` (a port or attribute that the type does not have),
+    /// ```
+    /// use splat::prelude::*;
+    /// # let device = Device::create(&Default::default())?;
+    /// let desc = ModuleDesc {
+    ///     type_name: "linear",
+    ///     ports: &[("x", &[1, 2]), ("weight", &[1, 2])],
+    ///     ..Default::default()
+    /// };
+    /// let module = Module::create(&device, &desc)?;
+    /// module.write("x", &[2.0, 3.0])?;
+    /// module.write("weight", &[1.0, 10.0])?;
+    /// module.forward()?;
+    /// assert_eq!(module.to_vec("y")?, [32.0]);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `InvalidArgument` (a port or attribute that the type does not have),
     /// `ShapeMismatch` (a port that is missing or does not fit), `Unsupported`, out of memory.
     pub fn create(device: &Device, desc: &ModuleDesc<'_>) -> Result<Module> {
         let type_name = c_text("type_name", desc.type_name)?;
@@ -69,21 +85,20 @@ impl Module {
             precision: desc.precision.0,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_module_create(device.handle, &raw, &mut handle))?;
-        Ok(Module {
-            handle,
-            serial: Serial::new(),
-        })
+        Module::made(|handle| call!(splat_module_create(device.handle, &raw, handle)))
     }
 
     /// Initialise the parameters.
+    /// # Errors
+    /// Errors of the device.
     pub fn init(&self, seed: u64) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_module_init(self.handle, seed))
+        self.serial
+            .with(|| call!(splat_module_init(self.handle, seed)))
     }
 
     /// JSON: type, inputs, outputs, parameters, bytes.
+    /// # Errors
+    /// Another version of the library.
     pub fn report(&self) -> Result<String> {
         // SAFETY: the buffer lives through the call.
         text(|buffer, capacity, needed| unsafe {
@@ -92,51 +107,62 @@ impl Module {
     }
 
     /// List the inputs, outputs or parameters.
+    /// # Errors
+    /// Another version of the library.
     pub fn ports(&self, kind: PortKind) -> Result<Vec<Port>> {
-        let _lock = self.serial.lock();
-        // SAFETY: the ports live through the call.
-        let raw = items(|ports, capacity, count| unsafe {
-            sys::splat_module_ports(self.handle, kind.0, ports, capacity, count)
-        })?;
-        Ok(raw.iter().map(Port::from_raw).collect())
+        self.serial.with(|| {
+            // SAFETY: the ports live through the call.
+            let raw = items(|ports, capacity, count| unsafe {
+                sys::splat_module_ports(self.handle, kind.0, ports, capacity, count)
+            })?;
+            Ok(raw.iter().map(Port::from_raw).collect())
+        })
     }
 
     /// Write an input, a parameter, or the gradient of the loss with respect to an output
     /// ("grad:y"). `values`: exactly its numbers, row-major.
-    ///
-    /// Errors: `NotFound`, `ShapeMismatch`, `InvalidArgument` (not finite), `InvalidState`.
+    /// # Errors
+    /// `NotFound`, `ShapeMismatch`, `InvalidArgument` (not finite), `InvalidState`.
     pub fn write(&self, name: &str, values: &[f32]) -> Result<()> {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
-        let _lock = self.serial.lock();
-        call!(splat_module_write(
-            self.handle,
-            name.as_ptr(),
-            values.as_ptr(),
-            bytes
-        ))
+        self.serial.with(|| {
+            call!(splat_module_write(
+                self.handle,
+                name.as_ptr(),
+                values.as_ptr(),
+                bytes
+            ))
+        })
     }
 
     /// Read what [`Module::write`] writes, an output ("y"), or a gradient ("grad:weight",
     /// "grad:x"). `values`: exactly its numbers, row-major.
+    /// # Errors
+    /// `InvalidState` (the module computes no such gradient), `ShapeMismatch` (bytes),
+    /// `InvalidArgument` (a value that is not finite, except in an input without gradient),
+    /// `NotFound` (no such name), `OutOfHostMemory`, errors of the device.
     pub fn read(&self, name: &str, values: &mut [f32]) -> Result<()> {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
-        let _lock = self.serial.lock();
-        call!(splat_module_read(
-            self.handle,
-            name.as_ptr(),
-            values.as_mut_ptr(),
-            bytes
-        ))
+        self.serial.with(|| {
+            call!(splat_module_read(
+                self.handle,
+                name.as_ptr(),
+                values.as_mut_ptr(),
+                bytes
+            ))
+        })
     }
 
     /// The same into a new vector.
+    /// # Errors
+    /// `NotFound`, and as [`Module::read`].
     pub fn to_vec(&self, name: &str) -> Result<Vec<f32>> {
         let base = name.strip_prefix("grad:").unwrap_or(name);
         for kind in [PortKind::OUTPUT, PortKind::INPUT, PortKind::PARAMETER] {
             if let Some(port) = self.ports(kind)?.iter().find(|port| port.name == base) {
-                let mut values = vec![0.0; elements(&port.dims)];
+                let mut values = zeros(name, &[elements(&port.dims)])?;
                 self.read(name, &mut values)?;
                 return Ok(values);
             }
@@ -148,21 +174,27 @@ impl Module {
     }
 
     /// Compute the outputs.
+    /// # Errors
+    /// `OutOfHostMemory`, errors of the device.
     pub fn forward(&self) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_module_forward(self.handle))
+        self.serial
+            .with(|| call!(splat_module_forward(self.handle)))
     }
 
     /// Add to the gradients of parameters and overwrite those of inputs; once after each forward
     /// pass.
+    /// # Errors
+    /// `InvalidState`, `OutOfHostMemory`, errors of the device.
     pub fn backward(&self) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_module_backward(self.handle))
+        self.serial
+            .with(|| call!(splat_module_backward(self.handle)))
     }
 
     /// Set the gradients of parameters to zero.
+    /// # Errors
+    /// `OutOfHostMemory`, errors of the device.
     pub fn zero_gradients(&self) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_module_zero_gradients(self.handle))
+        self.serial
+            .with(|| call!(splat_module_zero_gradients(self.handle)))
     }
 }

@@ -12,7 +12,7 @@ use splat_sys as sys;
 
 /// An operator on given tensors, which are [`Dtype::F32`](crate::Dtype::F32). Optional ones are
 /// None.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OpDesc<'a> {
     /// Accumulate or overwrite gradients of parameters.
     pub flags: OpFlags,
@@ -44,7 +44,9 @@ fn handles(tensors: &[Option<&Tensor>]) -> Vec<sys::splat_tensor> {
     tensors.iter().map(|&tensor| handle(tensor)).collect()
 }
 
-/// The tensors of gradients. Errors: another number of them than of what they belong to.
+/// The tensors of gradients.
+/// # Errors
+/// Another number of them than of what they belong to.
 fn gradients(
     name: &str,
     tensors: &[Option<&Tensor>],
@@ -65,7 +67,23 @@ fn gradients(
 impl Op {
     /// Record an operator on the given tensors, whose contents may change between runs.
     ///
-    /// Errors: `InvalidArgument` (type, attribute, count), `ShapeMismatch`, naming the tensor,
+    /// ```
+    /// use splat::prelude::*;
+    /// # let device = Device::create(&Default::default())?;
+    /// let tensor = |values: &[f32]| Tensor::from_slice(&device, &[1, 2], values);
+    /// let (x, y) = (tensor(&[-1.0, 2.0])?, tensor(&[0.0; 2])?);
+    /// let desc = OpDesc {
+    ///     type_name: "relu",
+    ///     inputs: &[Some(&x)],
+    ///     outputs: &[Some(&y)],
+    ///     ..Default::default()
+    /// };
+    /// Op::create(&device, &desc)?.forward()?;
+    /// assert_eq!(y.to_vec::<f32>()?, [0.0, 2.0]);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `InvalidArgument` (type, attribute, count), `ShapeMismatch`, naming the tensor,
     /// `Unsupported`, and out of memory.
     pub fn create(device: &Device, desc: &OpDesc<'_>) -> Result<Op> {
         let type_name = c_text("type_name", desc.type_name)?;
@@ -89,25 +107,27 @@ impl Op {
             grad_inputs: list(&grad_inputs),
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_op_create(device.handle, &raw, &mut handle))?;
-        Ok(Op { handle })
+        Op::made(|handle| call!(splat_op_create(device.handle, &raw, handle)))
     }
 
     /// Compute the outputs from the inputs.
+    /// # Errors
+    /// `InvalidState` (a tensor is mapped), errors of the device.
     pub fn forward(&self) -> Result<()> {
         call!(splat_op_forward(self.handle))
     }
 
     /// Compute the gradients of sum(grad_outputs * outputs) with respect to the requested inputs.
-    ///
-    /// Errors: `InvalidState` before the first forward or without grad_outputs.
+    /// # Errors
+    /// `InvalidState` before the first forward or without grad_outputs.
     pub fn backward(&self) -> Result<()> {
         call!(splat_op_backward(self.handle))
     }
 }
 
 /// JSON array of all operators: names, inputs, outputs, attributes, equations.
+/// # Errors
+/// Another version of the library.
 pub fn op_list() -> Result<String> {
     // SAFETY: the buffer lives through the call.
     text(|buffer, capacity, needed| unsafe { sys::splat_op_list(buffer, capacity, needed) })

@@ -8,12 +8,12 @@ use crate::object::{object, Serial};
 use crate::tensor::Tensor;
 use crate::text::{c_optional, c_text};
 use crate::values::{OptimizerInfo, Schedule};
-use crate::weights::{made, Weights};
+use crate::weights::Weights;
 use splat_sys as sys;
 use std::ffi::CString;
 
 /// What to update.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum OptimizerItem<'a> {
     /// The trainable parameters of a model with gradients, and a prefix of their names.
     Model(Option<&'a str>, &'a Model),
@@ -32,7 +32,7 @@ pub enum OptimizerItem<'a> {
 
 /// Parameters with numbers of their own; 0: those of the desc. Of several groups that match a name,
 /// the first has the parameter.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OptimizerGroup<'a> {
     /// Matches names: '*' is any text, '?' one character.
     pub pattern: &'a str,
@@ -47,7 +47,7 @@ pub struct OptimizerGroup<'a> {
 }
 
 /// What a new optimizer is like.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OptimizerDesc<'a> {
     /// What to update.
     pub items: &'a [OptimizerItem<'a>],
@@ -124,7 +124,20 @@ fn raw_item(
 impl Optimizer {
     /// Create an optimizer; its moments are zero. It keeps models, modules and tensors alive.
     ///
-    /// Errors: `InvalidArgument` (a field without effect, no parameters, two of one name, a group
+    /// ```
+    /// use splat::prelude::*;
+    /// # let device = Device::create(&Default::default())?;
+    /// let parameter = Tensor::from_slice(&device, &[1], &[1.0_f32])?;
+    /// let gradient = Tensor::from_slice(&device, &[1], &[1.0_f32])?;
+    /// let item = OptimizerItem::Tensor { name: "x", parameter: &parameter, gradient: &gradient };
+    /// let desc = OptimizerDesc { items: &[item], rate: 0.1, ..Default::default() };
+    /// let optimizer = Optimizer::create(&device, &desc)?;
+    /// optimizer.step()?;
+    /// assert!((parameter.to_vec::<f32>()?[0] - 0.9).abs() < 1e-4);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `InvalidArgument` (a field without effect, no parameters, two of one name, a group
     /// that has none), `InvalidState` (a model or module without gradients), `ShapeMismatch`.
     pub fn create(device: &Device, desc: &OptimizerDesc<'_>) -> Result<Optimizer> {
         let mut names = Vec::new();
@@ -168,53 +181,65 @@ impl Optimizer {
             ema_after: desc.ema_after,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_optimizer_create(device.handle, &raw, &mut handle))?;
+        let mut optimizer =
+            Optimizer::made(|handle| call!(splat_optimizer_create(device.handle, &raw, handle)))?;
         let shared = desc.items.iter().filter_map(|item| match item {
             OptimizerItem::Model(_, model) => Some(&model.serial),
             OptimizerItem::Module(_, module) => Some(&module.serial),
             OptimizerItem::Tensor { .. } => None,
         });
-        Ok(Optimizer {
-            handle,
-            serial: Serial::of(shared),
-        })
+        optimizer.serial = Serial::of(shared);
+        Ok(optimizer)
     }
 
     /// Update the parameters from their gradients, which stay. If a gradient is not finite, nothing
     /// is updated, and `was_skipped` is true.
+    /// # Errors
+    /// `InvalidState` (a mapped tensor), errors of the device.
     pub fn step(&self) -> Result<OptimizerInfo> {
-        let _lock = self.serial.lock();
-        let mut info = sys::splat_optimizer_info::default();
-        call!(splat_optimizer_step(self.handle, &mut info))?;
-        Ok(OptimizerInfo::from_raw(&info))
+        self.serial.with(|| {
+            let mut info = sys::splat_optimizer_info::default();
+            call!(splat_optimizer_step(self.handle, &mut info))?;
+            Ok(OptimizerInfo::from_raw(&info))
+        })
     }
 
     /// Set all gradients to zero.
+    /// # Errors
+    /// `InvalidState` (a mapped tensor), errors of the device.
     pub fn zero_gradients(&self) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_optimizer_zero_gradients(self.handle))
+        self.serial
+            .with(|| call!(splat_optimizer_zero_gradients(self.handle)))
     }
 
     /// Reorder, drop and add rows of the tensors whose names have a pattern, with their moments and
     /// averages: row i becomes row `rows[i]`; -1: a new row, as it lies in the tensor.
+    /// # Errors
+    /// `InvalidArgument`, `ShapeMismatch` (tensors with other numbers of rows), `Unsupported`
+    /// (parameters of a model or module), `InvalidState` (a mapped tensor), `OutOfHostMemory`,
+    /// errors of the device.
     pub fn gather_rows(&self, pattern: &str, rows: &[i64]) -> Result<()> {
-        let _lock = self.serial.lock();
-        let pattern = c_text("pattern", pattern)?;
-        call!(splat_optimizer_gather_rows(
-            self.handle,
-            pattern.as_ptr(),
-            rows.as_ptr(),
-            rows.len() as u64
-        ))
+        self.serial.with(|| {
+            let pattern = c_text("pattern", pattern)?;
+            call!(splat_optimizer_gather_rows(
+                self.handle,
+                pattern.as_ptr(),
+                rows.as_ptr(),
+                rows.len() as u64
+            ))
+        })
     }
 
     /// Replace the rate, which the schedule and the groups scale.
+    /// # Errors
+    /// `InvalidArgument` (rate < 0, not finite).
     pub fn set_rate(&self, rate: f64) -> Result<()> {
         call!(splat_optimizer_set_rate(self.handle, rate))
     }
 
     /// Describe the optimizer and its last step.
+    /// # Errors
+    /// Another version of the library.
     pub fn get_info(&self) -> Result<OptimizerInfo> {
         let mut info = sys::splat_optimizer_info::default();
         call!(splat_optimizer_get_info(self.handle, &mut info))?;
@@ -222,20 +247,26 @@ impl Optimizer {
     }
 
     /// Copy the averaged parameters, by name; without averages the parameters.
+    /// # Errors
+    /// Errors of the device.
     pub fn store(&self) -> Result<Weights> {
-        let _lock = self.serial.lock();
-        made(|weights| call!(splat_optimizer_store(self.handle, weights)))
+        self.serial
+            .with(|| Weights::made(|weights| call!(splat_optimizer_store(self.handle, weights))))
     }
 
     /// Copy moments, averages, counters and rate. Parameters are not in it.
+    /// # Errors
+    /// Errors of the device.
     pub fn save(&self) -> Result<Weights> {
-        let _lock = self.serial.lock();
-        made(|state| call!(splat_optimizer_save(self.handle, state)))
+        self.serial
+            .with(|| Weights::made(|state| call!(splat_optimizer_save(self.handle, state))))
     }
 
     /// Go on from such weights, bit-exactly. On an error the optimizer is unchanged.
+    /// # Errors
+    /// `InvalidArgument` (weights that are no state, or that of other parameters).
     pub fn load(&self, state: &Weights) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_optimizer_load(self.handle, state.handle))
+        self.serial
+            .with(|| call!(splat_optimizer_load(self.handle, state.handle)))
     }
 }

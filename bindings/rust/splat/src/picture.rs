@@ -9,7 +9,7 @@ use std::ffi::CString;
 use std::path::Path;
 
 /// A picture or a map: none, a file or pixels.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum PictureSource<'a> {
     /// Nothing is given.
     #[default]
@@ -21,7 +21,7 @@ pub enum PictureSource<'a> {
 }
 
 /// One view of an object.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Picture<'a> {
     /// The picture itself.
     pub image: PictureSource<'a>,
@@ -50,14 +50,15 @@ pub struct Picture<'a> {
 
 impl<'a> Picture<'a> {
     /// A picture in a file.
-    pub fn file(path: &'a Path) -> Self {
+    pub fn file<P: AsRef<Path> + ?Sized>(path: &'a P) -> Self {
         Picture {
-            image: PictureSource::Path(path),
+            image: PictureSource::Path(path.as_ref()),
             ..Default::default()
         }
     }
 
     /// A picture in memory.
+    #[must_use]
     pub fn pixels(image: ImageView<'a>) -> Self {
         Picture {
             image: PictureSource::Pixels(image),
@@ -120,7 +121,7 @@ impl RawPictures {
 }
 
 /// Where [`picture_cut`] writes: squares of `resolution` pixels. None is not wanted.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, PartialEq)]
 pub struct PictureCut<'a> {
     /// Pixels of a side.
     pub resolution: u32,
@@ -137,6 +138,24 @@ pub struct PictureCut<'a> {
 }
 
 /// Cut a picture and its maps out as a predictor does, without a device.
+///
+/// ```
+/// use splat::prelude::*;
+/// let mut pixels = vec![255_u8; 32 * 32 * 3];
+/// pixels[3 * 500..][..90].fill(0);
+/// let (mut image, view) = (Image::<u8>::new([16, 16], 3)?, ImageView::new(&pixels, [32, 32], 3)?);
+/// let mut cut = PictureCut {
+///     resolution: 16,
+///     image: Some(image.view_mut()?),
+///     ..Default::default()
+/// };
+/// let info = splat::picture_cut(&Picture::pixels(view), &mut cut)?;
+/// assert_eq!((info.width, info.found), (32, Found::BY_BORDER));
+/// # Ok::<(), splat::Error>(())
+/// ```
+/// # Errors
+/// `InvalidArgument` (another count), `InvalidState` (the network's output is not finite: the
+/// weights overflow), `OutOfHostMemory`, errors of the device.
 pub fn picture_cut(picture: &Picture<'_>, out: &mut PictureCut<'_>) -> Result<PictureInfo> {
     let pictures = RawPictures::new(std::slice::from_ref(picture))?;
     let image = |view: &Option<ImageViewMut<'_>>| {

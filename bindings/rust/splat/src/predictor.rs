@@ -6,22 +6,23 @@ use crate::error::{call, Result};
 use crate::object::{object, Serial};
 use crate::picture::{Picture, RawPictures};
 use crate::scene::Scene;
-use crate::text::{c_optional, count, pointer, text};
+use crate::text::{c_optional, c_optional_path, count, pointer, text, zeros};
 use crate::values::{Camera, PictureInfo, PredictorInfo};
 use crate::weights::Weights;
 use splat_sys as sys;
+use std::path::{Path, PathBuf};
 
 /// Weights and configuration of a predictor. The default is the built-in weights.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PredictorDesc<'a> {
     /// A file of weights.
-    pub weights_path: Option<&'a str>,
+    pub weights_path: Option<&'a Path>,
     /// Used instead of reading the file, whose path then only names them.
     pub weights: Option<&'a Weights>,
     /// Text, JSON or YAML; None: the file beside the weights.
     pub config: Option<&'a str>,
     /// A file of low-rank adapters, which are folded in.
-    pub adapters_path: Option<&'a str>,
+    pub adapters_path: Option<&'a Path>,
     /// Low-rank adapters in memory, in place of the file.
     pub adapters: Option<&'a Weights>,
     /// 0: lora_alpha of their metadata, else of the configuration.
@@ -58,7 +59,7 @@ object! {
     /// use splat::{Device, Picture, Predictor};
     /// let device = Device::create(&Default::default())?;
     /// let predictor = Predictor::create(&device, &Default::default())?;
-    /// let scene = predictor.predict(&[Picture::file("photo.png".as_ref())])?;
+    /// let scene = predictor.predict(&[Picture::file("photo.png")])?;
     /// scene.save("scene.ply", &Default::default())?;
     /// # Ok(())
     /// # }
@@ -80,12 +81,12 @@ struct Room {
 }
 
 impl Room {
-    fn new(views: u32, pictures: u32, inputs: usize) -> Self {
+    fn new(views: u32, pictures: u32, inputs: [usize; 4]) -> Result<Self> {
         let mut room = Room {
             raw: sys::splat_prediction::default(),
-            cameras: vec![Camera::default(); views as usize],
-            pictures: vec![Default::default(); pictures as usize],
-            inputs: vec![0.0; inputs],
+            cameras: zeros("cameras", &[views as usize])?,
+            pictures: zeros("pictures", &[pictures as usize])?,
+            inputs: zeros("inputs", &inputs)?,
         };
         room.raw.camera_capacity = views;
         room.raw.cameras = room.cameras.as_mut_ptr().cast();
@@ -93,11 +94,11 @@ impl Room {
             room.raw.picture_capacity = pictures;
             room.raw.pictures = room.pictures.as_mut_ptr();
         }
-        if inputs != 0 {
-            room.raw.input_capacity = inputs as u64;
+        if !room.inputs.is_empty() {
+            room.raw.input_capacity = room.inputs.len() as u64;
             room.raw.inputs = room.inputs.as_mut_ptr();
         }
-        room
+        Ok(room)
     }
 
     fn facts(mut self) -> Prediction {
@@ -118,13 +119,13 @@ impl Room {
 
 impl Predictor {
     /// Create a predictor.
-    ///
-    /// Errors: `NotFound` (a file, or the configuration beside it), `ShapeMismatch` or `Format`
+    /// # Errors
+    /// `NotFound` (a file, or the configuration beside it), `ShapeMismatch` or `Format`
     /// (weights that do not fit the configuration), and as [`Model::create`](crate::Model::create).
     pub fn create(device: &Device, desc: &PredictorDesc<'_>) -> Result<Predictor> {
-        let weights_path = c_optional("weights_path", desc.weights_path)?;
+        let weights_path = c_optional_path("weights_path", desc.weights_path)?;
         let config = c_optional("config", desc.config)?;
-        let adapters_path = c_optional("adapters_path", desc.adapters_path)?;
+        let adapters_path = c_optional_path("adapters_path", desc.adapters_path)?;
         let handle_of =
             |weights: Option<&Weights>| weights.map_or(std::ptr::null_mut(), |w| w.handle);
         let raw = sys::splat_predictor_desc {
@@ -136,15 +137,12 @@ impl Predictor {
             adapters_alpha: desc.adapters_alpha,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_predictor_create(device.handle, &raw, &mut handle))?;
-        Ok(Predictor {
-            handle,
-            evaluators: Serial::new(),
-        })
+        Predictor::made(|handle| call!(splat_predictor_create(device.handle, &raw, handle)))
     }
 
     /// Describe what it takes and gives.
+    /// # Errors
+    /// Another version of the library.
     pub fn get_info(&self) -> Result<PredictorInfo> {
         let mut info = sys::splat_predictor_info::default();
         call!(splat_predictor_get_info(self.handle, &mut info))?;
@@ -152,6 +150,8 @@ impl Predictor {
     }
 
     /// JSON: weights, warnings, category, metadata, what was loaded, configuration.
+    /// # Errors
+    /// Another version of the library.
     pub fn report(&self) -> Result<String> {
         // SAFETY: the buffer lives through the call.
         text(|buffer, capacity, needed| unsafe {
@@ -162,24 +162,38 @@ impl Predictor {
     /// Predict a scene in the frame of the first picture's camera, which looks along z from the
     /// origin. As many pictures as the network has views.
     ///
-    /// Errors: `InvalidArgument` (another count; a map, focal length, pose or array that the
+    /// ```
+    /// use splat::prelude::*;
+    /// # let device = Device::create(&Default::default())?;
+    /// let predictor = Predictor::create(&device, &PredictorDesc::default())?;
+    /// let mut pixels = vec![255_u8; 64 * 64 * 3];
+    /// pixels[64 * 64..][..64 * 64].fill(90);
+    /// let picture = Picture::pixels(ImageView::new(&pixels, [64, 64], 3)?);
+    /// assert!(predictor.predict(&[picture])?.get_info()?.count > 0);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `InvalidArgument` (another count; a map, focal length, pose or array that the
     /// network needs and a picture lacks, or the other way round), errors of files and the device.
     pub fn predict(&self, pictures: &[Picture<'_>]) -> Result<Scene> {
         let pictures = RawPictures::new(pictures)?;
         let length = count("pictures", pictures.list.len())?;
-        let mut handle = std::ptr::null_mut();
         let (list, none) = (pictures.list.as_ptr(), std::ptr::null_mut());
-        call!(splat_predictor_predict(
-            self.handle,
-            list,
-            length,
-            &mut handle,
-            none
-        ))?;
-        Ok(Scene { handle })
+        Scene::made(|handle| {
+            call!(splat_predictor_predict(
+                self.handle,
+                list,
+                length,
+                handle,
+                none
+            ))
+        })
     }
 
     /// The same with facts. `inputs`: also what the network saw.
+    /// # Errors
+    /// `InvalidArgument` (another count), `InvalidState` (the network's output is not finite: the
+    /// weights overflow), `OutOfHostMemory`, errors of the device.
     pub fn predict_with_facts(
         &self,
         pictures: &[Picture<'_>],
@@ -187,21 +201,26 @@ impl Predictor {
     ) -> Result<(Scene, Prediction)> {
         let pictures = RawPictures::new(pictures)?;
         let length = count("pictures", pictures.list.len())?;
-        let mut room = Room::new(length, length, self.inputs(inputs)?);
-        let mut handle = std::ptr::null_mut();
+        let mut room = Room::new(length, length, self.inputs(inputs)?)?;
         let (list, facts) = (pictures.list.as_ptr(), &mut room.raw);
-        call!(splat_predictor_predict(
-            self.handle,
-            list,
-            length,
-            &mut handle,
-            facts
-        ))?;
-        Ok((Scene { handle }, room.facts()))
+        let scene = Scene::made(|handle| {
+            call!(splat_predictor_predict(
+                self.handle,
+                list,
+                length,
+                handle,
+                facts
+            ))
+        })?;
+        Ok((scene, room.facts()))
     }
 
     /// The same for an object of a data set that was opened with the predictor's resolution and
     /// background. The network sees the first of `views`; the cameras are those of all.
+    /// # Errors
+    /// `InvalidArgument` (another count), `InvalidState` (the network's output is not finite: the
+    /// weights overflow), `NotFound` (missing maps or a missing file), `Io`, `Format` (a file that
+    /// cannot be read, a damaged one), `OutOfHostMemory`, errors of the device.
     pub fn predict_object(
         &self,
         dataset: &Dataset,
@@ -210,33 +229,37 @@ impl Predictor {
         inputs: bool,
     ) -> Result<(Scene, Prediction)> {
         let length = count("views", views.len())?;
-        let mut room = Room::new(length, 0, self.inputs(inputs)?);
-        let mut handle = std::ptr::null_mut();
+        let mut room = Room::new(length, 0, self.inputs(inputs)?)?;
         let (data, facts) = (dataset.handle, &mut room.raw);
-        call!(splat_predictor_predict_object(
-            self.handle,
-            data,
-            object,
-            views.as_ptr(),
-            length,
-            &mut handle,
-            facts
-        ))?;
-        Ok((Scene { handle }, room.facts()))
+        let scene = Scene::made(|handle| {
+            call!(splat_predictor_predict_object(
+                self.handle,
+                data,
+                object,
+                views.as_ptr(),
+                length,
+                handle,
+                facts
+            ))
+        })?;
+        Ok((scene, room.facts()))
     }
 
-    fn inputs(&self, wanted: bool) -> Result<usize> {
+    /// Views, channels, height and width of what the network sees.
+    fn inputs(&self, wanted: bool) -> Result<[usize; 4]> {
         if !wanted {
-            return Ok(0);
+            return Ok([0; 4]);
         }
         let info = self.get_info()?;
-        let side = info.resolution as usize;
-        Ok(info.views as usize * info.channels as usize * side * side)
+        let sizes = [info.views, info.channels, info.resolution, info.resolution];
+        Ok(sizes.map(|size| size as usize))
     }
 }
 
 impl Prediction {
     /// The facts as JSON, with sentences for warnings.
+    /// # Errors
+    /// Another version of the library.
     pub fn report(&self) -> Result<String> {
         let mut pictures: Vec<sys::splat_picture_info> = self
             .pictures
@@ -271,11 +294,17 @@ impl Prediction {
 
 /// The path of weights that come with the library. `name`: "cars64" or None.
 ///
-/// Errors: `NotFound`, listing the names.
-pub fn builtin_weights(name: Option<&str>) -> Result<String> {
+/// ```
+/// assert!(splat::builtin_weights(Some("cars64"))?.ends_with("weights.safetensors"));
+/// # Ok::<(), splat::Error>(())
+/// ```
+/// # Errors
+/// `NotFound`, listing the names.
+pub fn builtin_weights(name: Option<&str>) -> Result<PathBuf> {
     let name = c_optional("name", name)?;
     // SAFETY: name and buffer live through the call.
     text(|buffer, capacity, needed| unsafe {
         sys::splat_builtin_weights(pointer(&name), buffer, capacity, needed)
     })
+    .map(PathBuf::from)
 }

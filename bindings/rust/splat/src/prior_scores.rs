@@ -5,7 +5,7 @@
 
 use crate::error::{call, Result};
 use crate::image::{ImageView, ImageViewMut};
-use crate::text::c_path;
+use crate::text::{c_path, zeros};
 use crate::values::{
     Camera, DepthFlags, DepthScores, FidelityFlags, FidelityScores, MapFilter, MaskFlags,
     MaskScores, NormalFlags, NormalScores,
@@ -16,7 +16,17 @@ use std::path::Path;
 /// Errors of a depth map after its alignment with the least squares.
 ///
 /// `mask`: pixels > 0.5 count; None: those with a truth > 0.
-/// Errors: `ShapeMismatch`, `InvalidArgument`.
+///
+/// ```
+/// use splat::prelude::*;
+/// let truth = ImageView::new(&[1.0_f32, 2.0, 3.0, 4.0], [2, 2], 1)?;
+/// let half = ImageView::new(&[0.5_f32, 1.0, 1.5, 2.0], [2, 2], 1)?;
+/// let scores = splat::prior_scores::compare_depth(half, truth, None, DepthFlags::empty())?;
+/// assert!((scores.scale - 2.0).abs() < 1e-6);
+/// # Ok::<(), splat::Error>(())
+/// ```
+/// # Errors
+/// `ShapeMismatch`, `InvalidArgument`.
 pub fn compare_depth(
     prediction: ImageView,
     truth: ImageView,
@@ -39,7 +49,8 @@ pub fn compare_depth(
 /// Angles between normals, in degrees.
 ///
 /// `mask`: pixels > 0.5 count; None: those with a true normal.
-/// Errors: `ShapeMismatch`, `InvalidArgument`.
+/// # Errors
+/// `ShapeMismatch`, `InvalidArgument`.
 pub fn compare_normals(
     prediction: ImageView,
     truth: ImageView,
@@ -60,8 +71,8 @@ pub fn compare_normals(
 }
 
 /// Overlap of a soft mask with the true one.
-///
-/// Errors: `ShapeMismatch`, `InvalidArgument`.
+/// # Errors
+/// `ShapeMismatch`, `InvalidArgument`.
 pub fn compare_masks(
     prediction: ImageView,
     alpha: ImageView,
@@ -78,8 +89,8 @@ pub fn compare_masks(
 }
 
 /// Visual information fidelity of images in the pixel domain (Sheikh and Bovik 2006).
-///
-/// Errors: `ShapeMismatch` (also below 41 pixels), `InvalidArgument`.
+/// # Errors
+/// `ShapeMismatch` (also below 41 pixels), `InvalidArgument`.
 pub fn compare_fidelity(
     prediction: ImageView,
     truth: ImageView,
@@ -96,19 +107,19 @@ pub fn compare_fidelity(
 }
 
 /// Edges of a map, or a mask without holes or specks, to a picture of the same size.
-///
-/// Errors: `ShapeMismatch`, `InvalidArgument`.
+/// # Errors
+/// `ShapeMismatch`, `InvalidArgument`.
 pub fn filter_map(map: ImageView, filter: MapFilter, filtered: ImageViewMut) -> Result<()> {
     let mut filtered = filtered.to_raw();
     call!(splat_prior_filter(&map.to_raw(), filter.0, &mut filtered))
 }
 
 /// `count` points on the surface of an OBJ file, uniform by area: x, y, z of each.
-///
-/// Errors: `NotFound`, `Io`, `Format`, `Unsupported`, `InvalidArgument` (no area).
+/// # Errors
+/// `NotFound`, `Io`, `Format`, `Unsupported`, `InvalidArgument` (no area).
 pub fn mesh_points(path: impl AsRef<Path>, count: usize, seed: u64) -> Result<Vec<f32>> {
     let path = c_path("path", path.as_ref())?;
-    let mut points = vec![0_f32; 3 * count];
+    let mut points: Vec<f32> = zeros("count", &[3, count])?;
     call!(splat_points_from_mesh(
         path.as_ptr(),
         seed,
@@ -120,11 +131,12 @@ pub fn mesh_points(path: impl AsRef<Path>, count: usize, seed: u64) -> Result<Ve
 
 /// The points of the world that a depth map shows, x, y, z of each: distances along the camera's
 /// axis, <= 0 where there is none.
-///
-/// Errors: `ShapeMismatch`, `InvalidArgument`.
+/// # Errors
+/// `ShapeMismatch`, `InvalidArgument`.
 pub fn depth_points(depth: ImageView, camera: &Camera) -> Result<Vec<f32>> {
     let depth = depth.to_raw();
-    let mut points = vec![0_f32; 3 * depth.width as usize * depth.height as usize];
+    let sizes = [3, depth.width as usize, depth.height as usize];
+    let mut points: Vec<f32> = zeros("depth", &sizes)?;
     let mut needed = 0;
     call!(splat_points_from_depth(
         &depth,

@@ -3,15 +3,15 @@
 use crate::error::{call, Result};
 use crate::image::{ImageView, ImageViewMut};
 use crate::object::object;
-use crate::text::{c_optional, c_path, pointer, text};
+use crate::text::{c_optional, c_optional_path, pointer, text};
 use crate::values::{Found, PriorModelFlags, PriorModelInfo};
 use splat_sys as sys;
 use std::path::Path;
 
 /// The JSON of a preset: input, outputs, and where its model is had. `name`: None for an array of
 /// all names.
-///
-/// Errors: `NotFound`, listing the names.
+/// # Errors
+/// `NotFound`, listing the names.
 pub fn prior_preset(name: Option<&str>) -> Result<String> {
     let name = c_optional("name", name)?;
     // SAFETY: name and buffer live through the call.
@@ -23,7 +23,17 @@ pub fn prior_preset(name: Option<&str>) -> Result<String> {
 /// Find the object of a picture without a network: by an alpha that is not opaque everywhere, else
 /// by the colour of its border. `mask`: 1 channel of the picture's size.
 ///
-/// Errors: `ShapeMismatch`, `InvalidArgument`.
+/// ```
+/// use splat::prelude::*;
+/// let mut pixels = vec![255_u8; 32 * 32 * 3];
+/// pixels[3 * 500..][..90].fill(0);
+/// let mut mask = Image::<u8>::new([32, 32], 1)?;
+/// let picture = ImageView::new(&pixels, [32, 32], 3)?;
+/// assert_eq!(splat::picture_mask(picture, mask.view_mut()?)?, Found::BY_BORDER);
+/// # Ok::<(), splat::Error>(())
+/// ```
+/// # Errors
+/// `ShapeMismatch`, `InvalidArgument`.
 pub fn picture_mask(picture: ImageView<'_>, mask: ImageViewMut<'_>) -> Result<Found> {
     let mut found = 0;
     let mask = mask.to_raw();
@@ -32,7 +42,7 @@ pub fn picture_mask(picture: ImageView<'_>, mask: ImageViewMut<'_>) -> Result<Fo
 }
 
 /// The camera of a depth map, and what its numbers mean.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NormalsDesc {
     /// Focal lengths, pixels.
     pub focal: [f64; 2],
@@ -45,7 +55,17 @@ pub struct NormalsDesc {
 /// Make normals of the surface that a depth map shows: (n + 1) / 2 in the camera's axes, 0.5 without
 /// a surface. `normal`: 3 channels of the map's size.
 ///
-/// Errors: `ShapeMismatch`, `InvalidArgument`.
+/// ```
+/// use splat::prelude::*;
+/// let depth = ImageView::new(&[2.0_f32; 64], [8, 8], 1)?;
+/// let mut normals = Image::<f32>::new([8, 8], 3)?;
+/// let desc = NormalsDesc { focal: [8.0; 2], ..Default::default() };
+/// splat::normals_from_depth(depth, &desc, normals.view_mut()?)?;
+/// assert_eq!(normals.pixels[3 * 36 + 2], 0.0); // towards the camera
+/// # Ok::<(), splat::Error>(())
+/// ```
+/// # Errors
+/// `ShapeMismatch`, `InvalidArgument`.
 pub fn normals_from_depth(
     depth: ImageView<'_>,
     desc: &NormalsDesc,
@@ -65,7 +85,7 @@ pub fn normals_from_depth(
 }
 
 /// A network and its preset.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PriorModelDesc<'a> {
     /// [`PriorModelFlags::NUMBERS`]: float maps have the model's own numbers.
     pub flags: PriorModelFlags,
@@ -80,7 +100,7 @@ pub struct PriorModelDesc<'a> {
 }
 
 /// Where the maps of a picture go; None: not wanted.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, PartialEq)]
 pub struct PriorMaps<'a> {
     /// 1 channel; larger is nearer.
     pub depth: Option<ImageViewMut<'a>>,
@@ -102,16 +122,13 @@ unsafe impl Sync for PriorModel {}
 
 impl PriorModel {
     /// Load a model.
-    ///
-    /// Errors: `NotFound` (a preset, a file, ONNX Runtime), `Unsupported` (another library),
+    /// # Errors
+    /// `NotFound` (a preset, a file, ONNX Runtime), `Unsupported` (another library),
     /// `Format` (a model of another interface), `InvalidArgument`.
     pub fn create(desc: &PriorModelDesc<'_>) -> Result<PriorModel> {
         let preset = c_optional("preset", desc.preset)?;
-        let model = desc.model.map(|path| c_path("model", path)).transpose()?;
-        let runtime = desc
-            .runtime
-            .map(|path| c_path("runtime", path))
-            .transpose()?;
+        let model = c_optional_path("model", desc.model)?;
+        let runtime = c_optional_path("runtime", desc.runtime)?;
         let raw = sys::splat_prior_model_desc {
             flags: desc.flags.0,
             preset: pointer(&preset),
@@ -120,12 +137,12 @@ impl PriorModel {
             threads: desc.threads,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_prior_model_create(&raw, &mut handle))?;
-        Ok(PriorModel { handle })
+        PriorModel::made(|handle| call!(splat_prior_model_create(&raw, handle)))
     }
 
     /// What it makes, its licence, the size of its input.
+    /// # Errors
+    /// Another version of the library.
     pub fn get_info(&self) -> Result<PriorModelInfo> {
         let mut info = sys::splat_prior_model_info::default();
         call!(splat_prior_model_get_info(self.handle, &mut info))?;
@@ -133,6 +150,11 @@ impl PriorModel {
     }
 
     /// Make maps of a picture, all of its size.
+    /// # Errors
+    /// `InvalidArgument` (a field of an image, no map, a map that the model lacks), `ShapeMismatch`
+    /// (a map of another size or other channels), `Unsupported` (a picture that is too wide or too
+    /// high for the preset), `Format` (the model cannot run, or gives an output of another shape),
+    /// `InvalidState` (its output is not finite), `OutOfHostMemory`.
     pub fn run(&self, picture: ImageView<'_>, maps: PriorMaps<'_>) -> Result<()> {
         let raw = |map: Option<ImageViewMut<'_>>| {
             map.map_or_else(sys::splat_image::default, |view| view.to_raw())

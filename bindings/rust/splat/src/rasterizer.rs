@@ -7,7 +7,7 @@ use crate::image::ImageViewMut;
 use crate::object::object;
 use crate::scene::Scene;
 use crate::tensor::Tensor;
-use crate::text::count;
+use crate::text::{count, zeros};
 use crate::values::{Camera, GradientsFlags, Output, RasterizerDesc, RasterizerInfo};
 use splat_sys as sys;
 
@@ -39,15 +39,17 @@ unsafe impl Send for RasterState {}
 
 impl RasterState {
     /// Create one more state of a rasterizer.
+    /// # Errors
+    /// `InvalidArgument` (a field of desc outside its range, or flags that exclude each other),
+    /// `Unsupported` (more Gaussians, views or pixels than the device takes), `OutOfHostMemory`,
+    /// errors of the device.
     pub fn create(rasterizer: &Rasterizer) -> Result<RasterState> {
-        let mut handle = std::ptr::null_mut();
-        call!(splat_raster_state_create(rasterizer.handle, &mut handle))?;
-        Ok(RasterState { handle })
+        RasterState::made(|handle| call!(splat_raster_state_create(rasterizer.handle, handle)))
     }
 }
 
 /// Gaussians that are tensors of the rasterizer's device; all None for n = 0.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gaussians<'a> {
     /// `[n,3]` scene units; its n counts
     pub means: Option<&'a Tensor>,
@@ -65,7 +67,7 @@ pub struct Gaussians<'a> {
 
 /// Tensors of a backward call, in the shapes of the last forward call: V views, N Gaussians. None
 /// is a gradient of zeros, or one that is not computed.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gradients<'a> {
     /// Accumulate or overwrite.
     pub flags: GradientsFlags,
@@ -112,25 +114,33 @@ fn background_pointer(background: &Option<[f32; 3]>) -> *const f32 {
 impl Rasterizer {
     /// Create a rasterizer with its memory; the memory for intersections grows on demand.
     ///
-    /// Errors: `InvalidArgument` (a field, flags that exclude each other), `Unsupported` (more than
+    /// ```
+    /// use splat::prelude::*;
+    /// # let device = Device::create(&Default::default())?;
+    /// # let desc = SceneDesc { count: 1, means: Some(&[0.0, 0.0, 2.0]), sh: Some(&[1.0; 3]), ..Default::default() };
+    /// # let scene = Scene::create(&desc)?;
+    /// let desc = RasterizerDesc { gaussians: 10, width: 32, height: 32, ..Default::default() };
+    /// let rasterizer = Rasterizer::create(&device, &desc)?;
+    /// let camera = Camera::from_fov(32, 32, 0.8)?;
+    /// rasterizer.forward_scene(None, &scene, &[camera], Some([1.0; 3]))?;
+    /// assert_eq!(rasterizer.to_vec(None, Output::RGB)?.len(), 32 * 32 * 3);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `InvalidArgument` (a field, flags that exclude each other), `Unsupported` (more than
     /// the device takes at once), and out of memory.
     pub fn create(device: &Device, desc: &RasterizerDesc) -> Result<Rasterizer> {
-        let mut handle = std::ptr::null_mut();
-        call!(splat_rasterizer_create(
-            device.handle,
-            &desc.to_raw(),
-            &mut handle
-        ))?;
-        Ok(Rasterizer {
-            handle,
-            size: [desc.height as usize, desc.width as usize],
-        })
+        let raw = desc.to_raw();
+        let mut rasterizer =
+            Rasterizer::made(|handle| call!(splat_rasterizer_create(device.handle, &raw, handle)))?;
+        rasterizer.size = [desc.height as usize, desc.width as usize];
+        Ok(rasterizer)
     }
 
     /// Draw a scene; the images stay in the state. `state`: None is the rasterizer's own.
     /// `background`: RGB; None is black.
-    ///
-    /// Errors: `InvalidArgument` (a camera, more cameras or Gaussians than the rasterizer was made
+    /// # Errors
+    /// `InvalidArgument` (a camera, more cameras or Gaussians than the rasterizer was made
     /// for, a state of another rasterizer), `InvalidState`, `Unsupported`, errors of the device.
     pub fn forward_scene(
         &self,
@@ -152,7 +162,9 @@ impl Rasterizer {
         ))
     }
 
-    /// Draw Gaussians that are tensors. Errors: also `ShapeMismatch`, naming the tensor.
+    /// Draw Gaussians that are tensors.
+    /// # Errors
+    /// Also `ShapeMismatch`, naming the tensor.
     pub fn forward(
         &self,
         state: Option<&RasterState>,
@@ -183,6 +195,9 @@ impl Rasterizer {
     }
 
     /// Copy an output of the last forward call to a tensor of its shape.
+    /// # Errors
+    /// `ShapeMismatch`, `InvalidArgument` (not a valid output, device or dtype), `InvalidState`,
+    /// `OutOfHostMemory`, errors of the device.
     pub fn output(
         &self,
         state: Option<&RasterState>,
@@ -200,6 +215,9 @@ impl Rasterizer {
 
     /// Copy an output of the last forward call into `values`, which has at least its numbers; the
     /// rest stays. Untouched on an error.
+    /// # Errors
+    /// `InvalidArgument` (not a valid output, device or dtype), `ShapeMismatch`, `InvalidState`,
+    /// `OutOfHostMemory`, errors of the device.
     pub fn read(
         &self,
         state: Option<&RasterState>,
@@ -218,6 +236,8 @@ impl Rasterizer {
     }
 
     /// Copy an output of the last forward call into a new vector, in the shape of [`Output`].
+    /// # Errors
+    /// As [`Rasterizer::read`].
     pub fn to_vec(&self, state: Option<&RasterState>, output: Output) -> Result<Vec<f32>> {
         let info = self.get_info(state)?;
         let pixels = self.size[0] * self.size[1];
@@ -229,13 +249,16 @@ impl Rasterizer {
             Output::DEPTHS | Output::VISIBILITY => gaussians,
             _ => pixels,
         };
-        let mut values = vec![0.0; info.views as usize * each];
+        let mut values = zeros("output", &[info.views as usize, each])?;
         self.read(state, output, &mut values)?;
         Ok(values)
     }
 
     /// Copy views of an output into images, from view `first` on. 8 bits are 255 v, rounded and
     /// clamped. Four channels of [`Output::RGB`] have alpha last.
+    /// # Errors
+    /// `InvalidArgument` (an output of Gaussians), `ShapeMismatch` (an image of another size or
+    /// number of channels), `InvalidState`, `OutOfHostMemory`, errors of the device.
     pub fn read_images(
         &self,
         state: Option<&RasterState>,
@@ -258,7 +281,44 @@ impl Rasterizer {
 
     /// Compute gradients at the inputs of the state's last forward call.
     ///
-    /// Errors: `ShapeMismatch`, `InvalidArgument` (a tensor of another device or dtype, an output
+    /// ```
+    /// use splat::prelude::*;
+    /// # let device = Device::create(&Default::default())?;
+    /// let desc = RasterizerDesc {
+    ///     flags: RasterizerFlags::BACKWARD | RasterizerFlags::DIRECT_COLORS,
+    ///     gaussians: 1,
+    ///     width: 16,
+    ///     height: 16,
+    ///     ..Default::default()
+    /// };
+    /// let rasterizer = Rasterizer::create(&device, &desc)?;
+    /// let tensor = |dims: &[i64], values: &[f32]| Tensor::from_slice(&device, dims, values);
+    /// let means = tensor(&[1, 3], &[0.0, 0.0, 2.0])?;
+    /// let scales = tensor(&[1, 3], &[0.2; 3])?;
+    /// let rotations = tensor(&[1, 4], &[1.0, 0.0, 0.0, 0.0])?;
+    /// let (opacities, colors) = (tensor(&[1], &[0.9])?, tensor(&[1, 3], &[0.5; 3])?);
+    /// let gaussians = Gaussians {
+    ///     means: Some(&means),
+    ///     scales: Some(&scales),
+    ///     rotations: Some(&rotations),
+    ///     opacities: Some(&opacities),
+    ///     colors: Some(&colors),
+    ///     sh: None,
+    /// };
+    /// rasterizer.forward(None, &gaussians, &[Camera::from_fov(16, 16, 0.8)?], None)?;
+    /// let grad_rgb = tensor(&[1, 16, 16, 3], &[1.0; 16 * 16 * 3])?;
+    /// let grad_colors = tensor(&[1, 3], &[0.0; 3])?;
+    /// let gradients = Gradients {
+    ///     grad_rgb: Some(&grad_rgb),
+    ///     grad_colors: Some(&grad_colors),
+    ///     ..Default::default()
+    /// };
+    /// rasterizer.backward(None, &gradients)?;
+    /// assert!(grad_colors.to_vec::<f32>()?[0] > 0.0);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `ShapeMismatch`, `InvalidArgument` (a tensor of another device or dtype, an output
     /// that is also another tensor of the call), `InvalidState` (no forward call, a gradient that
     /// the rasterizer's flags do not include), errors of the device.
     pub fn backward(&self, state: Option<&RasterState>, gradients: &Gradients<'_>) -> Result<()> {
@@ -286,6 +346,8 @@ impl Rasterizer {
     }
 
     /// Describe the last forward call of a state; zeros before the first.
+    /// # Errors
+    /// Another version of the library.
     pub fn get_info(&self, state: Option<&RasterState>) -> Result<RasterizerInfo> {
         let mut info = sys::splat_rasterizer_info::default();
         call!(splat_rasterizer_get_info(

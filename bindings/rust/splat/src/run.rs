@@ -1,11 +1,15 @@
-//! Runs: tasks with their folder, as iterators of events.
+//! Runs: tasks with their folder, as iterators of events. A training is one.
 
+use crate::dataset::Dataset;
+use crate::device::Device;
 use crate::error::{call, Result};
+use crate::model::Model;
 use crate::object::{object, Serial};
-use crate::text::{optional, text};
-use crate::values::RunEventKind;
+use crate::text::{c_optional, c_optional_path, optional, pointer, text, Texts};
+use crate::values::{LoadFlags, RunEventKind, TrainerInfo, TrainingFlags};
 use splat_sys as sys;
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// What one piece of work did.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -59,6 +63,7 @@ pub struct RunEvent {
 
 impl RunEvent {
     /// True if the run ended with it.
+    #[must_use]
     pub fn is_end(&self) -> bool {
         self.kind >= RunEventKind::DONE
     }
@@ -125,20 +130,15 @@ object! {
 unsafe impl Send for Run {}
 
 impl Run {
-    pub(crate) fn of(handle: sys::splat_run) -> Run {
-        Run {
-            handle,
-            serial: Serial::new(),
-            ended: false,
-        }
-    }
-
     /// End the run: the next item saves the state and has [`RunEventKind::INTERRUPTED`].
+    /// # Errors
+    /// Another version of the library.
     pub fn interrupt(&self) -> Result<()> {
         self.interrupter().interrupt()
     }
 
     /// What interrupts this run from other threads and from handlers of signals.
+    #[must_use]
     pub fn interrupter(&self) -> Interrupter {
         Interrupter {
             handle: self.handle,
@@ -146,6 +146,8 @@ impl Run {
     }
 
     /// JSON: folder, step, iterations, skipped, loss, val_psnr, best_val_psnr, peak_bytes.
+    /// # Errors
+    /// Another version of the library.
     pub fn report(&self) -> Result<String> {
         // SAFETY: the buffer lives through the call.
         text(|buffer, capacity, needed| unsafe {
@@ -154,13 +156,14 @@ impl Run {
     }
 
     fn work(&mut self) -> Result<RunEvent> {
-        let _lock = self.serial.lock();
-        let mut raw = sys::splat_run_event::default();
-        call!(splat_run_next(self.handle, &mut raw))?;
-        // SAFETY: the pointers live until the next splat_run_next or splat_run_destroy.
-        let event = unsafe { RunEvent::from_raw(&raw) };
-        self.ended = event.is_end();
-        Ok(event)
+        self.serial.with(|| {
+            let mut raw = sys::splat_run_event::default();
+            call!(splat_run_next(self.handle, &mut raw))?;
+            // SAFETY: the pointers live until the next splat_run_next or splat_run_destroy.
+            let event = unsafe { RunEvent::from_raw(&raw) };
+            self.ended = event.is_end();
+            Ok(event)
+        })
     }
 }
 
@@ -178,7 +181,7 @@ impl Iterator for Run {
 
 /// Interrupts a run from anywhere. It does not keep the run open: once that is dropped,
 /// [`Interrupter::interrupt`] returns `InvalidHandle`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Interrupter {
     handle: sys::splat_run,
 }
@@ -191,7 +194,111 @@ unsafe impl Sync for Interrupter {}
 
 impl Interrupter {
     /// See [`Run::interrupt`].
+    /// # Errors
+    /// Another version of the library.
     pub fn interrupt(&self) -> Result<()> {
         call!(splat_run_interrupt(self.handle))
+    }
+}
+
+/// What to train, with which data, in which folder.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TrainingDesc<'a> {
+    /// Resume or overwrite.
+    pub flags: TrainingFlags,
+    /// The folder of the run.
+    pub folder: Option<&'a Path>,
+    /// YAML or JSON; None: the defaults, or the configuration of the run that is resumed.
+    pub config: Option<&'a str>,
+    /// Changes to it, "key=value".
+    pub values: &'a [&'a str],
+    /// None: the split train of data.root.
+    pub dataset: Option<&'a Dataset>,
+    /// None: none; if `dataset` is None too, the split val of data.root where there is one.
+    pub validation: Option<&'a Dataset>,
+    /// File of weights to start from; None: opt.pretrained_ckpt, else random.
+    pub init: Option<&'a Path>,
+    /// How they are loaded.
+    pub init_flags: LoadFlags,
+}
+
+/// A training as a run: an iterator of events, with the methods of [`Run`].
+///
+/// ```no_run
+/// # fn main() -> splat::Result<()> {
+/// use splat::{Device, Training, TrainingDesc};
+/// let device = Device::create(&Default::default())?;
+/// let desc = TrainingDesc { folder: Some("run".as_ref()), values: &["data.root=cars"], ..Default::default() };
+/// for event in Training::open(&device, &desc)? {
+///     if let Some(text) = event?.text {
+///         println!("{text}");
+///     }
+/// }
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, PartialEq, Eq)]
+pub struct Training(Run);
+
+impl std::ops::Deref for Training {
+    type Target = Run;
+
+    fn deref(&self) -> &Run {
+        &self.0
+    }
+}
+
+impl Iterator for Training {
+    type Item = Result<RunEvent>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.0.next()
+    }
+}
+
+impl Training {
+    /// Open a session: check the configuration, the data and the weights; then make the folder, or
+    /// lock that of the run.
+    /// # Errors
+    /// `InvalidArgument`, `InvalidState` (another session has the folder, or it holds
+    /// something else), `NotFound`, `Format`, `ShapeMismatch`, `Io`, errors of the device.
+    pub fn open(device: &Device, desc: &TrainingDesc<'_>) -> Result<Training> {
+        let folder = c_optional_path("folder", desc.folder)?;
+        let config = c_optional("config", desc.config)?;
+        let values = Texts::new("values", desc.values)?;
+        let init = c_optional_path("init", desc.init)?;
+        let handle_of =
+            |dataset: Option<&Dataset>| dataset.map_or(std::ptr::null_mut(), |d| d.handle);
+        let raw = sys::splat_training_desc {
+            flags: desc.flags.0,
+            folder: pointer(&folder),
+            config: pointer(&config),
+            values: values.as_ptr(),
+            value_count: values.len() as u64,
+            dataset: handle_of(desc.dataset),
+            validation: handle_of(desc.validation),
+            init: pointer(&init),
+            init_flags: desc.init_flags.0,
+            ..Default::default()
+        };
+        Run::made(|handle| call!(splat_training_open(device.handle, &raw, handle))).map(Training)
+    }
+
+    /// Facts of the latest step of this session, skipped or not.
+    /// # Errors
+    /// `InvalidState` before the first step.
+    pub fn last_step(&self) -> Result<TrainerInfo> {
+        let mut raw = sys::splat_trainer_info::default();
+        call!(splat_training_last_step(self.0.handle, &mut raw))?;
+        Ok(TrainerInfo::from_raw(&raw))
+    }
+
+    /// The network in training, as [`Trainer::model`](crate::Trainer::model).
+    /// # Errors
+    /// Another version of the library.
+    pub fn model(&self) -> Result<Model> {
+        let mut model = Model::made(|handle| call!(splat_training_model(self.0.handle, handle)))?;
+        model.serial = self.0.serial.clone();
+        Ok(model)
     }
 }

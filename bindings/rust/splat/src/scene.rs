@@ -6,7 +6,7 @@ use crate::error::{call, Result};
 use crate::image::{Image, ImageViewMut, Sample};
 use crate::object::object;
 use crate::tensor::Tensor;
-use crate::text::{array, bytes, c_path, c_text, count, text};
+use crate::text::{array, bytes, c_path, c_text, count, text, zeros};
 use crate::values::{
     Camera, FilterFlags, PointScores, SceneFileDesc, SceneInfo, SceneRenderDesc, Similarity,
 };
@@ -14,7 +14,7 @@ use splat_sys as sys;
 use std::path::Path;
 
 /// The parameters of a new scene, float32, row-major, K = (sh_degree + 1)^2.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SceneDesc<'a> {
     /// Gaussians n.
     pub count: u64,
@@ -49,7 +49,20 @@ unsafe impl Sync for Scene {}
 impl Scene {
     /// Create a scene of arrays, which are copied.
     ///
-    /// Errors: `InvalidArgument` (sh_degree, an array that is too short), `Unsupported` (more than
+    /// ```
+    /// use splat::prelude::*;
+    /// let desc = SceneDesc {
+    ///     count: 2,
+    ///     means: Some(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
+    ///     ..Default::default()
+    /// };
+    /// let scene = Scene::create(&desc)?;
+    /// assert_eq!(scene.to_vec("means")?[3], 1.0);
+    /// assert_eq!(scene.get_info()?.count, 2);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `InvalidArgument` (sh_degree, an array that is too short), `Unsupported` (more than
     /// 2^27 Gaussians).
     pub fn create(desc: &SceneDesc<'_>) -> Result<Scene> {
         let of = |name, slice| {
@@ -79,35 +92,37 @@ impl Scene {
             sh_count,
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_scene_create(&raw, &mut handle))?;
-        Ok(Scene { handle })
+        Scene::made(|handle| call!(splat_scene_create(&raw, handle)))
     }
 
     /// Read a scene file.
-    ///
-    /// Errors: `NotFound`, `Io`, `Format` (damaged, or no scene), `Unsupported`, `InvalidArgument`.
+    /// # Errors
+    /// `NotFound`, `Io`, `Format` (damaged, or no scene), `Unsupported`, `InvalidArgument`.
     pub fn load(path: impl AsRef<Path>, desc: &SceneFileDesc) -> Result<Scene> {
         let path = c_path("path", path.as_ref())?;
-        let mut handle = std::ptr::null_mut();
-        call!(splat_scene_load(path.as_ptr(), &desc.to_raw(), &mut handle))?;
-        Ok(Scene { handle })
+        Scene::made(|handle| call!(splat_scene_load(path.as_ptr(), &desc.to_raw(), handle)))
     }
 
     /// Read a scene from the bytes of a file. A .splat must be named in `desc.format`.
+    /// # Errors
+    /// `NotFound`, `Io`, `Format` (damaged, truncated, not a scene or not of desc.format),
+    /// `Unsupported` (a known format that cannot be read, or more than max_count),
+    /// `OutOfHostMemory`.
     pub fn load_memory(data: &[u8], desc: &SceneFileDesc) -> Result<Scene> {
-        let mut handle = std::ptr::null_mut();
         let pointer = data.as_ptr().cast();
-        call!(splat_scene_load_memory(
-            pointer,
-            data.len(),
-            &desc.to_raw(),
-            &mut handle
-        ))?;
-        Ok(Scene { handle })
+        Scene::made(|handle| {
+            call!(splat_scene_load_memory(
+                pointer,
+                data.len(),
+                &desc.to_raw(),
+                handle
+            ))
+        })
     }
 
     /// JSON: what was found in the scene's file; `{}` for a scene without one.
+    /// # Errors
+    /// Another version of the library.
     pub fn load_report(&self) -> Result<String> {
         // SAFETY: the buffer lives through the call.
         text(|buffer, capacity, needed| unsafe {
@@ -116,12 +131,30 @@ impl Scene {
     }
 
     /// Write the scene to a file, which appears whole or not at all.
+    /// # Errors
+    /// `InvalidArgument` (values that the format cannot hold), `NotFound` (there is no such
+    /// folder), `Io` (the file cannot be written), `Unsupported` (a format or extension that cannot
+    /// be written), `OutOfHostMemory`.
     pub fn save(&self, path: impl AsRef<Path>, desc: &SceneFileDesc) -> Result<()> {
         let path = c_path("path", path.as_ref())?;
         call!(splat_scene_save(self.handle, path.as_ptr(), &desc.to_raw()))
     }
 
     /// The bytes of such a file. `desc` names the format.
+    ///
+    /// ```
+    /// use splat::prelude::*;
+    /// # let desc = SceneDesc { count: 2, means: Some(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]), ..Default::default() };
+    /// # let scene = Scene::create(&desc)?;
+    /// let desc = SceneFileDesc { format: SceneFormat::SPLAT, ..Default::default() };
+    /// let bytes = scene.save_memory(&desc)?;
+    /// assert_eq!(Scene::load_memory(&bytes, &desc)?.get_info()?.count, 2);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `InvalidArgument` (values that the format cannot hold), `NotFound` (there is no such
+    /// folder), `Io` (the file cannot be written), `Unsupported` (a format or extension that cannot
+    /// be written), `OutOfHostMemory`.
     pub fn save_memory(&self, desc: &SceneFileDesc) -> Result<Vec<u8>> {
         let desc = desc.to_raw();
         // SAFETY: desc and buffer live through the call.
@@ -131,6 +164,8 @@ impl Scene {
     }
 
     /// Copy an attribute into `values`, which has at least its numbers; the rest stays.
+    /// # Errors
+    /// `InvalidArgument` (name), `OutOfHostMemory`.
     pub fn read(&self, name: &str, values: &mut [f32]) -> Result<()> {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
@@ -144,6 +179,8 @@ impl Scene {
 
     /// Copy an attribute into a new vector. Measures the scene for its length: where scenes are
     /// large and read often, use [`Scene::read`].
+    /// # Errors
+    /// As [`Scene::read`].
     pub fn to_vec(&self, name: &str) -> Result<Vec<f32>> {
         let info = self.get_info()?;
         let each = match name {
@@ -152,12 +189,14 @@ impl Scene {
             "sh" => 3 * (info.sh_degree as usize + 1).pow(2),
             _ => 3,
         };
-        let mut values = vec![0.0; info.count as usize * each];
+        let mut values = zeros(name, &[info.count as usize, each])?;
         self.read(name, &mut values)?;
         Ok(values)
     }
 
     /// Replace the values of an attribute by the first ones of `values`.
+    /// # Errors
+    /// `InvalidArgument` (name), `OutOfHostMemory`.
     pub fn write(&self, name: &str, values: &[f32]) -> Result<()> {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
@@ -170,16 +209,19 @@ impl Scene {
     }
 
     /// Copy an attribute to a new tensor of its shape.
+    /// # Errors
+    /// `InvalidState` (the tensor is mapped), `InvalidArgument` (name), `Unsupported` (more bytes
+    /// than max_storage_buffer_bytes of the device), `OutOfHostMemory`, errors of the device.
     pub fn to_tensor(&self, name: &str, device: &Device) -> Result<Tensor> {
         let name = c_text("name", name)?;
-        let mut handle = std::ptr::null_mut();
-        call!(splat_scene_to_tensor(
-            self.handle,
-            name.as_ptr(),
-            device.handle,
-            &mut handle
-        ))?;
-        Tensor::wrap(handle)
+        Tensor::wrap(|handle| {
+            call!(splat_scene_to_tensor(
+                self.handle,
+                name.as_ptr(),
+                device.handle,
+                handle
+            ))
+        })
     }
 
     /// Draw one image for each camera, of its size. `device`: None opens the best one for the call.
@@ -195,8 +237,8 @@ impl Scene {
     /// # Ok(())
     /// # }
     /// ```
-    ///
-    /// Errors: `InvalidArgument` (a camera, a field of `desc`), `ShapeMismatch` (channels), as
+    /// # Errors
+    /// `InvalidArgument` (a camera, a field of `desc`), `ShapeMismatch` (channels), as
     /// `Device::create`, and of the device.
     pub fn render<T: Sample>(
         &self,
@@ -209,7 +251,7 @@ impl Scene {
         let mut images: Vec<Image<T>> = cameras
             .iter()
             .map(|camera| Image::new([camera.width, camera.height], channels))
-            .collect();
+            .collect::<Result<_>>()?;
         let views: Result<Vec<ImageViewMut<'_>>> = images.iter_mut().map(Image::view_mut).collect();
         let raw: Vec<sys::splat_image> = views?.iter().map(ImageViewMut::to_raw).collect();
         call!(splat_scene_render(
@@ -224,17 +266,51 @@ impl Scene {
     }
 
     /// Move, turn and scale the scene, including its spherical harmonics.
+    ///
+    /// ```
+    /// use splat::prelude::*;
+    /// # let desc = SceneDesc { count: 2, means: Some(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]), ..Default::default() };
+    /// # let scene = Scene::create(&desc)?;
+    /// let similarity = Similarity {
+    ///     scale: 2.0,
+    ///     rotation: [1.0, 0.0, 0.0, 0.0],
+    ///     translation: [0.0, 5.0, 0.0],
+    /// };
+    /// scene.transform(&similarity)?;
+    /// assert_eq!(scene.to_vec("means")?[3..], [2.0, 5.0, 0.0]);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `InvalidArgument` (the similarity, or one that moves means beyond float32),
+    /// `OutOfHostMemory`.
     pub fn transform(&self, similarity: &Similarity) -> Result<()> {
         let pointer = (similarity as *const Similarity).cast();
         call!(splat_scene_transform(self.handle, pointer))
     }
 
     /// Keep the Gaussians whose mean lies in a box, in scene units.
+    /// # Errors
+    /// `InvalidArgument` (the similarity, or one that moves means beyond float32),
+    /// `OutOfHostMemory`.
     pub fn crop(&self, low: [f64; 3], high: [f64; 3]) -> Result<()> {
         call!(splat_scene_crop(self.handle, low.as_ptr(), high.as_ptr()))
     }
 
     /// Keep the Gaussians of opacity >= `min_opacity` (0 to 1), in their order.
+    ///
+    /// ```
+    /// use splat::prelude::*;
+    /// # let desc = SceneDesc { count: 2, means: Some(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]), ..Default::default() };
+    /// # let scene = Scene::create(&desc)?;
+    /// scene.filter(FilterFlags::FINITE | FilterFlags::SORT, 0.1)?;
+    /// assert_eq!(scene.get_info()?.count, 2);
+    /// scene.filter(FilterFlags::empty(), 0.9)?;
+    /// assert_eq!(scene.get_info()?.count, 0);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `InvalidArgument` (the similarity, or one that moves means beyond float32),
+    /// `OutOfHostMemory`.
     pub fn filter(&self, flags: FilterFlags, min_opacity: f64) -> Result<()> {
         call!(splat_scene_filter(self.handle, flags.0, min_opacity))
     }
@@ -244,7 +320,17 @@ impl Scene {
     ///
     /// `min_opacity`: of the Gaussians that count. `threshold`: distance of precision, recall and
     /// F-score.
-    /// Errors: `InvalidArgument`.
+    ///
+    /// ```
+    /// use splat::prelude::*;
+    /// # let desc = SceneDesc { count: 2, means: Some(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]), ..Default::default() };
+    /// # let scene = Scene::create(&desc)?;
+    /// let scores = scene.compare_points(&[0.0, 0.0, 0.0], 0.5, 0.0)?;
+    /// assert_eq!((scores.precision, scores.recall), (0.5, 1.0));
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `InvalidArgument`.
     pub fn compare_points(
         &self,
         points: &[f32],
@@ -264,15 +350,26 @@ impl Scene {
     }
 
     /// Concatenate scenes into a new one, with the highest of their degrees.
+    ///
+    /// ```
+    /// use splat::prelude::*;
+    /// # let desc = SceneDesc { count: 2, means: Some(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]), ..Default::default() };
+    /// # let scene = Scene::create(&desc)?;
+    /// let copy = Scene::merge(&[&scene])?;
+    /// assert_eq!(Scene::merge(&[&scene, &copy])?.get_info()?.count, 4);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `Unsupported` (more than 2^27 Gaussians), `OutOfHostMemory`.
     pub fn merge(scenes: &[&Scene]) -> Result<Scene> {
         let length = count("scenes", scenes.len())?;
         let handles: Vec<sys::splat_scene> = scenes.iter().map(|scene| scene.handle).collect();
-        let mut handle = std::ptr::null_mut();
-        call!(splat_scene_merge(handles.as_ptr(), length, &mut handle))?;
-        Ok(Scene { handle })
+        Scene::made(|handle| call!(splat_scene_merge(handles.as_ptr(), length, handle)))
     }
 
     /// Measure the scene.
+    /// # Errors
+    /// `OutOfHostMemory`.
     pub fn get_info(&self) -> Result<SceneInfo> {
         let mut info = sys::splat_scene_info::default();
         call!(splat_scene_get_info(self.handle, &mut info))?;
@@ -281,6 +378,8 @@ impl Scene {
 }
 
 /// JSON array of all formats of scene files.
+/// # Errors
+/// Another version of the library.
 pub fn formats() -> Result<String> {
     // SAFETY: the buffer lives through the call.
     text(|buffer, capacity, needed| unsafe { sys::splat_scene_formats(buffer, capacity, needed) })

@@ -5,28 +5,29 @@ use std::os::raw::c_void;
 use std::panic::{catch_unwind, resume_unwind, AssertUnwindSafe};
 
 use crate::error::{call, Result};
-use crate::text::{array, c_optional, pointer};
+use crate::text::{array, c_optional, c_optional_path, pointer};
 use crate::values::ImportFlags;
 use crate::Dataset;
 use splat_sys as sys;
+use std::path::Path;
 
 /// Called with the rows done and the rows of all tables; false ends the call with
 /// [`Code::Cancelled`](crate::Code::Cancelled). What was done is kept for the next call.
 pub type Progress<'a> = &'a mut dyn FnMut(u64, u64) -> bool;
 
 /// Which tables to import, and where.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImportDesc<'a> {
     /// Replace an import of other tables.
     pub flags: ImportFlags,
     /// Folder of the tables.
-    pub path: &'a str,
+    pub path: Option<&'a Path>,
     /// Folder of the store; None: where [`Dataset::open`] of the tables looks.
-    pub out: Option<&'a str>,
+    pub out: Option<&'a Path>,
     /// "train", "val", "test"; None: train.
     pub split: Option<&'a str>,
     /// DuckDB's library; None: SPLAT_DUCKDB_LIBRARY, or found.
-    pub duckdb: Option<&'a str>,
+    pub duckdb: Option<&'a Path>,
     /// Parts of the work, which as many processes do; the last to end completes the store. 0: 1.
     pub shards: u32,
     /// The part that this call does, from 0.
@@ -34,10 +35,10 @@ pub struct ImportDesc<'a> {
 }
 
 /// What of a data set to write, and how.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ExportDesc<'a> {
     /// The folder to write to.
-    pub path: &'a str,
+    pub path: Option<&'a Path>,
     /// "tables", "srn", "images", "store"; None: tables.
     pub layout: Option<&'a str>,
     /// Split to write; None: that of the data set.
@@ -45,7 +46,7 @@ pub struct ExportDesc<'a> {
     /// In names of folders and configurations; None: cars.
     pub category: Option<&'a str>,
     /// DuckDB's library; None: SPLAT_DUCKDB_LIBRARY, or found.
-    pub duckdb: Option<&'a str>,
+    pub duckdb: Option<&'a Path>,
     /// Numbers of objects; None: all.
     pub objects: Option<&'a [u32]>,
     /// Parts of a store, see [`ImportDesc`].
@@ -93,13 +94,13 @@ fn run(
 }
 
 /// Copy a split of tables in Parquet files to a store, which [`Dataset::open`] reads fast.
-///
-/// Errors: `NotFound` (tables, DuckDB), `Format` with table, column and row, `Io`, `InvalidState`.
+/// # Errors
+/// `NotFound` (tables, DuckDB), `Format` with table, column and row, `Io`, `InvalidState`.
 pub fn import_tables(desc: &ImportDesc<'_>, progress: Option<Progress<'_>>) -> Result<()> {
-    let path = c_optional("path", Some(desc.path))?;
-    let out = c_optional("out", desc.out)?;
+    let path = c_optional_path("path", desc.path)?;
+    let out = c_optional_path("out", desc.out)?;
     let split = c_optional("split", desc.split)?;
-    let duckdb = c_optional("duckdb", desc.duckdb)?;
+    let duckdb = c_optional_path("duckdb", desc.duckdb)?;
     let raw = sys::splat_dataset_import_desc {
         flags: desc.flags.0,
         path: pointer(&path),
@@ -117,14 +118,14 @@ pub fn import_tables(desc: &ImportDesc<'_>, progress: Option<Progress<'_>>) -> R
 
 impl Dataset {
     /// Write objects with their cameras, images and maps, as 8 bits at the data set's resolution.
-    ///
-    /// Errors: `InvalidArgument` (another export in the folder), `Unsupported`, `NotFound`, `Io`.
+    /// # Errors
+    /// `InvalidArgument` (another export in the folder), `Unsupported`, `NotFound`, `Io`.
     pub fn export(&self, desc: &ExportDesc<'_>, progress: Option<Progress<'_>>) -> Result<()> {
-        let path = c_optional("path", Some(desc.path))?;
+        let path = c_optional_path("path", desc.path)?;
         let layout = c_optional("layout", desc.layout)?;
         let split = c_optional("split", desc.split)?;
         let category = c_optional("category", desc.category)?;
-        let duckdb = c_optional("duckdb", desc.duckdb)?;
+        let duckdb = c_optional_path("duckdb", desc.duckdb)?;
         let (objects, object_count) = array("objects", desc.objects)?;
         let raw = sys::splat_dataset_export_desc {
             path: pointer(&path),

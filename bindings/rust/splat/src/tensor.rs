@@ -2,18 +2,19 @@
 
 use crate::device::Device;
 use crate::error::{call, Error, Result};
+use crate::log::{dropping, held};
 use crate::object::object;
-use crate::text::{c_optional, pointer};
+use crate::text::{c_optional, pointer, zeros, Plain};
 use crate::values::{Access, Code, Dtype, TensorInfo, TensorStats};
 use splat_sys as sys;
-use std::marker::PhantomData;
+use std::fmt;
 use std::os::raw::{c_char, c_void};
 
 /// Numbers that a tensor can hold.
 ///
 /// # Safety
 /// `DTYPE` has the size of the type, and every pattern of bits is a value.
-pub unsafe trait Element: Copy + Default + 'static {
+pub unsafe trait Element: Plain + Default + 'static {
     /// Name of the type in C.
     const DTYPE: Dtype;
 }
@@ -54,18 +55,20 @@ unsafe impl Sync for Tensor {}
 
 impl Tensor {
     /// Create a tensor of zeros, row-major and contiguous.
-    ///
-    /// Errors: `InvalidArgument` (more than 8 dimensions, one below 1, 2^31 elements),
+    /// # Errors
+    /// `InvalidArgument` (more than 8 dimensions, one below 1, 2^31 elements),
     /// `Unsupported` (beyond the device's limit), and out of memory.
     pub fn create(device: &Device, desc: &TensorDesc) -> Result<Tensor> {
         let name = c_optional("name", desc.name.as_deref())?;
         let raw = raw_desc(desc, pointer(&name));
-        let mut handle = std::ptr::null_mut();
-        call!(splat_tensor_create(device.handle, &raw, &mut handle))?;
-        Tensor::wrap(handle)
+        Tensor::wrap(|handle| call!(splat_tensor_create(device.handle, &raw, handle)))
     }
 
     /// Create a tensor and fill it as [`Tensor::write`] does. `desc.dtype` may be left out.
+    /// # Errors
+    /// `InvalidArgument` (rank, dtype, a dimension < 1, or 2^31 elements or more), `Unsupported`
+    /// (more bytes than max_storage_buffer_bytes of the device), `InvalidState` (the tensor is
+    /// mapped), `OutOfHostMemory`, errors of the device.
     pub fn from_host<T: Element>(
         device: &Device,
         desc: &TensorDesc,
@@ -79,21 +82,33 @@ impl Tensor {
         let strides = check_slice("data", &desc.dims, data.len(), strides)?;
         let name = c_optional("name", desc.name.as_deref())?;
         let raw = raw_desc(&desc, pointer(&name));
-        let mut handle = std::ptr::null_mut();
         let bytes = std::mem::size_of_val(data);
         let data = data.as_ptr().cast();
-        call!(splat_tensor_from_host(
-            device.handle,
-            &raw,
-            data,
-            bytes,
-            strides,
-            &mut handle
-        ))?;
-        Tensor::wrap(handle)
+        Tensor::wrap(|handle| {
+            call!(splat_tensor_from_host(
+                device.handle,
+                &raw,
+                data,
+                bytes,
+                strides,
+                handle
+            ))
+        })
     }
 
     /// Create a tensor of `dims` with row-major values.
+    ///
+    /// ```
+    /// use splat::prelude::*;
+    /// # let device = Device::create(&Default::default())?;
+    /// let tensor = Tensor::from_slice(&device, &[2, 3], &[1, 2, 3, 4, 5, 6])?;
+    /// assert_eq!((tensor.dims(), tensor.dtype()), (&[2, 3][..], Dtype::I32));
+    /// tensor.write(&[0; 6], None)?;
+    /// assert_eq!(tensor.to_vec::<i32>()?, [0; 6]);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// As [`Tensor::from_host`].
     pub fn from_slice<T: Element>(device: &Device, dims: &[i64], data: &[T]) -> Result<Tensor> {
         let desc = TensorDesc {
             dims: dims.to_vec(),
@@ -102,30 +117,31 @@ impl Tensor {
         Tensor::from_host(device, &desc, data, None)
     }
 
-    /// Own a new handle, whose type and shape never change.
-    pub(crate) fn wrap(handle: sys::splat_tensor) -> Result<Tensor> {
-        let mut tensor = Tensor {
-            handle,
-            dtype: Dtype::F32,
-            dims: Vec::new(),
-        };
-        let info = tensor.get_info()?;
-        tensor.dtype = info.dtype;
-        tensor.dims = info.dims;
-        Ok(tensor)
+    /// Own a new tensor, whose type and shape never change.
+    pub(crate) fn wrap(make: impl FnOnce(*mut sys::splat_tensor) -> Result<()>) -> Result<Tensor> {
+        held(|| {
+            let mut tensor = Tensor::made(make)?;
+            let info = tensor.get_info()?;
+            tensor.dtype = info.dtype;
+            tensor.dims = info.dims;
+            Ok(tensor)
+        })
     }
 
     /// Dimensions, outermost first.
+    #[must_use]
     pub fn dims(&self) -> &[i64] {
         &self.dims
     }
 
     /// The type of its elements.
+    #[must_use]
     pub fn dtype(&self) -> Dtype {
         self.dtype
     }
 
     /// The number of its elements.
+    #[must_use]
     pub fn elements(&self) -> usize {
         elements(&self.dims)
     }
@@ -133,7 +149,8 @@ impl Tensor {
     /// Copy numbers into the tensor. Without strides `data` has exactly its elements, row-major.
     ///
     /// `strides`: elements between neighbours, one for each dimension, >= 0.
-    /// Errors: `ShapeMismatch` (another number of elements or strides), `InvalidArgument` (another
+    /// # Errors
+    /// `ShapeMismatch` (another number of elements or strides), `InvalidArgument` (another
     /// type, strides that reach beyond `data`), `InvalidState` (mapped), errors of the device.
     pub fn write<T: Element>(&self, data: &[T], strides: Option<&[i64]>) -> Result<()> {
         self.check_type::<T>()?;
@@ -149,6 +166,9 @@ impl Tensor {
 
     /// Copy the tensor into `data`, which stays untouched on an error. Strides as in
     /// [`Tensor::write`], but no two elements may share a place.
+    /// # Errors
+    /// `InvalidArgument` (NULL data, a negative stride, or strides that reach beyond `bytes`),
+    /// `InvalidState` (the tensor is mapped), `OutOfHostMemory`, errors of the device.
     pub fn read<T: Element>(&self, data: &mut [T], strides: Option<&[i64]>) -> Result<()> {
         self.check_type::<T>()?;
         let strides = check_slice("data", &self.dims, data.len(), strides)?;
@@ -162,37 +182,72 @@ impl Tensor {
     }
 
     /// Copy the tensor into a new vector, row-major.
+    /// # Errors
+    /// As [`Tensor::read`].
     pub fn to_vec<T: Element>(&self) -> Result<Vec<T>> {
-        let mut data = vec![T::default(); self.elements()];
+        let mut data = zeros("data", &[self.elements()])?;
         self.read(&mut data, None)?;
         Ok(data)
     }
 
-    /// Give the host the tensor's elements until the mapping is dropped. Meanwhile other calls with
-    /// this tensor return `InvalidState`. With [`Access::WRITE`] the contents are undefined until
-    /// written.
-    pub fn map(&self, access: Access) -> Result<Mapping<'_>> {
-        let mut pointer = std::ptr::null_mut();
-        let mut bytes = 0;
-        call!(splat_tensor_map(
-            self.handle,
-            access.0,
-            &mut pointer,
-            &mut bytes
-        ))?;
-        Ok(Mapping {
-            tensor: self,
-            access,
-            pointer,
-            bytes,
-            lives: PhantomData,
+    /// Give the host the tensor's elements to read until the mapping is dropped. Meanwhile other calls
+    /// with this tensor return `InvalidState`.
+    ///
+    /// ```
+    /// # fn main() -> splat::Result<()> {
+    /// # use splat::{Access, Device, Tensor};
+    /// let device = Device::create(&Default::default())?;
+    /// let tensor = Tensor::from_slice(&device, &[2], &[1.0_f32, 2.0])?;
+    /// assert_eq!(tensor.map::<f32>()?.iter().sum::<f32>(), 3.0);
+    /// tensor.map_mut::<f32>(Access::READ_WRITE)?[0] = 5.0;
+    /// assert_eq!(tensor.to_vec::<f32>()?, [5.0, 2.0]);
+    /// # Ok(())
+    /// # }
+    /// ```
+    /// # Errors
+    /// `InvalidArgument` (another type), `InvalidState` (mapped already, or a tensor of the same
+    /// memory is), `OutOfHostMemory`, errors of the device.
+    pub fn map<T: Element>(&self) -> Result<Mapping<'_, T>> {
+        self.check_type::<T>()?;
+        held(|| {
+            let (mut pointer, mut bytes) = (std::ptr::null_mut(), 0);
+            call!(splat_tensor_map(
+                self.handle,
+                Access::READ.0,
+                &mut pointer,
+                &mut bytes
+            ))?;
+            Ok(Mapping::of(self, pointer, bytes))
+        })
+    }
+
+    /// Give the host the tensor's elements to write. With [`Access::WRITE`] they are undefined until
+    /// written, with [`Access::READ_WRITE`] they are the tensor's.
+    /// # Errors
+    /// As [`Tensor::map`]; `InvalidArgument` also for [`Access::READ`].
+    pub fn map_mut<T: Element>(&self, access: Access) -> Result<MappingMut<'_, T>> {
+        self.check_type::<T>()?;
+        if access == Access::READ {
+            return Err(Error::argument(
+                "access is READ, expected WRITE or READ_WRITE; Tensor::map reads",
+            ));
+        }
+        held(|| {
+            let (mut pointer, mut bytes) = (std::ptr::null_mut(), 0);
+            call!(splat_tensor_map(
+                self.handle,
+                access.0,
+                &mut pointer,
+                &mut bytes
+            ))?;
+            Ok(MappingMut(Mapping::of(self, pointer, bytes)))
         })
     }
 
     /// A pointer to the elements, row-major, and their bytes, good until the tensor is dropped. No
     /// call that uses the tensor may run on another thread while it is followed.
-    ///
-    /// Errors: `Unsupported` where the device's memory is not the host's.
+    /// # Errors
+    /// `Unsupported` where the device's memory is not the host's.
     pub fn host_pointer(&self) -> Result<(*mut c_void, usize)> {
         let mut pointer = std::ptr::null_mut();
         let mut bytes = 0;
@@ -205,8 +260,8 @@ impl Tensor {
     }
 
     /// Share the memory as a DLPack tensor on the CPU. The caller must call its deleter once.
-    ///
-    /// Errors: as [`Tensor::host_pointer`].
+    /// # Errors
+    /// As [`Tensor::host_pointer`].
     pub fn to_dlpack(&self) -> Result<*mut sys::DLManagedTensorVersioned> {
         let mut managed = std::ptr::null_mut();
         call!(splat_tensor_to_dlpack(self.handle, &mut managed))?;
@@ -214,6 +269,8 @@ impl Tensor {
     }
 
     /// Describe the tensor.
+    /// # Errors
+    /// Another version of the library.
     pub fn get_info(&self) -> Result<TensorInfo> {
         let mut info = sys::splat_tensor_info::default();
         call!(splat_tensor_get_info(self.handle, &mut info))?;
@@ -221,6 +278,8 @@ impl Tensor {
     }
 
     /// Measure a tensor of [`Dtype::F32`] on the device.
+    /// # Errors
+    /// `InvalidArgument` (struct or dtype), `InvalidState` (mapped), errors of the device.
     pub fn check(&self) -> Result<TensorStats> {
         let mut stats = sys::splat_tensor_stats::default();
         call!(splat_tensor_check(self.handle, &mut stats))?;
@@ -239,7 +298,7 @@ impl Tensor {
     }
 }
 
-/// A tensor's elements in host memory. Dropping it ends the mapping.
+/// A tensor's elements in host memory, a slice, row-major. Dropping it ends the mapping.
 ///
 /// It cannot outlive the tensor:
 ///
@@ -247,50 +306,31 @@ impl Tensor {
 /// # fn escape(device: &splat::Device) -> splat::Result<()> {
 /// let mapping = {
 ///     let tensor = splat::Tensor::from_slice(device, &[2], &[1.0_f32, 2.0])?;
-///     tensor.map(splat::Access::READ)?
+///     tensor.map::<f32>()?
 /// };
-/// println!("{:?}", mapping.as_slice::<f32>()?);
+/// println!("{:?}", mapping);
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug)]
-pub struct Mapping<'a> {
+#[must_use]
+pub struct Mapping<'a, T: Element> {
     tensor: &'a Tensor,
-    access: Access,
-    pointer: *mut c_void,
-    bytes: usize,
-    lives: PhantomData<&'a mut [u8]>,
+    pointer: *mut T,
+    length: usize,
 }
 
-impl Mapping<'_> {
-    /// The elements, row-major.
-    ///
-    /// Errors: `InvalidArgument` for another type than the tensor's.
-    pub fn as_slice<T: Element>(&self) -> Result<&[T]> {
-        self.tensor.check_type::<T>()?;
-        let length = self.bytes / std::mem::size_of::<T>();
-        // SAFETY: the library refuses other calls with a mapped tensor or its memory, which it keeps.
-        Ok(unsafe { std::slice::from_raw_parts(self.pointer.cast(), length) })
-    }
-
-    /// The elements, to be written.
-    ///
-    /// Errors: `InvalidArgument` for another type than the tensor's, `InvalidState` without write
-    /// access.
-    pub fn as_mut_slice<T: Element>(&mut self) -> Result<&mut [T]> {
-        self.tensor.check_type::<T>()?;
-        if self.access == Access::READ {
-            return Err(Error::new(
-                Code::InvalidState,
-                "the tensor is mapped to be read only; map it with Access::READ_WRITE",
-            ));
+impl<'a, T: Element> Mapping<'a, T> {
+    fn of(tensor: &'a Tensor, pointer: *mut c_void, bytes: usize) -> Self {
+        Mapping {
+            tensor,
+            pointer: pointer.cast(),
+            length: bytes / std::mem::size_of::<T>(),
         }
-        let length = self.bytes / std::mem::size_of::<T>();
-        // SAFETY: as in as_slice; this mapping is borrowed alone.
-        Ok(unsafe { std::slice::from_raw_parts_mut(self.pointer.cast(), length) })
     }
 
-    /// End the mapping and tell whether that worked; written values are the tensor's then.
+    /// End the mapping and tell whether that worked.
+    /// # Errors
+    /// Errors of the device.
     pub fn unmap(self) -> Result<()> {
         let handle = self.tensor.handle;
         std::mem::forget(self);
@@ -298,10 +338,59 @@ impl Mapping<'_> {
     }
 }
 
-impl Drop for Mapping<'_> {
+impl<T: Element> std::ops::Deref for Mapping<'_, T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        // SAFETY: the library refuses other calls with a mapped tensor or its memory, which it keeps.
+        unsafe { std::slice::from_raw_parts(self.pointer, self.length) }
+    }
+}
+
+impl<T: Element + fmt::Debug> fmt::Debug for Mapping<'_, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(self.iter()).finish()
+    }
+}
+
+impl<T: Element> Drop for Mapping<'_, T> {
     fn drop(&mut self) {
         // SAFETY: the tensor is alive and mapped. An error of the device shows in its next call.
-        unsafe { sys::splat_tensor_unmap(self.tensor.handle) };
+        dropping(|| unsafe { sys::splat_tensor_unmap(self.tensor.handle) });
+    }
+}
+
+/// A [`Mapping`] that can be written.
+#[must_use]
+pub struct MappingMut<'a, T: Element>(Mapping<'a, T>);
+
+impl<T: Element> MappingMut<'_, T> {
+    /// See [`Mapping::unmap`]; written values are the tensor's then.
+    /// # Errors
+    /// Errors of the device.
+    pub fn unmap(self) -> Result<()> {
+        self.0.unmap()
+    }
+}
+
+impl<T: Element> std::ops::Deref for MappingMut<'_, T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        &self.0
+    }
+}
+
+impl<T: Element> std::ops::DerefMut for MappingMut<'_, T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        // SAFETY: as in Mapping::deref; this mapping is borrowed alone.
+        unsafe { std::slice::from_raw_parts_mut(self.0.pointer, self.0.length) }
+    }
+}
+
+impl<T: Element + fmt::Debug> fmt::Debug for MappingMut<'_, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
     }
 }
 

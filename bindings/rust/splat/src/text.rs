@@ -2,14 +2,73 @@
 
 use crate::error::{check, Error, Result};
 use crate::load::loaded;
+use crate::log::held;
+use crate::values::{Camera, Code};
 use splat_sys as sys;
+use std::alloc::{alloc_zeroed, Layout};
 use std::ffi::{CStr, CString};
-use std::fmt;
 use std::os::raw::{c_char, c_void};
 use std::path::Path;
 
 /// Bytes of the first try of a call that writes text.
 const FIRST_CAPACITY: usize = 1024;
+
+/// Types of which zero is a value, and that own nothing.
+///
+/// # Safety
+/// Bytes of 0 are a value of the type.
+pub unsafe trait Plain: Copy {}
+
+macro_rules! plain {
+    ($($kind:ty),*) => {
+        // SAFETY: numbers, and structs of C of numbers and pointers.
+        $(unsafe impl Plain for $kind {})*
+    };
+}
+plain!(
+    u8,
+    u16,
+    i32,
+    u32,
+    f32,
+    f64,
+    Camera,
+    sys::splat_picture_info,
+    sys::splat_port
+);
+
+/// Zeros that a call fills, as many as the product of `sizes`. Memory that is not written is not
+/// used.
+/// # Errors
+/// More than there is memory for, naming `argument`.
+pub(crate) fn zeros<T: Plain>(argument: &str, sizes: &[usize]) -> Result<Vec<T>> {
+    let length = sizes
+        .iter()
+        .try_fold(1_usize, |all, &size| all.checked_mul(size));
+    let layout = length.and_then(|length| Layout::array::<T>(length).ok());
+    let refuse = || {
+        let words: Vec<String> = sizes.iter().map(usize::to_string).collect();
+        let bytes = std::mem::size_of::<T>();
+        Error::new(
+            Code::OutOfHostMemory,
+            format!(
+                "{argument}: no memory for {} values of {bytes} bytes; expected less",
+                words.join(" x ")
+            ),
+        )
+    };
+    let (length, layout) = length.zip(layout).ok_or_else(refuse)?;
+    if layout.size() == 0 {
+        return Ok(Vec::new());
+    }
+    // SAFETY: the layout is that of an array that is not empty.
+    let pointer = unsafe { alloc_zeroed(layout) };
+    if pointer.is_null() {
+        return Err(refuse());
+    }
+    // SAFETY: from the same allocator, with this layout; bytes of 0 are values.
+    Ok(unsafe { Vec::from_raw_parts(pointer.cast(), length, length) })
+}
 
 /// A text of C that the caller knows to be alive; bytes that are not UTF-8 end it.
 ///
@@ -53,17 +112,16 @@ pub(crate) fn chars(array: &[c_char]) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// A text for C. Errors: a NUL within, naming `argument`.
+/// A text for C.
+/// # Errors
+/// A NUL within, naming `argument`.
 pub(crate) fn c_text(argument: &str, text: &str) -> Result<CString> {
-    CString::new(text).map_err(|error| {
-        Error::argument(format!(
-            "{argument}: the text has a NUL at byte {}; remove it",
-            error.nul_position()
-        ))
-    })
+    CString::new(text).map_err(|error| Error::nul(argument, error))
 }
 
-/// A path for C, which takes UTF-8. Errors: other paths, naming them.
+/// A path for C, which takes UTF-8.
+/// # Errors
+/// Other paths, naming them.
 pub(crate) fn c_path(argument: &str, path: &Path) -> Result<CString> {
     match path.to_str() {
         Some(text) => c_text(argument, text),
@@ -72,6 +130,11 @@ pub(crate) fn c_path(argument: &str, path: &Path) -> Result<CString> {
             path.display()
         ))),
     }
+}
+
+/// Paths for C that may be missing.
+pub(crate) fn c_optional_path(argument: &str, path: Option<&Path>) -> Result<Option<CString>> {
+    path.map(|path| c_path(argument, path)).transpose()
 }
 
 /// Texts for C that may be missing.
@@ -133,43 +196,47 @@ fn grown(
     first: usize,
     mut call: impl FnMut(*mut c_void, usize, *mut usize) -> sys::splat_result,
 ) -> Result<Vec<u8>> {
-    loaded()?;
-    let mut buffer = vec![0_u8; first];
-    loop {
-        let mut needed = 0;
-        let result = call(buffer.as_mut_ptr().cast(), buffer.len(), &mut needed);
-        if result == sys::SPLAT_INCOMPLETE && needed > buffer.len() {
-            crate::log::resume_panic();
-            buffer = vec![0_u8; needed];
-            continue;
+    held(|| {
+        loaded()?;
+        let mut buffer: Vec<u8> = zeros("buffer", &[first])?;
+        loop {
+            let mut needed = 0;
+            let result = call(buffer.as_mut_ptr().cast(), buffer.len(), &mut needed);
+            if result == sys::SPLAT_INCOMPLETE && needed > buffer.len() {
+                buffer = zeros("buffer", &[needed])?;
+                continue;
+            }
+            check(result)?;
+            buffer.truncate(needed);
+            return Ok(buffer);
         }
-        check(result)?;
-        buffer.truncate(needed);
-        return Ok(buffer);
-    }
+    })
 }
 
 /// Structs that a call writes, with a count of 32 bits; it is asked for their number first.
-pub(crate) fn items<T: Clone + Default>(
+pub(crate) fn items<T: Plain>(
     mut call: impl FnMut(*mut T, u32, *mut u32) -> sys::splat_result,
 ) -> Result<Vec<T>> {
-    loaded()?;
-    let mut items: Vec<T> = Vec::new();
-    loop {
-        let mut count = 0;
-        let result = call(items.as_mut_ptr(), items.len() as u32, &mut count);
-        if result == sys::SPLAT_INCOMPLETE && count as usize > items.len() {
-            crate::log::resume_panic();
-            items = vec![T::default(); count as usize];
-            continue;
+    held(|| {
+        loaded()?;
+        let mut items: Vec<T> = Vec::new();
+        loop {
+            let mut count = 0;
+            let result = call(items.as_mut_ptr(), items.len() as u32, &mut count);
+            if result == sys::SPLAT_INCOMPLETE && count as usize > items.len() {
+                items = zeros("items", &[count as usize])?;
+                continue;
+            }
+            check(result)?;
+            items.truncate(count as usize);
+            return Ok(items);
         }
-        check(result)?;
-        items.truncate(count as usize);
-        return Ok(items);
-    }
+    })
 }
 
-/// A length for C. Errors: more than 32 bits, naming `argument`.
+/// A length for C.
+/// # Errors
+/// More than 32 bits, naming `argument`.
 pub(crate) fn count(argument: &str, length: usize) -> Result<u32> {
     u32::try_from(length).map_err(|_| {
         Error::argument(format!(
@@ -179,7 +246,9 @@ pub(crate) fn count(argument: &str, length: usize) -> Result<u32> {
     })
 }
 
-/// Pointer and length of an optional array. Errors: an empty one, whose length of 0 would tell the
+/// Pointer and length of an optional array.
+/// # Errors
+/// An empty one, whose length of 0 would tell the
 /// library to trust the pointer.
 pub(crate) fn array<T>(argument: &str, slice: Option<&[T]>) -> Result<(*const T, u64)> {
     match slice {
@@ -202,36 +271,4 @@ fn empty(argument: &str) -> Error {
     Error::argument(format!(
         "{argument}: the slice is empty; pass None for no array"
     ))
-}
-
-/// Debug text of a number with named values.
-pub(crate) fn number(
-    f: &mut fmt::Formatter<'_>,
-    kind: &str,
-    number: i32,
-    names: &[(&str, i32)],
-) -> fmt::Result {
-    match names.iter().find(|(_, value)| *value == number) {
-        Some((name, _)) => write!(f, "{kind}::{name}"),
-        None => write!(f, "{kind}({number})"),
-    }
-}
-
-/// Debug text of bits with names.
-pub(crate) fn bits(
-    f: &mut fmt::Formatter<'_>,
-    kind: &str,
-    bits: u32,
-    names: &[(&str, u32)],
-) -> fmt::Result {
-    let mut rest = bits;
-    let mut words: Vec<String> = Vec::new();
-    for (name, bit) in names.iter().filter(|(_, bit)| bits & bit == *bit) {
-        rest &= !bit;
-        words.push((*name).to_owned());
-    }
-    if rest != 0 || words.is_empty() {
-        words.push(format!("{rest:#x}"));
-    }
-    write!(f, "{kind}({})", words.join(" | "))
 }

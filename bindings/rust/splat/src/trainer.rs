@@ -7,13 +7,13 @@ use crate::model::Model;
 use crate::object::{object, Serial};
 use crate::text::{array, bytes, c_optional, c_path, pointer, text};
 use crate::values::{Camera, TrainerInfo};
-use crate::weights::{made, Weights};
+use crate::weights::Weights;
 use splat_sys as sys;
 use std::path::Path;
 
 /// B = opt.batch_size objects with V = data.input_images input and T = opt.imgs_per_obj target
 /// images; poses are relative to the object's first input image.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrainerBatch<'a> {
     /// `[B*V,channels,R,R]`
     pub images: Option<&'a [f32]>,
@@ -120,41 +120,57 @@ unsafe impl Send for Trainer {}
 impl Trainer {
     /// Create a trainer; the parameters of its network are zero. `config`: from
     /// [`config::merge`](crate::config::merge); None: the defaults.
+    ///
+    /// ```
+    /// use splat::prelude::*;
+    /// # let device = Device::create(&Default::default())?;
+    /// # let config = "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], attention_resolutions: [8]}\n\
+    /// #               data: {training_resolution: 16}\n";
+    /// let trainer = Trainer::create(&device, Some(config))?;
+    /// trainer.model()?.init(1)?;
+    /// let state = trainer.save_memory()?;
+    /// trainer.resume_memory(&state)?;
+    /// assert!(trainer.store()?.count()? > 0);
+    /// # Ok::<(), splat::Error>(())
+    /// ```
+    /// # Errors
+    /// `InvalidArgument` (an unknown key, with the nearest known one), `Unsupported`,
+    /// `OutOfHostMemory`, errors of the device.
     pub fn create(device: &Device, config: Option<&str>) -> Result<Trainer> {
         let config = c_optional("config", config)?;
         let raw = sys::splat_trainer_desc {
             config: pointer(&config),
             ..Default::default()
         };
-        let mut handle = std::ptr::null_mut();
-        call!(splat_trainer_create(device.handle, &raw, &mut handle))?;
-        Ok(Trainer {
-            handle,
-            serial: Serial::new(),
-        })
+        Trainer::made(|handle| call!(splat_trainer_create(device.handle, &raw, handle)))
     }
 
     /// The network in training, to initialise, load, store and read it. It keeps the trainer's
     /// memory alive.
+    /// # Errors
+    /// Another version of the library.
     pub fn model(&self) -> Result<Model> {
-        let mut handle = std::ptr::null_mut();
-        call!(splat_trainer_model(self.handle, &mut handle))?;
-        Ok(Model {
-            handle,
-            serial: self.serial.clone(),
-        })
+        let mut model = Model::made(|handle| call!(splat_trainer_model(self.handle, handle)))?;
+        model.serial = self.serial.clone();
+        Ok(model)
     }
 
     /// Do one update. On an error there is none.
+    /// # Errors
+    /// `ShapeMismatch` (channels, objects, a count, a picture), `InvalidArgument`, `InvalidState`
+    /// (a tensor of the model is mapped), `OutOfHostMemory`, errors of the device.
     pub fn step(&self, batch: &TrainerBatch<'_>) -> Result<TrainerInfo> {
         let raw = batch.to_raw()?;
         let mut info = sys::splat_trainer_info::default();
-        let _lock = self.serial.lock();
-        call!(splat_trainer_step(self.handle, &raw, &mut info))?;
-        Ok(TrainerInfo::from_raw(&info))
+        self.serial.with(|| {
+            call!(splat_trainer_step(self.handle, &raw, &mut info))?;
+            Ok(TrainerInfo::from_raw(&info))
+        })
     }
 
     /// JSON: step, attempts, parameters, trainable, configuration.
+    /// # Errors
+    /// Another version of the library.
     pub fn report(&self) -> Result<String> {
         // SAFETY: the buffer lives through the call.
         text(|buffer, capacity, needed| unsafe {
@@ -163,42 +179,56 @@ impl Trainer {
     }
 
     /// Store the averaged weights as a state dict, or the current ones if there are none.
+    /// # Errors
+    /// Errors of the device.
     pub fn store(&self) -> Result<Weights> {
-        let _lock = self.serial.lock();
-        made(|weights| call!(splat_trainer_store(self.handle, weights)))
+        self.serial
+            .with(|| Weights::made(|weights| call!(splat_trainer_store(self.handle, weights))))
     }
 
     /// Save everything that the next step depends on in a .safetensors file, whole or not at all.
+    /// # Errors
+    /// `NotFound`, `Io` (cannot be written), errors of the device.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = c_path("path", path.as_ref())?;
-        let _lock = self.serial.lock();
-        call!(splat_trainer_save(self.handle, path.as_ptr()))
+        self.serial
+            .with(|| call!(splat_trainer_save(self.handle, path.as_ptr())))
     }
 
     /// The same bytes.
+    /// # Errors
+    /// `NotFound`, `Io` (cannot be written), errors of the device.
     pub fn save_memory(&self) -> Result<Vec<u8>> {
-        let _lock = self.serial.lock();
-        // SAFETY: the buffer lives through the call.
-        bytes(|buffer, capacity, needed| unsafe {
-            sys::splat_trainer_save_memory(self.handle, buffer, capacity, needed)
+        self.serial.with(|| {
+            // SAFETY: the buffer lives through the call.
+            bytes(|buffer, capacity, needed| unsafe {
+                sys::splat_trainer_save_memory(self.handle, buffer, capacity, needed)
+            })
         })
     }
 
     /// Resume from such a file, bit-exactly. On an error the trainer is unchanged.
+    /// # Errors
+    /// `InvalidArgument` (a file of another network or optimiser), `NotFound`, `Io`, `Format`
+    /// (damaged (it has a checksum), or not such a file).
     pub fn resume(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = c_path("path", path.as_ref())?;
-        let _lock = self.serial.lock();
-        call!(splat_trainer_resume(self.handle, path.as_ptr()))
+        self.serial
+            .with(|| call!(splat_trainer_resume(self.handle, path.as_ptr())))
     }
 
     /// Resume from the bytes of such a file.
+    /// # Errors
+    /// `InvalidArgument` (a file of another network or optimiser), `NotFound`, `Io`, `Format`
+    /// (damaged (it has a checksum), or not such a file).
     pub fn resume_memory(&self, data: &[u8]) -> Result<()> {
-        let _lock = self.serial.lock();
-        call!(splat_trainer_resume_memory(
-            self.handle,
-            data.as_ptr().cast(),
-            data.len()
-        ))
+        self.serial.with(|| {
+            call!(splat_trainer_resume_memory(
+                self.handle,
+                data.as_ptr().cast(),
+                data.len()
+            ))
+        })
     }
 }
 
@@ -214,16 +244,19 @@ unsafe impl Send for Batches {}
 impl Batches {
     /// Begin with a data set, opened at data.training_resolution, with the maps and background of
     /// the configuration. `config`: that of the trainer.
+    /// # Errors
+    /// `InvalidArgument` (config, a data set opened otherwise), `Format` (an object has too few
+    /// views), `OutOfHostMemory`.
     pub fn create(dataset: &Dataset, config: Option<&str>, seed: u64) -> Result<Batches> {
         let config = c_optional("config", config)?;
-        let mut handle = std::ptr::null_mut();
-        call!(splat_batches_create(
-            dataset.handle,
-            pointer(&config),
-            seed,
-            &mut handle
-        ))?;
-        Ok(Batches { handle })
+        Batches::made(|handle| {
+            call!(splat_batches_create(
+                dataset.handle,
+                pointer(&config),
+                seed,
+                handle
+            ))
+        })
     }
 
     /// Get the batch of a step for [`Trainer::step`]. It lives until the next call:
@@ -236,8 +269,8 @@ impl Batches {
     /// # Ok(())
     /// # }
     /// ```
-    ///
-    /// Errors: as [`Dataset::read`]; the next call tries again.
+    /// # Errors
+    /// As [`Dataset::read`]; the next call tries again.
     pub fn next(&mut self, step: u64) -> Result<TrainerBatch<'_>> {
         let mut raw = sys::splat_trainer_batch::default();
         call!(splat_batches_next(self.handle, step, &mut raw))?;

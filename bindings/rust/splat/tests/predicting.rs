@@ -7,10 +7,11 @@ use splat::{
     Found, Image, ImageView, ImageViewMut, Lpips, Picture, PictureCut, PictureFlags, PictureSource,
     Predictor, PredictorDesc, Score, ScoreSet, SyntheticDesc, Weights, WeightsFlags,
 };
+use std::path::PathBuf;
 use support::{device, Folder};
 
 fn disc() -> Image<u8> {
-    let mut picture = Image::<u8>::new([80, 64], 4);
+    let mut picture = Image::<u8>::new([80, 64], 4).unwrap();
     for (i, pixel) in picture.pixels.chunks_mut(4).enumerate() {
         let (x, y) = ((i % 80) as i32, (i / 80) as i32);
         let inside = (2 * x - 79).pow(2) + (2 * y - 63).pow(2) < 2304;
@@ -53,7 +54,7 @@ fn bad_pictures_are_refused() {
     let predict = |pictures: &[Picture<'_>]| predictor.predict(pictures).unwrap_err();
     assert_eq!(predict(&[]).code(), Code::InvalidArgument);
     assert_eq!(predict(&[Picture::default()]).code(), Code::InvalidArgument);
-    let missing = predict(&[Picture::file("no.png".as_ref())]);
+    let missing = predict(&[Picture::file("no.png")]);
     assert_eq!(missing.code(), Code::NotFound);
     let short = ImageView::new(&[0_u8; 10], [4, 4], 3).unwrap();
     assert_eq!(
@@ -69,7 +70,7 @@ fn bad_pictures_are_refused() {
     };
     assert!(!predict(&[map]).message().is_empty());
     let missing = PredictorDesc {
-        weights_path: Some("no.safetensors"),
+        weights_path: Some("no.safetensors".as_ref()),
         ..Default::default()
     };
     assert_eq!(
@@ -80,7 +81,11 @@ fn bad_pictures_are_refused() {
         .unwrap_err()
         .message()
         .contains("cars64"));
-    assert!(splat::builtin_weights(None).unwrap().contains("cars64"));
+    assert!(splat::builtin_weights(None)
+        .unwrap()
+        .to_str()
+        .unwrap()
+        .contains("cars64"));
 }
 
 #[test]
@@ -115,10 +120,10 @@ fn a_picture_is_cut_out() {
 }
 
 /// A data set of two test objects with four views.
-fn data(folder: &Folder) -> String {
-    let path = folder.text("data");
+fn data(folder: &Folder) -> PathBuf {
+    let path = folder.join("data");
     let desc = SyntheticDesc {
-        path: &path,
+        path: Some(&path),
         resolution: 64,
         test_views: 4,
         test_objects: 2,
@@ -174,13 +179,13 @@ fn a_predictor_is_scored() {
     assert!((again.novel.psnr - scores.novel.psnr).abs() < 1e-6);
     evaluator.score(1).unwrap();
     assert_eq!(evaluator.summary().unwrap().objects, 2);
-    evaluator.save(&folder.text("eval")).unwrap();
+    evaluator.save(folder.join("eval")).unwrap();
     assert!(evaluator.report().unwrap().contains("\"schema\": 1"));
-    evaluator.load(&folder.text("eval")).unwrap();
+    evaluator.load(folder.join("eval")).unwrap();
     assert_eq!(evaluator.summary().unwrap().objects, 2);
-    let missing = evaluator.load(&folder.text("nowhere")).unwrap_err();
+    let missing = evaluator.load(folder.join("nowhere")).unwrap_err();
     assert_eq!(missing.code(), Code::NotFound);
-    let set = folder.text("eval");
+    let set = folder.join("eval");
     let same = Comparison::of_scores(
         ScoreSet::Path(&set),
         ScoreSet::Path(&set),
@@ -200,7 +205,7 @@ fn an_object_of_a_data_set_becomes_a_scene() {
     let path = data(&folder);
     let predictor = Predictor::create(device(), &Default::default()).unwrap();
     let desc = DatasetDesc {
-        path: &path,
+        path: Some(&path),
         split: Some("test"),
         resolution: 64,
         background: predictor.get_info().unwrap().background,
@@ -252,7 +257,7 @@ fn methods_are_compared() {
     let twice = [a[0].clone(), a[0].clone()];
     assert!(compare(&twice, &b).is_err());
     let missing = Comparison::of_scores(
-        ScoreSet::Path("no.csv"),
+        ScoreSet::Path("no.csv".as_ref()),
         ScoreSet::Scores(&b),
         &Default::default(),
     );

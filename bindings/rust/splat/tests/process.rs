@@ -4,9 +4,8 @@
 mod support;
 
 use splat::{
-    image, log, Code, DecodeLimits, Device, DeviceDesc, EvaluatedViews, Evaluator, EvaluatorDesc,
-    Image, ImageFormat, LogLevel, NamedArray, Predictor, Scene, SyntheticDesc, Tensor, Trainer,
-    Training, Weights, WeightsFormat,
+    image, log, Code, DecodeLimits, Device, DeviceDesc, Image, ImageFormat, LogLevel, NamedArray,
+    PortKind, Scene, Tensor, Trainer, Training, Weights, WeightsFormat,
 };
 use std::cell::RefCell;
 use std::panic::{catch_unwind, AssertUnwindSafe};
@@ -14,7 +13,7 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Barrier, Mutex};
 use std::time::Duration;
-use support::{model_and_optimizer, Folder};
+use support::model_and_optimizer;
 
 /// Run a test of this program, which is ignored otherwise, in a process of its own.
 fn run_alone(name: &str) {
@@ -49,8 +48,24 @@ fn limits_of_decoding_hold_until_they_are_replaced() {
 }
 
 #[test]
-fn calls_on_one_network_wait_for_each_other() {
-    run_alone("alone_waiting");
+fn a_callback_uses_what_shares_a_network() {
+    run_alone("alone_sharing");
+}
+
+#[test]
+fn clearing_waits_for_every_callback_that_runs() {
+    run_alone("alone_clearing");
+}
+
+#[test]
+fn calls_of_an_ending_thread_return_after_a_panic() {
+    run_alone("alone_ending_thread");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_panic_in_the_callback_leaks_no_object() {
+    run_alone("alone_leak");
 }
 
 #[test]
@@ -66,7 +81,7 @@ fn a_forked_child_gets_errors() {
 
 /// Opens a device, of which the library tells at the level of information.
 fn cause_messages() {
-    Device::create(&DeviceDesc::default()).unwrap();
+    drop(Device::create(&DeviceDesc::default()).unwrap());
 }
 
 #[test]
@@ -138,7 +153,7 @@ fn alone_replaced() {
 #[test]
 #[ignore = "run by limits_of_decoding_hold_until_they_are_replaced"]
 fn alone_limits() {
-    let png = Image::<u8>::new([64, 64], 3);
+    let png = Image::<u8>::new([64, 64], 3).unwrap();
     let png = image::save_memory(png.view().unwrap(), ImageFormat::PNG).unwrap();
     let jpeg = include_bytes!("../../../../tests/fuzz/corpora/jpeg/progressive");
     let tensors = ["a", "b"].map(|name| NamedArray {
@@ -165,7 +180,7 @@ fn alone_limits() {
         bytes_besides,
         ..none
     };
-    refused(bytes(1, 1000), &read_png, "splat_decode_set_limits");
+    refused(bytes(1, 1000), &read_png, "set_decode_limits");
     for limits in [bytes(1000, 1000), bytes(1, 1 << 20)] {
         splat::set_decode_limits(&limits).unwrap();
         read_png().unwrap();
@@ -179,75 +194,129 @@ fn alone_limits() {
     read_tensors().unwrap();
 }
 
-/// Assert that `second` waits while `first`, a call that fails, is in the callback with its message.
-fn assert_waits(what: &str, first: impl FnOnce() + Send, second: impl FnOnce() + Send) {
-    let (entered, leave) = (Arc::new(Barrier::new(2)), Arc::new(Barrier::new(2)));
-    let (enter, left) = (Arc::clone(&entered), Arc::clone(&leave));
-    let is_first = AtomicBool::new(true);
+/// What a network and what shares it are made with.
+const TINY: &str =
+    "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], attention_resolutions: [8]}\n\
+     data: {training_resolution: 16}\n";
+
+/// Do `work` on another thread, which must end.
+fn assert_ends(what: &str, work: impl FnOnce() + Send + 'static) {
+    let (sender, done) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        work();
+        sender.send(()).unwrap();
+    });
+    let ended = done.recv_timeout(Duration::from_secs(30));
+    assert!(ended.is_ok(), "{what}: {ended:?}");
+}
+
+#[test]
+#[ignore = "run by a_callback_uses_what_shares_a_network"]
+fn alone_sharing() {
+    let device = support::device();
+    let trainer = Trainer::create(device, Some(TINY)).unwrap();
+    let calls = Arc::new(AtomicUsize::new(0));
+    let (counted, model) = (Arc::clone(&calls), Mutex::new(trainer.model().unwrap()));
     log::set_callback(LogLevel::DEBUG, move |_, _| {
-        if is_first.swap(false, Ordering::Relaxed) {
-            enter.wait();
-            left.wait();
-        }
+        let ports = model.lock().unwrap().ports(PortKind::INPUT).unwrap();
+        counted.fetch_add(ports.len(), Ordering::Relaxed);
     })
     .unwrap();
-    std::thread::scope(|scope| {
-        scope.spawn(first);
-        entered.wait();
-        let (sender, done) = std::sync::mpsc::channel();
-        scope.spawn(move || {
-            second();
-            sender.send(()).unwrap();
-        });
-        let waited = done.recv_timeout(Duration::from_millis(500)).is_err();
-        leave.wait();
-        assert!(waited, "{what}: a call did not wait");
-        done.recv().unwrap();
+    assert_ends("the network of a trainer", move || {
+        trainer.resume_memory(b"bad").unwrap_err();
     });
+    assert!(calls.swap(0, Ordering::Relaxed) > 0);
+
+    let (model, optimizer) = model_and_optimizer(device, TINY);
+    let (counted, optimizer) = (Arc::clone(&calls), Mutex::new(optimizer));
+    log::set_callback(LogLevel::DEBUG, move |_, _| {
+        optimizer.lock().unwrap().zero_gradients().unwrap();
+        counted.fetch_add(1, Ordering::Relaxed);
+    })
+    .unwrap();
+    assert_ends("the optimizer of a network", move || {
+        let error = model.write("nothing", &[]).unwrap_err();
+        assert_eq!(error.code(), Code::NotFound, "{error}");
+    });
+    assert!(calls.load(Ordering::Relaxed) > 0);
     log::clear_callback().unwrap();
 }
 
 #[test]
-#[ignore = "run by calls_on_one_network_wait_for_each_other"]
-fn alone_waiting() {
-    let folder = Folder::new("waiting");
-    let path = folder.text("data");
-    let desc = SyntheticDesc {
-        path: &path,
-        resolution: 64,
-        test_views: 2,
-        test_objects: 1,
-        ..Default::default()
-    };
-    splat::synthetic_write(&desc, 0).unwrap();
-    let device = Device::create(&Default::default()).unwrap();
-    let predictor = Predictor::create(&device, &Default::default()).unwrap();
-    let desc = EvaluatorDesc {
-        predictor: Some(&predictor),
-        data_path: Some(&path),
-        ..Default::default()
-    };
-    let [one, other] = [(); 2].map(|()| Evaluator::create(&desc).unwrap());
-    let fails = move || drop(one.score(9).unwrap_err());
-    assert_waits("evaluators of one predictor", fails, move || {
-        other.read(0, &mut EvaluatedViews::default()).unwrap();
+#[ignore = "run by clearing_waits_for_every_callback_that_runs"]
+fn alone_clearing() {
+    let (entered, leave) = (Arc::new(Barrier::new(2)), Arc::new(Barrier::new(2)));
+    let (enter, left) = (Arc::clone(&entered), Arc::clone(&leave));
+    let runs = Arc::new(AtomicBool::new(false));
+    let running = Arc::clone(&runs);
+    log::set_callback(LogLevel::DEBUG, move |_, _| {
+        if !running.swap(true, Ordering::SeqCst) {
+            enter.wait();
+            left.wait();
+            std::thread::sleep(Duration::from_millis(100));
+            running.store(false, Ordering::SeqCst);
+            log::clear_callback().unwrap(); // no further message
+        }
+    })
+    .unwrap();
+    std::thread::scope(|scope| {
+        scope.spawn(cause_messages);
+        entered.wait();
+        scope.spawn(|| log::set_callback(LogLevel::DEBUG, |_, _| {}).unwrap());
+        std::thread::sleep(Duration::from_millis(200)); // it waits
+        let (sender, cleared) = std::sync::mpsc::channel();
+        let runs = &runs;
+        scope.spawn(move || {
+            log::clear_callback().unwrap();
+            sender.send(runs.load(Ordering::SeqCst)).unwrap();
+        });
+        let early = cleared.recv_timeout(Duration::from_millis(300)).ok();
+        leave.wait();
+        let runs = early.unwrap_or_else(|| cleared.recv().unwrap());
+        assert!(!runs, "the first callback still runs");
     });
+}
 
-    let config =
-        "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], attention_resolutions: [8]}\n\
-                  data: {training_resolution: 16}\n";
-    let trainer = Trainer::create(&device, Some(config)).unwrap();
-    let model = trainer.model().unwrap();
-    let fails = move || drop(trainer.resume_memory(b"none").unwrap_err());
-    assert_waits("a trainer and its network", fails, move || {
-        model.init(1).unwrap();
-    });
+/// Calls the library when its thread ends.
+struct Last;
 
-    let (model, optimizer) = model_and_optimizer(&device, config);
-    let fails = move || drop(model.read("none", &mut [0.0]).unwrap_err());
-    assert_waits("a network and its optimizer", fails, move || {
-        optimizer.zero_gradients().unwrap();
+impl Drop for Last {
+    fn drop(&mut self) {
+        assert!(Device::count().unwrap() > 0);
+        drop(support::scene(2));
+    }
+}
+
+#[test]
+#[ignore = "run by calls_of_an_ending_thread_return_after_a_panic"]
+fn alone_ending_thread() {
+    thread_local!(static LAST: Last = const { Last });
+    log::set_callback(LogLevel::DEBUG, |_, text| panic!("of {text}")).unwrap();
+    std::thread::spawn(|| {
+        LAST.with(|_| ());
+        catch_unwind(cause_messages).unwrap_err();
+    })
+    .join()
+    .unwrap();
+    log::clear_callback().unwrap();
+    cause_messages();
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+#[ignore = "run by a_panic_in_the_callback_leaks_no_object"]
+fn alone_leak() {
+    let threads = || std::fs::read_dir("/proc/self/task").unwrap().count();
+    cause_messages();
+    let before = threads();
+    log::set_callback(LogLevel::DEBUG, |_, text| panic!("of {text}")).unwrap();
+    (0..4).for_each(|_| drop(catch_unwind(cause_messages).unwrap_err()));
+    log::clear_callback().unwrap();
+    let late = (0..50).take_while(|_| {
+        std::thread::sleep(Duration::from_millis(20));
+        threads() > before
     });
+    assert!(late.count() < 50, "{} threads, {before} before", threads());
 }
 
 #[test]
@@ -256,7 +325,7 @@ fn alone_live_objects() {
     log::set_callback(LogLevel::DEBUG, |_, _| {}).unwrap();
     let device = support::device();
     let tensor = Tensor::from_slice(device, &[4], &[0.0_f32; 4]).unwrap();
-    std::mem::forget(tensor.map(splat::Access::READ).unwrap());
+    std::mem::forget(tensor.map::<f32>().unwrap());
     std::mem::forget(tensor);
     std::mem::forget(support::scene(3));
     std::mem::forget(support::rasterizer(device, Default::default()));

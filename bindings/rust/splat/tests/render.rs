@@ -306,7 +306,7 @@ fn bad_calls_of_the_rasterizer_are_refused() {
 #[test]
 fn images_keep_their_pixels_in_files() {
     let folder = Folder::new("images");
-    let mut picture = Image::<u8>::new([5, 4], 3);
+    let mut picture = Image::<u8>::new([5, 4], 3).unwrap();
     picture
         .pixels
         .iter_mut()

@@ -16,7 +16,7 @@ const TINY: &str = "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], \
                     opt: {batch_size: 1, imgs_per_obj: 2}\n";
 
 fn picture() -> Image<u8> {
-    let mut picture = Image::<u8>::new([64, 64], 4);
+    let mut picture = Image::<u8>::new([64, 64], 4).unwrap();
     picture
         .pixels
         .iter_mut()
@@ -46,7 +46,7 @@ fn another_thread_cancels_a_long_call() {
             Code::Cancelled
         );
     });
-    predictor.predict(&pictures).unwrap();
+    drop(predictor.predict(&pictures).unwrap());
     let canceller = device.canceller();
     drop(device);
     assert_eq!(canceller.cancel().unwrap_err().code(), Code::InvalidHandle);

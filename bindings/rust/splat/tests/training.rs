@@ -4,8 +4,9 @@ mod support;
 
 use splat::{
     config, Batches, Code, Dataset, DatasetDesc, DatasetViews, ExportDesc, ImportDesc,
-    SyntheticDesc, Trainer, Training, TrainingDesc, RunEventKind, TrainingFlags,
+    RunEventKind, SyntheticDesc, Trainer, Training, TrainingDesc, TrainingFlags,
 };
+use std::path::PathBuf;
 use support::{device, Folder};
 
 const CONFIG: &str = "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], \
@@ -13,10 +14,10 @@ const CONFIG: &str = "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], 
                       opt: {batch_size: 1, imgs_per_obj: 2, iterations: 4}\n\
                       logging: {ckpt_iterations: 2, val_log: 0}\n";
 
-fn data(folder: &Folder) -> String {
-    let path = folder.text("data");
+fn data(folder: &Folder) -> PathBuf {
+    let path = folder.join("data");
     let desc = SyntheticDesc {
-        path: &path,
+        path: Some(&path),
         seed: 1,
         resolution: 16,
         train_views: 4,
@@ -47,15 +48,15 @@ fn configurations_are_merged_and_checked() {
 #[test]
 fn a_data_set_is_exported() {
     let folder = Folder::new("export");
-    let (path, out) = (data(&folder), folder.text("out"));
+    let (path, out) = (data(&folder), folder.join("out"));
     assert_eq!(splat::path_name("../a/b").unwrap(), "%2E.%2Fa%2Fb");
     let dataset = Dataset::open(&DatasetDesc {
-        path: &path,
+        path: Some(&path),
         ..Default::default()
     })
     .unwrap();
     let desc = ExportDesc {
-        path: &out,
+        path: Some(&out),
         layout: Some("store"),
         objects: Some(&[1]),
         ..Default::default()
@@ -73,14 +74,15 @@ fn a_data_set_is_exported() {
     dataset.export(&desc, Some(&mut progress)).unwrap();
     assert_eq!(last, (20, 20)); // 4 views: poses, images and three maps
     let store = Dataset::open(&DatasetDesc {
-        path: &out,
+        path: Some(&out),
         ..Default::default()
     })
     .unwrap();
     assert!(store.report().unwrap().contains("\"format\": \"store\""));
+    let parts = folder.join("parts");
     for shard in [1, 0] {
         let part = ExportDesc {
-            path: &folder.text("parts"),
+            path: Some(&parts),
             layout: Some("store"),
             shards: 2,
             shard,
@@ -88,9 +90,9 @@ fn a_data_set_is_exported() {
         };
         dataset.export(&part, None).unwrap();
     }
-    assert!(std::path::Path::new(&folder.text("parts/train/store.json")).exists());
+    assert!(folder.join("parts/train/store.json").exists());
     let tables = ImportDesc {
-        path: &path,
+        path: Some(&path),
         ..Default::default()
     };
     let missing = splat::import_tables(&tables, None).unwrap_err();
@@ -102,7 +104,7 @@ fn views_of_a_data_set_are_read() {
     let folder = Folder::new("views");
     let path = data(&folder);
     let dataset = Dataset::open(&DatasetDesc {
-        path: &path,
+        path: Some(&path),
         ..Default::default()
     })
     .unwrap();
@@ -139,7 +141,7 @@ fn views_of_a_data_set_are_read() {
         .read(0, &[99], &mut DatasetViews::default())
         .is_err());
     let none = Dataset::open(&DatasetDesc {
-        path: "no/such",
+        path: Some("no/such".as_ref()),
         ..Default::default()
     });
     assert_eq!(none.unwrap_err().code(), Code::NotFound);
@@ -151,7 +153,7 @@ fn a_trainer_resumes_with_the_same_bits() {
     let path = data(&folder);
     let config = config::merge(Some(CONFIG), &[]).unwrap();
     let desc = DatasetDesc {
-        path: &path,
+        path: Some(&path),
         resolution: 16,
         background: [1.0; 3],
         ..Default::default()
@@ -198,9 +200,12 @@ fn a_trainer_resumes_with_the_same_bits() {
 #[test]
 fn a_training_is_an_iterator_of_events() {
     let folder = Folder::new("training");
-    let (root, run) = (format!("data.root='{}'", data(&folder)), folder.text("run"));
+    let (root, run) = (
+        format!("data.root='{}'", data(&folder).display()),
+        folder.join("run"),
+    );
     let desc = TrainingDesc {
-        folder: &run,
+        folder: Some(&run),
         config: Some(CONFIG),
         values: &[&root],
         ..Default::default()
@@ -212,16 +217,12 @@ fn a_training_is_an_iterator_of_events() {
     let steps = events
         .iter()
         .filter(|event| event.kind == RunEventKind::STEP);
-    assert_eq!(
-        steps.map(|event| event.step).max(),
-        Some(4)
-    );
-    assert!(events.iter().any(|event| event.numbers.get("loss") > Some(&0.0)));
+    assert_eq!(steps.map(|event| event.step).max(), Some(4));
+    assert!(events
+        .iter()
+        .any(|event| event.numbers.get("loss") > Some(&0.0)));
     let last = events.last().unwrap();
-    assert!(
-        last.is_end() && last.kind == RunEventKind::DONE,
-        "{last:?}"
-    );
+    assert!(last.is_end() && last.kind == RunEventKind::DONE, "{last:?}");
     assert!(events.iter().any(|event| event.text.is_some()));
     let error = Training::open(device(), &desc).unwrap_err();
     assert_eq!(error.code(), Code::InvalidState, "{error}");
@@ -244,10 +245,13 @@ fn a_training_is_an_iterator_of_events() {
 #[test]
 fn another_thread_interrupts_a_training() {
     let folder = Folder::new("interrupt");
-    let (root, run) = (format!("data.root='{}'", data(&folder)), folder.text("run"));
+    let (root, run) = (
+        format!("data.root='{}'", data(&folder).display()),
+        folder.join("run"),
+    );
     let values = [root.as_str(), "opt.iterations=100000"];
     let desc = TrainingDesc {
-        folder: &run,
+        folder: Some(&run),
         config: Some(CONFIG),
         values: &values,
         ..Default::default()
@@ -275,10 +279,10 @@ fn another_thread_interrupts_a_training() {
 #[test]
 fn bad_trainings_are_refused() {
     let folder = Folder::new("bad_trainings");
-    let run = folder.text("run");
+    let run = folder.join("run");
     let open = |config, values: &[&str]| {
         let desc = TrainingDesc {
-            folder: &run,
+            folder: Some(&run),
             config,
             values,
             ..Default::default()

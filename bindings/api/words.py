@@ -1,0 +1,57 @@
+"""Names of C in the library's sentences, and what another language says instead.
+
+The sentences are those of src/. Languages name methods, classes and values by rules of their own; what
+follows no rule is in annotations.json, under "words".
+"""
+import re
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Callable, Dict, List, Set, Tuple
+
+SOURCES = Path(__file__).resolve().parents[2] / "src"
+NAME = re.compile(r"\b(?:splat|SPLAT)_\w+")
+
+
+@lru_cache(maxsize=1)
+def mentioned() -> Set[str]:
+    """All words of the strings of src/ that look like names of C."""
+    names: Set[str] = set()
+    for path in sorted(SOURCES.rglob("*")):
+        if path.suffix in (".cpp", ".h"):
+            text = re.sub(r"//[^\n]*|#include[^\n]*", "", path.read_text(encoding="utf-8"))
+            for string in re.findall(r'"(?:[^"\\\n]|\\.)*"', text):
+                names.update(NAME.findall(string))
+    return names
+
+
+def call_of(api: Dict[str, Any], name: str) -> Tuple[str, str]:
+    """The object and the method of a function: ("splat_tensor", "unmap"), ("", "version")."""
+    owners = [each["name"] for each in api["handles"] if name.startswith(each["name"] + "_")]
+    owner = max(owners, key=len, default="")
+    return owner, name[len(owner or "splat") + 1:]
+
+
+def words(api: Dict[str, Any], language: str, class_of: Callable[[str], str],
+          method_of: Callable[[str, str], str],
+          value_of: Callable[[Dict[str, Any], Dict[str, Any]], str]) -> List[Tuple[str, str]]:
+    """Pairs of a name of C and the words of a language, in the order of the names.
+
+    class_of   the class of a handle
+    method_of  class and method to a call
+    value_of   enumeration and value
+    """
+    used = mentioned()
+    own = {each["name"]: class_of(each["name"]) for each in api["handles"]}
+    for struct in api["structs"]:
+        made = struct["name"].replace("_desc", "")
+        if struct["name"] in used and made in own:
+            own[struct["name"]] = own[made]
+    for function in api["functions"]:
+        owner, method = call_of(api, function["name"])
+        if function["name"] in used and owner:
+            own[function["name"]] = method_of(own[owner], method)
+    for enum in api["enums"]:
+        own.update((value["name"], value_of(enum, value)) for value in enum["values"]
+                   if value["name"] in used and enum["name"] != "splat_result")
+    own.update((name, each[language]) for name, each in api["words"].items())
+    return sorted(own.items())

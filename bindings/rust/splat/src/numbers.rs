@@ -1,0 +1,351 @@
+//! Types around the numbers, flags and structs of C, which values.rs lists.
+
+use crate::values::{COUNTS, ENUMS, STRUCTS};
+use std::fmt;
+
+/// A struct around the number of an enum: the library may know numbers that this version does not.
+macro_rules! number {
+    ($(#[$doc:meta])* $name:ident {
+        $($(#[$each:meta])* $short:ident = $raw:ident,)*
+    }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub struct $name(pub i32);
+
+        impl $name {
+            $($(#[$each])* pub const $short: $name = $name(sys::$raw);)*
+
+            pub(crate) const NAMES: Names = &[
+                $((stringify!($short), stringify!($raw), sys::$raw as i64)),*
+            ];
+        }
+
+        impl std::fmt::Debug for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                let number = i64::from(self.0);
+                match Self::NAMES.iter().find(|(_, _, value)| *value == number) {
+                    Some((short, _, _)) => write!(f, "{}::{short}", stringify!($name)),
+                    None if number == 0 => write!(f, "{}::default()", stringify!($name)),
+                    None => write!(f, "{}({number})", stringify!($name)),
+                }
+            }
+        }
+    };
+}
+pub(crate) use number;
+
+/// A struct around bits, with the operators of the crate bitflags.
+macro_rules! flags {
+    ($(#[$doc:meta])* $name:ident {
+        $($(#[$each:meta])* $short:ident = $raw:ident,)*
+    }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub struct $name(pub u32);
+
+        impl $name {
+            $($(#[$each])* pub const $short: $name = $name(sys::$raw);)*
+
+            pub(crate) const NAMES: Names = &[
+                $((stringify!($short), stringify!($raw), sys::$raw as i64)),*
+            ];
+
+            /// No bit.
+            #[must_use]
+            pub const fn empty() -> Self {
+                $name(0)
+            }
+
+            /// All bits that this version knows.
+            #[must_use]
+            pub const fn all() -> Self {
+                $name(0 $(| sys::$raw)*)
+            }
+
+            /// True if no bit is set.
+            #[must_use]
+            pub const fn is_empty(self) -> bool {
+                self.0 == 0
+            }
+
+            /// True if all bits of `other` are set.
+            #[must_use]
+            pub const fn contains(self, other: Self) -> bool {
+                self.0 & other.0 == other.0
+            }
+        }
+
+        impl std::ops::BitOr for $name {
+            type Output = Self;
+
+            fn bitor(self, other: Self) -> Self {
+                $name(self.0 | other.0)
+            }
+        }
+
+        impl std::ops::BitOrAssign for $name {
+            fn bitor_assign(&mut self, other: Self) {
+                self.0 |= other.0;
+            }
+        }
+
+        impl std::ops::BitAnd for $name {
+            type Output = Self;
+
+            fn bitand(self, other: Self) -> Self {
+                $name(self.0 & other.0)
+            }
+        }
+
+        impl std::ops::BitAndAssign for $name {
+            fn bitand_assign(&mut self, other: Self) {
+                self.0 &= other.0;
+            }
+        }
+
+        /// The bits of [`Self::all`] that are not set.
+        impl std::ops::Not for $name {
+            type Output = Self;
+
+            fn not(self) -> Self {
+                $name(!self.0 & Self::all().0)
+            }
+        }
+
+        impl std::fmt::Debug for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                crate::numbers::bits(f, stringify!($name), self.0, Self::NAMES)
+            }
+        }
+    };
+}
+pub(crate) use flags;
+
+/// The codes of results: an enum with a place for all other numbers.
+macro_rules! codes {
+    ($($(#[$each:meta])* $name:ident = $raw:ident,)*) => {
+        /// What a result code says.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        pub enum Code {
+            $($(#[$each])* $name,)*
+            /// A number that this version does not know. Only [`Code::from_raw`] makes one.
+            Other(UnknownCode),
+        }
+
+        impl Code {
+            pub(crate) const NAMES: Names = &[
+                $((stringify!($name), stringify!($raw), sys::$raw as i64)),*
+            ];
+
+            /// The code of a number of C.
+            #[must_use]
+            pub fn from_raw(code: i32) -> Self {
+                match code {
+                    $(sys::$raw => Code::$name,)*
+                    other => Code::Other(UnknownCode(other)),
+                }
+            }
+
+            /// The number of C.
+            #[must_use]
+            pub fn to_raw(self) -> i32 {
+                match self {
+                    $(Code::$name => sys::$raw,)*
+                    Code::Other(other) => other.0,
+                }
+            }
+        }
+    };
+}
+pub(crate) use codes;
+
+/// A struct that the library fills and this crate copies, while its texts live.
+macro_rules! output {
+    ($(#[$doc:meta])* $name:ident = $raw:ident($from:ident) {
+        $($(#[$each:meta])* $field:ident: $kind:ty = $value:expr,)*
+    }) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug, Default, PartialEq)]
+        #[non_exhaustive]
+        pub struct $name {
+            $($(#[$each])* pub $field: $kind,)*
+        }
+
+        impl $name {
+            pub(crate) fn from_raw($from: &sys::$raw) -> Self {
+                $name { $($field: $value,)* }
+            }
+        }
+    };
+}
+pub(crate) use output;
+
+/// A struct that the library reads.
+macro_rules! input {
+    ($(#[$doc:meta])* $name:ident($from:ident) = $raw:ident {
+        $($(#[$each:meta])* $field:ident: $kind:ty = $value:expr,)*
+    }) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug, Default, PartialEq)]
+        pub struct $name {
+            $($(#[$each])* pub $field: $kind,)*
+        }
+
+        impl $name {
+            pub(crate) fn to_raw(&self) -> sys::$raw {
+                let $from = self;
+                sys::$raw { $($field: $value,)* ..Default::default() }
+            }
+        }
+    };
+}
+pub(crate) use input;
+
+/// Names here, names in C, and numbers.
+pub(crate) type Names = &'static [(&'static str, &'static str, i64)];
+
+/// A number of C that is no [`Code`](crate::Code) of this version.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct UnknownCode(pub(crate) i32);
+
+/// Debug text of bits with names.
+pub(crate) fn bits(f: &mut fmt::Formatter<'_>, kind: &str, bits: u32, names: Names) -> fmt::Result {
+    let mut rest = bits;
+    let mut words: Vec<String> = Vec::new();
+    for &(name, _, bit) in names {
+        if bit != 0 && i64::from(bits) & bit == bit {
+            rest &= !(bit as u32);
+            words.push(name.to_owned());
+        }
+    }
+    if rest != 0 {
+        words.push(format!("{rest:#x}"));
+    }
+    if words.is_empty() {
+        words.push("empty".to_owned());
+    }
+    write!(f, "{kind}({})", words.join(" | "))
+}
+
+/// Functions whose names here do not follow from those of C.
+const FUNCTIONS: &[(&str, &str)] = &[
+    ("splat_decode_set_limits", "set_decode_limits"),
+    ("splat_raster_state_create", "RasterState::create"),
+    ("splat_synthetic_write", "synthetic_write"),
+    ("splat_tensor_unmap", "Mapping::unmap"),
+    ("splat_gaussians_desc", "Gaussians"),
+    ("splat_gradients_desc", "Gradients"),
+];
+
+/// A sentence of the library with the names of this crate: `SPLAT_DTYPE_F32` is `Dtype::F32`,
+/// `splat_tensor_map` is `Tensor::map`, and a count of C is the length of a slice. What is quoted
+/// stays.
+pub(crate) fn translated(text: &str) -> String {
+    let text = match text.strip_prefix("bytes is ") {
+        Some(rest) => format!("the slice's size in bytes is {rest}"),
+        None => text.to_owned(),
+    };
+    let word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let mut result = String::with_capacity(text.len());
+    let (mut rest, mut quoted) = (&text[..], false);
+    while let Some(first) = rest.chars().next() {
+        let length = rest.find(|c| !word(c)).unwrap_or(rest.len());
+        if length != 0 {
+            let (token, after) = rest.split_at(length);
+            let known = if quoted { None } else { name(token) };
+            let star = known.is_some() && token.ends_with('_') && after.starts_with('*');
+            result += known.as_deref().unwrap_or(token);
+            rest = &after[usize::from(star)..];
+            continue;
+        }
+        if first == '\'' {
+            // An apostrophe follows a letter; a text of the caller follows anything else.
+            quoted = !quoted && !result.ends_with(word);
+        }
+        result.push(first);
+        rest = &rest[first.len_utf8()..];
+    }
+    result
+}
+
+/// The name of this crate for one of C.
+fn name(token: &str) -> Option<String> {
+    if token == "NULL" {
+        return Some("None".to_owned());
+    }
+    if let Some((_, name)) = FUNCTIONS.iter().find(|(c, _)| *c == token) {
+        return Some((*name).to_owned());
+    }
+    if let Some(name) = STRUCTS.iter().find(|(c, _)| *c == token) {
+        return Some(name.1.to_owned());
+    }
+    if token.starts_with("SPLAT_") {
+        for (kind, names) in ENUMS {
+            if let Some((short, _, _)) = names.iter().find(|(_, c, _)| *c == token) {
+                return Some(format!("{kind}::{short}"));
+            }
+        }
+        let all = |names: Names| names.iter().all(|(_, c, _)| c.starts_with(token));
+        let kind = ENUMS
+            .iter()
+            .find(|(_, names)| token.ends_with('_') && all(names));
+        return kind.map(|(kind, _)| (*kind).to_owned());
+    }
+    if let Some(call) = token.strip_prefix("splat_") {
+        let (kind, method) = call.split_once('_')?;
+        return Some(format!(
+            "{}{}::{method}",
+            kind[..1].to_uppercase(),
+            &kind[1..]
+        ));
+    }
+    let count = COUNTS.iter().find(|(c, _)| *c == token)?;
+    Some(format!("{}.len()", count.1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::translated;
+
+    #[test]
+    fn sentences_have_the_names_of_this_crate() {
+        for (c, rust) in [
+            ("call splat_tensor_unmap first", "call Mapping::unmap first"),
+            (
+                "made without SPLAT_RASTERIZER_DEPTH",
+                "made without RasterizerFlags::DEPTH",
+            ),
+            ("arrays[0].value_count is 3", "arrays[0].values.len() is 3"),
+            (
+                "bytes is 4, but 'x' takes 8",
+                "the slice's size in bytes is 4, but 'x' takes 8",
+            ),
+            (
+                "splat_model_input.images is NULL",
+                "ModelInput.images is None",
+            ),
+            (
+                "what is 7, expected SPLAT_EXPORT_*",
+                "what is 7, expected Export",
+            ),
+            ("expected a SPLAT_PIXEL_ type", "expected a Pixel type"),
+            (
+                "SPLAT_ERROR_TIMEOUT of splat_model_forward",
+                "Code::Timeout of Model::forward",
+            ),
+            (
+                "splat_device_cancel cancelled the call",
+                "Device::cancel cancelled the call",
+            ),
+            (
+                "the device's 'splat_scene_desc' of NULL",
+                "the device's 'splat_scene_desc' of None",
+            ),
+            ("set SPLAT_TIMEOUT_SCALE", "set SPLAT_TIMEOUT_SCALE"),
+            ("SceneFileDesc.max_count", "SceneFileDesc.max_count"),
+        ] {
+            assert_eq!(translated(c), rust);
+        }
+    }
+}
