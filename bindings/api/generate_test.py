@@ -54,6 +54,7 @@ NOTES: Dict[str, Any] = {
     "enums": {},
     "handles": {"splat_thing": {"threads": "safe", "section": "Thing"}},
     "callbacks": {},
+    "words": {},
     "structs": {"splat_place": {"x": "in", "y": "in"}},
     "functions": {
         "splat_thing_create": {"threads": "safe", "parameters": {
@@ -231,6 +232,10 @@ class Refused(unittest.TestCase):
         self.assertEqual(api["structs"][0]["fields"][0]["doc"], "pixels")
         self.assertEqual(api["handles"][0]["doc"], "A thing.")
         self.assertEqual(api["functions"][0]["doc"], "Make a thing at places.")
+
+    def test_words_for_what_is_not_there(self) -> None:
+        self.refuse('"words" of annotations.json: nothing is called splat_thing_gone',
+                    note=lambda n: n["words"].update(splat_thing_gone={"python": "gone"}))
 
     def test_function_without_annotation_through_the_program(self) -> None:
         with tempfile.TemporaryDirectory() as folder:

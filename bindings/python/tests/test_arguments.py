@@ -212,7 +212,7 @@ class Sentences(unittest.TestCase):
         self.assertGreater(len(said), 70)
         functions = {row[0] for row in _native.FUNCTIONS}
         left = {name for text in said for name in re.findall(r"splat_\w+", in_python(text.replace("%s", "x")))}
-        marks = {"splat_synthetic_write", "splat_co3d_prepare"}  # of folders, who made them
+        marks = {"splat_synthetic_write", "splat_co3d_prepare"}  # folders name their maker
         self.assertEqual(left & functions, marks)
 
     def test_names_of_choices_are_the_documented_ones(self) -> None:

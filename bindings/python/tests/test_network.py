@@ -122,7 +122,7 @@ class Models(Case):
         self.refused(splat.InvalidArgument, "finite", model.forward,
                      values(1, 3, 16, 16) + np.float32("nan"))
         model.forward(values(1, 3, 16, 16))
-        self.refused(splat.InvalidState, "GRADIENTS", model.backward, means=values(1, 256, 3))
+        self.refused(splat.InvalidState, "gradients=True", model.backward, means=values(1, 256, 3))
         self.refused(splat.NotFound, "no parameter 'x'", model.write, "x", values(1))
         self.refused(splat.NotFound, "", model.read, "x")
         self.refused(splat.InvalidState, "adapters", model.export, "adapters")

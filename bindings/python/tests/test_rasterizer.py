@@ -34,7 +34,7 @@ class Drawing(Case):
     def test_messages_name_what_python_has(self) -> None:
         rasterizer = self.make()
         rasterizer.forward(scene(), cameras(2), (1, 1, 1))
-        error = self.refused(splat.InvalidState, "RasterizerFlags.DEPTH", rasterizer.read, "depth")
+        error = self.refused(splat.InvalidState, "depth=True", rasterizer.read, "depth")
         self.assertNotIn("SPLAT_", str(error))
 
     def test_images_are_what_read_gives(self) -> None:
@@ -166,7 +166,7 @@ class Gradients(Case):
         self.refused(splat.InvalidState, "", rasterizer.backward, ["means2d"])
         plain = splat.Rasterizer(self.device, 50, 48, 32)
         plain.forward(scene(), cameras())
-        self.refused(splat.InvalidState, "BACKWARD", plain.backward, ["means"])
+        self.refused(splat.InvalidState, "backward=True", plain.backward, ["means"])
         self.refused(splat.InvalidArgument, "state", rasterizer.forward, scene(), cameras(),
                      state=plain.state())
         rasterizer.close()

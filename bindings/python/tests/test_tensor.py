@@ -57,7 +57,7 @@ class Devices(Case):
             device.reset_profile()
             self.assertEqual(device.profile()["ops"], [])
             self.assertEqual(device.info.kernels, splat.Kernels.PLAIN)
-        self.refused(splat.InvalidState, "PROFILE", self.device.profile)
+        self.refused(splat.InvalidState, "profile=True", self.device.profile)
 
     def test_bad_arguments(self) -> None:
         self.refused(splat.InvalidArgument, "exclude each other", splat.Device, 0, kind="cpu")
