@@ -327,14 +327,9 @@ def merge(declared: Dict[str, Any], notes: Dict[str, Any]) -> Dict[str, Any]:
         if macro not in notes["macros"]:
             raise ApiError(f"the macro {macro} is no integer, so no language gets it; make it one, "
                            'or add it to "macros" of annotations.json')
-    known = [each["name"] for kind in ("enums", "structs", "functions") for each in declared[kind]]
-    known += [value["name"] for enum in declared["enums"] for value in enum["values"]]
-    for name in notes["words"]:
-        if not any(each == name or name.endswith("_") and each.startswith(name) for each in known):
-            raise ApiError(f'"words" of annotations.json: nothing is called {name}')
     number = {c["name"]: c["value"] for c in declared["constants"]}
     enums = merger.merge_enums()
-    return {
+    merged = {
         "version": [number["SPLAT_VERSION_" + part] for part in ("MAJOR", "MINOR", "PATCH")],
         "constants": declared["constants"],
         "enums": enums,
@@ -345,3 +340,9 @@ def merge(declared: Dict[str, Any], notes: Dict[str, Any]) -> Dict[str, Any]:
         "functions": merger.merge_functions(),
         "words": notes["words"],
     }
+    known = [each["name"] for kind in ("enums", "structs", "functions") for each in declared[kind] if each["name"]]
+    known += [value["name"] for enum in declared["enums"] for value in enum["values"]]
+    for name in notes["words"]:
+        if not any(each == name or name.endswith("_") and each.startswith(name) for each in known):
+            raise ApiError(f'"words" of annotations.json: nothing is called {name}')
+    return merged
