@@ -4,12 +4,21 @@
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
+foreach(folder IN ITEMS BINDIR DATADIR INCLUDEDIR LIBDIR)
+  if(IS_ABSOLUTE "${CMAKE_INSTALL_${folder}}")
+    message(FATAL_ERROR "CMAKE_INSTALL_${folder} is ${CMAKE_INSTALL_${folder}}, expected a folder below the prefix, as "
+                        "an installed libsplat can be moved")
+  endif()
+endforeach()
+
 set(SPLAT_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/Splat)
 set(SPLAT_PC_DIR ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         FILES_MATCHING PATTERN "*.h")
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/THIRD-PARTY.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md
+              ${PROJECT_SOURCE_DIR}/README.md
+        DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(TARGETS splat EXPORT SplatTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 
 # The built-in weights; src/predict/weights_place.cpp looks for them here.

@@ -126,6 +126,18 @@ class CheckedIn(unittest.TestCase):
         run = run_generate("--check")
         self.assertEqual((run.returncode, run.stdout, run.stderr), (0, "", ""))
 
+    def test_documentation_names_what_is_declared(self) -> None:
+        known = {each["name"] for each in self.api["constants"]} | {
+            value["name"] for enum in self.api["enums"] for value in enum["values"]} | {
+            "SPLAT_MAKE_VERSION", "SPLAT_UNKNOWN_RESULT", "SPLAT_DUCKDB_LIBRARY",  # names of the environment too
+            "SPLAT_ONNXRUNTIME_LIBRARY", "SPLAT_PRIORS_DIR", "SPLAT_SELF_TEST", "SPLAT_TIMEOUT_SCALE"}
+        docs = re.findall(r'"doc": "((?:[^"\\]|\\.)*)"', json.dumps(self.api))
+        named = set(re.findall(r"\bSPLAT_[A-Z0-9_]*[A-Z0-9]\b(?![_*])", " ".join(docs)))
+        self.assertGreater(len(named), 50)
+        # A prefix stands for the values that begin with it.
+        self.assertEqual([name for name in sorted(named - known)
+                          if not any(each.startswith(name + "_") for each in known)], [])
+
     def test_check_finds_a_changed_file_and_leaves_it(self) -> None:
         with tempfile.TemporaryDirectory() as folder:
             copied = Path(folder) / "bindings" / "api"

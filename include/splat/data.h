@@ -145,7 +145,7 @@ SPLAT_API splat_result splat_path_name(const char* name, char* buffer, size_t ca
  * SPLAT_DUCKDB_LIBRARY names, else libduckdb.so beside libsplat, else the loader's. */
 
 /* Called on the calling thread now and then. `total` counts the rows of all tables. Return 0 to go
- * on; another number ends the call with SPLAT_ERROR_CANCELLED. It must not throw. */
+ * on; another number ends the call with SPLAT_CANCELLED. It must not throw. */
 typedef int32_t (*splat_progress_callback)(void* user, uint64_t done, uint64_t total);
 
 enum { SPLAT_IMPORT_REPLACE = 1u << 0 }; /* an import of other tables in the folder is removed */
@@ -170,7 +170,7 @@ typedef struct splat_dataset_import_desc {
  * splat_dataset_open reads `out`.
  * callback  may be NULL
  * user      passed to it
- * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_CANCELLED, or
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_CANCELLED, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with anything else in it, or
  *                                     with the same import begun in another number of shards
  *   SPLAT_ERROR_INVALID_STATE         another process imports into the folder, or the same shard
@@ -210,7 +210,7 @@ typedef struct splat_dataset_export_desc {
  * which an import compares.
  * callback, user   as splat_dataset_import
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
- *   SPLAT_ERROR_CANCELLED, or
+ *   SPLAT_CANCELLED, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with another export of the split,
  *                                     or one of files that have changed since
  *   SPLAT_ERROR_INVALID_STATE         another process writes the store

@@ -20,7 +20,7 @@ constexpr const char* kFile = "weights.safetensors";
 /// Folders of built-in weights, best first: below the prefix of an installed library, which is one or two
 /// folders above it (lib/x86_64-linux-gnu); below a build folder, or below its sources.
 std::vector<fs::path> weights_folders(const fs::path& library) {
-    const fs::path installed = fs::path("share") / "libsplat" / "weights";
+    const fs::path installed = fs::path(SPLAT_DATADIR) / "libsplat" / "weights";
     std::vector<fs::path> folders = {library.parent_path() / installed,
                                      library.parent_path().parent_path() / installed};
     for (fs::path folder = library; folder.has_relative_path(); folder = folder.parent_path())

@@ -39,6 +39,18 @@ check_parent() {
     fi
 }
 
+# What cannot be is refused with a sentence.
+refuse() {
+    if cmake -S "$sources" -B "$folder/refused" -G Ninja "$1" >"$folder/refused.log" 2>&1 ||
+        ! tr -s '\n ' ' ' <"$folder/refused.log" | grep -q "$2"; then
+        echo "$1: expected a refusal with '$2'; the output is in $folder/refused.log"
+        exit 1
+    fi
+    rm -rf "$folder/refused"
+}
+refuse -DBUILD_SHARED_LIBS=OFF "is a shared library only"
+refuse -DCMAKE_INSTALL_INCLUDEDIR=/opt/include "CMAKE_INSTALL_INCLUDEDIR is /opt/include, expected a folder below"
+
 flags=$(dpkg-buildflags --get CXXFLAGS | sed 's/-D_FORTIFY_SOURCE=[0-9]//')
 CXXFLAGS="$flags -D_FORTIFY_SOURCE=3" LDFLAGS=$(dpkg-buildflags --get LDFLAGS) build distribution
 check_parent distribution

@@ -40,6 +40,7 @@ lib_dir=$(dirname "$library")
 one_of "lib*/cmake/Splat/SplatConfigVersion.cmake" >>"$temp/found"
 pc_dir=$(dirname "$(one_of "lib*/pkgconfig/splat.pc")")
 
+for name in LICENSE THIRD-PARTY.md CHANGELOG.md README.md; do one_of "share/doc/*/$name" >>"$temp/found"; done
 one_of share/libsplat/weights/cars64/weights.safetensors >>"$temp/found"
 printf './%s\n' README.md cars64/README.md cars64/cars64.yaml cars64/chairs.json cars64/chairs.md \
     cars64/chairs.safetensors cars64/config.json cars64/weights.safetensors cars64-depth-normal/README.md \

@@ -478,7 +478,7 @@ namespace Splat.Interop
         /// splat_dataset_open reads `out`.
         /// callback  may be NULL
         /// user      passed to it
-        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_CANCELLED, or
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_CANCELLED, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with anything else in it, or
         ///                                     with the same import begun in another number of shards
         ///   SPLAT_ERROR_INVALID_STATE         another process imports into the folder, or the same shard
@@ -505,7 +505,7 @@ namespace Splat.Interop
         /// which an import compares.
         /// callback, user   as splat_dataset_import
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-        ///   SPLAT_ERROR_CANCELLED, or
+        ///   SPLAT_CANCELLED, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a field of desc, a folder with another export of the split,
         ///                                     or one of files that have changed since
         ///   SPLAT_ERROR_INVALID_STATE         another process writes the store
@@ -2728,7 +2728,7 @@ namespace Splat.Interop
 
     /// <summary>
     /// Called on the calling thread now and then. `total` counts the rows of all tables. Return 0 to go
-    /// on; another number ends the call with SPLAT_ERROR_CANCELLED. It must not throw.
+    /// on; another number ends the call with SPLAT_CANCELLED. It must not throw.
     /// </summary>
     [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
     public unsafe delegate int splat_progress_callback(void* user, ulong done, ulong total);
