@@ -74,7 +74,7 @@ extern "C" {
 #define SPLAT_VERSION_MINOR 1
 #define SPLAT_VERSION_PATCH 0
 #define SPLAT_MAKE_VERSION(major, minor, patch) \
-    (((uint32_t)(major) << 22) | ((uint32_t)(minor) << 12) | (uint32_t)(patch))
+    (((0U + (major)) << 22) | ((0U + (minor)) << 12) | (0U + (patch)))
 #define SPLAT_VERSION \
     SPLAT_MAKE_VERSION(SPLAT_VERSION_MAJOR, SPLAT_VERSION_MINOR, SPLAT_VERSION_PATCH)
 
