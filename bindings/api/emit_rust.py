@@ -12,6 +12,7 @@ import os
 import re
 from typing import Any, Optional
 
+from words import mentioned
 from rust_names import FIELDS, FLAGS, INPUTS, OUTPUTS, SHARED, TRUTHS
 
 Api = dict[str, Any]
@@ -301,6 +302,11 @@ def _names(api: Api) -> str:
     text += "pub(crate) const STRUCTS: &[(&str, &str)] = &[\n"
     for struct in api["structs"]:
         text += f"    (\"{struct['name']}\", \"{_camel(struct['name'])}\"),\n"
+    text += "];\n\n/// Functions that sentences name.\n"
+    text += "pub(crate) const CALLS: &[&str] = &[\n"
+    for function in api["functions"]:
+        if function["name"] in mentioned():
+            text += f"    \"{function['name']}\",\n"
     text += "];\n\n/// Counts of C, and the slices that have them as lengths.\n"
     text += "pub(crate) const COUNTS: &[(&str, &str)] = &[\n"
     for count, name in sorted(_counts(api).items()):

@@ -21,7 +21,7 @@ namespace Splat
     internal static partial class OwnWords
     {
         private static readonly Regex Name =
-            new Regex("(?<!\\w)'[^']*'|(?<![\\w/.])((?:splat|SPLAT)_\\w+)(\\.(?=[a-z]))?");
+            new Regex("(?<!\\w)'.*?'(?!\\w)|(?<![\\w/.])((?:splat|SPLAT)_\\w+)(\\.(?=[a-z])|(?<=_)\\*)?");
 
         /// <summary>
         /// A message of the library with the words of C# for the names of its headers. Fields of
@@ -33,8 +33,8 @@ namespace Splat
             return Name.Replace(message, name =>
             {
                 string word;
-                if (name.Groups[2].Success) return "";
-                return Of.TryGetValue(name.Value, out word) ? word : name.Value;
+                if (name.Groups[2].Value == ".") return "";
+                return Of.TryGetValue(name.Groups[1].Value, out word) ? word : name.Value;
             });
         }
     }

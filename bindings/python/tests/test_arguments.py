@@ -3,6 +3,7 @@ import copy
 import pickle
 import re
 import unittest
+from unittest import mock
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
@@ -184,6 +185,34 @@ class Equality(Case):
         self.assertNotEqual(one, two)
 
 
+class Protocols(unittest.TestCase):
+    """What Python expects of containers and values."""
+
+    def test_a_tensor_without_dimensions_has_no_elements_to_visit(self) -> None:
+        with self.assertRaisesRegex(TypeError, "0-d"):
+            list(splat.Tensor(splat.default_device(), 5.0))
+
+    def test_keys_that_are_no_text_are_missing(self) -> None:
+        weights = splat.Weights({"a": [1.0]})
+        for key in ("b", "a\0"):
+            self.assertIsNone(weights.get(key))
+            with self.assertRaises(KeyError):
+                weights[key]  # pylint: disable=pointless-statement
+
+    def test_others_decide_what_they_equal(self) -> None:
+        camera = splat.Camera(4, 4, 5)
+        self.assertEqual(camera, mock.ANY)
+        self.assertNotEqual(camera, 3)
+
+    def test_numbers_beyond_all_types_have_the_name_of_their_argument(self) -> None:
+        with self.assertRaisesRegex((TypeError, ValueError), "fx"):
+            splat.Camera(4, 4, 10**400)
+
+    def test_parts_of_cameras_are_bytes(self) -> None:
+        with self.assertRaisesRegex(splat.InvalidArgument, "bytes"):
+            splat.Camera.load(("", b"x"))
+
+
 class Sentences(unittest.TestCase):
     """Names of Python in what the library says."""
 
@@ -200,6 +229,8 @@ class Sentences(unittest.TestCase):
                 ("the model's 'splat_image.ply' (or 'my splat_model_desc.x') of splat_model_load",
                  "the model's 'splat_image.ply' (or 'my splat_model_desc.x') of Model.load"),
                 ("a/splat_image.ply is no file", "a/splat_image.ply is no file"),
+                ("cannot open 'it's splat_scene.ply'", "cannot open 'it's splat_scene.ply'"),
+                ("what is 7, expected SPLAT_EXPORT_*", "what is 7, expected a name of Export"),
                 ("out of memory", "out of memory"), ("libsplat_x of someone", "libsplat_x of someone")):
             self.assertEqual(in_python(given), wanted)
 

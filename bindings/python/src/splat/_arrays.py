@@ -135,9 +135,13 @@ def doubles(data: ArrayLike, shape: Sequence[Optional[int]], what: str) -> NDArr
 
 def same(a: Any, b: Any) -> bool:
     """Whether two values are equal, also arrays, and sequences with arrays, of one type and shape."""
-    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
-        return (isinstance(a, np.ndarray) and isinstance(b, np.ndarray) and a.dtype == b.dtype
-                and a.shape == b.shape and bool(((a == b) | ((a != a) & (b != b))).all()))
+    arrays = [hasattr(each, "__array__") for each in (a, b)]  # of NumPy, of PyTorch, ...
+    if any(arrays):
+        if not all(arrays):
+            return False
+        a, b = np.asarray(a), np.asarray(b)
+        return (a.dtype == b.dtype and a.shape == b.shape
+                and bool(((a == b) | ((a != a) & (b != b))).all()))
     if isinstance(a, (list, tuple)) and type(a) is type(b):
         return len(a) == len(b) and all(map(same, a, b))
     return bool(a == b)
@@ -150,8 +154,10 @@ class ByValue:
     __dataclass_fields__: ClassVar[Dict[str, Any]]
 
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and all(
-            same(getattr(self, name), getattr(other, name)) for name in self.__dataclass_fields__)
+        if type(self) is not type(other):
+            return NotImplemented
+        return all(same(getattr(self, name), getattr(other, name))
+                   for name in self.__dataclass_fields__)
 
     __hash__ = None  # type: ignore[assignment]  # arrays have none
 

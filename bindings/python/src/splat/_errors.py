@@ -149,9 +149,10 @@ def in_python(message: str) -> str:
     """
     def own(found: "re.Match[str]") -> str:
         # Fields of structs are arguments here: "flags" for "splat_scene_desc.flags".
-        return "" if found[2] else _native.WORDS.get(found[1], found[0])
+        return "" if found[2] == "." else _native.WORDS.get(found[1], found[0])
 
-    return re.sub(r"(?<!\w)'[^']*'|(?<![\w/.])((?:splat|SPLAT)_\w+)(\.(?=[a-z]))?", own, message)
+    return re.sub(r"(?<!\w)'.*?'(?!\w)|(?<![\w/.])((?:splat|SPLAT)_\w+)(\.(?=[a-z])|(?<=_)\*)?",
+                  own, message)
 
 
 def kind_of(value: object) -> str:
@@ -168,7 +169,7 @@ def is_number(value: Any) -> bool:
     """Whether C takes a value as a number, which has no text's type."""
     try:
         float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return False
     return not isinstance(value, (str, bytes, bytearray))
 

@@ -165,7 +165,7 @@ class Camera:
         count = c_uint32()
         given = source if isinstance(source, tuple) else (source,)
         parts = [file_of(each, "source") for each in given]
-        if len(parts) not in (1, 2) or (len(parts) == 2 and (parts[0][1] or parts[1][1])):
+        if len(parts) not in (1, 2) or (len(parts) == 2 and any(path is not None for _, path in parts)):
             raise InvalidArgument("source has paths or the wrong number of parts, expected the bytes "
                                   "of (cameras, images)")
         data, path = parts[0]
@@ -232,8 +232,9 @@ class Camera:
         return (self.raw.fx, self.raw.fy, self.raw.cx, self.raw.cy)
 
     def __eq__(self, other: object) -> bool:
-        return (isinstance(other, Camera) and bytes(self.raw) == bytes(other.raw)
-                and self.name == other.name)
+        if not isinstance(other, Camera):
+            return NotImplemented
+        return bytes(self.raw) == bytes(other.raw) and self.name == other.name
 
     __hash__ = None  # type: ignore[assignment]  # it can change
 

@@ -292,7 +292,7 @@ class Tensor(Handle):
         return frozen(part) if isinstance(part, np.ndarray) else part
 
     def __iter__(self) -> Iterator[Any]:
-        return iter(self[...] if self.shape else ())
+        return iter(self[...])  # NumPy refuses an array without dimensions
 
     def __float__(self) -> float:
         if self.size != 1:

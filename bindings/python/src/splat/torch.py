@@ -291,7 +291,7 @@ class Module(torch.nn.Module):  # type: ignore[misc]
         super().__init__()
         self._begin({"type": type, "shapes": {name: whole_shape(shape, f"'{name}'")
                                               for name, shape in shapes.items()},
-                     "attributes": attributes, **options}, device)
+                     "attributes": copy.deepcopy(attributes), **options}, device)
         self.native.init(seed)
         self.inputs = [port.name for port in self.native.ports("input")]
         self.outputs = [port.name for port in self.native.ports("output")]
@@ -316,10 +316,17 @@ class Module(torch.nn.Module):  # type: ignore[misc]
         super().__setstate__(state)
         self._begin(self.made_of, None)
 
+    def __copy__(self) -> "Module":
+        return self._copied(self.__getstate__())
+
     def __deepcopy__(self, memo: Dict[int, Any]) -> "Module":
+        made = memo[id(self)] = self._copied(copy.deepcopy(self.__getstate__(), memo))
+        return made
+
+    def _copied(self, state: Dict[str, Any]) -> "Module":
+        """One of this state on the same device."""
         made: Module = self.__class__.__new__(self.__class__)
-        memo[id(self)] = made
-        super(Module, made).__setstate__(copy.deepcopy(self.__getstate__(), memo))
+        super(Module, made).__setstate__(state)
         made._begin(made.made_of, self.native._device)
         return made
 

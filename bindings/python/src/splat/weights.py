@@ -110,7 +110,11 @@ class Weights(Handle, Mapping[str, Floats]):
     def _index(self, name: str) -> int:
         index = c_uint32()
         try:
-            check(lib.splat_weights_find(self.handle, encoded(name, "name"), byref(index)))
+            text = encoded(name, "name")
+        except InvalidArgument as error:  # a Mapping has no other error of a key
+            raise MissingName(error.message) from None
+        try:
+            check(lib.splat_weights_find(self.handle, text, byref(index)))
         except NotFound as error:
             raise MissingName(error.message, int(error.code)) from None
         return index.value
@@ -123,8 +127,9 @@ class Weights(Handle, Mapping[str, Floats]):
         return iter([self._describe(index).name for index in range(len(self))])
 
     def __eq__(self, other: object) -> bool:
-        return (isinstance(other, Mapping) and self.keys() == other.keys()
-                and all(same(self[name], other[name]) for name in self))
+        if not isinstance(other, Mapping):
+            return NotImplemented
+        return self.keys() == other.keys() and all(same(self[name], other[name]) for name in self)
 
     def __contains__(self, name: object) -> bool:
         try:

@@ -185,6 +185,9 @@ impl Canceller {
     /// # Errors
     /// As [`Canceller::cancel`].
     pub fn cancel(&self) -> Result<()> {
-        call!(splat_device_cancel(self.handle))
+        // A signal handler may be here: no messages are delivered.
+        crate::load::loaded()?;
+        // SAFETY: a handle is a number that is used once.
+        crate::error::check(unsafe { sys::splat_device_cancel(self.handle) })
     }
 }

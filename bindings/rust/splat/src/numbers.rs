@@ -1,6 +1,6 @@
 //! Types around the numbers, flags and structs of C, which values.rs lists.
 
-use crate::values::{COUNTS, ENUMS, STRUCTS};
+use crate::values::{CALLS, COUNTS, ENUMS, STRUCTS};
 use std::fmt;
 
 /// A struct around the number of an enum: the library may know numbers that this version does not.
@@ -236,6 +236,8 @@ const FUNCTIONS: &[(&str, &str)] = &[
     ("splat_tensor_unmap", "Mapping::unmap"),
     ("splat_gaussians_desc", "Gaussians"),
     ("splat_gradients_desc", "Gradients"),
+    ("splat_picture_cut_desc", "PictureCut"),
+    ("splat_lpips_desc", "Lpips"),
 ];
 
 /// A sentence of the library with the names of this crate: `SPLAT_DTYPE_F32` is `Dtype::F32`,
@@ -253,15 +255,22 @@ pub(crate) fn translated(text: &str) -> String {
         let length = rest.find(|c| !word(c)).unwrap_or(rest.len());
         if length != 0 {
             let (token, after) = rest.split_at(length);
-            let known = if quoted { None } else { name(token) };
+            let of_c = token == "NULL" || token.to_ascii_lowercase().starts_with("splat_");
+            let in_path = result.ends_with('/') || of_c && result.ends_with('.');
+            let known = if quoted || in_path { None } else { name(token) };
             let star = known.is_some() && token.ends_with('_') && after.starts_with('*');
             result += known.as_deref().unwrap_or(token);
             rest = &after[usize::from(star)..];
             continue;
         }
         if first == '\'' {
-            // An apostrophe follows a letter; a text of the caller follows anything else.
-            quoted = !quoted && !result.ends_with(word);
+            // An apostrophe stands between letters; a text of the caller does not.
+            let ends = !rest[1..].starts_with(word);
+            quoted = if quoted {
+                !ends
+            } else {
+                !result.ends_with(word)
+            };
         }
         result.push(first);
         rest = &rest[first.len_utf8()..];
@@ -292,8 +301,8 @@ fn name(token: &str) -> Option<String> {
             .find(|(_, names)| token.ends_with('_') && all(names));
         return kind.map(|(kind, _)| (*kind).to_owned());
     }
-    if let Some(call) = token.strip_prefix("splat_") {
-        let (kind, method) = call.split_once('_')?;
+    if CALLS.contains(&token) {
+        let (kind, method) = token.strip_prefix("splat_")?.split_once('_')?;
         return Some(format!(
             "{}{}::{method}",
             kind[..1].to_uppercase(),
@@ -315,6 +324,10 @@ mod tests {
             (
                 "made without SPLAT_RASTERIZER_DEPTH",
                 "made without RasterizerFlags::DEPTH",
+            ),
+            (
+                "cannot open 'it's splat_scene.ply' or /tmp/splat_run/NULL: splat__x of splat_no_such",
+                "cannot open 'it's splat_scene.ply' or /tmp/splat_run/NULL: splat__x of splat_no_such",
             ),
             ("arrays[0].value_count is 3", "arrays[0].values.len() is 3"),
             (

@@ -197,7 +197,10 @@ impl Interrupter {
     /// # Errors
     /// Another version of the library.
     pub fn interrupt(&self) -> Result<()> {
-        call!(splat_run_interrupt(self.handle))
+        // A signal handler may be here: no messages are delivered.
+        crate::load::loaded()?;
+        // SAFETY: a handle is a number that is used once.
+        crate::error::check(unsafe { sys::splat_run_interrupt(self.handle) })
     }
 }
 

@@ -1613,6 +1613,26 @@ pub(crate) const STRUCTS: &[(&str, &str)] = &[
     ("splat_point_scores", "PointScores"),
 ];
 
+/// Functions that sentences name.
+pub(crate) const CALLS: &[&str] = &[
+    "splat_decode_set_limits",
+    "splat_device_cancel",
+    "splat_tensor_map",
+    "splat_tensor_unmap",
+    "splat_co3d_prepare",
+    "splat_synthetic_write",
+    "splat_model_load",
+    "splat_model_ports",
+    "splat_model_forward",
+    "splat_model_backward",
+    "splat_raster_state_create",
+    "splat_rasterizer_forward",
+    "splat_rasterizer_read",
+    "splat_run_next",
+    "splat_training_open",
+    "splat_evaluator_score",
+];
+
 /// Counts of C, and the slices that have them as lengths.
 pub(crate) const COUNTS: &[(&str, &str)] = &[
     ("a_count", "a"),
