@@ -135,7 +135,7 @@ def doubles(data: ArrayLike, shape: Sequence[Optional[int]], what: str) -> NDArr
 
 def same(a: Any, b: Any) -> bool:
     """Whether two values are equal, also arrays, and sequences with arrays, of one type and shape."""
-    arrays = [hasattr(each, "__array__") for each in (a, b)]  # of NumPy, of PyTorch, ...
+    arrays = [hasattr(each, "__array__") for each in (a, b)]  # NumPy's, PyTorch's
     if any(arrays):
         if not all(arrays):
             return False
