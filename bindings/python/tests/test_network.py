@@ -37,7 +37,7 @@ class WeightFiles(Case):
         self.assertIn("\u00fc", weights)
         for name in ("\ud800", "a\0"):
             for function in ("__getitem__", "view", "info"):
-                self.refused(splat.InvalidArgument, "name has", getattr(weights, function), name)
+                self.refused(splat.MissingName, "name has", getattr(weights, function), name)
         calls: Tuple[Any, ...] = (splat.builtin_weights, splat.Weights.load, splat.Camera.load,
                                   splat.config_preset, splat.prior_preset)
         for call in calls:
