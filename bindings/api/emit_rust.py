@@ -12,7 +12,7 @@ import os
 import re
 from typing import Any, Optional
 
-from words import mentioned
+from words import words
 from rust_names import FIELDS, FLAGS, INPUTS, OUTPUTS, SHARED, TRUTHS
 
 Api = dict[str, Any]
@@ -282,7 +282,7 @@ def _rust_names(api: Api) -> dict[str, str]:
 
 
 def _safe_doc(api: Api, text: str, indent: str, own: str = "") -> str:
-    """A documentation comment with the names of the safe crate, but for the constant `own`."""
+    """Write a documentation comment with Rust's names for constants; `own` keeps its name of C."""
     names = _rust_names(api)
 
     def replace(match: "re.Match[str]") -> str:
@@ -292,26 +292,14 @@ def _safe_doc(api: Api, text: str, indent: str, own: str = "") -> str:
 
 
 def _names(api: Api) -> str:
-    """Tables for the sentences of the library: constants and structs by their names in C."""
-    text = "\n/// Types of numbers, with their names.\n"
-    text += "pub(crate) const ENUMS: &[(&str, Names)] = &[\n"
-    for enum in api["enums"]:
-        kind = "Code" if enum["name"] == "splat_result" else _kind(enum)[0]
-        text += f"    (\"{kind}\", {kind}::NAMES),\n"
-    text += "];\n\n/// Structs by their names in C.\n"
-    text += "pub(crate) const STRUCTS: &[(&str, &str)] = &[\n"
-    for struct in api["structs"]:
-        text += f"    (\"{struct['name']}\", \"{_camel(struct['name'])}\"),\n"
-    text += "];\n\n/// Functions that sentences name.\n"
-    text += "pub(crate) const CALLS: &[&str] = &[\n"
-    for function in api["functions"]:
-        if function["name"] in mentioned():
-            text += f"    \"{function['name']}\",\n"
-    text += "];\n\n/// Counts of C, and the slices that have them as lengths.\n"
-    text += "pub(crate) const COUNTS: &[(&str, &str)] = &[\n"
-    for count, name in sorted(_counts(api).items()):
-        text += f"    (\"{count}\", \"{name}\"),\n"
-    return text + "];\n"
+    """The table for the sentences of the library."""
+    constants = _rust_names(api)
+    own = dict(words(api, "rust", _camel, "{}::{}".format, lambda _, value: constants[value["name"]], structs=True))
+    # A count of C is the length of a slice.
+    own.update((count, f"{name}.len()") for count, name in _counts(api).items())
+    text = "\n/// What sentences say for names of C, in their order.\n"
+    text += f"pub(crate) const WORDS: [(&str, &str); {len(own)}] = [\n"
+    return text + "".join(f"    (\"{name}\", \"{own[name]}\"),\n" for name in sorted(own)) + "];\n"
 
 
 def _counts(api: Api) -> dict[str, str]:

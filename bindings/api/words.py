@@ -33,25 +33,27 @@ def call_of(api: Dict[str, Any], name: str) -> Tuple[str, str]:
 
 def words(api: Dict[str, Any], language: str, class_of: Callable[[str], str],
           method_of: Callable[[str, str], str],
-          value_of: Callable[[Dict[str, Any], Dict[str, Any]], str]) -> List[Tuple[str, str]]:
+          value_of: Callable[[Dict[str, Any], Dict[str, Any]], str],
+          structs: bool = False) -> List[Tuple[str, str]]:
     """Pairs of a name of C and the words of a language, in the order of the names.
 
     class_of   the class of a handle
     method_of  class and method to a call
     value_of   enumeration and value
+    structs    the language has them; else that of Scene is told as Scene
     """
     used = mentioned()
     own = {each["name"]: class_of(each["name"]) for each in api["handles"]}
     for struct in api["structs"]:
         made = struct["name"].replace("_desc", "")
-        if struct["name"] in used and made in own:
-            own[struct["name"]] = own[made]
+        if structs or struct["name"] in used and made in own:
+            own[struct["name"]] = class_of(struct["name"] if structs else made)
     for function in api["functions"]:
         owner, method = call_of(api, function["name"])
         if function["name"] in used and owner:
             own[function["name"]] = method_of(own[owner], method)
     for enum in api["enums"]:
         own.update((value["name"], value_of(enum, value)) for value in enum["values"]
-                   if value["name"] in used and enum["name"] != "splat_result")
-    own.update((name, each[language]) for name, each in api["words"].items())
+                   if value["name"] in used and enum["name"] != "splat_result")  # codes are in no sentence
+    own.update((name, each[language]) for name, each in api["words"].items() if language in each)
     return sorted(own.items())

@@ -1,6 +1,6 @@
 //! Types around the numbers, flags and structs of C, which values.rs lists.
 
-use crate::values::{CALLS, COUNTS, ENUMS, STRUCTS};
+use crate::values::WORDS;
 use std::fmt;
 
 /// A struct around the number of an enum: the library may know numbers that this version does not.
@@ -228,18 +228,6 @@ pub(crate) fn bits(f: &mut fmt::Formatter<'_>, kind: &str, bits: u32, names: Nam
     write!(f, "{kind}({})", words.join(" | "))
 }
 
-/// Functions whose names here do not follow from those of C.
-const FUNCTIONS: &[(&str, &str)] = &[
-    ("splat_decode_set_limits", "set_decode_limits"),
-    ("splat_raster_state_create", "RasterState::create"),
-    ("splat_synthetic_write", "synthetic_write"),
-    ("splat_tensor_unmap", "Mapping::unmap"),
-    ("splat_gaussians_desc", "Gaussians"),
-    ("splat_gradients_desc", "Gradients"),
-    ("splat_picture_cut_desc", "PictureCut"),
-    ("splat_lpips_desc", "Lpips"),
-];
-
 /// A sentence of the library with the names of this crate: `SPLAT_DTYPE_F32` is `Dtype::F32`,
 /// `splat_tensor_map` is `Tensor::map`, and a count of C is the length of a slice. What is quoted
 /// stays.
@@ -259,7 +247,7 @@ pub(crate) fn translated(text: &str) -> String {
             let in_path = result.ends_with('/') || of_c && result.ends_with('.');
             let known = if quoted || in_path { None } else { name(token) };
             let star = known.is_some() && token.ends_with('_') && after.starts_with('*');
-            result += known.as_deref().unwrap_or(token);
+            result += known.unwrap_or(token);
             rest = &after[usize::from(star)..];
             continue;
         }
@@ -279,38 +267,12 @@ pub(crate) fn translated(text: &str) -> String {
 }
 
 /// The name of this crate for one of C.
-fn name(token: &str) -> Option<String> {
+fn name(token: &str) -> Option<&'static str> {
     if token == "NULL" {
-        return Some("None".to_owned());
+        return Some("None");
     }
-    if let Some((_, name)) = FUNCTIONS.iter().find(|(c, _)| *c == token) {
-        return Some((*name).to_owned());
-    }
-    if let Some(name) = STRUCTS.iter().find(|(c, _)| *c == token) {
-        return Some(name.1.to_owned());
-    }
-    if token.starts_with("SPLAT_") {
-        for (kind, names) in ENUMS {
-            if let Some((short, _, _)) = names.iter().find(|(_, c, _)| *c == token) {
-                return Some(format!("{kind}::{short}"));
-            }
-        }
-        let all = |names: Names| names.iter().all(|(_, c, _)| c.starts_with(token));
-        let kind = ENUMS
-            .iter()
-            .find(|(_, names)| token.ends_with('_') && all(names));
-        return kind.map(|(kind, _)| (*kind).to_owned());
-    }
-    if CALLS.contains(&token) {
-        let (kind, method) = token.strip_prefix("splat_")?.split_once('_')?;
-        return Some(format!(
-            "{}{}::{method}",
-            kind[..1].to_uppercase(),
-            &kind[1..]
-        ));
-    }
-    let count = COUNTS.iter().find(|(c, _)| *c == token)?;
-    Some(format!("{}.len()", count.1))
+    let place = WORDS.binary_search_by_key(&token, |&(name, _)| name).ok()?;
+    Some(WORDS[place].1)
 }
 
 #[cfg(test)]
@@ -344,8 +306,8 @@ mod tests {
             ),
             ("expected a SPLAT_PIXEL_ type", "expected a Pixel type"),
             (
-                "SPLAT_ERROR_TIMEOUT of splat_model_forward",
-                "Code::Timeout of Model::forward",
+                "SPLAT_DTYPE_F32 of splat_model_forward",
+                "Dtype::F32 of Model::forward",
             ),
             (
                 "splat_device_cancel cancelled the call",
