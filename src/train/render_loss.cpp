@@ -171,6 +171,7 @@ Status RenderLoss::run(float share, double lpips_weight, LossTerms& terms) {
     double pixel_weight = 1;
     for (const LossTerm& term : kLossTerms)
         if (term.replaces) pixel_weight -= weight_of(term);
+    // Factors of gradients go out, and losses come back in the same places.
     std::vector<float> numbers(weights_.bytes() / sizeof(float));
     for (std::size_t i = pixel_; i < parts_.size(); ++i) {
         const LossTerm* const term = parts_[i].term;
