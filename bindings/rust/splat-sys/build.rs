@@ -36,15 +36,11 @@ fn from_folder(folder: &str) {
              whole path, or in .cargo/config.toml set relative = true"
         ));
     }
-    let library = LIBRARIES
-        .iter()
-        .map(|name| Path::new(folder).join(name))
-        .find(|path| path.exists());
+    let library =
+        LIBRARIES.iter().map(|name| Path::new(folder).join(name)).find(|path| path.exists());
     let library = match library {
         Some(library) => library,
-        None => fail(&format!(
-            "there is no libsplat.so in SPLAT_LIB_DIR={folder}"
-        )),
+        None => fail(&format!("there is no libsplat.so in SPLAT_LIB_DIR={folder}")),
     };
     println!("cargo:rerun-if-changed={}", library.display());
     // The file is libsplat.so.1.2.3; without a version in its name the first call checks it.
@@ -103,11 +99,7 @@ fn search(folder: &str) {
     if let (Some(out), Ok(files)) = (std::env::var_os("OUT_DIR"), std::fs::read_dir(folder)) {
         let out = PathBuf::from(out);
         for file in files.flatten() {
-            if file
-                .file_name()
-                .to_string_lossy()
-                .starts_with("libsplat.so")
-            {
+            if file.file_name().to_string_lossy().starts_with("libsplat.so") {
                 let link = out.join(file.file_name());
                 std::fs::remove_file(&link).ok();
                 std::os::unix::fs::symlink(file.path(), link).ok();

@@ -22,9 +22,7 @@ impl CameraBytes<'_> {
         sys::splat_camera_bytes {
             cameras: self.cameras.as_ptr().cast(),
             camera_bytes: self.cameras.len(),
-            images: self
-                .images
-                .map_or(std::ptr::null(), |bytes| bytes.as_ptr().cast()),
+            images: self.images.map_or(std::ptr::null(), |bytes| bytes.as_ptr().cast()),
             image_bytes: images.len(),
             ..Default::default()
         }
@@ -50,12 +48,7 @@ impl Camera {
     /// `InvalidArgument`, a side outside 1 to 16384, or an angle outside 0 to pi.
     pub fn from_fov(width: u32, height: u32, fov_x: f64) -> Result<Camera> {
         let mut camera = Camera::default();
-        call!(splat_camera_from_fov(
-            width,
-            height,
-            fov_x,
-            camera.as_raw_mut()
-        ))?;
+        call!(splat_camera_from_fov(width, height, fov_x, camera.as_raw_mut()))?;
         Ok(camera)
     }
 
@@ -65,22 +58,14 @@ impl Camera {
     /// `InvalidArgument`.
     pub fn look_at(&mut self, eye: [f64; 3], target: [f64; 3], up: [f64; 3]) -> Result<()> {
         let camera = self.as_raw_mut();
-        call!(splat_camera_look_at(
-            camera,
-            eye.as_ptr(),
-            target.as_ptr(),
-            up.as_ptr()
-        ))
+        call!(splat_camera_look_at(camera, eye.as_ptr(), target.as_ptr(), up.as_ptr()))
     }
 
     /// Set the pose from an OpenGL camera-to-world matrix, row-major: x right, y up, z backwards.
     /// # Errors
     /// `InvalidArgument` (the matrix is not a rotation with a translation).
     pub fn from_opengl(&mut self, camera_to_world: &[f64; 16]) -> Result<()> {
-        call!(splat_camera_from_opengl(
-            self.as_raw_mut(),
-            camera_to_world.as_ptr()
-        ))
+        call!(splat_camera_from_opengl(self.as_raw_mut(), camera_to_world.as_ptr()))
     }
 
     /// Give the pose as such a matrix.
@@ -174,12 +159,7 @@ impl Camera {
     pub fn save(path: impl AsRef<Path>, cameras: &[Camera], names: &[&str]) -> Result<()> {
         let path = c_path("path", path.as_ref())?;
         let (length, names) = named(cameras, names)?;
-        call!(splat_camera_save(
-            path.as_ptr(),
-            raw(cameras),
-            names_pointer(&names),
-            length
-        ))
+        call!(splat_camera_save(path.as_ptr(), raw(cameras), names_pointer(&names), length))
     }
 
     /// The same bytes.
@@ -213,17 +193,10 @@ fn named(cameras: &[Camera], names: &[&str]) -> Result<(u32, Texts)> {
     if !names.is_empty() && names.len() != cameras.len() {
         return Err(Error::new(
             Code::ShapeMismatch,
-            format!(
-                "names: {} of them, expected {} or none",
-                names.len(),
-                cameras.len()
-            ),
+            format!("names: {} of them, expected {} or none", names.len(), cameras.len()),
         ));
     }
-    Ok((
-        count("cameras", cameras.len())?,
-        Texts::new("names", names)?,
-    ))
+    Ok((count("cameras", cameras.len())?, Texts::new("names", names)?))
 }
 
 fn names_pointer(names: &Texts) -> *const *const std::os::raw::c_char {

@@ -68,10 +68,8 @@ impl RawSet {
             ScoreSet::Scores(scores) => (None, scores),
         };
         let path = c_optional_path(argument, path)?;
-        let names: Vec<CString> = list
-            .iter()
-            .map(|score| c_text(argument, &score.object))
-            .collect::<Result<_>>()?;
+        let names: Vec<CString> =
+            list.iter().map(|score| c_text(argument, &score.object)).collect::<Result<_>>()?;
         let scores: Vec<sys::splat_score> = list
             .iter()
             .zip(&names)
@@ -85,19 +83,10 @@ impl RawSet {
         let none = scores.is_empty();
         let raw = sys::splat_score_set {
             path: pointer(&path),
-            scores: if none {
-                std::ptr::null()
-            } else {
-                scores.as_ptr()
-            },
+            scores: if none { std::ptr::null() } else { scores.as_ptr() },
             score_count: scores.len() as u64,
         };
-        Ok(RawSet {
-            raw,
-            _path: path,
-            _names: names,
-            _scores: scores,
-        })
+        Ok(RawSet { raw, _path: path, _names: names, _scores: scores })
     }
 }
 
@@ -166,14 +155,7 @@ impl Comparison {
             zeros::<f64>("b", &[metric.n_b as usize])?,
         );
         let (a_out, b_out) = (a.as_mut_ptr(), b.as_mut_ptr());
-        call!(splat_comparison_samples(
-            self.handle,
-            index,
-            a_out,
-            metric.n_a,
-            b_out,
-            metric.n_b
-        ))?;
+        call!(splat_comparison_samples(self.handle, index, a_out, metric.n_a, b_out, metric.n_b))?;
         Ok((a, b))
     }
 

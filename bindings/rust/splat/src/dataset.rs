@@ -174,13 +174,7 @@ impl Dataset {
             ..Default::default()
         };
         let length = count("views", views.len())?;
-        call!(splat_dataset_read(
-            self.handle,
-            object,
-            views.as_ptr(),
-            length,
-            &mut raw
-        ))
+        call!(splat_dataset_read(self.handle, object, views.as_ptr(), length, &mut raw))
     }
 
     /// JSON: check all files of one object.

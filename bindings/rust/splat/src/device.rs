@@ -116,9 +116,7 @@ impl Device {
     /// ```
     #[must_use]
     pub fn canceller(&self) -> Canceller {
-        Canceller {
-            handle: self.handle,
-        }
+        Canceller { handle: self.handle }
     }
 
     /// Describe the device.

@@ -27,11 +27,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 impl Error {
     pub(crate) fn new(code: Code, message: impl Into<String>) -> Self {
-        Error {
-            code,
-            message: message.into(),
-            source: None,
-        }
+        Error { code, message: message.into(), source: None }
     }
 
     pub(crate) fn argument(message: impl Into<String>) -> Self {
@@ -43,9 +39,7 @@ impl Error {
         let place = source.nul_position();
         Error {
             source: Some(source),
-            ..Error::argument(format!(
-                "{argument}: the text has a NUL at byte {place}; remove it"
-            ))
+            ..Error::argument(format!("{argument}: the text has a NUL at byte {place}; remove it"))
         }
     }
 

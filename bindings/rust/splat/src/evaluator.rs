@@ -74,18 +74,12 @@ impl Evaluator {
         let method = c_optional("method", desc.method)?;
         let (conditioning, conditioning_count) = array("conditioning", desc.conditioning)?;
         let raw = sys::splat_evaluator_desc {
-            predictor: desc
-                .predictor
-                .map_or(std::ptr::null_mut(), |predictor| predictor.handle),
-            dataset: desc
-                .dataset
-                .map_or(std::ptr::null_mut(), |dataset| dataset.handle),
+            predictor: desc.predictor.map_or(std::ptr::null_mut(), |predictor| predictor.handle),
+            dataset: desc.dataset.map_or(std::ptr::null_mut(), |dataset| dataset.handle),
             data_path: pointer(&data_path),
             split: pointer(&split),
             method: pointer(&method),
-            lpips: desc
-                .lpips
-                .map_or(std::ptr::null_mut(), |lpips| lpips.handle),
+            lpips: desc.lpips.map_or(std::ptr::null_mut(), |lpips| lpips.handle),
             conditioning,
             conditioning_count,
             inputs: desc.inputs,
@@ -134,13 +128,7 @@ impl Evaluator {
         self.serial.with(|| {
             let mut scores = sys::splat_object_scores::default();
             let (pointer, length) = (images.as_ptr(), images.len() as u64);
-            call!(splat_evaluator_score_images(
-                self.handle,
-                object,
-                pointer,
-                length,
-                &mut scores
-            ))?;
+            call!(splat_evaluator_score_images(self.handle, object, pointer, length, &mut scores))?;
             Ok(ObjectScores::from_raw(&scores))
         })
     }
@@ -200,8 +188,7 @@ impl Evaluator {
     /// `Io` (the folder or a file cannot be written).
     pub fn save(&self, folder: impl AsRef<Path>) -> Result<()> {
         let folder = c_path("folder", folder.as_ref())?;
-        self.serial
-            .with(|| call!(splat_evaluator_save(self.handle, folder.as_ptr())))
+        self.serial.with(|| call!(splat_evaluator_save(self.handle, folder.as_ptr())))
     }
 
     /// Take over the scores in a folder of [`Evaluator::save`], by the objects' names.
@@ -209,7 +196,6 @@ impl Evaluator {
     /// `InvalidArgument` (other weights, data or objects), `NotFound`, `Format`, `Io`.
     pub fn load(&self, folder: impl AsRef<Path>) -> Result<()> {
         let folder = c_path("folder", folder.as_ref())?;
-        self.serial
-            .with(|| call!(splat_evaluator_load(self.handle, folder.as_ptr())))
+        self.serial.with(|| call!(splat_evaluator_load(self.handle, folder.as_ptr())))
     }
 }

@@ -88,10 +88,7 @@ impl<'a> ImageView<'a> {
     /// `InvalidArgument` for an empty slice.
     pub fn new<T: Sample>(pixels: &'a [T], size: [u32; 2], channels: u32) -> Result<Self> {
         let raw = raw::<T>(pixels.as_ptr() as *mut c_void, pixels.len(), size, channels)?;
-        Ok(ImageView {
-            raw,
-            lives: PhantomData,
-        })
+        Ok(ImageView { raw, lives: PhantomData })
     }
 
     /// Bytes from one row, pixel and channel to the next, all >= 0.
@@ -122,10 +119,7 @@ impl<'a> ImageViewMut<'a> {
     /// As [`ImageView::new`].
     pub fn new<T: Sample>(pixels: &'a mut [T], size: [u32; 2], channels: u32) -> Result<Self> {
         let raw = raw::<T>(pixels.as_mut_ptr().cast(), pixels.len(), size, channels)?;
-        Ok(ImageViewMut {
-            raw,
-            lives: PhantomData,
-        })
+        Ok(ImageViewMut { raw, lives: PhantomData })
     }
 
     /// Like [`ImageView::strides`], but no two samples may share a place.
@@ -146,10 +140,7 @@ fn debug(f: &mut fmt::Formatter<'_>, name: &str, raw: &sys::splat_image) -> fmt:
         .field("size", &[raw.width, raw.height])
         .field("channels", &raw.channels)
         .field("bytes", &raw.bytes)
-        .field(
-            "strides",
-            &[raw.row_stride, raw.pixel_stride, raw.channel_stride],
-        )
+        .field("strides", &[raw.row_stride, raw.pixel_stride, raw.channel_stride])
         .finish()
 }
 
@@ -208,12 +199,7 @@ impl<T: Sample> Image<T> {
             return Err(Error::argument(message));
         }
         let sizes = [height, width, channels].map(|size| size as usize);
-        Ok(Image {
-            pixels: zeros("size", &sizes)?,
-            width,
-            height,
-            channels,
-        })
+        Ok(Image { pixels: zeros("size", &sizes)?, width, height, channels })
     }
 
     /// Read an image file: PNG, JPEG, WebP or .npy. `channels`: 0 for those of the file; gray fills
@@ -223,9 +209,7 @@ impl<T: Sample> Image<T> {
     /// the file have no place).
     pub fn load(path: impl AsRef<Path>, channels: u32) -> Result<(Self, ImageInfo)> {
         let path = c_path("path", path.as_ref())?;
-        Self::read(channels, |image, info| {
-            call!(splat_image_load(path.as_ptr(), image, info))
-        })
+        Self::read(channels, |image, info| call!(splat_image_load(path.as_ptr(), image, info)))
     }
 
     /// The same from the bytes of such a file.
@@ -245,17 +229,10 @@ impl<T: Sample> Image<T> {
         channels: u32,
         call: impl Fn(*mut sys::splat_image, *mut sys::splat_image_info) -> Result<()>,
     ) -> Result<(Self, ImageInfo)> {
-        let mut header = sys::splat_image {
-            type_: T::PIXEL.0,
-            ..Default::default()
-        };
+        let mut header = sys::splat_image { type_: T::PIXEL.0, ..Default::default() };
         let mut info = sys::splat_image_info::default();
         call(&mut header, &mut info)?;
-        let channels = if channels == 0 {
-            header.channels
-        } else {
-            channels
-        };
+        let channels = if channels == 0 { header.channels } else { channels };
         let mut image = Image::<T>::new([header.width, header.height], channels)?;
         let mut raw = image.view_mut()?.to_raw();
         call(&mut raw, &mut info)?;
@@ -312,12 +289,7 @@ pub fn save_animation(
     let path = c_path("path", path.as_ref())?;
     let length = count("frames", frames.len())?;
     let frames: Vec<sys::splat_image> = frames.iter().map(|frame| frame.to_raw()).collect();
-    call!(splat_image_save_animation(
-        path.as_ptr(),
-        frames.as_ptr(),
-        length,
-        milliseconds
-    ))
+    call!(splat_image_save_animation(path.as_ptr(), frames.as_ptr(), length, milliseconds))
 }
 
 /// The same bytes. `format`: [`ImageFormat::PNG`], [`ImageFormat::GIF`] or

@@ -131,9 +131,7 @@ fn size_in(build_info: &str, name: &str) -> Option<usize> {
     let sizes = &build_info[build_info.find("\"structs\"")?..];
     let key = format!("\"{name}\":");
     let rest = sizes[sizes.find(&key)? + key.len()..].trim_start();
-    let digits = rest
-        .find(|c: char| !c.is_ascii_digit())
-        .unwrap_or(rest.len());
+    let digits = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
     rest[..digits].parse().ok()
 }
 
@@ -150,10 +148,7 @@ mod tests {
             .iter()
             .map(|&(name, _, bytes)| format!("\"{name}\": {}", change(name, bytes)))
             .collect();
-        format!(
-            "{{\"version\": \"x\", \"structs\": {{{}}}}}",
-            sizes.join(", ")
-        )
+        format!("{{\"version\": \"x\", \"structs\": {{{}}}}}", sizes.join(", "))
     }
 
     #[test]
@@ -167,14 +162,8 @@ mod tests {
         let info = info(|_, bytes| bytes);
         let error = verify(packed([major + 1, 0, 0]), &info).unwrap_err();
         assert_eq!(error.code(), Code::Unsupported);
-        assert!(
-            error.message().contains(&dotted([major + 1, 0, 0])),
-            "{error}"
-        );
-        assert!(
-            error.message().contains(&dotted(sys::SPLAT_VERSION)),
-            "{error}"
-        );
+        assert!(error.message().contains(&dotted([major + 1, 0, 0])), "{error}");
+        assert!(error.message().contains(&dotted(sys::SPLAT_VERSION)), "{error}");
         assert!(verify(packed([major, minor - 1, patch]), &info).is_err());
         let next_minor = verify(packed([major, minor + 1, 0]), &info);
         assert_eq!(next_minor.is_err(), major == 0);
@@ -185,13 +174,15 @@ mod tests {
     fn another_layout_is_refused() {
         let version = packed(sys::SPLAT_VERSION);
         let grow = |which: &'static str, by: isize| {
-            info(move |name, bytes| {
-                if name == which {
-                    (bytes as isize + by) as usize
-                } else {
-                    bytes
-                }
-            })
+            info(
+                move |name, bytes| {
+                    if name == which {
+                        (bytes as isize + by) as usize
+                    } else {
+                        bytes
+                    }
+                },
+            )
         };
         verify(version, &grow("splat_device_desc", 8)).unwrap();
         assert!(verify(version, &grow("splat_device_desc", -8)).is_err());

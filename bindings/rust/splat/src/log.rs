@@ -119,11 +119,7 @@ fn replace(level: LogLevel, callback: Option<Callback>) -> Result<()> {
             (current.callback.is_some(), current.level, current.changes)
         };
         let function: sys::splat_log_callback = if set { Some(trampoline) } else { None };
-        call!(splat_log_set_callback(
-            function,
-            std::ptr::null_mut(),
-            level.0
-        ))?;
+        call!(splat_log_set_callback(function, std::ptr::null_mut(), level.0))?;
         if current().changes == changes {
             break;
         }
@@ -193,18 +189,14 @@ struct Hold;
 
 impl Hold {
     fn new() -> Self {
-        WAITING
-            .try_with(|own| own.held.set(own.held.get() + 1))
-            .ok();
+        WAITING.try_with(|own| own.held.set(own.held.get() + 1)).ok();
         Hold
     }
 }
 
 impl Drop for Hold {
     fn drop(&mut self) {
-        WAITING
-            .try_with(|own| own.held.set(own.held.get() - 1))
-            .ok();
+        WAITING.try_with(|own| own.held.set(own.held.get() - 1)).ok();
     }
 }
 

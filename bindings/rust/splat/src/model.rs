@@ -125,8 +125,7 @@ impl Model {
     /// # Errors
     /// Errors of the device.
     pub fn init(&self, seed: u64) -> Result<()> {
-        self.serial
-            .with(|| call!(splat_model_init(self.handle, seed)))
+        self.serial.with(|| call!(splat_model_init(self.handle, seed)))
     }
 
     /// Load the parameters of a state dict, all or none.
@@ -134,16 +133,14 @@ impl Model {
     /// `ShapeMismatch`, naming the tensor, `InvalidArgument` (a missing tensor, and without
     /// [`LoadFlags::GRAFT`] one that the model lacks), `InvalidState`.
     pub fn load(&self, weights: &Weights, flags: LoadFlags) -> Result<()> {
-        self.serial
-            .with(|| call!(splat_model_load(self.handle, weights.handle, flags.0)))
+        self.serial.with(|| call!(splat_model_load(self.handle, weights.handle, flags.0)))
     }
 
     /// Store the model as a state dict.
     /// # Errors
     /// Errors of the device.
     pub fn store(&self) -> Result<Weights> {
-        self.serial
-            .with(|| Weights::made(|weights| call!(splat_model_store(self.handle, weights))))
+        self.serial.with(|| Weights::made(|weights| call!(splat_model_store(self.handle, weights))))
     }
 
     /// Export the parameters in another form.
@@ -203,11 +200,8 @@ impl Model {
     /// `ShapeMismatch`, `InvalidArgument`, `InvalidState` (a tensor of the model is
     /// mapped), in each case with the last pass unchanged; errors of the device.
     pub fn forward(&self, input: &ModelInput<'_>) -> Result<()> {
-        let pictures: Vec<sys::splat_image> = input
-            .pictures
-            .iter()
-            .map(|picture| picture.to_raw())
-            .collect();
+        let pictures: Vec<sys::splat_image> =
+            input.pictures.iter().map(|picture| picture.to_raw()).collect();
         let (images, images_count) = array("images", input.images)?;
         let (view_to_world, view_to_world_count) = array("view_to_world", input.view_to_world)?;
         let (quaternions, quaternions_count) = array("quaternions", input.quaternions)?;
@@ -222,11 +216,7 @@ impl Model {
             channels: input.channels,
             objects: input.objects,
             picture_count: count("pictures", pictures.len())?,
-            pictures: if none {
-                std::ptr::null()
-            } else {
-                pictures.as_ptr()
-            },
+            pictures: if none { std::ptr::null() } else { pictures.as_ptr() },
             images,
             images_count,
             view_to_world,
@@ -241,8 +231,7 @@ impl Model {
             tokens_count,
             ..Default::default()
         };
-        self.serial
-            .with(|| call!(splat_model_forward(self.handle, &raw)))
+        self.serial.with(|| call!(splat_model_forward(self.handle, &raw)))
     }
 
     /// Copy a tensor of [`Model::tensor`] into `values`, which has at least its numbers.
@@ -253,12 +242,7 @@ impl Model {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
         self.serial.with(|| {
-            call!(splat_model_read(
-                self.handle,
-                name.as_ptr(),
-                values.as_mut_ptr(),
-                bytes
-            ))
+            call!(splat_model_read(self.handle, name.as_ptr(), values.as_mut_ptr(), bytes))
         })
     }
 
@@ -287,14 +271,8 @@ impl Model {
     pub fn write(&self, name: &str, values: &[f32]) -> Result<()> {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
-        self.serial.with(|| {
-            call!(splat_model_write(
-                self.handle,
-                name.as_ptr(),
-                values.as_ptr(),
-                bytes
-            ))
-        })
+        self.serial
+            .with(|| call!(splat_model_write(self.handle, name.as_ptr(), values.as_ptr(), bytes)))
     }
 
     /// Copy the Gaussians of one object into a new scene.
@@ -330,15 +308,13 @@ impl Model {
             sh_count,
             ..Default::default()
         };
-        self.serial
-            .with(|| call!(splat_model_backward(self.handle, &raw)))
+        self.serial.with(|| call!(splat_model_backward(self.handle, &raw)))
     }
 
     /// Set the gradients of all parameters to zero.
     /// # Errors
     /// Errors of the device.
     pub fn zero_gradients(&self) -> Result<()> {
-        self.serial
-            .with(|| call!(splat_model_zero_gradients(self.handle)))
+        self.serial.with(|| call!(splat_model_zero_gradients(self.handle)))
     }
 }

@@ -60,11 +60,8 @@ impl Module {
     pub fn create(device: &Device, desc: &ModuleDesc<'_>) -> Result<Module> {
         let type_name = c_text("type_name", desc.type_name)?;
         let attributes = c_optional("attributes", desc.attributes)?;
-        let names: Vec<CString> = desc
-            .ports
-            .iter()
-            .map(|(name, _)| c_text("ports", name))
-            .collect::<Result<_>>()?;
+        let names: Vec<CString> =
+            desc.ports.iter().map(|(name, _)| c_text("ports", name)).collect::<Result<_>>()?;
         let ports: Vec<sys::splat_port> = desc
             .ports
             .iter()
@@ -92,8 +89,7 @@ impl Module {
     /// # Errors
     /// Errors of the device.
     pub fn init(&self, seed: u64) -> Result<()> {
-        self.serial
-            .with(|| call!(splat_module_init(self.handle, seed)))
+        self.serial.with(|| call!(splat_module_init(self.handle, seed)))
     }
 
     /// JSON: type, inputs, outputs, parameters, bytes.
@@ -126,14 +122,8 @@ impl Module {
     pub fn write(&self, name: &str, values: &[f32]) -> Result<()> {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
-        self.serial.with(|| {
-            call!(splat_module_write(
-                self.handle,
-                name.as_ptr(),
-                values.as_ptr(),
-                bytes
-            ))
-        })
+        self.serial
+            .with(|| call!(splat_module_write(self.handle, name.as_ptr(), values.as_ptr(), bytes)))
     }
 
     /// Read what [`Module::write`] writes, an output ("y"), or a gradient ("grad:weight",
@@ -146,12 +136,7 @@ impl Module {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
         self.serial.with(|| {
-            call!(splat_module_read(
-                self.handle,
-                name.as_ptr(),
-                values.as_mut_ptr(),
-                bytes
-            ))
+            call!(splat_module_read(self.handle, name.as_ptr(), values.as_mut_ptr(), bytes))
         })
     }
 
@@ -177,8 +162,7 @@ impl Module {
     /// # Errors
     /// `OutOfHostMemory`, errors of the device.
     pub fn forward(&self) -> Result<()> {
-        self.serial
-            .with(|| call!(splat_module_forward(self.handle)))
+        self.serial.with(|| call!(splat_module_forward(self.handle)))
     }
 
     /// Add to the gradients of parameters and overwrite those of inputs; once after each forward
@@ -186,15 +170,13 @@ impl Module {
     /// # Errors
     /// `InvalidState`, `OutOfHostMemory`, errors of the device.
     pub fn backward(&self) -> Result<()> {
-        self.serial
-            .with(|| call!(splat_module_backward(self.handle)))
+        self.serial.with(|| call!(splat_module_backward(self.handle)))
     }
 
     /// Set the gradients of parameters to zero.
     /// # Errors
     /// `OutOfHostMemory`, errors of the device.
     pub fn zero_gradients(&self) -> Result<()> {
-        self.serial
-            .with(|| call!(splat_module_zero_gradients(self.handle)))
+        self.serial.with(|| call!(splat_module_zero_gradients(self.handle)))
     }
 }

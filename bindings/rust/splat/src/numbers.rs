@@ -254,11 +254,7 @@ pub(crate) fn translated(text: &str) -> String {
         if first == '\'' {
             // An apostrophe stands between letters; a text of the caller does not.
             let ends = !rest[1..].starts_with(word);
-            quoted = if quoted {
-                !ends
-            } else {
-                !result.ends_with(word)
-            };
+            quoted = if quoted { !ends } else { !result.ends_with(word) };
         }
         result.push(first);
         rest = &rest[first.len_utf8()..];

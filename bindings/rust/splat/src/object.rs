@@ -73,10 +73,8 @@ impl Default for Serial {
 impl Serial {
     /// All locks of `others`, in one order for all threads.
     pub(crate) fn of<'a>(others: impl IntoIterator<Item = &'a Serial>) -> Self {
-        let mut locks: Vec<Arc<Mutex<()>>> = others
-            .into_iter()
-            .flat_map(|serial| serial.0.iter().cloned())
-            .collect();
+        let mut locks: Vec<Arc<Mutex<()>>> =
+            others.into_iter().flat_map(|serial| serial.0.iter().cloned()).collect();
         locks.sort_by_key(Arc::as_ptr);
         locks.dedup_by(|a, b| Arc::ptr_eq(a, b));
         Serial(locks)
@@ -137,44 +135,27 @@ mod tests {
             ..Default::default()
         };
         let [one, other] = [(); 2].map(|()| Evaluator::create(&desc).unwrap());
-        assert_waits(
-            "evaluators of one predictor",
-            one.serial.clone(),
-            move || {
-                other.read(0, &mut EvaluatedViews::default()).unwrap();
-            },
-        );
+        assert_waits("evaluators of one predictor", one.serial.clone(), move || {
+            other.read(0, &mut EvaluatedViews::default()).unwrap();
+        });
         std::fs::remove_dir_all(&folder).unwrap();
 
         let config = "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], \
                       attention_resolutions: [8]}\ndata: {training_resolution: 16}\n";
         let trainer = Trainer::create(&device, Some(config)).unwrap();
         let model = trainer.model().unwrap();
-        assert_waits(
-            "a trainer and its network",
-            trainer.serial.clone(),
-            move || {
-                model.init(1).unwrap();
-            },
-        );
+        assert_waits("a trainer and its network", trainer.serial.clone(), move || {
+            model.init(1).unwrap();
+        });
 
-        let desc = ModelDesc {
-            flags: ModelFlags::GRADIENTS,
-            config: Some(config),
-            ..Default::default()
-        };
+        let desc =
+            ModelDesc { flags: ModelFlags::GRADIENTS, config: Some(config), ..Default::default() };
         let model = Model::create(&device, &desc).unwrap();
-        let desc = OptimizerDesc {
-            items: &[OptimizerItem::Model(None, &model)],
-            ..Default::default()
-        };
+        let desc =
+            OptimizerDesc { items: &[OptimizerItem::Model(None, &model)], ..Default::default() };
         let optimizer = Optimizer::create(&device, &desc).unwrap();
-        assert_waits(
-            "a network and its optimizer",
-            model.serial.clone(),
-            move || {
-                optimizer.zero_gradients().unwrap();
-            },
-        );
+        assert_waits("a network and its optimizer", model.serial.clone(), move || {
+            optimizer.zero_gradients().unwrap();
+        });
     }
 }

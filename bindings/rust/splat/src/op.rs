@@ -57,10 +57,7 @@ fn gradients(
     }
     Err(Error::new(
         Code::ShapeMismatch,
-        format!(
-            "{name}: {} tensors, expected {expected} or none",
-            tensors.len()
-        ),
+        format!("{name}: {} tensors, expected {expected} or none", tensors.len()),
     ))
 }
 

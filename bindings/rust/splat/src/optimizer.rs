@@ -104,11 +104,7 @@ fn raw_item(
             raw.module = module.handle;
             name
         }
-        OptimizerItem::Tensor {
-            name,
-            parameter,
-            gradient,
-        } => {
+        OptimizerItem::Tensor { name, parameter, gradient } => {
             raw.parameter = parameter.handle;
             raw.gradient = gradient.handle;
             Some(name)
@@ -141,11 +137,8 @@ impl Optimizer {
     /// that has none), `InvalidState` (a model or module without gradients), `ShapeMismatch`.
     pub fn create(device: &Device, desc: &OptimizerDesc<'_>) -> Result<Optimizer> {
         let mut names = Vec::new();
-        let items: Vec<sys::splat_optimizer_item> = desc
-            .items
-            .iter()
-            .map(|item| raw_item(item, &mut names))
-            .collect::<Result<_>>()?;
+        let items: Vec<sys::splat_optimizer_item> =
+            desc.items.iter().map(|item| raw_item(item, &mut names)).collect::<Result<_>>()?;
         let patterns: Vec<CString> = desc
             .groups
             .iter()
@@ -208,8 +201,7 @@ impl Optimizer {
     /// # Errors
     /// `InvalidState` (a mapped tensor), errors of the device.
     pub fn zero_gradients(&self) -> Result<()> {
-        self.serial
-            .with(|| call!(splat_optimizer_zero_gradients(self.handle)))
+        self.serial.with(|| call!(splat_optimizer_zero_gradients(self.handle)))
     }
 
     /// Reorder, drop and add rows of the tensors whose names have a pattern, with their moments and
@@ -258,15 +250,13 @@ impl Optimizer {
     /// # Errors
     /// Errors of the device.
     pub fn save(&self) -> Result<Weights> {
-        self.serial
-            .with(|| Weights::made(|state| call!(splat_optimizer_save(self.handle, state))))
+        self.serial.with(|| Weights::made(|state| call!(splat_optimizer_save(self.handle, state))))
     }
 
     /// Go on from such weights, bit-exactly. On an error the optimizer is unchanged.
     /// # Errors
     /// `InvalidArgument` (weights that are no state, or that of other parameters).
     pub fn load(&self, state: &Weights) -> Result<()> {
-        self.serial
-            .with(|| call!(splat_optimizer_load(self.handle, state.handle)))
+        self.serial.with(|| call!(splat_optimizer_load(self.handle, state.handle)))
     }
 }

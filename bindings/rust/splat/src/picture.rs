@@ -51,19 +51,13 @@ pub struct Picture<'a> {
 impl<'a> Picture<'a> {
     /// A picture in a file.
     pub fn file<P: AsRef<Path> + ?Sized>(path: &'a P) -> Self {
-        Picture {
-            image: PictureSource::Path(path.as_ref()),
-            ..Default::default()
-        }
+        Picture { image: PictureSource::Path(path.as_ref()), ..Default::default() }
     }
 
     /// A picture in memory.
     #[must_use]
     pub fn pixels(image: ImageView<'a>) -> Self {
-        Picture {
-            image: PictureSource::Pixels(image),
-            ..Default::default()
-        }
+        Picture { image: PictureSource::Pixels(image), ..Default::default() }
     }
 }
 
@@ -113,10 +107,7 @@ impl RawPictures {
                 token_count,
             });
         }
-        Ok(RawPictures {
-            list,
-            _paths: paths,
-        })
+        Ok(RawPictures { list, _paths: paths })
     }
 }
 
@@ -159,8 +150,7 @@ pub struct PictureCut<'a> {
 pub fn picture_cut(picture: &Picture<'_>, out: &mut PictureCut<'_>) -> Result<PictureInfo> {
     let pictures = RawPictures::new(std::slice::from_ref(picture))?;
     let image = |view: &Option<ImageViewMut<'_>>| {
-        view.as_ref()
-            .map_or_else(Default::default, |view| view.to_raw())
+        view.as_ref().map_or_else(Default::default, |view| view.to_raw())
     };
     let raw = sys::splat_picture_cut_desc {
         resolution: out.resolution,

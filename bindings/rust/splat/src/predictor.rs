@@ -180,13 +180,7 @@ impl Predictor {
         let length = count("pictures", pictures.list.len())?;
         let (list, none) = (pictures.list.as_ptr(), std::ptr::null_mut());
         Scene::made(|handle| {
-            call!(splat_predictor_predict(
-                self.handle,
-                list,
-                length,
-                handle,
-                none
-            ))
+            call!(splat_predictor_predict(self.handle, list, length, handle, none))
         })
     }
 
@@ -204,13 +198,7 @@ impl Predictor {
         let mut room = Room::new(length, length, self.inputs(inputs)?)?;
         let (list, facts) = (pictures.list.as_ptr(), &mut room.raw);
         let scene = Scene::made(|handle| {
-            call!(splat_predictor_predict(
-                self.handle,
-                list,
-                length,
-                handle,
-                facts
-            ))
+            call!(splat_predictor_predict(self.handle, list, length, handle, facts))
         })?;
         Ok((scene, room.facts()))
     }

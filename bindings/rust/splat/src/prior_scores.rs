@@ -38,8 +38,7 @@ pub fn compare_depth(
     call!(splat_prior_compare_depth(
         &prediction.to_raw(),
         &truth.to_raw(),
-        mask.as_ref()
-            .map_or(std::ptr::null(), |mask| mask as *const _),
+        mask.as_ref().map_or(std::ptr::null(), |mask| mask as *const _),
         flags.0,
         &mut scores
     ))?;
@@ -62,8 +61,7 @@ pub fn compare_normals(
     call!(splat_prior_compare_normals(
         &prediction.to_raw(),
         &truth.to_raw(),
-        mask.as_ref()
-            .map_or(std::ptr::null(), |mask| mask as *const _),
+        mask.as_ref().map_or(std::ptr::null(), |mask| mask as *const _),
         flags.0,
         &mut scores
     ))?;
@@ -79,12 +77,7 @@ pub fn compare_masks(
     flags: MaskFlags,
 ) -> Result<MaskScores> {
     let mut scores = sys::splat_mask_scores::default();
-    call!(splat_prior_compare_masks(
-        &prediction.to_raw(),
-        &alpha.to_raw(),
-        flags.0,
-        &mut scores
-    ))?;
+    call!(splat_prior_compare_masks(&prediction.to_raw(), &alpha.to_raw(), flags.0, &mut scores))?;
     Ok(MaskScores::from_raw(&scores))
 }
 
@@ -97,12 +90,7 @@ pub fn compare_fidelity(
     flags: FidelityFlags,
 ) -> Result<FidelityScores> {
     let mut scores = sys::splat_fidelity_scores::default();
-    call!(splat_prior_compare_images(
-        &prediction.to_raw(),
-        &truth.to_raw(),
-        flags.0,
-        &mut scores
-    ))?;
+    call!(splat_prior_compare_images(&prediction.to_raw(), &truth.to_raw(), flags.0, &mut scores))?;
     Ok(FidelityScores::from_raw(&scores))
 }
 
@@ -120,12 +108,7 @@ pub fn filter_map(map: ImageView, filter: MapFilter, filtered: ImageViewMut) -> 
 pub fn mesh_points(path: impl AsRef<Path>, count: usize, seed: u64) -> Result<Vec<f32>> {
     let path = c_path("path", path.as_ref())?;
     let mut points: Vec<f32> = zeros("count", &[3, count])?;
-    call!(splat_points_from_mesh(
-        path.as_ptr(),
-        seed,
-        points.as_mut_ptr(),
-        points.len() as u64
-    ))?;
+    call!(splat_points_from_mesh(path.as_ptr(), seed, points.as_mut_ptr(), points.len() as u64))?;
     Ok(points)
 }
 

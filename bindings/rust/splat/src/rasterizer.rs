@@ -106,9 +106,7 @@ fn state_handle(state: Option<&RasterState>) -> sys::splat_raster_state {
 }
 
 fn background_pointer(background: &Option<[f32; 3]>) -> *const f32 {
-    background
-        .as_ref()
-        .map_or(std::ptr::null(), |color| color.as_ptr())
+    background.as_ref().map_or(std::ptr::null(), |color| color.as_ptr())
 }
 
 impl Rasterizer {
@@ -184,14 +182,7 @@ impl Rasterizer {
         let length = count("cameras", cameras.len())?;
         let (state, background) = (state_handle(state), background_pointer(&background));
         let cameras = camera::raw(cameras);
-        call!(splat_rasterizer_forward(
-            self.handle,
-            state,
-            &raw,
-            cameras,
-            length,
-            background
-        ))
+        call!(splat_rasterizer_forward(self.handle, state, &raw, cameras, length, background))
     }
 
     /// Copy an output of the last forward call to a tensor of its shape.
@@ -205,12 +196,7 @@ impl Rasterizer {
         tensor: &Tensor,
     ) -> Result<()> {
         let state = state_handle(state);
-        call!(splat_rasterizer_output(
-            self.handle,
-            state,
-            output.0,
-            tensor.handle
-        ))
+        call!(splat_rasterizer_output(self.handle, state, output.0, tensor.handle))
     }
 
     /// Copy an output of the last forward call into `values`, which has at least its numbers; the
@@ -226,13 +212,7 @@ impl Rasterizer {
     ) -> Result<()> {
         let bytes = std::mem::size_of_val(values);
         let (state, values) = (state_handle(state), values.as_mut_ptr());
-        call!(splat_rasterizer_read(
-            self.handle,
-            state,
-            output.0,
-            values,
-            bytes
-        ))
+        call!(splat_rasterizer_read(self.handle, state, output.0, values, bytes))
     }
 
     /// Copy an output of the last forward call into a new vector, in the shape of [`Output`].
@@ -269,14 +249,7 @@ impl Rasterizer {
         let length = count("images", images.len())?;
         let raw: Vec<sys::splat_image> = images.iter().map(|image| image.to_raw()).collect();
         let (state, raw) = (state_handle(state), raw.as_ptr());
-        call!(splat_rasterizer_read_images(
-            self.handle,
-            state,
-            output.0,
-            first,
-            raw,
-            length
-        ))
+        call!(splat_rasterizer_read_images(self.handle, state, output.0, first, raw, length))
     }
 
     /// Compute gradients at the inputs of the state's last forward call.
@@ -338,11 +311,7 @@ impl Rasterizer {
             grad_world_to_camera: handle(gradients.grad_world_to_camera),
             ..Default::default()
         };
-        call!(splat_rasterizer_backward(
-            self.handle,
-            state_handle(state),
-            &raw
-        ))
+        call!(splat_rasterizer_backward(self.handle, state_handle(state), &raw))
     }
 
     /// Describe the last forward call of a state; zeros before the first.
@@ -350,11 +319,7 @@ impl Rasterizer {
     /// Another version of the library.
     pub fn get_info(&self, state: Option<&RasterState>) -> Result<RasterizerInfo> {
         let mut info = sys::splat_rasterizer_info::default();
-        call!(splat_rasterizer_get_info(
-            self.handle,
-            state_handle(state),
-            &mut info
-        ))?;
+        call!(splat_rasterizer_get_info(self.handle, state_handle(state), &mut info))?;
         Ok(RasterizerInfo::from_raw(&info))
     }
 }

@@ -140,9 +140,7 @@ impl Run {
     /// What interrupts this run from other threads and from handlers of signals.
     #[must_use]
     pub fn interrupter(&self) -> Interrupter {
-        Interrupter {
-            handle: self.handle,
-        }
+        Interrupter { handle: self.handle }
     }
 
     /// JSON: folder, step, iterations, skipped, loss, val_psnr, best_val_psnr, peak_bytes.

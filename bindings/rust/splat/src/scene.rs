@@ -111,12 +111,7 @@ impl Scene {
     pub fn load_memory(data: &[u8], desc: &SceneFileDesc) -> Result<Scene> {
         let pointer = data.as_ptr().cast();
         Scene::made(|handle| {
-            call!(splat_scene_load_memory(
-                pointer,
-                data.len(),
-                &desc.to_raw(),
-                handle
-            ))
+            call!(splat_scene_load_memory(pointer, data.len(), &desc.to_raw(), handle))
         })
     }
 
@@ -169,12 +164,7 @@ impl Scene {
     pub fn read(&self, name: &str, values: &mut [f32]) -> Result<()> {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
-        call!(splat_scene_read(
-            self.handle,
-            name.as_ptr(),
-            values.as_mut_ptr(),
-            bytes
-        ))
+        call!(splat_scene_read(self.handle, name.as_ptr(), values.as_mut_ptr(), bytes))
     }
 
     /// Copy an attribute into a new vector. Measures the scene for its length: where scenes are
@@ -200,12 +190,7 @@ impl Scene {
     pub fn write(&self, name: &str, values: &[f32]) -> Result<()> {
         let name = c_text("name", name)?;
         let bytes = std::mem::size_of_val(values);
-        call!(splat_scene_write(
-            self.handle,
-            name.as_ptr(),
-            values.as_ptr(),
-            bytes
-        ))
+        call!(splat_scene_write(self.handle, name.as_ptr(), values.as_ptr(), bytes))
     }
 
     /// Copy an attribute to a new tensor of its shape.
@@ -215,12 +200,7 @@ impl Scene {
     pub fn to_tensor(&self, name: &str, device: &Device) -> Result<Tensor> {
         let name = c_text("name", name)?;
         Tensor::wrap(|handle| {
-            call!(splat_scene_to_tensor(
-                self.handle,
-                name.as_ptr(),
-                device.handle,
-                handle
-            ))
+            call!(splat_scene_to_tensor(self.handle, name.as_ptr(), device.handle, handle))
         })
     }
 

@@ -82,10 +82,7 @@ fn run(
         Some(progress) => progress,
         None => return function(None, std::ptr::null_mut()),
     };
-    let mut call = Call {
-        progress,
-        panic: None,
-    };
+    let mut call = Call { progress, panic: None };
     let result = function(Some(trampoline), (&mut call as *mut Call<'_>).cast());
     if let Some(panic) = call.panic {
         resume_unwind(panic);
@@ -111,9 +108,7 @@ pub fn import_tables(desc: &ImportDesc<'_>, progress: Option<Progress<'_>>) -> R
         shard: desc.shard,
         ..Default::default()
     };
-    run(progress, |callback, user| {
-        call!(splat_dataset_import(&raw, callback, user))
-    })
+    run(progress, |callback, user| call!(splat_dataset_import(&raw, callback, user)))
 }
 
 impl Dataset {

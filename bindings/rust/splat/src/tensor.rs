@@ -75,24 +75,14 @@ impl Tensor {
         data: &[T],
         strides: Option<&[i64]>,
     ) -> Result<Tensor> {
-        let desc = TensorDesc {
-            dtype: of_slice::<T>(desc)?,
-            ..desc.clone()
-        };
+        let desc = TensorDesc { dtype: of_slice::<T>(desc)?, ..desc.clone() };
         let strides = check_slice("data", &desc.dims, data.len(), strides)?;
         let name = c_optional("name", desc.name.as_deref())?;
         let raw = raw_desc(&desc, pointer(&name));
         let bytes = std::mem::size_of_val(data);
         let data = data.as_ptr().cast();
         Tensor::wrap(|handle| {
-            call!(splat_tensor_from_host(
-                device.handle,
-                &raw,
-                data,
-                bytes,
-                strides,
-                handle
-            ))
+            call!(splat_tensor_from_host(device.handle, &raw, data, bytes, strides, handle))
         })
     }
 
@@ -110,10 +100,7 @@ impl Tensor {
     /// # Errors
     /// As [`Tensor::from_host`].
     pub fn from_slice<T: Element>(device: &Device, dims: &[i64], data: &[T]) -> Result<Tensor> {
-        let desc = TensorDesc {
-            dims: dims.to_vec(),
-            ..Default::default()
-        };
+        let desc = TensorDesc { dims: dims.to_vec(), ..Default::default() };
         Tensor::from_host(device, &desc, data, None)
     }
 
@@ -156,12 +143,7 @@ impl Tensor {
         self.check_type::<T>()?;
         let strides = check_slice("data", &self.dims, data.len(), strides)?;
         let bytes = std::mem::size_of_val(data);
-        call!(splat_tensor_write(
-            self.handle,
-            data.as_ptr().cast(),
-            bytes,
-            strides
-        ))
+        call!(splat_tensor_write(self.handle, data.as_ptr().cast(), bytes, strides))
     }
 
     /// Copy the tensor into `data`, which stays untouched on an error. Strides as in
@@ -173,12 +155,7 @@ impl Tensor {
         self.check_type::<T>()?;
         let strides = check_slice("data", &self.dims, data.len(), strides)?;
         let bytes = std::mem::size_of_val(data);
-        call!(splat_tensor_read(
-            self.handle,
-            data.as_mut_ptr().cast(),
-            bytes,
-            strides
-        ))
+        call!(splat_tensor_read(self.handle, data.as_mut_ptr().cast(), bytes, strides))
     }
 
     /// Copy the tensor into a new vector, row-major.
@@ -211,12 +188,7 @@ impl Tensor {
         self.check_type::<T>()?;
         held(|| {
             let (mut pointer, mut bytes) = (std::ptr::null_mut(), 0);
-            call!(splat_tensor_map(
-                self.handle,
-                Access::READ.0,
-                &mut pointer,
-                &mut bytes
-            ))?;
+            call!(splat_tensor_map(self.handle, Access::READ.0, &mut pointer, &mut bytes))?;
             Ok(Mapping::of(self, pointer, bytes))
         })
     }
@@ -234,12 +206,7 @@ impl Tensor {
         }
         held(|| {
             let (mut pointer, mut bytes) = (std::ptr::null_mut(), 0);
-            call!(splat_tensor_map(
-                self.handle,
-                access.0,
-                &mut pointer,
-                &mut bytes
-            ))?;
+            call!(splat_tensor_map(self.handle, access.0, &mut pointer, &mut bytes))?;
             Ok(MappingMut(Mapping::of(self, pointer, bytes)))
         })
     }
@@ -251,11 +218,7 @@ impl Tensor {
     pub fn host_pointer(&self) -> Result<(*mut c_void, usize)> {
         let mut pointer = std::ptr::null_mut();
         let mut bytes = 0;
-        call!(splat_tensor_host_pointer(
-            self.handle,
-            &mut pointer,
-            &mut bytes
-        ))?;
+        call!(splat_tensor_host_pointer(self.handle, &mut pointer, &mut bytes))?;
         Ok((pointer, bytes))
     }
 
@@ -321,11 +284,7 @@ pub struct Mapping<'a, T: Element> {
 
 impl<'a, T: Element> Mapping<'a, T> {
     fn of(tensor: &'a Tensor, pointer: *mut c_void, bytes: usize) -> Self {
-        Mapping {
-            tensor,
-            pointer: pointer.cast(),
-            length: bytes / std::mem::size_of::<T>(),
-        }
+        Mapping { tensor, pointer: pointer.cast(), length: bytes / std::mem::size_of::<T>() }
     }
 
     /// End the mapping and tell whether that worked.
@@ -423,10 +382,7 @@ fn raw_desc(desc: &TensorDesc, name: *const c_char) -> sys::splat_tensor_desc {
 /// The first eight dimensions; the library refuses a higher rank.
 pub(crate) fn eight(dims: &[i64]) -> [i64; sys::SPLAT_MAX_RANK] {
     let mut array = [0; sys::SPLAT_MAX_RANK];
-    array
-        .iter_mut()
-        .zip(dims)
-        .for_each(|(place, &dim)| *place = dim);
+    array.iter_mut().zip(dims).for_each(|(place, &dim)| *place = dim);
     array
 }
 

@@ -25,26 +25,14 @@ macro_rules! plain {
         $(unsafe impl Plain for $kind {})*
     };
 }
-plain!(
-    u8,
-    u16,
-    i32,
-    u32,
-    f32,
-    f64,
-    Camera,
-    sys::splat_picture_info,
-    sys::splat_port
-);
+plain!(u8, u16, i32, u32, f32, f64, Camera, sys::splat_picture_info, sys::splat_port);
 
 /// Zeros that a call fills, as many as the product of `sizes`. Memory that is not written is not
 /// used.
 /// # Errors
 /// More than there is memory for, naming `argument`.
 pub(crate) fn zeros<T: Plain>(argument: &str, sizes: &[usize]) -> Result<Vec<T>> {
-    let length = sizes
-        .iter()
-        .try_fold(1_usize, |all, &size| all.checked_mul(size));
+    let length = sizes.iter().try_fold(1_usize, |all, &size| all.checked_mul(size));
     let layout = length.and_then(|length| Layout::array::<T>(length).ok());
     let refuse = || {
         let words: Vec<String> = sizes.iter().map(usize::to_string).collect();
@@ -104,11 +92,7 @@ pub(crate) fn optional(text: *const c_char) -> Option<String> {
 
 /// Copy a NUL-terminated text in an array.
 pub(crate) fn chars(array: &[c_char]) -> String {
-    let bytes: Vec<u8> = array
-        .iter()
-        .take_while(|&&c| c != 0)
-        .map(|&c| c as u8)
-        .collect();
+    let bytes: Vec<u8> = array.iter().take_while(|&&c| c != 0).map(|&c| c as u8).collect();
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
@@ -150,15 +134,10 @@ pub(crate) struct Texts {
 
 impl Texts {
     pub(crate) fn new(argument: &str, texts: &[&str]) -> Result<Self> {
-        let owned = texts
-            .iter()
-            .map(|text| c_text(argument, text))
-            .collect::<Result<Vec<CString>>>()?;
+        let owned =
+            texts.iter().map(|text| c_text(argument, text)).collect::<Result<Vec<CString>>>()?;
         let pointers = owned.iter().map(|text| text.as_ptr()).collect();
-        Ok(Texts {
-            _owned: owned,
-            pointers,
-        })
+        Ok(Texts { _owned: owned, pointers })
     }
 
     pub(crate) fn as_ptr(&self) -> *const *const c_char {
@@ -178,9 +157,8 @@ pub(crate) fn pointer(text: &Option<CString>) -> *const c_char {
 pub(crate) fn text(
     mut call: impl FnMut(*mut c_char, usize, *mut usize) -> sys::splat_result,
 ) -> Result<String> {
-    let mut bytes = grown(FIRST_CAPACITY, |pointer, capacity, needed| {
-        call(pointer.cast(), capacity, needed)
-    })?;
+    let mut bytes =
+        grown(FIRST_CAPACITY, |pointer, capacity, needed| call(pointer.cast(), capacity, needed))?;
     bytes.pop(); // the NUL
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
@@ -239,10 +217,7 @@ pub(crate) fn items<T: Plain>(
 /// More than 32 bits, naming `argument`.
 pub(crate) fn count(argument: &str, length: usize) -> Result<u32> {
     u32::try_from(length).map_err(|_| {
-        Error::argument(format!(
-            "{argument}: {length} items, expected at most {}",
-            u32::MAX
-        ))
+        Error::argument(format!("{argument}: {length} items, expected at most {}", u32::MAX))
     })
 }
 
@@ -268,7 +243,5 @@ pub(crate) fn array_mut<T>(argument: &str, slice: Option<&mut [T]>) -> Result<(*
 }
 
 fn empty(argument: &str) -> Error {
-    Error::argument(format!(
-        "{argument}: the slice is empty; pass None for no array"
-    ))
+    Error::argument(format!("{argument}: the slice is empty; pass None for no array"))
 }

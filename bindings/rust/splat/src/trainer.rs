@@ -138,10 +138,7 @@ impl Trainer {
     /// `OutOfHostMemory`, errors of the device.
     pub fn create(device: &Device, config: Option<&str>) -> Result<Trainer> {
         let config = c_optional("config", config)?;
-        let raw = sys::splat_trainer_desc {
-            config: pointer(&config),
-            ..Default::default()
-        };
+        let raw = sys::splat_trainer_desc { config: pointer(&config), ..Default::default() };
         Trainer::made(|handle| call!(splat_trainer_create(device.handle, &raw, handle)))
     }
 
@@ -191,8 +188,7 @@ impl Trainer {
     /// `NotFound`, `Io` (cannot be written), errors of the device.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = c_path("path", path.as_ref())?;
-        self.serial
-            .with(|| call!(splat_trainer_save(self.handle, path.as_ptr())))
+        self.serial.with(|| call!(splat_trainer_save(self.handle, path.as_ptr())))
     }
 
     /// The same bytes.
@@ -213,8 +209,7 @@ impl Trainer {
     /// (damaged (it has a checksum), or not such a file).
     pub fn resume(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = c_path("path", path.as_ref())?;
-        self.serial
-            .with(|| call!(splat_trainer_resume(self.handle, path.as_ptr())))
+        self.serial.with(|| call!(splat_trainer_resume(self.handle, path.as_ptr())))
     }
 
     /// Resume from the bytes of such a file.
@@ -223,11 +218,7 @@ impl Trainer {
     /// (damaged (it has a checksum), or not such a file).
     pub fn resume_memory(&self, data: &[u8]) -> Result<()> {
         self.serial.with(|| {
-            call!(splat_trainer_resume_memory(
-                self.handle,
-                data.as_ptr().cast(),
-                data.len()
-            ))
+            call!(splat_trainer_resume_memory(self.handle, data.as_ptr().cast(), data.len()))
         })
     }
 }
@@ -250,12 +241,7 @@ impl Batches {
     pub fn create(dataset: &Dataset, config: Option<&str>, seed: u64) -> Result<Batches> {
         let config = c_optional("config", config)?;
         Batches::made(|handle| {
-            call!(splat_batches_create(
-                dataset.handle,
-                pointer(&config),
-                seed,
-                handle
-            ))
+            call!(splat_batches_create(dataset.handle, pointer(&config), seed, handle))
         })
     }
 

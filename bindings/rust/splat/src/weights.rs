@@ -49,11 +49,7 @@ impl Weights {
     /// that holds more than weights, another number type), `OutOfHostMemory`.
     pub fn load_memory(data: &[u8]) -> Result<Weights> {
         Weights::made(|handle| {
-            call!(splat_weights_load_memory(
-                data.as_ptr().cast(),
-                data.len(),
-                handle
-            ))
+            call!(splat_weights_load_memory(data.as_ptr().cast(), data.len(), handle))
         })
     }
 
@@ -72,10 +68,8 @@ impl Weights {
     /// `ShapeMismatch` (values do not fit dims), `InvalidArgument` (a rank, a name used
     /// twice).
     pub fn from_arrays(arrays: &[NamedArray<'_>]) -> Result<Weights> {
-        let names: Vec<CString> = arrays
-            .iter()
-            .map(|array| c_text("name", array.name))
-            .collect::<Result<_>>()?;
+        let names: Vec<CString> =
+            arrays.iter().map(|array| c_text("name", array.name)).collect::<Result<_>>()?;
         let raw: Vec<sys::splat_named_array> = arrays
             .iter()
             .zip(&names)
@@ -89,11 +83,7 @@ impl Weights {
             })
             .collect();
         Weights::made(|handle| {
-            call!(splat_weights_from_arrays(
-                raw.as_ptr(),
-                raw.len() as u64,
-                handle
-            ))
+            call!(splat_weights_from_arrays(raw.as_ptr(), raw.len() as u64, handle))
         })
     }
 
@@ -155,12 +145,7 @@ impl Weights {
     /// changed).
     pub fn read(&self, index: u32, values: &mut [f32]) -> Result<()> {
         let bytes = std::mem::size_of_val(values);
-        call!(splat_weights_read(
-            self.handle,
-            index,
-            values.as_mut_ptr(),
-            bytes
-        ))
+        call!(splat_weights_read(self.handle, index, values.as_mut_ptr(), bytes))
     }
 
     /// Copy the values of a tensor into a new vector.
@@ -193,12 +178,7 @@ impl Weights {
     pub unsafe fn data(&self, index: u32) -> Result<&[f32]> {
         let mut values = std::ptr::null();
         let mut count = 0;
-        call!(splat_weights_data(
-            self.handle,
-            index,
-            &mut values,
-            &mut count
-        ))?;
+        call!(splat_weights_data(self.handle, index, &mut values, &mut count))?;
         if values.is_null() {
             return Ok(&[]);
         }
@@ -228,13 +208,7 @@ impl Weights {
     ) -> Result<Weights> {
         let adapters = adapters.map_or(std::ptr::null_mut(), |weights| weights.handle);
         Weights::made(|handle| {
-            call!(splat_weights_fold(
-                self.handle,
-                adapters,
-                alpha,
-                flags.0,
-                handle
-            ))
+            call!(splat_weights_fold(self.handle, adapters, alpha, flags.0, handle))
         })
     }
 }

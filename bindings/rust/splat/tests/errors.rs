@@ -40,10 +40,8 @@ fn errors_are_in_words() {
     assert_eq!((Code::Io.name(), Code::NotFound.name()), ("Io", "NotFound"));
     assert_eq!(Code::Io.c_name(), "SPLAT_ERROR_IO");
     assert!(!Code::Timeout.sentence().contains("SPLAT_ERROR"));
-    let nul = Device::create(&DeviceDesc {
-        cache_folder: Some("a\0b".into()),
-        ..Default::default()
-    });
+    let nul =
+        Device::create(&DeviceDesc { cache_folder: Some("a\0b".into()), ..Default::default() });
     let nul = nul.unwrap_err();
     let source = nul.source().unwrap().downcast_ref::<std::ffi::NulError>();
     assert_eq!(source.unwrap().nul_position(), 1);
@@ -65,10 +63,7 @@ fn codes_are_equal_to_their_numbers() {
 fn says<T>(result: Result<T>, part: &str) {
     let text = result.err().expect("not refused").to_string();
     assert!(text.contains(part), "{text}");
-    assert!(
-        !text.contains("SPLAT_") && !text.contains("splat_"),
-        "{text}"
-    );
+    assert!(!text.contains("SPLAT_") && !text.contains("splat_"), "{text}");
 }
 
 #[test]
@@ -81,24 +76,12 @@ fn sentences_name_what_programs_call() {
     says(ints.check(), "Dtype::F32");
     let rasterizer = support::rasterizer(device(), Default::default());
     let scene = support::scene(3);
-    rasterizer
-        .forward_scene(None, &scene, &[support::camera()], None)
-        .unwrap();
-    says(
-        rasterizer.to_vec(None, Output::DEPTH),
-        "RasterizerFlags::DEPTH",
-    );
+    rasterizer.forward_scene(None, &scene, &[support::camera()], None).unwrap();
+    says(rasterizer.to_vec(None, Output::DEPTH), "RasterizerFlags::DEPTH");
     let (name, dims) = ("a", &[3_i64][..]);
-    let array = NamedArray {
-        name,
-        values: &[1.0],
-        dims,
-    };
+    let array = NamedArray { name, values: &[1.0], dims };
     says(Weights::from_arrays(&[array]), "arrays[0].values.len()");
-    says(
-        scene.read("means", &mut [0.0]),
-        "the slice's size in bytes is 4",
-    );
+    says(scene.read("means", &mut [0.0]), "the slice's size in bytes is 4");
     says(device().profile_json(), "DeviceFlags::PROFILE");
 }
 
@@ -106,10 +89,7 @@ fn sentences_name_what_programs_call() {
 fn paths_are_paths_everywhere() {
     let none = PathBuf::from("no/such");
     let path: Option<&Path> = Some(&none);
-    let desc = DatasetDesc {
-        path,
-        ..Default::default()
-    };
+    let desc = DatasetDesc { path, ..Default::default() };
     assert_eq!(Dataset::open(&desc).unwrap_err().code(), Code::NotFound);
     let picture = [Picture::file("no.png"), Picture::file(&none)];
     assert_ne!(picture[0], picture[1]);
@@ -137,10 +117,7 @@ fn flags_have_operators() {
 
 #[test]
 fn values_are_compared_and_shown() {
-    assert_eq!(
-        format!("{:?}", Convention::default()),
-        "Convention::default()"
-    );
+    assert_eq!(format!("{:?}", Convention::default()), "Convention::default()");
     assert_eq!(format!("{:?}", Output::RGB), "Output::RGB");
     assert_eq!(format!("{:?}", Output(77)), "Output(77)");
     assert_eq!(ModelInput::default(), ModelInput::default());
@@ -151,10 +128,7 @@ fn values_are_compared_and_shown() {
     assert_eq!(Picture::pixels(view(2)), Picture::pixels(view(2)));
     assert_ne!(view(2), view(1));
     let text = format!("{:?}", view(2));
-    assert!(
-        text.contains("pixel: Pixel::U8, size: [2, 1], channels: 2"),
-        "{text}"
-    );
+    assert!(text.contains("pixel: Pixel::U8, size: [2, 1], channels: 2"), "{text}");
     assert_ne!(support::scene(1), support::scene(1));
     let cancellers = [device().canceller(), device().canceller()];
     assert_eq!(HashSet::from(cancellers).len(), 1);

@@ -15,12 +15,7 @@ fn disc() -> Image<u8> {
     for (i, pixel) in picture.pixels.chunks_mut(4).enumerate() {
         let (x, y) = ((i % 80) as i32, (i / 80) as i32);
         let inside = (2 * x - 79).pow(2) + (2 * y - 63).pow(2) < 2304;
-        pixel.copy_from_slice(&[
-            (5 * x) as u8,
-            (7 * y) as u8,
-            90,
-            if inside { 255 } else { 0 },
-        ]);
+        pixel.copy_from_slice(&[(5 * x) as u8, (7 * y) as u8, 90, if inside { 255 } else { 0 }]);
     }
     picture
 }
@@ -42,10 +37,7 @@ fn a_picture_becomes_a_scene() {
     let path = folder.join("photo.png");
     splat::image::save(&path, picture.view().unwrap()).unwrap();
     let from_file = predictor.predict(&[Picture::file(&path)]).unwrap();
-    assert_eq!(
-        from_file.to_vec("means").unwrap(),
-        scene.to_vec("means").unwrap()
-    );
+    assert_eq!(from_file.to_vec("means").unwrap(), scene.to_vec("means").unwrap());
 }
 
 #[test]
@@ -57,35 +49,16 @@ fn bad_pictures_are_refused() {
     let missing = predict(&[Picture::file("no.png")]);
     assert_eq!(missing.code(), Code::NotFound);
     let short = ImageView::new(&[0_u8; 10], [4, 4], 3).unwrap();
-    assert_eq!(
-        predict(&[Picture::pixels(short)]).code(),
-        Code::InvalidArgument
-    );
+    assert_eq!(predict(&[Picture::pixels(short)]).code(), Code::InvalidArgument);
     let picture = disc();
     let image = PictureSource::Pixels(picture.view().unwrap());
-    let map = Picture {
-        image,
-        depth: image,
-        ..Default::default()
-    };
+    let map = Picture { image, depth: image, ..Default::default() };
     assert!(!predict(&[map]).message().is_empty());
-    let missing = PredictorDesc {
-        weights_path: Some("no.safetensors".as_ref()),
-        ..Default::default()
-    };
-    assert_eq!(
-        Predictor::create(device(), &missing).unwrap_err().code(),
-        Code::NotFound
-    );
-    assert!(splat::builtin_weights(Some("other"))
-        .unwrap_err()
-        .message()
-        .contains("cars64"));
-    assert!(splat::builtin_weights(None)
-        .unwrap()
-        .to_str()
-        .unwrap()
-        .contains("cars64"));
+    let missing =
+        PredictorDesc { weights_path: Some("no.safetensors".as_ref()), ..Default::default() };
+    assert_eq!(Predictor::create(device(), &missing).unwrap_err().code(), Code::NotFound);
+    assert!(splat::builtin_weights(Some("other")).unwrap_err().message().contains("cars64"));
+    assert!(splat::builtin_weights(None).unwrap().to_str().unwrap().contains("cars64"));
 }
 
 #[test]
@@ -100,15 +73,9 @@ fn a_picture_is_cut_out() {
         ..Default::default()
     };
     let info = splat::picture_cut(&source, &mut out).unwrap();
-    assert_eq!(
-        (info.width, info.height, info.found),
-        (80, 64, Found::BY_ALPHA)
-    );
+    assert_eq!((info.width, info.height, info.found), (80, 64, Found::BY_ALPHA));
     assert!(mask.contains(&255) && mask.contains(&0));
-    let whole = Picture {
-        flags: PictureFlags::WHOLE,
-        ..source
-    };
+    let whole = Picture { flags: PictureFlags::WHOLE, ..source };
     let mut short = vec![0_u8; 5];
     let mut out = PictureCut {
         resolution: 32,
@@ -138,18 +105,12 @@ fn a_predictor_is_scored() {
     let folder = Folder::new("evaluate");
     let path = data(&folder);
     let predictor = Predictor::create(device(), &Default::default()).unwrap();
-    let desc = EvaluatorDesc {
-        predictor: Some(&predictor),
-        data_path: Some(&path),
-        ..Default::default()
-    };
+    let desc =
+        EvaluatorDesc { predictor: Some(&predictor), data_path: Some(&path), ..Default::default() };
     let evaluator = Evaluator::create(&desc).unwrap();
     assert_eq!(evaluator.get_info().unwrap().objects, 2);
     let scores = evaluator.score(0).unwrap();
-    assert!(
-        scores.novel.psnr > 5.0 && !scores.name.is_empty(),
-        "{scores:?}"
-    );
+    assert!(scores.novel.psnr > 5.0 && !scores.name.is_empty(), "{scores:?}");
     let (inputs, novel) = evaluator.read(0, &mut EvaluatedViews::default()).unwrap();
     let views = (inputs + novel) as usize;
     let (mut numbers, mut drawn) = (vec![0; views], vec![0.0; views * 3 * 64 * 64]);
@@ -159,22 +120,10 @@ fn a_predictor_is_scored() {
         ..Default::default()
     };
     evaluator.read(0, &mut all).unwrap();
-    let mut short = EvaluatedViews {
-        numbers: Some(&mut numbers[1..]),
-        ..Default::default()
-    };
-    assert_eq!(
-        evaluator.read(0, &mut short).unwrap_err().code(),
-        Code::InvalidArgument
-    );
-    assert_eq!(
-        evaluator.score(2).unwrap_err().code(),
-        Code::InvalidArgument
-    );
-    assert_eq!(
-        evaluator.score_images(0, &drawn[1..]).unwrap_err().code(),
-        Code::ShapeMismatch
-    );
+    let mut short = EvaluatedViews { numbers: Some(&mut numbers[1..]), ..Default::default() };
+    assert_eq!(evaluator.read(0, &mut short).unwrap_err().code(), Code::InvalidArgument);
+    assert_eq!(evaluator.score(2).unwrap_err().code(), Code::InvalidArgument);
+    assert_eq!(evaluator.score_images(0, &drawn[1..]).unwrap_err().code(), Code::ShapeMismatch);
     let again = evaluator.score_images(0, &drawn).unwrap();
     assert!((again.novel.psnr - scores.novel.psnr).abs() < 1e-6);
     evaluator.score(1).unwrap();
@@ -189,11 +138,7 @@ fn a_predictor_is_scored() {
     let same = Comparison::of_scores(
         ScoreSet::Path(&set),
         ScoreSet::Path(&set),
-        &CompareDesc {
-            resamples: 100,
-            bootstraps: 100,
-            ..Default::default()
-        },
+        &CompareDesc { resamples: 100, bootstraps: 100, ..Default::default() },
     );
     assert_eq!(same.unwrap().metric(0).unwrap().difference, 0.0);
     assert!(Evaluator::create(&EvaluatorDesc::default()).is_err());
@@ -233,19 +178,11 @@ fn methods_are_compared() {
             .collect()
     };
     let (a, b) = (scores(0.0), scores(1.0));
-    let compare = |a, b| {
-        Comparison::of_scores(
-            ScoreSet::Scores(a),
-            ScoreSet::Scores(b),
-            &Default::default(),
-        )
-    };
+    let compare =
+        |a, b| Comparison::of_scores(ScoreSet::Scores(a), ScoreSet::Scores(b), &Default::default());
     let comparison = compare(&a, &b).unwrap();
     let info = comparison.get_info().unwrap();
-    assert_eq!(
-        (info.metrics, info.shared_objects, info.comparable),
-        (1, 12, true)
-    );
+    assert_eq!((info.metrics, info.shared_objects, info.comparable), (1, 12, true));
     let metric = comparison.metric(0).unwrap();
     assert_eq!(metric.verdict, splat::Verdict::BETTER);
     assert!((metric.difference - 1.0).abs() < 1e-12);
@@ -277,10 +214,7 @@ fn models_of_priors_say_what_is_missing() {
     assert!(splat::prior_preset(None).unwrap().contains("\"u2net\""));
     let preset = splat::prior_preset(Some("u2net")).unwrap();
     assert!(preset.contains("\"sha256\""), "{preset}");
-    assert_eq!(
-        splat::prior_preset(Some("u3net")).unwrap_err().code(),
-        Code::NotFound
-    );
+    assert_eq!(splat::prior_preset(Some("u3net")).unwrap_err().code(), Code::NotFound);
     let desc = splat::PriorModelDesc {
         preset: Some("u2net"),
         model: Some(std::path::Path::new("/nowhere/u2net.onnx")),

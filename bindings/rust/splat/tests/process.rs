@@ -18,10 +18,8 @@ use support::model_and_optimizer;
 /// Run a test of this program, which is ignored otherwise, in a process of its own.
 fn run_alone(name: &str) {
     let program = std::env::current_exe().unwrap();
-    let output = Command::new(program)
-        .args([name, "--exact", "--ignored", "--nocapture"])
-        .output()
-        .unwrap();
+    let output =
+        Command::new(program).args([name, "--exact", "--ignored", "--nocapture"]).output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{name}: {}\n{text}", output.status);
     assert!(text.contains("1 passed"), "{name}: {text}");
@@ -101,11 +99,7 @@ fn alone_messages() {
     assert!(count > 0);
     cause_messages();
     assert_eq!(messages.lock().unwrap().len(), count);
-    assert_eq!(
-        Arc::strong_count(&messages),
-        1,
-        "the callback was not freed"
-    );
+    assert_eq!(Arc::strong_count(&messages), 1, "the callback was not freed");
 }
 
 #[test]
@@ -156,15 +150,9 @@ fn alone_limits() {
     let png = Image::<u8>::new([64, 64], 3).unwrap();
     let png = image::save_memory(png.view().unwrap(), ImageFormat::PNG).unwrap();
     let jpeg = include_bytes!("../../../../tests/fuzz/corpora/jpeg/progressive");
-    let tensors = ["a", "b"].map(|name| NamedArray {
-        name,
-        values: &[1.0],
-        dims: &[1],
-    });
+    let tensors = ["a", "b"].map(|name| NamedArray { name, values: &[1.0], dims: &[1] });
     let tensors = Weights::from_arrays(&tensors).unwrap();
-    let tensors = tensors
-        .save_memory(WeightsFormat::SAFETENSORS, Default::default())
-        .unwrap();
+    let tensors = tensors.save_memory(WeightsFormat::SAFETENSORS, Default::default()).unwrap();
     let read_png = || Image::<u8>::load_memory(&png, 0).map(drop);
     let read_jpeg = || Image::<u8>::load_memory(jpeg, 0).map(drop);
     let read_tensors = || Weights::load_memory(&tensors).map(drop);
@@ -175,11 +163,8 @@ fn alone_limits() {
         assert!(error.message().contains(part), "{error}");
     };
     let none = DecodeLimits::default();
-    let bytes = |bytes_times_file, bytes_besides| DecodeLimits {
-        bytes_times_file,
-        bytes_besides,
-        ..none
-    };
+    let bytes =
+        |bytes_times_file, bytes_besides| DecodeLimits { bytes_times_file, bytes_besides, ..none };
     refused(bytes(1, 1000), &read_png, "set_decode_limits");
     for limits in [bytes(1000, 1000), bytes(1, 1 << 20)] {
         splat::set_decode_limits(&limits).unwrap();

@@ -16,26 +16,15 @@ const PLY: SceneFormat = SceneFormat::PLY;
 fn scenes_keep_their_numbers_in_files() {
     let folder = Folder::new("scenes");
     let scene = scene(40);
-    let bytes = scene
-        .save_memory(&SceneFileDesc {
-            format: PLY,
-            ..Default::default()
-        })
-        .unwrap();
-    scene
-        .save(folder.join("a.ply"), &Default::default())
-        .unwrap();
+    let bytes = scene.save_memory(&SceneFileDesc { format: PLY, ..Default::default() }).unwrap();
+    scene.save(folder.join("a.ply"), &Default::default()).unwrap();
     assert_eq!(std::fs::read(folder.join("a.ply")).unwrap(), bytes);
     for copy in [
         Scene::load(folder.join("a.ply"), &Default::default()).unwrap(),
         Scene::load_memory(&bytes, &Default::default()).unwrap(),
     ] {
         for name in ["means", "log_scales", "rotations", "opacity_logits", "sh"] {
-            assert_eq!(
-                copy.to_vec(name).unwrap(),
-                scene.to_vec(name).unwrap(),
-                "{name}"
-            );
+            assert_eq!(copy.to_vec(name).unwrap(), scene.to_vec(name).unwrap(), "{name}");
         }
         assert!(copy.load_report().unwrap().contains("\"count\""));
     }
@@ -49,20 +38,15 @@ fn scenes_change_as_told() {
     assert_eq!((info.count, info.sh_degree, info.non_finite), (20, 0, 0));
     let merged = Scene::merge(&[&first, &first]).unwrap();
     assert_eq!(merged.get_info().unwrap().count, 40);
-    let doubled = Similarity {
-        rotation: [1.0, 0.0, 0.0, 0.0],
-        translation: [0.0, 1.0, 0.0],
-        scale: 2.0,
-    };
+    let doubled =
+        Similarity { rotation: [1.0, 0.0, 0.0, 0.0], translation: [0.0, 1.0, 0.0], scale: 2.0 };
     merged.transform(&doubled).unwrap();
     let before = first.to_vec("means").unwrap();
     assert!((merged.to_vec("means").unwrap()[1] - (2.0 * before[1] + 1.0)).abs() < 1e-6);
     merged.crop([-9.0, -9.0, -9.0], [9.0, 1.0, 9.0]).unwrap();
     assert!(merged.get_info().unwrap().count < 40);
     first.write("opacities", &[0.25; 20]).unwrap();
-    first
-        .filter(FilterFlags::FINITE | FilterFlags::SORT, 0.5)
-        .unwrap();
+    first.filter(FilterFlags::FINITE | FilterFlags::SORT, 0.5).unwrap();
     assert_eq!(first.get_info().unwrap().count, 0);
     let empty = first.to_tensor("means", device());
     assert_eq!(empty.unwrap_err().code(), Code::InvalidState);
@@ -70,33 +54,16 @@ fn scenes_change_as_told() {
 
 #[test]
 fn bad_scenes_are_refused() {
-    let short = SceneDesc {
-        count: 3,
-        means: Some(&[0.0; 8]),
-        ..Default::default()
-    };
+    let short = SceneDesc { count: 3, means: Some(&[0.0; 8]), ..Default::default() };
     let error = Scene::create(&short).unwrap_err();
     assert_eq!(error.code(), Code::InvalidArgument);
-    let empty = SceneDesc {
-        count: 3,
-        means: Some(&[]),
-        ..Default::default()
-    };
-    assert!(Scene::create(&empty)
-        .unwrap_err()
-        .message()
-        .contains("means"));
-    let degree = SceneDesc {
-        sh_degree: 4,
-        ..Default::default()
-    };
+    let empty = SceneDesc { count: 3, means: Some(&[]), ..Default::default() };
+    assert!(Scene::create(&empty).unwrap_err().message().contains("means"));
+    let degree = SceneDesc { sh_degree: 4, ..Default::default() };
     assert!(Scene::create(&degree).is_err());
     let scene = scene(4);
     let mut few = [7.0; 11];
-    assert_eq!(
-        scene.read("means", &mut few).unwrap_err().code(),
-        Code::InvalidArgument
-    );
+    assert_eq!(scene.read("means", &mut few).unwrap_err().code(), Code::InvalidArgument);
     assert_eq!(few, [7.0; 11]);
     assert!(scene.read("colour", &mut few).is_err());
     assert!(scene.write("opacities", &[2.0; 4]).is_err());
@@ -113,11 +80,7 @@ fn bad_scenes_are_refused() {
 #[test]
 fn cameras_keep_their_poses_in_files() {
     let folder = Folder::new("cameras");
-    let desc = OrbitDesc {
-        width: 64,
-        height: 48,
-        ..Default::default()
-    };
+    let desc = OrbitDesc { width: 64, height: 48, ..Default::default() };
     let cameras = Camera::orbit(&scene(30), &desc, 5).unwrap();
     let names = ["a", "b", "c", "d", "e"];
     Camera::save(folder.join("transforms.json"), &cameras, &names).unwrap();
@@ -129,20 +92,12 @@ fn cameras_keep_their_poses_in_files() {
         assert!((0..16).all(|i| difference(i).abs() < 1e-12));
     }
     let bytes = Camera::save_memory(&cameras, &names).unwrap();
-    let files = splat::CameraBytes {
-        cameras: &bytes,
-        images: None,
-    };
-    assert_eq!(
-        Camera::load_memory(files, &Default::default()).unwrap(),
-        read
-    );
+    let files = splat::CameraBytes { cameras: &bytes, images: None };
+    assert_eq!(Camera::load_memory(files, &Default::default()).unwrap(), read);
     let report = Camera::load_memory_report(files, &Default::default()).unwrap();
     assert!(report.contains("\"e\""), "{report}");
     let mut turned = cameras[1];
-    turned
-        .from_opengl(&cameras[2].to_opengl().unwrap())
-        .unwrap();
+    turned.from_opengl(&cameras[2].to_opengl().unwrap()).unwrap();
     assert!((turned.world_to_camera[0] - cameras[2].world_to_camera[0]).abs() < 1e-12);
     assert!(Camera::save_memory(&cameras, &names[..3]).is_err());
     assert!(Camera::from_fov(0, 1, 1.0).is_err());
@@ -153,27 +108,20 @@ fn cameras_keep_their_poses_in_files() {
 #[test]
 fn a_scene_is_drawn() {
     let rasterizer = rasterizer(device(), RasterizerDesc::default());
-    rasterizer
-        .forward_scene(None, &scene(200), &[camera()], Some([1.0; 3]))
-        .unwrap();
+    rasterizer.forward_scene(None, &scene(200), &[camera()], Some([1.0; 3])).unwrap();
     let rgb = rasterizer.to_vec(None, Output::RGB).unwrap();
     let pixels = SIZE[0] as usize * SIZE[1] as usize;
     assert_eq!(rgb.len(), 3 * pixels);
     assert!(rgb.iter().any(|&value| value < 0.5) && rgb.iter().any(|&value| value > 0.99));
     let mut bytes = vec![0_u8; 4 * pixels];
     let mut view = [ImageViewMut::new(&mut bytes, SIZE, 4).unwrap()];
-    rasterizer
-        .read_images(None, Output::RGB, 0, &mut view)
-        .unwrap();
+    rasterizer.read_images(None, Output::RGB, 0, &mut view).unwrap();
     let expected = |i: usize| (255.0 * rgb[i].clamp(0.0, 1.0)).round() as u8;
     assert!((0..pixels).all(|p| (0..3).all(|c| bytes[4 * p + c] == expected(3 * p + c))));
     assert_eq!(rasterizer.get_info(None).unwrap().gaussians, 200);
     let alpha = Tensor::from_slice(device(), &[1, 32, 48], &vec![0.0_f32; pixels]).unwrap();
     rasterizer.output(None, Output::ALPHA, &alpha).unwrap();
-    assert_eq!(
-        alpha.to_vec::<f32>().unwrap(),
-        rasterizer.to_vec(None, Output::ALPHA).unwrap()
-    );
+    assert_eq!(alpha.to_vec::<f32>().unwrap(), rasterizer.to_vec(None, Output::ALPHA).unwrap());
 }
 
 #[test]
@@ -181,17 +129,10 @@ fn a_scene_is_drawn_in_one_call() {
     let (scene, mut small) = (scene(30), camera());
     (small.width, small.height, small.cx, small.cy) = (20, 24, 10.0, 12.0);
     let cameras = [camera(), small];
-    let desc = SceneRenderDesc {
-        background: [1.0, 0.5, 0.0],
-        ..Default::default()
-    };
-    let images = scene
-        .render::<f32>(Some(device()), &cameras, 3, &desc)
-        .unwrap();
+    let desc = SceneRenderDesc { background: [1.0, 0.5, 0.0], ..Default::default() };
+    let images = scene.render::<f32>(Some(device()), &cameras, 3, &desc).unwrap();
     let rasterizer = rasterizer(device(), Default::default());
-    rasterizer
-        .forward_scene(None, &scene, &cameras[..1], Some(desc.background))
-        .unwrap();
+    rasterizer.forward_scene(None, &scene, &cameras[..1], Some(desc.background)).unwrap();
     let expected = rasterizer.to_vec(None, Output::RGB).unwrap();
     assert_eq!(images[0].pixels, expected);
     assert_eq!((images[1].width, images[1].height), (20, 24));
@@ -199,19 +140,14 @@ fn a_scene_is_drawn_in_one_call() {
     assert_eq!(own[0].pixels, expected);
     let wrong = scene.render::<u8>(Some(device()), &cameras, 2, &desc);
     assert_eq!(wrong.unwrap_err().code(), Code::ShapeMismatch);
-    rasterizer
-        .forward_scene(None, &scene, &[camera(); 4], None)
-        .unwrap(); // made without a number of views
+    rasterizer.forward_scene(None, &scene, &[camera(); 4], None).unwrap(); // made without a number of views
     assert_eq!(rasterizer.get_info(None).unwrap().views, 4);
 }
 
 #[test]
 fn gradients_come_back_for_each_state() {
     let scene = scene(50);
-    let desc = RasterizerDesc {
-        flags: RasterizerFlags::BACKWARD,
-        ..Default::default()
-    };
+    let desc = RasterizerDesc { flags: RasterizerFlags::BACKWARD, ..Default::default() };
     let rasterizer = rasterizer(device(), desc);
     let tensor = |name: &str| scene.to_tensor(name, device()).unwrap();
     let (means, scales, rotations) = (tensor("means"), tensor("scales"), tensor("rotations"));
@@ -225,19 +161,12 @@ fn gradients_come_back_for_each_state() {
         colors: None,
     };
     let second = RasterState::create(&rasterizer).unwrap();
-    rasterizer
-        .forward(None, &gaussians, &[camera()], None)
-        .unwrap();
-    rasterizer
-        .forward(Some(&second), &gaussians, &[camera()], Some([1.0; 3]))
-        .unwrap();
+    rasterizer.forward(None, &gaussians, &[camera()], None).unwrap();
+    rasterizer.forward(Some(&second), &gaussians, &[camera()], Some([1.0; 3])).unwrap();
     let ones = Tensor::from_slice(device(), &[1, 32, 48, 3], &vec![1.0_f32; 32 * 48 * 3]).unwrap();
     let out = Tensor::from_slice(device(), &[50], &[0.0_f32; 50]).unwrap();
-    let gradients = Gradients {
-        grad_rgb: Some(&ones),
-        grad_opacities: Some(&out),
-        ..Default::default()
-    };
+    let gradients =
+        Gradients { grad_rgb: Some(&ones), grad_opacities: Some(&out), ..Default::default() };
     let mut sums = Vec::new();
     for state in [None, Some(&second)] {
         rasterizer.backward(state, &gradients).unwrap();
@@ -245,13 +174,7 @@ fn gradients_come_back_for_each_state() {
     }
     assert!(sums[0] > 0.0 && sums[1] < sums[0], "{sums:?}");
     let error = rasterizer
-        .backward(
-            None,
-            &Gradients {
-                grad_rgb: Some(&out),
-                ..Default::default()
-            },
-        )
+        .backward(None, &Gradients { grad_rgb: Some(&out), ..Default::default() })
         .unwrap_err();
     assert_eq!(error.code(), Code::ShapeMismatch);
     drop(rasterizer);
@@ -260,23 +183,15 @@ fn gradients_come_back_for_each_state() {
 
 #[test]
 fn bad_calls_of_the_rasterizer_are_refused() {
-    let one = RasterizerDesc {
-        views: 1,
-        ..Default::default()
-    };
+    let one = RasterizerDesc { views: 1, ..Default::default() };
     let rasterizer = rasterizer(device(), one);
     let other = support::rasterizer(device(), RasterizerDesc::default());
     let state = RasterState::create(&other).unwrap();
     let scene = scene(10);
     let draw = |state, cameras: &[Camera]| rasterizer.forward_scene(state, &scene, cameras, None);
-    let error = rasterizer
-        .read(None, Output::RGB, &mut vec![0.0; 3 * 48 * 32])
-        .unwrap_err();
+    let error = rasterizer.read(None, Output::RGB, &mut vec![0.0; 3 * 48 * 32]).unwrap_err();
     assert_eq!(error.code(), Code::InvalidState, "{error}");
-    assert_eq!(
-        draw(Some(&state), &[camera()]).unwrap_err().code(),
-        Code::InvalidArgument
-    );
+    assert_eq!(draw(Some(&state), &[camera()]).unwrap_err().code(), Code::InvalidArgument);
     assert!(draw(None, &[camera(), camera()]).is_err());
     assert!(draw(None, &[Camera::from_fov(20, 20, 1.0).unwrap()]).is_err());
     assert!(draw(None, &[Camera::default()]).is_err());
@@ -288,17 +203,10 @@ fn bad_calls_of_the_rasterizer_are_refused() {
     assert!(rasterizer.backward(None, &Gradients::default()).is_err());
     let mut short = vec![0_u8; 12];
     let mut view = [ImageViewMut::new(&mut short, SIZE, 3).unwrap()];
-    let error = rasterizer
-        .read_images(None, Output::RGB, 0, &mut view)
-        .unwrap_err();
+    let error = rasterizer.read_images(None, Output::RGB, 0, &mut view).unwrap_err();
     assert_eq!(error.code(), Code::InvalidArgument);
-    assert!(rasterizer
-        .forward_scene(None, &scene, &[camera()], Some([f32::NAN; 3]))
-        .is_err());
-    let desc = RasterizerDesc {
-        sh_degree: 9,
-        ..Default::default()
-    };
+    assert!(rasterizer.forward_scene(None, &scene, &[camera()], Some([f32::NAN; 3])).is_err());
+    let desc = RasterizerDesc { sh_degree: 9, ..Default::default() };
     assert!(splat::Rasterizer::create(device(), &desc).is_err());
     assert_eq!(few, [3.0; 5]);
 }
@@ -307,11 +215,7 @@ fn bad_calls_of_the_rasterizer_are_refused() {
 fn images_keep_their_pixels_in_files() {
     let folder = Folder::new("images");
     let mut picture = Image::<u8>::new([5, 4], 3).unwrap();
-    picture
-        .pixels
-        .iter_mut()
-        .enumerate()
-        .for_each(|(i, pixel)| *pixel = (i * 4) as u8);
+    picture.pixels.iter_mut().enumerate().for_each(|(i, pixel)| *pixel = (i * 4) as u8);
     image::save(folder.join("a.png"), picture.view().unwrap()).unwrap();
     let (read, info) = Image::<u8>::load(folder.join("a.png"), 0).unwrap();
     assert_eq!((&read, info.bits), (&picture, 8));
@@ -319,13 +223,9 @@ fn images_keep_their_pixels_in_files() {
     assert_eq!(Image::<u8>::load_memory(&bytes, 3).unwrap().0, picture);
     let (alpha, _) = Image::<f32>::load_memory(&bytes, 4).unwrap();
     assert_eq!((alpha.pixels[3], alpha.pixels[5]), (1.0, 16.0 / 255.0));
-    let planes: Vec<u8> = (0..3)
-        .flat_map(|c| picture.pixels.iter().skip(c).step_by(3))
-        .copied()
-        .collect();
-    let view = ImageView::new(&planes, [5, 4], 3)
-        .unwrap()
-        .strides(5, 1, 20);
+    let planes: Vec<u8> =
+        (0..3).flat_map(|c| picture.pixels.iter().skip(c).step_by(3)).copied().collect();
+    let view = ImageView::new(&planes, [5, 4], 3).unwrap().strides(5, 1, 20);
     assert_eq!(image::save_memory(view, ImageFormat::PNG).unwrap(), bytes);
     let frames = [picture.view().unwrap(), picture.view().unwrap()];
     image::save_animation(folder.join("a.gif"), &frames, 40).unwrap();
@@ -339,33 +239,17 @@ fn bad_images_are_refused() {
     assert!(ImageView::new::<u8>(&[], [1, 1], 1).is_err());
     let short = ImageView::new(&pixels, [2, 2], 3).unwrap();
     assert_eq!(
-        image::save_memory(short, ImageFormat::PNG)
-            .unwrap_err()
-            .code(),
+        image::save_memory(short, ImageFormat::PNG).unwrap_err().code(),
         Code::InvalidArgument
     );
-    let beyond = ImageView::new(&pixels, [2, 2], 1)
-        .unwrap()
-        .strides(u64::MAX, 1, 1);
+    let beyond = ImageView::new(&pixels, [2, 2], 1).unwrap().strides(u64::MAX, 1, 1);
     assert!(image::save_memory(beyond, ImageFormat::PNG).is_err());
     let fine = ImageView::new(&pixels, [2, 2], 1).unwrap();
-    assert_eq!(
-        image::save("no/such/a.png", fine).unwrap_err().code(),
-        Code::NotFound
-    );
-    assert_eq!(
-        image::save("a.bmp", fine).unwrap_err().code(),
-        Code::Unsupported
-    );
+    assert_eq!(image::save("no/such/a.png", fine).unwrap_err().code(), Code::NotFound);
+    assert_eq!(image::save("a.bmp", fine).unwrap_err().code(), Code::Unsupported);
     assert!(image::save_animation("a.gif", &[], 10).is_err());
-    assert_eq!(
-        Image::<u8>::load("no.png", 0).unwrap_err().code(),
-        Code::NotFound
-    );
-    assert_eq!(
-        Image::<u8>::load_memory(b"GIF89a", 0).unwrap_err().code(),
-        Code::Format
-    );
+    assert_eq!(Image::<u8>::load("no.png", 0).unwrap_err().code(), Code::NotFound);
+    assert_eq!(Image::<u8>::load_memory(b"GIF89a", 0).unwrap_err().code(), Code::Format);
     let half = [0.5_f32; 12];
     let gray = ImageView::new(&half, [2, 2], 3).unwrap();
     let same = image::compare(gray, gray).unwrap();

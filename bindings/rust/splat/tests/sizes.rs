@@ -22,11 +22,7 @@ fn sizes_that_no_memory_holds_are_refused() {
         let depth = ImageView::new(&[1.0_f32], [side; 2], 1).unwrap();
         refused(prior_scores::depth_points(depth, &support::camera()));
     }
-    let wide = Camera {
-        width: u32::MAX,
-        height: u32::MAX,
-        ..support::camera()
-    };
+    let wide = Camera { width: u32::MAX, height: u32::MAX, ..support::camera() };
     let desc = Default::default();
     refused(scene.render::<f32>(None, &[wide], 4, &desc));
     refused(scene.render::<u8>(None, &[support::camera()], u32::MAX, &desc));

@@ -14,53 +14,28 @@ fn devices_are_counted_and_described() {
     let error = Device::describe(9999).unwrap_err();
     assert_eq!(error.code(), Code::InvalidArgument);
     assert!(error.message().contains("9999"), "{error}");
-    assert!(
-        error.to_string().starts_with("invalid argument: "),
-        "{error}"
-    );
+    assert!(error.to_string().starts_with("invalid argument: "), "{error}");
     assert!(device().get_memory().unwrap().budget_bytes > 0);
 }
 
 #[test]
 fn a_device_that_does_not_exist_is_refused() {
-    let desc = DeviceDesc {
-        select: DeviceSelect::BY_INDEX,
-        index: 77,
-        ..Default::default()
-    };
+    let desc = DeviceDesc { select: DeviceSelect::BY_INDEX, index: 77, ..Default::default() };
     assert!(Device::create(&desc).is_err());
-    let desc = DeviceDesc {
-        select: DeviceSelect(77),
-        ..Default::default()
-    };
-    assert_eq!(
-        Device::create(&desc).unwrap_err().code(),
-        Code::InvalidArgument
-    );
-    let desc = DeviceDesc {
-        cache_folder: Some("a\0b".into()),
-        ..Default::default()
-    };
+    let desc = DeviceDesc { select: DeviceSelect(77), ..Default::default() };
+    assert_eq!(Device::create(&desc).unwrap_err().code(), Code::InvalidArgument);
+    let desc = DeviceDesc { cache_folder: Some("a\0b".into()), ..Default::default() };
     let error = Device::create(&desc).unwrap_err();
-    assert!(
-        error.message().contains("cache_folder") && error.message().contains("NUL"),
-        "{error}"
-    );
+    assert!(error.message().contains("cache_folder") && error.message().contains("NUL"), "{error}");
 }
 
 #[test]
 fn profiles_need_their_flag() {
     let error = device().profile_json().unwrap_err();
     assert_eq!(error.code(), Code::InvalidState);
-    let desc = DeviceDesc {
-        flags: splat::DeviceFlags::PROFILE,
-        ..Default::default()
-    };
+    let desc = DeviceDesc { flags: splat::DeviceFlags::PROFILE, ..Default::default() };
     let profiled = Device::create(&desc).unwrap();
-    Tensor::from_slice(&profiled, &[4], &[1.0_f32; 4])
-        .unwrap()
-        .check()
-        .unwrap();
+    Tensor::from_slice(&profiled, &[4], &[1.0_f32; 4]).unwrap().check().unwrap();
     assert!(profiled.profile_json().unwrap().contains("tensor_stats"));
     assert!(profiled.profile_table().unwrap().contains("tensor_stats"));
     profiled.profile_reset().unwrap();
@@ -71,10 +46,7 @@ fn profiles_need_their_flag() {
 fn values_come_back() {
     let values: Vec<f32> = (0..6).map(|i| i as f32).collect();
     let tensor = Tensor::from_slice(device(), &[2, 3], &values).unwrap();
-    assert_eq!(
-        (tensor.dims(), tensor.dtype(), tensor.elements()),
-        (&[2, 3][..], Dtype::F32, 6)
-    );
+    assert_eq!((tensor.dims(), tensor.dtype(), tensor.elements()), (&[2, 3][..], Dtype::F32, 6));
     assert_eq!(tensor.to_vec::<f32>().unwrap(), values);
     let mut columns = [0.0_f32; 6];
     tensor.read(&mut columns, Some(&[1, 2])).unwrap();
@@ -91,16 +63,10 @@ fn values_come_back() {
 
 #[test]
 fn names_and_shapes_are_told() {
-    let desc = TensorDesc {
-        name: Some("weights ü".into()),
-        dims: vec![3, 1],
-        ..Default::default()
-    };
+    let desc =
+        TensorDesc { name: Some("weights ü".into()), dims: vec![3, 1], ..Default::default() };
     let info = Tensor::create(device(), &desc).unwrap().get_info().unwrap();
-    assert_eq!(
-        (info.name.as_str(), info.dims, info.bytes),
-        ("weights ü", vec![3, 1], 12)
-    );
+    assert_eq!((info.name.as_str(), info.dims, info.bytes), ("weights ü", vec![3, 1], 12));
 }
 
 #[test]
@@ -118,33 +84,17 @@ fn slices_of_another_length_or_type_are_refused() {
     assert!(tensor.read(&mut [0.0_f32; 4], Some(&[1])).is_err());
     assert!(tensor.write(&[0.0_f32; 4], Some(&[-2, 1])).is_err());
     assert!(tensor.to_vec::<u32>().is_err());
-    let desc = TensorDesc {
-        dtype: Dtype::U32,
-        dims: vec![1],
-        ..Default::default()
-    };
+    let desc = TensorDesc { dtype: Dtype::U32, dims: vec![1], ..Default::default() };
     assert!(Tensor::from_host(device(), &desc, &[1.0_f32], None).is_err());
     assert_eq!(tensor.to_vec::<f32>().unwrap(), [1.0; 4]);
 }
 
 #[test]
 fn impossible_shapes_are_refused() {
-    for dims in [
-        vec![1; 9],
-        vec![-1],
-        vec![0],
-        vec![i64::MAX, 2],
-        vec![1 << 31],
-    ] {
-        let desc = TensorDesc {
-            dims,
-            ..Default::default()
-        };
+    for dims in [vec![1; 9], vec![-1], vec![0], vec![i64::MAX, 2], vec![1 << 31]] {
+        let desc = TensorDesc { dims, ..Default::default() };
         assert!(Tensor::create(device(), &desc).is_err(), "{desc:?}");
-        assert!(
-            Tensor::from_host(device(), &desc, &[0.0_f32], None).is_err(),
-            "{desc:?}"
-        );
+        assert!(Tensor::from_host(device(), &desc, &[0.0_f32], None).is_err(), "{desc:?}");
     }
 }
 
@@ -169,10 +119,7 @@ fn mappings_hold_off_other_calls() {
         refused(error, Code::InvalidArgument);
     }
     let access = Access::READ_WRITE;
-    refused(
-        tensor.map_mut::<i32>(access).unwrap_err(),
-        Code::InvalidArgument,
-    );
+    refused(tensor.map_mut::<i32>(access).unwrap_err(), Code::InvalidArgument);
     tensor.write(&[0.0_f32; 3], None).unwrap();
 }
 

@@ -17,11 +17,7 @@ const TINY: &str = "model: {base_dim: 8, num_blocks: 1, channel_mult: [1, 2], \
 
 fn picture() -> Image<u8> {
     let mut picture = Image::<u8>::new([64, 64], 4).unwrap();
-    picture
-        .pixels
-        .iter_mut()
-        .enumerate()
-        .for_each(|(i, pixel)| *pixel = (i % 251) as u8 | 128);
+    picture.pixels.iter_mut().enumerate().for_each(|(i, pixel)| *pixel = (i % 251) as u8 | 128);
     picture
 }
 
@@ -41,10 +37,7 @@ fn another_thread_cancels_a_long_call() {
         });
         let error = (0..1000).find_map(|_| predictor.predict(&pictures).err());
         done.store(true, Ordering::Relaxed);
-        assert_eq!(
-            error.expect("no call was cancelled").code(),
-            Code::Cancelled
-        );
+        assert_eq!(error.expect("no call was cancelled").code(), Code::Cancelled);
     });
     drop(predictor.predict(&pictures).unwrap());
     let canceller = device.canceller();
@@ -56,13 +49,10 @@ fn another_thread_cancels_a_long_call() {
 fn objects_are_dropped_while_another_thread_computes() {
     let device = Device::create(&Default::default()).unwrap();
     let predictor = Predictor::create(&device, &Default::default()).unwrap();
-    let tensors: Vec<Tensor> = (0..8)
-        .map(|_| Tensor::from_slice(&device, &[4096], &[1.0_f32; 4096]).unwrap())
-        .collect();
+    let tensors: Vec<Tensor> =
+        (0..8).map(|_| Tensor::from_slice(&device, &[4096], &[1.0_f32; 4096]).unwrap()).collect();
     let (scene, rasterizer) = (scene(100), rasterizer(&device, Default::default()));
-    rasterizer
-        .forward_scene(None, &scene, &[camera()], None)
-        .unwrap();
+    rasterizer.forward_scene(None, &scene, &[camera()], None).unwrap();
     let started = AtomicBool::new(false);
     thread::scope(|scope| {
         let worker = scope.spawn(|| {
@@ -91,13 +81,7 @@ fn drop_in(order: [usize; 6]) -> Result<(), splat::Error> {
     let state = RasterState::create(&rasterizer)?;
     let scene = scene(20);
     rasterizer.forward_scene(Some(&state), &scene, &[camera()], None)?;
-    let model = Model::create(
-        &device,
-        &ModelDesc {
-            config: Some(TINY),
-            ..Default::default()
-        },
-    )?;
+    let model = Model::create(&device, &ModelDesc { config: Some(TINY), ..Default::default() })?;
     let watch = device.canceller();
     let mut objects: Vec<Option<Box<dyn std::any::Any>>> = vec![
         Some(Box::new(device)),
@@ -114,12 +98,7 @@ fn drop_in(order: [usize; 6]) -> Result<(), splat::Error> {
 
 #[test]
 fn objects_are_dropped_in_any_order() {
-    for order in [
-        [0, 1, 2, 3, 4, 5],
-        [5, 4, 3, 2, 1, 0],
-        [2, 0, 5, 3, 1, 4],
-        [3, 5, 1, 0, 4, 2],
-    ] {
+    for order in [[0, 1, 2, 3, 4, 5], [5, 4, 3, 2, 1, 0], [2, 0, 5, 3, 1, 4], [3, 5, 1, 0, 4, 2]] {
         drop_in(order).unwrap();
     }
 }
@@ -128,21 +107,13 @@ fn objects_are_dropped_in_any_order() {
 fn children_work_after_their_device_is_dropped() {
     let device = Device::create(&Default::default()).unwrap();
     let tensor = Tensor::from_slice(&device, &[2], &[1.0_f32, 2.0]).unwrap();
-    let model = Model::create(
-        &device,
-        &ModelDesc {
-            config: Some(TINY),
-            ..Default::default()
-        },
-    );
+    let model = Model::create(&device, &ModelDesc { config: Some(TINY), ..Default::default() });
     let shared = model.as_ref().unwrap().tensor("images").unwrap();
     drop(device);
     tensor.write(&[3.0_f32, 4.0], None).unwrap();
     assert_eq!(tensor.to_vec::<f32>().unwrap(), [3.0, 4.0]);
     drop(model);
-    shared
-        .write(&vec![0.5_f32; shared.elements()], None)
-        .unwrap();
+    shared.write(&vec![0.5_f32; shared.elements()], None).unwrap();
 }
 
 #[test]
@@ -150,13 +121,7 @@ fn memory_returns_when_objects_are_dropped() {
     let device = Device::create(&Default::default()).unwrap();
     let before = device.get_memory().unwrap().live_bytes;
     for _ in 0..3 {
-        let model = Model::create(
-            &device,
-            &ModelDesc {
-                config: Some(TINY),
-                ..Default::default()
-            },
-        );
+        let model = Model::create(&device, &ModelDesc { config: Some(TINY), ..Default::default() });
         let tensor = model.unwrap().tensor("images").unwrap();
         assert!(device.get_memory().unwrap().live_bytes > before);
         drop(tensor);
@@ -177,12 +142,7 @@ fn what_shares_a_network_waits_for_its_calls() {
     });
     let images = vec![0.5; 3 * 16 * 16];
     for _ in 0..20 {
-        model
-            .forward(&ModelInput {
-                images: Some(&images),
-                ..Default::default()
-            })
-            .unwrap();
+        model.forward(&ModelInput { images: Some(&images), ..Default::default() }).unwrap();
         model.to_vec("means").unwrap();
     }
     assert!(worker.join().unwrap() > 0);

@@ -33,16 +33,11 @@ fn configurations_are_merged_and_checked() {
     let merged = config::merge(Some(CONFIG), &["opt.base_lr=1e-4"]).unwrap();
     assert!(merged.contains("\"base_lr\": 0.0001"), "{merged}");
     assert!(config::keys().unwrap().contains("opt.base_lr"));
-    assert!(config::check(Some(CONFIG), &[])
-        .unwrap()
-        .contains("warnings"));
+    assert!(config::check(Some(CONFIG), &[]).unwrap().contains("warnings"));
     let error = config::merge(None, &["opt.base_lrr=1"]).unwrap_err();
     assert!(error.message().contains("opt.base_lr"), "{error}");
     assert!(config::merge(Some("opt: ["), &[]).is_err());
-    assert!(config::merge(Some("a\0"), &[])
-        .unwrap_err()
-        .message()
-        .contains("config"));
+    assert!(config::merge(Some("a\0"), &[]).unwrap_err().message().contains("config"));
 }
 
 #[test]
@@ -50,11 +45,7 @@ fn a_data_set_is_exported() {
     let folder = Folder::new("export");
     let (path, out) = (data(&folder), folder.join("out"));
     assert_eq!(splat::path_name("../a/b").unwrap(), "%2E.%2Fa%2Fb");
-    let dataset = Dataset::open(&DatasetDesc {
-        path: Some(&path),
-        ..Default::default()
-    })
-    .unwrap();
+    let dataset = Dataset::open(&DatasetDesc { path: Some(&path), ..Default::default() }).unwrap();
     let desc = ExportDesc {
         path: Some(&out),
         layout: Some("store"),
@@ -73,11 +64,7 @@ fn a_data_set_is_exported() {
     };
     dataset.export(&desc, Some(&mut progress)).unwrap();
     assert_eq!(last, (20, 20)); // 4 views: poses, images and three maps
-    let store = Dataset::open(&DatasetDesc {
-        path: Some(&out),
-        ..Default::default()
-    })
-    .unwrap();
+    let store = Dataset::open(&DatasetDesc { path: Some(&out), ..Default::default() }).unwrap();
     assert!(store.report().unwrap().contains("\"format\": \"store\""));
     let parts = folder.join("parts");
     for shard in [1, 0] {
@@ -91,10 +78,7 @@ fn a_data_set_is_exported() {
         dataset.export(&part, None).unwrap();
     }
     assert!(folder.join("parts/train/store.json").exists());
-    let tables = ImportDesc {
-        path: Some(&path),
-        ..Default::default()
-    };
+    let tables = ImportDesc { path: Some(&path), ..Default::default() };
     let missing = splat::import_tables(&tables, None).unwrap_err();
     assert!(missing.message().contains("lacks tables"), "{missing}");
 }
@@ -103,47 +87,25 @@ fn a_data_set_is_exported() {
 fn views_of_a_data_set_are_read() {
     let folder = Folder::new("views");
     let path = data(&folder);
-    let dataset = Dataset::open(&DatasetDesc {
-        path: Some(&path),
-        ..Default::default()
-    })
-    .unwrap();
+    let dataset = Dataset::open(&DatasetDesc { path: Some(&path), ..Default::default() }).unwrap();
     assert!(dataset.report().unwrap().contains("\"objects\": 2"));
     assert!(dataset.check(1).unwrap().contains("\"problems\": []"));
     let (mut images, mut focals) = (vec![-1.0; 2 * 3 * 16 * 16], vec![0.0; 4]);
-    let mut views = DatasetViews {
-        images: Some(&mut images),
-        focals: Some(&mut focals),
-        ..Default::default()
-    };
+    let mut views =
+        DatasetViews { images: Some(&mut images), focals: Some(&mut focals), ..Default::default() };
     dataset.read(0, &[0, 3], &mut views).unwrap();
     assert!(images.iter().all(|value| (0.0..=1.0).contains(value)));
     assert!(focals.iter().all(|&focal| focal > 0.0));
     let mut short = vec![-1.0; 5];
-    let mut views = DatasetViews {
-        images: Some(&mut short),
-        ..Default::default()
-    };
+    let mut views = DatasetViews { images: Some(&mut short), ..Default::default() };
     let error = dataset.read(0, &[0], &mut views).unwrap_err();
     assert_eq!(error.code(), Code::InvalidArgument, "{error}");
     assert_eq!(short, [-1.0; 5]);
-    let mut views = DatasetViews {
-        images: Some(&mut []),
-        ..Default::default()
-    };
-    assert!(dataset
-        .read(0, &[0], &mut views)
-        .unwrap_err()
-        .message()
-        .contains("images"));
+    let mut views = DatasetViews { images: Some(&mut []), ..Default::default() };
+    assert!(dataset.read(0, &[0], &mut views).unwrap_err().message().contains("images"));
     assert!(dataset.read(9, &[0], &mut DatasetViews::default()).is_err());
-    assert!(dataset
-        .read(0, &[99], &mut DatasetViews::default())
-        .is_err());
-    let none = Dataset::open(&DatasetDesc {
-        path: Some("no/such".as_ref()),
-        ..Default::default()
-    });
+    assert!(dataset.read(0, &[99], &mut DatasetViews::default()).is_err());
+    let none = Dataset::open(&DatasetDesc { path: Some("no/such".as_ref()), ..Default::default() });
     assert_eq!(none.unwrap_err().code(), Code::NotFound);
 }
 
@@ -164,16 +126,10 @@ fn a_trainer_resumes_with_the_same_bits() {
     let trainer = Trainer::create(device(), Some(&config)).unwrap();
     trainer.model().unwrap().init(5).unwrap();
     let info = trainer.step(&batches.next(0).unwrap()).unwrap();
-    assert!(
-        info.step == 1 && info.loss > 0.0 && !info.skipped,
-        "{info:?}"
-    );
+    assert!(info.step == 1 && info.loss > 0.0 && !info.skipped, "{info:?}");
     trainer.save(folder.join("state.safetensors")).unwrap();
     let state = trainer.save_memory().unwrap();
-    assert_eq!(
-        std::fs::read(folder.join("state.safetensors")).unwrap(),
-        state
-    );
+    assert_eq!(std::fs::read(folder.join("state.safetensors")).unwrap(), state);
     let second = Trainer::create(device(), Some(&config)).unwrap();
     second.resume_memory(&state).unwrap();
     let batch = batches.next(1).unwrap();
@@ -185,14 +141,8 @@ fn a_trainer_resumes_with_the_same_bits() {
     let mut wrong = batch;
     wrong.targets = Some(&batch.targets.unwrap()[1..]);
     assert_eq!(second.step(&wrong).unwrap_err().code(), Code::ShapeMismatch);
-    assert_eq!(
-        second.resume_memory(&state[1..]).unwrap_err().code(),
-        Code::Format
-    );
-    assert_eq!(
-        second.resume("no.safetensors").unwrap_err().code(),
-        Code::NotFound
-    );
+    assert_eq!(second.resume_memory(&state[1..]).unwrap_err().code(), Code::Format);
+    assert_eq!(second.resume("no.safetensors").unwrap_err().code(), Code::NotFound);
     assert!(second.store().unwrap().count().unwrap() > 0);
     assert!(second.report().unwrap().contains("\"attempts\": 2"));
 }
@@ -200,27 +150,18 @@ fn a_trainer_resumes_with_the_same_bits() {
 #[test]
 fn a_training_is_an_iterator_of_events() {
     let folder = Folder::new("training");
-    let (root, run) = (
-        format!("data.root='{}'", data(&folder).display()),
-        folder.join("run"),
-    );
+    let (root, run) = (format!("data.root='{}'", data(&folder).display()), folder.join("run"));
     let desc = TrainingDesc {
         folder: Some(&run),
         config: Some(CONFIG),
         values: &[&root],
         ..Default::default()
     };
-    let events: Vec<_> = Training::open(device(), &desc)
-        .unwrap()
-        .collect::<splat::Result<_>>()
-        .unwrap();
-    let steps = events
-        .iter()
-        .filter(|event| event.kind == RunEventKind::STEP);
+    let events: Vec<_> =
+        Training::open(device(), &desc).unwrap().collect::<splat::Result<_>>().unwrap();
+    let steps = events.iter().filter(|event| event.kind == RunEventKind::STEP);
     assert_eq!(steps.map(|event| event.step).max(), Some(4));
-    assert!(events
-        .iter()
-        .any(|event| event.numbers.get("loss") > Some(&0.0)));
+    assert!(events.iter().any(|event| event.numbers.get("loss") > Some(&0.0)));
     let last = events.last().unwrap();
     assert!(last.is_end() && last.kind == RunEventKind::DONE, "{last:?}");
     assert!(events.iter().any(|event| event.text.is_some()));
@@ -245,10 +186,7 @@ fn a_training_is_an_iterator_of_events() {
 #[test]
 fn another_thread_interrupts_a_training() {
     let folder = Folder::new("interrupt");
-    let (root, run) = (
-        format!("data.root='{}'", data(&folder).display()),
-        folder.join("run"),
-    );
+    let (root, run) = (format!("data.root='{}'", data(&folder).display()), folder.join("run"));
     let values = [root.as_str(), "opt.iterations=100000"];
     let desc = TrainingDesc {
         folder: Some(&run),
@@ -270,10 +208,7 @@ fn another_thread_interrupts_a_training() {
     thread.unwrap().join().unwrap().unwrap();
     assert_eq!(last, Some(RunEventKind::INTERRUPTED));
     drop(training);
-    assert_eq!(
-        interrupter.interrupt().unwrap_err().code(),
-        Code::InvalidHandle
-    );
+    assert_eq!(interrupter.interrupt().unwrap_err().code(), Code::InvalidHandle);
 }
 
 #[test]
@@ -281,12 +216,7 @@ fn bad_trainings_are_refused() {
     let folder = Folder::new("bad_trainings");
     let run = folder.join("run");
     let open = |config, values: &[&str]| {
-        let desc = TrainingDesc {
-            folder: Some(&run),
-            config,
-            values,
-            ..Default::default()
-        };
+        let desc = TrainingDesc { folder: Some(&run), config, values, ..Default::default() };
         Training::open(device(), &desc).unwrap_err()
     };
     assert_eq!(open(None, &["data.root=no/such"]).code(), Code::NotFound);

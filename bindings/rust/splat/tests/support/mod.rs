@@ -18,9 +18,7 @@ pub fn device() -> &'static Device {
     // SAFETY: written once, before any read.
     unsafe {
         START.call_once(|| {
-            DEVICE = Some(Box::leak(Box::new(
-                Device::create(&Default::default()).unwrap(),
-            )));
+            DEVICE = Some(Box::leak(Box::new(Device::create(&Default::default()).unwrap())));
         });
         DEVICE.unwrap()
     }
@@ -28,17 +26,11 @@ pub fn device() -> &'static Device {
 
 /// A network with gradients, and an optimizer of its parameters.
 pub fn model_and_optimizer(device: &Device, config: &str) -> (Model, Optimizer) {
-    let desc = ModelDesc {
-        flags: ModelFlags::GRADIENTS,
-        config: Some(config),
-        ..Default::default()
-    };
+    let desc =
+        ModelDesc { flags: ModelFlags::GRADIENTS, config: Some(config), ..Default::default() };
     let model = Model::create(device, &desc).unwrap();
     let items = [OptimizerItem::Model(None, &model)];
-    let desc = OptimizerDesc {
-        items: &items,
-        ..Default::default()
-    };
+    let desc = OptimizerDesc { items: &items, ..Default::default() };
     let optimizer = Optimizer::create(device, &desc).unwrap();
     (model, optimizer)
 }
@@ -46,9 +38,8 @@ pub fn model_and_optimizer(device: &Device, config: &str) -> (Model, Optimizer) 
 /// A grid of opaque Gaussians of different colours around the origin.
 pub fn scene(count: usize) -> Scene {
     let spread = |i: usize, step: usize| ((i * step) % 17) as f32 / 16.0 - 0.5;
-    let means: Vec<f32> = (0..count)
-        .flat_map(|i| [spread(i, 3), spread(i, 5), spread(i, 7)])
-        .collect();
+    let means: Vec<f32> =
+        (0..count).flat_map(|i| [spread(i, 3), spread(i, 5), spread(i, 7)]).collect();
     let log_scales = vec![-2.5; 3 * count];
     let opacity_logits = vec![2.0; count];
     let sh: Vec<f32> = means.iter().map(|mean| 2.0 * mean).collect();
@@ -66,20 +57,13 @@ pub fn scene(count: usize) -> Scene {
 /// A camera that sees the scene from the front.
 pub fn camera() -> Camera {
     let mut camera = Camera::from_fov(SIZE[0], SIZE[1], 0.9).unwrap();
-    camera
-        .look_at([0.0, 0.0, -2.0], [0.0; 3], [0.0, -1.0, 0.0])
-        .unwrap();
+    camera.look_at([0.0, 0.0, -2.0], [0.0; 3], [0.0, -1.0, 0.0]).unwrap();
     camera
 }
 
 /// A rasterizer for the scene and the camera.
 pub fn rasterizer(device: &Device, desc: RasterizerDesc) -> Rasterizer {
-    let desc = RasterizerDesc {
-        gaussians: 1000,
-        width: SIZE[0],
-        height: SIZE[1],
-        ..desc
-    };
+    let desc = RasterizerDesc { gaussians: 1000, width: SIZE[0], height: SIZE[1], ..desc };
     Rasterizer::create(device, &desc).unwrap()
 }
 
