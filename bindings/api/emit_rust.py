@@ -393,6 +393,7 @@ def _shared(api: Api, struct: dict[str, Any]) -> str:
     name, raw = _camel(struct["name"]), struct["name"]
     text = "\n" + _doc(struct["doc"] or f"The fields of `{struct['name']}`.", fence=True)
     text += "#[repr(C)]\n#[derive(Clone, Copy, Debug, Default, PartialEq)]\n"
+    text += "#[cfg_attr(feature = \"serde\", derive(serde::Serialize, serde::Deserialize))]\n"
     text += f"pub struct {name} {{\n"
     for field in _visible(struct):
         text += _field_doc(api, struct, field).replace("        ///", "    ///")

@@ -1439,6 +1439,7 @@ input! {
 /// A pinhole camera. Frozen. The centre of the pixel in column i and row j is (i + 0.5, j + 0.5).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Camera {
     /// pixels
     pub width: u32,
@@ -1463,6 +1464,7 @@ const _: () = assert!(
 /// x -\> scale * rotation x + translation. Frozen.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Similarity {
     /// w, x, y, z, of any length \> 0
     pub rotation: [f64; 4],
