@@ -54,8 +54,9 @@ def build(library: Path, folder: Path) -> Dict[str, List[str]]:
         print("Rust is left out: install rustc and cargo", file=sys.stderr)
     else:
         paths = f"{Path(cargo).parent}{os.pathsep}{os.environ['PATH']}"
-        subprocess.run([cargo, "build", "--release", "--offline", "--locked", "--example", "bench"],
-                       cwd=BINDINGS / "rust", check=True,
+        subprocess.run(["sh", BINDINGS / "rust/workspace.sh", folder / "crates"], check=True)
+        subprocess.run([cargo, "build", "--release", "--offline", "--example", "bench"],
+                       cwd=folder / "crates", check=True,
                        env={**os.environ, "PATH": paths, "CARGO_TARGET_DIR": str(folder / "rust")})
         commands["Rust"] = [str(folder / "rust" / "release" / "examples" / "bench")]
     if shutil.which("mcs") is None or shutil.which("mono") is None:

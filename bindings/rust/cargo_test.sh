@@ -1,11 +1,13 @@
 #!/bin/sh
-# Run cargo in the workspace, against the library of SPLAT_LIB_DIR. Exits with 77 where cargo is missing.
+# Run a command of cargo without a registry, against the library of SPLAT_LIB_DIR. Exits with 77 where cargo or
+# its command is missing.
 #
-#   cargo_test.sh <cargo or NOTFOUND> <folder for what it builds> <arguments of cargo>...
+#   cargo_test.sh <cargo or NOTFOUND> <folder for what it builds> <command> <arguments>...
 set -eu
 cargo=$1
 export CARGO_TARGET_DIR="$2"
-shift 2
+command=$3
+shift 3
 case $cargo in
 *NOTFOUND)
     echo "no cargo: install the packages rustc and cargo"
@@ -15,5 +17,10 @@ esac
 # The compiler beside this cargo, not one of another version.
 PATH=$(dirname "$cargo"):$PATH
 export PATH
-cd "$(dirname "$0")"
-"$cargo" "$@" --offline --locked
+if ! "$cargo" "$command" --help >/dev/null 2>&1; then
+    echo "no cargo $command beside $cargo"
+    exit 77
+fi
+sh "$(dirname "$0")/workspace.sh" "$CARGO_TARGET_DIR/crates"
+cd "$CARGO_TARGET_DIR/crates"
+"$cargo" "$command" --offline "$@"

@@ -32,6 +32,7 @@ trap 'rm -rf "$temp"' EXIT
 pc_dir=$(dirname "$(find "$temp/prefix" -name splat.pc)")
 lib_dir=$(dirname "$(find "$temp/prefix" -name libsplat.so)")
 
+sh "$source_dir/bindings/rust/workspace.sh" "$temp/crates" # no registry is asked
 mkdir -p "$temp/first/src"
 cd "$temp/first"
 cat >Cargo.toml <<END
@@ -41,7 +42,7 @@ version = "0.1.0"
 edition = "2021"
 
 [dependencies]
-splat = { path = "$source_dir/bindings/rust/splat" }
+splat = { path = "$temp/crates/splat" }
 END
 # shellcheck disable=SC2016  # the backquotes are those of Markdown
 sed -n '/^```rust$/,/^```$/{/^```/d;p;}' "$source_dir/bindings/rust/README.md" >src/main.rs

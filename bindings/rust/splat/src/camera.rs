@@ -56,7 +56,13 @@ impl Camera {
     /// the image. The intrinsics stay. Scene units.
     /// # Errors
     /// `InvalidArgument`.
-    pub fn look_at(&mut self, eye: [f64; 3], target: [f64; 3], up: [f64; 3]) -> Result<()> {
+    pub fn look_at(
+        &mut self,
+        eye: impl Into<[f64; 3]>,
+        target: impl Into<[f64; 3]>,
+        up: impl Into<[f64; 3]>,
+    ) -> Result<()> {
+        let (eye, target, up) = (eye.into(), target.into(), up.into());
         let camera = self.as_raw_mut();
         call!(splat_camera_look_at(camera, eye.as_ptr(), target.as_ptr(), up.as_ptr()))
     }

@@ -10,6 +10,7 @@ use std::path::Path;
 
 /// Scores of one object; NaN: none in that metric.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Score {
     /// Name of the object.
     pub object: String,
@@ -32,6 +33,8 @@ pub enum ScoreSet<'a> {
 
 /// How two methods are compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct CompareDesc {
     /// [`CompareFlags::UNPAIRED`]: ignore which object a score belongs to.
     pub flags: CompareFlags,

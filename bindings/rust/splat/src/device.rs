@@ -9,6 +9,8 @@ use std::path::PathBuf;
 
 /// How to open a device. The default opens the best one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct DeviceDesc {
     /// Validation, profiling.
     pub flags: DeviceFlags,
@@ -32,7 +34,7 @@ pub struct DeviceDesc {
 
 object! {
     /// An open Vulkan device. Calls that use it run one after the other. It closes with the last of
-    /// its objects.
+    /// its objects. Several owners share it by `Arc`.
     ///
     /// ```
     /// # fn main() -> splat::Result<()> {

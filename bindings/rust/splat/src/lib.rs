@@ -10,6 +10,10 @@
 //! An object that is thread-safe in C is `Send` and `Sync`, and threads share it by `Arc`; one whose
 //! calls the caller synchronises is only `Send`. In a forked child, objects of a device that the parent
 //! opened are refused.
+//!
+//! Features, none of which is on by default: `glam` ([`Camera`] and [`Similarity`] as its matrices),
+//! `image` (its buffers from and to [`Image`] and [`ImageView`]), `bytemuck` (`Pod` of both structs),
+//! `serde` (descriptions and infos; numbers and flags by their names), `bitflags` (its trait `Flags`).
 #![warn(missing_docs)]
 #![deny(unsafe_op_in_unsafe_fn)]
 // NulError has another path in Rust 1.64 and later.
@@ -23,6 +27,7 @@ mod device;
 mod error;
 mod evaluator;
 pub mod image;
+mod interop;
 mod load;
 pub mod log;
 mod model;

@@ -53,6 +53,8 @@ pub fn build_info() -> String {
 /// What a file may cost when it is read, by this process and whatever reads it: a small file can ask
 /// for all memory or for hours. 0 is the default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct DecodeLimits {
     /// Bytes of memory for each byte of the file; 0: 64.
     pub bytes_times_file: u64,

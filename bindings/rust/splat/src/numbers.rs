@@ -1,7 +1,6 @@
 //! Types around the numbers, flags and structs of C, which values.rs lists.
 
 use crate::values::WORDS;
-use std::fmt;
 
 /// A struct around the number of an enum: the library may know numbers that this version does not.
 macro_rules! number {
@@ -22,14 +21,15 @@ macro_rules! number {
 
         impl std::fmt::Debug for $name {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                let number = i64::from(self.0);
-                match Self::NAMES.iter().find(|(_, _, value)| *value == number) {
-                    Some((short, _, _)) => write!(f, "{}::{short}", stringify!($name)),
-                    None if number == 0 => write!(f, "{}::default()", stringify!($name)),
-                    None => write!(f, "{}({number})", stringify!($name)),
+                match Self::NAMES.iter().any(|(_, _, value)| *value == i64::from(self.0)) {
+                    true => write!(f, "{}::{self}", stringify!($name)),
+                    false if self.0 == 0 => write!(f, "{}::default()", stringify!($name)),
+                    false => write!(f, "{}({self})", stringify!($name)),
                 }
             }
         }
+
+        crate::numbers::named!($name, false);
     };
 }
 pub(crate) use number;
@@ -62,6 +62,12 @@ macro_rules! flags {
                 $name(0 $(| sys::$raw)*)
             }
 
+            /// The number of C.
+            #[must_use]
+            pub const fn bits(self) -> u32 {
+                self.0
+            }
+
             /// True if no bit is set.
             #[must_use]
             pub const fn is_empty(self) -> bool {
@@ -73,34 +79,28 @@ macro_rules! flags {
             pub const fn contains(self, other: Self) -> bool {
                 self.0 & other.0 == other.0
             }
-        }
 
-        impl std::ops::BitOr for $name {
-            type Output = Self;
+            /// Set the bits of `other` (`true`), or unset them.
+            pub fn set(&mut self, other: Self, value: bool) {
+                *self = if value { *self | other } else { *self - other };
+            }
 
-            fn bitor(self, other: Self) -> Self {
-                $name(self.0 | other.0)
+            /// Set the bits of `other`.
+            pub fn insert(&mut self, other: Self) {
+                *self |= other;
+            }
+
+            /// Unset the bits of `other`.
+            pub fn remove(&mut self, other: Self) {
+                *self -= other;
             }
         }
 
-        impl std::ops::BitOrAssign for $name {
-            fn bitor_assign(&mut self, other: Self) {
-                self.0 |= other.0;
-            }
-        }
-
-        impl std::ops::BitAnd for $name {
-            type Output = Self;
-
-            fn bitand(self, other: Self) -> Self {
-                $name(self.0 & other.0)
-            }
-        }
-
-        impl std::ops::BitAndAssign for $name {
-            fn bitand_assign(&mut self, other: Self) {
-                self.0 &= other.0;
-            }
+        crate::numbers::operators! { $name(a, b):
+            BitOr bitor BitOrAssign bitor_assign = a | b,
+            BitAnd bitand BitAndAssign bitand_assign = a & b,
+            BitXor bitxor BitXorAssign bitxor_assign = a ^ b,
+            Sub sub SubAssign sub_assign = a & !b,
         }
 
         /// The bits of [`Self::all`] that are not set.
@@ -112,14 +112,56 @@ macro_rules! flags {
             }
         }
 
+        #[cfg(feature = "bitflags")]
+        impl bitflags::Flags for $name {
+            const FLAGS: &'static [bitflags::Flag<Self>] =
+                &[$(bitflags::Flag::new(stringify!($short), $name::$short)),*];
+            type Bits = u32;
+
+            fn bits(&self) -> u32 {
+                self.0
+            }
+
+            fn from_bits_retain(bits: u32) -> Self {
+                $name(bits)
+            }
+        }
+
+        crate::numbers::named!($name, true);
+
         impl std::fmt::Debug for $name {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                crate::numbers::bits(f, stringify!($name), self.0, Self::NAMES)
+                let words = if self.is_empty() { "empty".to_owned() } else { self.to_string() };
+                write!(f, "{}({words})", stringify!($name))
             }
         }
     };
 }
 pub(crate) use flags;
+
+/// Operators of two sets of flags, and their assignments.
+macro_rules! operators {
+    ($name:ident($a:ident, $b:ident):
+     $($trait:ident $call:ident $assign:ident $assigned:ident = $value:expr,)*) => {
+        $(
+            impl std::ops::$trait for $name {
+                type Output = Self;
+
+                fn $call(self, other: Self) -> Self {
+                    let ($a, $b) = (self.0, other.0);
+                    $name($value)
+                }
+            }
+
+            impl std::ops::$assign for $name {
+                fn $assigned(&mut self, other: Self) {
+                    *self = std::ops::$trait::$call(*self, other);
+                }
+            }
+        )*
+    };
+}
+pub(crate) use operators;
 
 /// The codes of results: an enum with a place for all other numbers.
 macro_rules! codes {
@@ -167,6 +209,7 @@ macro_rules! output {
     }) => {
         $(#[$doc])*
         #[derive(Clone, Debug, Default, PartialEq)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
         #[non_exhaustive]
         pub struct $name {
             $($(#[$each])* pub $field: $kind,)*
@@ -188,6 +231,8 @@ macro_rules! input {
     }) => {
         $(#[$doc])*
         #[derive(Clone, Debug, Default, PartialEq)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
         pub struct $name {
             $($(#[$each])* pub $field: $kind,)*
         }
@@ -209,23 +254,73 @@ pub(crate) type Names = &'static [(&'static str, &'static str, i64)];
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct UnknownCode(pub(crate) i32);
 
-/// Debug text of bits with names.
-pub(crate) fn bits(f: &mut fmt::Formatter<'_>, kind: &str, bits: u32, names: Names) -> fmt::Result {
-    let mut rest = bits;
+/// The text of a number: its name, or digits; flags are joined by "|". And the way back, also for the
+/// crate serde.
+macro_rules! named {
+    ($name:ident, $flags:literal) => {
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.pad(&crate::numbers::words(i64::from(self.0), Self::NAMES, $flags))
+            }
+        }
+
+        impl std::str::FromStr for $name {
+            type Err = crate::Error;
+
+            fn from_str(text: &str) -> crate::Result<Self> {
+                let number = crate::numbers::number_of(text, Self::NAMES, $flags);
+                number.and_then(|number| number.try_into().ok()).map($name).ok_or_else(|| {
+                    let names: Vec<&str> = Self::NAMES.iter().map(|names| names.0).collect();
+                    let (kind, names) = (stringify!($name), names.join(", "));
+                    crate::Error::argument(format!("{kind}: '{text}', expected one of {names}"))
+                })
+            }
+        }
+
+        #[cfg(feature = "serde")]
+        impl serde::Serialize for $name {
+            fn serialize<S: serde::Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
+                out.collect_str(self)
+            }
+        }
+
+        #[cfg(feature = "serde")]
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+                String::deserialize(from)?.parse().map_err(serde::de::Error::custom)
+            }
+        }
+    };
+}
+pub(crate) use named;
+
+pub(crate) fn words(number: i64, names: Names, flags: bool) -> String {
+    let mut rest = number;
     let mut words: Vec<String> = Vec::new();
-    for &(name, _, bit) in names {
-        if bit != 0 && i64::from(bits) & bit == bit {
-            rest &= !(bit as u32);
+    for &(name, _, value) in names {
+        if number == value || flags && value != 0 && number & value == value {
+            rest &= !value;
             words.push(name.to_owned());
         }
     }
-    if rest != 0 {
-        words.push(format!("{rest:#x}"));
+    if words.is_empty() && !flags || rest != 0 && flags {
+        words.push(if flags { format!("{rest:#x}") } else { rest.to_string() });
     }
-    if words.is_empty() {
-        words.push("empty".to_owned());
+    words.join(" | ")
+}
+
+pub(crate) fn number_of(text: &str, names: Names, flags: bool) -> Option<i64> {
+    let one =
+        |word: &str| match (names.iter().find(|names| names.0 == word), word.strip_prefix("0x")) {
+            (Some(&(_, _, value)), _) => Some(value),
+            (None, Some(digits)) if flags => i64::from_str_radix(digits, 16).ok(),
+            _ => word.parse().ok(),
+        };
+    if !flags {
+        return one(text);
     }
-    write!(f, "{kind}({})", words.join(" | "))
+    let words = text.split('|').map(str::trim).filter(|word| !word.is_empty());
+    words.map(one).try_fold(0, |all, bit| Some(all | bit?))
 }
 
 /// A sentence of the library with the names of this crate: `SPLAT_DTYPE_F32` is `Dtype::F32`,

@@ -34,7 +34,8 @@ pub struct SceneDesc<'a> {
 
 object! {
     /// A set of 3D Gaussians in host memory, in the parameters that 3DGS files store. Needs no
-    /// device. Axes are those of 3DGS .ply files: x right, y down, z forward.
+    /// device. Axes are those of 3DGS .ply files: x right, y down, z forward. Several owners share it by
+    /// `Arc`; `Scene::merge(&[&scene])` is a copy.
     ///
     /// Attributes are "means" `[n,3]`, "log_scales" `[n,3]` or activated "scales", "rotations" `[n,4]`
     /// (w, x, y, z), "opacity_logits" `[n]` or activated "opacities", and "sh" `[n,K,3]`.
@@ -272,7 +273,8 @@ impl Scene {
     /// # Errors
     /// `InvalidArgument` (the similarity, or one that moves means beyond float32),
     /// `OutOfHostMemory`.
-    pub fn crop(&self, low: [f64; 3], high: [f64; 3]) -> Result<()> {
+    pub fn crop(&self, low: impl Into<[f64; 3]>, high: impl Into<[f64; 3]>) -> Result<()> {
+        let (low, high) = (low.into(), high.into());
         call!(splat_scene_crop(self.handle, low.as_ptr(), high.as_ptr()))
     }
 

@@ -34,6 +34,8 @@ unsafe impl Element for u32 {
 
 /// What a new tensor is like.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct TensorDesc {
     /// Used in messages.
     pub name: Option<String>,

@@ -113,6 +113,26 @@ fn flags_have_operators() {
     assert_eq!(format!("{:?}", FilterFlags::empty()), "FilterFlags(empty)");
     let unknown = FilterFlags(1 << 30) | FilterFlags::SORT;
     assert_eq!(format!("{unknown:?}"), "FilterFlags(SORT | 0x40000000)");
+    flags.set(FilterFlags::FINITE, true);
+    assert_eq!(flags ^ FilterFlags::SORT, FilterFlags::FINITE);
+    flags.remove(FilterFlags::SORT);
+    assert_eq!(flags.bits(), FilterFlags::FINITE.0);
+}
+
+#[test]
+fn names_are_texts_and_back() {
+    for flags in [FilterFlags::empty(), FilterFlags::all(), FilterFlags(1 << 30)] {
+        assert_eq!(flags.to_string().parse(), Ok(flags));
+    }
+    for output in [Output::RGB, Output(77), Output(-1), Output(0)] {
+        assert_eq!(output.to_string().parse(), Ok(output));
+    }
+    assert_eq!("SORT|FINITE".parse(), Ok(FilterFlags::all()));
+    for wrong in ["sort", "-1", "0x100000000", "SORT | RGB"] {
+        let error = wrong.parse::<FilterFlags>().unwrap_err().to_string();
+        assert!(error.contains("expected one of FINITE, SORT"), "{error}");
+    }
+    assert!("RGB | ALPHA".parse::<Output>().is_err() && "0x1".parse::<Output>().is_err());
 }
 
 #[test]

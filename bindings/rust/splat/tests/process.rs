@@ -25,56 +25,23 @@ fn run_alone(name: &str) {
     assert!(text.contains("1 passed"), "{name}: {text}");
 }
 
-#[test]
-fn messages_arrive() {
-    run_alone("alone_messages");
+/// Tests, each in a process that runs another one.
+macro_rules! alone {
+    ($($(#[$cfg:meta])* $test:ident $name:literal,)*) => {
+        $($(#[$cfg])* #[test] fn $test() { run_alone($name) })*
+    };
 }
-
-#[test]
-fn a_panic_in_the_callback_goes_on_in_the_call() {
-    run_alone("alone_panic");
-}
-
-#[test]
-fn callbacks_are_replaced_while_they_run() {
-    run_alone("alone_replaced");
-}
-
-#[test]
-fn limits_of_decoding_hold_until_they_are_replaced() {
-    run_alone("alone_limits");
-}
-
-#[test]
-fn a_callback_uses_what_shares_a_network() {
-    run_alone("alone_sharing");
-}
-
-#[test]
-fn clearing_waits_for_every_callback_that_runs() {
-    run_alone("alone_clearing");
-}
-
-#[test]
-fn calls_of_an_ending_thread_return_after_a_panic() {
-    run_alone("alone_ending_thread");
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn a_panic_in_the_callback_leaks_no_object() {
-    run_alone("alone_leak");
-}
-
-#[test]
-fn a_process_ends_with_live_objects() {
-    run_alone("alone_live_objects");
-}
-
-#[cfg(unix)]
-#[test]
-fn a_forked_child_gets_errors() {
-    run_alone("alone_fork");
+alone! {
+    messages_arrive "alone_messages",
+    a_panic_in_the_callback_goes_on_in_the_call "alone_panic",
+    callbacks_are_replaced_while_they_run "alone_replaced",
+    limits_of_decoding_hold_until_they_are_replaced "alone_limits",
+    a_callback_uses_what_shares_a_network "alone_sharing",
+    clearing_waits_for_every_callback_that_runs "alone_clearing",
+    calls_of_an_ending_thread_return_after_a_panic "alone_ending_thread",
+    #[cfg(target_os = "linux")] a_panic_in_the_callback_leaks_no_object "alone_leak",
+    a_process_ends_with_live_objects "alone_live_objects",
+    #[cfg(unix)] a_forked_child_gets_errors "alone_fork",
 }
 
 /// Opens a device, of which the library tells at the level of information.

@@ -1,0 +1,42 @@
+#!/bin/sh
+# Test the optional features with the crates that they are of, their documentation without the library, and the
+# packages. Exits with 77 where cargo is missing, older than those crates, or reaches no registry.
+#
+#   features_test.sh <cargo or NOTFOUND> <folder for what it builds>
+set -eu
+cargo=$1
+export CARGO_TARGET_DIR="$2" CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=0 CARGO_NET_RETRY=0
+rust=$(cd "$(dirname "$0")" && pwd)
+
+skip() {
+    echo "$1"
+    exit 77
+}
+
+case $cargo in
+*NOTFOUND) skip "no cargo: install the packages rustc and cargo" ;;
+esac
+PATH=$(dirname "$cargo"):$PATH
+export PATH
+case $("$cargo" --version) in
+"cargo 1."[0-8]?.*) skip "the newest crates need a newer cargo than $("$cargo" --version)" ;;
+esac
+crates=$CARGO_TARGET_DIR/crates
+sh "$rust/workspace.sh" "$crates" features
+cd "$crates"
+"$cargo" fetch 2>"$crates/log" || skip "no registry: $(tail -n 1 "$crates/log")"
+
+"$cargo" test --offline -p splat --all-features --test crates
+env -u SPLAT_LIB_DIR DOCS_RS=1 PKG_CONFIG_LIBDIR="$crates" RUSTDOCFLAGS="-D warnings" \
+    "$cargo" doc --offline --no-deps -p splat-sys -p splat --all-features
+# No page of the project is public, which --no-metadata says.
+if ! "$cargo" package -p splat-sys -p splat --allow-dirty --no-metadata 2>"$crates/log" ||
+    grep -q warning "$crates/log"; then
+    cat "$crates/log"
+    exit 1
+fi
+for package in splat-sys splat; do
+    for file in LICENSE README.md; do
+        tar -tf "$CARGO_TARGET_DIR/package/$package-"[0-9]*.crate | grep "/$file\$"
+    done
+done
