@@ -12,6 +12,8 @@ SOURCES = Path(__file__).resolve().parents[2] / "src"
 NAME = re.compile(r"\b(?:splat|SPLAT)_\w+")
 # A name in a text of the headers, with what says that it is the beginning of names.
 TOLD = re.compile(r"`?\b((?:splat|SPLAT)_\w+|NULL\b)\*?`?( bits| flags| warnings)?")
+# What only C has: how long memory lives, and structs that do not grow.
+LIVES = re.compile(r"; (?:the library's )?lives\b[^;.]*|\s+Frozen\.|\s+Pointers are valid[^.]*\.")
 # The beginning of the text of a number that is 1 or 0.
 TRUTH = re.compile(r"1(?=:|, or 0\b| while\b)")
 
@@ -96,7 +98,7 @@ class Told:
             word = self.own.get(name)
             return match[0] if word is None else word + kind if word.lstrip("-").isdigit() else f"`{word}`{kind}"
 
-        text = TOLD.sub(said, text)
+        text = TOLD.sub(said, LIVES.sub("", text))
         if truth:
-            text = re.sub(r"\bor 0\b", f"or {self.truths[0]}", TRUTH.sub(self.truths[1], text, count=1), count=1)
+            text = re.sub(r"(?<=or )0\b|(?<=; )0(?=:)", self.truths[0], TRUTH.sub(self.truths[1], text, count=1))
         return text

@@ -281,12 +281,12 @@ typedef struct splat_device_info {
     uint32_t usable;                    /* 1, or 0 with the reason in `reason` */
     uint32_t vendor_id;                 /* Vulkan's number of the vendor */
     uint32_t device_id;                 /* the vendor's number of the device */
-    uint32_t vulkan_version;            /* packed as Vulkan does */
-    uint32_t driver_version;            /* vendor's packing */
+    uint32_t vulkan_version;            /* version of Vulkan, packed as Vulkan does */
+    uint32_t driver_version;            /* version of the driver, in the vendor's packing */
     uint8_t uuid[16];                   /* what SPLAT_SELECT_BY_UUID compares */
     uint64_t heap_bytes;                /* device-local memory */
-    uint64_t max_allocation_bytes;      /* one allocation */
-    uint64_t max_storage_buffer_bytes;  /* one shader binding, so one tensor */
+    uint64_t max_allocation_bytes;      /* most bytes of one allocation */
+    uint64_t max_storage_buffer_bytes;  /* most bytes of one shader binding, so of one tensor */
     uint32_t max_workgroup_invocations; /* most threads of a workgroup */
     uint32_t shared_memory_bytes;       /* most shared memory of a workgroup */
     uint32_t subgroup_size;             /* threads of a subgroup */

@@ -91,7 +91,7 @@ typedef struct splat_scores {
 
 /* What of predictions and images is finite and visible. Frozen. */
 typedef struct splat_ledger {
-    uint64_t outputs_not_finite;   /* numbers that the network put out */
+    uint64_t outputs_not_finite;   /* numbers of the output that are NaN or infinite */
     uint64_t gaussians;            /* predicted Gaussians */
     uint64_t gaussians_not_finite; /* Gaussians with a NaN or an infinity; no image shows them */
     uint64_t gaussians_invisible;  /* Gaussians of opacity below 1/255 */
@@ -170,8 +170,8 @@ typedef struct splat_evaluation_summary {
     splat_scores conditioning;     /* the same of conditioning views */
     splat_ledger ledger;           /* sums of what is finite and visible */
     uint32_t empty_views;          /* views that are skipped: the target is all black */
-    uint32_t objects_not_finite;   /* if not 0, the means are NaN */
-    double predictions_per_second; /* NaN for images of the caller, which are not timed */
+    uint32_t objects_not_finite;   /* objects with such numbers; if any, the means are NaN */
+    double predictions_per_second; /* predictions; NaN for images of the caller */
     double images_per_second;      /* drawn images; NaN for images of the caller */
 } splat_evaluation_summary;
 

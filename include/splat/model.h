@@ -37,10 +37,10 @@ enum {
 typedef struct splat_weights_info {
     uint32_t struct_size;
     uint32_t rank;                /* number of dimensions */
-    int64_t dims[SPLAT_MAX_RANK]; /* outermost first; a 0 means no elements */
+    int64_t dims[SPLAT_MAX_RANK]; /* elements, outermost first; a 0 means none */
     uint64_t elements;            /* number of all elements */
-    const char* name;             /* this and dtype live as long as the weights */
-    const char* dtype; /* in the file: "float32", "bfloat16", "int64", ...; read as float32 */
+    const char* name;  /* name of the tensor; lives, like dtype, as long as the weights */
+    const char* dtype; /* type in the file: "float32", "int64", ...; read as float32 */
 } splat_weights_info;
 
 /* Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by
@@ -243,9 +243,9 @@ enum {
 
 /* A named tensor of a model or a module. Frozen. */
 typedef struct splat_port {
-    const char* name;             /* the library's live as long as the model or module */
-    uint32_t rank;                /* number of dimensions */
-    uint32_t flags;               /* SPLAT_PORT_ bits; 0 for a new module */
+    const char* name; /* name of the tensor; the library's lives as long as the model or module */
+    uint32_t rank;    /* number of dimensions */
+    uint32_t flags;   /* SPLAT_PORT_ bits; 0 for a new module */
     int64_t dims[SPLAT_MAX_RANK]; /* elements, outermost first */
 } splat_port;
 
@@ -347,7 +347,7 @@ SPLAT_API splat_result splat_model_report(splat_model model, char* buffer, size_
 /* What a model was made for, and what its latest pass gave. */
 typedef struct splat_model_info {
     uint32_t struct_size;
-    uint32_t flags;            /* SPLAT_MODEL_ bits of its creation */
+    uint32_t flags;            /* what it was created with, SPLAT_MODEL_ bits */
     uint32_t objects;          /* objects per batch */
     uint32_t views;            /* input images of an object */
     uint32_t resolution;       /* R: images have R x R pixels */
@@ -360,7 +360,7 @@ typedef struct splat_model_info {
     uint32_t token_dim;        /* numbers of a token; 0: none */
     uint32_t tokens;           /* tokens of an image; 0: none */
     uint32_t slices;           /* passes of a batch */
-    float fov;                 /* degrees; 0: each image has its focal lengths */
+    float fov;                 /* field of view, degrees; 0: each image has its focal lengths */
     uint32_t reserved;
     uint64_t parameters; /* numbers of all parameters */
     uint64_t trainable;  /* numbers of parameters that a training changes */

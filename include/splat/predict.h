@@ -75,7 +75,7 @@ typedef struct splat_picture_info {
     splat_found found;  /* how the object was found */
     uint32_t warnings;  /* SPLAT_PICTURE_* warnings */
     double square[3];   /* left, top and side of what was cut out, pixels of the picture */
-    double focal;       /* pixels of the picture; 0: not known */
+    double focal;       /* focal length, pixels of the picture; 0: not known */
     double fov_degrees; /* field of view of the square; 0: not known */
 } splat_picture_info;
 
@@ -152,9 +152,9 @@ typedef struct splat_predictor_info {
     uint32_t normal;          /* 1: it takes a normal map */
     uint32_t mask;            /* 1: it takes the object's mask, which is always found */
     uint32_t origin_distance; /* 1: it takes the distance of the object's origin */
-    uint64_t gaussians;       /* views * R * R, of which a scene gets the visible ones */
+    uint64_t gaussians;       /* views * R * R Gaussians; a scene gets the visible ones */
     uint32_t sh_degree;       /* degree of the spherical harmonics, 0 to 3 */
-    float background[3];      /* behind the object, 0 to 1 */
+    float background[3];      /* colour behind the object, 0 to 1 */
     double fov_degrees;       /* across the square; 0: each view has a focal length of its own */
     const char* category;     /* data.category, may be empty; lives as long as the predictor */
 } splat_predictor_info;

@@ -175,7 +175,7 @@ typedef struct splat_depth_scores {
     double rmse;      /* root of the mean of (p - g)^2 */
     double si_rmse;   /* standard deviation of ln max(p, 1e-8) - ln g */
     double within[3]; /* shares of pixels with max(p/g, g/p) < 1.25, 1.25^2, 1.25^3; p > 0 */
-    double scale;     /* p = scale * prediction + shift with the least squares; 0: it is constant */
+    double scale;     /* p = scale * prediction + shift with the least squares; 0: a constant */
     double shift;     /* the other number of that fit, in the truth's units */
 } splat_depth_scores;
 
@@ -264,9 +264,9 @@ enum {
 /* Visual information fidelity of the channels of an image. */
 typedef struct splat_fidelity_scores {
     uint32_t struct_size;
-    uint32_t constant_channels; /* left out: the true channel is constant */
+    uint32_t constant_channels; /* channels left out: the true one is constant */
     double vif;                 /* mean over the other channels, 1 for equal images; NaN: none */
-    double channels[4];         /* NaN: constant, left out, or not there */
+    double channels[4];         /* fidelity of each; NaN: constant, left out, or not there */
 } splat_fidelity_scores;
 
 /* Compare images by visual information fidelity in the pixel domain, at four scales (Sheikh and

@@ -260,9 +260,9 @@ typedef struct splat_rasterizer_info {
     /* device memory of the state, with the gradients that states share, without the packed copies
      * of scenes, which rasterizers share */
     uint64_t bytes;
-    uint32_t runs;      /* 0: nothing had changed; 2 or more: other memory or passes */
-    uint32_t gaussians; /* n of the outputs' shapes */
-    uint32_t views;     /* v of the outputs' shapes */
+    uint32_t runs;      /* times it was drawn; 0: unchanged; 2 or more: other memory or passes */
+    uint32_t gaussians; /* Gaussians of the call: n of the outputs' shapes */
+    uint32_t views;     /* views of the call: v of the outputs' shapes */
     uint32_t reserved;
     uint64_t culled; /* (Gaussian, view) pairs that are neither visible nor non_finite */
     /* (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection
@@ -315,7 +315,7 @@ SPLAT_API splat_result splat_scene_render(splat_scene scene, splat_device device
 typedef struct splat_image_info {
     uint32_t struct_size;
     uint32_t bits; /* bits per sample in the file: 8, 16, or 32 (.npy) */
-    /* pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal
+    /* focal length in pixels, from the Exif data of a JPEG file: that for 35 mm film, whose diagonal
      * sees the same angle, or else focal length and resolution of the sensor; 0: not known */
     double focal;
 } splat_image_info;

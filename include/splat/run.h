@@ -81,7 +81,7 @@ typedef struct splat_run_event {
     uint32_t inputs;       /* input views among them */
     uint32_t width;        /* width of an image, pixels */
     uint32_t height;       /* height of an image, pixels */
-    uint64_t image_count;  /* numbers of `images` and of `truths` */
+    uint64_t image_count;  /* numbers of `images`, and of `truths` */
     const float* images;   /* drawn, [views,3,height,width] */
     const float* truths;   /* the images to be drawn, of the same shape */
 } splat_run_event;

@@ -280,24 +280,24 @@ typedef struct splat_trainer_batch {
 /* What a step of a training did. */
 typedef struct splat_trainer_info {
     uint32_t struct_size;
-    uint32_t skipped;        /* 1: loss or gradients were not finite, and nothing was updated */
-    uint64_t step;           /* updates done */
-    uint64_t pairs;          /* (tile, Gaussian) drawn */
-    double loss;             /* mean over the batch, like the following */
-    double squared_error;    /* mean of the squared differences, over pixels and channels */
-    double pixel_loss;       /* the part of `loss` that compares pixels */
-    double ssim;             /* structural similarity; 0 unless opt.lambda_ssim > 0 */
-    double network_ms;       /* time of the network's passes */
-    double render_ms;        /* time of the rasterizer's passes */
-    double update_ms;        /* time of the update */
-    double lpips;            /* 0 unless opt.lambda_lpips > 0, and before opt.start_lpips_after */
+    uint32_t skipped;     /* 1: loss or gradients were not finite, and nothing was updated */
+    uint64_t step;        /* updates done */
+    uint64_t pairs;       /* (tile, Gaussian) pairs that were drawn */
+    double loss;          /* mean over the batch, like the following */
+    double squared_error; /* mean of the squared differences, over pixels and channels */
+    double pixel_loss;    /* the part of `loss` that compares pixels */
+    double ssim;          /* structural similarity; 0 unless opt.lambda_ssim > 0 */
+    double network_ms;    /* time of the network's passes */
+    double render_ms;     /* time of the rasterizer's passes */
+    double update_ms;     /* time of the update */
+    double lpips; /* distance; 0 unless opt.lambda_lpips > 0, and before opt.start_lpips_after */
     uint64_t visible;        /* (Gaussian, target) pairs that reach a tile; 0: nothing was drawn */
-    uint64_t culled;         /* the pairs that do not */
+    uint64_t culled;         /* (Gaussian, target) pairs that reach none */
     uint64_t non_finite;     /* numbers that the network gave which are NaN or infinite */
     uint32_t gradients_zero; /* 1: every gradient of a parameter is 0, so nothing is learnt */
     uint32_t reserved;
     double rate;      /* learning rate of this update, or of the one that was skipped */
-    double edge_loss; /* mean over the batch; 0 unless opt.lambda_edge > 0 */
+    double edge_loss; /* loss of edges, mean over the batch; 0 unless opt.lambda_edge > 0 */
 } splat_trainer_info;
 
 /* Do one update. Arrays are read before the call returns.

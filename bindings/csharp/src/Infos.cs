@@ -13,12 +13,13 @@ namespace Splat
         /** <summary>true, or false with the reason in <c>Reason</c></summary> */ public bool Usable { get; }
         /** <summary>Vulkan's number of the vendor</summary> */ public uint VendorId { get; }
         /** <summary>the vendor's number of the device</summary> */ public uint DeviceId { get; }
-        /** <summary>packed as Vulkan does</summary> */ public uint VulkanVersion { get; }
-        /** <summary>vendor's packing</summary> */ public uint DriverVersion { get; }
+        /** <summary>version of Vulkan, packed as Vulkan does</summary> */ public uint VulkanVersion { get; }
+        /** <summary>version of the driver, in the vendor's packing</summary> */ public uint DriverVersion { get; }
         /** <summary>what <c>DeviceSelect.ByUuid</c> compares</summary> */ public byte[] Uuid { get; }
         /** <summary>device-local memory</summary> */ public long HeapBytes { get; }
-        /** <summary>one allocation</summary> */ public long MaxAllocationBytes { get; }
-        /** <summary>one shader binding, so one tensor</summary> */ public long MaxStorageBufferBytes { get; }
+        /** <summary>most bytes of one allocation</summary> */ public long MaxAllocationBytes { get; }
+        /// <summary>most bytes of one shader binding, so of one tensor</summary>
+        public long MaxStorageBufferBytes { get; }
         /** <summary>most threads of a workgroup</summary> */ public int MaxWorkgroupInvocations { get; }
         /** <summary>most shared memory of a workgroup</summary> */ public int SharedMemoryBytes { get; }
         /** <summary>threads of a subgroup</summary> */ public int SubgroupSize { get; }
@@ -173,9 +174,10 @@ namespace Splat
         /// <summary>device memory of the state, with the gradients that states share, without the packed copies of
         /// scenes, which rasterizers share</summary>
         public long Bytes { get; }
-        /** <summary>0: nothing had changed; 2 or more: other memory or passes</summary> */ public int Runs { get; }
-        /** <summary>n of the outputs' shapes</summary> */ public int Gaussians { get; }
-        /** <summary>v of the outputs' shapes</summary> */ public int Views { get; }
+        /// <summary>times it was drawn; 0: unchanged; 2 or more: other memory or passes</summary>
+        public int Runs { get; }
+        /** <summary>Gaussians of the call: n of the outputs' shapes</summary> */ public int Gaussians { get; }
+        /** <summary>views of the call: v of the outputs' shapes</summary> */ public int Views { get; }
         /// <summary>(Gaussian, view) pairs that are neither visible nor <c>NonFinite</c></summary>
         public long Culled { get; }
         /// <summary>(Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or
@@ -203,8 +205,8 @@ namespace Splat
     public sealed class ImageInfo
     {
         /** <summary>bits per sample in the file: 8, 16, or 32 (.npy)</summary> */ public int Bits { get; }
-        /// <summary>pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal sees
-        /// the same angle, or else focal length and resolution of the sensor; 0: not known</summary>
+        /// <summary>focal length in pixels, from the Exif data of a JPEG file: that for 35 mm film, whose diagonal
+        /// sees the same angle, or else focal length and resolution of the sensor; 0: not known</summary>
         public double Focal { get; }
 
         internal unsafe ImageInfo(splat_image_info* from)
@@ -234,10 +236,10 @@ namespace Splat
     public sealed class WeightsInfo
     {
         /** <summary>number of dimensions</summary> */ public int Rank { get; }
-        /** <summary>outermost first; a 0 means no elements</summary> */ public long[] Dims { get; }
+        /** <summary>elements, outermost first; a 0 means none</summary> */ public long[] Dims { get; }
         /** <summary>number of all elements</summary> */ public long Elements { get; }
-        /** <summary>this and dtype live as long as the weights</summary> */ public string Name { get; }
-        /// <summary>in the file: "float32", "bfloat16", "int64", ...; read as float32</summary>
+        /** <summary>name of the tensor</summary> */ public string Name { get; }
+        /// <summary>type in the file: "float32", "int64", ...; read as float32</summary>
         public string Dtype { get; }
 
         internal unsafe WeightsInfo(splat_weights_info* from)
@@ -253,7 +255,8 @@ namespace Splat
     /// <summary>What a model was made for, and what its latest pass gave.</summary>
     public sealed class ModelInfo
     {
-        /** <summary>bits of <c>ModelFlags</c> of its creation</summary> */ public ModelFlags Flags { get; }
+        /// <summary>what it was created with, bits of <c>ModelFlags</c></summary>
+        public ModelFlags Flags { get; }
         /** <summary>objects per batch</summary> */ public int Objects { get; }
         /** <summary>input images of an object</summary> */ public int Views { get; }
         /** <summary>R: images have R x R pixels</summary> */ public int Resolution { get; }
@@ -268,7 +271,8 @@ namespace Splat
         /** <summary>numbers of a token; 0: none</summary> */ public int TokenDim { get; }
         /** <summary>tokens of an image; 0: none</summary> */ public int Tokens { get; }
         /** <summary>passes of a batch</summary> */ public int Slices { get; }
-        /** <summary>degrees; 0: each image has its focal lengths</summary> */ public float Fov { get; }
+        /// <summary>field of view, degrees; 0: each image has its focal lengths</summary>
+        public float Fov { get; }
         /** <summary>numbers of all parameters</summary> */ public long Parameters { get; }
         /** <summary>numbers of parameters that a training changes</summary> */ public long Trainable { get; }
         /// <summary>Gaussians of the latest pass, over all objects; 0 before the first</summary>
@@ -338,7 +342,7 @@ namespace Splat
         /// <summary>true: loss or gradients were not finite, and nothing was updated</summary>
         public bool Skipped { get; }
         /** <summary>updates done</summary> */ public long Step { get; }
-        /** <summary>(tile, Gaussian) drawn</summary> */ public long Pairs { get; }
+        /** <summary>(tile, Gaussian) pairs that were drawn</summary> */ public long Pairs { get; }
         /** <summary>mean over the batch, like the following</summary> */ public double Loss { get; }
         /// <summary>mean of the squared differences, over pixels and channels</summary>
         public double SquaredError { get; }
@@ -347,18 +351,18 @@ namespace Splat
         /** <summary>time of the network's passes</summary> */ public double NetworkMs { get; }
         /** <summary>time of the rasterizer's passes</summary> */ public double RenderMs { get; }
         /** <summary>time of the update</summary> */ public double UpdateMs { get; }
-        /// <summary>0 unless opt.lambda_lpips &gt; 0, and before opt.start_lpips_after</summary>
+        /// <summary>distance; 0 unless opt.lambda_lpips &gt; 0, and before opt.start_lpips_after</summary>
         public double Lpips { get; }
         /// <summary>(Gaussian, target) pairs that reach a tile; 0: nothing was drawn</summary>
         public long Visible { get; }
-        /** <summary>the pairs that do not</summary> */ public long Culled { get; }
+        /** <summary>(Gaussian, target) pairs that reach none</summary> */ public long Culled { get; }
         /// <summary>numbers that the network gave which are NaN or infinite</summary>
         public long NonFinite { get; }
         /// <summary>true: every gradient of a parameter is 0, so nothing is learnt</summary>
         public bool GradientsZero { get; }
         /// <summary>learning rate of this update, or of the one that was skipped</summary>
         public double Rate { get; }
-        /// <summary>mean over the batch; 0 unless opt.lambda_edge &gt; 0</summary>
+        /// <summary>loss of edges, mean over the batch; 0 unless opt.lambda_edge &gt; 0</summary>
         public double EdgeLoss { get; }
 
         internal unsafe TrainerInfo(splat_trainer_info* from)
@@ -394,14 +398,13 @@ namespace Splat
         /** <summary>true: it takes the object's mask, which is always found</summary> */ public bool Mask { get; }
         /// <summary>true: it takes the distance of the object's origin</summary>
         public bool OriginDistance { get; }
-        /// <summary>views * R * R, of which a scene gets the visible ones</summary>
+        /// <summary>views * R * R Gaussians; a scene gets the visible ones</summary>
         public long Gaussians { get; }
         /** <summary>degree of the spherical harmonics, 0 to 3</summary> */ public int ShDegree { get; }
-        /** <summary>behind the object, 0 to 1</summary> */ public float[] Background { get; }
+        /** <summary>colour behind the object, 0 to 1</summary> */ public float[] Background { get; }
         /// <summary>across the square; 0: each view has a focal length of its own</summary>
         public double FovDegrees { get; }
-        /// <summary>data.category, may be empty; lives as long as the predictor</summary>
-        public string Category { get; }
+        /** <summary>data.category, may be empty</summary> */ public string Category { get; }
 
         internal unsafe PredictorInfo(splat_predictor_info* from)
         {
@@ -420,7 +423,7 @@ namespace Splat
         }
     }
 
-    /// <summary>What became of a picture. Frozen.</summary>
+    /// <summary>What became of a picture.</summary>
     public sealed class PictureInfo
     {
         /** <summary>width of the picture, pixels</summary> */ public int Width { get; }
@@ -429,7 +432,7 @@ namespace Splat
         /** <summary>bits of <c>PictureWarningFlags</c></summary> */ public PictureWarningFlags Warnings { get; }
         /// <summary>left, top and side of what was cut out, pixels of the picture</summary>
         public double[] Square { get; }
-        /** <summary>pixels of the picture; 0: not known</summary> */ public double Focal { get; }
+        /** <summary>focal length, pixels of the picture; 0: not known</summary> */ public double Focal { get; }
         /** <summary>field of view of the square; 0: not known</summary> */ public double FovDegrees { get; }
 
         internal unsafe PictureInfo(splat_picture_info* from)
@@ -459,7 +462,7 @@ namespace Splat
         }
     }
 
-    /// <summary>Means over views. Frozen.</summary>
+    /// <summary>Means over views.</summary>
     public sealed class Scores
     {
         /** <summary>dB; NaN without a view that differs from its target</summary> */ public double Psnr { get; }
@@ -478,10 +481,11 @@ namespace Splat
         }
     }
 
-    /// <summary>What of predictions and images is finite and visible. Frozen.</summary>
+    /// <summary>What of predictions and images is finite and visible.</summary>
     public sealed class Ledger
     {
-        /** <summary>numbers that the network put out</summary> */ public long OutputsNotFinite { get; }
+        /// <summary>numbers of the output that are NaN or infinite</summary>
+        public long OutputsNotFinite { get; }
         /** <summary>predicted Gaussians</summary> */ public long Gaussians { get; }
         /// <summary>Gaussians with a NaN or an infinity; no image shows them</summary>
         public long GaussiansNotFinite { get; }
@@ -506,7 +510,7 @@ namespace Splat
     public sealed class ObjectScores
     {
         /** <summary>number of the object</summary> */ public int Object { get; }
-        /** <summary>name of the object; lives as long as the evaluator</summary> */ public string Name { get; }
+        /** <summary>name of the object</summary> */ public string Name { get; }
         /** <summary>scores of the novel views</summary> */ public Scores Novel { get; }
         /** <summary>scores of the conditioning views</summary> */ public Scores Conditioning { get; }
         /** <summary>what is finite and visible</summary> */ public Ledger Ledger { get; }
@@ -539,8 +543,9 @@ namespace Splat
         /** <summary>the same of conditioning views</summary> */ public Scores Conditioning { get; }
         /** <summary>sums of what is finite and visible</summary> */ public Ledger Ledger { get; }
         /** <summary>views that are skipped: the target is all black</summary> */ public int EmptyViews { get; }
-        /** <summary>if not 0, the means are NaN</summary> */ public int ObjectsNotFinite { get; }
-        /// <summary>NaN for images of the caller, which are not timed</summary>
+        /// <summary>objects with such numbers; if any, the means are NaN</summary>
+        public int ObjectsNotFinite { get; }
+        /// <summary>predictions; NaN for images of the caller</summary>
         public double PredictionsPerSecond { get; }
         /** <summary>drawn images; NaN for images of the caller</summary> */ public double ImagesPerSecond { get; }
 
@@ -638,7 +643,7 @@ namespace Splat
         /** <summary>standard deviation of ln max(p, 1e-8) - ln g</summary> */ public double SiRmse { get; }
         /// <summary>shares of pixels with max(p/g, g/p) &lt; 1.25, 1.25^2, 1.25^3; p &gt; 0</summary>
         public double[] Within { get; }
-        /// <summary>p = scale * prediction + shift with the least squares; 0: it is constant</summary>
+        /// <summary>p = scale * prediction + shift with the least squares; 0: a constant</summary>
         public double Scale { get; }
         /** <summary>the other number of that fit, in the truth's units</summary> */ public double Shift { get; }
 
@@ -704,10 +709,11 @@ namespace Splat
     /// <summary>Visual information fidelity of the channels of an image.</summary>
     public sealed class FidelityScores
     {
-        /** <summary>left out: the true channel is constant</summary> */ public int ConstantChannels { get; }
+        /** <summary>channels left out: the true one is constant</summary> */ public int ConstantChannels { get; }
         /// <summary>mean over the other channels, 1 for equal images; NaN: none</summary>
         public double Vif { get; }
-        /** <summary>NaN: constant, left out, or not there</summary> */ public double[] Channels { get; }
+        /// <summary>fidelity of each; NaN: constant, left out, or not there</summary>
+        public double[] Channels { get; }
 
         internal unsafe FidelityScores(splat_fidelity_scores* from)
         {
@@ -749,8 +755,7 @@ namespace Splat
         /** <summary>maps that it makes, bits of <c>DataFlags</c></summary> */ public DataFlags Maps { get; }
         /** <summary>width of the model's input, pixels; 0: by the picture</summary> */ public int Width { get; }
         /** <summary>height of the model's input, pixels; 0: by the picture</summary> */ public int Height { get; }
-        /// <summary>name of the preset; lives, as the other texts, as long as the model</summary>
-        public string Preset { get; }
+        /** <summary>name of the preset</summary> */ public string Preset { get; }
         /** <summary>licence of the model: show it to the user</summary> */ public string Licence { get; }
         /** <summary>what to know of the model</summary> */ public string Note { get; }
         /** <summary>file of the model</summary> */ public string Path { get; }

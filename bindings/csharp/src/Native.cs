@@ -1998,12 +1998,13 @@ namespace Splat.Interop
         /** <summary>1, or 0 with the reason in <c>reason</c></summary> */ public uint usable;
         /** <summary>Vulkan's number of the vendor</summary> */ public uint vendor_id;
         /** <summary>the vendor's number of the device</summary> */ public uint device_id;
-        /** <summary>packed as Vulkan does</summary> */ public uint vulkan_version;
-        /** <summary>vendor's packing</summary> */ public uint driver_version;
+        /** <summary>version of Vulkan, packed as Vulkan does</summary> */ public uint vulkan_version;
+        /** <summary>version of the driver, in the vendor's packing</summary> */ public uint driver_version;
         /** <summary>what SPLAT_SELECT_BY_UUID compares</summary> */ public fixed byte uuid[16];
         /** <summary>device-local memory</summary> */ public ulong heap_bytes;
-        /** <summary>one allocation</summary> */ public ulong max_allocation_bytes;
-        /** <summary>one shader binding, so one tensor</summary> */ public ulong max_storage_buffer_bytes;
+        /** <summary>most bytes of one allocation</summary> */ public ulong max_allocation_bytes;
+        /// <summary>most bytes of one shader binding, so of one tensor</summary>
+        public ulong max_storage_buffer_bytes;
         /** <summary>most threads of a workgroup</summary> */ public uint max_workgroup_invocations;
         /** <summary>most shared memory of a workgroup</summary> */ public uint shared_memory_bytes;
         /** <summary>threads of a subgroup</summary> */ public uint subgroup_size;
@@ -2354,11 +2355,10 @@ namespace Splat.Interop
     {
         public uint struct_size;
         /** <summary>number of dimensions</summary> */ public uint rank;
-        /** <summary>outermost first; a 0 means no elements</summary> */ public fixed long dims[8];
+        /** <summary>elements, outermost first; a 0 means none</summary> */ public fixed long dims[8];
         /** <summary>number of all elements</summary> */ public ulong elements;
-        /** <summary>this and dtype live as long as the weights</summary> */ public byte* name;
-        /// <summary>in the file: "float32", "bfloat16", "int64", ...; read as float32</summary>
-        public byte* dtype;
+        /** <summary>name of the tensor; lives, like dtype, as long as the weights</summary> */ public byte* name;
+        /** <summary>type in the file: "float32", "int64", ...; read as float32</summary> */ public byte* dtype;
     }
 
     /// <summary>A tensor in the caller's memory, row-major. Frozen.</summary>
@@ -2395,7 +2395,8 @@ namespace Splat.Interop
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_port
     {
-        /** <summary>the library's live as long as the model or module</summary> */ public byte* name;
+        /// <summary>name of the tensor; the library's lives as long as the model or module</summary>
+        public byte* name;
         /** <summary>number of dimensions</summary> */ public uint rank;
         /** <summary>SPLAT_PORT_ bits; 0 for a new module</summary> */ public PortFlags flags;
         /** <summary>elements, outermost first</summary> */ public fixed long dims[8];
@@ -2421,7 +2422,7 @@ namespace Splat.Interop
     public unsafe struct splat_model_info
     {
         public uint struct_size;
-        /** <summary>SPLAT_MODEL_ bits of its creation</summary> */ public ModelFlags flags;
+        /** <summary>what it was created with, SPLAT_MODEL_ bits</summary> */ public ModelFlags flags;
         /** <summary>objects per batch</summary> */ public uint objects;
         /** <summary>input images of an object</summary> */ public uint views;
         /** <summary>R: images have R x R pixels</summary> */ public uint resolution;
@@ -2434,7 +2435,7 @@ namespace Splat.Interop
         /** <summary>numbers of a token; 0: none</summary> */ public uint token_dim;
         /** <summary>tokens of an image; 0: none</summary> */ public uint tokens;
         /** <summary>passes of a batch</summary> */ public uint slices;
-        /** <summary>degrees; 0: each image has its focal lengths</summary> */ public float fov;
+        /** <summary>field of view, degrees; 0: each image has its focal lengths</summary> */ public float fov;
         public uint reserved;
         /** <summary>numbers of all parameters</summary> */ public ulong parameters;
         /** <summary>numbers of parameters that a training changes</summary> */ public ulong trainable;
@@ -2557,7 +2558,7 @@ namespace Splat.Interop
         /** <summary>SPLAT_PICTURE_* warnings</summary> */ public PictureWarningFlags warnings;
         /// <summary>left, top and side of what was cut out, pixels of the picture</summary>
         public fixed double square[3];
-        /** <summary>pixels of the picture; 0: not known</summary> */ public double focal;
+        /** <summary>focal length, pixels of the picture; 0: not known</summary> */ public double focal;
         /** <summary>field of view of the square; 0: not known</summary> */ public double fov_degrees;
     }
 
@@ -2612,9 +2613,9 @@ namespace Splat.Interop
         /** <summary>1: it takes a normal map</summary> */ public uint normal;
         /** <summary>1: it takes the object's mask, which is always found</summary> */ public uint mask;
         /** <summary>1: it takes the distance of the object's origin</summary> */ public uint origin_distance;
-        /** <summary>views * R * R, of which a scene gets the visible ones</summary> */ public ulong gaussians;
+        /** <summary>views * R * R Gaussians; a scene gets the visible ones</summary> */ public ulong gaussians;
         /** <summary>degree of the spherical harmonics, 0 to 3</summary> */ public uint sh_degree;
-        /** <summary>behind the object, 0 to 1</summary> */ public fixed float background[3];
+        /** <summary>colour behind the object, 0 to 1</summary> */ public fixed float background[3];
         /// <summary>across the square; 0: each view has a focal length of its own</summary>
         public double fov_degrees;
         /** <summary>data.category, may be empty; lives as long as the predictor</summary> */ public byte* category;
@@ -2716,9 +2717,10 @@ namespace Splat.Interop
         /// <summary>device memory of the state, with the gradients that states share, without the packed copies of
         /// scenes, which rasterizers share</summary>
         public ulong bytes;
-        /** <summary>0: nothing had changed; 2 or more: other memory or passes</summary> */ public uint runs;
-        /** <summary>n of the outputs' shapes</summary> */ public uint gaussians;
-        /** <summary>v of the outputs' shapes</summary> */ public uint views;
+        /// <summary>times it was drawn; 0: unchanged; 2 or more: other memory or passes</summary>
+        public uint runs;
+        /** <summary>Gaussians of the call: n of the outputs' shapes</summary> */ public uint gaussians;
+        /** <summary>views of the call: v of the outputs' shapes</summary> */ public uint views;
         public uint reserved;
         /** <summary>(Gaussian, view) pairs that are neither visible nor non_finite</summary> */ public ulong culled;
         /// <summary>(Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or
@@ -2745,8 +2747,8 @@ namespace Splat.Interop
     {
         public uint struct_size;
         /** <summary>bits per sample in the file: 8, 16, or 32 (.npy)</summary> */ public uint bits;
-        /// <summary>pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal sees
-        /// the same angle, or else focal length and resolution of the sensor; 0: not known</summary>
+        /// <summary>focal length in pixels, from the Exif data of a JPEG file: that for 35 mm film, whose diagonal
+        /// sees the same angle, or else focal length and resolution of the sensor; 0: not known</summary>
         public double focal;
     }
 
@@ -2815,7 +2817,7 @@ namespace Splat.Interop
         /** <summary>input views among them</summary> */ public uint inputs;
         /** <summary>width of an image, pixels</summary> */ public uint width;
         /** <summary>height of an image, pixels</summary> */ public uint height;
-        /** <summary>numbers of <c>images</c> and of <c>truths</c></summary> */ public ulong image_count;
+        /** <summary>numbers of <c>images</c>, and of <c>truths</c></summary> */ public ulong image_count;
         /** <summary>drawn, [views,3,height,width]</summary> */ public float* images;
         /** <summary>the images to be drawn, of the same shape</summary> */ public float* truths;
     }
@@ -2936,7 +2938,7 @@ namespace Splat.Interop
         public uint struct_size;
         /** <summary>1: loss or gradients were not finite, and nothing was updated</summary> */ public uint skipped;
         /** <summary>updates done</summary> */ public ulong step;
-        /** <summary>(tile, Gaussian) drawn</summary> */ public ulong pairs;
+        /** <summary>(tile, Gaussian) pairs that were drawn</summary> */ public ulong pairs;
         /** <summary>mean over the batch, like the following</summary> */ public double loss;
         /// <summary>mean of the squared differences, over pixels and channels</summary>
         public double squared_error;
@@ -2945,17 +2947,18 @@ namespace Splat.Interop
         /** <summary>time of the network's passes</summary> */ public double network_ms;
         /** <summary>time of the rasterizer's passes</summary> */ public double render_ms;
         /** <summary>time of the update</summary> */ public double update_ms;
-        /// <summary>0 unless opt.lambda_lpips &gt; 0, and before opt.start_lpips_after</summary>
+        /// <summary>distance; 0 unless opt.lambda_lpips &gt; 0, and before opt.start_lpips_after</summary>
         public double lpips;
         /// <summary>(Gaussian, target) pairs that reach a tile; 0: nothing was drawn</summary>
         public ulong visible;
-        /** <summary>the pairs that do not</summary> */ public ulong culled;
+        /** <summary>(Gaussian, target) pairs that reach none</summary> */ public ulong culled;
         /** <summary>numbers that the network gave which are NaN or infinite</summary> */ public ulong non_finite;
         /// <summary>1: every gradient of a parameter is 0, so nothing is learnt</summary>
         public uint gradients_zero;
         public uint reserved;
         /** <summary>learning rate of this update, or of the one that was skipped</summary> */ public double rate;
-        /** <summary>mean over the batch; 0 unless opt.lambda_edge &gt; 0</summary> */ public double edge_loss;
+        /// <summary>loss of edges, mean over the batch; 0 unless opt.lambda_edge &gt; 0</summary>
+        public double edge_loss;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -3030,7 +3033,7 @@ namespace Splat.Interop
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_ledger
     {
-        /** <summary>numbers that the network put out</summary> */ public ulong outputs_not_finite;
+        /** <summary>numbers of the output that are NaN or infinite</summary> */ public ulong outputs_not_finite;
         /** <summary>predicted Gaussians</summary> */ public ulong gaussians;
         /// <summary>Gaussians with a NaN or an infinity; no image shows them</summary>
         public ulong gaussians_not_finite;
@@ -3087,9 +3090,9 @@ namespace Splat.Interop
         /** <summary>the same of conditioning views</summary> */ public splat_scores conditioning;
         /** <summary>sums of what is finite and visible</summary> */ public splat_ledger ledger;
         /** <summary>views that are skipped: the target is all black</summary> */ public uint empty_views;
-        /** <summary>if not 0, the means are NaN</summary> */ public uint objects_not_finite;
-        /// <summary>NaN for images of the caller, which are not timed</summary>
-        public double predictions_per_second;
+        /// <summary>objects with such numbers; if any, the means are NaN</summary>
+        public uint objects_not_finite;
+        /** <summary>predictions; NaN for images of the caller</summary> */ public double predictions_per_second;
         /** <summary>drawn images; NaN for images of the caller</summary> */ public double images_per_second;
     }
 
@@ -3248,7 +3251,7 @@ namespace Splat.Interop
         /** <summary>standard deviation of ln max(p, 1e-8) - ln g</summary> */ public double si_rmse;
         /// <summary>shares of pixels with max(p/g, g/p) &lt; 1.25, 1.25^2, 1.25^3; p &gt; 0</summary>
         public fixed double within[3];
-        /// <summary>p = scale * prediction + shift with the least squares; 0: it is constant</summary>
+        /// <summary>p = scale * prediction + shift with the least squares; 0: a constant</summary>
         public double scale;
         /** <summary>the other number of that fit, in the truth's units</summary> */ public double shift;
     }
@@ -3290,9 +3293,10 @@ namespace Splat.Interop
     public unsafe struct splat_fidelity_scores
     {
         public uint struct_size;
-        /** <summary>left out: the true channel is constant</summary> */ public uint constant_channels;
+        /** <summary>channels left out: the true one is constant</summary> */ public uint constant_channels;
         /** <summary>mean over the other channels, 1 for equal images; NaN: none</summary> */ public double vif;
-        /** <summary>NaN: constant, left out, or not there</summary> */ public fixed double channels[4];
+        /// <summary>fidelity of each; NaN: constant, left out, or not there</summary>
+        public fixed double channels[4];
     }
 
     /// <summary>How far the Gaussians P of a scene lie from true points T; d(p, T) is the distance from p to the

@@ -49,12 +49,12 @@ class DeviceInfo(Record):
     usable                     True, or False with the reason in `reason`
     vendor_id                  Vulkan's number of the vendor
     device_id                  the vendor's number of the device
-    vulkan_version             packed as Vulkan does
-    driver_version             vendor's packing
+    vulkan_version             version of Vulkan, packed as Vulkan does
+    driver_version             version of the driver, in the vendor's packing
     uuid                       what `DeviceSelect.BY_UUID` compares
     heap_bytes                 device-local memory
-    max_allocation_bytes       one allocation
-    max_storage_buffer_bytes   one shader binding, so one tensor
+    max_allocation_bytes       most bytes of one allocation
+    max_storage_buffer_bytes   most bytes of one shader binding, so of one tensor
     max_workgroup_invocations  most threads of a workgroup
     shared_memory_bytes        most shared memory of a workgroup
     subgroup_size              threads of a subgroup
@@ -205,10 +205,10 @@ class WeightsInfo(Record):
     """What a tensor of weights is.
 
     rank      number of dimensions
-    shape     outermost first; a 0 means no elements
+    shape     elements, outermost first; a 0 means none
     elements  number of all elements
-    name      this and dtype live as long as the weights
-    dtype     in the file: 'float32', 'bfloat16', 'int64', ...; read as float32
+    name      name of the tensor
+    dtype     type in the file: 'float32', 'int64', ...; read as float32
     """
 
     rank: int
@@ -222,7 +222,7 @@ class WeightsInfo(Record):
 class ModelInfo(Record):
     """What a model was made for, and what its latest pass gave.
 
-    flags             bits of `ModelFlags` of its creation
+    flags             what it was created with, bits of `ModelFlags`
     objects           objects per batch
     views             input images of an object
     resolution        R: images have R x R pixels
@@ -235,7 +235,7 @@ class ModelInfo(Record):
     token_dim         numbers of a token; 0: none
     tokens            tokens of an image; 0: none
     slices            passes of a batch
-    fov               degrees; 0: each image has its focal lengths
+    fov               field of view, degrees; 0: each image has its focal lengths
     parameters        numbers of all parameters
     trainable         numbers of parameters that a training changes
     predicted         Gaussians of the latest pass, over all objects; 0 before the first
@@ -266,14 +266,14 @@ class ModelInfo(Record):
 
 @dataclass(frozen=True)
 class PictureInfo(Record):
-    """What became of a picture. Frozen.
+    """What became of a picture.
 
     width        width of the picture, pixels
     height       height of the picture, pixels
     found        how the object was found
     warnings     bits of `PictureWarningFlags`
     square       left, top and side of what was cut out, pixels of the picture
-    focal        pixels of the picture; 0: not known
+    focal        focal length, pixels of the picture; 0: not known
     fov_degrees  field of view of the square; 0: not known
     """
 
@@ -297,11 +297,11 @@ class PredictorInfo(Record):
     normal           True: it takes a normal map
     mask             True: it takes the object's mask, which is always found
     origin_distance  True: it takes the distance of the object's origin
-    gaussians        views * R * R, of which a scene gets the visible ones
+    gaussians        views * R * R Gaussians; a scene gets the visible ones
     sh_degree        degree of the spherical harmonics, 0 to 3
-    background       behind the object, 0 to 1
+    background       colour behind the object, 0 to 1
     fov_degrees      across the square; 0: each view has a focal length of its own
-    category         data.category, may be empty; lives as long as the predictor
+    category         data.category, may be empty
     """
 
     views: int
@@ -331,9 +331,9 @@ class RasterizerInfo(Record):
     empty_tiles  tiles without Gaussians
     bytes        device memory of the state, with the gradients that states share, without the packed copies of
                  scenes, which rasterizers share
-    runs         0: nothing had changed; 2 or more: other memory or passes
-    gaussians    n of the outputs' shapes
-    views        v of the outputs' shapes
+    runs         times it was drawn; 0: unchanged; 2 or more: other memory or passes
+    gaussians    Gaussians of the call: n of the outputs' shapes
+    views        views of the call: v of the outputs' shapes
     culled       (Gaussian, view) pairs that are neither visible nor non_finite
     non_finite   (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of
                  its colour is NaN or infinite
@@ -358,8 +358,8 @@ class ImageInfo(Record):
     """What an image file says of its image.
 
     bits   bits per sample in the file: 8, 16, or 32 (.npy)
-    focal  pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal sees the same
-           angle, or else focal length and resolution of the sensor; 0: not known
+    focal  focal length in pixels, from the Exif data of a JPEG file: that for 35 mm film, whose diagonal sees the
+           same angle, or else focal length and resolution of the sensor; 0: not known
     """
 
     bits: int
@@ -382,12 +382,12 @@ class ImageScores(Record):
 
 @dataclass(frozen=True)
 class RunEvent(Record):
-    """What a call of `Run.next` did. Pointers are valid until the next `Run.next` or `Run.destroy` of the run.
+    """What a call of `Run.next` did.
 
     kind              what was done
     text              the line of log.txt; `None`: none
     warning           True: the text warns
-    updated           True: a step updated what is learned; 0: it was skipped, or is no step
+    updated           True: a step updated what is learned; False: it was skipped, or is no step
     logged            True: metrics.jsonl got a line of the step
     step              updates done
     attempts          steps that ran, with the skipped ones
@@ -404,7 +404,7 @@ class RunEvent(Record):
     inputs            input views among them
     width             width of an image, pixels
     height            height of an image, pixels
-    image_count       numbers of `images` and of `truths`
+    image_count       numbers of `images`, and of `truths`
     """
 
     kind: _native.RunEventKind
@@ -462,7 +462,7 @@ class TrainerInfo(Record):
 
     skipped         True: loss or gradients were not finite, and nothing was updated
     step            updates done
-    pairs           (tile, Gaussian) drawn
+    pairs           (tile, Gaussian) pairs that were drawn
     loss            mean over the batch, like the following
     squared_error   mean of the squared differences, over pixels and channels
     pixel_loss      the part of `loss` that compares pixels
@@ -470,13 +470,13 @@ class TrainerInfo(Record):
     network_ms      time of the network's passes
     render_ms       time of the rasterizer's passes
     update_ms       time of the update
-    lpips           0 unless opt.lambda_lpips > 0, and before opt.start_lpips_after
+    lpips           distance; 0 unless opt.lambda_lpips > 0, and before opt.start_lpips_after
     visible         (Gaussian, target) pairs that reach a tile; 0: nothing was drawn
-    culled          the pairs that do not
+    culled          (Gaussian, target) pairs that reach none
     non_finite      numbers that the network gave which are NaN or infinite
     gradients_zero  True: every gradient of a parameter is 0, so nothing is learnt
     rate            learning rate of this update, or of the one that was skipped
-    edge_loss       mean over the batch; 0 unless opt.lambda_edge > 0
+    edge_loss       loss of edges, mean over the batch; 0 unless opt.lambda_edge > 0
     """
 
     skipped: bool
@@ -514,7 +514,7 @@ class EvaluatorInfo(Record):
 
 @dataclass(frozen=True)
 class Scores(Record):
-    """Means over views. Frozen.
+    """Means over views.
 
     psnr           dB; NaN without a view that differs from its target
     ssim           structural similarity; NaN without views
@@ -532,9 +532,9 @@ class Scores(Record):
 
 @dataclass(frozen=True)
 class Ledger(Record):
-    """What of predictions and images is finite and visible. Frozen.
+    """What of predictions and images is finite and visible.
 
-    outputs_not_finite    numbers that the network put out
+    outputs_not_finite    numbers of the output that are NaN or infinite
     gaussians             predicted Gaussians
     gaussians_not_finite  Gaussians with a NaN or an infinity; no image shows them
     gaussians_invisible   Gaussians of opacity below 1/255
@@ -557,7 +557,7 @@ class ObjectScores(Record):
     """The scores of one object.
 
     object        number of the object
-    name          name of the object; lives as long as the evaluator
+    name          name of the object
     novel         scores of the novel views
     conditioning  scores of the conditioning views
     ledger        what is finite and visible
@@ -587,8 +587,8 @@ class EvaluationSummary(Record):
     conditioning            the same of conditioning views
     ledger                  sums of what is finite and visible
     empty_views             views that are skipped: the target is all black
-    objects_not_finite      if not 0, the means are NaN
-    predictions_per_second  NaN for images of the caller, which are not timed
+    objects_not_finite      objects with such numbers; if any, the means are NaN
+    predictions_per_second  predictions; NaN for images of the caller
     images_per_second       drawn images; NaN for images of the caller
     """
 
@@ -669,7 +669,7 @@ class PriorModelInfo(Record):
     maps             maps that it makes, bits of `DataFlags`
     width            width of the model's input, pixels; 0: by the picture
     height           height of the model's input, pixels; 0: by the picture
-    preset           name of the preset; lives, as the other texts, as long as the model
+    preset           name of the preset
     licence          licence of the model: show it to the user
     note             what to know of the model
     path             file of the model
@@ -695,7 +695,7 @@ class DepthScores(Record):
     rmse     root of the mean of (p - g)^2
     si_rmse  standard deviation of ln max(p, 1e-8) - ln g
     within   shares of pixels with max(p/g, g/p) < 1.25, 1.25^2, 1.25^3; p > 0
-    scale    p = scale * prediction + shift with the least squares; 0: it is constant
+    scale    p = scale * prediction + shift with the least squares; 0: a constant
     shift    the other number of that fit, in the truth's units
     """
 
@@ -755,9 +755,9 @@ class MaskScores(Record):
 class FidelityScores(Record):
     """Visual information fidelity of the channels of an image.
 
-    constant_channels  left out: the true channel is constant
+    constant_channels  channels left out: the true one is constant
     vif                mean over the other channels, 1 for equal images; NaN: none
-    channels           NaN: constant, left out, or not there
+    channels           fidelity of each; NaN: constant, left out, or not there
     """
 
     constant_channels: int

@@ -528,12 +528,12 @@ pub struct splat_device_info {
     /** 1, or 0 with the reason in `reason` */ pub usable: u32,
     /** Vulkan's number of the vendor */ pub vendor_id: u32,
     /** the vendor's number of the device */ pub device_id: u32,
-    /** packed as Vulkan does */ pub vulkan_version: u32,
-    /** vendor's packing */ pub driver_version: u32,
+    /** version of Vulkan, packed as Vulkan does */ pub vulkan_version: u32,
+    /** version of the driver, in the vendor's packing */ pub driver_version: u32,
     /** what SPLAT_SELECT_BY_UUID compares */ pub uuid: [u8; 16],
     /** device-local memory */ pub heap_bytes: u64,
-    /** one allocation */ pub max_allocation_bytes: u64,
-    /** one shader binding, so one tensor */ pub max_storage_buffer_bytes: u64,
+    /** most bytes of one allocation */ pub max_allocation_bytes: u64,
+    /** most bytes of one shader binding, so of one tensor */ pub max_storage_buffer_bytes: u64,
     /** most threads of a workgroup */ pub max_workgroup_invocations: u32,
     /** most shared memory of a workgroup */ pub shared_memory_bytes: u32,
     /** threads of a subgroup */ pub subgroup_size: u32,
@@ -847,10 +847,10 @@ pub struct splat_camera_bytes {
 pub struct splat_weights_info {
     pub struct_size: u32,
     /** number of dimensions */ pub rank: u32,
-    /** outermost first; a 0 means no elements */ pub dims: [i64; 8],
+    /** elements, outermost first; a 0 means none */ pub dims: [i64; 8],
     /** number of all elements */ pub elements: u64,
-    /** this and dtype live as long as the weights */ pub name: *const c_char,
-    /** in the file: "float32", "bfloat16", "int64", ...; read as float32 */ pub dtype: *const c_char,
+    /** name of the tensor; lives, like dtype, as long as the weights */ pub name: *const c_char,
+    /** type in the file: "float32", "int64", ...; read as float32 */ pub dtype: *const c_char,
 }
 
 /// A tensor in the caller's memory, row-major. Frozen.
@@ -882,7 +882,7 @@ pub struct splat_op_desc {
 /// A named tensor of a model or a module. Frozen.
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_port {
-    /** the library's live as long as the model or module */ pub name: *const c_char,
+    /** name of the tensor; the library's lives as long as the model or module */ pub name: *const c_char,
     /** number of dimensions */ pub rank: u32,
     /** SPLAT_PORT_ bits; 0 for a new module */ pub flags: u32,
     /** elements, outermost first */ pub dims: [i64; 8],
@@ -905,7 +905,7 @@ pub struct splat_model_desc {
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_model_info {
     pub struct_size: u32,
-    /** SPLAT_MODEL_ bits of its creation */ pub flags: u32,
+    /** what it was created with, SPLAT_MODEL_ bits */ pub flags: u32,
     /** objects per batch */ pub objects: u32,
     /** input images of an object */ pub views: u32,
     /** R: images have R x R pixels */ pub resolution: u32,
@@ -918,7 +918,7 @@ pub struct splat_model_info {
     /** numbers of a token; 0: none */ pub token_dim: u32,
     /** tokens of an image; 0: none */ pub tokens: u32,
     /** passes of a batch */ pub slices: u32,
-    /** degrees; 0: each image has its focal lengths */ pub fov: f32,
+    /** field of view, degrees; 0: each image has its focal lengths */ pub fov: f32,
     pub reserved: u32,
     /** numbers of all parameters */ pub parameters: u64,
     /** numbers of parameters that a training changes */ pub trainable: u64,
@@ -1023,7 +1023,7 @@ pub struct splat_picture_info {
     /** how the object was found */ pub found: splat_found,
     /** SPLAT_PICTURE_* warnings */ pub warnings: u32,
     /** left, top and side of what was cut out, pixels of the picture */ pub square: [f64; 3],
-    /** pixels of the picture; 0: not known */ pub focal: f64,
+    /** focal length, pixels of the picture; 0: not known */ pub focal: f64,
     /** field of view of the square; 0: not known */ pub fov_degrees: f64,
 }
 
@@ -1072,9 +1072,9 @@ pub struct splat_predictor_info {
     /** 1: it takes a normal map */ pub normal: u32,
     /** 1: it takes the object's mask, which is always found */ pub mask: u32,
     /** 1: it takes the distance of the object's origin */ pub origin_distance: u32,
-    /** views * R * R, of which a scene gets the visible ones */ pub gaussians: u64,
+    /** views * R * R Gaussians; a scene gets the visible ones */ pub gaussians: u64,
     /** degree of the spherical harmonics, 0 to 3 */ pub sh_degree: u32,
-    /** behind the object, 0 to 1 */ pub background: [f32; 3],
+    /** colour behind the object, 0 to 1 */ pub background: [f32; 3],
     /** across the square; 0: each view has a focal length of its own */ pub fov_degrees: f64,
     /** data.category, may be empty; lives as long as the predictor */ pub category: *const c_char,
 }
@@ -1167,9 +1167,9 @@ pub struct splat_rasterizer_info {
     /// device memory of the state, with the gradients that states share, without the packed copies of scenes, which
     /// rasterizers share
     pub bytes: u64,
-    /** 0: nothing had changed; 2 or more: other memory or passes */ pub runs: u32,
-    /** n of the outputs' shapes */ pub gaussians: u32,
-    /** v of the outputs' shapes */ pub views: u32,
+    /** times it was drawn; 0: unchanged; 2 or more: other memory or passes */ pub runs: u32,
+    /** Gaussians of the call: n of the outputs' shapes */ pub gaussians: u32,
+    /** views of the call: v of the outputs' shapes */ pub views: u32,
     pub reserved: u32,
     /** (Gaussian, view) pairs that are neither visible nor non_finite */ pub culled: u64,
     /// (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of its colour
@@ -1194,7 +1194,7 @@ pub struct splat_scene_render_desc {
 pub struct splat_image_info {
     pub struct_size: u32,
     /** bits per sample in the file: 8, 16, or 32 (.npy) */ pub bits: u32,
-    /// pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal sees the same
+    /// focal length in pixels, from the Exif data of a JPEG file: that for 35 mm film, whose diagonal sees the same
     /// angle, or else focal length and resolution of the sensor; 0: not known
     pub focal: f64,
 }
@@ -1257,7 +1257,7 @@ pub struct splat_run_event {
     /** input views among them */ pub inputs: u32,
     /** width of an image, pixels */ pub width: u32,
     /** height of an image, pixels */ pub height: u32,
-    /** numbers of `images` and of `truths` */ pub image_count: u64,
+    /** numbers of `images`, and of `truths` */ pub image_count: u64,
     /** drawn, \[views,3,height,width\] */ pub images: *const f32,
     /** the images to be drawn, of the same shape */ pub truths: *const f32,
 }
@@ -1364,7 +1364,7 @@ pub struct splat_trainer_info {
     pub struct_size: u32,
     /** 1: loss or gradients were not finite, and nothing was updated */ pub skipped: u32,
     /** updates done */ pub step: u64,
-    /** (tile, Gaussian) drawn */ pub pairs: u64,
+    /** (tile, Gaussian) pairs that were drawn */ pub pairs: u64,
     /** mean over the batch, like the following */ pub loss: f64,
     /** mean of the squared differences, over pixels and channels */ pub squared_error: f64,
     /** the part of `loss` that compares pixels */ pub pixel_loss: f64,
@@ -1372,14 +1372,14 @@ pub struct splat_trainer_info {
     /** time of the network's passes */ pub network_ms: f64,
     /** time of the rasterizer's passes */ pub render_ms: f64,
     /** time of the update */ pub update_ms: f64,
-    /** 0 unless opt.lambda_lpips \> 0, and before opt.start_lpips_after */ pub lpips: f64,
+    /** distance; 0 unless opt.lambda_lpips \> 0, and before opt.start_lpips_after */ pub lpips: f64,
     /** (Gaussian, target) pairs that reach a tile; 0: nothing was drawn */ pub visible: u64,
-    /** the pairs that do not */ pub culled: u64,
+    /** (Gaussian, target) pairs that reach none */ pub culled: u64,
     /** numbers that the network gave which are NaN or infinite */ pub non_finite: u64,
     /** 1: every gradient of a parameter is 0, so nothing is learnt */ pub gradients_zero: u32,
     pub reserved: u32,
     /** learning rate of this update, or of the one that was skipped */ pub rate: f64,
-    /** mean over the batch; 0 unless opt.lambda_edge \> 0 */ pub edge_loss: f64,
+    /** loss of edges, mean over the batch; 0 unless opt.lambda_edge \> 0 */ pub edge_loss: f64,
 }
 
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
@@ -1444,7 +1444,7 @@ pub struct splat_scores {
 /// What of predictions and images is finite and visible. Frozen.
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_ledger {
-    /** numbers that the network put out */ pub outputs_not_finite: u64,
+    /** numbers of the output that are NaN or infinite */ pub outputs_not_finite: u64,
     /** predicted Gaussians */ pub gaussians: u64,
     /** Gaussians with a NaN or an infinity; no image shows them */ pub gaussians_not_finite: u64,
     /** Gaussians of opacity below 1/255 */ pub gaussians_invisible: u64,
@@ -1495,8 +1495,8 @@ pub struct splat_evaluation_summary {
     /** the same of conditioning views */ pub conditioning: splat_scores,
     /** sums of what is finite and visible */ pub ledger: splat_ledger,
     /** views that are skipped: the target is all black */ pub empty_views: u32,
-    /** if not 0, the means are NaN */ pub objects_not_finite: u32,
-    /** NaN for images of the caller, which are not timed */ pub predictions_per_second: f64,
+    /** objects with such numbers; if any, the means are NaN */ pub objects_not_finite: u32,
+    /** predictions; NaN for images of the caller */ pub predictions_per_second: f64,
     /** drawn images; NaN for images of the caller */ pub images_per_second: f64,
 }
 
@@ -1632,7 +1632,7 @@ pub struct splat_depth_scores {
     /** root of the mean of (p - g)^2 */ pub rmse: f64,
     /** standard deviation of ln max(p, 1e-8) - ln g */ pub si_rmse: f64,
     /** shares of pixels with max(p/g, g/p) \< 1.25, 1.25^2, 1.25^3; p \> 0 */ pub within: [f64; 3],
-    /** p = scale * prediction + shift with the least squares; 0: it is constant */ pub scale: f64,
+    /** p = scale * prediction + shift with the least squares; 0: a constant */ pub scale: f64,
     /** the other number of that fit, in the truth's units */ pub shift: f64,
 }
 
@@ -1668,9 +1668,9 @@ pub struct splat_mask_scores {
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_fidelity_scores {
     pub struct_size: u32,
-    /** left out: the true channel is constant */ pub constant_channels: u32,
+    /** channels left out: the true one is constant */ pub constant_channels: u32,
     /** mean over the other channels, 1 for equal images; NaN: none */ pub vif: f64,
-    /** NaN: constant, left out, or not there */ pub channels: [f64; 4],
+    /** fidelity of each; NaN: constant, left out, or not there */ pub channels: [f64; 4],
 }
 
 /// How far the Gaussians P of a scene lie from true points T; d(p, T) is the distance from p to the nearest point of

@@ -544,12 +544,13 @@ output! {
         /** true, or false with the reason in `reason` */ usable: bool = raw.usable != 0,
         /** Vulkan's number of the vendor */ vendor_id: u32 = raw.vendor_id,
         /** the vendor's number of the device */ device_id: u32 = raw.device_id,
-        /** packed as Vulkan does */ vulkan_version: u32 = raw.vulkan_version,
-        /** vendor's packing */ driver_version: u32 = raw.driver_version,
+        /** version of Vulkan, packed as Vulkan does */ vulkan_version: u32 = raw.vulkan_version,
+        /** version of the driver, in the vendor's packing */ driver_version: u32 = raw.driver_version,
         /** what `DeviceSelect::BY_UUID` compares */ uuid: [u8; 16] = raw.uuid,
         /** device-local memory */ heap_bytes: u64 = raw.heap_bytes,
-        /** one allocation */ max_allocation_bytes: u64 = raw.max_allocation_bytes,
-        /** one shader binding, so one tensor */ max_storage_buffer_bytes: u64 = raw.max_storage_buffer_bytes,
+        /** most bytes of one allocation */ max_allocation_bytes: u64 = raw.max_allocation_bytes,
+        /// most bytes of one shader binding, so of one tensor
+        max_storage_buffer_bytes: u64 = raw.max_storage_buffer_bytes,
         /** most threads of a workgroup */ max_workgroup_invocations: u32 = raw.max_workgroup_invocations,
         /** most shared memory of a workgroup */ shared_memory_bytes: u32 = raw.shared_memory_bytes,
         /** threads of a subgroup */ subgroup_size: u32 = raw.subgroup_size,
@@ -631,9 +632,9 @@ output! {
         /// device memory of the state, with the gradients that states share, without the packed copies of scenes,
         /// which rasterizers share
         bytes: u64 = raw.bytes,
-        /** 0: nothing had changed; 2 or more: other memory or passes */ runs: u32 = raw.runs,
-        /** n of the outputs' shapes */ gaussians: u32 = raw.gaussians,
-        /** v of the outputs' shapes */ views: u32 = raw.views,
+        /** times it was drawn; 0: unchanged; 2 or more: other memory or passes */ runs: u32 = raw.runs,
+        /** Gaussians of the call: n of the outputs' shapes */ gaussians: u32 = raw.gaussians,
+        /** views of the call: v of the outputs' shapes */ views: u32 = raw.views,
         /** (Gaussian, view) pairs that are neither visible nor non_finite */ culled: u64 = raw.culled,
         /// (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of its
         /// colour is NaN or infinite
@@ -645,8 +646,8 @@ output! {
     /// What an image file says of its image.
     ImageInfo = splat_image_info(raw) {
         /** bits per sample in the file: 8, 16, or 32 (.npy) */ bits: u32 = raw.bits,
-        /// pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal sees the same
-        /// angle, or else focal length and resolution of the sensor; 0: not known
+        /// focal length in pixels, from the Exif data of a JPEG file: that for 35 mm film, whose diagonal sees the
+        /// same angle, or else focal length and resolution of the sensor; 0: not known
         focal: f64 = raw.focal,
     }
 }
@@ -663,17 +664,17 @@ output! {
 output! {
     /// What a tensor of weights is.
     WeightsInfo = splat_weights_info(raw) {
-        /** outermost first; a 0 means no elements */ dims: Vec<i64> = raw.dims[..raw.rank as usize].to_vec(),
+        /** elements, outermost first; a 0 means none */ dims: Vec<i64> = raw.dims[..raw.rank as usize].to_vec(),
         /** number of all elements */ elements: u64 = raw.elements,
-        /** this and dtype live as long as the weights */ name: String = copied(raw.name),
-        /** in the file: "float32", "bfloat16", "int64", ...; read as float32 */ dtype: String = copied(raw.dtype),
+        /** name of the tensor */ name: String = copied(raw.name),
+        /** type in the file: "float32", "int64", ...; read as float32 */ dtype: String = copied(raw.dtype),
     }
 }
 
 output! {
-    /// A named tensor of a model or a module. Frozen.
+    /// A named tensor of a model or a module.
     Port = splat_port(raw) {
-        /** the library's live as long as the model or module */ name: String = copied(raw.name),
+        /** name of the tensor */ name: String = copied(raw.name),
         /** bits of `PortFlags`; 0 for a new module */ flags: PortFlags = PortFlags(raw.flags),
         /** elements, outermost first */ dims: Vec<i64> = raw.dims[..raw.rank as usize].to_vec(),
     }
@@ -682,7 +683,7 @@ output! {
 output! {
     /// What a model was made for, and what its latest pass gave.
     ModelInfo = splat_model_info(raw) {
-        /** bits of `ModelFlags` of its creation */ flags: ModelFlags = ModelFlags(raw.flags),
+        /** what it was created with, bits of `ModelFlags` */ flags: ModelFlags = ModelFlags(raw.flags),
         /** objects per batch */ objects: u32 = raw.objects,
         /** input images of an object */ views: u32 = raw.views,
         /** R: images have R x R pixels */ resolution: u32 = raw.resolution,
@@ -695,7 +696,7 @@ output! {
         /** numbers of a token; 0: none */ token_dim: u32 = raw.token_dim,
         /** tokens of an image; 0: none */ tokens: u32 = raw.tokens,
         /** passes of a batch */ slices: u32 = raw.slices,
-        /** degrees; 0: each image has its focal lengths */ fov: f32 = raw.fov,
+        /** field of view, degrees; 0: each image has its focal lengths */ fov: f32 = raw.fov,
         /** numbers of all parameters */ parameters: u64 = raw.parameters,
         /** numbers of parameters that a training changes */ trainable: u64 = raw.trainable,
         /** Gaussians of the latest pass, over all objects; 0 before the first */ predicted: u64 = raw.predicted,
@@ -705,14 +706,14 @@ output! {
 }
 
 output! {
-    /// What became of a picture. Frozen.
+    /// What became of a picture.
     PictureInfo = splat_picture_info(raw) {
         /** width of the picture, pixels */ width: u32 = raw.width,
         /** height of the picture, pixels */ height: u32 = raw.height,
         /** how the object was found */ found: Found = Found(raw.found),
         /** bits of `PictureWarnings` */ warnings: PictureWarnings = PictureWarnings(raw.warnings),
         /** left, top and side of what was cut out, pixels of the picture */ square: [f64; 3] = raw.square,
-        /** pixels of the picture; 0: not known */ focal: f64 = raw.focal,
+        /** focal length, pixels of the picture; 0: not known */ focal: f64 = raw.focal,
         /** field of view of the square; 0: not known */ fov_degrees: f64 = raw.fov_degrees,
     }
 }
@@ -727,11 +728,11 @@ output! {
         /** true: it takes a normal map */ normal: bool = raw.normal != 0,
         /** true: it takes the object's mask, which is always found */ mask: bool = raw.mask != 0,
         /** true: it takes the distance of the object's origin */ origin_distance: bool = raw.origin_distance != 0,
-        /** views * R * R, of which a scene gets the visible ones */ gaussians: u64 = raw.gaussians,
+        /** views * R * R Gaussians; a scene gets the visible ones */ gaussians: u64 = raw.gaussians,
         /** degree of the spherical harmonics, 0 to 3 */ sh_degree: u32 = raw.sh_degree,
-        /** behind the object, 0 to 1 */ background: [f32; 3] = raw.background,
+        /** colour behind the object, 0 to 1 */ background: [f32; 3] = raw.background,
         /** across the square; 0: each view has a focal length of its own */ fov_degrees: f64 = raw.fov_degrees,
-        /** data.category, may be empty; lives as long as the predictor */ category: String = copied(raw.category),
+        /** data.category, may be empty */ category: String = copied(raw.category),
     }
 }
 
@@ -757,7 +758,7 @@ output! {
     TrainerInfo = splat_trainer_info(raw) {
         /** true: loss or gradients were not finite, and nothing was updated */ skipped: bool = raw.skipped != 0,
         /** updates done */ step: u64 = raw.step,
-        /** (tile, Gaussian) drawn */ pairs: u64 = raw.pairs,
+        /** (tile, Gaussian) pairs that were drawn */ pairs: u64 = raw.pairs,
         /** mean over the batch, like the following */ loss: f64 = raw.loss,
         /** mean of the squared differences, over pixels and channels */ squared_error: f64 = raw.squared_error,
         /** the part of `loss` that compares pixels */ pixel_loss: f64 = raw.pixel_loss,
@@ -765,14 +766,14 @@ output! {
         /** time of the network's passes */ network_ms: f64 = raw.network_ms,
         /** time of the rasterizer's passes */ render_ms: f64 = raw.render_ms,
         /** time of the update */ update_ms: f64 = raw.update_ms,
-        /** 0 unless opt.lambda_lpips \> 0, and before opt.start_lpips_after */ lpips: f64 = raw.lpips,
+        /** distance; 0 unless opt.lambda_lpips \> 0, and before opt.start_lpips_after */ lpips: f64 = raw.lpips,
         /** (Gaussian, target) pairs that reach a tile; 0: nothing was drawn */ visible: u64 = raw.visible,
-        /** the pairs that do not */ culled: u64 = raw.culled,
+        /** (Gaussian, target) pairs that reach none */ culled: u64 = raw.culled,
         /** numbers that the network gave which are NaN or infinite */ non_finite: u64 = raw.non_finite,
         /// true: every gradient of a parameter is 0, so nothing is learnt
         gradients_zero: bool = raw.gradients_zero != 0,
         /** learning rate of this update, or of the one that was skipped */ rate: f64 = raw.rate,
-        /** mean over the batch; 0 unless opt.lambda_edge \> 0 */ edge_loss: f64 = raw.edge_loss,
+        /** loss of edges, mean over the batch; 0 unless opt.lambda_edge \> 0 */ edge_loss: f64 = raw.edge_loss,
     }
 }
 
@@ -786,7 +787,7 @@ output! {
 }
 
 output! {
-    /// Means over views. Frozen.
+    /// Means over views.
     Scores = splat_scores(raw) {
         /** dB; NaN without a view that differs from its target */ psnr: f64 = raw.psnr,
         /** structural similarity; NaN without views */ ssim: f64 = raw.ssim,
@@ -797,9 +798,9 @@ output! {
 }
 
 output! {
-    /// What of predictions and images is finite and visible. Frozen.
+    /// What of predictions and images is finite and visible.
     Ledger = splat_ledger(raw) {
-        /** numbers that the network put out */ outputs_not_finite: u64 = raw.outputs_not_finite,
+        /** numbers of the output that are NaN or infinite */ outputs_not_finite: u64 = raw.outputs_not_finite,
         /** predicted Gaussians */ gaussians: u64 = raw.gaussians,
         /// Gaussians with a NaN or an infinity; no image shows them
         gaussians_not_finite: u64 = raw.gaussians_not_finite,
@@ -814,7 +815,7 @@ output! {
     /// The scores of one object.
     ObjectScores = splat_object_scores(raw) {
         /** number of the object */ object: u32 = raw.object,
-        /** name of the object; lives as long as the evaluator */ name: String = copied(raw.name),
+        /** name of the object */ name: String = copied(raw.name),
         /** scores of the novel views */ novel: Scores = Scores::from_raw(&raw.novel),
         /** scores of the conditioning views */ conditioning: Scores = Scores::from_raw(&raw.conditioning),
         /** what is finite and visible */ ledger: Ledger = Ledger::from_raw(&raw.ledger),
@@ -835,9 +836,8 @@ output! {
         /** the same of conditioning views */ conditioning: Scores = Scores::from_raw(&raw.conditioning),
         /** sums of what is finite and visible */ ledger: Ledger = Ledger::from_raw(&raw.ledger),
         /** views that are skipped: the target is all black */ empty_views: u32 = raw.empty_views,
-        /** if not 0, the means are NaN */ objects_not_finite: u32 = raw.objects_not_finite,
-        /// NaN for images of the caller, which are not timed
-        predictions_per_second: f64 = raw.predictions_per_second,
+        /** objects with such numbers; if any, the means are NaN */ objects_not_finite: u32 = raw.objects_not_finite,
+        /** predictions; NaN for images of the caller */ predictions_per_second: f64 = raw.predictions_per_second,
         /** drawn images; NaN for images of the caller */ images_per_second: f64 = raw.images_per_second,
     }
 }
@@ -888,7 +888,7 @@ output! {
         /** root of the mean of (p - g)^2 */ rmse: f64 = raw.rmse,
         /** standard deviation of ln max(p, 1e-8) - ln g */ si_rmse: f64 = raw.si_rmse,
         /** shares of pixels with max(p/g, g/p) \< 1.25, 1.25^2, 1.25^3; p \> 0 */ within: [f64; 3] = raw.within,
-        /** p = scale * prediction + shift with the least squares; 0: it is constant */ scale: f64 = raw.scale,
+        /** p = scale * prediction + shift with the least squares; 0: a constant */ scale: f64 = raw.scale,
         /** the other number of that fit, in the truth's units */ shift: f64 = raw.shift,
     }
 }
@@ -922,9 +922,9 @@ output! {
 output! {
     /// Visual information fidelity of the channels of an image.
     FidelityScores = splat_fidelity_scores(raw) {
-        /** left out: the true channel is constant */ constant_channels: u32 = raw.constant_channels,
+        /** channels left out: the true one is constant */ constant_channels: u32 = raw.constant_channels,
         /** mean over the other channels, 1 for equal images; NaN: none */ vif: f64 = raw.vif,
-        /** NaN: constant, left out, or not there */ channels: [f64; 4] = raw.channels,
+        /** fidelity of each; NaN: constant, left out, or not there */ channels: [f64; 4] = raw.channels,
     }
 }
 
@@ -949,8 +949,7 @@ output! {
         /** maps that it makes, bits of `DataFlags` */ maps: DataFlags = DataFlags(raw.maps),
         /** width of the model's input, pixels; 0: by the picture */ width: u32 = raw.width,
         /** height of the model's input, pixels; 0: by the picture */ height: u32 = raw.height,
-        /// name of the preset; lives, as the other texts, as long as the model
-        preset: String = copied(raw.preset),
+        /** name of the preset */ preset: String = copied(raw.preset),
         /** licence of the model: show it to the user */ licence: String = copied(raw.licence),
         /** what to know of the model */ note: String = copied(raw.note),
         /** file of the model */ path: String = copied(raw.path),
@@ -1032,7 +1031,7 @@ input! {
     }
 }
 
-/// A pinhole camera. Frozen. The centre of the pixel in column i and row j is (i + 0.5, j + 0.5).
+/// A pinhole camera. The centre of the pixel in column i and row j is (i + 0.5, j + 0.5).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Camera {
@@ -1050,7 +1049,7 @@ const _: () = assert!(
     std::mem::size_of::<Camera>() == std::mem::size_of::<sys::splat_camera>()
 );
 
-/// x -\> scale * rotation x + translation. Frozen.
+/// x -\> scale * rotation x + translation.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Similarity {
