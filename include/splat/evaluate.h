@@ -170,7 +170,7 @@ typedef struct splat_evaluation_summary {
     splat_scores conditioning;     /* the same of conditioning views */
     splat_ledger ledger;           /* sums of what is finite and visible */
     uint32_t empty_views;          /* views that are skipped: the target is all black */
-    uint32_t objects_not_finite;   /* objects with such numbers; if any, the means are NaN */
+    uint32_t objects_not_finite;   /* objects with numbers not finite; if any, the means are NaN */
     double predictions_per_second; /* predictions; NaN for images of the caller */
     double images_per_second;      /* drawn images; NaN for images of the caller */
 } splat_evaluation_summary;

@@ -292,7 +292,7 @@ typedef struct splat_trainer_info {
     double update_ms;     /* time of the update */
     double lpips; /* distance; 0 unless opt.lambda_lpips > 0, and before opt.start_lpips_after */
     uint64_t visible;        /* (Gaussian, target) pairs that reach a tile; 0: nothing was drawn */
-    uint64_t culled;         /* (Gaussian, target) pairs that reach none */
+    uint64_t culled;         /* (Gaussian, target) pairs that reach no tile */
     uint64_t non_finite;     /* numbers that the network gave which are NaN or infinite */
     uint32_t gradients_zero; /* 1: every gradient of a parameter is 0, so nothing is learnt */
     uint32_t reserved;

@@ -355,7 +355,7 @@ namespace Splat
         public double Lpips { get; }
         /// <summary>(Gaussian, target) pairs that reach a tile; 0: nothing was drawn</summary>
         public long Visible { get; }
-        /** <summary>(Gaussian, target) pairs that reach none</summary> */ public long Culled { get; }
+        /** <summary>(Gaussian, target) pairs that reach no tile</summary> */ public long Culled { get; }
         /// <summary>numbers that the network gave which are NaN or infinite</summary>
         public long NonFinite { get; }
         /// <summary>true: every gradient of a parameter is 0, so nothing is learnt</summary>
@@ -543,7 +543,7 @@ namespace Splat
         /** <summary>the same of conditioning views</summary> */ public Scores Conditioning { get; }
         /** <summary>sums of what is finite and visible</summary> */ public Ledger Ledger { get; }
         /** <summary>views that are skipped: the target is all black</summary> */ public int EmptyViews { get; }
-        /// <summary>objects with such numbers; if any, the means are NaN</summary>
+        /// <summary>objects with numbers not finite; if any, the means are NaN</summary>
         public int ObjectsNotFinite { get; }
         /// <summary>predictions; NaN for images of the caller</summary>
         public double PredictionsPerSecond { get; }

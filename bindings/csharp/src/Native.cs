@@ -2951,7 +2951,7 @@ namespace Splat.Interop
         public double lpips;
         /// <summary>(Gaussian, target) pairs that reach a tile; 0: nothing was drawn</summary>
         public ulong visible;
-        /** <summary>(Gaussian, target) pairs that reach none</summary> */ public ulong culled;
+        /** <summary>(Gaussian, target) pairs that reach no tile</summary> */ public ulong culled;
         /** <summary>numbers that the network gave which are NaN or infinite</summary> */ public ulong non_finite;
         /// <summary>1: every gradient of a parameter is 0, so nothing is learnt</summary>
         public uint gradients_zero;
@@ -3090,7 +3090,7 @@ namespace Splat.Interop
         /** <summary>the same of conditioning views</summary> */ public splat_scores conditioning;
         /** <summary>sums of what is finite and visible</summary> */ public splat_ledger ledger;
         /** <summary>views that are skipped: the target is all black</summary> */ public uint empty_views;
-        /// <summary>objects with such numbers; if any, the means are NaN</summary>
+        /// <summary>objects with numbers not finite; if any, the means are NaN</summary>
         public uint objects_not_finite;
         /** <summary>predictions; NaN for images of the caller</summary> */ public double predictions_per_second;
         /** <summary>drawn images; NaN for images of the caller</summary> */ public double images_per_second;

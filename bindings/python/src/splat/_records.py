@@ -472,7 +472,7 @@ class TrainerInfo(Record):
     update_ms       time of the update
     lpips           distance; 0 unless opt.lambda_lpips > 0, and before opt.start_lpips_after
     visible         (Gaussian, target) pairs that reach a tile; 0: nothing was drawn
-    culled          (Gaussian, target) pairs that reach none
+    culled          (Gaussian, target) pairs that reach no tile
     non_finite      numbers that the network gave which are NaN or infinite
     gradients_zero  True: every gradient of a parameter is 0, so nothing is learnt
     rate            learning rate of this update, or of the one that was skipped
@@ -587,7 +587,7 @@ class EvaluationSummary(Record):
     conditioning            the same of conditioning views
     ledger                  sums of what is finite and visible
     empty_views             views that are skipped: the target is all black
-    objects_not_finite      objects with such numbers; if any, the means are NaN
+    objects_not_finite      objects with numbers not finite; if any, the means are NaN
     predictions_per_second  predictions; NaN for images of the caller
     images_per_second       drawn images; NaN for images of the caller
     """

@@ -1374,7 +1374,7 @@ pub struct splat_trainer_info {
     /** time of the update */ pub update_ms: f64,
     /** distance; 0 unless opt.lambda_lpips \> 0, and before opt.start_lpips_after */ pub lpips: f64,
     /** (Gaussian, target) pairs that reach a tile; 0: nothing was drawn */ pub visible: u64,
-    /** (Gaussian, target) pairs that reach none */ pub culled: u64,
+    /** (Gaussian, target) pairs that reach no tile */ pub culled: u64,
     /** numbers that the network gave which are NaN or infinite */ pub non_finite: u64,
     /** 1: every gradient of a parameter is 0, so nothing is learnt */ pub gradients_zero: u32,
     pub reserved: u32,
@@ -1495,7 +1495,7 @@ pub struct splat_evaluation_summary {
     /** the same of conditioning views */ pub conditioning: splat_scores,
     /** sums of what is finite and visible */ pub ledger: splat_ledger,
     /** views that are skipped: the target is all black */ pub empty_views: u32,
-    /** objects with such numbers; if any, the means are NaN */ pub objects_not_finite: u32,
+    /** objects with numbers not finite; if any, the means are NaN */ pub objects_not_finite: u32,
     /** predictions; NaN for images of the caller */ pub predictions_per_second: f64,
     /** drawn images; NaN for images of the caller */ pub images_per_second: f64,
 }

@@ -768,7 +768,7 @@ output! {
         /** time of the update */ update_ms: f64 = raw.update_ms,
         /** distance; 0 unless opt.lambda_lpips \> 0, and before opt.start_lpips_after */ lpips: f64 = raw.lpips,
         /** (Gaussian, target) pairs that reach a tile; 0: nothing was drawn */ visible: u64 = raw.visible,
-        /** (Gaussian, target) pairs that reach none */ culled: u64 = raw.culled,
+        /** (Gaussian, target) pairs that reach no tile */ culled: u64 = raw.culled,
         /** numbers that the network gave which are NaN or infinite */ non_finite: u64 = raw.non_finite,
         /// true: every gradient of a parameter is 0, so nothing is learnt
         gradients_zero: bool = raw.gradients_zero != 0,
@@ -836,7 +836,8 @@ output! {
         /** the same of conditioning views */ conditioning: Scores = Scores::from_raw(&raw.conditioning),
         /** sums of what is finite and visible */ ledger: Ledger = Ledger::from_raw(&raw.ledger),
         /** views that are skipped: the target is all black */ empty_views: u32 = raw.empty_views,
-        /** objects with such numbers; if any, the means are NaN */ objects_not_finite: u32 = raw.objects_not_finite,
+        /// objects with numbers not finite; if any, the means are NaN
+        objects_not_finite: u32 = raw.objects_not_finite,
         /** predictions; NaN for images of the caller */ predictions_per_second: f64 = raw.predictions_per_second,
         /** drawn images; NaN for images of the caller */ images_per_second: f64 = raw.images_per_second,
     }
