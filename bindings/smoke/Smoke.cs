@@ -3,6 +3,7 @@
 using System;
 using System.Collections.Generic;
 using System.IO;
+using System.Linq;
 using System.Runtime.InteropServices;
 using System.Text;
 using System.Threading;
@@ -222,9 +223,9 @@ internal static class Smoke
         MaskScores m = Priors.CompareMasks(p, g);
         PointScores s = scene.ComparePoints(Map((a, b) => new[] { a, b, a - b }), 0.25, 0);
         Print("judge",
-              "\"depth\":" + Hash(new[] { d.AbsRel, d.Rmse, d.SiRmse }, d.Within,
+              "\"depth\":" + Hash(new[] { d.AbsRel, d.Rmse, d.SiRmse }, d.Within.ToArray(),
                                    new[] { d.Scale, d.Shift }) +
-              ",\"normal\":" + Hash(new[] { n.Mean, n.Median, n.Rmse }, n.Within) +
+              ",\"normal\":" + Hash(new[] { n.Mean, n.Median, n.Rmse }, n.Within.ToArray()) +
               ",\"mask\":" + Hash(new[] { m.Mae, m.Iou, m.Precision, m.Recall, m.FBeta }) +
               ",\"fidelity\":" + Hash(new[] { Priors.CompareFidelity(p, g).Vif }) +
               ",\"edges\":" + Hash(Priors.FilterMap(g, MapFilter.Canny).ToFloats()) +

@@ -14,7 +14,7 @@ namespace Splat
         /// <summary>CPU, integrated, discrete, ...</summary>
         public DeviceKind Kind { get; set; }
         /// <summary>16 bytes of DeviceInfo.Uuid.</summary>
-        public byte[] Uuid { get; set; }
+        public IReadOnlyList<byte> Uuid { get; set; }
         /// <summary>Which shaders to run.</summary>
         public Kernels Kernels { get; set; }
         /// <summary>Validation, times of dispatches.</summary>
@@ -46,9 +46,9 @@ namespace Splat
                 if (options.Timeout < TimeSpan.Zero)
                     throw new ArgumentOutOfRangeException(nameof(options), options.Timeout,
                                                           "Timeout is negative");
-                if (options.Uuid != null && options.Uuid.Length != 16)
+                if (options.Uuid != null && options.Uuid.Count != 16)
                     throw new ArgumentException(
-                        "Uuid has " + options.Uuid.Length + " bytes instead of 16",
+                        "Uuid has " + options.Uuid.Count + " bytes instead of 16",
                             nameof(options));
                 var desc = new splat_device_desc
                 {

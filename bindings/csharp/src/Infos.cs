@@ -2,12 +2,12 @@
 
 #pragma warning disable 1591
 
-using System;
+using System.Collections.Generic;
 using Splat.Interop;
 
 namespace Splat
 {
-    public sealed class DeviceInfo
+    public sealed class DeviceInfo : Facts<DeviceInfo>
     {
         /// <summary>position in the enumeration of this process</summary>
         public int Index { get; }
@@ -20,7 +20,7 @@ namespace Splat
         public uint VulkanVersion { get; }
         /// <summary>vendor's packing</summary>
         public uint DriverVersion { get; }
-        public byte[] Uuid { get; }
+        public IReadOnlyList<byte> Uuid { get; }
         /// <summary>device-local memory</summary>
         public long HeapBytes { get; }
         /// <summary>one allocation</summary>
@@ -49,7 +49,7 @@ namespace Splat
             DeviceId = from->device_id;
             VulkanVersion = from->vulkan_version;
             DriverVersion = from->driver_version;
-            Uuid = Values.Copy(from->uuid, 16);
+            Uuid = Values.List<byte>(from->uuid, 16);
             HeapBytes = checked((long)from->heap_bytes);
             MaxAllocationBytes = checked((long)from->max_allocation_bytes);
             MaxStorageBufferBytes = checked((long)from->max_storage_buffer_bytes);
@@ -64,7 +64,7 @@ namespace Splat
         }
     }
 
-    public sealed class MemoryInfo
+    public sealed class MemoryInfo : Facts<MemoryInfo>
     {
         /// <summary>live allocations of the driver</summary>
         public int Allocations { get; }
@@ -86,13 +86,13 @@ namespace Splat
         }
     }
 
-    public sealed class TensorInfo
+    public sealed class TensorInfo : Facts<TensorInfo>
     {
         public DType Dtype { get; }
         public int Rank { get; }
         /// <summary>1 while mapped</summary>
         public bool Mapped { get; }
-        public long[] Dims { get; }
+        public IReadOnlyList<long> Dims { get; }
         public long Elements { get; }
         public long Bytes { get; }
         /// <summary>cut if longer</summary>
@@ -103,14 +103,14 @@ namespace Splat
             Dtype = from->dtype;
             Rank = checked((int)from->rank);
             Mapped = from->mapped != 0;
-            Dims = Values.Copy(from->dims, checked((int)from->rank));
+            Dims = Values.List<long>(from->dims, checked((int)from->rank));
             Elements = checked((long)from->elements);
             Bytes = checked((long)from->bytes);
             Name = Text.Read(from->name, 64);
         }
     }
 
-    public sealed class TensorStats
+    public sealed class TensorStats : Facts<TensorStats>
     {
         public long NanCount { get; }
         public long InfCount { get; }
@@ -131,16 +131,16 @@ namespace Splat
         }
     }
 
-    public sealed class SceneInfo
+    public sealed class SceneInfo : Facts<SceneInfo>
     {
         public int ShDegree { get; }
         public long Count { get; }
         /// <summary>lower bounds of the finite means</summary>
-        public double[] Low { get; }
+        public IReadOnlyList<double> Low { get; }
         /// <summary>upper bounds of the finite means</summary>
-        public double[] High { get; }
+        public IReadOnlyList<double> High { get; }
         /// <summary>median of the finite means, axis by axis</summary>
-        public double[] Center { get; }
+        public IReadOnlyList<double> Center { get; }
         /// <summary>distance from the centre that holds 95 % of the finite means</summary>
         public double Radius { get; }
         /// <summary>smallest finite standard deviation, scene units</summary>
@@ -164,9 +164,9 @@ namespace Splat
         {
             ShDegree = checked((int)from->sh_degree);
             Count = checked((long)from->count);
-            Low = Values.Copy(from->low, 3);
-            High = Values.Copy(from->high, 3);
-            Center = Values.Copy(from->center, 3);
+            Low = Values.List<double>(from->low, 3);
+            High = Values.List<double>(from->high, 3);
+            Center = Values.List<double>(from->center, 3);
             Radius = from->radius;
             ScaleMin = from->scale_min;
             ScaleMax = from->scale_max;
@@ -181,7 +181,7 @@ namespace Splat
         }
     }
 
-    public sealed class RasterizerInfo
+    public sealed class RasterizerInfo : Facts<RasterizerInfo>
     {
         /// <summary>groups of tile rows that the last forward call drew one by one</summary>
         public int Passes { get; }
@@ -225,7 +225,7 @@ namespace Splat
         }
     }
 
-    public sealed class ImageInfo
+    public sealed class ImageInfo : Facts<ImageInfo>
     {
         /// <summary>bits per sample in the file: 8, 16, or 32 (.npy)</summary>
         public int Bits { get; }
@@ -239,7 +239,7 @@ namespace Splat
         }
     }
 
-    public sealed class ImageScores
+    public sealed class ImageScores : Facts<ImageScores>
     {
         /// <summary>mean</summary>
         public double SquaredError { get; }
@@ -255,11 +255,11 @@ namespace Splat
         }
     }
 
-    public sealed class WeightsInfo
+    public sealed class WeightsInfo : Facts<WeightsInfo>
     {
         public int Rank { get; }
         /// <summary>outermost first; a 0 means no elements</summary>
-        public long[] Dims { get; }
+        public IReadOnlyList<long> Dims { get; }
         public long Elements { get; }
         /// <summary>this and dtype live as long as the weights</summary>
         public string Name { get; }
@@ -269,7 +269,7 @@ namespace Splat
         internal unsafe WeightsInfo(splat_weights_info* from)
         {
             Rank = checked((int)from->rank);
-            Dims = Values.Copy(from->dims, checked((int)from->rank));
+            Dims = Values.List<long>(from->dims, checked((int)from->rank));
             Elements = checked((long)from->elements);
             Name = Text.Read(from->name, -1);
             Dtype = Text.Read(from->dtype, -1);
@@ -277,7 +277,7 @@ namespace Splat
     }
 
     /// <summary>What a model was made for, and what its latest pass gave.</summary>
-    public sealed class ModelInfo
+    public sealed class ModelInfo : Facts<ModelInfo>
     {
         /// <summary>SPLAT_MODEL_ bits of its creation</summary>
         public ModelFlags Flags { get; }
@@ -340,7 +340,7 @@ namespace Splat
         }
     }
 
-    public sealed class OptimizerInfo
+    public sealed class OptimizerInfo : Facts<OptimizerInfo>
     {
         /// <summary>1: the last step found gradients that are not finite; no update</summary>
         public bool WasSkipped { get; }
@@ -375,7 +375,7 @@ namespace Splat
         }
     }
 
-    public sealed class TrainerInfo
+    public sealed class TrainerInfo : Facts<TrainerInfo>
     {
         /// <summary>1: loss or gradients were not finite, and nothing was updated</summary>
         public bool Skipped { get; }
@@ -430,7 +430,7 @@ namespace Splat
     }
 
     /// <summary>What a predictor takes and gives, for what its weights were trained.</summary>
-    public sealed class PredictorInfo
+    public sealed class PredictorInfo : Facts<PredictorInfo>
     {
         /// <summary>pictures of one prediction</summary>
         public int Views { get; }
@@ -450,7 +450,7 @@ namespace Splat
         public long Gaussians { get; }
         public int ShDegree { get; }
         /// <summary>behind the object, 0 to 1</summary>
-        public float[] Background { get; }
+        public IReadOnlyList<float> Background { get; }
         /// <summary>across the square; 0: each view has a focal length of its own</summary>
         public double FovDegrees { get; }
         /// <summary>data.category, may be empty; lives as long as the predictor</summary>
@@ -467,14 +467,14 @@ namespace Splat
             OriginDistance = from->origin_distance != 0;
             Gaussians = checked((long)from->gaussians);
             ShDegree = checked((int)from->sh_degree);
-            Background = Values.Copy(from->background, 3);
+            Background = Values.List<float>(from->background, 3);
             FovDegrees = from->fov_degrees;
             Category = Text.Read(from->category, -1);
         }
     }
 
     /// <summary>What became of a picture. Frozen.</summary>
-    public sealed class PictureInfo
+    public sealed class PictureInfo : Facts<PictureInfo>
     {
         /// <summary>width of the picture, pixels</summary>
         public int Width { get; }
@@ -483,7 +483,7 @@ namespace Splat
         /// <summary>SPLAT_PICTURE_* warnings</summary>
         public PictureWarningFlags Warnings { get; }
         /// <summary>left, top and side of what was cut out, pixels of the picture</summary>
-        public double[] Square { get; }
+        public IReadOnlyList<double> Square { get; }
         /// <summary>pixels of the picture; 0: not known</summary>
         public double Focal { get; }
         /// <summary>field of view of the square; 0: not known</summary>
@@ -495,13 +495,13 @@ namespace Splat
             Height = checked((int)from->height);
             Found = from->found;
             Warnings = from->warnings;
-            Square = Values.Copy(from->square, 3);
+            Square = Values.List<double>(from->square, 3);
             Focal = from->focal;
             FovDegrees = from->fov_degrees;
         }
     }
 
-    public sealed class EvaluatorInfo
+    public sealed class EvaluatorInfo : Facts<EvaluatorInfo>
     {
         /// <summary>to score</summary>
         public int Objects { get; }
@@ -519,7 +519,7 @@ namespace Splat
     }
 
     /// <summary>Means over views. Frozen.</summary>
-    public sealed class Scores
+    public sealed class Scores : Facts<Scores>
     {
         /// <summary>dB; NaN without a view that differs from its target</summary>
         public double Psnr { get; }
@@ -542,7 +542,7 @@ namespace Splat
     }
 
     /// <summary>What of predictions and images is finite and visible. Frozen.</summary>
-    public sealed class Ledger
+    public sealed class Ledger : Facts<Ledger>
     {
         /// <summary>numbers that the network put out</summary>
         public long OutputsNotFinite { get; }
@@ -571,7 +571,7 @@ namespace Splat
         }
     }
 
-    public sealed class ObjectScores
+    public sealed class ObjectScores : Facts<ObjectScores>
     {
         /// <summary>number of the object</summary>
         public int Object { get; }
@@ -604,7 +604,7 @@ namespace Splat
     }
 
     /// <summary>Means and sums over the objects scored so far.</summary>
-    public sealed class EvaluationSummary
+    public sealed class EvaluationSummary : Facts<EvaluationSummary>
     {
         public int Objects { get; }
         /// <summary>means over objects, each counting the same; sums of views</summary>
@@ -632,7 +632,7 @@ namespace Splat
         }
     }
 
-    public sealed class ComparisonInfo
+    public sealed class ComparisonInfo : Facts<ComparisonInfo>
     {
         /// <summary>compared</summary>
         public int Metrics { get; }
@@ -656,7 +656,7 @@ namespace Splat
         }
     }
 
-    public sealed class MetricComparison
+    public sealed class MetricComparison : Facts<MetricComparison>
     {
         public Metric Metric { get; }
         public Verdict Verdict { get; }
@@ -706,7 +706,7 @@ namespace Splat
     }
 
     /// <summary>Errors of an aligned depth map p against the true one g, in its units.</summary>
-    public sealed class DepthScores
+    public sealed class DepthScores : Facts<DepthScores>
     {
         /// <summary>counted</summary>
         public long Pixels { get; }
@@ -717,7 +717,7 @@ namespace Splat
         /// <summary>standard deviation of ln max(p, 1e-8) - ln g</summary>
         public double SiRmse { get; }
         /// <summary>shares of pixels with max(p/g, g/p) &lt; 1.25, 1.25^2, 1.25^3; p &gt; 0</summary>
-        public double[] Within { get; }
+        public IReadOnlyList<double> Within { get; }
         /// <summary>p = scale * prediction + shift with the least squares; 0: it is constant</summary>
         public double Scale { get; }
         public double Shift { get; }
@@ -728,14 +728,14 @@ namespace Splat
             AbsRel = from->abs_rel;
             Rmse = from->rmse;
             SiRmse = from->si_rmse;
-            Within = Values.Copy(from->within, 3);
+            Within = Values.List<double>(from->within, 3);
             Scale = from->scale;
             Shift = from->shift;
         }
     }
 
     /// <summary>Angles between predicted and true normals, in degrees.</summary>
-    public sealed class NormalScores
+    public sealed class NormalScores : Facts<NormalScores>
     {
         /// <summary>counted</summary>
         public long Pixels { get; }
@@ -745,7 +745,7 @@ namespace Splat
         public double Median { get; }
         public double Rmse { get; }
         /// <summary>shares of pixels with an angle below 11.25, 22.5, 30 degrees</summary>
-        public double[] Within { get; }
+        public IReadOnlyList<double> Within { get; }
 
         internal unsafe NormalScores(splat_normal_scores* from)
         {
@@ -754,7 +754,7 @@ namespace Splat
             Mean = from->mean;
             Median = from->median;
             Rmse = from->rmse;
-            Within = Values.Copy(from->within, 3);
+            Within = Values.List<double>(from->within, 3);
         }
     }
 
@@ -762,7 +762,7 @@ namespace Splat
     /// How well a soft mask p, binary where p &gt; 0.5, covers the true one. Shares have 1e-6 in their
     /// denominators, as published: an empty truth scores 0.
     /// </summary>
-    public sealed class MaskScores
+    public sealed class MaskScores : Facts<MaskScores>
     {
         public long PredictedPixels { get; }
         public long TruePixels { get; }
@@ -787,20 +787,20 @@ namespace Splat
     }
 
     /// <summary>Visual information fidelity of the channels of an image.</summary>
-    public sealed class FidelityScores
+    public sealed class FidelityScores : Facts<FidelityScores>
     {
         /// <summary>left out: the true channel is constant</summary>
         public int ConstantChannels { get; }
         /// <summary>mean over the other channels, 1 for equal images; NaN: none</summary>
         public double Vif { get; }
         /// <summary>NaN: constant, left out, or not there</summary>
-        public double[] Channels { get; }
+        public IReadOnlyList<double> Channels { get; }
 
         internal unsafe FidelityScores(splat_fidelity_scores* from)
         {
             ConstantChannels = checked((int)from->constant_channels);
             Vif = from->vif;
-            Channels = Values.Copy(from->channels, 4);
+            Channels = Values.List<double>(from->channels, 4);
         }
     }
 
@@ -808,7 +808,7 @@ namespace Splat
     /// How far the Gaussians P of a scene lie from true points T; d(p, T) is the distance from p to the
     /// nearest point of T.
     /// </summary>
-    public sealed class PointScores
+    public sealed class PointScores : Facts<PointScores>
     {
         /// <summary>counted: P</summary>
         public long Gaussians { get; }
@@ -840,7 +840,7 @@ namespace Splat
         }
     }
 
-    public sealed class PriorModelInfo
+    public sealed class PriorModelInfo : Facts<PriorModelInfo>
     {
         /// <summary>SPLAT_DATA_ flags of the maps that it makes</summary>
         public DataFlags Maps { get; }

@@ -1,4 +1,5 @@
 using System;
+using System.Collections.Generic;
 using System.Runtime.InteropServices;
 using Splat.Interop;
 
@@ -90,7 +91,7 @@ namespace Splat
         }
 
         /// <summary>Elements, outermost first.</summary>
-        public long[] Dims
+        public IReadOnlyList<long> Dims
         {
             get { return Info.Dims; }
         }
@@ -193,9 +194,9 @@ namespace Splat
             if (given != info.Dtype)
                 throw new ArgumentException("values of type " + typeof(T).Name + " (" + given +
                                             ") for a tensor of " + info.Dtype);
-            if (strides != null && strides.Length != info.Dims.Length)
+            if (strides != null && strides.Length != info.Rank)
                 throw new ArgumentException(strides.Length + " strides for a tensor of rank " +
-                                            info.Dims.Length, nameof(strides));
+                                            info.Rank, nameof(strides));
         }
 
         private static DType TypeOf<T>()

@@ -1,4 +1,5 @@
 using System;
+using System.Collections.Generic;
 using System.Text;
 using Splat.Interop;
 
@@ -82,9 +83,9 @@ namespace Splat
     /// <summary>Copies of numbers that the library holds.</summary>
     internal static unsafe class Values
     {
-        internal static byte[] Copy(byte* from, int count)
+        internal static IReadOnlyList<T> List<T>(void* from, int count)
         {
-            return new ReadOnlySpan<byte>(from, count).ToArray();
+            return Array.AsReadOnly(new ReadOnlySpan<T>(from, count).ToArray());
         }
 
         internal static long[] Copy(long* from, int count)

@@ -11,7 +11,7 @@ namespace Splat.Tests
         {
             DeviceInfo first = Device.All[0];
             Expect.Equal(0, first.Index);
-            Expect.Equal(16, first.Uuid.Length);
+            Expect.Equal(16, first.Uuid.Count);
             Expect.True(first.Name.Length > 0 && first.HeapBytes > 0, "name and heap");
             DeviceInfo open = Shared.Device.Info;
             Expect.True(open.Usable && open.Reason == "", "a usable device without a reason");

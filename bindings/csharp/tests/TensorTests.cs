@@ -16,7 +16,7 @@ namespace Splat.Tests
                 Expect.Same(new long[] { 2, 3 }, f.Dims);
                 Expect.Same(new[] { -1, 2 }, i.ToArray<int>());
                 Expect.Same(new[] { 4000000000u }, u.ToArray<uint>());
-                Expect.Equal(0, u.Dims.Length);
+                Expect.Equal(0, u.Dims.Count);
                 Expect.Equal(DType.I32, i.Info.Dtype);
                 Expect.Equal(24L, f.Info.Bytes);
             }
