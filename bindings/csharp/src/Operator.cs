@@ -44,10 +44,10 @@ namespace Splat
             int outputs = options.Outputs?.Count ?? 0;
             if (options.GradOutputs != null && options.GradOutputs.Count != outputs)
                 throw new ArgumentException(options.GradOutputs.Count + " GradOutputs for " + outputs +
-                                            " outputs");
+                                            " outputs", nameof(options));
             if (options.GradInputs != null && options.GradInputs.Count != inputs)
                 throw new ArgumentException(options.GradInputs.Count + " GradInputs for " + inputs +
-                                            " inputs");
+                                            " inputs", nameof(options));
             using (var arena = new Arena())
             {
                 var desc = new splat_op_desc
@@ -70,10 +70,7 @@ namespace Splat
         }
 
         /// <summary>JSON array of all operators with their tensors and attributes.</summary>
-        public static string ListJson()
-        {
-            return Text.Get(Native.splat_op_list);
-        }
+        public static string ListJson() => Text.Get(Native.splat_op_list);
 
         /// <summary>Compute the outputs from the inputs.</summary>
         public void Forward(CancellationToken token = default(CancellationToken))

@@ -158,11 +158,11 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                var points = new float[checked(3 * (int)Check.Unsigned(count, nameof(count)))];
-                if (seed < 0) throw new ArgumentOutOfRangeException(nameof(seed), seed, "negative");
                 byte* name = arena.Text(Check.NotNull(path, nameof(path)));
+                ulong first = Check.Unsigned(seed, nameof(seed));
+                float[] points = Values.New<float>("points", 3, Check.Unsigned(count, nameof(count)));
                 Check.Ok(Interop.Native.splat_points_from_mesh(
-                    name, (ulong)seed, (float*)arena.Pin(points), (ulong)points.Length));
+                    name, first, (float*)arena.Pin(points), (ulong)points.Length));
                 return points;
             }
         }
@@ -177,20 +177,17 @@ namespace Splat
             {
                 splat_image from = Native(depth, nameof(depth), arena);
                 splat_camera seen = Check.NotNull(camera, nameof(camera)).ToNative();
-                var points = new float[checked(3 * depth.Width * depth.Height)];
+                float[] points = Values.New<float>("points", 3, depth.Width, depth.Height);
                 ulong needed = 0;
                 Check.Ok(Interop.Native.splat_points_from_depth(
                     &from, &seen, (float*)arena.Pin(points), (ulong)points.Length, &needed));
-                var found = new float[checked((int)needed)];
-                Array.Copy(points, found, found.Length);
-                return found;
+                Array.Resize(ref points, (int)needed);
+                return points;
             }
         }
 
-        private static splat_image Native(Image image, string name, Arena arena)
-        {
-            return Check.NotNull(image, name).ToNative(arena);
-        }
+        private static splat_image Native(Image image, string name, Arena arena) =>
+            Check.NotNull(image, name).ToNative(arena);
     }
 
     /// <summary>Maps of a picture; null: not wanted. All of its size.</summary>
@@ -256,22 +253,19 @@ namespace Splat
         {
             get
             {
-                SafePriorModelHandle handle = Handle;
-                bool added = false;
-                try
+                using (var arena = new Arena())
                 {
-                    handle.DangerousAddRef(ref added);  // the texts live as long as the model
+                    arena.Hold(this);  // the texts live as long as the model
+                    SafePriorModelHandle handle = Handle;
                     var info = new splat_prior_model_info
                         { struct_size = (uint)sizeof(splat_prior_model_info) };
                     Check.Ok(Native.splat_prior_model_get_info(handle, &info));
                     return new PriorModelInfo(&info);
                 }
-                finally
-                {
-                    if (added) handle.DangerousRelease();
-                }
             }
         }
+
+        internal override string About => Info.Preset;
 
         /// <summary>Fill maps of a picture.</summary>
         public void Run(Image picture, PriorMaps maps)

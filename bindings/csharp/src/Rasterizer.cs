@@ -51,6 +51,8 @@ namespace Splat
         {
             get
             {
+                if (Channels < 0 || Channels > 4)
+                    throw new ArgumentOutOfRangeException(nameof(Channels), Channels, "not within 0 to 4");
                 if (Channels != 0) return Channels;
                 return Output == Output.Rgb || Output == Output.Normals ? 3 : 1;
             }
@@ -66,9 +68,7 @@ namespace Splat
                 convention = Convention,
             };
             if (Background == null) return native;
-            if (Background.Length != 3)
-                throw new ArgumentException(Background.Length + " numbers instead of 3",
-                                            nameof(Background));
+            Check.Numbers<float>(Background, 3, nameof(Background));
             for (int i = 0; i < 3; ++i) native.background[i] = Background[i];
             return native;
         }
@@ -156,8 +156,8 @@ namespace Splat
         {
             Check.NotNull(device, nameof(device));
             if (options.Gaussians < 0 || options.Gaussians > uint.MaxValue)
-                throw new ArgumentOutOfRangeException(nameof(options), options.Gaussians,
-                                                      "Gaussians is not within 0 to 2^32 - 1");
+                throw new ArgumentOutOfRangeException(nameof(options.Gaussians), options.Gaussians,
+                                                      "not within 0 to 2^32 - 1");
             var desc = new splat_rasterizer_desc
             {
                 struct_size = (uint)sizeof(splat_rasterizer_desc),
@@ -237,9 +237,7 @@ namespace Splat
 
         private static splat_camera[] Prepare(IReadOnlyList<Camera> cameras, float[] background)
         {
-            if (background != null && background.Length != 3)
-                throw new ArgumentException(background.Length + " numbers instead of 3",
-                                            nameof(background));
+            if (background != null) Check.Numbers<float>(background, 3, nameof(background));
             return Camera.ToNative(Check.NotNull(cameras, nameof(cameras)));
         }
 
@@ -250,7 +248,7 @@ namespace Splat
             RasterizerInfo info = GetInfo(state);
             long pixels = (long)info.Views * height * width;
             long pairs = (long)info.Views * info.Gaussians;
-            var values = new float[checked((int)Elements(output, pixels, pairs))];
+            float[] values = Values.New<float>("the output", Elements(output, pixels, pairs));
             Read(output, values, state);
             return values;
         }
@@ -307,7 +305,7 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                splat_image[] natives = Image.ToNative(images, arena);
+                splat_image[] natives = Image.ToNative(images, nameof(images), arena);
                 Check.Ok(Native.splat_rasterizer_read_images(
                     Handle, Of(state), output, Check.Unsigned(first, nameof(first)),
                     (splat_image*)arena.Pin(natives), (uint)natives.Length));
@@ -345,11 +343,10 @@ namespace Splat
             }
         }
 
+        internal override string About => width + " x " + height;
+
         /// <summary>Facts of the last forward call of the rasterizer's own state.</summary>
-        public RasterizerInfo Info
-        {
-            get { return GetInfo(null); }
-        }
+        public RasterizerInfo Info => GetInfo(null);
 
         /// <summary>Facts of the last forward call of a state; zeros before the first.</summary>
         public RasterizerInfo GetInfo(RasterizerState state)
@@ -360,9 +357,7 @@ namespace Splat
             return new RasterizerInfo(&info);
         }
 
-        private static SafeRasterStateHandle Of(RasterizerState state)
-        {
-            return state == null ? SafeRasterStateHandle.Null : state.Handle;
-        }
+        private static SafeRasterStateHandle Of(RasterizerState state) =>
+            state == null ? SafeRasterStateHandle.Null : state.Handle;
     }
 }

@@ -90,25 +90,19 @@ namespace Splat
         public int Height { get; }
 
         /// <summary>True for the last event of a run.</summary>
-        public bool IsEnd
-        {
-            get { return Kind >= RunEventKind.Done; }
-        }
+        public bool IsEnd => Kind >= RunEventKind.Done;
+
+        /// <summary>Kind, step and message.</summary>
+        public override string ToString() => Kind + " at step " + Step + (Message == null ? "" : ": " + Message);
 
         /// <summary>
         /// Copy of the drawn images [views,3,height,width] of a validated piece; empty for other
         /// events. Throws InvalidOperationException once the run has gone on.
         /// </summary>
-        public float[] ReadImages()
-        {
-            return run.Copy(serial, images, count);
-        }
+        public float[] ReadImages() => run.Copy(serial, images, count);
 
         /// <summary>Copy of the true images, see ReadImages.</summary>
-        public float[] ReadTruths()
-        {
-            return run.Copy(serial, truths, count);
-        }
+        public float[] ReadTruths() => run.Copy(serial, truths, count);
     }
 
     /// <summary>
@@ -129,18 +123,13 @@ namespace Splat
         public RunEvent Next()
         {
             SafeRunHandle handle = Handle;
-            bool added = false;
-            try
+            using (var arena = new Arena())
             {
-                handle.DangerousAddRef(ref added);  // the event's texts live as long as the run
+                arena.Hold(this);  // the event's texts live as long as the run
                 ++serial;
                 var native = new splat_run_event { struct_size = (uint)sizeof(splat_run_event) };
                 Check.Ok(Native.splat_run_next(handle, &native));
                 return new RunEvent(this, serial, &native);
-            }
-            finally
-            {
-                if (added) handle.DangerousRelease();
             }
         }
 
@@ -162,10 +151,7 @@ namespace Splat
         }
 
         /// <summary>Run to the end, one event after the other.</summary>
-        public IEnumerator<RunEvent> GetEnumerator()
-        {
-            return Run(CancellationToken.None).GetEnumerator();
-        }
+        public IEnumerator<RunEvent> GetEnumerator() => Run(CancellationToken.None).GetEnumerator();
 
         IEnumerator IEnumerable.GetEnumerator()
         {
@@ -176,10 +162,7 @@ namespace Splat
         /// End the run: the next piece of work saves the state and is RunEventKind.Interrupted. Any
         /// thread may call it.
         /// </summary>
-        public void Interrupt()
-        {
-            Check.Ok(Native.splat_run_interrupt(Handle));
-        }
+        public void Interrupt() => Check.Ok(Native.splat_run_interrupt(Handle));
 
         // A run that is disposed meanwhile needs no interruption.
         private void InterruptQuietly()
@@ -194,27 +177,17 @@ namespace Splat
         }
 
         /// <summary>JSON: folder, step, loss, best validation.</summary>
-        public string ReportJson()
-        {
-            return Text.Get((buffer, capacity, needed) =>
-                Native.splat_run_report(Handle, buffer, capacity, needed));
-        }
+        public string ReportJson() => Text.Get(Handle, Native.splat_run_report);
 
         internal float[] Copy(long ofEvent, float* from, int count)
         {
-            SafeRunHandle handle = Handle;
-            bool added = false;
-            try
+            using (var arena = new Arena())
             {
-                handle.DangerousAddRef(ref added);
+                arena.Hold(this);
                 if (ofEvent != serial)
                     throw new InvalidOperationException(
                         "The run has gone on; read the images of an event before the next one.");
                 return from == null ? new float[0] : Values.Copy(from, count);
-            }
-            finally
-            {
-                if (added) handle.DangerousRelease();
             }
         }
     }

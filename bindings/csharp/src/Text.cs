@@ -1,5 +1,6 @@
 using System;
 using System.Collections.Generic;
+using System.Runtime.InteropServices;
 using System.Text;
 using Splat.Interop;
 
@@ -58,6 +59,12 @@ namespace Splat
             return Lenient.GetString(bytes, 0, Math.Max(bytes.Length - 1, 0));
         }
 
+        /// <summary>A function of the library that writes a text about an object.</summary>
+        internal delegate ResultCode AboutCall<T>(T handle, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+
+        internal static string Get<T>(T handle, AboutCall<T> call) =>
+            Get((buffer, capacity, needed) => call(handle, buffer, capacity, needed));
+
         /// <summary>Call for the size and for the bytes, again if there are more by then.</summary>
         internal static byte[] GetBytes(BytesCall call)
         {
@@ -72,35 +79,57 @@ namespace Splat
                 Check.Ok(code);
                 if (code != ResultCode.Incomplete)
                 {
-                    Array.Resize(ref bytes, checked((int)needed.ToUInt64()));
+                    Array.Resize(ref bytes, (int)needed);
                     return bytes;
                 }
-                bytes = new byte[checked((int)needed.ToUInt64())];
+                bytes = Values.New<byte>("the bytes", checked((long)needed));
             }
         }
     }
 
-    /// <summary>Copies of numbers that the library holds.</summary>
+    /// <summary>Arrays of numbers, new ones and copies of what the library holds.</summary>
     internal static unsafe class Values
     {
-        internal static IReadOnlyList<T> List<T>(void* from, int count)
+        /// <summary>
+        /// A new array whose length is a product, which is refused by a sentence where it does not
+        /// fit into memory.
+        /// </summary>
+        internal static T[] New<T>(string what, params long[] counts)
         {
-            return Array.AsReadOnly(new ReadOnlySpan<T>(from, count).ToArray());
+            try
+            {
+                long length = 1;
+                foreach (long count in counts) length = checked(length * count);
+                return new T[checked((int)length)];
+            }
+            catch (Exception error) when (error is OverflowException || error is OutOfMemoryException)
+            {
+                throw new SplatException(
+                    ResultCode.ErrorOutOfHostMemory, "there is no memory for " + what + ", an array of " +
+                    string.Join(" x ", counts) + " elements", error);
+            }
         }
 
-        internal static long[] Copy(long* from, int count)
+        /// <summary>A function of the library that reads or writes the numbers of a name.</summary>
+        internal delegate ResultCode NamedCall<T>(T handle, byte* name, float* values, UIntPtr bytes);
+
+        /// <summary>Call one; the library names the sizes where there are no numbers.</summary>
+        internal static void Move<T>(T handle, string name, ReadOnlySpan<float> values, NamedCall<T> call)
         {
-            return new ReadOnlySpan<long>(from, count).ToArray();
+            Check.NotNull(name, nameof(name));
+            using (var arena = new Arena())
+                fixed (float* data = &MemoryMarshal.GetReference(values))
+                {
+                    float none;
+                    Check.Ok(call(handle, arena.Text(name), data == null ? &none : data,
+                                  (UIntPtr)((ulong)values.Length * sizeof(float))));
+                }
         }
 
-        internal static float[] Copy(float* from, int count)
-        {
-            return new ReadOnlySpan<float>(from, count).ToArray();
-        }
+        internal static float[] Copy(float* from, int count) =>
+            new ReadOnlySpan<float>(from, count).ToArray();
 
-        internal static double[] Copy(double* from, int count)
-        {
-            return new ReadOnlySpan<double>(from, count).ToArray();
-        }
+        internal static IReadOnlyList<T> List<T>(void* from, int count) =>
+            Array.AsReadOnly(new ReadOnlySpan<T>(from, count).ToArray());
     }
 }

@@ -47,7 +47,7 @@ namespace Splat
                     flags = options.Flags,
                     folder = arena.Text(folder),
                     config = arena.Text(options.Config),
-                    values = arena.Texts(options.Values),
+                    values = arena.Texts(options.Values, nameof(options.Values)),
                     value_count = (ulong)(options.Values?.Count ?? 0),
                     dataset = arena.Hold(options.Dataset),
                     validation = arena.Hold(options.Validation),
