@@ -11,8 +11,7 @@ namespace Splat
     /// </summary>
     internal sealed unsafe class Arena : IDisposable
     {
-        private readonly List<GCHandle> pins = new List<GCHandle>();
-        private readonly List<MemoryHandle> memories = new List<MemoryHandle>();
+        private readonly List<MemoryHandle> pins = new List<MemoryHandle>();
         private readonly List<SafeHandle> held = new List<SafeHandle>();
 
         internal Arena()
@@ -21,7 +20,11 @@ namespace Splat
         }
 
         /// <summary>NUL-terminated UTF-8; NULL for null.</summary>
-        internal byte* Text(string text) => text == null ? null : (byte*)Pin(Splat.Text.Bytes(text));
+        internal byte* Text(string text) => text == null ? null : (byte*)Pin(Splat.Text.Bytes(text, null));
+
+        /// <summary>The same of an argument that must be there.</summary>
+        internal byte* Text(string text, string name) =>
+            (byte*)Pin(Splat.Text.Bytes(Check.NotNull(text, name), name));
 
         /// <summary>An array of such texts; NULL for null. `name` is that of the argument.</summary>
         internal byte** Texts(IReadOnlyList<string> texts, string name)
@@ -29,7 +32,7 @@ namespace Splat
             if (texts == null) return null;
             var pointers = new IntPtr[texts.Count];
             for (int i = 0; i < pointers.Length; ++i)
-                pointers[i] = (IntPtr)Text(Check.NotNull(texts[i], name + "[" + i + "]"));
+                pointers[i] = (IntPtr)Text(texts[i], name + "[" + i + "]");
             return (byte**)Pin(pointers);
         }
 
@@ -38,16 +41,15 @@ namespace Splat
         {
             if (array == null) return null;
             GCHandle pin = GCHandle.Alloc(array, GCHandleType.Pinned);
-            pins.Add(pin);
-            return (void*)pin.AddrOfPinnedObject();
+            pins.Add(new MemoryHandle((void*)pin.AddrOfPinnedObject(), pin));
+            return pins[pins.Count - 1].Pointer;
         }
 
         /// <summary>Memory of the caller; NULL for null.</summary>
         internal void* Pin<T>(ReadOnlyMemory<T> memory)
         {
-            MemoryHandle pin = memory.Pin();
-            memories.Add(pin);
-            return pin.Pointer;
+            pins.Add(memory.Pin());
+            return pins[pins.Count - 1].Pointer;
         }
 
         /// <summary>The handle of an object, kept until the end of the call; NULL for
@@ -74,8 +76,7 @@ namespace Splat
 
         public void Dispose()
         {
-            foreach (GCHandle pin in pins) pin.Free();
-            foreach (MemoryHandle memory in memories) memory.Dispose();
+            foreach (MemoryHandle pin in pins) pin.Dispose();
             foreach (SafeHandle handle in held) handle.DangerousRelease();
         }
     }

@@ -97,7 +97,14 @@ namespace Splat
             if (problem != null) throw new ArgumentException("the pose has " + problem, nameof(worldToCamera));
             for (int i = 0; i < 16; ++i) made.world_to_camera[i] = Identity[i];  // files take fewer poses
             UIntPtr needed;
-            Check.Ok(Native.splat_camera_save_memory(&made, null, 1, null, UIntPtr.Zero, &needed));
+            try
+            {
+                Check.Ok(Native.splat_camera_save_memory(&made, null, 1, null, UIntPtr.Zero, &needed));
+            }
+            catch (SplatException error)
+            {
+                throw new SplatException(error.Code, error.Message.Replace("'cameras[0]'", "refused"));
+            }
             for (int i = 0; i < 16; ++i) made.world_to_camera[i] = m[i];
             return made;
         }

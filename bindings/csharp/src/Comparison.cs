@@ -121,6 +121,8 @@ namespace Splat
             }
         }
 
+        internal override string About => Info.Metrics + " metrics";
+
         /// <summary>The comparison in each metric.</summary>
         public IReadOnlyList<MetricComparison> Metrics
         {

@@ -18,7 +18,7 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                byte* text = arena.Text(Check.NotNull(name, nameof(name)));
+                byte* text = arena.Text(name, nameof(name));
                 return Text.Get((buffer, capacity, needed) => Native.splat_config_preset(
                     text, buffer, capacity, needed));
             }

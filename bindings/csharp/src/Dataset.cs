@@ -1,5 +1,6 @@
 using System;
 using System.Collections.Generic;
+using System.Globalization;
 using System.Runtime.ExceptionServices;
 using Splat.Interop;
 
@@ -142,7 +143,7 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                byte* text = arena.Text(Check.NotNull(name, nameof(name)));
+                byte* text = arena.Text(name, nameof(name));
                 return Text.Get((buffer, capacity, needed) => Native.splat_path_name(
                     text, buffer, capacity, needed));
             }
@@ -159,9 +160,8 @@ namespace Splat
         private static SafeDatasetHandle Create(string path, DatasetOptions options)
         {
             Check.NotNull(path, nameof(path));
-            if (options.Background != null && options.Background.Length != 3)
-                throw new ArgumentException("Background has " + options.Background.Length +
-                                            " numbers instead of 3", nameof(options));
+            if (options.Background != null)
+                Check.Numbers<float>(options.Background, 3, nameof(options.Background));
             using (var arena = new Arena())
             {
                 var desc = new splat_dataset_desc
@@ -192,7 +192,7 @@ namespace Splat
         {
             var match = System.Text.RegularExpressions.Regex.Match(
                 ReportJson(), "\"" + key + "\"\\s*:\\s*(\\d+)");
-            return match.Success ? int.Parse(match.Groups[1].Value) : 0;
+            return match.Success ? int.Parse(match.Groups[1].Value, CultureInfo.InvariantCulture) : 0;
         }
 
         /// <summary>Number of objects.</summary>
@@ -284,9 +284,9 @@ namespace Splat
                 {
                     struct_size = (uint)sizeof(splat_co3d_desc),
                     flags = flags,
-                    raw = arena.Text(Check.NotNull(raw, nameof(raw))),
-                    @out = arena.Text(Check.NotNull(output, nameof(output))),
-                    category = arena.Text(Check.NotNull(category, nameof(category))),
+                    raw = arena.Text(raw, nameof(raw)),
+                    @out = arena.Text(output, nameof(output)),
+                    category = arena.Text(category, nameof(category)),
                     split = arena.Text(split),
                     size = Check.Unsigned(size, nameof(size)),
                     limit = Check.Unsigned(limit, nameof(limit)),

@@ -41,9 +41,6 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                if (options.Timeout < TimeSpan.Zero)
-                    throw new ArgumentOutOfRangeException(nameof(options.Timeout), options.Timeout,
-                                                          "a time of 0 or more is needed");
                 byte[] uuid = options.Uuid?.ToArray() ?? new byte[16];
                 Check.Numbers<byte>(uuid, 16, nameof(options.Uuid));
                 var desc = new splat_device_desc
@@ -55,7 +52,8 @@ namespace Splat
                     kind = options.Kind,
                     kernels = options.Kernels,
                     max_device_bytes = Check.Unsigned(options.MaxDeviceBytes, nameof(options.MaxDeviceBytes)),
-                    timeout_ns = Math.Min((ulong)options.Timeout.Ticks, ulong.MaxValue / 100) * 100,
+                    timeout_ns = 100 * Math.Min(
+                        Check.Unsigned(options.Timeout.Ticks, nameof(options.Timeout)), ulong.MaxValue / 100),
                     cache_folder = arena.Text(options.CacheFolder),
                 };
                 for (int i = 0; i < 16; ++i) desc.uuid[i] = uuid[i];

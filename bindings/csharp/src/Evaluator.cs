@@ -208,7 +208,7 @@ namespace Splat
         {
             using (var arena = new Arena())
                 Check.Ok(Native.splat_evaluator_save(
-                    Handle, arena.Text(Check.NotNull(folder, nameof(folder)))));
+                    Handle, arena.Text(folder, nameof(folder))));
         }
 
         /// <summary>Take over the scores in a folder of Save, by the objects' names.</summary>
@@ -216,7 +216,7 @@ namespace Splat
         {
             using (var arena = new Arena())
                 Check.Ok(Native.splat_evaluator_load(
-                    Handle, arena.Text(Check.NotNull(folder, nameof(folder)))));
+                    Handle, arena.Text(folder, nameof(folder))));
         }
     }
 }

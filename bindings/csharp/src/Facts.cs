@@ -28,7 +28,7 @@ namespace Splat
                 object value = property.GetValue(this);
                 object[] list = Elements(value);
                 yield return list == null ? value : list.Length;
-                foreach (object element in list ?? new object[0]) yield return element;
+                foreach (object element in list ?? Array.Empty<object>()) yield return element;
             }
         }
 
@@ -60,6 +60,8 @@ namespace Splat
         private static string Word(object value)
         {
             object[] list = Elements(value);
+            if (value is double || value is float)
+                return ((IFormattable)value).ToString("R", CultureInfo.InvariantCulture);
             if (list == null) return Convert.ToString(value ?? "null", CultureInfo.InvariantCulture);
             return "[" + string.Join(", ", list.Take(16).Select(Word)) + (list.Length > 16 ? ", ...]" : "]");
         }

@@ -54,12 +54,12 @@ namespace Splat
                       MemoryMarshal.AsBytes(samples).ToArray());
 
         /// <summary>The samples of a Pixel.F32 picture in a new array.</summary>
-        public float[] ToFloats()
-        {
-            if (Type != Pixel.F32)
-                throw new InvalidOperationException("the samples are " + Type + ", not F32");
-            return MemoryMarshal.Cast<byte, float>(Data).ToArray();
-        }
+        public float[] ToFloats() => Floats.ToArray();
+
+        /// <summary>The samples of a Pixel.F32 picture in place.</summary>
+        public Span<float> Floats =>
+            Type == Pixel.F32 ? MemoryMarshal.Cast<byte, float>(Data)
+                : throw new InvalidOperationException("the samples are " + Type + ", not F32");
 
         /// <summary>Read PNG, JPEG, WebP or .npy.</summary>
         /// <param name="path">of the file</param>
@@ -121,7 +121,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 splat_image native = ToNative(arena);
-                Check.Ok(Native.splat_image_save(arena.Text(Check.NotNull(path, nameof(path))),
+                Check.Ok(Native.splat_image_save(arena.Text(path, nameof(path)),
                                                  &native));
             }
         }
@@ -148,7 +148,7 @@ namespace Splat
             {
                 splat_image[] natives = ToNative(frames, nameof(frames), arena);
                 Check.Ok(Native.splat_image_save_animation(
-                    arena.Text(Check.NotNull(path, nameof(path))), (splat_image*)arena.Pin(natives),
+                    arena.Text(path, nameof(path)), (splat_image*)arena.Pin(natives),
                     (uint)natives.Length, Check.Unsigned(milliseconds, nameof(milliseconds))));
             }
         }

@@ -34,7 +34,10 @@ namespace Splat
         {
             Library.Ensure();
             if (Interlocked.Exchange(ref watchesExit, 1) == 0)
+            {
                 AppDomain.CurrentDomain.ProcessExit += (sender, arguments) => Silence();
+                AppDomain.CurrentDomain.DomainUnload += (sender, arguments) => Silence();
+            }
             Action<LogLevel, string> before = handler;
             handler = next;
             ResultCode code = Native.splat_log_set_callback(

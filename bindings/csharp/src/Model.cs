@@ -163,7 +163,7 @@ namespace Splat
             {
                 IntPtr tensor;
                 Check.Ok(Native.splat_model_tensor(
-                    Handle, arena.Text(Check.NotNull(name, nameof(name))), &tensor));
+                    Handle, arena.Text(name, nameof(name)), &tensor));
                 return new Tensor(tensor);
             }
         }

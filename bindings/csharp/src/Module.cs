@@ -44,7 +44,7 @@ namespace Splat
             Check.NotNull(device, nameof(device));
             using (var arena = new Arena())
             {
-                splat_port[] ports = Port.ToNative(options.Ports ?? new Port[0], arena);
+                splat_port[] ports = Port.ToNative(options.Ports ?? Array.Empty<Port>(), arena);
                 var desc = new splat_module_desc
                 {
                     struct_size = (uint)sizeof(splat_module_desc),

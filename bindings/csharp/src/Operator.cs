@@ -28,6 +28,7 @@ namespace Splat
     public sealed unsafe class Operator : NativeObject<SafeOpHandle>
     {
         private readonly SafeDeviceHandle device;
+        private readonly string type;
 
         /// <summary>Record an operator; the contents of its tensors may change between
         /// runs.</summary>
@@ -35,6 +36,7 @@ namespace Splat
             : base(Create(device, Check.NotNull(options, nameof(options))))
         {
             this.device = device.Handle;
+            type = options.Type;
         }
 
         private static SafeOpHandle Create(Device device, OperatorOptions options)
@@ -68,6 +70,8 @@ namespace Splat
                 return new SafeOpHandle(handle, true);
             }
         }
+
+        internal override string About => type;
 
         /// <summary>JSON array of all operators with their tensors and attributes.</summary>
         public static string ListJson() => Text.Get(Native.splat_op_list);

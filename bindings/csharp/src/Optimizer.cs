@@ -184,7 +184,7 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                byte* text = arena.Text(Check.NotNull(pattern, nameof(pattern)));
+                byte* text = arena.Text(pattern, nameof(pattern));
                 fixed (long* from = &MemoryMarshal.GetReference(rows))
                     Check.Ok(Native.splat_optimizer_gather_rows(Handle, text, from,
                                                                 (ulong)rows.Length));

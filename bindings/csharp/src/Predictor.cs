@@ -237,7 +237,7 @@ namespace Splat
         public Prediction Predict(Picture picture,
                                   CancellationToken token = default(CancellationToken))
         {
-            return Predict(new[] { picture }, token);
+            return Predict(new[] { Check.NotNull(picture, nameof(picture)) }, token);
         }
 
         /// <summary>Predict a scene from as many pictures as the network has views.</summary>

@@ -158,7 +158,7 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                byte* name = arena.Text(Check.NotNull(path, nameof(path)));
+                byte* name = arena.Text(path, nameof(path));
                 ulong first = Check.Unsigned(seed, nameof(seed));
                 float[] points = Values.New<float>("points", 3, Check.Unsigned(count, nameof(count)));
                 Check.Ok(Interop.Native.splat_points_from_mesh(

@@ -51,9 +51,7 @@ namespace Splat
         {
             get
             {
-                if (Channels < 0 || Channels > 4)
-                    throw new ArgumentOutOfRangeException(nameof(Channels), Channels, "not within 0 to 4");
-                if (Channels != 0) return Channels;
+                if (Check.Within(Channels, 0, 4, nameof(Channels)) != 0) return Channels;
                 return Output == Output.Rgb || Output == Output.Normals ? 3 : 1;
             }
         }
@@ -155,14 +153,11 @@ namespace Splat
         private static SafeRasterizerHandle Create(Device device, RasterizerOptions options)
         {
             Check.NotNull(device, nameof(device));
-            if (options.Gaussians < 0 || options.Gaussians > uint.MaxValue)
-                throw new ArgumentOutOfRangeException(nameof(options.Gaussians), options.Gaussians,
-                                                      "not within 0 to 2^32 - 1");
             var desc = new splat_rasterizer_desc
             {
                 struct_size = (uint)sizeof(splat_rasterizer_desc),
                 flags = options.Flags,
-                gaussians = (uint)options.Gaussians,
+                gaussians = (uint)Check.Within(options.Gaussians, 0, uint.MaxValue, nameof(options.Gaussians)),
                 views = Check.Unsigned(options.Views, nameof(options.Views)),
                 width = Check.Unsigned(options.Width, nameof(options.Width)),
                 height = Check.Unsigned(options.Height, nameof(options.Height)),

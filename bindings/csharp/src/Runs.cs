@@ -187,7 +187,7 @@ namespace Splat
                 if (ofEvent != serial)
                     throw new InvalidOperationException(
                         "The run has gone on; read the images of an event before the next one.");
-                return from == null ? new float[0] : Values.Copy(from, count);
+                return from == null ? Array.Empty<float>() : Values.Copy(from, count);
             }
         }
     }

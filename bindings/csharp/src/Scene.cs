@@ -108,7 +108,7 @@ namespace Splat
         private static float* Take(Arena arena, ReadOnlyMemory<float> values, long count, int width, string name)
         {
             if (!values.Equals(default(ReadOnlyMemory<float>)) && values.Length != (decimal)count * width)
-                throw new ArgumentException(
+                throw Check.Bad(
                     name + " has " + values.Length + " numbers instead of " + (decimal)count * width, "arrays");
             return (float*)arena.Pin(values);
         }
@@ -120,7 +120,7 @@ namespace Splat
             {
                 splat_scene_file_desc desc = (options ?? new SceneFileOptions()).ToNative();
                 IntPtr handle;
-                Check.Ok(Native.splat_scene_load(arena.Text(Check.NotNull(path, nameof(path))),
+                Check.Ok(Native.splat_scene_load(arena.Text(path, nameof(path)),
                                                  &desc, &handle));
                 return new Scene(handle);
             }
@@ -155,11 +155,8 @@ namespace Splat
         public Scene Slice(long start, long count)
         {
             SceneInfo info = Info;
-            if (start < 0 || start > info.Count)
-                throw new ArgumentOutOfRangeException(nameof(start), start, "not within 0 to " + info.Count);
-            if (count < 0 || count > info.Count - start)
-                throw new ArgumentOutOfRangeException(
-                    nameof(count), count, "not within 0 to " + (info.Count - start) + ", which follow " + start);
+            Check.Within(start, 0, info.Count, nameof(start));
+            Check.Within(count, 0, info.Count - start, nameof(count));
             Func<string, ReadOnlyMemory<float>> part = name =>
             {
                 int width = Width(name, info.ShDegree);
@@ -190,7 +187,7 @@ namespace Splat
             {
                 splat_scene_file_desc desc = (options ?? new SceneFileOptions()).ToNative();
                 Check.Ok(Native.splat_scene_save(
-                    Handle, arena.Text(Check.NotNull(path, nameof(path))), &desc));
+                    Handle, arena.Text(path, nameof(path)), &desc));
             }
         }
 
@@ -263,7 +260,7 @@ namespace Splat
             {
                 IntPtr tensor;
                 Check.Ok(Native.splat_scene_to_tensor(
-                    Handle, arena.Text(Check.NotNull(name, nameof(name))), device.Handle, &tensor));
+                    Handle, arena.Text(name, nameof(name)), device.Handle, &tensor));
                 return new Tensor(tensor);
             }
         }

@@ -41,6 +41,12 @@ namespace Splat
         }
     }
 
+    /// <summary>Tells analyzers that a parameter is not null afterwards.</summary>
+    [AttributeUsage(AttributeTargets.Parameter)]
+    internal sealed class ValidatedNotNullAttribute : Attribute
+    {
+    }
+
     /// <summary>Turns results of the library into exceptions.</summary>
     internal static unsafe class Check
     {
@@ -62,7 +68,7 @@ namespace Splat
         }
 
         /// <summary>Throw unless `argument` is there.</summary>
-        internal static T NotNull<T>(T argument, string name) where T : class
+        internal static T NotNull<T>([ValidatedNotNull] T argument, string name) where T : class
         {
             return argument ?? throw new ArgumentNullException(name);
         }
@@ -83,6 +89,16 @@ namespace Splat
                 throw new ArgumentOutOfRangeException(name, value, "a number of 0 or more is needed");
             return (ulong)value;
         }
+
+        /// <summary>A number of the caller between two others.</summary>
+        internal static long Within(long value, long low, long high, string name)
+        {
+            if (value >= low && value <= high) return value;
+            throw new ArgumentOutOfRangeException(name, value, "not within " + low + " to " + high);
+        }
+
+        /// <summary>A mistake in an argument.</summary>
+        internal static ArgumentException Bad(string sentence, string name) => new ArgumentException(sentence, name);
 
         /// <summary>A copy of a shape, of no more dimensions than there may be.</summary>
         internal static IReadOnlyList<long> Dims(long[] dims, string name)

@@ -188,11 +188,11 @@ namespace Splat
             DType given = TypeOf<T>();
             TensorInfo info = Info;
             if (given != info.Dtype)
-                throw new ArgumentException("values of type " + typeof(T).Name + " (" + given +
-                                            ") for a tensor of " + info.Dtype, "values");
+                throw Check.Bad("values of type " + typeof(T).Name + " (" + given +
+                                ") for a tensor of " + info.Dtype, "values");
             if (strides != null && strides.Length != info.Rank)
-                throw new ArgumentException(strides.Length + " strides for a tensor of rank " +
-                                            info.Rank, nameof(strides));
+                throw Check.Bad(strides.Length + " strides for a tensor of rank " +
+                                info.Rank, nameof(strides));
         }
 
         private static DType TypeOf<T>()
@@ -200,7 +200,7 @@ namespace Splat
             if (typeof(T) == typeof(float)) return DType.F32;
             if (typeof(T) == typeof(int)) return DType.I32;
             if (typeof(T) == typeof(uint)) return DType.U32;
-            throw new ArgumentException("tensors hold float, int or uint, not " + typeof(T).Name, "values");
+            throw Check.Bad("tensors hold float, int or uint, not " + typeof(T).Name, "values");
         }
     }
 }

@@ -33,11 +33,11 @@ namespace Splat
         /// UTF-8 bytes with a NUL. Throws ArgumentException for a text with a NUL inside, or with
         /// half of a surrogate pair.
         /// </summary>
-        internal static byte[] Bytes(string text)
+        internal static byte[] Bytes(string text, string name)
         {
             if (text.IndexOf('\0') >= 0)
                 throw new ArgumentException("a text with a NUL character inside: \"" +
-                                            text.Replace("\0", "\\0") + "\"");
+                                            text.Replace("\0", "\\0") + "\"", name);
             try
             {
                 var bytes = new byte[Strict.GetByteCount(text) + 1];
@@ -47,7 +47,7 @@ namespace Splat
             catch (EncoderFallbackException error)
             {
                 throw new ArgumentException(
-                    "a text with half of a surrogate pair at index " + error.Index, error);
+                    "a text with half of a surrogate pair at index " + error.Index, name, error);
             }
         }
 
@@ -69,7 +69,7 @@ namespace Splat
         internal static byte[] GetBytes(BytesCall call)
         {
             Library.Ensure();
-            var bytes = new byte[0];
+            var bytes = Array.Empty<byte>();
             while (true)
             {
                 UIntPtr needed = UIntPtr.Zero;
@@ -116,12 +116,11 @@ namespace Splat
         /// <summary>Call one; the library names the sizes where there are no numbers.</summary>
         internal static void Move<T>(T handle, string name, ReadOnlySpan<float> values, NamedCall<T> call)
         {
-            Check.NotNull(name, nameof(name));
             using (var arena = new Arena())
                 fixed (float* data = &MemoryMarshal.GetReference(values))
                 {
                     float none;
-                    Check.Ok(call(handle, arena.Text(name), data == null ? &none : data,
+                    Check.Ok(call(handle, arena.Text(name, nameof(name)), data == null ? &none : data,
                                   (UIntPtr)((ulong)values.Length * sizeof(float))));
                 }
         }

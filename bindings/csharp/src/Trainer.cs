@@ -200,7 +200,7 @@ namespace Splat
         {
             using (var arena = new Arena())
                 Check.Ok(Native.splat_trainer_save(
-                    Handle, arena.Text(Check.NotNull(path, nameof(path)))));
+                    Handle, arena.Text(path, nameof(path))));
         }
 
         /// <summary>The bytes of such a file.</summary>
@@ -213,7 +213,7 @@ namespace Splat
         {
             using (var arena = new Arena())
                 Check.Ok(Native.splat_trainer_resume(
-                    Handle, arena.Text(Check.NotNull(path, nameof(path)))));
+                    Handle, arena.Text(path, nameof(path))));
         }
 
         /// <summary>Resume from the bytes of such a file.</summary>

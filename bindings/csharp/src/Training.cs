@@ -27,12 +27,14 @@ namespace Splat
     public sealed unsafe class Training : RunBase
     {
         private readonly SafeDeviceHandle device;
+        private readonly string folder;
 
         /// <summary>Open a run in a folder, which it makes or locks.</summary>
         public Training(Device device, string folder, TrainingOptions options = null)
             : base(Create(device, folder, options ?? new TrainingOptions()))
         {
             this.device = device.Handle;
+            this.folder = folder;
         }
 
         private static SafeRunHandle Create(Device device, string folder, TrainingOptions options)
@@ -59,6 +61,8 @@ namespace Splat
                 return new SafeRunHandle(handle, true);
             }
         }
+
+        internal override string About => folder;
 
         /// <summary>
         /// Facts of the latest step of this session, skipped or not. Throws before the first step.

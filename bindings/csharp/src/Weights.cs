@@ -47,7 +47,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 IntPtr handle;
-                Check.Ok(Native.splat_weights_load(arena.Text(Check.NotNull(path, nameof(path))),
+                Check.Ok(Native.splat_weights_load(arena.Text(path, nameof(path)),
                                                    flags, &handle));
                 return new Weights(handle);
             }
@@ -174,7 +174,7 @@ namespace Splat
             {
                 uint index;
                 Check.Ok(Native.splat_weights_find(
-                    Handle, arena.Text(Check.NotNull(name, nameof(name))), &index));
+                    Handle, arena.Text(name, nameof(name)), &index));
                 return (int)index;
             }
         }
@@ -207,7 +207,7 @@ namespace Splat
         {
             using (var arena = new Arena())
                 Check.Ok(Native.splat_weights_save(
-                    Handle, arena.Text(Check.NotNull(path, nameof(path))), flags));
+                    Handle, arena.Text(path, nameof(path)), flags));
         }
 
         /// <summary>The bytes of such a file.</summary>

@@ -35,6 +35,10 @@ namespace Splat.Tests
             float[] samples = Enumerable.Range(0, 15).Select(i => i / 15f).ToArray();
             Image image = Image.FromFloats(5, 3, 1, samples);
             Expect.Same(samples, image.ToFloats());
+            Span<float> floats = image.Floats;
+            floats[3] = 0.5f;
+            Expect.Equal(0.5f, image.ToFloats()[3]);
+            floats[3] = samples[3];
             Image back = Image.FromBytes(image.ToBytes(ImageFormat.Npy));
             Expect.Same(samples, back.ToFloats());
             Image rgba = Image.FromBytes(Gradient(1).ToBytes(), 4, Pixel.F32);

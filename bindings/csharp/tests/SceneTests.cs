@@ -81,6 +81,44 @@ namespace Splat.Tests
         }
 
         [Test]
+        private static void HasPartsAndCopies()
+        {
+            using (Scene scene = Shared.ThreeGaussians())
+            using (Scene part = scene.Slice(1, 2))
+            using (Scene copy = scene.Copy())
+            using (Scene none = scene.Slice(3, 0))
+            {
+                Expect.Equal(2L, part.Count);
+                Expect.Equal(0L, none.Count);
+                foreach (string name in new[] { "means", "log_scales", "rotations", "opacity_logits", "sh" })
+                {
+                    Expect.Same(scene.Read(name), copy.Read(name));
+                    Expect.Same(scene.Read(name).Skip(scene.Read(name).Length / 3), part.Read(name));
+                }
+                copy.Write("means", new float[9]);
+                Expect.Equal(-1f, scene.Read("means")[0]);
+                Expect.Equal("count", Expect.Throws<ArgumentOutOfRangeException>(() => scene.Slice(1, 3)).ParamName);
+                Expect.Throws<ArgumentOutOfRangeException>(() => scene.Slice(-1, 1));
+                Expect.Throws<ArgumentOutOfRangeException>(() => scene.Slice(4, 0));
+            }
+        }
+
+        [Test]
+        private static void TakesMemoryWithoutACopy()
+        {
+            var numbers = new float[] { 9, 9, 1, 2, 3, 9 };
+            using (var scene = new Scene(1, 0, new SceneArrays { Means = numbers.AsMemory(2, 3) }))
+            {
+                Expect.Same(new float[] { 1, 2, 3 }, scene.Read("means"));
+                var box = new double[] { 0, 0, 0, 4, 4, 4 };
+                scene.Crop(box.AsSpan(0, 3), box.AsSpan(3, 3));
+                Expect.Equal(1.0, scene.ComparePoints(numbers.AsSpan(2, 3), 1e-6).FScore);
+                byte[] file = scene.ToBytes(SceneFormat.Ply);
+                using (Scene same = Scene.FromBytes(file.AsSpan())) Expect.Equal(1L, same.Count);
+            }
+        }
+
+        [Test]
         private static void GoesToTensors()
         {
             using (Scene scene = Shared.ThreeGaussians())
@@ -151,6 +189,36 @@ namespace Splat.Tests
                 1e-9);
             var made = new Camera(64, 48, 32, 32, 32, 24, moved.WorldToCamera);
             Expect.Same(moved.WorldToCamera, made.WorldToCamera);
+        }
+
+        [Test]
+        private static void WithChangesOneNumber()
+        {
+            Camera camera = Camera.FromFov(64, 48, Math.PI / 2).WithOpenGl(
+                new double[] { 1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3, 0, 0, 0, 1 });
+            Camera wider = camera.With(fx: 16);
+            Expect.Equal(16.0, wider.Fx);
+            Expect.True(camera != wider, "another camera");
+            Expect.Equal(camera, wider.With(fx: camera.Fx));
+            Expect.Equal(camera, new Camera(64, 48, camera.Fx, camera.Fy, 32, 24, camera.WorldToCamera));
+        }
+
+        [Test]
+        private static void WhatRenderWouldRefuseIsRefusedWhenMade()
+        {
+            Camera camera = Camera.FromFov(8, 8, 1);
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "focal", () => camera.With(fx: -1));
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "focal", () => camera.With(fy: double.NaN));
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "camera refused: 0 x 8", () => camera.With(width: 0));
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "40000", () => camera.With(height: 40000));
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => camera.With(cx: double.PositiveInfinity));
+            foreach (int at in new[] { 0, 5, 10, 12, 15 })
+            {
+                double[] pose = camera.WorldToCamera.ToArray();
+                pose[at] = -pose[at] + (at == 12 ? 1 : 0);
+                Expect.Equal("worldToCamera",
+                             Expect.Throws<ArgumentException>(() => camera.With(worldToCamera: pose)).ParamName);
+            }
         }
 
         [Test]

@@ -1,4 +1,5 @@
 using System;
+using System.Collections.Generic;
 using System.IO;
 using System.Linq;
 
@@ -29,6 +30,31 @@ namespace Splat.Tests
             }
             using (Weights none = Weights.FromArrays(new NamedArray[0])) Expect.Equal(0,
                 none.Count);
+        }
+
+        [Test]
+        private static void AreADictionary()
+        {
+            using (Weights weights = Two())
+            {
+                IReadOnlyDictionary<string, WeightsInfo> all = weights;
+                Expect.Same(new[] { "a", "scalar" }, all.Keys);
+                Expect.Same(new long[] { 6, 1 }, all.Values.Select(info => info.Elements));
+                Expect.Same(all.Keys, all.Select(pair => pair.Key));
+                Expect.Equal(weights[0], all["a"]);
+                Expect.True(all.TryGetValue("scalar", out WeightsInfo scalar) && scalar.Rank == 0, "a scalar");
+                foreach (string name in new[] { "zz", "a\0b", "\ud800", "" })
+                {
+                    Expect.True(!all.ContainsKey(name), "nothing of that name");
+                    Expect.Throws<KeyNotFoundException>(() => GC.KeepAlive(all[name]));
+                }
+                Expect.Contains("'zz' among 2", Expect.Throws<KeyNotFoundException>(
+                    () => GC.KeepAlive(all["zz"])).Message);
+                Expect.Throws<ArgumentNullException>(() => all.ContainsKey(null));
+                weights.Dispose();
+                Expect.Throws<ObjectDisposedException>(() => all.ContainsKey("a"));
+                Expect.Throws<ObjectDisposedException>(() => all.Keys.ToArray());
+            }
         }
 
         [Test]
