@@ -94,7 +94,7 @@ namespace Splat
             get
             {
                 TensorInfo info = Info;
-                return info.Dtype + " [" + string.Join(", ", info.Dims) + "]" + (info.Name == "" ? "" : " " + info.Name);
+                return (info.Dtype + " [" + string.Join(", ", info.Dims) + "] " + info.Name).TrimEnd();
             }
         }
 

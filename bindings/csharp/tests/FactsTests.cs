@@ -144,14 +144,18 @@ namespace Splat.Tests
             {
                 Expect.Refused(ResultCode.ErrorOutOfHostMemory, "cameras, an array of " + Most,
                                () => Camera.Orbit(scene, Most));
-                Named("Channels", () => scene.Render(Shared.SmallCameras(scene), new RenderOptions { Channels = Most }));
+                var options = new RenderOptions { Channels = Most };
+                Named("Channels", () => scene.Render(Shared.SmallCameras(scene), options));
             }
-            Expect.Refused(ResultCode.ErrorOutOfHostMemory, "samples", () => new Image(Most, Most, Most, Pixel.F32));
+            Expect.Refused(ResultCode.ErrorOutOfHostMemory, "samples",
+                           () => new Image(Most, Most, Most, Pixel.F32));
             Expect.Refused(ResultCode.ErrorOutOfHostMemory, "3 x " + Most, () => Priors.MeshPoints("none.obj", Most));
-            Expect.Refused(ResultCode.ErrorOutOfHostMemory, "samples", () => Shared.Disc().Cut(Most, null, out _, out _));
+            Expect.Refused(ResultCode.ErrorOutOfHostMemory, "samples",
+                           () => Shared.Disc().Cut(Most, null, out _, out _));
             Expect.Refused(ResultCode.ErrorUnsupported, "at most", () => new Scene(long.MaxValue));
             Named("arrays", () => new Scene(long.MaxValue, Most, new SceneArrays { Sh = new float[4] }));
-            Named("Gaussians", () => new Rasterizer(Shared.Device, new RasterizerOptions { Gaussians = long.MaxValue }));
+            Named("Gaussians", () => new Rasterizer(Shared.Device,
+                                                    new RasterizerOptions { Gaussians = long.MaxValue }));
             new Device(new DeviceOptions { Timeout = TimeSpan.MaxValue }).Dispose();
         }
     }

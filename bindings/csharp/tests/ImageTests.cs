@@ -135,7 +135,8 @@ namespace Splat.Tests
         {
             Expect.Throws<ArgumentOutOfRangeException>(() => new Image(-1, 1, 1));
             Expect.Throws<ArgumentException>(() => new Image(1, 1, 1, Pixel.Default));
-            Expect.Refused(ResultCode.ErrorOutOfHostMemory, "1048576 x 1048576 x 4", () => new Image(1 << 20, 1 << 20, 4));
+            Expect.Refused(ResultCode.ErrorOutOfHostMemory, "1048576 x 1048576 x 4",
+                           () => new Image(1 << 20, 1 << 20, 4));
             Expect.Refused(ResultCode.ErrorInvalidArgument, "bytes",
                            () => new Image(5, 3, 3, Pixel.U8, new byte[44]).ToBytes());
             Expect.Refused(ResultCode.ErrorInvalidArgument, "channels", () =>
