@@ -52,8 +52,7 @@ namespace Splat
             return pins[pins.Count - 1].Pointer;
         }
 
-        /// <summary>The handle of an object, kept until the end of the call; NULL for
-        /// null.</summary>
+        /// <summary>The handle of an object, kept until the end of the call; NULL for null.</summary>
         internal IntPtr Hold<T>(NativeObject<T> item) where T : SafeHandle
         {
             if (item == null) return IntPtr.Zero;

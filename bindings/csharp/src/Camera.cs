@@ -160,8 +160,7 @@ namespace Splat
             return new Camera(camera);
         }
 
-        /// <summary>This camera at `eye`, looking at `target`, with `up` upwards in the
-        /// image.</summary>
+        /// <summary>This camera at `eye`, looking at `target`, with `up` upwards in the image.</summary>
         public Camera LookAt(ReadOnlySpan<double> eye, ReadOnlySpan<double> target, ReadOnlySpan<double> up)
         {
             splat_camera camera = native;
@@ -286,8 +285,7 @@ namespace Splat
                 {
                     splat_camera_bytes from = files;
                     splat_camera_file_desc copy = desc;
-                    return Native.splat_camera_load_memory_report(&from, &copy, buffer, capacity,
-                                                                  needed);
+                    return Native.splat_camera_load_memory_report(&from, &copy, buffer, capacity, needed);
                 });
             }
         }

@@ -69,8 +69,7 @@ namespace Splat
         }
     }
 
-    /// <summary>Is B better than A, or is the difference chance? Needs no device;
-    /// thread-safe.</summary>
+    /// <summary>Is B better than A, or is the difference chance? Needs no device; thread-safe.</summary>
     public sealed unsafe class Comparison : NativeObject<SafeComparisonHandle>
     {
         /// <summary>Compare B with A in every metric that both have.</summary>
@@ -145,8 +144,7 @@ namespace Splat
         {
             var native = new splat_metric_comparison
                 { struct_size = (uint)sizeof(splat_metric_comparison) };
-            Check.Ok(Native.splat_comparison_metric(Handle, Check.Unsigned(index, nameof(index)),
-                                                    &native));
+            Check.Ok(Native.splat_comparison_metric(Handle, Check.Unsigned(index, nameof(index)), &native));
             double[] first = Values.New<double>("a", (long)native.n_a);
             double[] second = Values.New<double>("b", (long)native.n_b);
             fixed (double* toA = first)

@@ -53,8 +53,7 @@ namespace Splat
     {
         /// <summary>[n,3,R,R] 0 to 1.</summary>
         public float[] Images { get; internal set; }
-        /// <summary>[n,1,R,R] 0 to 1, larger is nearer; null unless asked for, so the next
-        /// two.</summary>
+        /// <summary>[n,1,R,R] 0 to 1, larger is nearer; null unless asked for, so the next two.</summary>
         public float[] Depths { get; internal set; }
         /// <summary>[n,3,R,R] (normal + 1) / 2, in the camera's axes.</summary>
         public float[] Normals { get; internal set; }
@@ -350,8 +349,7 @@ namespace Splat
                     shard = Check.Unsigned(options.Shard, nameof(options.Shard)),
                 };
                 splat_dataset_export_desc* given = &desc;
-                Run(progress, callback =>
-                    Native.splat_dataset_export(Handle, given, callback, null));
+                Run(progress, callback => Native.splat_dataset_export(Handle, given, callback, null));
             }
         }
 

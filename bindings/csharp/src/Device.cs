@@ -28,8 +28,7 @@ namespace Splat
         public string CacheFolder { get; set; }
     }
 
-    /// <summary>An open Vulkan device. Thread-safe: calls that use it run one after the
-    /// other.</summary>
+    /// <summary>An open Vulkan device. Thread-safe: calls that use it run one after the other.</summary>
     public sealed unsafe class Device : NativeObject<SafeDeviceHandle>
     {
         /// <summary>Open a device; null: the best one.</summary>

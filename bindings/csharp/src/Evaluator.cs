@@ -115,10 +115,8 @@ namespace Splat
                 arena.Hold(this);  // the object's name lives as long as it
                 var scores = new splat_object_scores
                     { struct_size = (uint)sizeof(splat_object_scores) };
-                ResultCode code;
                 using (device == null ? null : Cancellation.Of(device, token))
-                    code = Native.splat_evaluator_score(handle, number, &scores);
-                Check.Ok(code, token);
+                    Check.Ok(Native.splat_evaluator_score(handle, number, &scores), token);
                 return new ObjectScores(&scores);
             }
         }
@@ -201,22 +199,18 @@ namespace Splat
         /// <summary>The summary as JSON, the content of results.json.</summary>
         public string ReportJson() => Text.Get(Handle, Native.splat_evaluator_report);
 
-        /// <summary>
-        /// Write results.json, per_object.csv, scores.txt and objects.json into a folder.
-        /// </summary>
+        /// <summary>Write results.json, per_object.csv, scores.txt and objects.json into a folder.</summary>
         public void Save(string folder)
         {
             using (var arena = new Arena())
-                Check.Ok(Native.splat_evaluator_save(
-                    Handle, arena.Text(folder, nameof(folder))));
+                Check.Ok(Native.splat_evaluator_save(Handle, arena.Text(folder, nameof(folder))));
         }
 
         /// <summary>Take over the scores in a folder of Save, by the objects' names.</summary>
         public void Load(string folder)
         {
             using (var arena = new Arena())
-                Check.Ok(Native.splat_evaluator_load(
-                    Handle, arena.Text(folder, nameof(folder))));
+                Check.Ok(Native.splat_evaluator_load(Handle, arena.Text(folder, nameof(folder))));
         }
     }
 }

@@ -46,8 +46,7 @@ namespace Splat
                     " channels are expected, got 0 bytes", nameof(data));
         }
 
-        /// <summary>Make a picture of a copy of float samples, row by row, channels
-        /// interleaved.</summary>
+        /// <summary>Make a picture of a copy of float samples, row by row, channels interleaved.</summary>
         public static Image FromFloats(int width, int height, int channels,
             ReadOnlySpan<float> samples) =>
             new Image(width, height, channels, Pixel.F32,
@@ -121,8 +120,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 splat_image native = ToNative(arena);
-                Check.Ok(Native.splat_image_save(arena.Text(path, nameof(path)),
-                                                 &native));
+                Check.Ok(Native.splat_image_save(arena.Text(path, nameof(path)), &native));
             }
         }
 
@@ -168,9 +166,7 @@ namespace Splat
             }
         }
 
-        /// <summary>
-        /// PSNR and SSIM of two images of one size; alpha counts as any other channel.
-        /// </summary>
+        /// <summary>PSNR and SSIM of two images of one size; alpha counts as any other channel.</summary>
         public static ImageScores Compare(Image a, Image b)
         {
             using (var arena = new Arena())
@@ -265,8 +261,7 @@ namespace Splat
             }
         }
 
-        /// <summary>Distance of two RGB images of `side` x `side` pixels; equal images have
-        /// 0.</summary>
+        /// <summary>Distance of two RGB images of `side` x `side` pixels; equal images have 0.</summary>
         public double Compare(Image a, Image b)
         {
             using (var arena = new Arena())

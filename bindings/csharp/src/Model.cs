@@ -19,8 +19,7 @@ namespace Splat
         public Precision Precision { get; set; }
     }
 
-    /// <summary>Arrays of a pass over N images; null: not given. See the model's
-    /// configuration.</summary>
+    /// <summary>Arrays of a pass over N images; null: not given. See the model's configuration.</summary>
     public sealed class ModelInput
     {
         /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance.</summary>
@@ -45,8 +44,7 @@ namespace Splat
         public int Step { get; set; }
     }
 
-    /// <summary>Gradients of a loss with respect to the outputs, in their shapes; null:
-    /// zeros.</summary>
+    /// <summary>Gradients of a loss with respect to the outputs, in their shapes; null: zeros.</summary>
     public sealed class ModelGradients
     {
         /// <summary>[objects,M,3].</summary>
@@ -114,12 +112,7 @@ namespace Splat
         }
 
         /// <summary>The parameters as a state dict.</summary>
-        public Weights Store()
-        {
-            IntPtr weights;
-            Check.Ok(Native.splat_model_store(Handle, &weights));
-            return new Weights(weights);
-        }
+        public Weights Store() => new Weights(Check.Made(Handle, Native.splat_model_store));
 
         /// <summary>The parameters in another form: adapters alone, or folded in.</summary>
         public Weights Export(ModelExport what)
@@ -162,8 +155,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 IntPtr tensor;
-                Check.Ok(Native.splat_model_tensor(
-                    Handle, arena.Text(name, nameof(name)), &tensor));
+                Check.Ok(Native.splat_model_tensor(Handle, arena.Text(name, nameof(name)), &tensor));
                 return new Tensor(tensor);
             }
         }
@@ -197,10 +189,8 @@ namespace Splat
                     tokens = (float*)arena.Pin(input.Tokens),
                     tokens_count = Count(input.Tokens, nameof(input.Tokens)),
                 };
-                ResultCode code;
                 using (Cancellation.Of(device, token))
-                    code = Native.splat_model_forward(Handle, &native);
-                Check.Ok(code, token);
+                    Check.Ok(Native.splat_model_forward(Handle, &native), token);
             }
         }
 
@@ -226,10 +216,8 @@ namespace Splat
                     sh = (float*)arena.Pin(gradients.Sh),
                     sh_count = Count(gradients.Sh, nameof(gradients.Sh)),
                 };
-                ResultCode code;
                 using (Cancellation.Of(device, token))
-                    code = Native.splat_model_backward(Handle, &native);
-                Check.Ok(code, token);
+                    Check.Ok(Native.splat_model_backward(Handle, &native), token);
             }
         }
 

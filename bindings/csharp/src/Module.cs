@@ -30,8 +30,7 @@ namespace Splat
         private readonly SafeDeviceHandle device;
         private readonly string type;
 
-        /// <summary>Create a module; its parameters, inputs and gradients of outputs are
-        /// zero.</summary>
+        /// <summary>Create a module; its parameters, inputs and gradients of outputs are zero.</summary>
         public Module(Device device, ModuleOptions options)
             : base(Create(device, Check.NotNull(options, nameof(options))))
         {
@@ -81,8 +80,7 @@ namespace Splat
         public void Write(string name, ReadOnlySpan<float> values) =>
             Values.Move(Handle, name, values, Native.splat_module_write);
 
-        /// <summary>Read what Write writes, an output, or a gradient, into memory of the
-        /// caller.</summary>
+        /// <summary>Read what Write writes, an output, or a gradient, into memory of the caller.</summary>
         public void Read(string name, Span<float> values) =>
             Values.Move(Handle, name, values, Native.splat_module_read);
 
@@ -104,17 +102,15 @@ namespace Splat
         /// <summary>Compute the outputs.</summary>
         public void Forward(CancellationToken token = default(CancellationToken))
         {
-            ResultCode code;
-            using (Cancellation.Of(device, token)) code = Native.splat_module_forward(Handle);
-            Check.Ok(code, token);
+            using (Cancellation.Of(device, token))
+                Check.Ok(Native.splat_module_forward(Handle), token);
         }
 
         /// <summary>Add to the gradients of parameters and overwrite those of inputs.</summary>
         public void Backward(CancellationToken token = default(CancellationToken))
         {
-            ResultCode code;
-            using (Cancellation.Of(device, token)) code = Native.splat_module_backward(Handle);
-            Check.Ok(code, token);
+            using (Cancellation.Of(device, token))
+                Check.Ok(Native.splat_module_backward(Handle), token);
         }
 
         /// <summary>Set the gradients of parameters to zero.</summary>

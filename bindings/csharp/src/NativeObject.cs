@@ -86,7 +86,15 @@ namespace Splat
             bool added = false;
             device.DangerousAddRef(ref added);
             this.device = device;
-            registration = token.Register(Start);
+            try
+            {
+                registration = token.Register(Start);
+            }
+            catch  // the source is disposed
+            {
+                device.DangerousRelease();
+                throw;
+            }
         }
 
         /// <summary>

@@ -30,8 +30,7 @@ namespace Splat
         private readonly SafeDeviceHandle device;
         private readonly string type;
 
-        /// <summary>Record an operator; the contents of its tensors may change between
-        /// runs.</summary>
+        /// <summary>Record an operator; the contents of its tensors may change between runs.</summary>
         public Operator(Device device, OperatorOptions options)
             : base(Create(device, Check.NotNull(options, nameof(options))))
         {
@@ -79,17 +78,15 @@ namespace Splat
         /// <summary>Compute the outputs from the inputs.</summary>
         public void Forward(CancellationToken token = default(CancellationToken))
         {
-            ResultCode code;
-            using (Cancellation.Of(device, token)) code = Native.splat_op_forward(Handle);
-            Check.Ok(code, token);
+            using (Cancellation.Of(device, token))
+                Check.Ok(Native.splat_op_forward(Handle), token);
         }
 
         /// <summary>Compute the gradients at the activations of the last forward.</summary>
         public void Backward(CancellationToken token = default(CancellationToken))
         {
-            ResultCode code;
-            using (Cancellation.Of(device, token)) code = Native.splat_op_backward(Handle);
-            Check.Ok(code, token);
+            using (Cancellation.Of(device, token))
+                Check.Ok(Native.splat_op_backward(Handle), token);
         }
     }
 }

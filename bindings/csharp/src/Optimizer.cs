@@ -186,8 +186,7 @@ namespace Splat
             {
                 byte* text = arena.Text(pattern, nameof(pattern));
                 fixed (long* from = &MemoryMarshal.GetReference(rows))
-                    Check.Ok(Native.splat_optimizer_gather_rows(Handle, text, from,
-                                                                (ulong)rows.Length));
+                    Check.Ok(Native.splat_optimizer_gather_rows(Handle, text, from, (ulong)rows.Length));
             }
         }
 
@@ -207,20 +206,10 @@ namespace Splat
         }
 
         /// <summary>The averaged parameters by name; without averages the parameters.</summary>
-        public Weights Store()
-        {
-            IntPtr weights;
-            Check.Ok(Native.splat_optimizer_store(Handle, &weights));
-            return new Weights(weights);
-        }
+        public Weights Store() => new Weights(Check.Made(Handle, Native.splat_optimizer_store));
 
         /// <summary>Moments, averages, counters and rate, without the parameters.</summary>
-        public Weights Save()
-        {
-            IntPtr state;
-            Check.Ok(Native.splat_optimizer_save(Handle, &state));
-            return new Weights(state);
-        }
+        public Weights Save() => new Weights(Check.Made(Handle, Native.splat_optimizer_save));
 
         /// <summary>Go on from such a state, bit-exactly.</summary>
         public void Load(Weights state)

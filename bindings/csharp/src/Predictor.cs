@@ -120,8 +120,7 @@ namespace Splat
         }
     }
 
-    /// <summary>Weights and configuration of a predictor; the defaults are the built-in
-    /// ones.</summary>
+    /// <summary>Weights and configuration of a predictor; the defaults are the built-in ones.</summary>
     public sealed class PredictorOptions
     {
         /// <summary>A file of weights.</summary>
@@ -150,8 +149,7 @@ namespace Splat
         public Scene Scene { get; }
         /// <summary>Cameras of the views, relative to the first.</summary>
         public IReadOnlyList<Camera> Cameras { get; internal set; }
-        /// <summary>How the object was found in each picture; empty for objects of data
-        /// sets.</summary>
+        /// <summary>How the object was found in each picture; empty for objects of data sets.</summary>
         public IReadOnlyList<PictureInfo> Pictures { get; internal set; }
         /// <summary>Gaussians of the scene.</summary>
         public long Gaussians { get; internal set; }
@@ -175,9 +173,7 @@ namespace Splat
             " faint\n" + (ReadMs + NetworkMs).ToString("0.0", CultureInfo.InvariantCulture) + " ms";
     }
 
-    /// <summary>
-    /// A network with weights that turns pictures of an object into a scene. Thread-safe.
-    /// </summary>
+    /// <summary>A network with weights that turns pictures of an object into a scene. Thread-safe.</summary>
     public sealed unsafe class Predictor : NativeObject<SafePredictorHandle>
     {
         private readonly SafeDeviceHandle device;
@@ -296,9 +292,7 @@ namespace Splat
                     picture_capacity = (uint)views,
                 };
                 IntPtr scene;
-                ResultCode code;
-                using (Cancellation.Of(device, token)) code = call(&scene, &facts);
-                Check.Ok(code, token);
+                using (Cancellation.Of(device, token)) Check.Ok(call(&scene, &facts), token);
                 return Result(new Scene(scene), cameras, facts);
             }
         }

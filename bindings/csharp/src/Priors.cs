@@ -89,9 +89,7 @@ namespace Splat
             }
         }
 
-        /// <summary>
-        /// Edges of a map, or a mask without holes or specks, as a picture of Pixel.F32.
-        /// </summary>
+        /// <summary>Edges of a map, or a mask without holes or specks, as a picture of Pixel.F32.</summary>
         public static Image FilterMap(Image map, MapFilter filter)
         {
             using (var arena = new Arena())
@@ -151,9 +149,7 @@ namespace Splat
             }
         }
 
-        /// <summary>
-        /// Points on the surface of an OBJ file, uniform by area: x, y, z of each.
-        /// </summary>
+        /// <summary>Points on the surface of an OBJ file, uniform by area: x, y, z of each.</summary>
         public static float[] MeshPoints(string path, int count, long seed = 0)
         {
             using (var arena = new Arena())

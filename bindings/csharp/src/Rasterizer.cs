@@ -173,12 +173,8 @@ namespace Splat
         }
 
         /// <summary>Create one more state, so that several forward calls stay alive.</summary>
-        public RasterizerState CreateState()
-        {
-            IntPtr state;
-            Check.Ok(Native.splat_raster_state_create(Handle, &state));
-            return new RasterizerState(state);
-        }
+        public RasterizerState CreateState() =>
+            new RasterizerState(Check.Made(Handle, Native.splat_raster_state_create));
 
         /// <summary>Draw a scene; the images stay in the state, see Read.</summary>
         /// <param name="scene">n Gaussians, at most those of the options</param>
@@ -192,13 +188,11 @@ namespace Splat
         {
             Check.NotNull(scene, nameof(scene));
             splat_camera[] natives = Prepare(cameras, background);
-            ResultCode code;
             using (Cancellation.Of(device, token))
                 fixed (splat_camera* first = natives)
                 fixed (float* color = background)
-                    code = Native.splat_rasterizer_forward_scene(
-                        Handle, Of(state), scene.Handle, first, (uint)natives.Length, color);
-            Check.Ok(code, token);
+                    Check.Ok(Native.splat_rasterizer_forward_scene(
+                        Handle, Of(state), scene.Handle, first, (uint)natives.Length, color), token);
         }
 
         /// <summary>Draw Gaussians that are tensors; see the other overload.</summary>
@@ -208,7 +202,6 @@ namespace Splat
         {
             Check.NotNull(gaussians, nameof(gaussians));
             splat_camera[] natives = Prepare(cameras, background);
-            ResultCode code;
             using (var arena = new Arena())
             {
                 var desc = new splat_gaussians_desc
@@ -222,11 +215,9 @@ namespace Splat
                     colors = arena.Hold(gaussians.Colors),
                 };
                 using (Cancellation.Of(device, token))
-                    fixed (splat_camera* first = natives)
-                    fixed (float* color = background)
-                        code = Native.splat_rasterizer_forward(Handle, Of(state), &desc, first,
-                                                               (uint)natives.Length, color);
-                Check.Ok(code, token);
+                    Check.Ok(Native.splat_rasterizer_forward(
+                        Handle, Of(state), &desc, (splat_camera*)arena.Pin(natives), (uint)natives.Length,
+                        (float*)arena.Pin(background)), token);
             }
         }
 
@@ -236,8 +227,7 @@ namespace Splat
             return Camera.ToNative(Check.NotNull(cameras, nameof(cameras)));
         }
 
-        /// <summary>An output of the last forward call in a new array; shapes: see
-        /// Output.</summary>
+        /// <summary>An output of the last forward call in a new array; shapes: see Output.</summary>
         public float[] Read(Output output, RasterizerState state = null)
         {
             RasterizerInfo info = GetInfo(state);
@@ -331,10 +321,8 @@ namespace Splat
                     grad_means2d_abs = arena.Hold(gradients.Means2dAbs),
                     grad_world_to_camera = arena.Hold(gradients.WorldToCamera),
                 };
-                ResultCode code;
                 using (Cancellation.Of(device, token))
-                    code = Native.splat_rasterizer_backward(Handle, Of(state), &desc);
-                Check.Ok(code, token);
+                    Check.Ok(Native.splat_rasterizer_backward(Handle, Of(state), &desc), token);
             }
         }
 

@@ -71,8 +71,7 @@ namespace Splat
         public double Seconds { get; }
         /// <summary>Speed of the latest steps.</summary>
         public double StepsPerSecond { get; }
-        /// <summary>By their names in metrics.jsonl, such as "loss", "psnr" and
-        /// "val_psnr".</summary>
+        /// <summary>By their names in metrics.jsonl, such as "loss", "psnr" and "val_psnr".</summary>
         public IReadOnlyDictionary<string, double> Numbers { get; }
         /// <summary>Name of the validated piece, else null.</summary>
         public string Name { get; }
@@ -118,8 +117,7 @@ namespace Splat
         {
         }
 
-        /// <summary>Do the next piece of work. After an error the next call tries it
-        /// again.</summary>
+        /// <summary>Do the next piece of work. After an error the next call tries it again.</summary>
         public RunEvent Next()
         {
             SafeRunHandle handle = Handle;
@@ -267,11 +265,6 @@ namespace Splat
         }
 
         /// <summary>The network in training, a new object to be disposed.</summary>
-        public Model GetModel()
-        {
-            IntPtr model;
-            Check.Ok(Native.splat_training_model(Handle, &model));
-            return new Model(model, device);
-        }
+        public Model GetModel() => new Model(Check.Made(Handle, Native.splat_training_model), device);
     }
 }

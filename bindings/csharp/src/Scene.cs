@@ -120,8 +120,7 @@ namespace Splat
             {
                 splat_scene_file_desc desc = (options ?? new SceneFileOptions()).ToNative();
                 IntPtr handle;
-                Check.Ok(Native.splat_scene_load(arena.Text(path, nameof(path)),
-                                                 &desc, &handle));
+                Check.Ok(Native.splat_scene_load(arena.Text(path, nameof(path)), &desc, &handle));
                 return new Scene(handle);
             }
         }
@@ -133,8 +132,7 @@ namespace Splat
             splat_scene_file_desc desc = (options ?? new SceneFileOptions()).ToNative();
             IntPtr handle;
             fixed (byte* data = &MemoryMarshal.GetReference(bytes))
-                Check.Ok(Native.splat_scene_load_memory(data, (UIntPtr)bytes.Length, &desc,
-                    &handle));
+                Check.Ok(Native.splat_scene_load_memory(data, (UIntPtr)bytes.Length, &desc, &handle));
             return new Scene(handle);
         }
 
@@ -186,8 +184,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 splat_scene_file_desc desc = (options ?? new SceneFileOptions()).ToNative();
-                Check.Ok(Native.splat_scene_save(
-                    Handle, arena.Text(path, nameof(path)), &desc));
+                Check.Ok(Native.splat_scene_save(Handle, arena.Text(path, nameof(path)), &desc));
             }
         }
 
@@ -281,8 +278,7 @@ namespace Splat
             options = options ?? new RenderOptions();
             var images = new Image[natives.Length];
             for (int i = 0; i < images.Length; ++i)
-                images[i] = new Image(cameras[i].Width, cameras[i].Height, options.PlaneCount,
-                                      options.Type);
+                images[i] = new Image(cameras[i].Width, cameras[i].Height, options.PlaneCount, options.Type);
             if (device == null && token.CanBeCanceled)
                 throw new ArgumentException("a call that opens its own device cannot be cancelled: " +
                                             "give a device", nameof(token));

@@ -67,6 +67,16 @@ namespace Splat
                 token.IsCancellationRequested ? token : CancellationToken.None);
         }
 
+        /// <summary>A function of the library that makes an object of another.</summary>
+        internal delegate ResultCode MakeCall<T>(T handle, IntPtr* made);
+
+        internal static IntPtr Made<T>(T handle, MakeCall<T> call)
+        {
+            IntPtr made;
+            Ok(call(handle, &made));
+            return made;
+        }
+
         /// <summary>Throw unless `argument` is there.</summary>
         internal static T NotNull<T>([ValidatedNotNull] T argument, string name) where T : class
         {

@@ -145,8 +145,7 @@ namespace Splat
         /// <summary>All elements of a DType.F32 tensor.</summary>
         public float[] ToArray() => ToArray<float>();
 
-        /// <summary>Least, greatest and mean value, and counts of values that are not
-        /// finite.</summary>
+        /// <summary>Least, greatest and mean value, and counts of values that are not finite.</summary>
         public TensorStats Stats()
         {
             var stats = new splat_tensor_stats { struct_size = (uint)sizeof(splat_tensor_stats) };

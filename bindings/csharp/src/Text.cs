@@ -18,9 +18,7 @@ namespace Splat
         /// <summary>A function of the library that writes the bytes of a file.</summary>
         internal delegate ResultCode BytesCall(void* buffer, UIntPtr capacity, UIntPtr* needed);
 
-        /// <summary>
-        /// Text up to its NUL and at most `capacity` bytes (-1: no limit); null for NULL.
-        /// </summary>
+        /// <summary>Text up to its NUL and at most `capacity` bytes (-1: no limit); null for NULL.</summary>
         internal static string Read(byte* text, int capacity)
         {
             if (text == null) return null;
@@ -54,8 +52,7 @@ namespace Splat
         /// <summary>Call once for the size and once for the text.</summary>
         internal static string Get(TextCall call)
         {
-            byte[] bytes = GetBytes((buffer, capacity, needed) =>
-                call((byte*)buffer, capacity, needed));
+            byte[] bytes = GetBytes((buffer, capacity, needed) => call((byte*)buffer, capacity, needed));
             return Lenient.GetString(bytes, 0, Math.Max(bytes.Length - 1, 0));
         }
 

@@ -121,12 +121,7 @@ namespace Splat
         }
 
         /// <summary>The network in training, a new object to be disposed.</summary>
-        public Model GetModel()
-        {
-            IntPtr model;
-            Check.Ok(Native.splat_trainer_model(Handle, &model));
-            return new Model(model, device);
-        }
+        public Model GetModel() => new Model(Check.Made(Handle, Native.splat_trainer_model), device);
 
         /// <summary>Do one update with arrays of the caller.</summary>
         public TrainerInfo Step(TrainerBatch batch,
@@ -176,31 +171,22 @@ namespace Splat
         private TrainerInfo Step(splat_trainer_batch* batch, CancellationToken token)
         {
             var info = new splat_trainer_info { struct_size = (uint)sizeof(splat_trainer_info) };
-            ResultCode code;
             using (Cancellation.Of(device, token))
-                code = Native.splat_trainer_step(Handle, batch, &info);
-            Check.Ok(code, token);
+                Check.Ok(Native.splat_trainer_step(Handle, batch, &info), token);
             return new TrainerInfo(&info);
         }
 
         /// <summary>JSON: steps, attempts, parameters, configuration.</summary>
         public string ReportJson() => Text.Get(Handle, Native.splat_trainer_report);
 
-        /// <summary>The averaged weights as a state dict; without averages the current
-        /// ones.</summary>
-        public Weights Store()
-        {
-            IntPtr weights;
-            Check.Ok(Native.splat_trainer_store(Handle, &weights));
-            return new Weights(weights);
-        }
+        /// <summary>The averaged weights as a state dict; without averages the current ones.</summary>
+        public Weights Store() => new Weights(Check.Made(Handle, Native.splat_trainer_store));
 
         /// <summary>Save everything that the next step depends on.</summary>
         public void Save(string path)
         {
             using (var arena = new Arena())
-                Check.Ok(Native.splat_trainer_save(
-                    Handle, arena.Text(path, nameof(path))));
+                Check.Ok(Native.splat_trainer_save(Handle, arena.Text(path, nameof(path))));
         }
 
         /// <summary>The bytes of such a file.</summary>
@@ -212,8 +198,7 @@ namespace Splat
         public void Resume(string path)
         {
             using (var arena = new Arena())
-                Check.Ok(Native.splat_trainer_resume(
-                    Handle, arena.Text(path, nameof(path))));
+                Check.Ok(Native.splat_trainer_resume(Handle, arena.Text(path, nameof(path))));
         }
 
         /// <summary>Resume from the bytes of such a file.</summary>

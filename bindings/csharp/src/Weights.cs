@@ -47,8 +47,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 IntPtr handle;
-                Check.Ok(Native.splat_weights_load(arena.Text(path, nameof(path)),
-                                                   flags, &handle));
+                Check.Ok(Native.splat_weights_load(arena.Text(path, nameof(path)), flags, &handle));
                 return new Weights(handle);
             }
         }
@@ -173,8 +172,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 uint index;
-                Check.Ok(Native.splat_weights_find(
-                    Handle, arena.Text(name, nameof(name)), &index));
+                Check.Ok(Native.splat_weights_find(Handle, arena.Text(name, nameof(name)), &index));
                 return (int)index;
             }
         }
@@ -206,8 +204,7 @@ namespace Splat
         public void Save(string path, WeightsFlags flags = WeightsFlags.None)
         {
             using (var arena = new Arena())
-                Check.Ok(Native.splat_weights_save(
-                    Handle, arena.Text(path, nameof(path)), flags));
+                Check.Ok(Native.splat_weights_save(Handle, arena.Text(path, nameof(path)), flags));
         }
 
         /// <summary>The bytes of such a file.</summary>

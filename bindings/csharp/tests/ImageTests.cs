@@ -139,14 +139,11 @@ namespace Splat.Tests
                            () => new Image(1 << 20, 1 << 20, 4));
             Expect.Refused(ResultCode.ErrorInvalidArgument, "bytes",
                            () => new Image(5, 3, 3, Pixel.U8, new byte[44]).ToBytes());
-            Expect.Refused(ResultCode.ErrorInvalidArgument, "channels", () =>
-                new Image(5, 3, 5).ToBytes());
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "channels", () => new Image(5, 3, 5).ToBytes());
             Expect.Refused(ResultCode.ErrorUnsupported, ".bmp",
                            () => Gradient(3).Save(Shared.PathOf("a.bmp")));
-            Expect.Refused(ResultCode.ErrorNotFound, "none.png", () =>
-                Image.Load(Shared.PathOf("none.png")));
-            Expect.Refused(ResultCode.ErrorFormat, "", () =>
-                Image.FromBytes(new byte[] { 1, 2, 3, 4 }));
+            Expect.Refused(ResultCode.ErrorNotFound, "none.png", () => Image.Load(Shared.PathOf("none.png")));
+            Expect.Refused(ResultCode.ErrorFormat, "", () => Image.FromBytes(new byte[] { 1, 2, 3, 4 }));
             Expect.Refused(ResultCode.ErrorShapeMismatch, "",
                            () => Image.FromBytes(Gradient(4).ToBytes(), 3));
             Expect.Throws<ArgumentNullException>(() => Image.FromBytes(null));

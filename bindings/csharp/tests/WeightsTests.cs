@@ -28,8 +28,7 @@ namespace Splat.Tests
                 Expect.Same(new float[] { 1, 2, 3, 4, 5, 6 }, weights.Read("a"));
                 Expect.Same(new float[] { 7 }, weights.Read(weights.IndexOf("scalar")));
             }
-            using (Weights none = Weights.FromArrays(new NamedArray[0])) Expect.Equal(0,
-                none.Count);
+            using (Weights none = Weights.FromArrays(new NamedArray[0])) Expect.Equal(0, none.Count);
         }
 
         [Test]
@@ -115,14 +114,12 @@ namespace Splat.Tests
                 new[] { new NamedArray("a", new float[1], 1),
                     new NamedArray("a", new float[1], 1) }));
             Expect.Throws<ArgumentNullException>(() => Weights.FromArrays(new NamedArray[1]));
-            Expect.Refused(ResultCode.ErrorFormat, "", () =>
-                Weights.FromBytes(new byte[] { 1, 2, 3 }));
+            Expect.Refused(ResultCode.ErrorFormat, "", () => Weights.FromBytes(new byte[] { 1, 2, 3 }));
             using (Weights weights = Two())
             {
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => weights.Read(2));
                 Expect.Refused(ResultCode.ErrorNotFound, "b", () => weights.Read("b"));
-                Expect.Refused(ResultCode.ErrorInvalidArgument, "bytes", () =>
-                    weights.Read(0, new float[5]));
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "bytes", () => weights.Read(0, new float[5]));
                 Expect.Refused(ResultCode.ErrorUnsupported, ".pth", () =>
                     weights.Save(Shared.PathOf("w.bin")));
                 weights.Dispose();
