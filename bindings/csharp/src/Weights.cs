@@ -138,15 +138,20 @@ namespace Splat
             value = null;
             try
             {
-                value = this[IndexOf(key)];
-            }
-            catch (SplatException error) when (error.Code == ResultCode.ErrorNotFound)
-            {
+                using (var arena = new Arena())
+                {
+                    uint index;
+                    ResultCode code = Native.splat_weights_find(Handle, arena.Text(key), &index);
+                    if (code == ResultCode.ErrorNotFound) return false;
+                    Check.Ok(code);
+                    value = this[(int)index];
+                    return true;
+                }
             }
             catch (ArgumentException)  // a NUL or half of a surrogate pair: no name has them
             {
+                return false;
             }
-            return value != null;
         }
 
         /// <summary>Whether there is a tensor of that name.</summary>
