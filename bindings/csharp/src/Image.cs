@@ -1,5 +1,6 @@
 using System;
 using System.Collections.Generic;
+using System.IO;
 using System.Runtime.InteropServices;
 using Splat.Interop;
 
@@ -82,6 +83,10 @@ namespace Splat
         /// <summary>Read the bytes of such a file.</summary>
         public static Image FromBytes(ReadOnlyMemory<byte> file, int channels = 0, Pixel type = Pixel.Default) =>
             FromBytes(file, channels, type, out ImageInfo _);
+
+        /// <summary>Read the rest of a stream of such bytes.</summary>
+        public static Image FromStream(Stream stream, int channels = 0, Pixel type = Pixel.Default) =>
+            FromBytes(Values.ReadAll(stream, nameof(stream)), channels, type);
 
         /// <summary>The same, with bits and focal length of the file.</summary>
         public static Image FromBytes(ReadOnlyMemory<byte> file, int channels, Pixel type, out ImageInfo info)

@@ -1,5 +1,6 @@
 using System;
 using System.Collections.Generic;
+using System.IO;
 using System.Runtime.InteropServices;
 using System.Threading;
 using Splat.Interop;
@@ -135,6 +136,10 @@ namespace Splat
                 Check.Ok(Native.splat_scene_load_memory(data, (UIntPtr)bytes.Length, &desc, &handle));
             return new Scene(handle);
         }
+
+        /// <summary>Read the rest of a stream of such bytes.</summary>
+        public static Scene FromStream(Stream stream, SceneFileOptions options = null) =>
+            FromBytes(Values.ReadAll(stream, nameof(stream)), options);
 
         /// <summary>Concatenate scenes into a new one, with the highest of their degrees.</summary>
         public static Scene Merge(params Scene[] scenes)

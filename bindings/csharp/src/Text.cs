@@ -1,5 +1,6 @@
 using System;
 using System.Collections.Generic;
+using System.IO;
 using System.Runtime.InteropServices;
 using System.Text;
 using Splat.Interop;
@@ -120,6 +121,16 @@ namespace Splat
                     Check.Ok(call(handle, arena.Text(name, nameof(name)), data == null ? &none : data,
                                   (UIntPtr)((ulong)values.Length * sizeof(float))));
                 }
+        }
+
+        /// <summary>What is left of a stream.</summary>
+        internal static byte[] ReadAll(Stream stream, string name)
+        {
+            using (var bytes = new MemoryStream())
+            {
+                Check.NotNull(stream, name).CopyTo(bytes);
+                return bytes.ToArray();
+            }
         }
 
         internal static float[] Copy(float* from, int count) =>

@@ -1,6 +1,7 @@
 using System;
 using System.Collections;
 using System.Collections.Generic;
+using System.IO;
 using System.Linq;
 using System.Runtime.InteropServices;
 using Splat.Interop;
@@ -61,6 +62,10 @@ namespace Splat
                 Check.Ok(Native.splat_weights_load_memory(data, (UIntPtr)bytes.Length, &handle));
             return new Weights(handle);
         }
+
+        /// <summary>Load the rest of a stream of such bytes.</summary>
+        public static Weights FromStream(Stream stream) =>
+            FromBytes(Splat.Values.ReadAll(stream, nameof(stream)));
 
         /// <summary>Make weights of copies of arrays, in their order.</summary>
         public static Weights FromArrays(IReadOnlyList<NamedArray> arrays)

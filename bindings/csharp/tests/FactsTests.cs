@@ -1,6 +1,7 @@
 using System;
 using System.Collections.Generic;
 using System.Globalization;
+using System.IO;
 using System.Linq;
 using System.Threading;
 
@@ -134,6 +135,21 @@ namespace Splat.Tests
             Named("values", () => new NamedArray("a", null));
             Named("TrainObjects", () => Dataset.WriteSynthetic(new SyntheticOptions { Path = path, TrainObjects = -1,
                                                                                       TestObjects = 1 }));
+        }
+
+        [Test]
+        private static void StreamsAreReadFromWhereTheyStand()
+        {
+            byte[] png = new Image(5, 3, 4).ToBytes();
+            var stream = new MemoryStream(new byte[] { 1 }.Concat(png).ToArray()) { Position = 1 };
+            Expect.Equal(5, Image.FromStream(stream).Width);
+            using (Scene scene = Shared.ThreeGaussians())
+            using (Scene read = Scene.FromStream(new MemoryStream(scene.ToBytes(SceneFormat.Ply))))
+                Expect.Equal(3L, read.Count);
+            using (Weights weights = Weights.Load("cars64"))
+            using (Weights read = Weights.FromStream(new MemoryStream(weights.ToBytes())))
+                Expect.Same(weights.Keys, read.Keys);
+            Named("stream", () => Scene.FromStream(null));
         }
 
         [Test]
