@@ -113,8 +113,7 @@ namespace Splat
         {
             get
             {
-                var info = new splat_comparison_info
-                    { struct_size = (uint)sizeof(splat_comparison_info) };
+                var info = new splat_comparison_info { struct_size = (uint)sizeof(splat_comparison_info) };
                 Check.Ok(Native.splat_comparison_get_info(Handle, &info));
                 return new ComparisonInfo(&info);
             }
@@ -142,8 +141,7 @@ namespace Splat
         /// <summary>The scores that were compared in one of Metrics.</summary>
         public void Samples(int index, out double[] a, out double[] b)
         {
-            var native = new splat_metric_comparison
-                { struct_size = (uint)sizeof(splat_metric_comparison) };
+            var native = new splat_metric_comparison { struct_size = (uint)sizeof(splat_metric_comparison) };
             Check.Ok(Native.splat_comparison_metric(Handle, Check.Unsigned(index, nameof(index)), &native));
             double[] first = Values.New<double>("a", (long)native.n_a);
             double[] second = Values.New<double>("b", (long)native.n_b);

@@ -95,8 +95,7 @@ namespace Splat
         {
             get
             {
-                var info = new splat_evaluator_info
-                    { struct_size = (uint)sizeof(splat_evaluator_info) };
+                var info = new splat_evaluator_info { struct_size = (uint)sizeof(splat_evaluator_info) };
                 Check.Ok(Native.splat_evaluator_get_info(Handle, &info));
                 return new EvaluatorInfo(&info);
             }
@@ -113,8 +112,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 arena.Hold(this);  // the object's name lives as long as it
-                var scores = new splat_object_scores
-                    { struct_size = (uint)sizeof(splat_object_scores) };
+                var scores = new splat_object_scores { struct_size = (uint)sizeof(splat_object_scores) };
                 using (device == null ? null : Cancellation.Of(device, token))
                     Check.Ok(Native.splat_evaluator_score(handle, number, &scores), token);
                 return new ObjectScores(&scores);
@@ -129,8 +127,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 arena.Hold(this);
-                var scores = new splat_object_scores
-                    { struct_size = (uint)sizeof(splat_object_scores) };
+                var scores = new splat_object_scores { struct_size = (uint)sizeof(splat_object_scores) };
                 fixed (float* from = &MemoryMarshal.GetReference(images))
                 {
                     float none;
@@ -150,8 +147,7 @@ namespace Splat
         {
             uint number = Check.Unsigned(objectIndex, nameof(objectIndex));
             int side = Info.Resolution;
-            var counts = new splat_evaluated_views
-                { struct_size = (uint)sizeof(splat_evaluated_views) };
+            var counts = new splat_evaluated_views { struct_size = (uint)sizeof(splat_evaluated_views) };
             Check.Ok(Native.splat_evaluator_read(Handle, number, &counts));
             int n = (int)(counts.inputs + counts.novel);
             Func<float[]> images = () => Values.New<float>("images", n, 3, side, side);

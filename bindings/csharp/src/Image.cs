@@ -178,10 +178,7 @@ namespace Splat
             {
                 splat_image first = Check.NotNull(a, nameof(a)).ToNative(arena);
                 splat_image second = Check.NotNull(b, nameof(b)).ToNative(arena);
-                var scores = new splat_image_scores
-                {
-                    struct_size = (uint)sizeof(splat_image_scores)
-                };
+                var scores = new splat_image_scores { struct_size = (uint)sizeof(splat_image_scores) };
                 Check.Ok(Native.splat_image_compare(&first, &second, &scores));
                 return new ImageScores(&scores);
             }

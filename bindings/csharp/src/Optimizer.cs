@@ -165,8 +165,7 @@ namespace Splat
         /// </summary>
         public OptimizerInfo Step()
         {
-            var info = new splat_optimizer_info
-                { struct_size = (uint)sizeof(splat_optimizer_info) };
+            var info = new splat_optimizer_info { struct_size = (uint)sizeof(splat_optimizer_info) };
             Check.Ok(Native.splat_optimizer_step(Handle, &info));
             return new OptimizerInfo(&info);
         }
@@ -198,8 +197,7 @@ namespace Splat
         {
             get
             {
-                var info = new splat_optimizer_info
-                    { struct_size = (uint)sizeof(splat_optimizer_info) };
+                var info = new splat_optimizer_info { struct_size = (uint)sizeof(splat_optimizer_info) };
                 Check.Ok(Native.splat_optimizer_get_info(Handle, &info));
                 return new OptimizerInfo(&info);
             }

@@ -216,8 +216,7 @@ namespace Splat
                 using (var arena = new Arena())
                 {
                     arena.Hold(this);  // the category lives as long as it
-                    var info = new splat_predictor_info
-                        { struct_size = (uint)sizeof(splat_predictor_info) };
+                    var info = new splat_predictor_info { struct_size = (uint)sizeof(splat_predictor_info) };
                     Check.Ok(Native.splat_predictor_get_info(Handle, &info));
                     return new PredictorInfo(&info);
                 }

@@ -22,10 +22,7 @@ namespace Splat
                 splat_image a = Native(prediction, nameof(prediction), arena);
                 splat_image b = Native(truth, nameof(truth), arena);
                 splat_image m = mask == null ? new splat_image() : mask.ToNative(arena);
-                var scores = new splat_depth_scores
-                {
-                    struct_size = (uint)sizeof(splat_depth_scores)
-                };
+                var scores = new splat_depth_scores { struct_size = (uint)sizeof(splat_depth_scores) };
                 Check.Ok(Interop.Native.splat_prior_compare_depth(
                     &a, &b, mask == null ? null : &m, flags, &scores));
                 return new DepthScores(&scores);
@@ -45,10 +42,7 @@ namespace Splat
                 splat_image a = Native(prediction, nameof(prediction), arena);
                 splat_image b = Native(truth, nameof(truth), arena);
                 splat_image m = mask == null ? new splat_image() : mask.ToNative(arena);
-                var scores = new splat_normal_scores
-                {
-                    struct_size = (uint)sizeof(splat_normal_scores)
-                };
+                var scores = new splat_normal_scores { struct_size = (uint)sizeof(splat_normal_scores) };
                 Check.Ok(Interop.Native.splat_prior_compare_normals(
                     &a, &b, mask == null ? null : &m, flags, &scores));
                 return new NormalScores(&scores);
@@ -63,10 +57,7 @@ namespace Splat
             {
                 splat_image a = Native(prediction, nameof(prediction), arena);
                 splat_image b = Native(alpha, nameof(alpha), arena);
-                var scores = new splat_mask_scores
-                {
-                    struct_size = (uint)sizeof(splat_mask_scores)
-                };
+                var scores = new splat_mask_scores { struct_size = (uint)sizeof(splat_mask_scores) };
                 Check.Ok(Interop.Native.splat_prior_compare_masks(&a, &b, flags, &scores));
                 return new MaskScores(&scores);
             }
@@ -80,10 +71,7 @@ namespace Splat
             {
                 splat_image a = Native(prediction, nameof(prediction), arena);
                 splat_image b = Native(truth, nameof(truth), arena);
-                var scores = new splat_fidelity_scores
-                {
-                    struct_size = (uint)sizeof(splat_fidelity_scores)
-                };
+                var scores = new splat_fidelity_scores { struct_size = (uint)sizeof(splat_fidelity_scores) };
                 Check.Ok(Interop.Native.splat_prior_compare_images(&a, &b, flags, &scores));
                 return new FidelityScores(&scores);
             }

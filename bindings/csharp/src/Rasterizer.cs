@@ -334,8 +334,7 @@ namespace Splat
         /// <summary>Facts of the last forward call of a state; zeros before the first.</summary>
         public RasterizerInfo GetInfo(RasterizerState state)
         {
-            var info = new splat_rasterizer_info
-                { struct_size = (uint)sizeof(splat_rasterizer_info) };
+            var info = new splat_rasterizer_info { struct_size = (uint)sizeof(splat_rasterizer_info) };
             Check.Ok(Native.splat_rasterizer_get_info(Handle, Of(state), &info));
             return new RasterizerInfo(&info);
         }

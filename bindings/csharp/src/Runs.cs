@@ -257,8 +257,7 @@ namespace Splat
         {
             get
             {
-                var info = new splat_trainer_info
-                    { struct_size = (uint)sizeof(splat_trainer_info) };
+                var info = new splat_trainer_info { struct_size = (uint)sizeof(splat_trainer_info) };
                 Check.Ok(Native.splat_training_last_step(Handle, &info));
                 return new TrainerInfo(&info);
             }

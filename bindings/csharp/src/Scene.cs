@@ -335,10 +335,7 @@ namespace Splat
         {
             fixed (float* from = &MemoryMarshal.GetReference(points))
             {
-                var scores = new splat_point_scores
-                {
-                    struct_size = (uint)sizeof(splat_point_scores)
-                };
+                var scores = new splat_point_scores { struct_size = (uint)sizeof(splat_point_scores) };
                 Check.Ok(Native.splat_scene_compare_points(
                     Handle, minOpacity, from, (ulong)points.Length, threshold, &scores));
                 return new PointScores(&scores);

@@ -83,8 +83,7 @@ namespace Splat
         /// <summary>Pointers to batch `step`, valid until the next call.</summary>
         internal splat_trainer_batch Next(long step)
         {
-            var native = new splat_trainer_batch
-                { struct_size = (uint)sizeof(splat_trainer_batch) };
+            var native = new splat_trainer_batch { struct_size = (uint)sizeof(splat_trainer_batch) };
             Check.Ok(Native.splat_batches_next(Handle, Check.Unsigned(step, nameof(step)), &native));
             return native;
         }

@@ -122,8 +122,7 @@ namespace Splat
                 using (var arena = new Arena())
                 {
                     arena.Hold(this);  // the name lives as long as the weights
-                    var info = new splat_weights_info
-                        { struct_size = (uint)sizeof(splat_weights_info) };
+                    var info = new splat_weights_info { struct_size = (uint)sizeof(splat_weights_info) };
                     Check.Ok(Native.splat_weights_get_info(
                         handle, Check.Unsigned(index, nameof(index)), &info));
                     return new WeightsInfo(&info);
