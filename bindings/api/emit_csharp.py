@@ -291,12 +291,10 @@ class _Writer:
             f"        public static readonly {name} Null = new {name}(IntPtr.Zero, false);\n\n"
             "        /// <summary>Take over a handle of the library; owns: destroy it."
             "</summary>\n"
-            f"        public {name}(IntPtr handle, bool owns) : base(owns)\n"
-            "        {\n            SetHandle(handle);\n        }\n\n"
+            f"        public {name}(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);\n\n"
             "        /// <inheritdoc/>\n"
-            "        protected override bool ReleaseHandle()\n        {\n"
-            f"            return Native.{handle['destroy']}(handle) == ResultCode.Ok;\n"
-            "        }\n    }\n")
+            f"        protected override bool ReleaseHandle() => Native.{handle['destroy']}(handle) == ResultCode.Ok;\n"
+            "    }\n")
 
     # ---- Infos.cs ----
 

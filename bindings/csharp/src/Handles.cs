@@ -14,16 +14,10 @@ namespace Splat.Interop
         public static readonly SafeDeviceHandle Null = new SafeDeviceHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeDeviceHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeDeviceHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_device_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_device_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_tensor. Released on any thread, in any order.</summary>
@@ -33,16 +27,10 @@ namespace Splat.Interop
         public static readonly SafeTensorHandle Null = new SafeTensorHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeTensorHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeTensorHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_tensor_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_tensor_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_op. Released on any thread, in any order.</summary>
@@ -52,16 +40,10 @@ namespace Splat.Interop
         public static readonly SafeOpHandle Null = new SafeOpHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeOpHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeOpHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_op_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_op_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_scene. Released on any thread, in any order.</summary>
@@ -71,16 +53,10 @@ namespace Splat.Interop
         public static readonly SafeSceneHandle Null = new SafeSceneHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeSceneHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeSceneHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_scene_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_scene_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_rasterizer. Released on any thread, in any order.</summary>
@@ -90,16 +66,10 @@ namespace Splat.Interop
         public static readonly SafeRasterizerHandle Null = new SafeRasterizerHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeRasterizerHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeRasterizerHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_rasterizer_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_rasterizer_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_raster_state. Released on any thread, in any order.</summary>
@@ -109,16 +79,10 @@ namespace Splat.Interop
         public static readonly SafeRasterStateHandle Null = new SafeRasterStateHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeRasterStateHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeRasterStateHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_raster_state_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_raster_state_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_weights. Released on any thread, in any order.</summary>
@@ -128,16 +92,10 @@ namespace Splat.Interop
         public static readonly SafeWeightsHandle Null = new SafeWeightsHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeWeightsHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeWeightsHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_weights_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_weights_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_model. Released on any thread, in any order.</summary>
@@ -147,16 +105,10 @@ namespace Splat.Interop
         public static readonly SafeModelHandle Null = new SafeModelHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeModelHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeModelHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_model_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_model_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_module. Released on any thread, in any order.</summary>
@@ -166,16 +118,10 @@ namespace Splat.Interop
         public static readonly SafeModuleHandle Null = new SafeModuleHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeModuleHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeModuleHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_module_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_module_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_predictor. Released on any thread, in any order.</summary>
@@ -185,16 +131,10 @@ namespace Splat.Interop
         public static readonly SafePredictorHandle Null = new SafePredictorHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafePredictorHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafePredictorHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_predictor_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_predictor_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_dataset. Released on any thread, in any order.</summary>
@@ -204,16 +144,10 @@ namespace Splat.Interop
         public static readonly SafeDatasetHandle Null = new SafeDatasetHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeDatasetHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeDatasetHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_dataset_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_dataset_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_trainer. Released on any thread, in any order.</summary>
@@ -223,16 +157,10 @@ namespace Splat.Interop
         public static readonly SafeTrainerHandle Null = new SafeTrainerHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeTrainerHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeTrainerHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_trainer_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_trainer_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_optimizer. Released on any thread, in any order.</summary>
@@ -242,16 +170,10 @@ namespace Splat.Interop
         public static readonly SafeOptimizerHandle Null = new SafeOptimizerHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeOptimizerHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeOptimizerHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_optimizer_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_optimizer_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_batches. Released on any thread, in any order.</summary>
@@ -261,16 +183,10 @@ namespace Splat.Interop
         public static readonly SafeBatchesHandle Null = new SafeBatchesHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeBatchesHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeBatchesHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_batches_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_batches_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_run. Released on any thread, in any order.</summary>
@@ -280,16 +196,10 @@ namespace Splat.Interop
         public static readonly SafeRunHandle Null = new SafeRunHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeRunHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeRunHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_run_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_run_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_lpips. Released on any thread, in any order.</summary>
@@ -299,16 +209,10 @@ namespace Splat.Interop
         public static readonly SafeLpipsHandle Null = new SafeLpipsHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeLpipsHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeLpipsHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_lpips_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_lpips_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_evaluator. Released on any thread, in any order.</summary>
@@ -318,16 +222,10 @@ namespace Splat.Interop
         public static readonly SafeEvaluatorHandle Null = new SafeEvaluatorHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeEvaluatorHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeEvaluatorHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_evaluator_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_evaluator_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_comparison. Released on any thread, in any order.</summary>
@@ -337,16 +235,10 @@ namespace Splat.Interop
         public static readonly SafeComparisonHandle Null = new SafeComparisonHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeComparisonHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeComparisonHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_comparison_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_comparison_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_prior_model. Released on any thread, in any order.</summary>
@@ -356,15 +248,9 @@ namespace Splat.Interop
         public static readonly SafePriorModelHandle Null = new SafePriorModelHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafePriorModelHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafePriorModelHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_prior_model_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_prior_model_destroy(handle) == ResultCode.Ok;
     }
 }
