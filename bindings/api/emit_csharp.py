@@ -305,23 +305,21 @@ class _Writer:
             f"        public static readonly {name} Null = new {name}(IntPtr.Zero, false);\n\n"
             "        /// <summary>Take over a handle of the library; owns: destroy it."
             "</summary>\n"
-            f"        public {name}(IntPtr handle, bool owns) : base(owns)\n"
-            "        {\n            SetHandle(handle);\n        }\n\n"
+            f"        public {name}(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);\n\n"
             "        /// <inheritdoc/>\n"
-            "        protected override bool ReleaseHandle()\n        {\n"
-            f"            return Native.{handle['destroy']}(handle) == ResultCode.Ok;\n"
-            "        }\n    }\n")
+            f"        protected override bool ReleaseHandle() => Native.{handle['destroy']}(handle) == ResultCode.Ok;\n"
+            "    }\n")
 
     # ---- Infos.cs ----
 
     def infos(self) -> str:
-        text = _HEADER + "using System;\nusing Splat.Interop;\n\nnamespace Splat\n{\n"
+        text = _HEADER + "using System.Collections.Generic;\nusing Splat.Interop;\n\nnamespace Splat\n{\n"
         text += "\n".join(self._info(self._structs[name]) for name in _INFOS)
         return text + "}\n"
 
     def _info(self, struct: Json) -> str:
         name = pascal(_bare(struct["name"]))
-        text = _summary(self._text(struct["doc"]), "    ") + f"    public sealed class {name}\n    {{\n"
+        text = _summary(self._text(struct["doc"]), "    ") + f"    public sealed class {name} : Facts<{name}>\n    {{\n"
         assignments = ""
         for field in struct["fields"]:
             if field["name"] in _HIDDEN:
@@ -351,10 +349,10 @@ class _Writer:
         if bare in self._structs:
             return pascal(_bare(bare)), f"new {pascal(_bare(bare))}(&{read})"
         if name == "dims":
-            return "long[]", f"Values.Copy({read}, checked((int)from->rank))"
+            return "IReadOnlyList<long>", f"Values.List<long>({read}, checked((int)from->rank))"
         if field.get("count"):
             scalar = _SCALARS[base]
-            return f"{scalar}[]", f"Values.Copy({read}, {field['count']})"
+            return f"IReadOnlyList<{scalar}>", f"Values.List<{scalar}>({read}, {field['count']})"
         if base == "uint32_t" and f"{struct}.{name}" not in _UNSIGNED:
             return "int", f"checked((int){read})"
         if base == "uint64_t":

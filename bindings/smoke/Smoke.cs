@@ -3,6 +3,7 @@
 using System;
 using System.Collections.Generic;
 using System.IO;
+using System.Linq;
 using System.Runtime.InteropServices;
 using System.Text;
 using System.Threading;
@@ -62,24 +63,21 @@ internal static class Smoke
             state = unchecked(1664525 * state + 1013904223);
             return (int)(state >> 24);
         };
-        var arrays = new SceneArrays
-        {
-            Means = new float[3 * Count],
-            LogScales = new float[3 * Count],
-            Rotations = new float[4 * Count],
-            OpacityLogits = new float[Count],
-            Sh = new float[12 * Count],
-        };
+        float[] means = new float[3 * Count], logScales = new float[3 * Count], rotations = new float[4 * Count];
+        float[] opacityLogits = new float[Count], sh = new float[12 * Count];
         for (int i = 0; i < Count; ++i)
         {
-            for (int k = 0; k < 3; ++k) arrays.Means[3 * i + k] = (draw() - 128) / 128f;
-            for (int k = 0; k < 3; ++k) arrays.LogScales[3 * i + k] = -3 - draw() / 128f;
-            arrays.Rotations[4 * i] = 1;
-            for (int k = 1; k < 4; ++k) arrays.Rotations[4 * i + k] = (draw() - 128) / 256f;
-            arrays.OpacityLogits[i] = (draw() - 128) / 32f;
-            for (int k = 0; k < 12; ++k) arrays.Sh[12 * i + k] = (draw() - 128) / 128f;
+            for (int k = 0; k < 3; ++k) means[3 * i + k] = (draw() - 128) / 128f;
+            for (int k = 0; k < 3; ++k) logScales[3 * i + k] = -3 - draw() / 128f;
+            rotations[4 * i] = 1;
+            for (int k = 1; k < 4; ++k) rotations[4 * i + k] = (draw() - 128) / 256f;
+            opacityLogits[i] = (draw() - 128) / 32f;
+            for (int k = 0; k < 12; ++k) sh[12 * i + k] = (draw() - 128) / 128f;
         }
-        return new Scene(Count, 1, arrays);
+        return new Scene(Count, 1, new SceneArrays
+        {
+            Means = means, LogScales = logScales, Rotations = rotations, OpacityLogits = opacityLogits, Sh = sh,
+        });
     }
 
     private static readonly float[] White = { 1, 1, 1 };
@@ -222,9 +220,9 @@ internal static class Smoke
         MaskScores m = Priors.CompareMasks(p, g);
         PointScores s = scene.ComparePoints(Map((a, b) => new[] { a, b, a - b }), 0.25, 0);
         Print("judge",
-              "\"depth\":" + Hash(new[] { d.AbsRel, d.Rmse, d.SiRmse }, d.Within,
+              "\"depth\":" + Hash(new[] { d.AbsRel, d.Rmse, d.SiRmse }, d.Within.ToArray(),
                                    new[] { d.Scale, d.Shift }) +
-              ",\"normal\":" + Hash(new[] { n.Mean, n.Median, n.Rmse }, n.Within) +
+              ",\"normal\":" + Hash(new[] { n.Mean, n.Median, n.Rmse }, n.Within.ToArray()) +
               ",\"mask\":" + Hash(new[] { m.Mae, m.Iou, m.Precision, m.Recall, m.FBeta }) +
               ",\"fidelity\":" + Hash(new[] { Priors.CompareFidelity(p, g).Vif }) +
               ",\"edges\":" + Hash(Priors.FilterMap(g, MapFilter.Canny).ToFloats()) +

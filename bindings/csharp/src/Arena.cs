@@ -1,4 +1,5 @@
 using System;
+using System.Buffers;
 using System.Collections.Generic;
 using System.Runtime.InteropServices;
 
@@ -10,7 +11,7 @@ namespace Splat
     /// </summary>
     internal sealed unsafe class Arena : IDisposable
     {
-        private readonly List<GCHandle> pins = new List<GCHandle>();
+        private readonly List<MemoryHandle> pins = new List<MemoryHandle>();
         private readonly List<SafeHandle> held = new List<SafeHandle>();
 
         internal Arena()
@@ -19,18 +20,19 @@ namespace Splat
         }
 
         /// <summary>NUL-terminated UTF-8; NULL for null.</summary>
-        internal byte* Text(string text)
-        {
-            return text == null ? null : (byte*)Pin(Splat.Text.Bytes(text));
-        }
+        internal byte* Text(string text) => text == null ? null : (byte*)Pin(Splat.Text.Bytes(text, null));
 
-        /// <summary>An array of such texts; NULL for null.</summary>
-        internal byte** Texts(IReadOnlyList<string> texts)
+        /// <summary>The same of an argument that must be there.</summary>
+        internal byte* Text(string text, string name) =>
+            (byte*)Pin(Splat.Text.Bytes(Check.NotNull(text, name), name));
+
+        /// <summary>An array of such texts; NULL for null. `name` is that of the argument.</summary>
+        internal byte** Texts(IReadOnlyList<string> texts, string name)
         {
             if (texts == null) return null;
             var pointers = new IntPtr[texts.Count];
             for (int i = 0; i < pointers.Length; ++i)
-                pointers[i] = (IntPtr)Text(Check.NotNull(texts[i], "texts[" + i + "]"));
+                pointers[i] = (IntPtr)Text(texts[i], name + "[" + i + "]");
             return (byte**)Pin(pointers);
         }
 
@@ -39,12 +41,18 @@ namespace Splat
         {
             if (array == null) return null;
             GCHandle pin = GCHandle.Alloc(array, GCHandleType.Pinned);
-            pins.Add(pin);
-            return (void*)pin.AddrOfPinnedObject();
+            pins.Add(new MemoryHandle((void*)pin.AddrOfPinnedObject(), pin));
+            return pins[pins.Count - 1].Pointer;
         }
 
-        /// <summary>The handle of an object, kept until the end of the call; NULL for
-        /// null.</summary>
+        /// <summary>Memory of the caller; NULL for null.</summary>
+        internal void* Pin<T>(ReadOnlyMemory<T> memory)
+        {
+            pins.Add(memory.Pin());
+            return pins[pins.Count - 1].Pointer;
+        }
+
+        /// <summary>The handle of an object, kept until the end of the call; NULL for null.</summary>
         internal IntPtr Hold<T>(NativeObject<T> item) where T : SafeHandle
         {
             if (item == null) return IntPtr.Zero;
@@ -55,21 +63,20 @@ namespace Splat
             return handle.DangerousGetHandle();
         }
 
-        /// <summary>Handles of several objects; NULL for null.</summary>
-        internal IntPtr* HoldAll<T>(IReadOnlyList<NativeObject<T>> items) where T : SafeHandle
+        /// <summary>Handles of several objects; NULL for null. With a name, none of them is null.</summary>
+        internal IntPtr* HoldAll<T>(IReadOnlyList<NativeObject<T>> items, string name = null) where T : SafeHandle
         {
             if (items == null) return null;
             var handles = new IntPtr[items.Count];
-            for (int i = 0; i < handles.Length; ++i) handles[i] = Hold(items[i]);
+            for (int i = 0; i < handles.Length; ++i)
+                handles[i] = Hold(name == null ? items[i] : Check.NotNull(items[i], name + "[" + i + "]"));
             return (IntPtr*)Pin(handles);
         }
 
         public void Dispose()
         {
-            foreach (GCHandle pin in pins) pin.Free();
+            foreach (MemoryHandle pin in pins) pin.Dispose();
             foreach (SafeHandle handle in held) handle.DangerousRelease();
-            pins.Clear();
-            held.Clear();
         }
     }
 }

@@ -1,5 +1,6 @@
 using System;
 using System.Collections.Generic;
+using System.Linq;
 using System.Runtime.InteropServices;
 using Splat.Interop;
 
@@ -46,17 +47,18 @@ namespace Splat
         }
     }
 
-    /// <summary>A pinhole camera. Never changes.</summary>
-    public sealed unsafe class Camera
+    /// <summary>A pinhole camera. Never changes: With gives another one.</summary>
+    public sealed unsafe class Camera : Facts<Camera>
     {
         private readonly splat_camera native;
 
         internal Camera(splat_camera native)
         {
             this.native = native;
+            WorldToCamera = Values.List<double>(native.world_to_camera, 16);
         }
 
-        /// <summary>Make a camera of its numbers.</summary>
+        /// <summary>Make a camera of its numbers; what Render would refuse is refused here.</summary>
         /// <param name="width">pixels</param>
         /// <param name="height">pixels</param>
         /// <param name="fx">focal length, pixels</param>
@@ -67,48 +69,69 @@ namespace Splat
         /// 16 numbers, row-major; axes of the camera: x right, y down, z forward; null: identity
         /// </param>
         public Camera(int width, int height, double fx, double fy, double cx, double cy,
-                      double[] worldToCamera = null)
-        {
-            native.width = Check.Unsigned(width, nameof(width));
-            native.height = Check.Unsigned(height, nameof(height));
-            native.fx = fx;
-            native.fy = fy;
-            native.cx = cx;
-            native.cy = cy;
-            double[] matrix = worldToCamera ?? new double[]
-                { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
-            Scene.Numbers(matrix, 16, nameof(worldToCamera));
-            fixed (double* to = native.world_to_camera)
-                for (int i = 0; i < 16; ++i) to[i] = matrix[i];
-        }
-
-        /// <summary>Pixels.</summary>
-        public int Width { get { return (int)native.width; } }
-        /// <summary>Pixels.</summary>
-        public int Height { get { return (int)native.height; } }
-        /// <summary>Focal length, pixels.</summary>
-        public double Fx { get { return native.fx; } }
-        /// <summary>Focal length, pixels.</summary>
-        public double Fy { get { return native.fy; } }
-        /// <summary>Principal point, pixels.</summary>
-        public double Cx { get { return native.cx; } }
-        /// <summary>Principal point, pixels.</summary>
-        public double Cy { get { return native.cy; } }
-
-        /// <summary>A copy of the pose: 16 numbers, row-major.</summary>
-        public double[] WorldToCamera
-        {
-            get
+                      IReadOnlyList<double> worldToCamera = null)
+            : this(Checked(new splat_camera
             {
-                splat_camera copy = native;
-                return Values.Copy(copy.world_to_camera, 16);
-            }
+                width = Check.Unsigned(width, nameof(width)),
+                height = Check.Unsigned(height, nameof(height)),
+                fx = fx,
+                fy = fy,
+                cx = cx,
+                cy = cy,
+            }, worldToCamera?.ToArray() ?? Identity))
+        {
         }
 
-        internal splat_camera ToNative()
+        private static readonly double[] Identity = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+
+        private static splat_camera Checked(splat_camera made, double[] worldToCamera)
         {
-            return native;
+            Library.Ensure();
+            double[] m = worldToCamera;
+            Check.Numbers<double>(m, 16, nameof(worldToCamera));
+            double size = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
+                          m[2] * (m[4] * m[9] - m[5] * m[8]);
+            string problem = m.Any(v => double.IsNaN(v) || double.IsInfinity(v)) ? "numbers that are not finite"
+                : !m.Skip(12).SequenceEqual(Identity.Skip(12)) ? "another last row than 0 0 0 1: is it transposed?"
+                : !(size > 1e-9) ? "a rotation whose determinant is not about 1" : null;
+            if (problem != null) throw new ArgumentException("the pose has " + problem, nameof(worldToCamera));
+            for (int i = 0; i < 16; ++i) made.world_to_camera[i] = Identity[i];  // files take fewer poses
+            UIntPtr needed;
+            try
+            {
+                Check.Ok(Native.splat_camera_save_memory(&made, null, 1, null, UIntPtr.Zero, &needed));
+            }
+            catch (SplatException error)
+            {
+                throw new SplatException(error.Code, error.Message.Replace("'cameras[0]'", "refused"));
+            }
+            for (int i = 0; i < 16; ++i) made.world_to_camera[i] = m[i];
+            return made;
         }
+
+        /// <summary>This camera with some numbers changed; null: as it is.</summary>
+        public Camera With(int? width = null, int? height = null, double? fx = null, double? fy = null,
+                           double? cx = null, double? cy = null, IReadOnlyList<double> worldToCamera = null) =>
+            new Camera(width ?? Width, height ?? Height, fx ?? Fx, fy ?? Fy, cx ?? Cx, cy ?? Cy,
+                       worldToCamera ?? WorldToCamera);
+
+        /// <summary>Pixels.</summary>
+        public int Width => (int)native.width;
+        /// <summary>Pixels.</summary>
+        public int Height => (int)native.height;
+        /// <summary>Focal length, pixels.</summary>
+        public double Fx => native.fx;
+        /// <summary>Focal length, pixels.</summary>
+        public double Fy => native.fy;
+        /// <summary>Principal point, pixels.</summary>
+        public double Cx => native.cx;
+        /// <summary>Principal point, pixels.</summary>
+        public double Cy => native.cy;
+
+        /// <summary>The pose: 16 numbers, row-major.</summary>
+        public IReadOnlyList<double> WorldToCamera { get; }
+
+        internal splat_camera ToNative() => native;
 
         /// <summary>Cameras as the library takes them; null for null.</summary>
         internal static splat_camera[] ToNative(IReadOnlyList<Camera> cameras)
@@ -120,10 +143,8 @@ namespace Splat
             return natives;
         }
 
-        internal static Camera[] FromNative(splat_camera[] natives)
-        {
-            return Array.ConvertAll(natives, native => new Camera(native));
-        }
+        internal static Camera[] FromNative(splat_camera[] natives) =>
+            Array.ConvertAll(natives, native => new Camera(native));
 
         /// <summary>
         /// A camera with a horizontal field of view in radians, square pixels, the principal point
@@ -139,15 +160,13 @@ namespace Splat
             return new Camera(camera);
         }
 
-        /// <summary>This camera at `eye`, looking at `target`, with `up` upwards in the
-        /// image.</summary>
-        public Camera LookAt(double[] eye, double[] target, double[] up)
+        /// <summary>This camera at `eye`, looking at `target`, with `up` upwards in the image.</summary>
+        public Camera LookAt(ReadOnlySpan<double> eye, ReadOnlySpan<double> target, ReadOnlySpan<double> up)
         {
-            Library.Ensure();
             splat_camera camera = native;
-            fixed (double* e = Scene.Numbers(eye, 3, nameof(eye)))
-            fixed (double* t = Scene.Numbers(target, 3, nameof(target)))
-            fixed (double* u = Scene.Numbers(up, 3, nameof(up)))
+            fixed (double* e = &MemoryMarshal.GetReference(Check.Numbers(eye, 3, nameof(eye))))
+            fixed (double* t = &MemoryMarshal.GetReference(Check.Numbers(target, 3, nameof(target))))
+            fixed (double* u = &MemoryMarshal.GetReference(Check.Numbers(up, 3, nameof(up))))
                 Check.Ok(Native.splat_camera_look_at(&camera, e, t, u));
             return new Camera(camera);
         }
@@ -156,11 +175,11 @@ namespace Splat
         /// This camera with the pose of an OpenGL camera-to-world matrix (NeRF's transform_matrix),
         /// 16 numbers, row-major.
         /// </summary>
-        public Camera WithOpenGl(double[] cameraToWorld)
+        public Camera WithOpenGl(ReadOnlySpan<double> cameraToWorld)
         {
-            Library.Ensure();
             splat_camera camera = native;
-            fixed (double* matrix = Scene.Numbers(cameraToWorld, 16, nameof(cameraToWorld)))
+            Check.Numbers(cameraToWorld, 16, nameof(cameraToWorld));
+            fixed (double* matrix = &MemoryMarshal.GetReference(cameraToWorld))
                 Check.Ok(Native.splat_camera_from_opengl(&camera, matrix));
             return new Camera(camera);
         }
@@ -168,7 +187,6 @@ namespace Splat
         /// <summary>The pose as such a matrix.</summary>
         public double[] ToOpenGl()
         {
-            Library.Ensure();
             splat_camera camera = native;
             var matrix = new double[16];
             fixed (double* to = matrix)
@@ -191,10 +209,9 @@ namespace Splat
                 start = options.Start,
                 distance = options.Distance,
             };
-            if (options.Up != null)
-                for (int i = 0; i < 3; ++i)
-                    desc.up[i] = Scene.Numbers(options.Up, 3, nameof(options.Up))[i];
-            var cameras = new splat_camera[Check.Unsigned(count, nameof(count))];
+            if (options.Up != null) Check.Numbers<double>(options.Up, 3, nameof(options.Up));
+            for (int i = 0; options.Up != null && i < 3; ++i) desc.up[i] = options.Up[i];
+            splat_camera[] cameras = Values.New<splat_camera>("cameras", Check.Unsigned(count, nameof(count)));
             fixed (splat_camera* to = cameras)
             {
                 splat_camera none;  // for a count of 0, which the library refuses by name
@@ -240,10 +257,9 @@ namespace Splat
         /// Read cameras from the bytes of a transforms.json, or of COLMAP's cameras file with that
         /// of its images.
         /// </summary>
-        public static Camera[] FromBytes(byte[] cameraFile, byte[] imageFile = null,
-                                         CameraFileOptions options = null)
+        public static Camera[] FromBytes(ReadOnlyMemory<byte> cameraFile,
+            ReadOnlyMemory<byte> imageFile = default(ReadOnlyMemory<byte>), CameraFileOptions options = null)
         {
-            Check.NotNull(cameraFile, nameof(cameraFile));
             using (var arena = new Arena())
             {
                 splat_camera_bytes files = Files(arena, cameraFile, imageFile);
@@ -258,10 +274,9 @@ namespace Splat
         }
 
         /// <summary>The report on such bytes, see LoadReportJson.</summary>
-        public static string BytesReportJson(byte[] cameraFile, byte[] imageFile = null,
-                                             CameraFileOptions options = null)
+        public static string BytesReportJson(ReadOnlyMemory<byte> cameraFile,
+            ReadOnlyMemory<byte> imageFile = default(ReadOnlyMemory<byte>), CameraFileOptions options = null)
         {
-            Check.NotNull(cameraFile, nameof(cameraFile));
             using (var arena = new Arena())
             {
                 splat_camera_bytes files = Files(arena, cameraFile, imageFile);
@@ -270,8 +285,7 @@ namespace Splat
                 {
                     splat_camera_bytes from = files;
                     splat_camera_file_desc copy = desc;
-                    return Native.splat_camera_load_memory_report(&from, &copy, buffer, capacity,
-                                                                  needed);
+                    return Native.splat_camera_load_memory_report(&from, &copy, buffer, capacity, needed);
                 });
             }
         }
@@ -283,11 +297,12 @@ namespace Splat
         public static void Save(string path, IReadOnlyList<Camera> cameras,
                                 IReadOnlyList<string> names = null)
         {
+            Check.NotNull(path, nameof(path));
             splat_camera[] natives = ToSave(cameras, names);
             using (var arena = new Arena())
-                Check.Ok(Native.splat_camera_save(arena.Text(Check.NotNull(path, nameof(path))),
+                Check.Ok(Native.splat_camera_save(arena.Text(path),
                                                   (splat_camera*)arena.Pin(natives),
-                                                  arena.Texts(names), (uint)natives.Length));
+                                                  arena.Texts(names, nameof(names)), (uint)natives.Length));
         }
 
         /// <summary>The bytes of such a file.</summary>
@@ -298,7 +313,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 var from = (splat_camera*)arena.Pin(natives);
-                byte** texts = arena.Texts(names);
+                byte** texts = arena.Texts(names, nameof(names));
                 return Text.GetBytes((buffer, capacity, needed) => Native.splat_camera_save_memory(
                     from, texts, (uint)natives.Length, buffer, capacity, needed));
             }
@@ -307,22 +322,23 @@ namespace Splat
         private static splat_camera[] ToSave(IReadOnlyList<Camera> cameras,
             IReadOnlyList<string> names)
         {
-            Check.NotNull(cameras, nameof(cameras));
+            splat_camera[] natives = ToNative(Check.NotNull(cameras, nameof(cameras)));
             if (names != null && names.Count != cameras.Count)
                 throw new ArgumentException(names.Count + " names for " + cameras.Count + " cameras",
                                             nameof(names));
-            return ToNative(cameras);
+            return natives;
         }
 
-        private static splat_camera_bytes Files(Arena arena, byte[] cameras, byte[] images)
+        private static splat_camera_bytes Files(Arena arena, ReadOnlyMemory<byte> cameraFile,
+                                                ReadOnlyMemory<byte> images)
         {
             return new splat_camera_bytes
             {
                 struct_size = (uint)sizeof(splat_camera_bytes),
-                cameras = arena.Pin(cameras),
-                camera_bytes = (UIntPtr)cameras.Length,
+                cameras = arena.Pin(Check.NotNull(cameraFile, nameof(cameraFile))),
+                camera_bytes = (UIntPtr)cameraFile.Length,
                 images = arena.Pin(images),
-                image_bytes = (UIntPtr)(images == null ? 0 : images.Length),
+                image_bytes = (UIntPtr)images.Length,
             };
         }
 
@@ -334,7 +350,7 @@ namespace Splat
             Check.Ok(call(null, 0, &count));
             while (true)
             {
-                var cameras = new splat_camera[count];
+                splat_camera[] cameras = Values.New<splat_camera>("cameras", count);
                 ResultCode code;
                 fixed (splat_camera* to = cameras) code = call(to, (uint)cameras.Length, &count);
                 Check.Ok(code);

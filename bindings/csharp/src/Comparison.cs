@@ -5,7 +5,7 @@ using Splat.Interop;
 namespace Splat
 {
     /// <summary>Scores of one object; NaN: none in that metric.</summary>
-    public sealed class Score
+    public sealed class Score : Facts<Score>
     {
         /// <summary>Make one.</summary>
         public Score(string name, double psnr, double ssim = double.NaN, double lpips = double.NaN)
@@ -39,16 +39,12 @@ namespace Splat
         }
 
         /// <summary>per_object.csv, scores.txt, results.json, or a folder of them.</summary>
-        public static implicit operator ScoreSet(string path)
-        {
-            return path == null ? null : new ScoreSet(path, null);
-        }
+        public static implicit operator ScoreSet(string path) =>
+            path == null ? null : new ScoreSet(path, null);
 
         /// <summary>Scores in memory.</summary>
-        public static implicit operator ScoreSet(Score[] scores)
-        {
-            return scores == null ? null : new ScoreSet(null, scores);
-        }
+        public static implicit operator ScoreSet(Score[] scores) =>
+            scores == null ? null : new ScoreSet(null, scores);
 
         internal unsafe splat_score_set ToNative(Arena arena)
         {
@@ -73,8 +69,7 @@ namespace Splat
         }
     }
 
-    /// <summary>Is B better than A, or is the difference chance? Needs no device;
-    /// thread-safe.</summary>
+    /// <summary>Is B better than A, or is the difference chance? Needs no device; thread-safe.</summary>
     public sealed unsafe class Comparison : NativeObject<SafeComparisonHandle>
     {
         /// <summary>Compare B with A in every metric that both have.</summary>
@@ -118,12 +113,13 @@ namespace Splat
         {
             get
             {
-                var info = new splat_comparison_info
-                    { struct_size = (uint)sizeof(splat_comparison_info) };
+                var info = new splat_comparison_info { struct_size = (uint)sizeof(splat_comparison_info) };
                 Check.Ok(Native.splat_comparison_get_info(Handle, &info));
                 return new ComparisonInfo(&info);
             }
         }
+
+        internal override string About => Info.Metrics + " metrics";
 
         /// <summary>The comparison in each metric.</summary>
         public IReadOnlyList<MetricComparison> Metrics
@@ -145,12 +141,10 @@ namespace Splat
         /// <summary>The scores that were compared in one of Metrics.</summary>
         public void Samples(int index, out double[] a, out double[] b)
         {
-            var native = new splat_metric_comparison
-                { struct_size = (uint)sizeof(splat_metric_comparison) };
-            Check.Ok(Native.splat_comparison_metric(Handle, Check.Unsigned(index, nameof(index)),
-                                                    &native));
-            var first = new double[native.n_a];
-            var second = new double[native.n_b];
+            var native = new splat_metric_comparison { struct_size = (uint)sizeof(splat_metric_comparison) };
+            Check.Ok(Native.splat_comparison_metric(Handle, Check.Unsigned(index, nameof(index)), &native));
+            double[] first = Values.New<double>("a", (long)native.n_a);
+            double[] second = Values.New<double>("b", (long)native.n_b);
             fixed (double* toA = first)
             fixed (double* toB = second)
                 Check.Ok(Native.splat_comparison_samples(Handle, (uint)index, toA, native.n_a, toB,
@@ -160,10 +154,6 @@ namespace Splat
         }
 
         /// <summary>JSON: the comparison in every metric.</summary>
-        public string ReportJson()
-        {
-            return Text.Get((buffer, capacity, needed) =>
-                Native.splat_comparison_report(Handle, buffer, capacity, needed));
-        }
+        public string ReportJson() => Text.Get(Handle, Native.splat_comparison_report);
     }
 }

@@ -8,23 +8,17 @@ namespace Splat
     public static unsafe class Config
     {
         /// <summary>JSON array of all keys: type, range, default, meaning.</summary>
-        public static string KeysJson()
-        {
-            return Text.Get(Native.splat_config_keys);
-        }
+        public static string KeysJson() => Text.Get(Native.splat_config_keys);
 
         /// <summary>JSON array of the configurations of published models: name, about.</summary>
-        public static string PresetsJson()
-        {
-            return Text.Get(Native.splat_config_presets);
-        }
+        public static string PresetsJson() => Text.Get(Native.splat_config_presets);
 
         /// <summary>The text of one of them, YAML, for Merge.</summary>
         public static string Preset(string name)
         {
             using (var arena = new Arena())
             {
-                byte* text = arena.Text(Check.NotNull(name, nameof(name)));
+                byte* text = arena.Text(name, nameof(name));
                 return Text.Get((buffer, capacity, needed) => Native.splat_config_preset(
                     text, buffer, capacity, needed));
             }
@@ -39,7 +33,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 byte* from = arena.Text(text);
-                byte** changes = arena.Texts(Check.NotNull(values, nameof(values)));
+                byte** changes = arena.Texts(Check.NotNull(values, nameof(values)), nameof(values));
                 return Text.Get((buffer, capacity, needed) => Native.splat_config_merge(
                     from, changes, (UIntPtr)values.Length, buffer, capacity, needed));
             }
@@ -51,7 +45,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 byte* from = arena.Text(text);
-                byte** changes = arena.Texts(Check.NotNull(values, nameof(values)));
+                byte** changes = arena.Texts(Check.NotNull(values, nameof(values)), nameof(values));
                 return Text.Get((buffer, capacity, needed) => Native.splat_config_check(
                     from, changes, (UIntPtr)values.Length, buffer, capacity, needed));
             }

@@ -1,5 +1,6 @@
 using System;
 using System.Collections.Generic;
+using System.Globalization;
 using System.Runtime.ExceptionServices;
 using Splat.Interop;
 
@@ -52,8 +53,7 @@ namespace Splat
     {
         /// <summary>[n,3,R,R] 0 to 1.</summary>
         public float[] Images { get; internal set; }
-        /// <summary>[n,1,R,R] 0 to 1, larger is nearer; null unless asked for, so the next
-        /// two.</summary>
+        /// <summary>[n,1,R,R] 0 to 1, larger is nearer; null unless asked for, so the next two.</summary>
         public float[] Depths { get; internal set; }
         /// <summary>[n,3,R,R] (normal + 1) / 2, in the camera's axes.</summary>
         public float[] Normals { get; internal set; }
@@ -134,8 +134,6 @@ namespace Splat
     /// <summary>Objects seen by several cameras, stored in a folder. Thread-safe.</summary>
     public sealed unsafe class Dataset : NativeObject<SafeDatasetHandle>
     {
-        private readonly int resolution;
-
         /// <summary>
         /// The name of an object as one part of a path, for files that are named after it: %XX for
         /// whatever leads elsewhere or is forbidden on some system, at most 200 bytes.
@@ -144,7 +142,7 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                byte* text = arena.Text(Check.NotNull(name, nameof(name)));
+                byte* text = arena.Text(name, nameof(name));
                 return Text.Get((buffer, capacity, needed) => Native.splat_path_name(
                     text, buffer, capacity, needed));
             }
@@ -154,19 +152,15 @@ namespace Splat
         public Dataset(string path, DatasetOptions options = null)
             : base(Create(path, options ?? new DatasetOptions()))
         {
-            resolution = Number("resolution");
+            Resolution = Number("resolution");
             Count = Number("objects");
         }
 
         private static SafeDatasetHandle Create(string path, DatasetOptions options)
         {
             Check.NotNull(path, nameof(path));
-            if (options.CacheBytes < 0)
-                throw new ArgumentOutOfRangeException(nameof(options), options.CacheBytes,
-                                                      "CacheBytes is negative");
-            if (options.Background != null && options.Background.Length != 3)
-                throw new ArgumentException("Background has " + options.Background.Length +
-                                            " numbers instead of 3");
+            if (options.Background != null)
+                Check.Numbers<float>(options.Background, 3, nameof(options.Background));
             using (var arena = new Arena())
             {
                 var desc = new splat_dataset_desc
@@ -182,7 +176,7 @@ namespace Splat
                     views_file = arena.Text(options.ViewsFile),
                     resolution = Check.Unsigned(options.Resolution, nameof(options.Resolution)),
                     limit = Check.Unsigned(options.Limit, nameof(options.Limit)),
-                    cache_bytes = (ulong)options.CacheBytes,
+                    cache_bytes = Check.Unsigned(options.CacheBytes, nameof(options.CacheBytes)),
                 };
                 for (int i = 0; options.Background != null && i < 3; ++i)
                     desc.background[i] = options.Background[i];
@@ -197,43 +191,38 @@ namespace Splat
         {
             var match = System.Text.RegularExpressions.Regex.Match(
                 ReportJson(), "\"" + key + "\"\\s*:\\s*(\\d+)");
-            return match.Success ? int.Parse(match.Groups[1].Value) : 0;
+            return match.Success ? int.Parse(match.Groups[1].Value, CultureInfo.InvariantCulture) : 0;
         }
 
         /// <summary>Number of objects.</summary>
         public int Count { get; }
 
         /// <summary>Pixels of the images, both ways.</summary>
-        public int Resolution
-        {
-            get { return resolution; }
-        }
+        public int Resolution { get; }
+
+        internal override string About => Count + " objects, " + Resolution + " x " + Resolution;
 
         /// <summary>JSON: format, objects, names, views of each.</summary>
-        public string ReportJson()
-        {
-            return Text.Get((buffer, capacity, needed) =>
-                Native.splat_dataset_report(Handle, buffer, capacity, needed));
-        }
+        public string ReportJson() => Text.Get(Handle, Native.splat_dataset_report);
 
         /// <summary>Read views of one object, in the given order.</summary>
         public DatasetViews Read(int objectIndex, IReadOnlyList<int> views,
                                  ViewParts parts = ViewParts.ImagesAndCameras)
         {
-            Check.NotNull(views, nameof(views));
-            uint[] numbers = ViewNumbers(views);
+            uint[] numbers = ViewNumbers(views, nameof(views));
             int n = numbers.Length;
-            int area = checked(resolution * resolution);  // a length of 0 means "trusted"
+            Func<long, float[]> numbersOf = each => Values.New<float>("the views", n, each);
+            long area = (long)Resolution * Resolution;
             var result = new DatasetViews
             {
-                Images = new float[checked(n * 3 * area)],
-                Depths = (parts & ViewParts.Depths) != 0 ? new float[n * area] : null,
-                Normals = (parts & ViewParts.Normals) != 0 ? new float[n * 3 * area] : null,
-                Masks = (parts & ViewParts.Masks) != 0 ? new float[n * area] : null,
-                ViewToWorld = new float[n * 16],
-                Quaternions = new float[n * 4],
-                Focals = new float[n * 2],
-                OriginDistances = new float[n],
+                Images = numbersOf(3 * area),
+                Depths = (parts & ViewParts.Depths) != 0 ? numbersOf(area) : null,
+                Normals = (parts & ViewParts.Normals) != 0 ? numbersOf(3 * area) : null,
+                Masks = (parts & ViewParts.Masks) != 0 ? numbersOf(area) : null,
+                ViewToWorld = numbersOf(16),
+                Quaternions = numbersOf(4),
+                Focals = numbersOf(2),
+                OriginDistances = numbersOf(1),
             };
             using (var arena = new Arena())
             {
@@ -264,11 +253,11 @@ namespace Splat
             return result;
         }
 
-        internal static uint[] ViewNumbers(IReadOnlyList<int> views)
+        internal static uint[] ViewNumbers(IReadOnlyList<int> views, string name)
         {
-            var numbers = new uint[views.Count];
+            var numbers = new uint[Check.NotNull(views, name).Count];
             for (int i = 0; i < numbers.Length; ++i)
-                numbers[i] = Check.Unsigned(views[i], "views[" + i + "]");
+                numbers[i] = Check.Unsigned(views[i], name + "[" + i + "]");
             return numbers;
         }
 
@@ -294,9 +283,9 @@ namespace Splat
                 {
                     struct_size = (uint)sizeof(splat_co3d_desc),
                     flags = flags,
-                    raw = arena.Text(Check.NotNull(raw, nameof(raw))),
-                    @out = arena.Text(Check.NotNull(output, nameof(output))),
-                    category = arena.Text(Check.NotNull(category, nameof(category))),
+                    raw = arena.Text(raw, nameof(raw)),
+                    @out = arena.Text(output, nameof(output)),
+                    category = arena.Text(category, nameof(category)),
                     split = arena.Text(split),
                     size = Check.Unsigned(size, nameof(size)),
                     limit = Check.Unsigned(limit, nameof(limit)),
@@ -343,9 +332,9 @@ namespace Splat
             options = options ?? new ExportOptions();
             using (var arena = new Arena())
             {
-                uint[] numbers = options.Objects == null ? null : ViewNumbers(options.Objects);
+                uint[] numbers = options.Objects == null ? null : ViewNumbers(options.Objects, nameof(options.Objects));
                 if (numbers != null && numbers.Length == 0)
-                    throw new ArgumentException("Objects is empty; null exports all");
+                    throw new ArgumentException("Objects is empty; null exports all", nameof(options));
                 var desc = new splat_dataset_export_desc
                 {
                     struct_size = (uint)sizeof(splat_dataset_export_desc),
@@ -360,8 +349,7 @@ namespace Splat
                     shard = Check.Unsigned(options.Shard, nameof(options.Shard)),
                 };
                 splat_dataset_export_desc* given = &desc;
-                Run(progress, callback =>
-                    Native.splat_dataset_export(Handle, given, callback, null));
+                Run(progress, callback => Native.splat_dataset_export(Handle, given, callback, null));
             }
         }
 
@@ -420,7 +408,9 @@ namespace Splat
         public static void WriteSynthetic(SyntheticOptions options)
         {
             Check.NotNull(options, nameof(options));
-            int count = options.TrainObjects + options.ValObjects + options.TestObjects;
+            long count = (long)Check.Unsigned(options.TrainObjects, nameof(options.TrainObjects)) +
+                         Check.Unsigned(options.ValObjects, nameof(options.ValObjects)) +
+                         Check.Unsigned(options.TestObjects, nameof(options.TestObjects));
             for (int i = 0; i < count; ++i) WriteSynthetic(options, i);
         }
     }

@@ -1,5 +1,6 @@
 using System;
 using System.Collections.Generic;
+using System.Linq;
 using Splat.Interop;
 
 namespace Splat
@@ -14,7 +15,7 @@ namespace Splat
         /// <summary>CPU, integrated, discrete, ...</summary>
         public DeviceKind Kind { get; set; }
         /// <summary>16 bytes of DeviceInfo.Uuid.</summary>
-        public byte[] Uuid { get; set; }
+        public IReadOnlyList<byte> Uuid { get; set; }
         /// <summary>Which shaders to run.</summary>
         public Kernels Kernels { get; set; }
         /// <summary>Validation, times of dispatches.</summary>
@@ -27,8 +28,7 @@ namespace Splat
         public string CacheFolder { get; set; }
     }
 
-    /// <summary>An open Vulkan device. Thread-safe: calls that use it run one after the
-    /// other.</summary>
+    /// <summary>An open Vulkan device. Thread-safe: calls that use it run one after the other.</summary>
     public sealed unsafe class Device : NativeObject<SafeDeviceHandle>
     {
         /// <summary>Open a device; null: the best one.</summary>
@@ -40,29 +40,22 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                if (options.MaxDeviceBytes < 0)
-                    throw new ArgumentOutOfRangeException(nameof(options), options.MaxDeviceBytes,
-                                                          "MaxDeviceBytes is negative");
-                if (options.Timeout < TimeSpan.Zero)
-                    throw new ArgumentOutOfRangeException(nameof(options), options.Timeout,
-                                                          "Timeout is negative");
-                if (options.Uuid != null && options.Uuid.Length != 16)
-                    throw new ArgumentException(
-                        "Uuid has " + options.Uuid.Length + " bytes instead of 16",
-                            nameof(options));
+                byte[] uuid = options.Uuid?.ToArray() ?? new byte[16];
+                Check.Numbers<byte>(uuid, 16, nameof(options.Uuid));
                 var desc = new splat_device_desc
                 {
                     struct_size = (uint)sizeof(splat_device_desc),
                     flags = options.Flags,
                     select = options.Select,
-                    index = Check.Unsigned(options.Index, "Index"),
+                    index = Check.Unsigned(options.Index, nameof(options.Index)),
                     kind = options.Kind,
                     kernels = options.Kernels,
-                    max_device_bytes = (ulong)options.MaxDeviceBytes,
-                    timeout_ns = checked((ulong)options.Timeout.Ticks * 100),
+                    max_device_bytes = Check.Unsigned(options.MaxDeviceBytes, nameof(options.MaxDeviceBytes)),
+                    timeout_ns = 100 * Math.Min(
+                        Check.Unsigned(options.Timeout.Ticks, nameof(options.Timeout)), ulong.MaxValue / 100),
                     cache_folder = arena.Text(options.CacheFolder),
                 };
-                for (int i = 0; options.Uuid != null && i < 16; ++i) desc.uuid[i] = options.Uuid[i];
+                for (int i = 0; i < 16; ++i) desc.uuid[i] = uuid[i];
                 IntPtr handle;
                 Check.Ok(Native.splat_device_create(&desc, &handle));
                 return new SafeDeviceHandle(handle, true);
@@ -103,6 +96,8 @@ namespace Splat
             }
         }
 
+        internal override string About => Info.Name;
+
         /// <summary>Device memory in use, and its highest value.</summary>
         public MemoryInfo Memory
         {
@@ -119,29 +114,15 @@ namespace Splat
         /// OperationCanceledException. Later calls are not affected. A CancellationToken of one
         /// call does the same, so it ends calls of other threads on this device too.
         /// </summary>
-        public void Cancel()
-        {
-            Check.Ok(Native.splat_device_cancel(Handle));
-        }
+        public void Cancel() => Check.Ok(Native.splat_device_cancel(Handle));
 
         /// <summary>Times of every kind of dispatch as JSON; needs DeviceFlags.Profile.</summary>
-        public string ProfileJson()
-        {
-            return Text.Get((buffer, capacity, needed) =>
-                Native.splat_device_profile_json(Handle, buffer, capacity, needed));
-        }
+        public string ProfileJson() => Text.Get(Handle, Native.splat_device_profile_json);
 
         /// <summary>The same as a table for people.</summary>
-        public string ProfileTable()
-        {
-            return Text.Get((buffer, capacity, needed) =>
-                Native.splat_device_profile_table(Handle, buffer, capacity, needed));
-        }
+        public string ProfileTable() => Text.Get(Handle, Native.splat_device_profile_table);
 
         /// <summary>Forget the times measured so far.</summary>
-        public void ResetProfile()
-        {
-            Check.Ok(Native.splat_device_profile_reset(Handle));
-        }
+        public void ResetProfile() => Check.Ok(Native.splat_device_profile_reset(Handle));
     }
 }

@@ -68,7 +68,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 uint[] views = options.Conditioning == null
-                    ? null : Dataset.ViewNumbers(options.Conditioning);
+                    ? null : Dataset.ViewNumbers(options.Conditioning, nameof(options.Conditioning));
                 var desc = new splat_evaluator_desc
                 {
                     struct_size = (uint)sizeof(splat_evaluator_desc),
@@ -95,12 +95,13 @@ namespace Splat
         {
             get
             {
-                var info = new splat_evaluator_info
-                    { struct_size = (uint)sizeof(splat_evaluator_info) };
+                var info = new splat_evaluator_info { struct_size = (uint)sizeof(splat_evaluator_info) };
                 Check.Ok(Native.splat_evaluator_get_info(Handle, &info));
                 return new EvaluatorInfo(&info);
             }
         }
+
+        internal override string About => Info.Scored + " of " + Info.Objects + " objects scored";
 
         /// <summary>Predict an object, draw its views and score them.</summary>
         public ObjectScores Score(int objectIndex,
@@ -108,21 +109,13 @@ namespace Splat
         {
             uint number = Check.Unsigned(objectIndex, nameof(objectIndex));
             SafeEvaluatorHandle handle = Handle;
-            bool added = false;
-            try
+            using (var arena = new Arena())
             {
-                handle.DangerousAddRef(ref added);  // the object's name lives as long as it
-                var scores = new splat_object_scores
-                    { struct_size = (uint)sizeof(splat_object_scores) };
-                ResultCode code;
+                arena.Hold(this);  // the object's name lives as long as it
+                var scores = new splat_object_scores { struct_size = (uint)sizeof(splat_object_scores) };
                 using (device == null ? null : Cancellation.Of(device, token))
-                    code = Native.splat_evaluator_score(handle, number, &scores);
-                Check.Ok(code, token);
+                    Check.Ok(Native.splat_evaluator_score(handle, number, &scores), token);
                 return new ObjectScores(&scores);
-            }
-            finally
-            {
-                if (added) handle.DangerousRelease();
             }
         }
 
@@ -131,12 +124,10 @@ namespace Splat
         {
             uint number = Check.Unsigned(objectIndex, nameof(objectIndex));
             SafeEvaluatorHandle handle = Handle;
-            bool added = false;
-            try
+            using (var arena = new Arena())
             {
-                handle.DangerousAddRef(ref added);
-                var scores = new splat_object_scores
-                    { struct_size = (uint)sizeof(splat_object_scores) };
+                arena.Hold(this);
+                var scores = new splat_object_scores { struct_size = (uint)sizeof(splat_object_scores) };
                 fixed (float* from = &MemoryMarshal.GetReference(images))
                 {
                     float none;
@@ -145,10 +136,6 @@ namespace Splat
                             &scores));
                 }
                 return new ObjectScores(&scores);
-            }
-            finally
-            {
-                if (added) handle.DangerousRelease();
             }
         }
 
@@ -160,19 +147,18 @@ namespace Splat
         {
             uint number = Check.Unsigned(objectIndex, nameof(objectIndex));
             int side = Info.Resolution;
-            var counts = new splat_evaluated_views
-                { struct_size = (uint)sizeof(splat_evaluated_views) };
+            var counts = new splat_evaluated_views { struct_size = (uint)sizeof(splat_evaluated_views) };
             Check.Ok(Native.splat_evaluator_read(Handle, number, &counts));
-            int n = checked((int)(counts.inputs + counts.novel));
-            int numbers = checked(n * 3 * side * side);
+            int n = (int)(counts.inputs + counts.novel);
+            Func<float[]> images = () => Values.New<float>("images", n, 3, side, side);
             var cameras = new splat_camera[n];
             var views = new EvaluatedViews
             {
                 Inputs = (int)counts.inputs,
                 Novel = (int)counts.novel,
                 Numbers = new uint[n],
-                Images = new float[numbers],
-                Drawn = drawn ? new float[numbers] : null,
+                Images = images(),
+                Drawn = drawn ? images() : null,
             };
             using (var arena = new Arena())
             {
@@ -184,7 +170,7 @@ namespace Splat
                     cameras = (splat_camera*)arena.Pin(cameras),
                     camera_count = (ulong)n,
                     images = (float*)arena.Pin(views.Images),
-                    image_count = (ulong)numbers,
+                    image_count = (ulong)views.Images.Length,
                     drawn = (float*)arena.Pin(views.Drawn),
                     drawn_count = (ulong)(views.Drawn?.Length ?? 0),
                 };
@@ -207,28 +193,20 @@ namespace Splat
         }
 
         /// <summary>The summary as JSON, the content of results.json.</summary>
-        public string ReportJson()
-        {
-            return Text.Get((buffer, capacity, needed) =>
-                Native.splat_evaluator_report(Handle, buffer, capacity, needed));
-        }
+        public string ReportJson() => Text.Get(Handle, Native.splat_evaluator_report);
 
-        /// <summary>
-        /// Write results.json, per_object.csv, scores.txt and objects.json into a folder.
-        /// </summary>
+        /// <summary>Write results.json, per_object.csv, scores.txt and objects.json into a folder.</summary>
         public void Save(string folder)
         {
             using (var arena = new Arena())
-                Check.Ok(Native.splat_evaluator_save(
-                    Handle, arena.Text(Check.NotNull(folder, nameof(folder)))));
+                Check.Ok(Native.splat_evaluator_save(Handle, arena.Text(folder, nameof(folder))));
         }
 
         /// <summary>Take over the scores in a folder of Save, by the objects' names.</summary>
         public void Load(string folder)
         {
             using (var arena = new Arena())
-                Check.Ok(Native.splat_evaluator_load(
-                    Handle, arena.Text(Check.NotNull(folder, nameof(folder)))));
+                Check.Ok(Native.splat_evaluator_load(Handle, arena.Text(folder, nameof(folder))));
         }
     }
 }

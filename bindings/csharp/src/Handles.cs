@@ -12,16 +12,10 @@ namespace Splat.Interop
         public static readonly SafeDeviceHandle Null = new SafeDeviceHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeDeviceHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeDeviceHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_device_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_device_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_tensor. Released on any thread, in any order.</summary>
@@ -31,16 +25,10 @@ namespace Splat.Interop
         public static readonly SafeTensorHandle Null = new SafeTensorHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeTensorHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeTensorHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_tensor_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_tensor_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_op. Released on any thread, in any order.</summary>
@@ -50,16 +38,10 @@ namespace Splat.Interop
         public static readonly SafeOpHandle Null = new SafeOpHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeOpHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeOpHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_op_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_op_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_scene. Released on any thread, in any order.</summary>
@@ -69,16 +51,10 @@ namespace Splat.Interop
         public static readonly SafeSceneHandle Null = new SafeSceneHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeSceneHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeSceneHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_scene_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_scene_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_rasterizer. Released on any thread, in any order.</summary>
@@ -88,16 +64,10 @@ namespace Splat.Interop
         public static readonly SafeRasterizerHandle Null = new SafeRasterizerHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeRasterizerHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeRasterizerHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_rasterizer_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_rasterizer_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_raster_state. Released on any thread, in any order.</summary>
@@ -107,16 +77,10 @@ namespace Splat.Interop
         public static readonly SafeRasterStateHandle Null = new SafeRasterStateHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeRasterStateHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeRasterStateHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_raster_state_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_raster_state_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_weights. Released on any thread, in any order.</summary>
@@ -126,16 +90,10 @@ namespace Splat.Interop
         public static readonly SafeWeightsHandle Null = new SafeWeightsHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeWeightsHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeWeightsHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_weights_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_weights_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_model. Released on any thread, in any order.</summary>
@@ -145,16 +103,10 @@ namespace Splat.Interop
         public static readonly SafeModelHandle Null = new SafeModelHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeModelHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeModelHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_model_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_model_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_module. Released on any thread, in any order.</summary>
@@ -164,16 +116,10 @@ namespace Splat.Interop
         public static readonly SafeModuleHandle Null = new SafeModuleHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeModuleHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeModuleHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_module_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_module_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_predictor. Released on any thread, in any order.</summary>
@@ -183,16 +129,10 @@ namespace Splat.Interop
         public static readonly SafePredictorHandle Null = new SafePredictorHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafePredictorHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafePredictorHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_predictor_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_predictor_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_dataset. Released on any thread, in any order.</summary>
@@ -202,16 +142,10 @@ namespace Splat.Interop
         public static readonly SafeDatasetHandle Null = new SafeDatasetHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeDatasetHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeDatasetHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_dataset_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_dataset_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_trainer. Released on any thread, in any order.</summary>
@@ -221,16 +155,10 @@ namespace Splat.Interop
         public static readonly SafeTrainerHandle Null = new SafeTrainerHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeTrainerHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeTrainerHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_trainer_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_trainer_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_optimizer. Released on any thread, in any order.</summary>
@@ -240,16 +168,10 @@ namespace Splat.Interop
         public static readonly SafeOptimizerHandle Null = new SafeOptimizerHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeOptimizerHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeOptimizerHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_optimizer_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_optimizer_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_batches. Released on any thread, in any order.</summary>
@@ -259,16 +181,10 @@ namespace Splat.Interop
         public static readonly SafeBatchesHandle Null = new SafeBatchesHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeBatchesHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeBatchesHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_batches_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_batches_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_run. Released on any thread, in any order.</summary>
@@ -278,16 +194,10 @@ namespace Splat.Interop
         public static readonly SafeRunHandle Null = new SafeRunHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeRunHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeRunHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_run_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_run_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_lpips. Released on any thread, in any order.</summary>
@@ -297,16 +207,10 @@ namespace Splat.Interop
         public static readonly SafeLpipsHandle Null = new SafeLpipsHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeLpipsHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeLpipsHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_lpips_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_lpips_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_evaluator. Released on any thread, in any order.</summary>
@@ -316,16 +220,10 @@ namespace Splat.Interop
         public static readonly SafeEvaluatorHandle Null = new SafeEvaluatorHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeEvaluatorHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeEvaluatorHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_evaluator_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_evaluator_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_comparison. Released on any thread, in any order.</summary>
@@ -335,16 +233,10 @@ namespace Splat.Interop
         public static readonly SafeComparisonHandle Null = new SafeComparisonHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafeComparisonHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafeComparisonHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_comparison_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_comparison_destroy(handle) == ResultCode.Ok;
     }
 
     /// <summary>A splat_prior_model. Released on any thread, in any order.</summary>
@@ -354,15 +246,9 @@ namespace Splat.Interop
         public static readonly SafePriorModelHandle Null = new SafePriorModelHandle(IntPtr.Zero, false);
 
         /// <summary>Take over a handle of the library; owns: destroy it.</summary>
-        public SafePriorModelHandle(IntPtr handle, bool owns) : base(owns)
-        {
-            SetHandle(handle);
-        }
+        public SafePriorModelHandle(IntPtr handle, bool owns) : base(owns) => SetHandle(handle);
 
         /// <inheritdoc/>
-        protected override bool ReleaseHandle()
-        {
-            return Native.splat_prior_model_destroy(handle) == ResultCode.Ok;
-        }
+        protected override bool ReleaseHandle() => Native.splat_prior_model_destroy(handle) == ResultCode.Ok;
     }
 }

@@ -1,5 +1,6 @@
 using System;
 using System.Collections.Generic;
+using System.IO;
 using System.Runtime.InteropServices;
 using Splat.Interop;
 
@@ -34,42 +35,38 @@ namespace Splat
         /// </summary>
         public Image(int width, int height, int channels, Pixel type = Pixel.U8, byte[] data = null)
         {
+            int bytes = SampleBytes(type);
             Width = (int)Check.Unsigned(width, nameof(width));
             Height = (int)Check.Unsigned(height, nameof(height));
             Channels = (int)Check.Unsigned(channels, nameof(channels));
             Type = type;
-            Data = data ?? new byte[checked(width * height * channels * SampleBytes(type))];
+            Data = data ?? Values.New<byte>("the samples", width, height, channels, bytes);
             if (Data.Length == 0)  // the library would trust a size of 0
                 throw new ArgumentException(
                     "samples of an image of " + width + " x " + height + " pixels and " + channels +
                     " channels are expected, got 0 bytes", nameof(data));
         }
 
-        /// <summary>Make a picture of a copy of float samples, row by row, channels
-        /// interleaved.</summary>
+        /// <summary>Make a picture of a copy of float samples, row by row, channels interleaved.</summary>
         public static Image FromFloats(int width, int height, int channels,
-            ReadOnlySpan<float> samples)
-        {
-            return new Image(width, height, channels, Pixel.F32,
-                             MemoryMarshal.AsBytes(samples).ToArray());
-        }
+            ReadOnlySpan<float> samples) =>
+            new Image(width, height, channels, Pixel.F32,
+                      MemoryMarshal.AsBytes(samples).ToArray());
 
         /// <summary>The samples of a Pixel.F32 picture in a new array.</summary>
-        public float[] ToFloats()
-        {
-            if (Type != Pixel.F32)
-                throw new InvalidOperationException("the samples are " + Type + ", not F32");
-            return MemoryMarshal.Cast<byte, float>(Data).ToArray();
-        }
+        public float[] ToFloats() => Floats.ToArray();
+
+        /// <summary>The samples of a Pixel.F32 picture in place.</summary>
+        public Span<float> Floats =>
+            Type == Pixel.F32 ? MemoryMarshal.Cast<byte, float>(Data)
+                : throw new InvalidOperationException("the samples are " + Type + ", not F32");
 
         /// <summary>Read PNG, JPEG, WebP or .npy.</summary>
         /// <param name="path">of the file</param>
         /// <param name="channels">0: as in the file</param>
         /// <param name="type">Default: U8, or F32 for files of more than 8 bits</param>
-        public static Image Load(string path, int channels = 0, Pixel type = Pixel.Default)
-        {
-            return Load(path, channels, type, out ImageInfo _);
-        }
+        public static Image Load(string path, int channels = 0, Pixel type = Pixel.Default) =>
+            Load(path, channels, type, out ImageInfo _);
 
         /// <summary>The same, with bits and focal length of the file.</summary>
         public static Image Load(string path, int channels, Pixel type, out ImageInfo info)
@@ -84,18 +81,19 @@ namespace Splat
         }
 
         /// <summary>Read the bytes of such a file.</summary>
-        public static Image FromBytes(byte[] file, int channels = 0, Pixel type = Pixel.Default)
-        {
-            return FromBytes(file, channels, type, out ImageInfo _);
-        }
+        public static Image FromBytes(ReadOnlyMemory<byte> file, int channels = 0, Pixel type = Pixel.Default) =>
+            FromBytes(file, channels, type, out ImageInfo _);
+
+        /// <summary>Read the rest of a stream of such bytes.</summary>
+        public static Image FromStream(Stream stream, int channels = 0, Pixel type = Pixel.Default) =>
+            FromBytes(Values.ReadAll(stream, nameof(stream)), channels, type);
 
         /// <summary>The same, with bits and focal length of the file.</summary>
-        public static Image FromBytes(byte[] file, int channels, Pixel type, out ImageInfo info)
+        public static Image FromBytes(ReadOnlyMemory<byte> file, int channels, Pixel type, out ImageInfo info)
         {
-            Check.NotNull(file, nameof(file));
             using (var arena = new Arena())
             {
-                void* data = arena.Pin(file);
+                void* data = arena.Pin(Check.NotNull(file, nameof(file)));
                 return Read((image, about) => Native.splat_image_load_memory(
                                 data, (UIntPtr)file.Length, image, about),
                             channels, type, out info);
@@ -106,6 +104,7 @@ namespace Splat
 
         private static Image Read(ReadCall call, int channels, Pixel type, out ImageInfo info)
         {
+            Check.Unsigned(channels, nameof(channels));
             var native = new splat_image { type = type };
             var about = new splat_image_info { struct_size = (uint)sizeof(splat_image_info) };
             Check.Ok(call(&native, &about));
@@ -126,8 +125,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 splat_image native = ToNative(arena);
-                Check.Ok(Native.splat_image_save(arena.Text(Check.NotNull(path, nameof(path))),
-                                                 &native));
+                Check.Ok(Native.splat_image_save(arena.Text(path, nameof(path)), &native));
             }
         }
 
@@ -151,9 +149,9 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                splat_image[] natives = ToNative(frames, arena);
+                splat_image[] natives = ToNative(frames, nameof(frames), arena);
                 Check.Ok(Native.splat_image_save_animation(
-                    arena.Text(Check.NotNull(path, nameof(path))), (splat_image*)arena.Pin(natives),
+                    arena.Text(path, nameof(path)), (splat_image*)arena.Pin(natives),
                     (uint)natives.Length, Check.Unsigned(milliseconds, nameof(milliseconds))));
             }
         }
@@ -164,7 +162,7 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                splat_image[] natives = ToNative(frames, arena);
+                splat_image[] natives = ToNative(frames, nameof(frames), arena);
                 var first = (splat_image*)arena.Pin(natives);
                 uint time = Check.Unsigned(milliseconds, nameof(milliseconds));
                 return Text.GetBytes((buffer, capacity, needed) =>
@@ -173,24 +171,22 @@ namespace Splat
             }
         }
 
-        /// <summary>
-        /// PSNR and SSIM of two images of one size; alpha counts as any other channel.
-        /// </summary>
+        /// <summary>PSNR and SSIM of two images of one size; alpha counts as any other channel.</summary>
         public static ImageScores Compare(Image a, Image b)
         {
-            Library.Ensure();
             using (var arena = new Arena())
             {
                 splat_image first = Check.NotNull(a, nameof(a)).ToNative(arena);
                 splat_image second = Check.NotNull(b, nameof(b)).ToNative(arena);
-                var scores = new splat_image_scores
-                {
-                    struct_size = (uint)sizeof(splat_image_scores)
-                };
+                var scores = new splat_image_scores { struct_size = (uint)sizeof(splat_image_scores) };
                 Check.Ok(Native.splat_image_compare(&first, &second, &scores));
                 return new ImageScores(&scores);
             }
         }
+
+        /// <summary>Size and type.</summary>
+        public override string ToString() =>
+            "Image (" + Width + " x " + Height + ", " + Channels + " channels of " + Type + ")";
 
         internal splat_image ToNative(Arena arena)
         {
@@ -208,12 +204,12 @@ namespace Splat
             };
         }
 
-        internal static splat_image[] ToNative(IReadOnlyList<Image> images, Arena arena)
+        internal static splat_image[] ToNative(IReadOnlyList<Image> images, string name, Arena arena)
         {
-            Check.NotNull(images, nameof(images));
+            Check.NotNull(images, name);
             var natives = new splat_image[images.Count];
             for (int i = 0; i < natives.Length; ++i)
-                natives[i] = Check.NotNull(images[i], "images[" + i + "]").ToNative(arena);
+                natives[i] = Check.NotNull(images[i], name + "[" + i + "]").ToNative(arena);
             return natives;
         }
 
@@ -257,7 +253,7 @@ namespace Splat
                 var desc = new splat_lpips_desc
                 {
                     struct_size = (uint)sizeof(splat_lpips_desc),
-                    weights = arena.HoldAll(weights),
+                    weights = arena.HoldAll(weights, nameof(weights)),
                     weight_count = (uint)weights.Count,
                     side = Check.Unsigned(side, nameof(side)),
                 };
@@ -267,8 +263,7 @@ namespace Splat
             }
         }
 
-        /// <summary>Distance of two RGB images of `side` x `side` pixels; equal images have
-        /// 0.</summary>
+        /// <summary>Distance of two RGB images of `side` x `side` pixels; equal images have 0.</summary>
         public double Compare(Image a, Image b)
         {
             using (var arena = new Arena())

@@ -4,8 +4,7 @@ using Splat.Interop;
 
 namespace Splat
 {
-    /// <summary>The log of the library, for the whole process. Without a handler it is
-    /// silent.</summary>
+    /// <summary>The log of the library, for the whole process. Without a handler it is silent.</summary>
     public static unsafe class Log
     {
         // The library holds its pointer, so it is never collected.
@@ -34,11 +33,13 @@ namespace Splat
         {
             Library.Ensure();
             if (Interlocked.Exchange(ref watchesExit, 1) == 0)
+            {
                 AppDomain.CurrentDomain.ProcessExit += (sender, arguments) => Silence();
+                AppDomain.CurrentDomain.DomainUnload += (sender, arguments) => Silence();
+            }
             Action<LogLevel, string> before = handler;
             handler = next;
-            ResultCode code = Native.splat_log_set_callback(
-                next == null ? null : Callback, null, minimum);
+            ResultCode code = Native.splat_log_set_callback(next == null ? null : Callback, null, minimum);
             if (code < 0) handler = before;
             Check.Ok(code);
         }

@@ -19,24 +19,23 @@ namespace Splat
         public Precision Precision { get; set; }
     }
 
-    /// <summary>Arrays of a pass over N images; null: not given. See the model's
-    /// configuration.</summary>
+    /// <summary>Arrays of a pass over N images; null: not given. See the model's configuration.</summary>
     public sealed class ModelInput
     {
         /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance.</summary>
-        public float[] Images { get; set; }
+        public ReadOnlyMemory<float> Images { get; set; }
         /// <summary>Instead of Images: N pictures, or a multiple whose planes join.</summary>
         public IReadOnlyList<Image> Pictures { get; set; }
         /// <summary>[N,4,4] row vectors; null: the identity.</summary>
-        public float[] ViewToWorld { get; set; }
+        public ReadOnlyMemory<float> ViewToWorld { get; set; }
         /// <summary>[N,4] w x y z of that rotation.</summary>
-        public float[] Quaternions { get; set; }
+        public ReadOnlyMemory<float> Quaternions { get; set; }
         /// <summary>[N,2] pixels; null unless the configuration's fov is 0.</summary>
-        public float[] Focals { get; set; }
+        public ReadOnlyMemory<float> Focals { get; set; }
         /// <summary>[N,length] of a custom embedding.</summary>
-        public float[] Embedding { get; set; }
+        public ReadOnlyMemory<float> Embedding { get; set; }
         /// <summary>[N,token_dim,tokens].</summary>
-        public float[] Tokens { get; set; }
+        public ReadOnlyMemory<float> Tokens { get; set; }
         /// <summary>Take what the model's tensors hold; the arrays are null.</summary>
         public PassFlags Flags { get; set; }
         /// <summary>Seed of dropout, used with Step.</summary>
@@ -45,20 +44,19 @@ namespace Splat
         public int Step { get; set; }
     }
 
-    /// <summary>Gradients of a loss with respect to the outputs, in their shapes; null:
-    /// zeros.</summary>
+    /// <summary>Gradients of a loss with respect to the outputs, in their shapes; null: zeros.</summary>
     public sealed class ModelGradients
     {
         /// <summary>[objects,M,3].</summary>
-        public float[] Means { get; set; }
+        public ReadOnlyMemory<float> Means { get; set; }
         /// <summary>[objects,M,1].</summary>
-        public float[] Opacities { get; set; }
+        public ReadOnlyMemory<float> Opacities { get; set; }
         /// <summary>[objects,M,3].</summary>
-        public float[] Scales { get; set; }
+        public ReadOnlyMemory<float> Scales { get; set; }
         /// <summary>[objects,M,4].</summary>
-        public float[] Rotations { get; set; }
+        public ReadOnlyMemory<float> Rotations { get; set; }
         /// <summary>[objects,M,K,3].</summary>
-        public float[] Sh { get; set; }
+        public ReadOnlyMemory<float> Sh { get; set; }
         /// <summary>Take what the model's tensors hold; the arrays are null.</summary>
         public PassFlags Flags { get; set; }
     }
@@ -104,10 +102,7 @@ namespace Splat
         }
 
         /// <summary>Set the parameters at random, as published.</summary>
-        public void Init(long seed)
-        {
-            Check.Ok(Native.splat_model_init(Handle, unchecked((ulong)seed)));
-        }
+        public void Init(long seed) => Check.Ok(Native.splat_model_init(Handle, unchecked((ulong)seed)));
 
         /// <summary>Load the parameters of a state dict, all or none.</summary>
         public void Load(Weights weights, LoadFlags flags = LoadFlags.None)
@@ -117,12 +112,7 @@ namespace Splat
         }
 
         /// <summary>The parameters as a state dict.</summary>
-        public Weights Store()
-        {
-            IntPtr weights;
-            Check.Ok(Native.splat_model_store(Handle, &weights));
-            return new Weights(weights);
-        }
+        public Weights Store() => new Weights(Check.Made(Handle, Native.splat_model_store));
 
         /// <summary>The parameters in another form: adapters alone, or folded in.</summary>
         public Weights Export(ModelExport what)
@@ -133,11 +123,7 @@ namespace Splat
         }
 
         /// <summary>JSON: parameters, memory, shapes, configuration.</summary>
-        public string ReportJson()
-        {
-            return Text.Get((buffer, capacity, needed) =>
-                Native.splat_model_report(Handle, buffer, capacity, needed));
-        }
+        public string ReportJson() => Text.Get(Handle, Native.splat_model_report);
 
         /// <summary>What the model was made for, and what its latest pass gave.</summary>
         public ModelInfo Info
@@ -150,11 +136,13 @@ namespace Splat
             }
         }
 
+        internal override string About => Info.Resolution + " pixels, " + Info.Gaussians + " Gaussians";
+
         /// <summary>Inputs, outputs or parameters.</summary>
         public IReadOnlyList<Port> Ports(PortKind kind)
         {
             SafeModelHandle handle = Handle;
-            return Port.List(handle, (ports, capacity, count) =>
+            return Port.List(this, (ports, capacity, count) =>
                 Native.splat_model_ports(handle, kind, ports, capacity, count));
         }
 
@@ -167,8 +155,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 IntPtr tensor;
-                Check.Ok(Native.splat_model_tensor(
-                    Handle, arena.Text(Check.NotNull(name, nameof(name))), &tensor));
+                Check.Ok(Native.splat_model_tensor(Handle, arena.Text(name, nameof(name)), &tensor));
                 return new Tensor(tensor);
             }
         }
@@ -180,7 +167,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 splat_image[] pictures = input.Pictures == null
-                    ? null : Image.ToNative(input.Pictures, arena);
+                    ? null : Image.ToNative(input.Pictures, nameof(input.Pictures), arena);
                 var native = new splat_model_input
                 {
                     struct_size = (uint)sizeof(splat_model_input),
@@ -202,10 +189,8 @@ namespace Splat
                     tokens = (float*)arena.Pin(input.Tokens),
                     tokens_count = Count(input.Tokens, nameof(input.Tokens)),
                 };
-                ResultCode code;
                 using (Cancellation.Of(device, token))
-                    code = Native.splat_model_forward(Handle, &native);
-                Check.Ok(code, token);
+                    Check.Ok(Native.splat_model_forward(Handle, &native), token);
             }
         }
 
@@ -231,10 +216,8 @@ namespace Splat
                     sh = (float*)arena.Pin(gradients.Sh),
                     sh_count = Count(gradients.Sh, nameof(gradients.Sh)),
                 };
-                ResultCode code;
                 using (Cancellation.Of(device, token))
-                    code = Native.splat_model_backward(Handle, &native);
-                Check.Ok(code, token);
+                    Check.Ok(Native.splat_model_backward(Handle, &native), token);
             }
         }
 
@@ -242,57 +225,34 @@ namespace Splat
         /// Numbers of an array. A count of 0 means "trusted" to the library, so an empty array is
         /// refused here.
         /// </summary>
-        internal static ulong Count(Array array, string name)
+        internal static ulong Count<T>(ReadOnlyMemory<T> values, string name)
         {
-            if (array == null) return 0;
-            if (array.LongLength == 0)
-                throw new ArgumentException(name + " is empty; null means that it is not given");
-            return (ulong)array.LongLength;
+            if (values.Length == 0 && !values.Equals(default(ReadOnlyMemory<T>)))
+                throw new ArgumentException("an empty array; null means that it is not given", name);
+            return (ulong)values.Length;
         }
 
         /// <summary>Set the gradients of all parameters to zero.</summary>
-        public void ZeroGradients()
-        {
-            Check.Ok(Native.splat_model_zero_gradients(Handle));
-        }
+        public void ZeroGradients() => Check.Ok(Native.splat_model_zero_gradients(Handle));
 
         /// <summary>Copy a tensor of the latest pass into memory of the caller.</summary>
-        public void Read(string name, Span<float> values)
-        {
-            using (var arena = new Arena())
-                fixed (float* to = &MemoryMarshal.GetReference(values))
-                {
-                    float none;
-                    Check.Ok(Native.splat_model_read(
-                        Handle, arena.Text(Check.NotNull(name, nameof(name))),
-                        to == null ? &none : to, (UIntPtr)((long)values.Length * sizeof(float))));
-                }
-        }
+        public void Read(string name, Span<float> values) =>
+            Values.Move(Handle, name, values, Native.splat_model_read);
 
         /// <summary>The same in a new array.</summary>
         public float[] Read(string name)
         {
             using (Tensor tensor = Tensor(name))
             {
-                var values = new float[checked((int)tensor.Info.Elements)];
+                float[] values = Values.New<float>(name, tensor.Info.Elements);
                 Read(name, values);
                 return values;
             }
         }
 
         /// <summary>Set a parameter, by the name of the state dict.</summary>
-        public void Write(string name, ReadOnlySpan<float> values)
-        {
-            using (var arena = new Arena())
-                fixed (float* from = &MemoryMarshal.GetReference(values))
-                {
-                    float none;
-                    Check.Ok(Native.splat_model_write(
-                        Handle, arena.Text(Check.NotNull(name, nameof(name))),
-                        from == null ? &none : from,
-                        (UIntPtr)((long)values.Length * sizeof(float))));
-                }
-        }
+        public void Write(string name, ReadOnlySpan<float> values) =>
+            Values.Move(Handle, name, values, Native.splat_model_write);
 
         /// <summary>The Gaussians of one object as a new scene.</summary>
         public Scene ToScene(int objectIndex = 0)

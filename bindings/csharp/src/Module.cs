@@ -28,13 +28,14 @@ namespace Splat
     public sealed unsafe class Module : NativeObject<SafeModuleHandle>
     {
         private readonly SafeDeviceHandle device;
+        private readonly string type;
 
-        /// <summary>Create a module; its parameters, inputs and gradients of outputs are
-        /// zero.</summary>
+        /// <summary>Create a module; its parameters, inputs and gradients of outputs are zero.</summary>
         public Module(Device device, ModuleOptions options)
             : base(Create(device, Check.NotNull(options, nameof(options))))
         {
             this.device = device.Handle;
+            type = options.Type;
         }
 
         private static SafeModuleHandle Create(Device device, ModuleOptions options)
@@ -42,7 +43,7 @@ namespace Splat
             Check.NotNull(device, nameof(device));
             using (var arena = new Arena())
             {
-                splat_port[] ports = Port.ToNative(options.Ports ?? new Port[0], arena);
+                splat_port[] ports = Port.ToNative(options.Ports ?? Array.Empty<Port>(), arena);
                 var desc = new splat_module_desc
                 {
                     struct_size = (uint)sizeof(splat_module_desc),
@@ -60,53 +61,28 @@ namespace Splat
         }
 
         /// <summary>Set the parameters at random, as published.</summary>
-        public void Init(long seed)
-        {
-            Check.Ok(Native.splat_module_init(Handle, unchecked((ulong)seed)));
-        }
+        public void Init(long seed) => Check.Ok(Native.splat_module_init(Handle, unchecked((ulong)seed)));
 
         /// <summary>JSON: inputs, outputs and parameters with shapes.</summary>
-        public string ReportJson()
-        {
-            return Text.Get((buffer, capacity, needed) =>
-                Native.splat_module_report(Handle, buffer, capacity, needed));
-        }
+        public string ReportJson() => Text.Get(Handle, Native.splat_module_report);
+
+        internal override string About => type;
 
         /// <summary>Inputs, outputs or parameters.</summary>
         public IReadOnlyList<Port> Ports(PortKind kind)
         {
             SafeModuleHandle handle = Handle;
-            return Port.List(handle, (ports, capacity, count) =>
+            return Port.List(this, (ports, capacity, count) =>
                 Native.splat_module_ports(handle, kind, ports, capacity, count));
         }
 
         /// <summary>Write an input, a parameter, or the gradient of an output ("grad:y").</summary>
-        public void Write(string name, ReadOnlySpan<float> values)
-        {
-            using (var arena = new Arena())
-                fixed (float* from = &MemoryMarshal.GetReference(values))
-                {
-                    float none;
-                    Check.Ok(Native.splat_module_write(
-                        Handle, arena.Text(Check.NotNull(name, nameof(name))),
-                        from == null ? &none : from,
-                        (UIntPtr)((long)values.Length * sizeof(float))));
-                }
-        }
+        public void Write(string name, ReadOnlySpan<float> values) =>
+            Values.Move(Handle, name, values, Native.splat_module_write);
 
-        /// <summary>Read what Write writes, an output, or a gradient, into memory of the
-        /// caller.</summary>
-        public void Read(string name, Span<float> values)
-        {
-            using (var arena = new Arena())
-                fixed (float* to = &MemoryMarshal.GetReference(values))
-                {
-                    float none;
-                    Check.Ok(Native.splat_module_read(
-                        Handle, arena.Text(Check.NotNull(name, nameof(name))),
-                        to == null ? &none : to, (UIntPtr)((long)values.Length * sizeof(float))));
-                }
-        }
+        /// <summary>Read what Write writes, an output, or a gradient, into memory of the caller.</summary>
+        public void Read(string name, Span<float> values) =>
+            Values.Move(Handle, name, values, Native.splat_module_read);
 
         /// <summary>The same in a new array.</summary>
         public float[] Read(string name)
@@ -118,7 +94,7 @@ namespace Splat
             foreach (PortKind kind in new[] { PortKind.Input, PortKind.Output, PortKind.Parameter })
                 foreach (Port port in Ports(kind))
                     if (port.Name == bare) count = port.Elements;
-            var values = new float[checked((int)count)];
+            float[] values = Values.New<float>(name, count);
             Read(name, values);
             return values;
         }
@@ -126,44 +102,36 @@ namespace Splat
         /// <summary>Compute the outputs.</summary>
         public void Forward(CancellationToken token = default(CancellationToken))
         {
-            ResultCode code;
-            using (Cancellation.Of(device, token)) code = Native.splat_module_forward(Handle);
-            Check.Ok(code, token);
+            using (Cancellation.Of(device, token))
+                Check.Ok(Native.splat_module_forward(Handle), token);
         }
 
         /// <summary>Add to the gradients of parameters and overwrite those of inputs.</summary>
         public void Backward(CancellationToken token = default(CancellationToken))
         {
-            ResultCode code;
-            using (Cancellation.Of(device, token)) code = Native.splat_module_backward(Handle);
-            Check.Ok(code, token);
+            using (Cancellation.Of(device, token))
+                Check.Ok(Native.splat_module_backward(Handle), token);
         }
 
         /// <summary>Set the gradients of parameters to zero.</summary>
-        public void ZeroGradients()
-        {
-            Check.Ok(Native.splat_module_zero_gradients(Handle));
-        }
+        public void ZeroGradients() => Check.Ok(Native.splat_module_zero_gradients(Handle));
     }
 
     /// <summary>A named tensor of a model or a module.</summary>
-    public sealed unsafe class Port
+    public sealed unsafe class Port : Facts<Port>
     {
         /// <summary>Describe a port, for ModuleOptions.</summary>
         public Port(string name, params long[] dims)
         {
             Name = Check.NotNull(name, nameof(name));
-            Dims = Check.NotNull(dims, nameof(dims));
-            if (dims.Length > Native.SPLAT_MAX_RANK)
-                throw new ArgumentException(name + " has " + dims.Length + " dimensions; the most are " +
-                                            Native.SPLAT_MAX_RANK, nameof(dims));
+            Dims = Check.Dims(dims, nameof(dims));
         }
 
         private Port(splat_port* native)
         {
             Name = Text.Read(native->name, -1);
             Flags = native->flags;
-            Dims = Values.Copy(native->dims, (int)native->rank);
+            Dims = Values.List<long>(native->dims, (int)native->rank);
         }
 
         /// <summary>Name of the port.</summary>
@@ -171,7 +139,7 @@ namespace Splat
         /// <summary>Optional, trainable, with a gradient.</summary>
         public PortFlags Flags { get; }
         /// <summary>Shape, outermost first.</summary>
-        public long[] Dims { get; }
+        public IReadOnlyList<long> Dims { get; }
 
         /// <summary>Number of elements.</summary>
         public long Elements
@@ -189,12 +157,11 @@ namespace Splat
         /// <summary>
         /// All ports of a list. Their names live as long as the owner, which is kept meanwhile.
         /// </summary>
-        internal static Port[] List(SafeHandle owner, ListCall call)
+        internal static Port[] List<T>(NativeObject<T> owner, ListCall call) where T : SafeHandle
         {
-            bool added = false;
-            try
+            using (var arena = new Arena())
             {
-                owner.DangerousAddRef(ref added);
+                arena.Hold(owner);
                 uint count;
                 Check.Ok(call(null, 0, &count));
                 var natives = new splat_port[count];
@@ -206,10 +173,6 @@ namespace Splat
                 }
                 return ports;
             }
-            finally
-            {
-                if (added) owner.DangerousRelease();
-            }
         }
 
         internal static splat_port[] ToNative(IReadOnlyList<Port> ports, Arena arena)
@@ -219,9 +182,9 @@ namespace Splat
             {
                 Port port = Check.NotNull(ports[i], "ports[" + i + "]");
                 natives[i].name = arena.Text(port.Name);
-                natives[i].rank = (uint)port.Dims.Length;
+                natives[i].rank = (uint)port.Dims.Count;
                 fixed (long* dims = natives[i].dims)
-                    for (int k = 0; k < port.Dims.Length; ++k) dims[k] = port.Dims[k];
+                    for (int k = 0; k < port.Dims.Count; ++k) dims[k] = port.Dims[k];
             }
             return natives;
         }

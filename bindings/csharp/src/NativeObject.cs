@@ -24,10 +24,7 @@ namespace Splat
         }
 
         /// <summary>True after Dispose.</summary>
-        public bool IsDisposed
-        {
-            get { return disposed; }
-        }
+        public bool IsDisposed => disposed;
 
         /// <summary>For calls of Splat.Interop.Native.</summary>
         public T Handle
@@ -42,8 +39,33 @@ namespace Splat
         /// <summary>Release the object. Never waits for the device.</summary>
         public void Dispose()
         {
+            Dispose(true);
+            GC.SuppressFinalize(this);
+        }
+
+        /// <summary>Release the object; the handle has the finalizer.</summary>
+        protected virtual void Dispose(bool disposing)
+        {
             disposed = true;
-            handle.Dispose();
+            if (disposing) handle.Dispose();
+        }
+
+        /// <summary>What the object is, in a few words; "" for its kind alone.</summary>
+        internal virtual string About => "";
+
+        /// <summary>The kind of the object and its size; never throws.</summary>
+        public override string ToString()
+        {
+            string words;
+            try
+            {
+                words = disposed ? "disposed" : About;
+            }
+            catch (Exception error) when (error is SplatException || error is ObjectDisposedException)
+            {
+                words = error is SplatException ? error.Message : "disposed";
+            }
+            return GetType().Name + (words.Length == 0 ? "" : " (" + words + ")");
         }
     }
 
@@ -64,7 +86,15 @@ namespace Splat
             bool added = false;
             device.DangerousAddRef(ref added);
             this.device = device;
-            registration = token.Register(Start);
+            try
+            {
+                registration = token.Register(Start);
+            }
+            catch  // the source is disposed
+            {
+                device.DangerousRelease();
+                throw;
+            }
         }
 
         /// <summary>

@@ -28,13 +28,14 @@ namespace Splat
     public sealed unsafe class Operator : NativeObject<SafeOpHandle>
     {
         private readonly SafeDeviceHandle device;
+        private readonly string type;
 
-        /// <summary>Record an operator; the contents of its tensors may change between
-        /// runs.</summary>
+        /// <summary>Record an operator; the contents of its tensors may change between runs.</summary>
         public Operator(Device device, OperatorOptions options)
             : base(Create(device, Check.NotNull(options, nameof(options))))
         {
             this.device = device.Handle;
+            type = options.Type;
         }
 
         private static SafeOpHandle Create(Device device, OperatorOptions options)
@@ -44,10 +45,10 @@ namespace Splat
             int outputs = options.Outputs?.Count ?? 0;
             if (options.GradOutputs != null && options.GradOutputs.Count != outputs)
                 throw new ArgumentException(options.GradOutputs.Count + " GradOutputs for " + outputs +
-                                            " outputs");
+                                            " outputs", nameof(options));
             if (options.GradInputs != null && options.GradInputs.Count != inputs)
                 throw new ArgumentException(options.GradInputs.Count + " GradInputs for " + inputs +
-                                            " inputs");
+                                            " inputs", nameof(options));
             using (var arena = new Arena())
             {
                 var desc = new splat_op_desc
@@ -69,26 +70,23 @@ namespace Splat
             }
         }
 
+        internal override string About => type;
+
         /// <summary>JSON array of all operators with their tensors and attributes.</summary>
-        public static string ListJson()
-        {
-            return Text.Get(Native.splat_op_list);
-        }
+        public static string ListJson() => Text.Get(Native.splat_op_list);
 
         /// <summary>Compute the outputs from the inputs.</summary>
         public void Forward(CancellationToken token = default(CancellationToken))
         {
-            ResultCode code;
-            using (Cancellation.Of(device, token)) code = Native.splat_op_forward(Handle);
-            Check.Ok(code, token);
+            using (Cancellation.Of(device, token))
+                Check.Ok(Native.splat_op_forward(Handle), token);
         }
 
         /// <summary>Compute the gradients at the activations of the last forward.</summary>
         public void Backward(CancellationToken token = default(CancellationToken))
         {
-            ResultCode code;
-            using (Cancellation.Of(device, token)) code = Native.splat_op_backward(Handle);
-            Check.Ok(code, token);
+            using (Cancellation.Of(device, token))
+                Check.Ok(Native.splat_op_backward(Handle), token);
         }
     }
 }

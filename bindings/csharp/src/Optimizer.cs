@@ -1,5 +1,6 @@
 using System;
 using System.Collections.Generic;
+using System.Runtime.InteropServices;
 using Splat.Interop;
 
 namespace Splat
@@ -164,67 +165,49 @@ namespace Splat
         /// </summary>
         public OptimizerInfo Step()
         {
-            var info = new splat_optimizer_info
-                { struct_size = (uint)sizeof(splat_optimizer_info) };
+            var info = new splat_optimizer_info { struct_size = (uint)sizeof(splat_optimizer_info) };
             Check.Ok(Native.splat_optimizer_step(Handle, &info));
             return new OptimizerInfo(&info);
         }
 
+        internal override string About => "step " + Info.Step + " of " + Info.Elements + " numbers";
+
         /// <summary>Set all gradients to zero.</summary>
-        public void ZeroGradients()
-        {
-            Check.Ok(Native.splat_optimizer_zero_gradients(Handle));
-        }
+        public void ZeroGradients() => Check.Ok(Native.splat_optimizer_zero_gradients(Handle));
 
         /// <summary>
         /// Reorder, drop and add rows of the tensors whose names have a pattern, with their moments
         /// and averages: row i becomes row rows[i]; -1: a new row, as it lies in the tensor.
         /// </summary>
-        public void GatherRows(string pattern, long[] rows)
+        public void GatherRows(string pattern, ReadOnlySpan<long> rows)
         {
-            Check.NotNull(rows, nameof(rows));
             using (var arena = new Arena())
             {
-                byte* text = arena.Text(Check.NotNull(pattern, nameof(pattern)));
-                fixed (long* from = rows)
-                    Check.Ok(Native.splat_optimizer_gather_rows(Handle, text, from,
-                                                                (ulong)rows.Length));
+                byte* text = arena.Text(pattern, nameof(pattern));
+                fixed (long* from = &MemoryMarshal.GetReference(rows))
+                    Check.Ok(Native.splat_optimizer_gather_rows(Handle, text, from, (ulong)rows.Length));
             }
         }
 
         /// <summary>Replace the rate, which schedule and groups scale.</summary>
-        public void SetRate(double rate)
-        {
-            Check.Ok(Native.splat_optimizer_set_rate(Handle, rate));
-        }
+        public void SetRate(double rate) => Check.Ok(Native.splat_optimizer_set_rate(Handle, rate));
 
         /// <summary>Facts of the optimizer and its last step.</summary>
         public OptimizerInfo Info
         {
             get
             {
-                var info = new splat_optimizer_info
-                    { struct_size = (uint)sizeof(splat_optimizer_info) };
+                var info = new splat_optimizer_info { struct_size = (uint)sizeof(splat_optimizer_info) };
                 Check.Ok(Native.splat_optimizer_get_info(Handle, &info));
                 return new OptimizerInfo(&info);
             }
         }
 
         /// <summary>The averaged parameters by name; without averages the parameters.</summary>
-        public Weights Store()
-        {
-            IntPtr weights;
-            Check.Ok(Native.splat_optimizer_store(Handle, &weights));
-            return new Weights(weights);
-        }
+        public Weights Store() => new Weights(Check.Made(Handle, Native.splat_optimizer_store));
 
         /// <summary>Moments, averages, counters and rate, without the parameters.</summary>
-        public Weights Save()
-        {
-            IntPtr state;
-            Check.Ok(Native.splat_optimizer_save(Handle, &state));
-            return new Weights(state);
-        }
+        public Weights Save() => new Weights(Check.Made(Handle, Native.splat_optimizer_save));
 
         /// <summary>Go on from such a state, bit-exactly.</summary>
         public void Load(Weights state)

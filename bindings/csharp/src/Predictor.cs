@@ -1,5 +1,7 @@
 using System;
 using System.Collections.Generic;
+using System.Globalization;
+using System.Linq;
 using System.Threading;
 using Splat.Interop;
 
@@ -18,16 +20,12 @@ namespace Splat
         }
 
         /// <summary>A PNG, JPEG or WebP file.</summary>
-        public static implicit operator PictureSource(string path)
-        {
-            return path == null ? null : new PictureSource(path, null);
-        }
+        public static implicit operator PictureSource(string path) =>
+            path == null ? null : new PictureSource(path, null);
 
         /// <summary>Pixels, reduced to 8 bits.</summary>
-        public static implicit operator PictureSource(Image image)
-        {
-            return image == null ? null : new PictureSource(null, image);
-        }
+        public static implicit operator PictureSource(Image image) =>
+            image == null ? null : new PictureSource(null, image);
 
         internal static unsafe splat_picture_source ToNative(PictureSource source, Arena arena)
         {
@@ -37,6 +35,9 @@ namespace Splat
             if (source.image != null) native.pixels = source.image.ToNative(arena);
             return native;
         }
+
+        /// <summary>The path, or size and type of the pixels.</summary>
+        public override string ToString() => path ?? image.ToString();
     }
 
     /// <summary>One view of an object. Image takes a path or an Image.</summary>
@@ -59,11 +60,11 @@ namespace Splat
         /// <summary>Along the camera's axis, where the network takes it.</summary>
         public double OriginDistance { get; set; }
         /// <summary>16 numbers, row-major; null: none.</summary>
-        public double[] WorldToCamera { get; set; }
+        public IReadOnlyList<double> WorldToCamera { get; set; }
         /// <summary>A custom embedding, or null.</summary>
-        public float[] Embedding { get; set; }
+        public ReadOnlyMemory<float> Embedding { get; set; }
         /// <summary>[token_dim,tokens] where the network takes them, or null.</summary>
-        public float[] Tokens { get; set; }
+        public ReadOnlyMemory<float> Tokens { get; set; }
 
         internal unsafe splat_picture ToNative(Arena arena)
         {
@@ -78,14 +79,13 @@ namespace Splat
                 focal = Focal,
                 origin_distance = OriginDistance,
                 embedding = (float*)arena.Pin(Embedding),
-                embedding_count = (ulong)(Embedding?.Length ?? 0),
+                embedding_count = (ulong)Embedding.Length,
                 tokens = (float*)arena.Pin(Tokens),
-                token_count = (ulong)(Tokens?.Length ?? 0),
+                token_count = (ulong)Tokens.Length,
             };
-            if (WorldToCamera != null)
-                for (int i = 0; i < 16; ++i)
-                    native.world_to_camera[i] =
-                        Scene.Numbers(WorldToCamera, 16, nameof(WorldToCamera))[i];
+            double[] pose = WorldToCamera?.ToArray();
+            if (pose != null) Check.Numbers<double>(pose, 16, nameof(WorldToCamera));
+            for (int i = 0; pose != null && i < 16; ++i) native.world_to_camera[i] = pose[i];
             return native;
         }
 
@@ -96,9 +96,7 @@ namespace Splat
         public unsafe PictureInfo Cut(int resolution, float[] background, out Image image,
                                       out Image mask)
         {
-            if (background != null && background.Length != 3)
-                throw new ArgumentException(background.Length + " numbers instead of 3",
-                                            nameof(background));
+            if (background != null) Check.Numbers<float>(background, 3, nameof(background));
             var square = new Image(resolution, resolution, 3);
             var cover = new Image(resolution, resolution, 1);
             using (var arena = new Arena())
@@ -122,8 +120,7 @@ namespace Splat
         }
     }
 
-    /// <summary>Weights and configuration of a predictor; the defaults are the built-in
-    /// ones.</summary>
+    /// <summary>Weights and configuration of a predictor; the defaults are the built-in ones.</summary>
     public sealed class PredictorOptions
     {
         /// <summary>A file of weights.</summary>
@@ -152,8 +149,7 @@ namespace Splat
         public Scene Scene { get; }
         /// <summary>Cameras of the views, relative to the first.</summary>
         public IReadOnlyList<Camera> Cameras { get; internal set; }
-        /// <summary>How the object was found in each picture; empty for objects of data
-        /// sets.</summary>
+        /// <summary>How the object was found in each picture; empty for objects of data sets.</summary>
         public IReadOnlyList<PictureInfo> Pictures { get; internal set; }
         /// <summary>Gaussians of the scene.</summary>
         public long Gaussians { get; internal set; }
@@ -169,15 +165,15 @@ namespace Splat
         public string ReportJson { get; internal set; }
 
         /// <summary>Dispose the scene.</summary>
-        public void Dispose()
-        {
-            Scene.Dispose();
-        }
+        public void Dispose() => Scene.Dispose();
+
+        /// <summary>The scene, what was left out, and how long it took.</summary>
+        public override string ToString() =>
+            Scene + " of " + Cameras.Count + " views\nleft out: " + NotFinite + " not finite, " + Faint +
+            " faint\n" + (ReadMs + NetworkMs).ToString("0.0", CultureInfo.InvariantCulture) + " ms";
     }
 
-    /// <summary>
-    /// A network with weights that turns pictures of an object into a scene. Thread-safe.
-    /// </summary>
+    /// <summary>A network with weights that turns pictures of an object into a scene. Thread-safe.</summary>
     public sealed unsafe class Predictor : NativeObject<SafePredictorHandle>
     {
         private readonly SafeDeviceHandle device;
@@ -210,45 +206,33 @@ namespace Splat
             }
         }
 
-        internal SafeDeviceHandle Device
-        {
-            get { return device; }
-        }
+        internal SafeDeviceHandle Device => device;
 
         /// <summary>What the predictor takes and gives.</summary>
         public PredictorInfo Info
         {
             get
             {
-                SafePredictorHandle handle = Handle;
-                bool added = false;
-                try
+                using (var arena = new Arena())
                 {
-                    handle.DangerousAddRef(ref added);  // the category lives as long as it
-                    var info = new splat_predictor_info
-                        { struct_size = (uint)sizeof(splat_predictor_info) };
-                    Check.Ok(Native.splat_predictor_get_info(handle, &info));
+                    arena.Hold(this);  // the category lives as long as it
+                    var info = new splat_predictor_info { struct_size = (uint)sizeof(splat_predictor_info) };
+                    Check.Ok(Native.splat_predictor_get_info(Handle, &info));
                     return new PredictorInfo(&info);
-                }
-                finally
-                {
-                    if (added) handle.DangerousRelease();
                 }
             }
         }
 
+        internal override string About => Info.Resolution + " pixels, " + Info.Gaussians + " Gaussians";
+
         /// <summary>JSON: weights, warnings, metadata, configuration.</summary>
-        public string ReportJson()
-        {
-            return Text.Get((buffer, capacity, needed) =>
-                Native.splat_predictor_report(Handle, buffer, capacity, needed));
-        }
+        public string ReportJson() => Text.Get(Handle, Native.splat_predictor_report);
 
         /// <summary>Predict a scene from one picture.</summary>
         public Prediction Predict(Picture picture,
                                   CancellationToken token = default(CancellationToken))
         {
-            return Predict(new[] { picture }, token);
+            return Predict(new[] { Check.NotNull(picture, nameof(picture)) }, token);
         }
 
         /// <summary>Predict a scene from as many pictures as the network has views.</summary>
@@ -278,7 +262,7 @@ namespace Splat
         {
             Check.NotNull(dataset, nameof(dataset));
             uint number = Check.Unsigned(objectIndex, nameof(objectIndex));
-            uint[] numbers = Dataset.ViewNumbers(Check.NotNull(views, nameof(views)));
+            uint[] numbers = Dataset.ViewNumbers(views, nameof(views));
             using (var arena = new Arena())
             {
                 var first = (uint*)arena.Pin(numbers);
@@ -307,10 +291,17 @@ namespace Splat
                     picture_capacity = (uint)views,
                 };
                 IntPtr scene;
-                ResultCode code;
-                using (Cancellation.Of(device, token)) code = call(&scene, &facts);
-                Check.Ok(code, token);
-                var result = new Prediction(new Scene(scene))
+                using (Cancellation.Of(device, token)) Check.Ok(call(&scene, &facts), token);
+                return Result(new Scene(scene), cameras, facts);
+            }
+        }
+
+        // A scene that no Prediction holds is disposed.
+        private static Prediction Result(Scene scene, splat_camera[] cameras, splat_prediction facts)
+        {
+            try
+            {
+                var result = new Prediction(scene)
                 {
                     Gaussians = checked((long)facts.gaussians),
                     NotFinite = checked((long)facts.not_finite),
@@ -318,19 +309,23 @@ namespace Splat
                     ReadMs = facts.read_ms,
                     NetworkMs = facts.network_ms,
                 };
-                Array.Resize(ref cameras, (int)Math.Min((uint)views, facts.camera_count));
-                var found = new PictureInfo[Math.Min((uint)views, facts.picture_count)];
+                var found = new PictureInfo[Math.Min(facts.picture_capacity, facts.picture_count)];
+                Array.Resize(ref cameras, (int)Math.Min(facts.camera_capacity, facts.camera_count));
                 for (int i = 0; i < found.Length; ++i)
                     found[i] = new PictureInfo(facts.pictures + i);
                 result.Cameras = Camera.FromNative(cameras);
                 result.Pictures = found;
-                splat_prediction told = facts;
                 result.ReportJson = Text.Get((buffer, capacity, needed) =>
                 {
-                    splat_prediction copy = told;
+                    splat_prediction copy = facts;
                     return Native.splat_prediction_report(&copy, buffer, capacity, needed);
                 });
                 return result;
+            }
+            catch
+            {
+                scene.Dispose();
+                throw;
             }
         }
     }

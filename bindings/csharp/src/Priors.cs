@@ -22,10 +22,7 @@ namespace Splat
                 splat_image a = Native(prediction, nameof(prediction), arena);
                 splat_image b = Native(truth, nameof(truth), arena);
                 splat_image m = mask == null ? new splat_image() : mask.ToNative(arena);
-                var scores = new splat_depth_scores
-                {
-                    struct_size = (uint)sizeof(splat_depth_scores)
-                };
+                var scores = new splat_depth_scores { struct_size = (uint)sizeof(splat_depth_scores) };
                 Check.Ok(Interop.Native.splat_prior_compare_depth(
                     &a, &b, mask == null ? null : &m, flags, &scores));
                 return new DepthScores(&scores);
@@ -45,10 +42,7 @@ namespace Splat
                 splat_image a = Native(prediction, nameof(prediction), arena);
                 splat_image b = Native(truth, nameof(truth), arena);
                 splat_image m = mask == null ? new splat_image() : mask.ToNative(arena);
-                var scores = new splat_normal_scores
-                {
-                    struct_size = (uint)sizeof(splat_normal_scores)
-                };
+                var scores = new splat_normal_scores { struct_size = (uint)sizeof(splat_normal_scores) };
                 Check.Ok(Interop.Native.splat_prior_compare_normals(
                     &a, &b, mask == null ? null : &m, flags, &scores));
                 return new NormalScores(&scores);
@@ -63,10 +57,7 @@ namespace Splat
             {
                 splat_image a = Native(prediction, nameof(prediction), arena);
                 splat_image b = Native(alpha, nameof(alpha), arena);
-                var scores = new splat_mask_scores
-                {
-                    struct_size = (uint)sizeof(splat_mask_scores)
-                };
+                var scores = new splat_mask_scores { struct_size = (uint)sizeof(splat_mask_scores) };
                 Check.Ok(Interop.Native.splat_prior_compare_masks(&a, &b, flags, &scores));
                 return new MaskScores(&scores);
             }
@@ -80,18 +71,13 @@ namespace Splat
             {
                 splat_image a = Native(prediction, nameof(prediction), arena);
                 splat_image b = Native(truth, nameof(truth), arena);
-                var scores = new splat_fidelity_scores
-                {
-                    struct_size = (uint)sizeof(splat_fidelity_scores)
-                };
+                var scores = new splat_fidelity_scores { struct_size = (uint)sizeof(splat_fidelity_scores) };
                 Check.Ok(Interop.Native.splat_prior_compare_images(&a, &b, flags, &scores));
                 return new FidelityScores(&scores);
             }
         }
 
-        /// <summary>
-        /// Edges of a map, or a mask without holes or specks, as a picture of Pixel.F32.
-        /// </summary>
+        /// <summary>Edges of a map, or a mask without holes or specks, as a picture of Pixel.F32.</summary>
         public static Image FilterMap(Image map, MapFilter filter)
         {
             using (var arena = new Arena())
@@ -151,18 +137,16 @@ namespace Splat
             }
         }
 
-        /// <summary>
-        /// Points on the surface of an OBJ file, uniform by area: x, y, z of each.
-        /// </summary>
+        /// <summary>Points on the surface of an OBJ file, uniform by area: x, y, z of each.</summary>
         public static float[] MeshPoints(string path, int count, long seed = 0)
         {
             using (var arena = new Arena())
             {
-                var points = new float[checked(3 * (int)Check.Unsigned(count, nameof(count)))];
-                if (seed < 0) throw new ArgumentOutOfRangeException(nameof(seed), seed, "negative");
-                byte* name = arena.Text(Check.NotNull(path, nameof(path)));
+                byte* name = arena.Text(path, nameof(path));
+                ulong first = Check.Unsigned(seed, nameof(seed));
+                float[] points = Values.New<float>("points", 3, Check.Unsigned(count, nameof(count)));
                 Check.Ok(Interop.Native.splat_points_from_mesh(
-                    name, (ulong)seed, (float*)arena.Pin(points), (ulong)points.Length));
+                    name, first, (float*)arena.Pin(points), (ulong)points.Length));
                 return points;
             }
         }
@@ -177,20 +161,17 @@ namespace Splat
             {
                 splat_image from = Native(depth, nameof(depth), arena);
                 splat_camera seen = Check.NotNull(camera, nameof(camera)).ToNative();
-                var points = new float[checked(3 * depth.Width * depth.Height)];
+                float[] points = Values.New<float>("points", 3, depth.Width, depth.Height);
                 ulong needed = 0;
                 Check.Ok(Interop.Native.splat_points_from_depth(
                     &from, &seen, (float*)arena.Pin(points), (ulong)points.Length, &needed));
-                var found = new float[checked((int)needed)];
-                Array.Copy(points, found, found.Length);
-                return found;
+                Array.Resize(ref points, (int)needed);
+                return points;
             }
         }
 
-        private static splat_image Native(Image image, string name, Arena arena)
-        {
-            return Check.NotNull(image, name).ToNative(arena);
-        }
+        private static splat_image Native(Image image, string name, Arena arena) =>
+            Check.NotNull(image, name).ToNative(arena);
     }
 
     /// <summary>Maps of a picture; null: not wanted. All of its size.</summary>
@@ -256,22 +237,19 @@ namespace Splat
         {
             get
             {
-                SafePriorModelHandle handle = Handle;
-                bool added = false;
-                try
+                using (var arena = new Arena())
                 {
-                    handle.DangerousAddRef(ref added);  // the texts live as long as the model
+                    arena.Hold(this);  // the texts live as long as the model
+                    SafePriorModelHandle handle = Handle;
                     var info = new splat_prior_model_info
                         { struct_size = (uint)sizeof(splat_prior_model_info) };
                     Check.Ok(Native.splat_prior_model_get_info(handle, &info));
                     return new PriorModelInfo(&info);
                 }
-                finally
-                {
-                    if (added) handle.DangerousRelease();
-                }
             }
         }
+
+        internal override string About => Info.Preset;
 
         /// <summary>Fill maps of a picture.</summary>
         public void Run(Image picture, PriorMaps maps)

@@ -51,7 +51,7 @@ namespace Splat
         {
             get
             {
-                if (Channels != 0) return Channels;
+                if (Check.Within(Channels, 0, 4, nameof(Channels)) != 0) return Channels;
                 return Output == Output.Rgb || Output == Output.Normals ? 3 : 1;
             }
         }
@@ -66,9 +66,7 @@ namespace Splat
                 convention = Convention,
             };
             if (Background == null) return native;
-            if (Background.Length != 3)
-                throw new ArgumentException(Background.Length + " numbers instead of 3",
-                                            nameof(Background));
+            Check.Numbers<float>(Background, 3, nameof(Background));
             for (int i = 0; i < 3; ++i) native.background[i] = Background[i];
             return native;
         }
@@ -155,14 +153,11 @@ namespace Splat
         private static SafeRasterizerHandle Create(Device device, RasterizerOptions options)
         {
             Check.NotNull(device, nameof(device));
-            if (options.Gaussians < 0 || options.Gaussians > uint.MaxValue)
-                throw new ArgumentOutOfRangeException(nameof(options), options.Gaussians,
-                                                      "Gaussians is not within 0 to 2^32 - 1");
             var desc = new splat_rasterizer_desc
             {
                 struct_size = (uint)sizeof(splat_rasterizer_desc),
                 flags = options.Flags,
-                gaussians = (uint)options.Gaussians,
+                gaussians = (uint)Check.Within(options.Gaussians, 0, uint.MaxValue, nameof(options.Gaussians)),
                 views = Check.Unsigned(options.Views, nameof(options.Views)),
                 width = Check.Unsigned(options.Width, nameof(options.Width)),
                 height = Check.Unsigned(options.Height, nameof(options.Height)),
@@ -178,12 +173,8 @@ namespace Splat
         }
 
         /// <summary>Create one more state, so that several forward calls stay alive.</summary>
-        public RasterizerState CreateState()
-        {
-            IntPtr state;
-            Check.Ok(Native.splat_raster_state_create(Handle, &state));
-            return new RasterizerState(state);
-        }
+        public RasterizerState CreateState() =>
+            new RasterizerState(Check.Made(Handle, Native.splat_raster_state_create));
 
         /// <summary>Draw a scene; the images stay in the state, see Read.</summary>
         /// <param name="scene">n Gaussians, at most those of the options</param>
@@ -197,13 +188,11 @@ namespace Splat
         {
             Check.NotNull(scene, nameof(scene));
             splat_camera[] natives = Prepare(cameras, background);
-            ResultCode code;
             using (Cancellation.Of(device, token))
                 fixed (splat_camera* first = natives)
                 fixed (float* color = background)
-                    code = Native.splat_rasterizer_forward_scene(
-                        Handle, Of(state), scene.Handle, first, (uint)natives.Length, color);
-            Check.Ok(code, token);
+                    Check.Ok(Native.splat_rasterizer_forward_scene(
+                        Handle, Of(state), scene.Handle, first, (uint)natives.Length, color), token);
         }
 
         /// <summary>Draw Gaussians that are tensors; see the other overload.</summary>
@@ -213,7 +202,6 @@ namespace Splat
         {
             Check.NotNull(gaussians, nameof(gaussians));
             splat_camera[] natives = Prepare(cameras, background);
-            ResultCode code;
             using (var arena = new Arena())
             {
                 var desc = new splat_gaussians_desc
@@ -227,30 +215,25 @@ namespace Splat
                     colors = arena.Hold(gaussians.Colors),
                 };
                 using (Cancellation.Of(device, token))
-                    fixed (splat_camera* first = natives)
-                    fixed (float* color = background)
-                        code = Native.splat_rasterizer_forward(Handle, Of(state), &desc, first,
-                                                               (uint)natives.Length, color);
-                Check.Ok(code, token);
+                    Check.Ok(Native.splat_rasterizer_forward(
+                        Handle, Of(state), &desc, (splat_camera*)arena.Pin(natives), (uint)natives.Length,
+                        (float*)arena.Pin(background)), token);
             }
         }
 
         private static splat_camera[] Prepare(IReadOnlyList<Camera> cameras, float[] background)
         {
-            if (background != null && background.Length != 3)
-                throw new ArgumentException(background.Length + " numbers instead of 3",
-                                            nameof(background));
+            if (background != null) Check.Numbers<float>(background, 3, nameof(background));
             return Camera.ToNative(Check.NotNull(cameras, nameof(cameras)));
         }
 
-        /// <summary>An output of the last forward call in a new array; shapes: see
-        /// Output.</summary>
+        /// <summary>An output of the last forward call in a new array; shapes: see Output.</summary>
         public float[] Read(Output output, RasterizerState state = null)
         {
             RasterizerInfo info = GetInfo(state);
             long pixels = (long)info.Views * height * width;
             long pairs = (long)info.Views * info.Gaussians;
-            var values = new float[checked((int)Elements(output, pixels, pairs))];
+            float[] values = Values.New<float>("the output", Elements(output, pixels, pairs));
             Read(output, values, state);
             return values;
         }
@@ -307,7 +290,7 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                splat_image[] natives = Image.ToNative(images, arena);
+                splat_image[] natives = Image.ToNative(images, nameof(images), arena);
                 Check.Ok(Native.splat_rasterizer_read_images(
                     Handle, Of(state), output, Check.Unsigned(first, nameof(first)),
                     (splat_image*)arena.Pin(natives), (uint)natives.Length));
@@ -338,31 +321,25 @@ namespace Splat
                     grad_means2d_abs = arena.Hold(gradients.Means2dAbs),
                     grad_world_to_camera = arena.Hold(gradients.WorldToCamera),
                 };
-                ResultCode code;
                 using (Cancellation.Of(device, token))
-                    code = Native.splat_rasterizer_backward(Handle, Of(state), &desc);
-                Check.Ok(code, token);
+                    Check.Ok(Native.splat_rasterizer_backward(Handle, Of(state), &desc), token);
             }
         }
 
+        internal override string About => width + " x " + height;
+
         /// <summary>Facts of the last forward call of the rasterizer's own state.</summary>
-        public RasterizerInfo Info
-        {
-            get { return GetInfo(null); }
-        }
+        public RasterizerInfo Info => GetInfo(null);
 
         /// <summary>Facts of the last forward call of a state; zeros before the first.</summary>
         public RasterizerInfo GetInfo(RasterizerState state)
         {
-            var info = new splat_rasterizer_info
-                { struct_size = (uint)sizeof(splat_rasterizer_info) };
+            var info = new splat_rasterizer_info { struct_size = (uint)sizeof(splat_rasterizer_info) };
             Check.Ok(Native.splat_rasterizer_get_info(Handle, Of(state), &info));
             return new RasterizerInfo(&info);
         }
 
-        private static SafeRasterStateHandle Of(RasterizerState state)
-        {
-            return state == null ? SafeRasterStateHandle.Null : state.Handle;
-        }
+        private static SafeRasterStateHandle Of(RasterizerState state) =>
+            state == null ? SafeRasterStateHandle.Null : state.Handle;
     }
 }

@@ -71,8 +71,7 @@ namespace Splat
         public double Seconds { get; }
         /// <summary>Speed of the latest steps.</summary>
         public double StepsPerSecond { get; }
-        /// <summary>By their names in metrics.jsonl, such as "loss", "psnr" and
-        /// "val_psnr".</summary>
+        /// <summary>By their names in metrics.jsonl, such as "loss", "psnr" and "val_psnr".</summary>
         public IReadOnlyDictionary<string, double> Numbers { get; }
         /// <summary>Name of the validated piece, else null.</summary>
         public string Name { get; }
@@ -90,25 +89,19 @@ namespace Splat
         public int Height { get; }
 
         /// <summary>True for the last event of a run.</summary>
-        public bool IsEnd
-        {
-            get { return Kind >= RunEventKind.Done; }
-        }
+        public bool IsEnd => Kind >= RunEventKind.Done;
+
+        /// <summary>Kind, step and message.</summary>
+        public override string ToString() => Kind + " at step " + Step + (Message == null ? "" : ": " + Message);
 
         /// <summary>
         /// Copy of the drawn images [views,3,height,width] of a validated piece; empty for other
         /// events. Throws InvalidOperationException once the run has gone on.
         /// </summary>
-        public float[] ReadImages()
-        {
-            return run.Copy(serial, images, count);
-        }
+        public float[] ReadImages() => run.Copy(serial, images, count);
 
         /// <summary>Copy of the true images, see ReadImages.</summary>
-        public float[] ReadTruths()
-        {
-            return run.Copy(serial, truths, count);
-        }
+        public float[] ReadTruths() => run.Copy(serial, truths, count);
     }
 
     /// <summary>
@@ -124,23 +117,17 @@ namespace Splat
         {
         }
 
-        /// <summary>Do the next piece of work. After an error the next call tries it
-        /// again.</summary>
+        /// <summary>Do the next piece of work. After an error the next call tries it again.</summary>
         public RunEvent Next()
         {
             SafeRunHandle handle = Handle;
-            bool added = false;
-            try
+            using (var arena = new Arena())
             {
-                handle.DangerousAddRef(ref added);  // the event's texts live as long as the run
+                arena.Hold(this);  // the event's texts live as long as the run
                 ++serial;
                 var native = new splat_run_event { struct_size = (uint)sizeof(splat_run_event) };
                 Check.Ok(Native.splat_run_next(handle, &native));
                 return new RunEvent(this, serial, &native);
-            }
-            finally
-            {
-                if (added) handle.DangerousRelease();
             }
         }
 
@@ -162,10 +149,7 @@ namespace Splat
         }
 
         /// <summary>Run to the end, one event after the other.</summary>
-        public IEnumerator<RunEvent> GetEnumerator()
-        {
-            return Run(CancellationToken.None).GetEnumerator();
-        }
+        public IEnumerator<RunEvent> GetEnumerator() => Run(CancellationToken.None).GetEnumerator();
 
         IEnumerator IEnumerable.GetEnumerator()
         {
@@ -176,10 +160,7 @@ namespace Splat
         /// End the run: the next piece of work saves the state and is RunEventKind.Interrupted. Any
         /// thread may call it.
         /// </summary>
-        public void Interrupt()
-        {
-            Check.Ok(Native.splat_run_interrupt(Handle));
-        }
+        public void Interrupt() => Check.Ok(Native.splat_run_interrupt(Handle));
 
         // A run that is disposed meanwhile needs no interruption.
         private void InterruptQuietly()
@@ -194,28 +175,95 @@ namespace Splat
         }
 
         /// <summary>JSON: folder, step, loss, best validation.</summary>
-        public string ReportJson()
-        {
-            return Text.Get((buffer, capacity, needed) =>
-                Native.splat_run_report(Handle, buffer, capacity, needed));
-        }
+        public string ReportJson() => Text.Get(Handle, Native.splat_run_report);
 
         internal float[] Copy(long ofEvent, float* from, int count)
         {
-            SafeRunHandle handle = Handle;
-            bool added = false;
-            try
+            using (var arena = new Arena())
             {
-                handle.DangerousAddRef(ref added);
+                arena.Hold(this);
                 if (ofEvent != serial)
                     throw new InvalidOperationException(
                         "The run has gone on; read the images of an event before the next one.");
-                return from == null ? new float[0] : Values.Copy(from, count);
-            }
-            finally
-            {
-                if (added) handle.DangerousRelease();
+                return from == null ? Array.Empty<float>() : Values.Copy(from, count);
             }
         }
+    }
+
+    /// <summary>How to open a training.</summary>
+    public sealed class TrainingOptions
+    {
+        /// <summary>YAML or JSON; null: the defaults, or that of the run that is resumed.</summary>
+        public string Config { get; set; }
+        /// <summary>Changes to it, "key=value".</summary>
+        public IReadOnlyList<string> Values { get; set; }
+        /// <summary>Null: the split train of data.root.</summary>
+        public Dataset Dataset { get; set; }
+        /// <summary>Null: none, or without Dataset the split val where there is one.</summary>
+        public Dataset Validation { get; set; }
+        /// <summary>File of weights to start from; null: by the configuration.</summary>
+        public string Init { get; set; }
+        /// <summary>How to load them.</summary>
+        public LoadFlags InitFlags { get; set; }
+        /// <summary>Resume, overwrite.</summary>
+        public TrainingFlags Flags { get; set; }
+    }
+
+    /// <summary>A training as a run; enumerate it to train.</summary>
+    public sealed unsafe class Training : RunBase
+    {
+        private readonly SafeDeviceHandle device;
+        private readonly string folder;
+
+        /// <summary>Open a run in a folder, which it makes or locks.</summary>
+        public Training(Device device, string folder, TrainingOptions options = null)
+            : base(Create(device, folder, options ?? new TrainingOptions()))
+        {
+            this.device = device.Handle;
+            this.folder = folder;
+        }
+
+        private static SafeRunHandle Create(Device device, string folder, TrainingOptions options)
+        {
+            Check.NotNull(device, nameof(device));
+            Check.NotNull(folder, nameof(folder));
+            using (var arena = new Arena())
+            {
+                var desc = new splat_training_desc
+                {
+                    struct_size = (uint)sizeof(splat_training_desc),
+                    flags = options.Flags,
+                    folder = arena.Text(folder),
+                    config = arena.Text(options.Config),
+                    values = arena.Texts(options.Values, nameof(options.Values)),
+                    value_count = (ulong)(options.Values?.Count ?? 0),
+                    dataset = arena.Hold(options.Dataset),
+                    validation = arena.Hold(options.Validation),
+                    init = arena.Text(options.Init),
+                    init_flags = options.InitFlags,
+                };
+                IntPtr handle;
+                Check.Ok(Native.splat_training_open(device.Handle, &desc, &handle));
+                return new SafeRunHandle(handle, true);
+            }
+        }
+
+        internal override string About => folder;
+
+        /// <summary>
+        /// Facts of the latest step of this session, skipped or not. Throws before the first step.
+        /// </summary>
+        public TrainerInfo LastStep
+        {
+            get
+            {
+                var info = new splat_trainer_info { struct_size = (uint)sizeof(splat_trainer_info) };
+                Check.Ok(Native.splat_training_last_step(Handle, &info));
+                return new TrainerInfo(&info);
+            }
+        }
+
+        /// <summary>The network in training, a new object to be disposed.</summary>
+        public Model GetModel() => new Model(Check.Made(Handle, Native.splat_training_model), device);
     }
 }

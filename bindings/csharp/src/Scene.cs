@@ -1,5 +1,6 @@
 using System;
 using System.Collections.Generic;
+using System.IO;
 using System.Runtime.InteropServices;
 using System.Threading;
 using Splat.Interop;
@@ -10,15 +11,15 @@ namespace Splat
     public sealed class SceneArrays
     {
         /// <summary>[n,3] scene units; x right, y down, z forward.</summary>
-        public float[] Means { get; set; }
+        public ReadOnlyMemory<float> Means { get; set; }
         /// <summary>[n,3] logarithms of the standard deviations.</summary>
-        public float[] LogScales { get; set; }
+        public ReadOnlyMemory<float> LogScales { get; set; }
         /// <summary>[n,4] quaternions w, x, y, z; null: no rotation.</summary>
-        public float[] Rotations { get; set; }
+        public ReadOnlyMemory<float> Rotations { get; set; }
         /// <summary>[n] logits of the opacities.</summary>
-        public float[] OpacityLogits { get; set; }
+        public ReadOnlyMemory<float> OpacityLogits { get; set; }
         /// <summary>[n,(degree+1)^2,3] spherical harmonics, the constant term first.</summary>
-        public float[] Sh { get; set; }
+        public ReadOnlyMemory<float> Sh { get; set; }
     }
 
     /// <summary>How to read or write a file of a scene; the defaults fit most files.</summary>
@@ -42,8 +43,6 @@ namespace Splat
 
         internal unsafe splat_scene_file_desc ToNative()
         {
-            if (MaxCount < 0)
-                throw new ArgumentOutOfRangeException(nameof(MaxCount), MaxCount, "negative");
             return new splat_scene_file_desc
             {
                 struct_size = (uint)sizeof(splat_scene_file_desc),
@@ -52,7 +51,7 @@ namespace Splat
                 frame = Frame,
                 sh_degree = ShDegree == 0 ? Native.SPLAT_SH_CONSTANT : ShDegree ?? 0,
                 spz_version = Check.Unsigned(SpzVersion, nameof(SpzVersion)),
-                max_count = (ulong)MaxCount,
+                max_count = Check.Unsigned(MaxCount, nameof(MaxCount)),
             };
         }
     }
@@ -87,21 +86,18 @@ namespace Splat
 
         private static SafeSceneHandle Create(long count, int shDegree, SceneArrays arrays)
         {
-            if (count < 0) throw new ArgumentOutOfRangeException(nameof(count), count, "negative");
             using (var arena = new Arena())
             {
                 var desc = new splat_scene_desc
                 {
                     struct_size = (uint)sizeof(splat_scene_desc),
-                    count = (ulong)count,
+                    count = Check.Unsigned(count, nameof(count)),
                     sh_degree = Check.Unsigned(shDegree, nameof(shDegree)),
-                    means = Take(arena, arrays.Means, count * 3, nameof(arrays.Means)),
-                    log_scales = Take(arena, arrays.LogScales, count * 3, nameof(arrays.LogScales)),
-                    rotations = Take(arena, arrays.Rotations, count * 4, nameof(arrays.Rotations)),
-                    opacity_logits = Take(arena, arrays.OpacityLogits, count,
-                                          nameof(arrays.OpacityLogits)),
-                    sh = Take(arena, arrays.Sh, count * 3 * (shDegree + 1) * (shDegree + 1),
-                              nameof(arrays.Sh)),
+                    means = Take(arena, arrays.Means, count, 3, nameof(arrays.Means)),
+                    log_scales = Take(arena, arrays.LogScales, count, 3, nameof(arrays.LogScales)),
+                    rotations = Take(arena, arrays.Rotations, count, 4, nameof(arrays.Rotations)),
+                    opacity_logits = Take(arena, arrays.OpacityLogits, count, 1, nameof(arrays.OpacityLogits)),
+                    sh = Take(arena, arrays.Sh, count, Width("sh", shDegree), nameof(arrays.Sh)),
                 };
                 IntPtr handle;
                 Check.Ok(Native.splat_scene_create(&desc, &handle));
@@ -110,12 +106,12 @@ namespace Splat
         }
 
         // The library takes longer arrays; here that is a mistake of the caller.
-        private static float* Take(Arena arena, float[] array, long count, string name)
+        private static float* Take(Arena arena, ReadOnlyMemory<float> values, long count, int width, string name)
         {
-            if (array != null && array.LongLength != count)
-                throw new ArgumentException(name + " has " + array.LongLength + " numbers instead of " +
-                                            count);
-            return (float*)arena.Pin(array);
+            if (!values.Equals(default(ReadOnlyMemory<float>)) && values.Length != (decimal)count * width)
+                throw Check.Bad(
+                    name + " has " + values.Length + " numbers instead of " + (decimal)count * width, "arrays");
+            return (float*)arena.Pin(values);
         }
 
         /// <summary>Read a file: .ply, .splat, .spz.</summary>
@@ -125,8 +121,7 @@ namespace Splat
             {
                 splat_scene_file_desc desc = (options ?? new SceneFileOptions()).ToNative();
                 IntPtr handle;
-                Check.Ok(Native.splat_scene_load(arena.Text(Check.NotNull(path, nameof(path))),
-                                                 &desc, &handle));
+                Check.Ok(Native.splat_scene_load(arena.Text(path, nameof(path)), &desc, &handle));
                 return new Scene(handle);
             }
         }
@@ -138,10 +133,13 @@ namespace Splat
             splat_scene_file_desc desc = (options ?? new SceneFileOptions()).ToNative();
             IntPtr handle;
             fixed (byte* data = &MemoryMarshal.GetReference(bytes))
-                Check.Ok(Native.splat_scene_load_memory(data, (UIntPtr)bytes.Length, &desc,
-                    &handle));
+                Check.Ok(Native.splat_scene_load_memory(data, (UIntPtr)bytes.Length, &desc, &handle));
             return new Scene(handle);
         }
+
+        /// <summary>Read the rest of a stream of such bytes.</summary>
+        public static Scene FromStream(Stream stream, SceneFileOptions options = null) =>
+            FromBytes(Values.ReadAll(stream, nameof(stream)), options);
 
         /// <summary>Concatenate scenes into a new one, with the highest of their degrees.</summary>
         public static Scene Merge(params Scene[] scenes)
@@ -150,24 +148,40 @@ namespace Splat
             using (var arena = new Arena())
             {
                 IntPtr handle;
-                Check.Ok(Native.splat_scene_merge(arena.HoldAll(scenes), (uint)scenes.Length,
+                Check.Ok(Native.splat_scene_merge(arena.HoldAll(scenes, nameof(scenes)), (uint)scenes.Length,
                                                   &handle));
                 return new Scene(handle);
             }
         }
 
-        /// <summary>JSON array of all formats of scene files.</summary>
-        public static string FormatsJson()
+        /// <summary>The Gaussians from number `start` on, `count` of them, as a new scene.</summary>
+        public Scene Slice(long start, long count)
         {
-            return Text.Get(Native.splat_scene_formats);
+            SceneInfo info = Info;
+            Check.Within(start, 0, info.Count, nameof(start));
+            Check.Within(count, 0, info.Count - start, nameof(count));
+            Func<string, ReadOnlyMemory<float>> part = name =>
+            {
+                int width = Width(name, info.ShDegree);
+                return Read(name).AsMemory((int)start * width, (int)count * width);
+            };
+            return new Scene(count, info.ShDegree, new SceneArrays
+            {
+                Means = part("means"), LogScales = part("log_scales"), Rotations = part("rotations"),
+                OpacityLogits = part("opacity_logits"), Sh = part("sh"),
+            });
         }
 
+        /// <summary>An equal scene, whose changes leave this one alone.</summary>
+        public Scene Copy() => Slice(0, Count);
+
+        internal override string About => Count + " Gaussians of degree " + ShDegree;
+
+        /// <summary>JSON array of all formats of scene files.</summary>
+        public static string FormatsJson() => Text.Get(Native.splat_scene_formats);
+
         /// <summary>JSON: what was found in the scene's file.</summary>
-        public string LoadReportJson()
-        {
-            return Text.Get((buffer, capacity, needed) =>
-                Native.splat_scene_load_report(Handle, buffer, capacity, needed));
-        }
+        public string LoadReportJson() => Text.Get(Handle, Native.splat_scene_load_report);
 
         /// <summary>Write a file, whole or not at all, by the extension of its path.</summary>
         public void Save(string path, SceneFileOptions options = null)
@@ -175,8 +189,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 splat_scene_file_desc desc = (options ?? new SceneFileOptions()).ToNative();
-                Check.Ok(Native.splat_scene_save(
-                    Handle, arena.Text(Check.NotNull(path, nameof(path))), &desc));
+                Check.Ok(Native.splat_scene_save(Handle, arena.Text(path, nameof(path)), &desc));
             }
         }
 
@@ -205,51 +218,28 @@ namespace Splat
         }
 
         /// <summary>Number of Gaussians.</summary>
-        public long Count
-        {
-            get { return Info.Count; }
-        }
+        public long Count => Info.Count;
 
         /// <summary>Degree of the spherical harmonics.</summary>
-        public int ShDegree
-        {
-            get { return Info.ShDegree; }
-        }
+        public int ShDegree => Info.ShDegree;
 
         /// <summary>An attribute in a new array, row-major.</summary>
         public float[] Read(string name)
         {
+            Check.NotNull(name, nameof(name));
             SceneInfo info = Info;
-            var values = new float[checked((int)(info.Count * Width(name, info.ShDegree)))];
+            float[] values = Values.New<float>(name, info.Count, Width(name, info.ShDegree));
             Read(name, values);
             return values;
         }
 
         /// <summary>Copy an attribute into memory of the caller.</summary>
-        public void Read(string name, Span<float> values)
-        {
-            using (var arena = new Arena())
-                fixed (float* data = &MemoryMarshal.GetReference(values))
-                {
-                    float none;
-                    Check.Ok(Native.splat_scene_read(
-                        Handle, arena.Text(Check.NotNull(name, nameof(name))),
-                        data == null ? &none : data, (UIntPtr)(values.Length * sizeof(float))));
-                }
-        }
+        public void Read(string name, Span<float> values) =>
+            Values.Move(Handle, name, values, Native.splat_scene_read);
 
         /// <summary>Replace the values of an attribute.</summary>
-        public void Write(string name, ReadOnlySpan<float> values)
-        {
-            using (var arena = new Arena())
-                fixed (float* data = &MemoryMarshal.GetReference(values))
-                {
-                    float none;
-                    Check.Ok(Native.splat_scene_write(
-                        Handle, arena.Text(Check.NotNull(name, nameof(name))),
-                        data == null ? &none : data, (UIntPtr)(values.Length * sizeof(float))));
-                }
-        }
+        public void Write(string name, ReadOnlySpan<float> values) =>
+            Values.Move(Handle, name, values, Native.splat_scene_write);
 
         // Numbers of one Gaussian; 0 for a name that the library will refuse.
         private static int Width(string name, int degree)
@@ -259,7 +249,7 @@ namespace Splat
                 case "means": case "scales": case "log_scales": return 3;
                 case "rotations": return 4;
                 case "opacities": case "opacity_logits": return 1;
-                case "sh": return 3 * (degree + 1) * (degree + 1);
+                case "sh": return 3 * (Math.Min(degree, 3) + 1) * (Math.Min(degree, 3) + 1);
                 default: return 0;
             }
         }
@@ -272,7 +262,7 @@ namespace Splat
             {
                 IntPtr tensor;
                 Check.Ok(Native.splat_scene_to_tensor(
-                    Handle, arena.Text(Check.NotNull(name, nameof(name))), device.Handle, &tensor));
+                    Handle, arena.Text(name, nameof(name)), device.Handle, &tensor));
                 return new Tensor(tensor);
             }
         }
@@ -293,8 +283,7 @@ namespace Splat
             options = options ?? new RenderOptions();
             var images = new Image[natives.Length];
             for (int i = 0; i < images.Length; ++i)
-                images[i] = new Image(cameras[i].Width, cameras[i].Height, options.PlaneCount,
-                                      options.Type);
+                images[i] = new Image(cameras[i].Width, cameras[i].Height, options.PlaneCount, options.Type);
             if (device == null && token.CanBeCanceled)
                 throw new ArgumentException("a call that opens its own device cannot be cancelled: " +
                                             "give a device", nameof(token));
@@ -305,7 +294,7 @@ namespace Splat
                 Check.Ok(Native.splat_scene_render(
                     Handle, device == null ? SafeDeviceHandle.Null : device.Handle,
                     (splat_camera*)arena.Pin(natives), (uint)natives.Length, &desc,
-                    (splat_image*)arena.Pin(Image.ToNative(images, arena))), token);
+                    (splat_image*)arena.Pin(Image.ToNative(images, nameof(images), arena))), token);
             }
             return images;
         }
@@ -315,27 +304,24 @@ namespace Splat
         {
             Check.NotNull(similarity, nameof(similarity));
             var native = new splat_similarity { scale = similarity.Scale };
-            double[] rotation = Numbers(similarity.Rotation, 4, nameof(similarity.Rotation));
-            double[] translation = Numbers(similarity.Translation, 3,
-                nameof(similarity.Translation));
-            for (int i = 0; i < 4; ++i) native.rotation[i] = rotation[i];
-            for (int i = 0; i < 3; ++i) native.translation[i] = translation[i];
+            Check.Numbers<double>(similarity.Rotation, 4, nameof(similarity.Rotation));
+            Check.Numbers<double>(similarity.Translation, 3, nameof(similarity.Translation));
+            for (int i = 0; i < 4; ++i) native.rotation[i] = similarity.Rotation[i];
+            for (int i = 0; i < 3; ++i) native.translation[i] = similarity.Translation[i];
             Check.Ok(Native.splat_scene_transform(Handle, &native));
         }
 
         /// <summary>Keep the Gaussians whose mean lies in a box, faces included.</summary>
-        public void Crop(double[] low, double[] high)
+        public void Crop(ReadOnlySpan<double> low, ReadOnlySpan<double> high)
         {
-            fixed (double* from = Numbers(low, 3, nameof(low)))
-            fixed (double* to = Numbers(high, 3, nameof(high)))
+            fixed (double* from = &MemoryMarshal.GetReference(Check.Numbers(low, 3, nameof(low))))
+            fixed (double* to = &MemoryMarshal.GetReference(Check.Numbers(high, 3, nameof(high))))
                 Check.Ok(Native.splat_scene_crop(Handle, from, to));
         }
 
         /// <summary>Keep the Gaussians of at least that opacity, 0 to 1.</summary>
-        public void Filter(double minOpacity, FilterFlags flags = FilterFlags.None)
-        {
+        public void Filter(double minOpacity, FilterFlags flags = FilterFlags.None) =>
             Check.Ok(Native.splat_scene_filter(Handle, flags, minOpacity));
-        }
 
         /// <summary>
         /// Chamfer distance and F-score of the means of the Gaussians against true points, x, y, z
@@ -344,27 +330,16 @@ namespace Splat
         /// <param name="points">in the scene's units and axes</param>
         /// <param name="threshold">distance of precision, recall and F-score</param>
         /// <param name="minOpacity">of the Gaussians that count</param>
-        public PointScores ComparePoints(float[] points, double threshold,
+        public PointScores ComparePoints(ReadOnlySpan<float> points, double threshold,
                                          double minOpacity = 1.0 / 255)
         {
-            fixed (float* from = Check.NotNull(points, nameof(points)))
+            fixed (float* from = &MemoryMarshal.GetReference(points))
             {
-                var scores = new splat_point_scores
-                {
-                    struct_size = (uint)sizeof(splat_point_scores)
-                };
+                var scores = new splat_point_scores { struct_size = (uint)sizeof(splat_point_scores) };
                 Check.Ok(Native.splat_scene_compare_points(
                     Handle, minOpacity, from, (ulong)points.Length, threshold, &scores));
                 return new PointScores(&scores);
             }
-        }
-
-        internal static double[] Numbers(double[] values, int count, string name)
-        {
-            Check.NotNull(values, name);
-            if (values.Length != count)
-                throw new ArgumentException(values.Length + " numbers instead of " + count, name);
-            return values;
         }
     }
 }

@@ -1,4 +1,5 @@
 using System;
+using System.Collections.Generic;
 using System.Text.RegularExpressions;
 using System.Threading;
 using Splat.Interop;
@@ -11,8 +12,9 @@ namespace Splat
         /// <summary>What kind of error; negative numbers.</summary>
         public ResultCode Code { get; }
 
-        /// <summary>Make an exception of a code and a text.</summary>
-        public SplatException(ResultCode code, string message) : base(message)
+        /// <summary>Make an exception of a code, a text and what caused it.</summary>
+        public SplatException(ResultCode code, string message, Exception inner = null)
+            : base(message, inner)
         {
             Code = code;
         }
@@ -39,6 +41,12 @@ namespace Splat
         }
     }
 
+    /// <summary>Tells analyzers that a parameter is not null afterwards.</summary>
+    [AttributeUsage(AttributeTargets.Parameter)]
+    internal sealed class ValidatedNotNullAttribute : Attribute
+    {
+    }
+
     /// <summary>Turns results of the library into exceptions.</summary>
     internal static unsafe class Check
     {
@@ -59,28 +67,62 @@ namespace Splat
                 token.IsCancellationRequested ? token : CancellationToken.None);
         }
 
+        /// <summary>A function of the library that makes an object of another.</summary>
+        internal delegate ResultCode MakeCall<T>(T handle, IntPtr* made);
+
+        internal static IntPtr Made<T>(T handle, MakeCall<T> call)
+        {
+            IntPtr made;
+            Ok(call(handle, &made));
+            return made;
+        }
+
         /// <summary>Throw unless `argument` is there.</summary>
-        internal static T NotNull<T>(T argument, string name) where T : class
+        internal static T NotNull<T>([ValidatedNotNull] T argument, string name) where T : class
         {
             return argument ?? throw new ArgumentNullException(name);
         }
 
-        /// <summary>A count of the caller as an unsigned number.</summary>
-        internal static uint Unsigned(int value, string name)
+        /// <summary>Throw for the memory of a null array.</summary>
+        internal static ReadOnlyMemory<T> NotNull<T>(ReadOnlyMemory<T> argument, string name)
         {
-            if (value < 0)
-                throw new ArgumentOutOfRangeException(name, value,
-                    "a number of 0 or more is needed");
-            return (uint)value;
+            return argument.Equals(default(ReadOnlyMemory<T>)) ? throw new ArgumentNullException(name) : argument;
         }
+
+        /// <summary>A count of the caller as an unsigned number.</summary>
+        internal static uint Unsigned(int value, string name) => (uint)Unsigned((long)value, name);
 
         /// <summary>The same of 64 bits.</summary>
         internal static ulong Unsigned(long value, string name)
         {
             if (value < 0)
-                throw new ArgumentOutOfRangeException(name, value,
-                    "a number of 0 or more is needed");
+                throw new ArgumentOutOfRangeException(name, value, "a number of 0 or more is needed");
             return (ulong)value;
+        }
+
+        /// <summary>A number of the caller between two others.</summary>
+        internal static long Within(long value, long low, long high, string name)
+        {
+            if (value >= low && value <= high) return value;
+            throw new ArgumentOutOfRangeException(name, value, "not within " + low + " to " + high);
+        }
+
+        /// <summary>A mistake in an argument.</summary>
+        internal static ArgumentException Bad(string sentence, string name) => new ArgumentException(sentence, name);
+
+        /// <summary>A copy of a shape, of no more dimensions than there may be.</summary>
+        internal static IReadOnlyList<long> Dims(long[] dims, string name)
+        {
+            if (NotNull(dims, name).Length <= Native.SPLAT_MAX_RANK) return Array.AsReadOnly((long[])dims.Clone());
+            throw new ArgumentException(
+                dims.Length + " dimensions; the most are " + Native.SPLAT_MAX_RANK, name);
+        }
+
+        /// <summary>Numbers of the caller, as many as `count`.</summary>
+        internal static ReadOnlySpan<T> Numbers<T>(ReadOnlySpan<T> values, int count, string name)
+        {
+            if (values.Length == count) return values;
+            throw new ArgumentException(values.Length + " numbers instead of " + count, name);
         }
     }
 }

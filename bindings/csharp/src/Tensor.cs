@@ -1,4 +1,5 @@
 using System;
+using System.Collections.Generic;
 using System.Runtime.InteropServices;
 using Splat.Interop;
 
@@ -54,11 +55,7 @@ namespace Splat
                                            void* data, int bytes)
         {
             Check.NotNull(device, nameof(device));
-            Check.NotNull(dims, nameof(dims));
-            if (dims.Length > Native.SPLAT_MAX_RANK)
-                throw new ArgumentException(
-                    dims.Length + " dimensions; the most are " + Native.SPLAT_MAX_RANK,
-                    nameof(dims));
+            Check.Dims(dims, nameof(dims));
             using (var arena = new Arena())
             {
                 var desc = new splat_tensor_desc
@@ -90,9 +87,15 @@ namespace Splat
         }
 
         /// <summary>Elements, outermost first.</summary>
-        public long[] Dims
+        public IReadOnlyList<long> Dims => Info.Dims;
+
+        internal override string About
         {
-            get { return Info.Dims; }
+            get
+            {
+                TensorInfo info = Info;
+                return (info.Dtype + " [" + string.Join(", ", info.Dims) + "] " + info.Name).TrimEnd();
+            }
         }
 
         /// <summary>Write all elements.</summary>
@@ -134,19 +137,15 @@ namespace Splat
         /// <summary>All elements, row-major, in a new array of float, int or uint.</summary>
         public T[] ToArray<T>() where T : struct
         {
-            var values = new T[checked((int)Info.Elements)];
+            T[] values = Values.New<T>("the elements", Info.Elements);
             Read(values);
             return values;
         }
 
         /// <summary>All elements of a DType.F32 tensor.</summary>
-        public float[] ToArray()
-        {
-            return ToArray<float>();
-        }
+        public float[] ToArray() => ToArray<float>();
 
-        /// <summary>Least, greatest and mean value, and counts of values that are not
-        /// finite.</summary>
+        /// <summary>Least, greatest and mean value, and counts of values that are not finite.</summary>
         public TensorStats Stats()
         {
             var stats = new splat_tensor_stats { struct_size = (uint)sizeof(splat_tensor_stats) };
@@ -164,25 +163,22 @@ namespace Splat
             Check.NotNull(action, nameof(action));
             CheckCall<T>(null);
             SafeTensorHandle handle = Handle;
-            bool added = false;
-            try
+            using (var arena = new Arena())
             {
-                handle.DangerousAddRef(ref added);  // the memory lives until the mapping ends
+                arena.Hold(this);  // the memory lives until the mapping ends
                 void* pointer;
                 UIntPtr bytes;
                 Check.Ok(Native.splat_tensor_map(handle, access, &pointer, &bytes));
                 try
                 {
-                    action(new Span<T>(pointer, checked((int)(bytes.ToUInt64() / 4))));
+                    if (bytes.ToUInt64() / 4 > int.MaxValue)
+                        throw new NotSupportedException("a Span holds at most 2^31 - 1 elements");
+                    action(new Span<T>(pointer, (int)(bytes.ToUInt64() / 4)));
                 }
                 finally
                 {
                     Check.Ok(Native.splat_tensor_unmap(handle));
                 }
-            }
-            finally
-            {
-                if (added) handle.DangerousRelease();
             }
         }
 
@@ -191,11 +187,11 @@ namespace Splat
             DType given = TypeOf<T>();
             TensorInfo info = Info;
             if (given != info.Dtype)
-                throw new ArgumentException("values of type " + typeof(T).Name + " (" + given +
-                                            ") for a tensor of " + info.Dtype);
-            if (strides != null && strides.Length != info.Dims.Length)
-                throw new ArgumentException(strides.Length + " strides for a tensor of rank " +
-                                            info.Dims.Length, nameof(strides));
+                throw Check.Bad("values of type " + typeof(T).Name + " (" + given +
+                                ") for a tensor of " + info.Dtype, "values");
+            if (strides != null && strides.Length != info.Rank)
+                throw Check.Bad(strides.Length + " strides for a tensor of rank " +
+                                info.Rank, nameof(strides));
         }
 
         private static DType TypeOf<T>()
@@ -203,7 +199,7 @@ namespace Splat
             if (typeof(T) == typeof(float)) return DType.F32;
             if (typeof(T) == typeof(int)) return DType.I32;
             if (typeof(T) == typeof(uint)) return DType.U32;
-            throw new ArgumentException("tensors hold float, int or uint, not " + typeof(T).Name);
+            throw Check.Bad("tensors hold float, int or uint, not " + typeof(T).Name, "values");
         }
     }
 }

@@ -1,4 +1,7 @@
 using System;
+using System.Collections.Generic;
+using System.IO;
+using System.Runtime.InteropServices;
 using System.Text;
 using Splat.Interop;
 
@@ -16,9 +19,7 @@ namespace Splat
         /// <summary>A function of the library that writes the bytes of a file.</summary>
         internal delegate ResultCode BytesCall(void* buffer, UIntPtr capacity, UIntPtr* needed);
 
-        /// <summary>
-        /// Text up to its NUL and at most `capacity` bytes (-1: no limit); null for NULL.
-        /// </summary>
+        /// <summary>Text up to its NUL and at most `capacity` bytes (-1: no limit); null for NULL.</summary>
         internal static string Read(byte* text, int capacity)
         {
             if (text == null) return null;
@@ -31,11 +32,11 @@ namespace Splat
         /// UTF-8 bytes with a NUL. Throws ArgumentException for a text with a NUL inside, or with
         /// half of a surrogate pair.
         /// </summary>
-        internal static byte[] Bytes(string text)
+        internal static byte[] Bytes(string text, string name)
         {
             if (text.IndexOf('\0') >= 0)
                 throw new ArgumentException("a text with a NUL character inside: \"" +
-                                            text.Replace("\0", "\\0") + "\"");
+                                            text.Replace("\0", "\\0") + "\"", name);
             try
             {
                 var bytes = new byte[Strict.GetByteCount(text) + 1];
@@ -45,23 +46,28 @@ namespace Splat
             catch (EncoderFallbackException error)
             {
                 throw new ArgumentException(
-                    "a text with half of a surrogate pair at index " + error.Index, error);
+                    "a text with half of a surrogate pair at index " + error.Index, name, error);
             }
         }
 
         /// <summary>Call once for the size and once for the text.</summary>
         internal static string Get(TextCall call)
         {
-            byte[] bytes = GetBytes((buffer, capacity, needed) =>
-                call((byte*)buffer, capacity, needed));
+            byte[] bytes = GetBytes((buffer, capacity, needed) => call((byte*)buffer, capacity, needed));
             return Lenient.GetString(bytes, 0, Math.Max(bytes.Length - 1, 0));
         }
+
+        /// <summary>A function of the library that writes a text about an object.</summary>
+        internal delegate ResultCode AboutCall<T>(T handle, byte* buffer, UIntPtr capacity, UIntPtr* needed);
+
+        internal static string Get<T>(T handle, AboutCall<T> call) =>
+            Get((buffer, capacity, needed) => call(handle, buffer, capacity, needed));
 
         /// <summary>Call for the size and for the bytes, again if there are more by then.</summary>
         internal static byte[] GetBytes(BytesCall call)
         {
             Library.Ensure();
-            var bytes = new byte[0];
+            var bytes = Array.Empty<byte>();
             while (true)
             {
                 UIntPtr needed = UIntPtr.Zero;
@@ -71,35 +77,66 @@ namespace Splat
                 Check.Ok(code);
                 if (code != ResultCode.Incomplete)
                 {
-                    Array.Resize(ref bytes, checked((int)needed.ToUInt64()));
+                    Array.Resize(ref bytes, (int)needed);
                     return bytes;
                 }
-                bytes = new byte[checked((int)needed.ToUInt64())];
+                bytes = Values.New<byte>("the bytes", checked((long)needed));
             }
         }
     }
 
-    /// <summary>Copies of numbers that the library holds.</summary>
+    /// <summary>Arrays of numbers, new ones and copies of what the library holds.</summary>
     internal static unsafe class Values
     {
-        internal static byte[] Copy(byte* from, int count)
+        /// <summary>
+        /// A new array whose length is a product, which is refused by a sentence where it does not
+        /// fit into memory.
+        /// </summary>
+        internal static T[] New<T>(string what, params long[] counts)
         {
-            return new ReadOnlySpan<byte>(from, count).ToArray();
+            try
+            {
+                long length = 1;
+                foreach (long count in counts) length = checked(length * count);
+                return new T[checked((int)length)];
+            }
+            catch (Exception error) when (error is OverflowException || error is OutOfMemoryException)
+            {
+                throw new SplatException(
+                    ResultCode.ErrorOutOfHostMemory, "there is no memory for " + what + ", an array of " +
+                    string.Join(" x ", counts) + " elements", error);
+            }
         }
 
-        internal static long[] Copy(long* from, int count)
+        /// <summary>A function of the library that reads or writes the numbers of a name.</summary>
+        internal delegate ResultCode NamedCall<T>(T handle, byte* name, float* values, UIntPtr bytes);
+
+        /// <summary>Call one; the library names the sizes where there are no numbers.</summary>
+        internal static void Move<T>(T handle, string name, ReadOnlySpan<float> values, NamedCall<T> call)
         {
-            return new ReadOnlySpan<long>(from, count).ToArray();
+            using (var arena = new Arena())
+                fixed (float* data = &MemoryMarshal.GetReference(values))
+                {
+                    float none;
+                    Check.Ok(call(handle, arena.Text(name, nameof(name)), data == null ? &none : data,
+                                  (UIntPtr)((ulong)values.Length * sizeof(float))));
+                }
         }
 
-        internal static float[] Copy(float* from, int count)
+        /// <summary>What is left of a stream.</summary>
+        internal static byte[] ReadAll(Stream stream, string name)
         {
-            return new ReadOnlySpan<float>(from, count).ToArray();
+            using (var bytes = new MemoryStream())
+            {
+                Check.NotNull(stream, name).CopyTo(bytes);
+                return bytes.ToArray();
+            }
         }
 
-        internal static double[] Copy(double* from, int count)
-        {
-            return new ReadOnlySpan<double>(from, count).ToArray();
-        }
+        internal static float[] Copy(float* from, int count) =>
+            new ReadOnlySpan<float>(from, count).ToArray();
+
+        internal static IReadOnlyList<T> List<T>(void* from, int count) =>
+            Array.AsReadOnly(new ReadOnlySpan<T>(from, count).ToArray());
     }
 }

@@ -10,19 +10,19 @@ namespace Splat
     public sealed class TrainerBatch
     {
         /// <summary>[B*V,channels,R,R].</summary>
-        public float[] Images { get; set; }
+        public ReadOnlyMemory<float> Images { get; set; }
         /// <summary>[B*V,4,4] row vectors.</summary>
-        public float[] ViewToWorld { get; set; }
+        public ReadOnlyMemory<float> ViewToWorld { get; set; }
         /// <summary>[B*V,4] w x y z.</summary>
-        public float[] Quaternions { get; set; }
+        public ReadOnlyMemory<float> Quaternions { get; set; }
         /// <summary>[B*V,2] pixels; null unless data.fov is 0.</summary>
-        public float[] Focals { get; set; }
+        public ReadOnlyMemory<float> Focals { get; set; }
         /// <summary>[B*V,length] of a custom embedding.</summary>
-        public float[] Embedding { get; set; }
+        public ReadOnlyMemory<float> Embedding { get; set; }
         /// <summary>[B*V,token_dim,tokens].</summary>
-        public float[] Tokens { get; set; }
+        public ReadOnlyMemory<float> Tokens { get; set; }
         /// <summary>[B*T,3,R,R].</summary>
-        public float[] Targets { get; set; }
+        public ReadOnlyMemory<float> Targets { get; set; }
         /// <summary>B*T, of R x R pixels.</summary>
         public IReadOnlyList<Camera> Cameras { get; set; }
     }
@@ -57,11 +57,9 @@ namespace Splat
         /// <summary>A copy of batch `step`. Trainer.Step(batches, step) makes no copy.</summary>
         public TrainerBatch Read(long step)
         {
-            SafeBatchesHandle handle = Handle;
-            bool added = false;
-            try
+            using (var arena = new Arena())
             {
-                handle.DangerousAddRef(ref added);  // the arrays live as long as the batches
+                arena.Hold(this);  // the arrays live as long as the batches
                 splat_trainer_batch native = Next(step);
                 var batch = new TrainerBatch
                 {
@@ -77,24 +75,16 @@ namespace Splat
                     native.cameras, checked((int)native.cameras_count)).ToArray());
                 return batch;
             }
-            finally
-            {
-                if (added) handle.DangerousRelease();
-            }
         }
 
-        private static float[] Copy(float* from, ulong count)
-        {
-            return from == null ? null : Values.Copy(from, checked((int)count));
-        }
+        private static float[] Copy(float* from, ulong count) =>
+            from == null ? null : Values.Copy(from, checked((int)count));
 
         /// <summary>Pointers to batch `step`, valid until the next call.</summary>
         internal splat_trainer_batch Next(long step)
         {
-            if (step < 0) throw new ArgumentOutOfRangeException(nameof(step), step, "negative");
-            var native = new splat_trainer_batch
-                { struct_size = (uint)sizeof(splat_trainer_batch) };
-            Check.Ok(Native.splat_batches_next(Handle, (ulong)step, &native));
+            var native = new splat_trainer_batch { struct_size = (uint)sizeof(splat_trainer_batch) };
+            Check.Ok(Native.splat_batches_next(Handle, Check.Unsigned(step, nameof(step)), &native));
             return native;
         }
     }
@@ -130,12 +120,7 @@ namespace Splat
         }
 
         /// <summary>The network in training, a new object to be disposed.</summary>
-        public Model GetModel()
-        {
-            IntPtr model;
-            Check.Ok(Native.splat_trainer_model(Handle, &model));
-            return new Model(model, device);
-        }
+        public Model GetModel() => new Model(Check.Made(Handle, Native.splat_trainer_model), device);
 
         /// <summary>Do one update with arrays of the caller.</summary>
         public TrainerInfo Step(TrainerBatch batch,
@@ -163,7 +148,7 @@ namespace Splat
                     targets = (float*)arena.Pin(batch.Targets),
                     targets_count = Model.Count(batch.Targets, nameof(batch.Targets)),
                     cameras = (splat_camera*)arena.Pin(cameras),
-                    cameras_count = Model.Count(cameras, nameof(batch.Cameras)),
+                    cameras_count = Model.Count<splat_camera>(cameras, nameof(batch.Cameras)),
                 };
                 return Step(&native, token);
             }
@@ -174,67 +159,45 @@ namespace Splat
                                 CancellationToken token = default(CancellationToken))
         {
             Check.NotNull(batches, nameof(batches));
-            SafeBatchesHandle handle = batches.Handle;
-            bool added = false;
-            try
+            using (var arena = new Arena())
             {
-                handle.DangerousAddRef(ref added);  // the arrays live as long as the batches
+                arena.Hold(batches);  // the arrays live as long as the batches
                 splat_trainer_batch native = batches.Next(step);
                 return Step(&native, token);
-            }
-            finally
-            {
-                if (added) handle.DangerousRelease();
             }
         }
 
         private TrainerInfo Step(splat_trainer_batch* batch, CancellationToken token)
         {
             var info = new splat_trainer_info { struct_size = (uint)sizeof(splat_trainer_info) };
-            ResultCode code;
             using (Cancellation.Of(device, token))
-                code = Native.splat_trainer_step(Handle, batch, &info);
-            Check.Ok(code, token);
+                Check.Ok(Native.splat_trainer_step(Handle, batch, &info), token);
             return new TrainerInfo(&info);
         }
 
         /// <summary>JSON: steps, attempts, parameters, configuration.</summary>
-        public string ReportJson()
-        {
-            return Text.Get((buffer, capacity, needed) =>
-                Native.splat_trainer_report(Handle, buffer, capacity, needed));
-        }
+        public string ReportJson() => Text.Get(Handle, Native.splat_trainer_report);
 
-        /// <summary>The averaged weights as a state dict; without averages the current
-        /// ones.</summary>
-        public Weights Store()
-        {
-            IntPtr weights;
-            Check.Ok(Native.splat_trainer_store(Handle, &weights));
-            return new Weights(weights);
-        }
+        /// <summary>The averaged weights as a state dict; without averages the current ones.</summary>
+        public Weights Store() => new Weights(Check.Made(Handle, Native.splat_trainer_store));
 
         /// <summary>Save everything that the next step depends on.</summary>
         public void Save(string path)
         {
             using (var arena = new Arena())
-                Check.Ok(Native.splat_trainer_save(
-                    Handle, arena.Text(Check.NotNull(path, nameof(path)))));
+                Check.Ok(Native.splat_trainer_save(Handle, arena.Text(path, nameof(path))));
         }
 
         /// <summary>The bytes of such a file.</summary>
-        public byte[] ToBytes()
-        {
-            return Text.GetBytes((buffer, capacity, needed) =>
+        public byte[] ToBytes() =>
+            Text.GetBytes((buffer, capacity, needed) =>
                 Native.splat_trainer_save_memory(Handle, buffer, capacity, needed));
-        }
 
         /// <summary>Resume from such a file, bit-exactly.</summary>
         public void Resume(string path)
         {
             using (var arena = new Arena())
-                Check.Ok(Native.splat_trainer_resume(
-                    Handle, arena.Text(Check.NotNull(path, nameof(path)))));
+                Check.Ok(Native.splat_trainer_resume(Handle, arena.Text(path, nameof(path))));
         }
 
         /// <summary>Resume from the bytes of such a file.</summary>

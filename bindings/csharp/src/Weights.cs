@@ -1,5 +1,8 @@
 using System;
+using System.Collections;
 using System.Collections.Generic;
+using System.IO;
+using System.Linq;
 using System.Runtime.InteropServices;
 using Splat.Interop;
 
@@ -9,27 +12,28 @@ namespace Splat
     public sealed class NamedArray
     {
         /// <summary>Make one; the number of values is the product of dims.</summary>
-        public NamedArray(string name, float[] values, params long[] dims)
+        public NamedArray(string name, ReadOnlyMemory<float> values, params long[] dims)
         {
             Name = Check.NotNull(name, nameof(name));
             Values = Check.NotNull(values, nameof(values));
-            Dims = Check.NotNull(dims, nameof(dims));
-            if (dims.Length > Native.SPLAT_MAX_RANK)
-                throw new ArgumentException(name + " has " + dims.Length + " dimensions; the most are " +
-                                            Native.SPLAT_MAX_RANK, nameof(dims));
+            Dims = Check.Dims(dims, nameof(dims));
         }
 
         /// <summary>Name of the tensor.</summary>
         public string Name { get; }
         /// <summary>Values, row-major.</summary>
-        public float[] Values { get; }
+        public ReadOnlyMemory<float> Values { get; }
         /// <summary>Shape, outermost first.</summary>
-        public long[] Dims { get; }
+        public IReadOnlyList<long> Dims { get; }
+        /// <summary>Name and shape.</summary>
+        public override string ToString() => Name + " [" + string.Join(", ", Dims) + "]";
     }
 
-    /// <summary>Named tensors of network weights in host memory. Never changes;
-    /// thread-safe.</summary>
-    public sealed unsafe class Weights : NativeObject<SafeWeightsHandle>
+    /// <summary>
+    /// Named tensors of network weights in host memory, in the order of the file: a dictionary of what
+    /// they are, and Read for their values. Never changes; thread-safe.
+    /// </summary>
+    public sealed unsafe class Weights : NativeObject<SafeWeightsHandle>, IReadOnlyDictionary<string, WeightsInfo>
     {
         internal Weights(IntPtr handle) : base(new SafeWeightsHandle(handle, true))
         {
@@ -44,8 +48,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 IntPtr handle;
-                Check.Ok(Native.splat_weights_load(arena.Text(Check.NotNull(path, nameof(path))),
-                                                   flags, &handle));
+                Check.Ok(Native.splat_weights_load(arena.Text(path, nameof(path)), flags, &handle));
                 return new Weights(handle);
             }
         }
@@ -60,6 +63,10 @@ namespace Splat
             return new Weights(handle);
         }
 
+        /// <summary>Load the rest of a stream of such bytes.</summary>
+        public static Weights FromStream(Stream stream) =>
+            FromBytes(Splat.Values.ReadAll(stream, nameof(stream)));
+
         /// <summary>Make weights of copies of arrays, in their order.</summary>
         public static Weights FromArrays(IReadOnlyList<NamedArray> arrays)
         {
@@ -73,9 +80,9 @@ namespace Splat
                     natives[i].name = arena.Text(array.Name);
                     natives[i].values = (float*)arena.Pin(array.Values);
                     natives[i].value_count = (ulong)array.Values.Length;
-                    natives[i].rank = (uint)array.Dims.Length;
+                    natives[i].rank = (uint)array.Dims.Count;
                     fixed (long* dims = natives[i].dims)
-                        for (int k = 0; k < array.Dims.Length; ++k) dims[k] = array.Dims[k];
+                        for (int k = 0; k < array.Dims.Count; ++k) dims[k] = array.Dims[k];
                 }
                 IntPtr handle;
                 Check.Ok(Native.splat_weights_from_arrays((splat_named_array*)arena.Pin(natives),
@@ -112,23 +119,61 @@ namespace Splat
             get
             {
                 SafeWeightsHandle handle = Handle;
-                bool added = false;
-                try
+                using (var arena = new Arena())
                 {
-                    // The name lives as long as the weights: keep them until it is copied.
-                    handle.DangerousAddRef(ref added);
-                    var info = new splat_weights_info
-                        { struct_size = (uint)sizeof(splat_weights_info) };
+                    arena.Hold(this);  // the name lives as long as the weights
+                    var info = new splat_weights_info { struct_size = (uint)sizeof(splat_weights_info) };
                     Check.Ok(Native.splat_weights_get_info(
                         handle, Check.Unsigned(index, nameof(index)), &info));
                     return new WeightsInfo(&info);
                 }
-                finally
-                {
-                    if (added) handle.DangerousRelease();
-                }
             }
         }
+
+        /// <summary>The same by the name; throws KeyNotFoundException.</summary>
+        public WeightsInfo this[string key] =>
+            TryGetValue(key, out WeightsInfo value) ? value
+                : throw new KeyNotFoundException("there is no tensor '" + key + "' among " + Count);
+
+        /// <summary>What the tensor of that name is, if it is there.</summary>
+        public bool TryGetValue(string key, out WeightsInfo value)
+        {
+            Check.NotNull(key, nameof(key));
+            value = null;
+            try
+            {
+                using (var arena = new Arena())
+                {
+                    uint index;
+                    ResultCode code = Native.splat_weights_find(Handle, arena.Text(key), &index);
+                    if (code == ResultCode.ErrorNotFound) return false;
+                    Check.Ok(code);
+                    value = this[(int)index];
+                    return true;
+                }
+            }
+            catch (ArgumentException)  // a NUL or half of a surrogate pair: no name has them
+            {
+                return false;
+            }
+        }
+
+        /// <summary>Whether there is a tensor of that name.</summary>
+        public bool ContainsKey(string key) => TryGetValue(key, out WeightsInfo _);
+
+        /// <summary>Names of the tensors.</summary>
+        public IEnumerable<string> Keys => Values.Select(info => info.Name);
+
+        /// <summary>What the tensors are.</summary>
+        public IEnumerable<WeightsInfo> Values => Enumerable.Range(0, Count).Select(i => this[i]);
+
+        /// <summary>Names with what the tensors are.</summary>
+        public IEnumerator<KeyValuePair<string, WeightsInfo>> GetEnumerator() =>
+            Values.Select(info => new KeyValuePair<string, WeightsInfo>(info.Name, info)).GetEnumerator();
+
+        IEnumerator IEnumerable.GetEnumerator() => GetEnumerator();
+
+        internal override string About => Count + " tensors";
 
         /// <summary>Number of a tensor by its name; throws ResultCode.ErrorNotFound.</summary>
         public int IndexOf(string name)
@@ -136,8 +181,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 uint index;
-                Check.Ok(Native.splat_weights_find(
-                    Handle, arena.Text(Check.NotNull(name, nameof(name))), &index));
+                Check.Ok(Native.splat_weights_find(Handle, arena.Text(name, nameof(name)), &index));
                 return (int)index;
             }
         }
@@ -145,16 +189,13 @@ namespace Splat
         /// <summary>The values of a tensor in a new array.</summary>
         public float[] Read(int index)
         {
-            var values = new float[checked((int)this[index].Elements)];
+            float[] values = Splat.Values.New<float>("the values", this[index].Elements);
             Read(index, values);
             return values;
         }
 
         /// <summary>The values of the tensor of that name in a new array.</summary>
-        public float[] Read(string name)
-        {
-            return Read(IndexOf(name));
-        }
+        public float[] Read(string name) => Read(IndexOf(name));
 
         /// <summary>Copy the values of a tensor into memory of the caller.</summary>
         public void Read(int index, Span<float> values)
@@ -172,24 +213,17 @@ namespace Splat
         public void Save(string path, WeightsFlags flags = WeightsFlags.None)
         {
             using (var arena = new Arena())
-                Check.Ok(Native.splat_weights_save(
-                    Handle, arena.Text(Check.NotNull(path, nameof(path))), flags));
+                Check.Ok(Native.splat_weights_save(Handle, arena.Text(path, nameof(path)), flags));
         }
 
         /// <summary>The bytes of such a file.</summary>
         public byte[] ToBytes(WeightsFormat format = WeightsFormat.Safetensors,
-                              WeightsFlags flags = WeightsFlags.None)
-        {
-            return Text.GetBytes((buffer, capacity, needed) =>
+                              WeightsFlags flags = WeightsFlags.None) =>
+            Text.GetBytes((buffer, capacity, needed) =>
                 Native.splat_weights_save_memory(Handle, format, flags, buffer, capacity, needed));
-        }
 
         /// <summary>JSON: format, metadata, warnings, published configurations that fit.</summary>
-        public string ReportJson()
-        {
-            return Text.Get((buffer, capacity, needed) =>
-                Native.splat_weights_report(Handle, buffer, capacity, needed));
-        }
+        public string ReportJson() => Text.Get(Handle, Native.splat_weights_report);
 
         /// <summary>
         /// Fold low-rank adapters into new weights; null: those among these weights.

@@ -100,19 +100,16 @@ namespace Splat.Tests
                 using (var store = new Dataset(path))
                 {
                     Expect.Equal(1, store.Count);
-                    Expect.Same(data.Read(1, new[] { 3 }).Images,
-                                store.Read(0, new[] { 3 }).Images);
+                    Expect.Same(data.Read(1, new[] { 3 }).Images, store.Read(0, new[] { 3 }).Images);
                 }
             }
-            Expect.Refused(ResultCode.ErrorNotFound, "lacks tables",
-                           () => Dataset.ImportTables(Cars.Folder));
+            Expect.Refused(ResultCode.ErrorNotFound, "lacks tables", () => Dataset.ImportTables(Cars.Folder));
         }
 
         [Test]
         private static void RefusesBadInput()
         {
-            Expect.Refused(ResultCode.ErrorNotFound, "nowhere", () =>
-                new Dataset(Shared.PathOf("nowhere")));
+            Expect.Refused(ResultCode.ErrorNotFound, "nowhere", () => new Dataset(Shared.PathOf("nowhere")));
             Expect.Refused(ResultCode.ErrorInvalidArgument, "format",
                            () => new Dataset(Cars.Folder, new DatasetOptions { Format = "xyz" }));
             Expect.Throws<ArgumentException>(
@@ -122,10 +119,8 @@ namespace Splat.Tests
                                0));
             using (Dataset data = Cars.Open())
             {
-                Expect.Refused(ResultCode.ErrorInvalidArgument, "", () =>
-                    data.Read(2, new[] { 0 }));
-                Expect.Refused(ResultCode.ErrorInvalidArgument, "", () =>
-                    data.Read(0, new[] { 99 }));
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => data.Read(2, new[] { 0 }));
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => data.Read(0, new[] { 99 }));
                 Expect.Throws<ArgumentOutOfRangeException>(() => data.Read(0, new[] { -1 }));
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => data.CheckJson(7));
                 data.Dispose();
@@ -183,12 +178,9 @@ namespace Splat.Tests
                 batch.Images = new float[0];
                 Expect.Throws<ArgumentException>(() => trainer.Step(batch));
                 batch.Images = null;
-                Expect.Refused(ResultCode.ErrorInvalidArgument, "images", () =>
-                    trainer.Step(batch));
-                Expect.Refused(ResultCode.ErrorFormat, "", () =>
-                    trainer.Resume(new byte[] { 1, 2, 3 }));
-                Expect.Refused(ResultCode.ErrorNotFound, "", () =>
-                    trainer.Resume(Shared.PathOf("none")));
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "images", () => trainer.Step(batch));
+                Expect.Refused(ResultCode.ErrorFormat, "", () => trainer.Resume(new byte[] { 1, 2, 3 }));
+                Expect.Refused(ResultCode.ErrorNotFound, "", () => trainer.Resume(Shared.PathOf("none")));
                 Expect.Throws<ArgumentOutOfRangeException>(() => batches.Read(-1));
                 Expect.Throws<ArgumentNullException>(() => trainer.Step((Batches)null, 0));
                 batches.Dispose();
@@ -196,8 +188,7 @@ namespace Splat.Tests
                 trainer.Dispose();
                 Expect.Throws<ObjectDisposedException>(() => trainer.GetModel());
             }
-            Expect.Refused(ResultCode.ErrorInvalidArgument, "", () =>
-                new Trainer(Shared.Device, "a: b"));
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => new Trainer(Shared.Device, "a: b"));
         }
     }
 

@@ -11,7 +11,7 @@ namespace Splat.Tests
         {
             DeviceInfo first = Device.All[0];
             Expect.Equal(0, first.Index);
-            Expect.Equal(16, first.Uuid.Length);
+            Expect.Equal(16, first.Uuid.Count);
             Expect.True(first.Name.Length > 0 && first.HeapBytes > 0, "name and heap");
             DeviceInfo open = Shared.Device.Info;
             Expect.True(open.Usable && open.Reason == "", "a usable device without a reason");
@@ -50,16 +50,13 @@ namespace Splat.Tests
                 new DeviceOptions { Select = DeviceSelect.ByIndex, Index = 77 }));
             Expect.Refused(ResultCode.ErrorInvalidArgument, "kernels",
                            () => new Device(new DeviceOptions { Kernels = (Kernels)99 }));
-            Expect.Throws<ArgumentException>(() =>
-                new Device(new DeviceOptions { Uuid = new byte[3] }));
+            Expect.Throws<ArgumentException>(() => new Device(new DeviceOptions { Uuid = new byte[3] }));
             Expect.Throws<ArgumentOutOfRangeException>(
                 () => new Device(new DeviceOptions { MaxDeviceBytes = -1 }));
             Expect.Throws<ArgumentOutOfRangeException>(
                 () => new Device(new DeviceOptions { Timeout = TimeSpan.FromTicks(-1) }));
-            Expect.Throws<ArgumentException>(() =>
-                new Device(new DeviceOptions { CacheFolder = "a\0b" }));
-            Expect.Throws<ArgumentException>(() =>
-                new Device(new DeviceOptions { CacheFolder = "\ud800" }));
+            Expect.Throws<ArgumentException>(() => new Device(new DeviceOptions { CacheFolder = "a\0b" }));
+            Expect.Throws<ArgumentException>(() => new Device(new DeviceOptions { CacheFolder = "\ud800" }));
         }
 
         [Test]
@@ -115,11 +112,9 @@ namespace Splat.Tests
         private static void DestroyedHandleIsAnErrorOfTheLibrary()
         {
             var device = new Device();
-            var stale = new Splat.Interop.SafeDeviceHandle(device.Handle.DangerousGetHandle(),
-                false);
+            var stale = new Splat.Interop.SafeDeviceHandle(device.Handle.DangerousGetHandle(), false);
             device.Dispose();
-            Expect.Equal(ResultCode.ErrorInvalidHandle,
-                Splat.Interop.Native.splat_device_cancel(stale));
+            Expect.Equal(ResultCode.ErrorInvalidHandle, Splat.Interop.Native.splat_device_cancel(stale));
         }
     }
 }

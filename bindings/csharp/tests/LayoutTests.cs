@@ -16,8 +16,7 @@ namespace Splat.Tests
             {
                 string name = layout.Type.Name;
                 Expect.Equal(name + " " + layout.Size, name + " " + Marshal.SizeOf(layout.Type));
-                FieldInfo[] fields =
-                    layout.Type.GetFields(BindingFlags.Instance | BindingFlags.Public);
+                FieldInfo[] fields = layout.Type.GetFields(BindingFlags.Instance | BindingFlags.Public);
                 Expect.Equal(name + " " + layout.Fields.Length, name + " " + fields.Length);
                 foreach (FieldInfo field in fields)
                 {

@@ -293,8 +293,7 @@ namespace Splat.Tests
             using (var device = new Device())
             {
                 Shared.Apart(() => Litter(device));
-                Expect.True(device.Memory.LiveBytes > 0 || device.Memory.PeakBytes > 0,
-                    "memory in use");
+                Expect.True(device.Memory.LiveBytes > 0 || device.Memory.PeakBytes > 0, "memory in use");
                 // The collector is conservative about stacks, so a thread of its own makes the
                 // objects.
                 for (int i = 0; i < 3; ++i)
@@ -346,8 +345,7 @@ namespace Splat.Tests
                     results.Add(Tensor.From(Shared.Device, new float[] { i, 2 }, 2).ToArray()[0]);
                 Expect.Equal(20, results.Count);
                 using (Prediction result = new Predictor(Shared.Device).Predict(Shared.Disc()))
-                    Expect.True(result.Gaussians > 100,
-                        "a prediction of a predictor that nothing holds");
+                    Expect.True(result.Gaussians > 100, "a prediction of a predictor that nothing holds");
                 foreach (WeightsInfo info in Enumerable.Range(0, 5).Select(i =>
                     Weights.Load(Weights.BuiltinPath())[i]))
                     Expect.True(info.Name.Length > 0, "a name of weights that nothing holds");
@@ -367,8 +365,7 @@ namespace Splat.Tests
                 Expect.Throws<SplatException>(() => new Tensor(Shared.Device, new long[] { 0 }));
                 Expect.Throws<SplatException>(() => new Predictor(
                     Shared.Device, new PredictorOptions { WeightsPath = "none" }));
-                Expect.Throws<ObjectDisposedException>(() =>
-                    new Tensor(Disposed(), new long[] { 1 }));
+                Expect.Throws<ObjectDisposedException>(() => new Tensor(Disposed(), new long[] { 1 }));
             }
             Shared.Collect();
             using (var tensor = new Tensor(Shared.Device, new long[] { 1 }))

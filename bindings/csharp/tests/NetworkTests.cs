@@ -92,8 +92,7 @@ namespace Splat.Tests
                 Expect.Same(new float[] { 1, 2, 3, 2, 4, 6 }, module.Read("grad:x"));
                 module.ZeroGradients();
                 Expect.Same(new float[3], module.Read("grad:weight"));
-                Expect.Same(new[] { "weight", "bias" },
-                            module.Ports(PortKind.Parameter).Select(p => p.Name));
+                Expect.Same(new[] { "weight", "bias" }, module.Ports(PortKind.Parameter).Select(p => p.Name));
                 Expect.Contains("\"linear\"", module.ReportJson());
             }
         }
@@ -107,16 +106,13 @@ namespace Splat.Tests
             Expect.Throws<ArgumentException>(() => new Port("x", new long[9]));
             using (Module module = Linear())
             {
-                Expect.Refused(ResultCode.ErrorShapeMismatch, "", () =>
-                    module.Write("x", new float[5]));
-                Expect.Refused(ResultCode.ErrorNotFound, "z", () =>
-                    module.Write("z", new float[5]));
+                Expect.Refused(ResultCode.ErrorShapeMismatch, "", () => module.Write("x", new float[5]));
+                Expect.Refused(ResultCode.ErrorNotFound, "z", () => module.Write("z", new float[5]));
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "",
                                () => module.Write("weight", new[] { 1, float.NaN, 0 }));
                 Expect.Refused(ResultCode.ErrorInvalidState, "", () => module.Read("y"));
                 Expect.Refused(ResultCode.ErrorInvalidState, "", () => module.Backward());
-                Expect.Refused(ResultCode.ErrorInvalidArgument, "kind", () =>
-                    module.Ports((PortKind)9));
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "kind", () => module.Ports((PortKind)9));
                 module.Dispose();
                 Expect.Throws<ObjectDisposedException>(() => module.Ports(PortKind.Input));
             }
@@ -179,8 +175,7 @@ namespace Splat.Tests
                 Expect.Same(new float[port.Elements], second.Read(port.Name));
                 second.Load(weights);
                 Expect.Same(first.Read(port.Name), second.Read(port.Name));
-                Expect.Refused(ResultCode.ErrorInvalidState, "", () =>
-                    first.Export(ModelExport.Adapters));
+                Expect.Refused(ResultCode.ErrorInvalidState, "", () => first.Export(ModelExport.Adapters));
             }
         }
 
@@ -239,8 +234,7 @@ namespace Splat.Tests
                     optimizer.SetRate(0.5);
                     optimizer.Load(state);
                     Expect.Near(1e-3, optimizer.Info.Rate, 1e-12);
-                    Expect.Refused(ResultCode.ErrorInvalidArgument, "", () =>
-                        optimizer.Load(averages));
+                    Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => optimizer.Load(averages));
                 }
             }
         }
@@ -256,14 +250,11 @@ namespace Splat.Tests
                                () => model.Forward(new ModelInput { Images = new float[10] }));
                 Expect.Throws<ArgumentException>(() =>
                     model.Forward(new ModelInput { Images = new float[0] }));
-                Expect.Refused(ResultCode.ErrorInvalidArgument, "", () =>
-                    model.Forward(new ModelInput()));
-                Expect.Refused(ResultCode.ErrorInvalidState, "",
-                               () => model.Backward(new ModelGradients()));
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => model.Forward(new ModelInput()));
+                Expect.Refused(ResultCode.ErrorInvalidState, "", () => model.Backward(new ModelGradients()));
                 Expect.Refused(ResultCode.ErrorNotFound, "meens", () => model.Read("meens"));
                 Expect.Refused(ResultCode.ErrorInvalidState, "", () => model.Read("means"));
-                Expect.Refused(ResultCode.ErrorNotFound, "none", () =>
-                    model.Write("none", new float[1]));
+                Expect.Refused(ResultCode.ErrorNotFound, "none", () => model.Write("none", new float[1]));
                 Expect.Throws<ArgumentNullException>(() => model.Load(null));
                 Expect.Refused(ResultCode.ErrorInvalidState, "gradient", () => new Optimizer(
                     Shared.Device, new[] { new OptimizerItem(model) }));
@@ -311,16 +302,14 @@ namespace Splat.Tests
                     device, new[] { new OptimizerItem("v", two, three) }));
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "",
                                () => new Optimizer(device, new OptimizerItem[0]));
-                Expect.Throws<ArgumentNullException>(() =>
-                    new Optimizer(device, new OptimizerItem[1]));
+                Expect.Throws<ArgumentNullException>(() => new Optimizer(device, new OptimizerItem[1]));
                 Expect.Throws<ArgumentOutOfRangeException>(() => new Optimizer(
                     device, new[] { new OptimizerItem("v", two, two) },
                         new OptimizerOptions { EmaEvery = -1 }));
                 using (var optimizer = new Optimizer(device,
                     new[] { new OptimizerItem("v", three, other) }))
                 {
-                    Expect.Refused(ResultCode.ErrorInvalidArgument, "rate", () =>
-                        optimizer.SetRate(-1));
+                    Expect.Refused(ResultCode.ErrorInvalidArgument, "rate", () => optimizer.SetRate(-1));
                     optimizer.Dispose();
                     Expect.Throws<ObjectDisposedException>(() => optimizer.Step());
                 }

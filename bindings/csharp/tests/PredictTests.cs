@@ -11,8 +11,7 @@ namespace Splat.Tests
         {
             Picture disc = Shared.Disc();
             string path = Shared.PathOf("disc.png");
-            PictureInfo cut = disc.Cut(64, new float[] { 1, 1, 1 }, out Image square,
-                out Image mask);
+            PictureInfo cut = disc.Cut(64, new float[] { 1, 1, 1 }, out Image square, out Image mask);
             Expect.Equal(Found.ByAlpha, cut.Found);
             Expect.Equal(255, (int)mask.Data[32 * 64 + 32]);
             Expect.Equal(255, (int)square.Data[0]);
@@ -65,8 +64,7 @@ namespace Splat.Tests
                 Expect.Refused(ResultCode.ErrorNotFound, "none.png",
                                () => predictor.Predict(
                                    new Picture { Image = Shared.PathOf("none.png") }));
-                Expect.Refused(ResultCode.ErrorInvalidArgument, "", () =>
-                    predictor.Predict(new Picture()));
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => predictor.Predict(new Picture()));
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "",
                                () => predictor.Predict(new[] { Shared.Disc(), Shared.Disc() }));
                 Expect.Throws<ArgumentNullException>(() => predictor.Predict((Picture)null));
@@ -106,8 +104,7 @@ namespace Splat.Tests
                     EvaluatedViews views = evaluator.Read(1, true);
                     Expect.Equal(views.Images.Length, views.Drawn.Length);
                     Expect.Equal(6, views.Inputs + views.Novel);
-                    Expect.Refused(ResultCode.ErrorInvalidState, "latest", () =>
-                        evaluator.Read(0, true));
+                    Expect.Refused(ResultCode.ErrorInvalidState, "latest", () => evaluator.Read(0, true));
                     Expect.Equal(2, evaluator.Summary.Objects);
                     Expect.Contains("\"novel\"", evaluator.ReportJson());
                     evaluator.Save(Shared.PathOf("eval"));
@@ -139,8 +136,7 @@ namespace Splat.Tests
                     evaluator.ScoreImages(0, new float[4]));
                 Expect.Refused(ResultCode.ErrorInvalidState, "", () => evaluator.Score(0));
             }
-            Expect.Refused(ResultCode.ErrorInvalidArgument, "", () =>
-                new Evaluator(new EvaluatorOptions()));
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => new Evaluator(new EvaluatorOptions()));
         }
     }
 

@@ -19,8 +19,7 @@ namespace Splat.Tests
             Expect.Equal(3L, scores.Pixels);
             Expect.Near(0.5, scores.Scale, 1e-12);
             Expect.Near(0, scores.Rmse, 1e-12);
-            Expect.Equal(4L, Priors.CompareDepth(truth, truth, null,
-                                                 DepthFlags.AsPublished).Pixels);
+            Expect.Equal(4L, Priors.CompareDepth(truth, truth, null, DepthFlags.AsPublished).Pixels);
             Expect.Equal(2L, Priors.CompareDepth(truth, truth, Map(1, 1, 1, 0, 0)).Pixels);
             Expect.Refused(ResultCode.ErrorShapeMismatch, "truth",
                            () => Priors.CompareDepth(truth, Map(1, 1)));

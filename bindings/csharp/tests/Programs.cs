@@ -87,7 +87,7 @@ namespace Splat.Tests
             Lend(new Module(device, new ModuleOptions()), m => m.Ports(PortKind.Input)[0].Name);
             Lend(new Training(device, "none"), t => t.Next().Message);
             Lend(new Training(device, "none"), t => t.Next().Name);
-            Lend(new Batches(new Dataset("none")), b => string.Join(" ", b.Read(0).Images));
+            Lend(new Batches(new Dataset("none")), b => string.Join(" ", b.Read(0).Images.ToArray()));
             return wrong;
         }
 

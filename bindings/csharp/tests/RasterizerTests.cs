@@ -55,18 +55,14 @@ namespace Splat.Tests
                 Image[] images = scene.Render(cameras, options, Shared.Device);
                 rasterizer.Forward(scene, cameras, White);  // made without a number of views
                 for (int i = 0; i < 3; ++i)
-                    Expect.Same(rasterizer.ReadImage(i, 3, Pixel.F32).ToFloats(),
-                                images[i].ToFloats());
-                Expect.Same(images[1].ToFloats(),
-                            scene.Render(new[] { cameras[1] }, options)[0].ToFloats());
+                    Expect.Same(rasterizer.ReadImage(i, 3, Pixel.F32).ToFloats(), images[i].ToFloats());
+                Expect.Same(images[1].ToFloats(), scene.Render(new[] { cameras[1] }, options)[0].ToFloats());
                 options.Channels = 2;
-                Expect.Throws<SplatException>(
-                    () => scene.Render(cameras, options, Shared.Device));
+                Expect.Throws<SplatException>(() => scene.Render(cameras, options, Shared.Device));
                 options.Background = new float[2];
                 Expect.Throws<ArgumentException>(() => scene.Render(cameras, options));
                 using (var source = new System.Threading.CancellationTokenSource())
-                    Expect.Throws<ArgumentException>(
-                        () => scene.Render(cameras, null, null, source.Token));
+                    Expect.Throws<ArgumentException>(() => scene.Render(cameras, null, null, source.Token));
             }
         }
 
@@ -119,16 +115,14 @@ namespace Splat.Tests
                 };
                 double slope = (sum(0.61f) - sum(0.59f)) / 0.02;
                 sum(0.6f);
-                rasterizer.Backward(new RasterGradients { Rgb = gradRgb,
-                    Opacities = gradOpacities });
+                rasterizer.Backward(new RasterGradients { Rgb = gradRgb, Opacities = gradOpacities });
                 float[] gradients = gradOpacities.ToArray();
                 Expect.Near(slope, gradients[1], Math.Abs(slope) * 0.02);
                 rasterizer.Backward(new RasterGradients
                 {
                     Rgb = gradRgb, Opacities = gradOpacities, Flags = GradientFlags.Accumulate,
                 });
-                Expect.Near(2 * gradients[1], gradOpacities.ToArray()[1],
-                    Math.Abs(gradients[1]) * 1e-4);
+                Expect.Near(2 * gradients[1], gradOpacities.ToArray()[1], Math.Abs(gradients[1]) * 1e-4);
             }
         }
 
@@ -137,8 +131,7 @@ namespace Splat.Tests
         {
             Device device = Shared.Device;
             Expect.Throws<ArgumentNullException>(() => new Rasterizer(device, null));
-            Expect.Throws<ArgumentNullException>(() =>
-                new Rasterizer(null, new RasterizerOptions()));
+            Expect.Throws<ArgumentNullException>(() => new Rasterizer(null, new RasterizerOptions()));
             Expect.Refused(ResultCode.ErrorInvalidArgument, "0 x 4 pixels",
                            () => new Rasterizer(device, new RasterizerOptions { Height = 4 }));
             Expect.Throws<ArgumentOutOfRangeException>(
@@ -151,12 +144,9 @@ namespace Splat.Tests
                 Camera[] cameras = Shared.SmallCameras(scene);
                 Expect.Refused(ResultCode.ErrorInvalidState, "drawn nothing: call Rasterizer.Forward first",
                                () => rasterizer.Read(Output.Rgb, new float[2 * 32 * 48 * 3]));
-                Expect.Throws<ArgumentException>(() =>
-                    rasterizer.Forward(scene, cameras, new float[2]));
-                Expect.Throws<ArgumentNullException>(() =>
-                    rasterizer.Forward((Scene)null, cameras));
-                Expect.Throws<ArgumentNullException>(() =>
-                    rasterizer.Forward(scene, new Camera[] { null }));
+                Expect.Throws<ArgumentException>(() => rasterizer.Forward(scene, cameras, new float[2]));
+                Expect.Throws<ArgumentNullException>(() => rasterizer.Forward((Scene)null, cameras));
+                Expect.Throws<ArgumentNullException>(() => rasterizer.Forward(scene, new Camera[] { null }));
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => rasterizer.Forward(
                     scene, new[] { Camera.FromFov(9, 9, 1) }));
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "",
@@ -170,12 +160,9 @@ namespace Splat.Tests
                 rasterizer.Forward(scene, cameras);
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "bytes",
                                () => rasterizer.Read(Output.Rgb, new float[7]));
-                Expect.Refused(ResultCode.ErrorInvalidArgument, "", () =>
-                    rasterizer.Read((Output)99));
-                Expect.Refused(ResultCode.ErrorInvalidState, "DEPTH", () =>
-                    rasterizer.Read(Output.Depth));
-                Expect.Refused(ResultCode.ErrorShapeMismatch, "", () =>
-                    rasterizer.CopyTo(Output.Rgb, wrong));
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => rasterizer.Read((Output)99));
+                Expect.Refused(ResultCode.ErrorInvalidState, "DEPTH", () => rasterizer.Read(Output.Depth));
+                Expect.Refused(ResultCode.ErrorShapeMismatch, "", () => rasterizer.CopyTo(Output.Rgb, wrong));
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => rasterizer.ReadImage(7));
                 Expect.Refused(ResultCode.ErrorInvalidState, "", () => rasterizer.Backward(
                     new RasterGradients { Means = wrong }));

@@ -14,8 +14,7 @@ namespace Splat.Tests
                 Expect.Equal(3L, scene.Count);
                 Expect.Equal(0, scene.ShDegree);
                 Expect.Same(new float[] { -1, 0, 0, 0, 0, 0.5f, 1, 0, 0 }, scene.Read("means"));
-                Expect.Same(new float[] { 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0 },
-                    scene.Read("rotations"));
+                Expect.Same(new float[] { 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0 }, scene.Read("rotations"));
                 Expect.Near(1 / (1 + Math.Exp(-4)), scene.Read("opacities")[1], 1e-6);
                 Expect.Same(new double[] { -1, 0, 0 }, scene.Info.Low);
                 scene.Write("opacities", new[] { 0.25f, 0.5f, 0.75f });
@@ -66,8 +65,7 @@ namespace Splat.Tests
         {
             using (Scene scene = Shared.ThreeGaussians())
             {
-                scene.Transform(new Similarity { Translation = new double[] { 0, 1, 0 },
-                    Scale = 2 });
+                scene.Transform(new Similarity { Translation = new double[] { 0, 1, 0 }, Scale = 2 });
                 Expect.Same(new float[] { -2, 1, 0, 0, 1, 1, 2, 1, 0 }, scene.Read("means"));
                 scene.Crop(new double[] { -3, 0, 0 }, new double[] { 1, 2, 2 });
                 Expect.Equal(2L, scene.Count);
@@ -77,6 +75,44 @@ namespace Splat.Tests
                 using (Scene other = Shared.ThreeGaussians())
                 using (Scene both = Scene.Merge(scene, other, other))
                     Expect.Equal(7L, both.Count);
+            }
+        }
+
+        [Test]
+        private static void HasPartsAndCopies()
+        {
+            using (Scene scene = Shared.ThreeGaussians())
+            using (Scene part = scene.Slice(1, 2))
+            using (Scene copy = scene.Copy())
+            using (Scene none = scene.Slice(3, 0))
+            {
+                Expect.Equal(2L, part.Count);
+                Expect.Equal(0L, none.Count);
+                foreach (string name in new[] { "means", "log_scales", "rotations", "opacity_logits", "sh" })
+                {
+                    Expect.Same(scene.Read(name), copy.Read(name));
+                    Expect.Same(scene.Read(name).Skip(scene.Read(name).Length / 3), part.Read(name));
+                }
+                copy.Write("means", new float[9]);
+                Expect.Equal(-1f, scene.Read("means")[0]);
+                Expect.Equal("count", Expect.Throws<ArgumentOutOfRangeException>(() => scene.Slice(1, 3)).ParamName);
+                Expect.Throws<ArgumentOutOfRangeException>(() => scene.Slice(-1, 1));
+                Expect.Throws<ArgumentOutOfRangeException>(() => scene.Slice(4, 0));
+            }
+        }
+
+        [Test]
+        private static void TakesMemoryWithoutACopy()
+        {
+            var numbers = new float[] { 9, 9, 1, 2, 3, 9 };
+            using (var scene = new Scene(1, 0, new SceneArrays { Means = numbers.AsMemory(2, 3) }))
+            {
+                Expect.Same(new float[] { 1, 2, 3 }, scene.Read("means"));
+                var box = new double[] { 0, 0, 0, 4, 4, 4 };
+                scene.Crop(box.AsSpan(0, 3), box.AsSpan(3, 3));
+                Expect.Equal(1.0, scene.ComparePoints(numbers.AsSpan(2, 3), 1e-6).FScore);
+                byte[] file = scene.ToBytes(SceneFormat.Ply);
+                using (Scene same = Scene.FromBytes(file.AsSpan())) Expect.Equal(1L, same.Count);
             }
         }
 
@@ -98,14 +134,12 @@ namespace Splat.Tests
             Expect.Refused(ResultCode.ErrorInvalidArgument, "sh_degree", () => new Scene(1, 4));
             Expect.Contains("Means has 2 numbers instead of 3", Expect.Throws<ArgumentException>(
                 () => new Scene(1, 0, new SceneArrays { Means = new float[2] })).Message);
-            Expect.Throws<ArgumentException>(() =>
-                new Scene(1, 0, new SceneArrays { Sh = new float[0] }));
+            Expect.Throws<ArgumentException>(() => new Scene(1, 0, new SceneArrays { Sh = new float[0] }));
             using (Scene scene = Shared.ThreeGaussians())
             {
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "bytes",
                                () => scene.Read("means", new float[8]));
-                Expect.Refused(ResultCode.ErrorInvalidArgument, "colour", () =>
-                    scene.Read("colour"));
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "colour", () => scene.Read("colour"));
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "scales",
                                () => scene.Write("scales", new float[9]));
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "bytes",
@@ -126,10 +160,8 @@ namespace Splat.Tests
             }
             using (Scene none = Scene.Merge()) Expect.Equal(0L, none.Count);
             Expect.Throws<ArgumentNullException>(() => Scene.Load(null));
-            Expect.Refused(ResultCode.ErrorNotFound, "none.ply", () =>
-                Scene.Load(Shared.PathOf("none.ply")));
-            Expect.Refused(ResultCode.ErrorFormat, "", () =>
-                Scene.FromBytes(new byte[] { 1, 2, 3 }));
+            Expect.Refused(ResultCode.ErrorNotFound, "none.ply", () => Scene.Load(Shared.PathOf("none.ply")));
+            Expect.Refused(ResultCode.ErrorFormat, "", () => Scene.FromBytes(new byte[] { 1, 2, 3 }));
             Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => Scene.FromBytes(null));
         }
     }
@@ -142,15 +174,43 @@ namespace Splat.Tests
             Camera camera = Camera.FromFov(64, 48, Math.PI / 2);
             Expect.Near(32, camera.Fx, 1e-9);
             Expect.Near(24, camera.Cy, 1e-9);
-            Camera moved = camera.LookAt(new double[] { 0, 0, -3 }, new double[3],
-                new double[] { 0, -1, 0 });
+            Camera moved = camera.LookAt(new double[] { 0, 0, -3 }, new double[3], new double[] { 0, -1, 0 });
             Expect.Near(3, moved.WorldToCamera[11], 1e-9);
             Expect.Equal(0.0, camera.WorldToCamera[11]);
             Camera same = camera.WithOpenGl(moved.ToOpenGl());
-            for (int i = 0; i < 16; ++i) Expect.Near(moved.WorldToCamera[i], same.WorldToCamera[i],
-                1e-9);
+            for (int i = 0; i < 16; ++i) Expect.Near(moved.WorldToCamera[i], same.WorldToCamera[i], 1e-9);
             var made = new Camera(64, 48, 32, 32, 32, 24, moved.WorldToCamera);
             Expect.Same(moved.WorldToCamera, made.WorldToCamera);
+        }
+
+        [Test]
+        private static void WithChangesOneNumber()
+        {
+            Camera camera = Camera.FromFov(64, 48, Math.PI / 2).WithOpenGl(
+                new double[] { 1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3, 0, 0, 0, 1 });
+            Camera wider = camera.With(fx: 16);
+            Expect.Equal(16.0, wider.Fx);
+            Expect.True(camera != wider, "another camera");
+            Expect.Equal(camera, wider.With(fx: camera.Fx));
+            Expect.Equal(camera, new Camera(64, 48, camera.Fx, camera.Fy, 32, 24, camera.WorldToCamera));
+        }
+
+        [Test]
+        private static void WhatRenderWouldRefuseIsRefusedWhenMade()
+        {
+            Camera camera = Camera.FromFov(8, 8, 1);
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "focal", () => camera.With(fx: -1));
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "focal", () => camera.With(fy: double.NaN));
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "camera refused: 0 x 8", () => camera.With(width: 0));
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "40000", () => camera.With(height: 40000));
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => camera.With(cx: double.PositiveInfinity));
+            foreach (int at in new[] { 0, 5, 10, 12, 15 })
+            {
+                double[] pose = camera.WorldToCamera.ToArray();
+                pose[at] = -pose[at] + (at == 12 ? 1 : 0);
+                Expect.Equal("worldToCamera",
+                             Expect.Throws<ArgumentException>(() => camera.With(worldToCamera: pose)).ParamName);
+            }
         }
 
         [Test]
@@ -187,8 +247,7 @@ namespace Splat.Tests
             Expect.Refused(ResultCode.ErrorInvalidArgument, "",
                            () => camera.LookAt(new double[3], new double[3],
                                new double[] { 0, 1, 0 }));
-            Expect.Refused(ResultCode.ErrorInvalidArgument, "", () =>
-                camera.WithOpenGl(new double[16]));
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => camera.WithOpenGl(new double[16]));
             using (Scene scene = Shared.ThreeGaussians())
             {
                 Expect.Equal(0, Camera.Orbit(scene, 0).Length);
@@ -200,8 +259,7 @@ namespace Splat.Tests
                 () => Camera.Save(Shared.PathOf("x.json"), new[] { camera }, new string[0]));
             Expect.Throws<ArgumentNullException>(
                 () => Camera.Save(Shared.PathOf("x.json"), new Camera[] { null }));
-            Expect.Refused(ResultCode.ErrorNotFound, "", () =>
-                Camera.Load(Shared.PathOf("none.json")));
+            Expect.Refused(ResultCode.ErrorNotFound, "", () => Camera.Load(Shared.PathOf("none.json")));
             Expect.Refused(ResultCode.ErrorFormat, "", () => Camera.FromBytes(new byte[] { 65 }));
         }
     }

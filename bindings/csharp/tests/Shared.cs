@@ -22,8 +22,7 @@ namespace Splat.Tests
             get
             {
                 if (folder != null) return folder;
-                folder = Path.Combine(Path.GetTempPath(),
-                    "splat-csharp-" + Guid.NewGuid().ToString("N"));
+                folder = Path.Combine(Path.GetTempPath(), "splat-csharp-" + Guid.NewGuid().ToString("N"));
                 Directory.CreateDirectory(folder);
                 return folder;
             }
@@ -92,8 +91,7 @@ namespace Splat.Tests
             return new Picture { Image = DiscImage() };
         }
 
-        /// <summary>Wait until the collector has run all finalizers of what is
-        /// unreachable.</summary>
+        /// <summary>Wait until the collector has run all finalizers of what is unreachable.</summary>
         internal static void Collect()
         {
             for (int i = 0; i < 3; ++i)

@@ -16,7 +16,7 @@ namespace Splat.Tests
                 Expect.Same(new long[] { 2, 3 }, f.Dims);
                 Expect.Same(new[] { -1, 2 }, i.ToArray<int>());
                 Expect.Same(new[] { 4000000000u }, u.ToArray<uint>());
-                Expect.Equal(0, u.Dims.Length);
+                Expect.Equal(0, u.Dims.Count);
                 Expect.Equal(DType.I32, i.Info.Dtype);
                 Expect.Equal(24L, f.Info.Bytes);
             }
@@ -90,8 +90,7 @@ namespace Splat.Tests
                     Expect.Throws<ObjectDisposedException>(() => GC.KeepAlive(tensor.Info));
                     Expect.Equal(5f, values[1]);
                 });
-                Expect.Throws<ObjectDisposedException>(
-                    () => tensor.Map<float>(Access.Read, values => { }));
+                Expect.Throws<ObjectDisposedException>(() => tensor.Map<float>(Access.Read, values => { }));
             }
         }
 
@@ -103,10 +102,8 @@ namespace Splat.Tests
             Expect.Throws<ArgumentNullException>(() => new Tensor(device, null));
             Expect.Throws<ArgumentNullException>(() => Tensor.From(device, (float[])null, 1));
             Expect.Throws<ArgumentException>(() => new Tensor(device, new long[9]));
-            Expect.Refused(ResultCode.ErrorInvalidArgument, "", () =>
-                new Tensor(device, new long[] { 0 }));
-            Expect.Refused(ResultCode.ErrorInvalidArgument, "", () =>
-                new Tensor(device, new long[] { -4 }));
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => new Tensor(device, new long[] { 0 }));
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => new Tensor(device, new long[] { -4 }));
             Expect.Refused(ResultCode.ErrorInvalidArgument, "",
                            () => new Tensor(device, new long[] { 1L << 40 }));
             Expect.Refused(ResultCode.ErrorInvalidArgument, "dtype",

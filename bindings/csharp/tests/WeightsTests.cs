@@ -1,4 +1,5 @@
 using System;
+using System.Collections.Generic;
 using System.IO;
 using System.Linq;
 
@@ -27,8 +28,32 @@ namespace Splat.Tests
                 Expect.Same(new float[] { 1, 2, 3, 4, 5, 6 }, weights.Read("a"));
                 Expect.Same(new float[] { 7 }, weights.Read(weights.IndexOf("scalar")));
             }
-            using (Weights none = Weights.FromArrays(new NamedArray[0])) Expect.Equal(0,
-                none.Count);
+            using (Weights none = Weights.FromArrays(new NamedArray[0])) Expect.Equal(0, none.Count);
+        }
+
+        [Test]
+        private static void AreADictionary()
+        {
+            using (Weights weights = Two())
+            {
+                IReadOnlyDictionary<string, WeightsInfo> all = weights;
+                Expect.Same(new[] { "a", "scalar" }, all.Keys);
+                Expect.Same(new long[] { 6, 1 }, all.Values.Select(info => info.Elements));
+                Expect.Same(all.Keys, all.Select(pair => pair.Key));
+                Expect.Equal(weights[0], all["a"]);
+                Expect.True(all.TryGetValue("scalar", out WeightsInfo scalar) && scalar.Rank == 0, "a scalar");
+                foreach (string name in new[] { "zz", "a\0b", "\ud800", "" })
+                {
+                    Expect.True(!all.ContainsKey(name), "nothing of that name");
+                    Expect.Throws<KeyNotFoundException>(() => GC.KeepAlive(all[name]));
+                }
+                Expect.Contains("'zz' among 2", Expect.Throws<KeyNotFoundException>(
+                    () => GC.KeepAlive(all["zz"])).Message);
+                Expect.Throws<ArgumentNullException>(() => all.ContainsKey(null));
+                weights.Dispose();
+                Expect.Throws<ObjectDisposedException>(() => all.ContainsKey("a"));
+                Expect.Throws<ObjectDisposedException>(() => all.Keys.ToArray());
+            }
         }
 
         [Test]
@@ -89,14 +114,12 @@ namespace Splat.Tests
                 new[] { new NamedArray("a", new float[1], 1),
                     new NamedArray("a", new float[1], 1) }));
             Expect.Throws<ArgumentNullException>(() => Weights.FromArrays(new NamedArray[1]));
-            Expect.Refused(ResultCode.ErrorFormat, "", () =>
-                Weights.FromBytes(new byte[] { 1, 2, 3 }));
+            Expect.Refused(ResultCode.ErrorFormat, "", () => Weights.FromBytes(new byte[] { 1, 2, 3 }));
             using (Weights weights = Two())
             {
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => weights.Read(2));
                 Expect.Refused(ResultCode.ErrorNotFound, "b", () => weights.Read("b"));
-                Expect.Refused(ResultCode.ErrorInvalidArgument, "bytes", () =>
-                    weights.Read(0, new float[5]));
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "bytes", () => weights.Read(0, new float[5]));
                 Expect.Refused(ResultCode.ErrorUnsupported, ".pth", () =>
                     weights.Save(Shared.PathOf("w.bin")));
                 weights.Dispose();
