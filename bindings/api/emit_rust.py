@@ -294,22 +294,10 @@ def _safe_doc(api: Api, text: str, indent: str, own: str = "") -> str:
 def _names(api: Api) -> str:
     """The table for the sentences of the library."""
     constants = _rust_names(api)
-    own = dict(words(api, "rust", _camel, "{}::{}".format, lambda _, value: constants[value["name"]], structs=True))
-    # A count of C is the length of a slice.
-    own.update((count, f"{name}.len()") for count, name in _counts(api).items())
+    own = dict(words(api, "rust", _camel, "{}::{}".format, lambda _, value: constants[value["name"]], "{}.len()", True))
     text = "\n/// What sentences say for names of C, in their order.\n"
     text += f"pub(crate) const WORDS: [(&str, &str); {len(own)}] = [\n"
     return text + "".join(f"    (\"{name}\", \"{own[name]}\"),\n" for name in sorted(own)) + "];\n"
-
-
-def _counts(api: Api) -> dict[str, str]:
-    """Arrays by the names of the counts that are their lengths."""
-    counts: dict[str, str] = {}
-    for holder in [*api["structs"], *api["functions"]]:
-        for item in holder.get("fields", holder.get("parameters")):
-            if (item["length"] or "").endswith("_count"):
-                counts.setdefault(item["length"], item["name"])
-    return counts
 
 
 def _hidden(field: dict[str, Any]) -> bool:

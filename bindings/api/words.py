@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, Set, Tuple
 
 SOURCES = Path(__file__).resolve().parents[2] / "src"
-NAME = re.compile(r"\b(?:splat|SPLAT)_\w+")
+NAME = re.compile(r"\b(?:splat|SPLAT)_\w+|\b\w+_count\b")
 
 
 @lru_cache(maxsize=1)
@@ -34,20 +34,21 @@ def call_of(api: Dict[str, Any], name: str) -> Tuple[str, str]:
 def words(api: Dict[str, Any], language: str, class_of: Callable[[str], str],
           method_of: Callable[[str, str], str],
           value_of: Callable[[Dict[str, Any], Dict[str, Any]], str],
-          structs: bool = False) -> List[Tuple[str, str]]:
+          number_of: str = "the number of {}", structs: bool = False) -> List[Tuple[str, str]]:
     """Pairs of a name of C and the words of a language, in the order of the names.
 
     class_of   the class of a handle
     method_of  class and method to a call
     value_of   enumeration and value
-    structs    the language has them; else that of Scene is told as Scene
+    number_of  the length of an array, which C gives as a count
+    structs    the language has them; else it names those that are not here when it speaks
     """
     used = mentioned()
-    own = {each["name"]: class_of(each["name"]) for each in api["handles"]}
-    for struct in api["structs"]:
-        made = struct["name"].replace("_desc", "")
-        if structs or struct["name"] in used and made in own:
-            own[struct["name"]] = class_of(struct["name"] if structs else made)
+    own = {each["name"]: class_of(each["name"]) for each in [*api["handles"], *(api["structs"] if structs else [])]}
+    for holder in [*api["structs"], *api["functions"]]:
+        for item in holder.get("fields", holder.get("parameters")):
+            if (item["length"] or "").endswith("_count") and item["length"] in used:
+                own.setdefault(item["length"], number_of.format(item["name"]))
     for function in api["functions"]:
         owner, method = call_of(api, function["name"])
         if function["name"] in used and owner:

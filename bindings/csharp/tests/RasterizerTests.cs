@@ -172,7 +172,7 @@ namespace Splat.Tests
                                () => rasterizer.Read(Output.Rgb, new float[7]));
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "", () =>
                     rasterizer.Read((Output)99));
-                Expect.Refused(ResultCode.ErrorInvalidState, "DEPTH", () =>
+                Expect.Refused(ResultCode.ErrorInvalidState, "'depth'", () =>
                     rasterizer.Read(Output.Depth));
                 Expect.Refused(ResultCode.ErrorShapeMismatch, "", () =>
                     rasterizer.CopyTo(Output.Rgb, wrong));

@@ -268,9 +268,6 @@ pub(crate) fn translated(text: &str) -> String {
 
 /// The name of this crate for one of C.
 fn name(token: &str) -> Option<&'static str> {
-    if token == "NULL" {
-        return Some("None");
-    }
     let place = WORDS.binary_search_by_key(&token, |&(name, _)| name).ok()?;
     Some(WORDS[place].1)
 }
@@ -278,6 +275,16 @@ fn name(token: &str) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::translated;
+
+    /// Writes the words of Rust for the sentences in a file; bindings/smoke/sentences.py judges.
+    #[test]
+    fn sentences_of_a_file() -> std::io::Result<()> {
+        let file = std::env::var("SPLAT_SENTENCES").unwrap_or_else(|_| "/dev/null".into());
+        for line in std::fs::read_to_string(file)?.lines() {
+            println!("> {}", translated(line));
+        }
+        Ok(())
+    }
 
     #[test]
     fn sentences_have_the_names_of_this_crate() {
