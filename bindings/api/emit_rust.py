@@ -294,7 +294,7 @@ def _safe_doc(api: Api, text: str, indent: str, own: str = "") -> str:
 def _names(api: Api) -> str:
     """The table for the sentences of the library."""
     constants = _rust_names(api)
-    own = dict(words(api, "rust", _camel, "{}::{}".format, lambda _, value: constants[value["name"]], "{}.len()", True))
+    own = dict(words(api, "rust", _camel, "{}::{}".format, lambda _, value: constants[value["name"]], "{}.len()"))
     text = "\n/// What sentences say for names of C, in their order.\n"
     text += f"pub(crate) const WORDS: [(&str, &str); {len(own)}] = [\n"
     return text + "".join(f"    (\"{name}\", \"{own[name]}\"),\n" for name in sorted(own)) + "];\n"

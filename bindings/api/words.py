@@ -34,17 +34,16 @@ def call_of(api: Dict[str, Any], name: str) -> Tuple[str, str]:
 def words(api: Dict[str, Any], language: str, class_of: Callable[[str], str],
           method_of: Callable[[str, str], str],
           value_of: Callable[[Dict[str, Any], Dict[str, Any]], str],
-          number_of: str = "the number of {}", structs: bool = False) -> List[Tuple[str, str]]:
-    """Pairs of a name of C and the words of a language, in the order of the names.
+          number_of: str = "the number of {}") -> List[Tuple[str, str]]:
+    """Pairs of a name of C and the words of a language, in the order of the names, without those of most structs.
 
     class_of   the class of a handle
     method_of  class and method to a call
     value_of   enumeration and value
     number_of  the length of an array, which C gives as a count
-    structs    the language has them; else it names those that are not here when it speaks
     """
     used = mentioned()
-    own = {each["name"]: class_of(each["name"]) for each in [*api["handles"], *(api["structs"] if structs else [])]}
+    own = {each["name"]: class_of(each["name"]) for each in api["handles"]}
     for holder in [*api["structs"], *api["functions"]]:
         for item in holder.get("fields", holder.get("parameters")):
             if (item["length"] or "").endswith("_count") and item["length"] in used:

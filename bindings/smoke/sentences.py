@@ -16,7 +16,7 @@ from typing import Dict, List, Set
 
 BINDINGS = Path(__file__).resolve().parents[1]
 QUOTED = re.compile(r"(?<!\w)'.*?'(?!\w)|\"\w*\"")
-NAMES = re.compile(r"\b(?:splat_[a-z]|SPLAT_[A-Z])\w*|\bNULL\b|\b_?[A-Z]+_[A-Z_]+\b")
+NAMES = re.compile(r"\b(?:splat_[a-z]|SPLAT_[A-Z])\w*|\bNULL\b|(?<!::)\b_?[A-Z]+_[A-Z_]+\b")
 # Every binding writes these itself, and passes each pointer of a call.
 ITS_OWN = re.compile(r"\b(struct_size|reserved|next) is |^[\w.\[\]]+ is (NULL|None|null)\b")
 # What callers see: declarations, whose names of arguments count in every spelling.
