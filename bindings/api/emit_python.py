@@ -7,7 +7,7 @@ import re
 import textwrap
 from typing import Any, Dict, List, Optional, Set
 
-from words import words
+from words import words, wrapped
 
 HEAD = '''"""{title}
 
@@ -173,17 +173,6 @@ class Types:
         for name in self.structs:
             visit(name)
         return done
-
-
-def wrapped(items: List[str], indent: str) -> List[str]:
-    """Items with commas between them, in lines that fit."""
-    lines, line = [], indent
-    for item in items:
-        if line.strip() and len(line) + len(item) + 2 > 98:
-            lines.append(line.rstrip())
-            line = indent
-        line += item + ", "
-    return lines + [line.rstrip()] if line.strip() else lines
 
 
 def emit_enum(enum: Dict[str, Any], named: bool) -> List[str]:

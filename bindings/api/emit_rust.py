@@ -12,7 +12,7 @@ import os
 import re
 from typing import Any, Optional
 
-from words import words
+from words import words, wrapped
 from rust_names import FIELDS, FLAGS, INPUTS, OUTPUTS, SHARED, TRUTHS
 
 Api = dict[str, Any]
@@ -296,8 +296,8 @@ def _names(api: Api) -> str:
     constants = _rust_names(api)
     own = dict(words(api, "rust", _camel, "{}::{}".format, lambda _, value: constants[value["name"]], "{}.len()"))
     text = "\n/// What sentences say for names of C, in their order.\n"
-    text += f"pub(crate) const WORDS: [(&str, &str); {len(own)}] = [\n"
-    return text + "".join(f"    (\"{name}\", \"{own[name]}\"),\n" for name in sorted(own)) + "];\n"
+    text += f"#[rustfmt::skip]\npub(crate) const WORDS: [(&str, &str); {len(own)}] = [\n"
+    return text + "\n".join(wrapped([f'("{name}", "{own[name]}")' for name in sorted(own)], "    ")) + "\n];\n"
 
 
 def _hidden(field: dict[str, Any]) -> bool:

@@ -31,6 +31,17 @@ def call_of(api: Dict[str, Any], name: str) -> Tuple[str, str]:
     return owner, name[len(owner or "splat") + 1:]
 
 
+def wrapped(items: List[str], indent: str, width: int = 116) -> List[str]:
+    """Items with commas between them, in lines that fit."""
+    lines, line = [], indent
+    for item in items:
+        if line.strip() and len(line) + len(item) + 2 > width:
+            lines.append(line.rstrip())
+            line = indent
+        line += item + ", "
+    return lines + [line.rstrip()] if line.strip() else lines
+
+
 def words(api: Dict[str, Any], language: str, class_of: Callable[[str], str],
           method_of: Callable[[str, str], str],
           value_of: Callable[[Dict[str, Any], Dict[str, Any]], str],

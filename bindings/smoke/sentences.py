@@ -66,7 +66,7 @@ def compare() -> int:
     file, commands = sys.argv[1], [each.split("=", 1) for each in sys.argv[2:]]
     lines = Path(file).read_bytes().decode("utf-8", "ignore").split("\n")
     said = sorted(set(lines) - {""})
-    Path(file).write_text("".join(f"{line}\n" for line in said), "utf-8")
+    Path(file).write_text("\n".join(said), "utf-8")
     before = sum(bool(NAMES.search(QUOTED.sub("", line))) for line in said)
     failed = len(said) < 1500
     for language, command in commands:

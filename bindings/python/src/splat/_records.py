@@ -41,11 +41,10 @@ class DeviceInfo:
     def of(cls, raw: Any) -> "DeviceInfo":
         """From a `splat_device_info`."""
         return cls(
-            raw.index, _native.DeviceKind(raw.kind), bool(raw.usable), raw.vendor_id,
-            raw.device_id, raw.vulkan_version, raw.driver_version, bytes(raw.uuid),
-            raw.heap_bytes, raw.max_allocation_bytes, raw.max_storage_buffer_bytes,
-            raw.max_workgroup_invocations, raw.shared_memory_bytes, raw.subgroup_size,
-            _native.FeatureFlags(raw.features), _native.Kernels(raw.kernels), text(raw.name),
+            raw.index, _native.DeviceKind(raw.kind), bool(raw.usable), raw.vendor_id, raw.device_id,
+            raw.vulkan_version, raw.driver_version, bytes(raw.uuid), raw.heap_bytes, raw.max_allocation_bytes,
+            raw.max_storage_buffer_bytes, raw.max_workgroup_invocations, raw.shared_memory_bytes,
+            raw.subgroup_size, _native.FeatureFlags(raw.features), _native.Kernels(raw.kernels), text(raw.name),
             text(raw.driver), text(raw.reason),
         )
 
@@ -84,8 +83,8 @@ class TensorInfo:
     def of(cls, raw: Any) -> "TensorInfo":
         """From a `splat_tensor_info`."""
         return cls(
-            _native.Dtype(raw.dtype), raw.rank, bool(raw.mapped), tuple(raw.dims[:raw.rank]),
-            raw.elements, raw.bytes, text(raw.name),
+            _native.Dtype(raw.dtype), raw.rank, bool(raw.mapped), tuple(raw.dims[:raw.rank]), raw.elements,
+            raw.bytes, text(raw.name),
         )
 
 
@@ -149,10 +148,9 @@ class SceneInfo:
     def of(cls, raw: Any) -> "SceneInfo":
         """From a `splat_scene_info`."""
         return cls(
-            raw.sh_degree, raw.count, tuple(raw.low), tuple(raw.high), tuple(raw.center),
-            raw.radius, raw.scale_min, raw.scale_max, raw.scale_mean, raw.opacity_min,
-            raw.opacity_max, raw.opacity_mean, raw.non_finite, raw.bad_rotations, raw.degenerate,
-            raw.invisible,
+            raw.sh_degree, raw.count, tuple(raw.low), tuple(raw.high), tuple(raw.center), raw.radius,
+            raw.scale_min, raw.scale_max, raw.scale_mean, raw.opacity_min, raw.opacity_max, raw.opacity_mean,
+            raw.non_finite, raw.bad_rotations, raw.degenerate, raw.invisible,
         )
 
 
@@ -203,9 +201,9 @@ class ModelInfo:
         """From a `splat_model_info`."""
         return cls(
             _native.ModelFlags(raw.flags), raw.objects, raw.views, raw.resolution, raw.channels,
-            raw.image_channels, raw.output_channels, raw.gaussians, raw.sh_degree,
-            raw.embedding_length, raw.token_dim, raw.tokens, raw.slices, raw.fov, raw.parameters,
-            raw.trainable, raw.predicted, raw.non_finite, raw.faint,
+            raw.image_channels, raw.output_channels, raw.gaussians, raw.sh_degree, raw.embedding_length,
+            raw.token_dim, raw.tokens, raw.slices, raw.fov, raw.parameters, raw.trainable, raw.predicted,
+            raw.non_finite, raw.faint,
         )
 
 
@@ -225,9 +223,8 @@ class PictureInfo:
     def of(cls, raw: Any) -> "PictureInfo":
         """From a `splat_picture_info`."""
         return cls(
-            raw.width, raw.height, _native.Found(raw.found),
-            _native.PictureWarningFlags(raw.warnings), tuple(raw.square), raw.focal,
-            raw.fov_degrees,
+            raw.width, raw.height, _native.Found(raw.found), _native.PictureWarningFlags(raw.warnings),
+            tuple(raw.square), raw.focal, raw.fov_degrees,
         )
 
 
@@ -252,9 +249,8 @@ class PredictorInfo:
     def of(cls, raw: Any) -> "PredictorInfo":
         """From a `splat_predictor_info`."""
         return cls(
-            raw.views, raw.resolution, raw.channels, raw.depth, raw.normal, raw.mask,
-            raw.origin_distance, raw.gaussians, raw.sh_degree, tuple(raw.background),
-            raw.fov_degrees, text(raw.category),
+            raw.views, raw.resolution, raw.channels, raw.depth, raw.normal, raw.mask, raw.origin_distance,
+            raw.gaussians, raw.sh_degree, tuple(raw.background), raw.fov_degrees, text(raw.category),
         )
 
 
@@ -279,8 +275,8 @@ class RasterizerInfo:
     def of(cls, raw: Any) -> "RasterizerInfo":
         """From a `splat_rasterizer_info`."""
         return cls(
-            raw.passes, raw.visible, raw.pairs, raw.longest, raw.tiles, raw.empty_tiles,
-            raw.bytes, raw.runs, raw.gaussians, raw.views, raw.culled, raw.non_finite,
+            raw.passes, raw.visible, raw.pairs, raw.longest, raw.tiles, raw.empty_tiles, raw.bytes, raw.runs,
+            raw.gaussians, raw.views, raw.culled, raw.non_finite,
         )
 
 
@@ -345,10 +341,10 @@ class RunEvent:
     def of(cls, raw: Any) -> "RunEvent":
         """From a `splat_run_event`."""
         return cls(
-            _native.RunEventKind(raw.kind), text(raw.text), raw.warning, raw.updated, raw.logged,
-            raw.step, raw.attempts, raw.iterations, raw.skipped, raw.peak_bytes, raw.seconds,
-            raw.steps_per_second, raw.number_count, text(raw.name), raw.piece, raw.pieces,
-            raw.views, raw.inputs, raw.width, raw.height, raw.image_count,
+            _native.RunEventKind(raw.kind), text(raw.text), raw.warning, raw.updated, raw.logged, raw.step,
+            raw.attempts, raw.iterations, raw.skipped, raw.peak_bytes, raw.seconds, raw.steps_per_second,
+            raw.number_count, text(raw.name), raw.piece, raw.pieces, raw.views, raw.inputs, raw.width, raw.height,
+            raw.image_count,
         )
 
 
@@ -370,8 +366,8 @@ class OptimizerInfo:
     def of(cls, raw: Any) -> "OptimizerInfo":
         """From a `splat_optimizer_info`."""
         return cls(
-            raw.was_skipped, raw.step, raw.skipped, raw.rate, raw.non_finite, raw.gradients_zero,
-            raw.averaged, raw.parameters, raw.elements,
+            raw.was_skipped, raw.step, raw.skipped, raw.rate, raw.non_finite, raw.gradients_zero, raw.averaged,
+            raw.parameters, raw.elements,
         )
 
 
@@ -401,9 +397,9 @@ class TrainerInfo:
     def of(cls, raw: Any) -> "TrainerInfo":
         """From a `splat_trainer_info`."""
         return cls(
-            raw.skipped, raw.step, raw.pairs, raw.loss, raw.squared_error, raw.pixel_loss,
-            raw.ssim, raw.network_ms, raw.render_ms, raw.update_ms, raw.lpips, raw.visible,
-            raw.culled, raw.non_finite, raw.gradients_zero, raw.rate, raw.edge_loss,
+            raw.skipped, raw.step, raw.pairs, raw.loss, raw.squared_error, raw.pixel_loss, raw.ssim,
+            raw.network_ms, raw.render_ms, raw.update_ms, raw.lpips, raw.visible, raw.culled, raw.non_finite,
+            raw.gradients_zero, raw.rate, raw.edge_loss,
         )
 
 
@@ -457,9 +453,8 @@ class Ledger:
     def of(cls, raw: Any) -> "Ledger":
         """From a `splat_ledger`."""
         return cls(
-            raw.outputs_not_finite, raw.gaussians, raw.gaussians_not_finite,
-            raw.gaussians_invisible, raw.gaussians_visible, raw.images_not_finite,
-            raw.images_blank,
+            raw.outputs_not_finite, raw.gaussians, raw.gaussians_not_finite, raw.gaussians_invisible,
+            raw.gaussians_visible, raw.images_not_finite, raw.images_blank,
         )
 
 
@@ -481,8 +476,8 @@ class ObjectScores:
     def of(cls, raw: Any) -> "ObjectScores":
         """From a `splat_object_scores`."""
         return cls(
-            raw.object, text(raw.name), Scores.of(raw.novel), Scores.of(raw.conditioning),
-            Ledger.of(raw.ledger), raw.empty_views, raw.not_finite, raw.predict_ms, raw.draw_ms,
+            raw.object, text(raw.name), Scores.of(raw.novel), Scores.of(raw.conditioning), Ledger.of(raw.ledger),
+            raw.empty_views, raw.not_finite, raw.predict_ms, raw.draw_ms,
         )
 
 
@@ -503,9 +498,8 @@ class EvaluationSummary:
     def of(cls, raw: Any) -> "EvaluationSummary":
         """From a `splat_evaluation_summary`."""
         return cls(
-            raw.objects, Scores.of(raw.novel), Scores.of(raw.conditioning),
-            Ledger.of(raw.ledger), raw.empty_views, raw.objects_not_finite,
-            raw.predictions_per_second, raw.images_per_second,
+            raw.objects, Scores.of(raw.novel), Scores.of(raw.conditioning), Ledger.of(raw.ledger), raw.empty_views,
+            raw.objects_not_finite, raw.predictions_per_second, raw.images_per_second,
         )
 
 
@@ -524,8 +518,7 @@ class ComparisonInfo:
     def of(cls, raw: Any) -> "ComparisonInfo":
         """From a `splat_comparison_info`."""
         return cls(
-            raw.metrics, raw.objects_a, raw.objects_b, raw.shared_objects, raw.unpaired,
-            raw.comparable,
+            raw.metrics, raw.objects_a, raw.objects_b, raw.shared_objects, raw.unpaired, raw.comparable,
         )
 
 
@@ -554,9 +547,9 @@ class MetricComparison:
     def of(cls, raw: Any) -> "MetricComparison":
         """From a `splat_metric_comparison`."""
         return cls(
-            _native.Metric(raw.metric), _native.Verdict(raw.verdict), raw.exact, raw.mean_a,
-            raw.mean_b, raw.difference, raw.p_permutation, raw.p_parametric, raw.p_holm, raw.low,
-            raw.high, raw.effect, raw.n_a, raw.n_b, raw.lacking_a, raw.lacking_b,
+            _native.Metric(raw.metric), _native.Verdict(raw.verdict), raw.exact, raw.mean_a, raw.mean_b,
+            raw.difference, raw.p_permutation, raw.p_parametric, raw.p_holm, raw.low, raw.high, raw.effect,
+            raw.n_a, raw.n_b, raw.lacking_a, raw.lacking_b,
         )
 
 
@@ -577,8 +570,8 @@ class PriorModelInfo:
     def of(cls, raw: Any) -> "PriorModelInfo":
         """From a `splat_prior_model_info`."""
         return cls(
-            _native.DataFlags(raw.maps), raw.width, raw.height, text(raw.preset),
-            text(raw.licence), text(raw.note), text(raw.path), text(raw.runtime_version),
+            _native.DataFlags(raw.maps), raw.width, raw.height, text(raw.preset), text(raw.licence),
+            text(raw.note), text(raw.path), text(raw.runtime_version),
         )
 
 
@@ -598,8 +591,7 @@ class DepthScores:
     def of(cls, raw: Any) -> "DepthScores":
         """From a `splat_depth_scores`."""
         return cls(
-            raw.pixels, raw.abs_rel, raw.rmse, raw.si_rmse, tuple(raw.within), raw.scale,
-            raw.shift,
+            raw.pixels, raw.abs_rel, raw.rmse, raw.si_rmse, tuple(raw.within), raw.scale, raw.shift,
         )
 
 
@@ -638,8 +630,7 @@ class MaskScores:
     def of(cls, raw: Any) -> "MaskScores":
         """From a `splat_mask_scores`."""
         return cls(
-            raw.predicted_pixels, raw.true_pixels, raw.mae, raw.iou, raw.precision, raw.recall,
-            raw.f_beta,
+            raw.predicted_pixels, raw.true_pixels, raw.mae, raw.iou, raw.precision, raw.recall, raw.f_beta,
         )
 
 
@@ -676,6 +667,6 @@ class PointScores:
     def of(cls, raw: Any) -> "PointScores":
         """From a `splat_point_scores`."""
         return cls(
-            raw.gaussians, raw.accuracy, raw.completeness, raw.chamfer, raw.chamfer_squared,
-            raw.precision, raw.recall, raw.f_score,
+            raw.gaussians, raw.accuracy, raw.completeness, raw.chamfer, raw.chamfer_squared, raw.precision,
+            raw.recall, raw.f_score,
         )
