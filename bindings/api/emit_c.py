@@ -1,6 +1,6 @@
 """Write what the tests in C++ know of the API: the layouts that they assert, the calls that they get wrong.
 
-`emit` gives two lists of macros, which the includer defines. api/layout.inc has a line for each type, for each
+`emit` gives two lists of macros, which the includer defines. api/layout.inc has one for each type, for each
 struct and for each field. api/calls.inc has a line for each kind of handle, and one for each function with its
 parameters: the name, then `?` if NULL is right, `|MASK` for flags of these bits, `<VALUE` for an enum of values up
 to this one.
@@ -8,6 +8,7 @@ to this one.
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 Json = dict[str, Any]
@@ -20,10 +21,11 @@ def _layout(api: Json) -> str:
     lines += [f"SPLAT_TYPE({handle['name']}, struct {handle['name']}_s*)" for handle in api["handles"]]
     for struct in api["structs"]:
         name = struct["name"]
-        lines.append(f"SPLAT_STRUCT({name}, {struct['size']}, {struct['align']})")
-        lines += [f"SPLAT_FIELD({name}, {field['name']}, {field['offset']}, {field['size']})"
+        fields = [f"SPLAT_FIELD({name}, {field['name']}, {field['offset']}, {field['size']})"
                   for field in struct["fields"]]
-    return "\n".join(lines) + "\n"
+        text = f"SPLAT_STRUCT({name}, {struct['size']}, {struct['align']}) " + " ".join(fields)
+        lines += textwrap.wrap(text.replace(", ", ",~"), 118, subsequent_indent="  ", break_long_words=False)
+    return "\n".join(lines).replace("~", " ") + "\n"
 
 
 def _parameter(parameter: Json, enums: dict[str, Json]) -> str:

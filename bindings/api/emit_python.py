@@ -5,9 +5,9 @@ constant; `_records.py` has a record for each struct that the library fills.
 """
 import re
 import textwrap
-from typing import Any, Dict, List, Optional, Set
+from typing import Any, Dict, List, Optional, Set, Tuple
 
-from words import words, wrapped
+from words import Told, is_truth, words, wrapped
 
 HEAD = '''"""{title}
 
@@ -40,35 +40,13 @@ BIND = '''
 
 def bind(library: CDLL) -> None:
     """Give the functions of a loaded library their types. AttributeError: one is missing."""
-    for name, returns, arguments, about in FUNCTIONS:
+    for name, returns, arguments in FUNCTIONS:
         function = getattr(library, name)
         function.restype = returns
         function.argtypes = arguments
-        function.__doc__ = about
 '''
 
-# What enumerations are that the headers do not describe as a whole.
-TITLES = {
-    "splat_result": "The success of a call, or why it failed",
-    "splat_log_level": "How grave a message of the log is",
-    "splat_pixel": "The type of a pixel's numbers",
-    "splat_device_kind": "What a device is",
-    "splat_feature_flags": "What a device can do",
-    "splat_dtype": "The type of a tensor's elements",
-    "splat_access": "What is done with the elements of a tensor while it is mapped",
-    "splat_scene_format": "A format of scene files",
-    "splat_weights_format": "A format of files of weights",
-    "splat_port_kind": "Which of the named tensors of a model or a module",
-    "splat_convention": "Whose rules a rasterizer follows where renderers differ",
-    "splat_image_format": "A format of image files",
-    "splat_run_event_kind": "What a piece of a run did",
-    "splat_metric": "A score of images",
-    "splat_verdict": "What a comparison of two methods found",
-    "splat_map_filter": "What is done with a map",
-}
-
-# The description of a field that is 1 or 0, for True or False.
-TRUTH = re.compile(r"1(, or 0| while| if| where)\b")
+WIDTH = 118
 
 FILLED = re.compile(r"_(info|stats|scores|ledger|summary|comparison|event)$")
 
@@ -92,12 +70,22 @@ def member_names(values: List[str], enum: str) -> List[str]:
     return [f"{last}_{name}" if name[:1].isdigit() else name for name in names]
 
 
-def sentence(doc: Optional[str]) -> str:
-    """The first sentence of a description, in one line that fits."""
-    text = " ".join((doc or "").replace("\\", "/").replace('"', "'").split())
-    match = re.match(r"(.*?[.;:])(\s|$)", text)
-    text = (match.group(1) if match else text).rstrip(".;:")
-    return (text if len(text) <= 80 else text[:80].rsplit(" ", 1)[0] + " ...") + "."
+def plain(doc: str) -> str:
+    """A text as part of a docstring."""
+    return " ".join(doc.replace("\\", "/").replace('"', "'").split())
+
+
+def docstring(doc: str, rows: List[Tuple[str, str]], indent: str = "    ") -> List[str]:
+    """The docstring of a class, with a row for each of its names; those without a text have none."""
+    first, *rest = textwrap.wrap(plain(doc), WIDTH - len(indent) - 6)
+    lines = [f'{indent}"""{first}', *(indent + line for line in rest)]
+    pad = " " * (len(indent) + 2 + max([len(name) for name, text in rows if text], default=0))
+    about = [line for name, text in rows if text
+             for line in textwrap.wrap(plain(text), WIDTH, initial_indent=f"{indent}{name}".ljust(len(pad)),
+                                       subsequent_indent=pad)]
+    if not about:
+        return [*lines[:-1], lines[-1] + '"""', ""]
+    return [*lines, "", *about, f'{indent}"""', ""]
 
 
 class Types:
@@ -175,26 +163,19 @@ class Types:
         return done
 
 
-def emit_enum(enum: Dict[str, Any], named: bool) -> List[str]:
+def emit_enum(enum: Dict[str, Any], named: bool, told: Told) -> List[str]:
     """`named`: functions take its members by their names, whose type follows."""
     name, kind = enum["name"], class_name(enum["name"])
     base = "IntFlag" if enum["flags"] else "OpenEnum"
-    title = sentence(enum["doc"] or TITLES.get(name) or re.sub("(?<!^)([A-Z])", " \\1", kind).capitalize())
     names = member_names([value["name"] for value in enum["values"]], name)
-    docs = [" ".join((value["doc"] or "").replace("\\", "/").replace('"', "'").split())
-            for value in enum["values"]]
-    indent = " " * (6 + max([len(member) for member, doc in zip(names, docs) if doc], default=0))
-    about = [line for member, doc in zip(names, docs) if doc
-             for line in textwrap.wrap(doc, 98, initial_indent=f"    {member}".ljust(len(indent)),
-                                       subsequent_indent=indent)]
-    lines = ["", "", f"class {kind}({base}):", f'    """{title}' + ('"""' if not about else "")]
-    lines += ["", *about, '    """', ""] if about else [""]
+    rows = [(member, told.text(value["doc"])) for member, value in zip(names, enum["values"])]
+    lines = ["", "", f"class {kind}({base}):", *docstring(told.text(enum["doc"]), rows)]
     for value, member in zip(enum["values"], names):
         lines.append(f"    {member} = {value['value']}")
     if named and not enum["flags"]:
         given = [f'"{each.replace(kind.upper() + "_", "").lower()}"' for each in names]
         line = f"{kind}Name = Literal[{', '.join(given)}]"
-        lines += ["", "", *([line] if len(line) < 99 else [f"{kind}Name = Literal[", *wrapped(
+        lines += ["", "", *([line] if len(line) < WIDTH else [f"{kind}Name = Literal[", *wrapped(
             given, "    "), "]"])]
     return lines
 
@@ -206,19 +187,11 @@ def taken(api: Dict[str, Any]) -> Set[str]:
     return {each["enum"] for each in fields if each.get("enum") and each["direction"] != "out"}
 
 
-def title_of(item: Dict[str, Any]) -> str:
-    doc = (item.get("doc") or "").strip()
-    return sentence(doc) if doc else f"`{item['name']}` of the headers."
-
-
 def emit_struct(types: Types, struct: Dict[str, Any]) -> List[str]:
-    lines = ["", "", f"class {struct['name']}(Structure):", f'    """{title_of(struct)}"""', ""]
-    for field in struct["fields"]:
-        lines.append(f"    {field['name']}: {types.annotation(field)}")
-    lines.append("    _fields_ = [")
-    for field in struct["fields"]:
-        lines.append(f'        ("{field["name"]}", {types.field(field)}),')
-    return lines + ["    ]"]
+    kinds = [f"{field['name']}: {types.annotation(field)}" for field in struct["fields"]]
+    fields = [f'("{field["name"]}", {types.field(field)})' for field in struct["fields"]]
+    return ["", "", f"class {struct['name']}(Structure):", *wrapped(kinds, "    ", "; "),
+            "    _fields_ = [", *wrapped(fields, " " * 8), "    ]"]
 
 
 def emit_layout(types: Types) -> List[str]:
@@ -235,20 +208,15 @@ def emit_layout(types: Types) -> List[str]:
 
 
 def emit_functions(types: Types, api: Dict[str, Any]) -> List[str]:
-    lines = ["", "", "# Name, type of the result, types of the arguments, what it does.",
-             "FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = ("]
+    lines = ["", "", "# Name, type of the result, types of the arguments.",
+             "FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = ("]
     for function in api["functions"]:
         kinds = [types.of(each["type"], bool(each.get("length")))
                  for each in function["parameters"]]
         arguments = ", ".join(kinds) + ("," if len(kinds) == 1 else "")
-        returns = types.of(function["returns"], False)
-        text = f'("{function["name"]}", {returns}, ({arguments}),'
-        if len(text) > 94:
-            lines.append(f'    ("{function["name"]}", {returns}, (')
-            lines += wrapped(kinds, " " * 8) + ["    ),"]
-        else:
-            lines.append(f"    {text}")
-        lines.append(f'     "{sentence(function.get("doc"))}"),')
+        text = f'    ("{function["name"]}", {types.of(function["returns"], False)}, ({arguments})),'
+        lines += textwrap.wrap(text, WIDTH, initial_indent="", subsequent_indent=" " * 8, break_long_words=False,
+                               drop_whitespace=True) if len(text) > WIDTH else [text]
     return lines + [")"]
 
 
@@ -258,6 +226,15 @@ def value_word(enum: Dict[str, Any], value: Dict[str, Any]) -> str:
     name = member_names(values, enum["name"])[values.index(value["name"])].lower()
     name = re.sub(r"^[a-z]+_(?=\d)", "", name)  # 3dgs
     return f"{name}=True" if enum["flags"] else f"'{name}'"
+
+
+def told_of(api: Dict[str, Any]) -> Told:
+    def value_of(enum: Dict[str, Any], value: Dict[str, Any]) -> str:
+        values = [each["name"] for each in enum["values"]]
+        return f"{class_name(enum['name'])}.{member_names(values, enum['name'])[values.index(value['name'])]}"
+
+    return Told(api, words(api, "python", class_name, "{}.{}".format, value_of, everything=True),
+                lambda enum: class_name(enum["name"]), none="None", truths=("False", "True"))
 
 
 def emit_words(api: Dict[str, Any]) -> List[str]:
@@ -278,7 +255,7 @@ def emit_native(types: Types, api: Dict[str, Any]) -> str:
     lines += emit_words(api)
     lines += OPEN_ENUM.rstrip().split("\n")
     for enum in api["enums"]:
-        lines += emit_enum(enum, enum["name"] in taken(api))
+        lines += emit_enum(enum, enum["name"] in taken(api), told_of(api))
     lines += ["", ""]
     for callback in api["callbacks"]:
         kinds = [types.of(each["type"], False) for each in callback["parameters"]]
@@ -290,64 +267,83 @@ def emit_native(types: Types, api: Dict[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def record_field(types: Types, struct: Dict[str, Any], field: Dict[str, Any]) -> List[str]:
-    """Name, annotation and conversion of a field of a record; nothing for those without news."""
+def record_field(types: Types, field: Dict[str, Any]) -> Optional[Tuple[str, str]]:
+    """Name and annotation of a field of a record; None: it tells nothing there."""
     name, kind = field["name"], field["type"]
-    base, value = types.base(kind), f"raw.{field['name']}"
-    if name in ("struct_size", "reserved", "next"):
-        return []
+    base = types.base(kind)
+    if name in ("struct_size", "reserved", "next") or kind["pointers"] and base != "char":
+        return None
     if base == "char":
-        text = f"text({value})"
-        return [name, "str", text] if kind["pointers"] < 2 else []
-    if kind["pointers"]:
-        if not FILLED.search(base) or base not in types.structs:
-            return []
-        record = class_name(base)
-        return [name, f"Optional[{record}]", f"{record}.of({value}.contents) if {value} else None"]
-    enum = field.get("enum") or (base if base in types.enums else None)
-    if enum and enum in types.enums:
-        return [name, f"_native.{class_name(enum)}", f"_native.{class_name(enum)}({value})"]
+        return name, "str"
+    enum = field["enum"] or (base if base in types.enums else None)
+    if enum:
+        return name, f"_native.{class_name(enum)}"
     if base in types.structs:
-        return [name, class_name(base), f"{class_name(base)}.of({value})"]
+        return name, class_name(base)
     number = "float" if base in ("float", "double") else "int"
-    if TRUTH.match(field["doc"] or ""):
-        return [name, "bool", f"bool({value})"]
-    if field.get("count"):
-        if name == "dims" and any(each["name"] == "rank" for each in struct["fields"]):
-            return ["shape", f"Tuple[{number}, ...]", f"tuple({value}[:raw.rank])"]
-        if base == "uint8_t":
-            return [name, "bytes", f"bytes({value})"]
-        return [name, f"Tuple[{number}, ...]", f"tuple({value})"]
-    return [name, number, value]
+    if is_truth(field):
+        return name, "bool"
+    if name == "dims":
+        return "shape", f"Tuple[{number}, ...]"
+    if field["count"]:
+        return name, "bytes" if base == "uint8_t" else f"Tuple[{number}, ...]"
+    return name, number
 
 
 RECORDS_HEAD = '''from dataclasses import dataclass
-from typing import Any, Optional, Tuple
+from typing import Any, Callable, ClassVar, Tuple, Type, TypeVar
 
 from . import _native
+
+R = TypeVar("R", bound="Record")
 
 
 def text(value: Any) -> str:
     """Text of a C string; of none, nothing."""
     return "" if value is None else bytes(value).decode("utf-8", "replace")
+
+
+def reader(kind: Any) -> Any:
+    """What makes a value of a field of a struct."""
+    if not isinstance(kind, type):
+        return tuple
+    if issubclass(kind, Record):
+        return kind.of
+    return text if kind is str else kind
+
+
+@dataclass(frozen=True)
+class Record:
+    """What a struct of the library tells."""
+
+    _readers: ClassVar[Tuple[Tuple[str, Callable[[Any], Any]], ...]] = ()
+
+    def __init_subclass__(cls) -> None:
+        cls._readers = tuple((name, reader(kind)) for name, kind in cls.__annotations__.items())
+
+    @classmethod
+    def of(cls: Type[R], raw: Any) -> R:
+        """Copy the fields of a struct, while its texts live."""
+        return cls(*[read(raw.dims[:raw.rank] if name == "shape" else getattr(raw, name))
+                     for name, read in cls._readers])
 '''
 
 
-def emit_records(types: Types) -> str:
+def emit_records(types: Types, told: Told) -> str:
     lines = [HEAD.format(title="Facts that the library tells, as records.").rstrip()]
     lines += RECORDS_HEAD.rstrip().split("\n")
     for name in types.order():
         struct = types.structs[name]
         if not (FILLED.search(name) or name == "splat_scores"):
             continue
-        fields = [each for each in (record_field(types, struct, field)
-                                    for field in struct["fields"]) if each]
-        lines += ["", "", "@dataclass(frozen=True)", f"class {class_name(name)}:",
-                  f'    """{title_of(struct)}"""', ""]
-        lines += [f"    {field}: {kind}" for field, kind, _ in fields]
-        lines += ["", "    @classmethod", f'    def of(cls, raw: Any) -> "{class_name(name)}":',
-                  f'        """From a `{name}`."""', "        return cls("]
-        lines += wrapped([conversion for _, _, conversion in fields], " " * 12) + ["        )"]
+        fields, rows = [], []
+        for field in struct["fields"]:
+            found = record_field(types, field)
+            if found:
+                fields.append("    {}: {}".format(*found))
+                rows.append((found[0], told.text(field["doc"], field["enum"] or "", is_truth(field))))
+        lines += ["", "", "@dataclass(frozen=True)", f"class {class_name(name)}(Record):",
+                  *docstring(told.text(struct["doc"]), rows), *fields]
     return "\n".join(lines) + "\n"
 
 
@@ -355,4 +351,4 @@ def emit(api: Dict[str, Any]) -> Dict[str, str]:
     """The files of the Python package, by their path in `bindings`."""
     types = Types(api)
     return {"python/src/splat/_native.py": emit_native(types, api),
-            "python/src/splat/_records.py": emit_records(types)}
+            "python/src/splat/_records.py": emit_records(types, told_of(api))}

@@ -1,5 +1,6 @@
 """Tests of generate: what is checked in is what it writes, and it refuses what it must."""
 
+import ast
 import copy
 import ctypes
 import json
@@ -11,7 +12,7 @@ import sys
 import tempfile
 import unittest
 from pathlib import Path
-from typing import Any, Callable, Dict
+from typing import Any, Callable, Dict, Iterator, Tuple
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
@@ -102,6 +103,46 @@ def api_of(header: str, notes: Dict[str, Any]) -> Dict[str, Any]:
         return merge(read_header(path, Path(folder)), notes)
 
 
+# Names of the environment, which all languages have.
+ENVIRONMENT = {"SPLAT_UNKNOWN_RESULT", "SPLAT_DUCKDB_LIBRARY", "SPLAT_ONNXRUNTIME_LIBRARY", "SPLAT_PRIORS_DIR",
+               "SPLAT_SELF_TEST", "SPLAT_TIMEOUT_SCALE", "SPLAT_KERNELS"}
+
+
+def python_texts(text: str) -> Iterator[Tuple[str, str]]:
+    """Each record and enumeration with its title, each of their fields and values with its text."""
+    for node in ast.parse(text).body:
+        if isinstance(node, ast.ClassDef) and node.bases and ast.unparse(node.bases[0]) in (
+                "Record", "IntFlag", "OpenEnum"):
+            doc = ast.get_docstring(node) or ""
+            yield node.name, doc.split("\n\n")[0]
+            for line in node.body:
+                target = line.target if isinstance(line, ast.AnnAssign) else (
+                    line.targets[0] if isinstance(line, ast.Assign) else None)
+                if isinstance(target, ast.Name):
+                    row = re.search(rf"^{target.id} +((?:.|\n )*)", doc.partition("\n\n")[2], re.M)
+                    yield f"{node.name}.{target.id}", row[1] if row else ""
+
+
+def texts_in_front(text: str, declared: str) -> Iterator[Tuple[str, str]]:
+    """What matches `declared`, and the comment in front of it: in C# and Rust."""
+    doc = ""
+    for line in text.split("\n"):
+        line = line.strip()
+        if line.startswith("///"):
+            doc += line[3:]
+            continue
+        beside = re.match(r"/\*\* (.*?) \*/ ", line)
+        found = re.match(declared, line[beside.end():] if beside else line)
+        if found:
+            yield found[1], re.sub("</?summary>", "", beside[1] if beside else doc).strip()
+        if not line.startswith(("#[", "[")):
+            doc = ""
+
+
+CSHARP = r"(public (?:sealed class|enum) \w+|public [\w\[\]]+ \w+(?= \{ get)|\w+ = \d+,)"
+RUST = r"((?:pub )?\w+(?:: .*|\(\w+\) = \w+ \{| = SPLAT_\w+|(?: = \w+\(raw\))? \{|\((?=own)).*)"
+
+
 def run_generate(*arguments: object, folder: Path = HERE) -> "subprocess.CompletedProcess[str]":
     command = [sys.executable, str(folder / "generate"), *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
@@ -129,14 +170,43 @@ class CheckedIn(unittest.TestCase):
     def test_documentation_names_what_is_declared(self) -> None:
         known = {each["name"] for each in self.api["constants"]} | {
             value["name"] for enum in self.api["enums"] for value in enum["values"]} | {
-            "SPLAT_MAKE_VERSION", "SPLAT_UNKNOWN_RESULT", "SPLAT_DUCKDB_LIBRARY",  # names of the environment too
-            "SPLAT_ONNXRUNTIME_LIBRARY", "SPLAT_PRIORS_DIR", "SPLAT_SELF_TEST", "SPLAT_TIMEOUT_SCALE"}
+            "SPLAT_MAKE_VERSION", *ENVIRONMENT}
         docs = re.findall(r'"doc": "((?:[^"\\]|\\.)*)"', json.dumps(self.api))
         named = set(re.findall(r"\bSPLAT_[A-Z0-9_]*[A-Z0-9]\b(?![_*])", " ".join(docs)))
         self.assertGreater(len(named), 50)
         # A prefix stands for the values that begin with it.
         self.assertEqual([name for name in sorted(named - known)
                           if not any(each.startswith(name + "_") for each in known)], [])
+
+    def untold(self, texts: "Iterator[Tuple[str, str]]", least: int) -> None:
+        told = list(texts)
+        self.assertGreater(len(told), least)
+        wrong = [(name, text) for name, text in told if not text or text == name
+                 or set(re.findall(r"\b(?:splat|SPLAT)_\w+|\bNULL\b|\bstruct_size\b", text)) - ENVIRONMENT]
+        self.assertEqual(wrong, [])
+
+    def test_records_and_enumerations_are_told_in_the_words_of_each_language(self) -> None:
+        texts = {name: (HERE.parent / name).read_text(encoding="utf-8") for name in (
+            "python/src/splat/_native.py", "python/src/splat/_records.py", "csharp/src/Infos.cs",
+            "csharp/src/Enums.cs", "rust/splat/src/values.rs")}
+        for name, text in texts.items():
+            with self.subTest(name):
+                self.untold(python_texts(text) if name.endswith("py") else texts_in_front(
+                    text.partition("OwnWords")[0], CSHARP) if name.endswith("cs") else texts_in_front(
+                    text[text.index("codes!"):text.index("pub(crate) const WORDS")], RUST), 200)
+
+    def test_a_text_that_is_missing_or_foreign_is_found(self) -> None:
+        wrong = [
+            python_texts('class A(Record):\n    """A thing."""\n\n    one: int\n'),
+            python_texts('class A(Record):\n    """See splat_a."""\n'),
+            python_texts('class A(OpenEnum):\n    """A thing.\n\n    ONE  SPLAT_ONE\n    """\n    ONE = 1\n'),
+            texts_in_front("/// <summary>A thing.</summary>\npublic enum A\n{\nOne = 1,\n}\n", CSHARP),
+            texts_in_front("/** <summary>NULL</summary> */ public int One { get; }\n", CSHARP),
+            texts_in_front("/// A thing.\nA = a(raw) {\n/** of splat_a */ one: u32 = raw.one,\n", RUST),
+            texts_in_front("A {\n/** one */ ONE = SPLAT_ONE,\n", RUST)]
+        for texts in wrong:
+            with self.assertRaises(AssertionError):
+                self.untold(texts, 0)
 
     def test_check_finds_a_changed_file_and_leaves_it(self) -> None:
         with tempfile.TemporaryDirectory() as folder:
@@ -149,7 +219,7 @@ class CheckedIn(unittest.TestCase):
             (copied / "api.json").write_text(changed, encoding="utf-8")
             run = run_generate("--check", folder=copied)
             self.assertEqual(run.returncode, 1)
-            self.assertIn('+   "name": "splat_device_count"', run.stdout)
+            self.assertIn('+  {"name": "splat_device_count"', run.stdout)
             self.assertIn("1 of 1 files differ", run.stderr)
             self.assertEqual((copied / "api.json").read_text(encoding="utf-8"), changed)
             self.assertEqual(run_generate(folder=copied).returncode, 0)

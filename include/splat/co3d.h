@@ -13,6 +13,7 @@
 extern "C" {
 #endif
 
+/* Options of what is prepared. */
 enum {
     /* keep the cameras of the release; else the world's origin, axes and scale come from the point
      * cloud and the cameras, as in the published data */
@@ -32,6 +33,7 @@ typedef struct splat_co3d_desc {
     uint32_t limit;       /* only this many sequences, the first by name; 0: all */
 } splat_co3d_desc;
 
+/* What was prepared. */
 typedef struct splat_co3d_info {
     uint32_t struct_size;
     uint32_t sequences; /* sequences in the split */

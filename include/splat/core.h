@@ -91,9 +91,10 @@ SPLAT_API const char* splat_build_info(void);
 
 /* ---- Results --------------------------------------------------------------------------------- */
 
+/* The success of a call, or why it failed. */
 typedef int32_t splat_result;
 enum {
-    SPLAT_OK = 0,
+    SPLAT_OK = 0,                      /* success */
     SPLAT_INCOMPLETE = 1,              /* the buffer was too small; what fits was written */
     SPLAT_ERROR_INVALID_ARGUMENT = -1, /* an argument is outside its documented range */
     SPLAT_ERROR_INVALID_HANDLE = -2,   /* NULL, destroyed, or a handle of another kind */
@@ -137,8 +138,14 @@ SPLAT_API splat_result splat_last_error_copy(char* buffer, size_t capacity, size
 
 /* ---- Log ------------------------------------------------------------------------------------- */
 
+/* How grave a message of the log is. */
 typedef int32_t splat_log_level;
-enum { SPLAT_LOG_DEBUG = 1, SPLAT_LOG_INFO = 2, SPLAT_LOG_WARNING = 3, SPLAT_LOG_ERROR = 4 };
+enum {
+    SPLAT_LOG_DEBUG = 1,   /* every step, for those who look for a defect */
+    SPLAT_LOG_INFO = 2,    /* what was done */
+    SPLAT_LOG_WARNING = 3, /* what works, but not as asked or expected */
+    SPLAT_LOG_ERROR = 4    /* why a call failed */
+};
 
 /* Called on the thread that caused the message, at the end of the call that caused it, with no lock
  * of the library held. It may call the library; messages that it causes itself are dropped, and the
@@ -205,11 +212,12 @@ typedef struct splat_prior_model_s* splat_prior_model;
 
 /* ---- Images in memory ------------------------------------------------------------------------ */
 
+/* The type of a pixel's numbers. */
 typedef int32_t splat_pixel;
 enum {
     SPLAT_PIXEL_U8 = 1,  /* 0 to 255 stand for 0 to 1 */
     SPLAT_PIXEL_F16 = 2, /* IEEE 754 binary16 */
-    SPLAT_PIXEL_F32 = 3
+    SPLAT_PIXEL_F32 = 3  /* IEEE 754 binary32 */
 };
 
 /* The caller's pixels, in any layout that strides describe. Frozen. Functions that take a picture
@@ -234,13 +242,14 @@ typedef struct splat_image {
 
 /* An open Vulkan device. Thread-safe: calls that use it run one after the other. */
 
+/* What a device is. */
 typedef int32_t splat_device_kind;
 enum {
-    SPLAT_DEVICE_KIND_OTHER = 1,
-    SPLAT_DEVICE_KIND_CPU = 2,
-    SPLAT_DEVICE_KIND_VIRTUAL = 3,
-    SPLAT_DEVICE_KIND_INTEGRATED = 4,
-    SPLAT_DEVICE_KIND_DISCRETE = 5
+    SPLAT_DEVICE_KIND_OTHER = 1,      /* none of the following */
+    SPLAT_DEVICE_KIND_CPU = 2,        /* software on the processor, such as lavapipe */
+    SPLAT_DEVICE_KIND_VIRTUAL = 3,    /* a GPU of a virtual machine */
+    SPLAT_DEVICE_KIND_INTEGRATED = 4, /* a GPU that shares the processor's memory */
+    SPLAT_DEVICE_KIND_DISCRETE = 5    /* a GPU with memory of its own */
 };
 
 /* Which shaders a device runs. The plain ones are the specification; the others compute the same
@@ -248,41 +257,43 @@ enum {
  * variable SPLAT_KERNELS=plain|cpu|gpu overrides the choice. */
 typedef int32_t splat_kernels;
 enum {
-    SPLAT_KERNELS_AUTO = 0,
-    SPLAT_KERNELS_PLAIN = 1,
-    SPLAT_KERNELS_CPU = 2,
-    SPLAT_KERNELS_GPU = 3
+    SPLAT_KERNELS_AUTO = 0,  /* what suits the device */
+    SPLAT_KERNELS_PLAIN = 1, /* the specification */
+    SPLAT_KERNELS_CPU = 2,   /* for software devices on a CPU */
+    SPLAT_KERNELS_GPU = 3    /* for GPUs */
 };
 
+/* What a device can do. */
 enum {
-    SPLAT_FEATURE_TIMESTAMPS = 1u << 0,
-    SPLAT_FEATURE_SUBGROUP_SHUFFLE = 1u << 1,
-    SPLAT_FEATURE_SUBGROUP_ARITHMETIC = 1u << 2,
-    SPLAT_FEATURE_INT64 = 1u << 3,
+    SPLAT_FEATURE_TIMESTAMPS = 1u << 0,       /* the device can time its work */
+    SPLAT_FEATURE_SUBGROUP_SHUFFLE = 1u << 1, /* threads of a subgroup read each other's values */
+    SPLAT_FEATURE_SUBGROUP_ARITHMETIC = 1u << 2, /* subgroups have sums and other reductions */
+    SPLAT_FEATURE_INT64 = 1u << 3,               /* shaders have integers of 64 bits */
     /* device memory is host-visible: tensors map without a copy */
     SPLAT_FEATURE_UNIFIED_MEMORY = 1u << 4
 };
 
+/* What a device is and can do. */
 typedef struct splat_device_info {
     uint32_t struct_size;
-    uint32_t index; /* position in the enumeration of this process */
-    splat_device_kind kind;
-    uint32_t usable; /* 1, or 0 with the reason in `reason` */
-    uint32_t vendor_id;
-    uint32_t device_id;
-    uint32_t vulkan_version; /* packed as Vulkan does */
-    uint32_t driver_version; /* vendor's packing */
-    uint8_t uuid[16];
-    uint64_t heap_bytes;               /* device-local memory */
-    uint64_t max_allocation_bytes;     /* one allocation */
-    uint64_t max_storage_buffer_bytes; /* one shader binding, so one tensor */
-    uint32_t max_workgroup_invocations;
-    uint32_t shared_memory_bytes;
-    uint32_t subgroup_size;
-    uint32_t features;     /* SPLAT_FEATURE_ bits */
-    splat_kernels kernels; /* what SPLAT_KERNELS_AUTO means on this device */
+    uint32_t index;                     /* position in the enumeration of this process */
+    splat_device_kind kind;             /* what the device is */
+    uint32_t usable;                    /* 1, or 0 with the reason in `reason` */
+    uint32_t vendor_id;                 /* Vulkan's number of the vendor */
+    uint32_t device_id;                 /* the vendor's number of the device */
+    uint32_t vulkan_version;            /* version of Vulkan, packed as Vulkan does */
+    uint32_t driver_version;            /* version of the driver, in the vendor's packing */
+    uint8_t uuid[16];                   /* what SPLAT_SELECT_BY_UUID compares */
+    uint64_t heap_bytes;                /* device-local memory */
+    uint64_t max_allocation_bytes;      /* most bytes of one allocation */
+    uint64_t max_storage_buffer_bytes;  /* most bytes of one shader binding, so of one tensor */
+    uint32_t max_workgroup_invocations; /* most threads of a workgroup */
+    uint32_t shared_memory_bytes;       /* most shared memory of a workgroup */
+    uint32_t subgroup_size;             /* threads of a subgroup */
+    uint32_t features;                  /* what the device can do, SPLAT_FEATURE_ bits */
+    splat_kernels kernels;              /* what SPLAT_KERNELS_AUTO means on this device */
     uint32_t reserved;
-    char name[256];
+    char name[256];   /* name of the device, in the driver's words */
     char driver[256]; /* name and version, in the driver's words */
     char reason[256]; /* why the device is not usable; empty if it is */
 } splat_device_info;
@@ -301,6 +312,7 @@ SPLAT_API splat_result splat_device_count(uint32_t* count);
  *   SPLAT_ERROR_INVALID_STATE (forked). */
 SPLAT_API splat_result splat_device_describe(uint32_t index, splat_device_info* info);
 
+/* How a device is chosen. */
 typedef int32_t splat_device_select;
 enum {
     SPLAT_SELECT_BEST = 0, /* discrete, then integrated, virtual, CPU; lowest index within a kind */
@@ -309,6 +321,7 @@ enum {
     SPLAT_SELECT_BY_KIND = 3   /* field `kind`; lowest index */
 };
 
+/* Options of a device. */
 enum {
     /* Khronos validation: core, synchronisation and GPU-assisted; messages go to the log */
     SPLAT_DEVICE_VALIDATION = 1u << 0,
@@ -372,13 +385,14 @@ SPLAT_API splat_result splat_device_cancel(splat_device device);
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT. */
 SPLAT_API splat_result splat_device_get_info(splat_device device, splat_device_info* info);
 
+/* Memory of a device, bytes. */
 typedef struct splat_memory_info {
     uint32_t struct_size;
-    uint32_t allocations; /* live allocations of the driver */
-    uint64_t used_bytes;  /* allocated from the driver now */
-    uint64_t live_bytes;  /* part of used_bytes that tensors and operators use */
-    uint64_t peak_bytes;  /* highest used_bytes since creation */
-    uint64_t budget_bytes;
+    uint32_t allocations;  /* live allocations of the driver */
+    uint64_t used_bytes;   /* allocated from the driver now */
+    uint64_t live_bytes;   /* part of used_bytes that tensors and operators use */
+    uint64_t peak_bytes;   /* highest used_bytes since creation */
+    uint64_t budget_bytes; /* most that the device object may use */
 } splat_memory_info;
 
 /* Report device memory.
@@ -414,8 +428,13 @@ SPLAT_API splat_result splat_device_profile_reset(splat_device device);
 
 #define SPLAT_MAX_RANK 8
 
+/* The type of a tensor's elements. */
 typedef int32_t splat_dtype;
-enum { SPLAT_DTYPE_F32 = 1, SPLAT_DTYPE_I32 = 2, SPLAT_DTYPE_U32 = 3 };
+enum {
+    SPLAT_DTYPE_F32 = 1, /* float32 */
+    SPLAT_DTYPE_I32 = 2, /* signed integers of 32 bits */
+    SPLAT_DTYPE_U32 = 3  /* unsigned integers of 32 bits */
+};
 
 typedef struct splat_tensor_desc {
     uint32_t struct_size;
@@ -460,8 +479,13 @@ SPLAT_API splat_result splat_tensor_write(splat_tensor tensor, const void* data,
 SPLAT_API splat_result splat_tensor_read(splat_tensor tensor, void* data, size_t bytes,
                                          const int64_t* strides);
 
+/* What is done with the elements of a tensor while it is mapped. */
 typedef int32_t splat_access;
-enum { SPLAT_ACCESS_READ = 1, SPLAT_ACCESS_WRITE = 2, SPLAT_ACCESS_READ_WRITE = 3 };
+enum {
+    SPLAT_ACCESS_READ = 1,      /* only read */
+    SPLAT_ACCESS_WRITE = 2,     /* only written: the old elements are lost */
+    SPLAT_ACCESS_READ_WRITE = 3 /* read and written */
+};
 
 /* Give the host a pointer to the tensor's elements, row-major contiguous, until splat_tensor_unmap.
  * Makes no copy if the device has SPLAT_FEATURE_UNIFIED_MEMORY. With SPLAT_ACCESS_WRITE the
@@ -506,29 +530,31 @@ struct DLManagedTensorVersioned;
 SPLAT_API splat_result splat_tensor_to_dlpack(splat_tensor tensor,
                                               struct DLManagedTensorVersioned** managed);
 
+/* What a tensor is. */
 typedef struct splat_tensor_info {
     uint32_t struct_size;
-    splat_dtype dtype;
-    uint32_t rank;
-    uint32_t mapped; /* 1 while mapped */
-    int64_t dims[SPLAT_MAX_RANK];
-    uint64_t elements;
-    uint64_t bytes;
-    char name[64]; /* cut if longer */
+    splat_dtype dtype;            /* type of the elements */
+    uint32_t rank;                /* number of dimensions, 0 to SPLAT_MAX_RANK */
+    uint32_t mapped;              /* 1 while mapped */
+    int64_t dims[SPLAT_MAX_RANK]; /* elements, outermost first */
+    uint64_t elements;            /* number of all elements */
+    uint64_t bytes;               /* size of all elements */
+    char name[64];                /* name in messages, cut if longer */
 } splat_tensor_info;
 
 /* Describe a tensor.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT. */
 SPLAT_API splat_result splat_tensor_get_info(splat_tensor tensor, splat_tensor_info* info);
 
+/* What the elements of a tensor are. */
 typedef struct splat_tensor_stats {
     uint32_t struct_size;
     uint32_t reserved;
-    uint64_t nan_count;
-    uint64_t inf_count;
-    double min;  /* smallest finite element; +inf if there are none */
-    double max;  /* largest finite element; -inf if there are none */
-    double mean; /* mean of the finite elements; 0 if there are none */
+    uint64_t nan_count; /* elements that are NaN */
+    uint64_t inf_count; /* elements that are infinite */
+    double min;         /* smallest finite element; +inf if there are none */
+    double max;         /* largest finite element; -inf if there are none */
+    double mean;        /* mean of the finite elements; 0 if there are none */
 } splat_tensor_stats;
 
 /* Measure an SPLAT_DTYPE_F32 tensor on the device.

@@ -19,10 +19,11 @@ extern "C" {
 
 /* Objects seen by several cameras, stored in a folder; needs no device. Thread-safe. */
 
+/* Maps that a data set must have, and what becomes of incomplete objects. */
 enum {
-    SPLAT_DATA_DEPTH = 1u << 0, /* maps that are required */
-    SPLAT_DATA_NORMAL = 1u << 1,
-    SPLAT_DATA_MASK = 1u << 2,
+    SPLAT_DATA_DEPTH = 1u << 0,   /* depth maps are required */
+    SPLAT_DATA_NORMAL = 1u << 1,  /* normal maps are required */
+    SPLAT_DATA_MASK = 1u << 2,    /* masks are required */
     SPLAT_DATA_LENIENT = 1u << 3, /* keep objects with missing files, for splat_dataset_check */
     SPLAT_DATA_ALLOW_MISSING =
         1u << 4 /* leave incomplete objects out; the log and the report name them */
@@ -148,6 +149,7 @@ SPLAT_API splat_result splat_path_name(const char* name, char* buffer, size_t ca
  * on; another number ends the call with SPLAT_CANCELLED. It must not throw. */
 typedef int32_t (*splat_progress_callback)(void* user, uint64_t done, uint64_t total);
 
+/* Options of an import. */
 enum { SPLAT_IMPORT_REPLACE = 1u << 0 }; /* an import of other tables in the folder is removed */
 
 typedef struct splat_dataset_import_desc {

@@ -67,10 +67,11 @@ typedef struct splat_evaluator_desc {
 SPLAT_API splat_result splat_evaluator_create(const splat_evaluator_desc* desc,
                                               splat_evaluator* evaluator);
 
+/* What an evaluator scores. */
 typedef struct splat_evaluator_info {
     uint32_t struct_size;
-    uint32_t objects;    /* to score */
-    uint32_t scored;     /* scored so far */
+    uint32_t objects;    /* objects to score */
+    uint32_t scored;     /* objects scored so far */
     uint32_t resolution; /* R: images have R x R pixels */
 } splat_evaluator_info;
 
@@ -81,35 +82,36 @@ SPLAT_API splat_result splat_evaluator_get_info(splat_evaluator evaluator,
 
 /* Means over views. Frozen. */
 typedef struct splat_scores {
-    double psnr;  /* dB; NaN without a view that differs from its target */
-    double ssim;  /* NaN without views */
-    double lpips; /* NaN without its network */
-    uint32_t views;
+    double psnr;            /* dB; NaN without a view that differs from its target */
+    double ssim;            /* structural similarity; NaN without views */
+    double lpips;           /* learned perceptual distance; NaN without its network */
+    uint32_t views;         /* scored views */
     uint32_t perfect_views; /* views that equal their targets */
 } splat_scores;
 
 /* What of predictions and images is finite and visible. Frozen. */
 typedef struct splat_ledger {
-    uint64_t outputs_not_finite;   /* numbers that the network put out */
-    uint64_t gaussians;            /* predicted */
-    uint64_t gaussians_not_finite; /* with a NaN or an infinity; no image shows them */
-    uint64_t gaussians_invisible;  /* opacity below 1/255 */
-    uint64_t gaussians_visible;    /* all others */
+    uint64_t outputs_not_finite;   /* numbers of the output that are NaN or infinite */
+    uint64_t gaussians;            /* predicted Gaussians */
+    uint64_t gaussians_not_finite; /* Gaussians with a NaN or an infinity; no image shows them */
+    uint64_t gaussians_invisible;  /* Gaussians of opacity below 1/255 */
+    uint64_t gaussians_visible;    /* all other Gaussians */
     uint32_t images_not_finite;    /* images with a NaN or an infinity */
     uint32_t images_blank;         /* drawn images that show the background only */
 } splat_ledger;
 
+/* The scores of one object. */
 typedef struct splat_object_scores {
     uint32_t struct_size;
-    uint32_t object;  /* number of the object */
-    const char* name; /* lives as long as the evaluator */
-    splat_scores novel;
-    splat_scores conditioning;
-    splat_ledger ledger;
-    uint32_t empty_views; /* skipped: the target is all black */
-    uint32_t not_finite;  /* 1: the ledger has numbers that are not finite, and no score is one */
-    double predict_ms;    /* to run the network and read its Gaussians */
-    double draw_ms;       /* to draw all views */
+    uint32_t object;           /* number of the object */
+    const char* name;          /* name of the object; lives as long as the evaluator */
+    splat_scores novel;        /* scores of the novel views */
+    splat_scores conditioning; /* scores of the conditioning views */
+    splat_ledger ledger;       /* what is finite and visible */
+    uint32_t empty_views;      /* views that are skipped: the target is all black */
+    uint32_t not_finite; /* 1: the ledger has numbers that are not finite, and no score is one */
+    double predict_ms;   /* time to run the network and read its Gaussians */
+    double draw_ms;      /* time to draw all views */
 } splat_object_scores;
 
 /* Predict an object, draw its views and score them. Objects may be scored in any order; scoring one
@@ -163,14 +165,14 @@ SPLAT_API splat_result splat_evaluator_read(splat_evaluator evaluator, uint32_t 
 /* Means and sums over the objects scored so far. */
 typedef struct splat_evaluation_summary {
     uint32_t struct_size;
-    uint32_t objects;
-    splat_scores novel; /* means over objects, each counting the same; sums of views */
-    splat_scores conditioning;
-    splat_ledger ledger; /* sums */
-    uint32_t empty_views;
-    uint32_t objects_not_finite;   /* if not 0, the means are NaN */
-    double predictions_per_second; /* NaN for images of the caller, which are not timed */
-    double images_per_second;
+    uint32_t objects;   /* scored objects */
+    splat_scores novel; /* novel views: means over objects, each counting the same; sums of views */
+    splat_scores conditioning;     /* the same of conditioning views */
+    splat_ledger ledger;           /* sums of what is finite and visible */
+    uint32_t empty_views;          /* views that are skipped: the target is all black */
+    uint32_t objects_not_finite;   /* objects with numbers not finite; if any, the means are NaN */
+    double predictions_per_second; /* predictions; NaN for images of the caller */
+    double images_per_second;      /* drawn images; NaN for images of the caller */
 } splat_evaluation_summary;
 
 /* Sum up.
@@ -215,8 +217,13 @@ SPLAT_API splat_result splat_evaluator_destroy(splat_evaluator evaluator);
 /* Is B better than A, or is the difference chance? Needs no device. Thread-safe: a comparison never
  * changes. */
 
+/* A score of images. */
 typedef int32_t splat_metric;
-enum { SPLAT_METRIC_PSNR = 1, SPLAT_METRIC_SSIM = 2, SPLAT_METRIC_LPIPS = 3 };
+enum {
+    SPLAT_METRIC_PSNR = 1, /* peak signal-to-noise ratio, dB; more is better */
+    SPLAT_METRIC_SSIM = 2, /* structural similarity, 1 for equal images; more is better */
+    SPLAT_METRIC_LPIPS = 3 /* learned perceptual distance, 0 for equal images; less is better */
+};
 
 /* Scores of one object; NaN: none in that metric. Frozen. */
 typedef struct splat_score {
@@ -235,6 +242,7 @@ typedef struct splat_score_set {
     uint64_t score_count;
 } splat_score_set;
 
+/* How scores are compared. */
 enum {
     /* ignore which object a score belongs to, as Splatter Image with priors was judged */
     SPLAT_COMPARE_UNPAIRED = 1u << 0
@@ -260,14 +268,15 @@ typedef struct splat_compare_desc {
 SPLAT_API splat_result splat_compare_scores(const splat_compare_desc* desc,
                                             splat_comparison* comparison);
 
+/* What was compared. */
 typedef struct splat_comparison_info {
     uint32_t struct_size;
-    uint32_t metrics; /* compared */
-    uint64_t objects_a;
-    uint64_t objects_b;
+    uint32_t metrics;        /* metrics that were compared */
+    uint64_t objects_a;      /* objects of A */
+    uint64_t objects_b;      /* objects of B */
     uint64_t shared_objects; /* objects that A and B share */
     uint32_t unpaired;       /* 1: objects were ignored */
-    /* 0: A and B cover different objects, so that the difference may come from the objects alone */
+    /* 1: A and B cover the same objects; else the difference may come from the objects alone */
     uint32_t comparable;
 } splat_comparison_info;
 
@@ -276,37 +285,40 @@ typedef struct splat_comparison_info {
 SPLAT_API splat_result splat_comparison_get_info(splat_comparison comparison,
                                                  splat_comparison_info* info);
 
+/* What a comparison of two methods found. */
 typedef int32_t splat_verdict;
 enum {
     SPLAT_VERDICT_NO_DIFFERENCE = 0, /* none was shown: p_holm is 0.05 or more */
-    SPLAT_VERDICT_BETTER = 1,        /* B is */
-    SPLAT_VERDICT_WORSE = 2,
-    SPLAT_VERDICT_NOT_COMPARABLE = 3,
-    SPLAT_VERDICT_TOO_FEW = 4 /* objects: no difference could bring p_holm below 0.05 */
+    SPLAT_VERDICT_BETTER = 1,        /* B is better than A */
+    SPLAT_VERDICT_WORSE = 2,         /* B is worse than A */
+    SPLAT_VERDICT_NOT_COMPARABLE =
+        3,                    /* other objects in A than in B, or scores that are not finite */
+    SPLAT_VERDICT_TOO_FEW = 4 /* too few objects: no difference could bring p_holm below 0.05 */
 };
 
+/* The comparison of A and B in one metric. */
 typedef struct splat_metric_comparison {
     uint32_t struct_size;
-    splat_metric metric;
-    splat_verdict verdict;
-    uint32_t exact; /* 1: all permutations were counted, not random ones */
-    double mean_a;
-    double mean_b;
-    double difference; /* mean_b - mean_a */
+    splat_metric metric;   /* what is compared */
+    splat_verdict verdict; /* what the numbers show */
+    uint32_t exact;        /* 1: all permutations were counted, not random ones */
+    double mean_a;         /* mean of the scores of A */
+    double mean_b;         /* mean of the scores of B */
+    double difference;     /* mean_b - mean_a */
     /* two-sided; paired: signs of differences flipped, unpaired: all scores shuffled */
     double p_permutation;
     /* paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution */
     double p_parametric;
     double p_holm; /* p_permutation corrected for the number of metrics */
-    double low;    /* bootstrap interval of 95 % of the difference; NaN of one pair */
-    double high;
+    double low;  /* lower end of the bootstrap interval of 95 % of `difference`; NaN of one pair */
+    double high; /* upper end of that interval */
     double effect; /* Cohen's d; infinite if all differences are equal, NaN of one pair */
     uint64_t n_a;  /* scores of A; paired: as many as of B, those of the shared objects */
-    uint64_t n_b;
-    /* objects of both that have a finite score in B (in A) only: they are left out, and with any of
-     * them the verdict is NOT_COMPARABLE */
+    uint64_t n_b;  /* scores of B */
+    /* objects of both with a finite score in B only: they are left out, and the verdict is
+     * NOT_COMPARABLE */
     uint64_t lacking_a;
-    uint64_t lacking_b;
+    uint64_t lacking_b; /* the same, with a finite score in A only */
 } splat_metric_comparison;
 
 /* Get the comparison in one metric.

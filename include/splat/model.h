@@ -25,20 +25,22 @@ extern "C" {
  * mapped (see SPLAT_WEIGHTS_COPY). It may be removed or replaced by a new file of the same name,
  * but must not be written in place, as cp does. Functions that use values, including those of
  * folded weights, refuse a file whose size or time has changed (SPLAT_ERROR_IO). A write racing
- * with the call may be read. A file that is truncated during a call, or lost with its disk, ends
- * the process (SIGBUS). */
+ * with the call may be read. A file truncated during a call, or lost with its disk, ends the process (SIGBUS). */
+
+/* How weights are read or written. */
 enum {
     SPLAT_WEIGHTS_HALF = 1u << 0, /* to write: float16 */
     SPLAT_WEIGHTS_COPY = 1u << 1  /* to load: copy all values, and leave no file open */
 };
 
+/* What a tensor of weights is. */
 typedef struct splat_weights_info {
     uint32_t struct_size;
-    uint32_t rank;
-    int64_t dims[SPLAT_MAX_RANK]; /* outermost first; a 0 means no elements */
-    uint64_t elements;
-    const char* name;  /* this and dtype live as long as the weights */
-    const char* dtype; /* in the file: "float32", "bfloat16", "int64", ...; read as float32 */
+    uint32_t rank;                /* number of dimensions */
+    int64_t dims[SPLAT_MAX_RANK]; /* elements, outermost first; a 0 means none */
+    uint64_t elements;            /* number of all elements */
+    const char* name;  /* name of the tensor; lives, like dtype, as long as the weights */
+    const char* dtype; /* type in the file: "float32", "int64", ...; read as float32 */
 } splat_weights_info;
 
 /* Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by
@@ -86,8 +88,13 @@ SPLAT_API splat_result splat_weights_from_arrays(const splat_named_array* arrays
  *   SPLAT_ERROR_UNSUPPORTED           another extension */
 SPLAT_API splat_result splat_weights_save(splat_weights weights, const char* path, uint32_t flags);
 
+/* A format of files of weights. */
 typedef int32_t splat_weights_format;
-enum { SPLAT_WEIGHTS_SAFETENSORS = 1, SPLAT_WEIGHTS_NPZ = 2, SPLAT_WEIGHTS_PTH = 3 };
+enum {
+    SPLAT_WEIGHTS_SAFETENSORS = 1, /* numbers, names and metadata, without code */
+    SPLAT_WEIGHTS_NPZ = 2,         /* arrays of NumPy */
+    SPLAT_WEIGHTS_PTH = 3          /* a checkpoint of PyTorch */
+};
 
 /* Write the same bytes to memory.
  * needed    out, bytes of the file, may be NULL; with a smaller capacity the result is
@@ -97,14 +104,12 @@ SPLAT_API splat_result splat_weights_save_memory(splat_weights weights, splat_we
                                                  uint32_t flags, void* buffer, size_t capacity,
                                                  size_t* needed);
 
-/* Count the tensors.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL). */
+/* Count the tensors. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL). */
 SPLAT_API splat_result splat_weights_count(splat_weights weights, uint32_t* count);
 
 /* Describe a tensor.
  * index     from 0, in the order of the file
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info, no such
- * index). */
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info, no such index). */
 SPLAT_API splat_result splat_weights_get_info(splat_weights weights, uint32_t index,
                                               splat_weights_info* info);
 
@@ -134,6 +139,7 @@ SPLAT_API splat_result splat_weights_data(splat_weights weights, uint32_t index,
 SPLAT_API splat_result splat_weights_report(splat_weights weights, char* buffer, size_t capacity,
                                             size_t* needed);
 
+/* How adapters are folded. */
 enum { SPLAT_FOLD_OUT = 1u << 0 }; /* undo: take folded adapters out of weights */
 
 /* Fold low-rank adapters into the weights they belong to: W + alpha / rank * (B A), or minus with
@@ -151,8 +157,7 @@ enum { SPLAT_FOLD_OUT = 1u << 0 }; /* undo: take folded adapters out of weights 
 SPLAT_API splat_result splat_weights_fold(splat_weights weights, splat_weights adapters,
                                           double alpha, uint32_t flags, splat_weights* folded);
 
-/* Destroy weights.
- * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+/* Destroy weights. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_weights_destroy(splat_weights weights);
 
 /* ---- Operators ------------------------------------------------------------------------------- */
@@ -165,10 +170,8 @@ SPLAT_API splat_result splat_weights_destroy(splat_weights weights);
  * Returns SPLAT_OK or SPLAT_INCOMPLETE. */
 SPLAT_API splat_result splat_op_list(char* buffer, size_t capacity, size_t* needed);
 
-enum {
-    /* add gradients of parameters to the tensor's contents instead of overwriting them */
-    SPLAT_OP_ACCUMULATE = 1u << 0
-};
+/* What an operator does with gradients. */
+enum { SPLAT_OP_ACCUMULATE = 1u << 0 }; /* add gradients of parameters to what the tensors hold */
 
 typedef struct splat_op_desc {
     uint32_t struct_size;
@@ -186,8 +189,7 @@ typedef struct splat_op_desc {
     const splat_tensor* grad_inputs;
 } splat_op_desc;
 
-/* Record an operator on the given tensors, whose contents may change between runs. All tensors are
- * SPLAT_DTYPE_F32.
+/* Record an operator on tensors of SPLAT_DTYPE_F32, whose contents may change between runs.
  * Returns SPLAT_OK, or
  *   SPLAT_ERROR_INVALID_HANDLE        device or a tensor
  *   SPLAT_ERROR_INVALID_ARGUMENT      type, an attribute, a count, a dtype, or a tensor of another
@@ -205,12 +207,10 @@ SPLAT_API splat_result splat_op_forward(splat_op op);
 
 /* Compute the gradients of sum(grad_outputs * outputs) with respect to the requested inputs, at the
  * activations of the last forward and the current parameters.
- * Returns as splat_op_forward; also SPLAT_ERROR_INVALID_STATE before the first forward or without
- * grad_outputs. */
+ * Returns as splat_op_forward; also SPLAT_ERROR_INVALID_STATE before the first forward or without grad_outputs. */
 SPLAT_API splat_result splat_op_backward(splat_op op);
 
-/* Destroy an operator; its tensors stay.
- * Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
+/* Destroy an operator; its tensors stay. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE. */
 SPLAT_API splat_result splat_op_destroy(splat_op op);
 
 /* ---- Precision ------------------------------------------------------------------------------- */
@@ -219,16 +219,22 @@ SPLAT_API splat_result splat_op_destroy(splat_op op);
  * errors, FAST the shortest times. The attribute "precision" of conv2d has the same numbers. */
 typedef int32_t splat_precision;
 enum {
-    SPLAT_PRECISION_STRICT = 1,
+    SPLAT_PRECISION_STRICT = 1,   /* the smallest errors */
     SPLAT_PRECISION_BALANCED = 2, /* what 0 means, except in attributes of operators */
-    SPLAT_PRECISION_FAST = 3
+    SPLAT_PRECISION_FAST = 3      /* the shortest times */
 };
 
 /* ---- Ports ----------------------------------------------------------------------------------- */
 
+/* Which of the named tensors of a model or a module. */
 typedef int32_t splat_port_kind;
-enum { SPLAT_PORT_KIND_INPUT = 1, SPLAT_PORT_KIND_OUTPUT = 2, SPLAT_PORT_KIND_PARAMETER = 3 };
+enum {
+    SPLAT_PORT_KIND_INPUT = 1,    /* what a pass reads */
+    SPLAT_PORT_KIND_OUTPUT = 2,   /* what a pass computes */
+    SPLAT_PORT_KIND_PARAMETER = 3 /* what is trained or loaded */
+};
 
+/* What a port is. */
 enum {
     SPLAT_PORT_OPTIONAL = 1u << 0,  /* an input with a default */
     SPLAT_PORT_TRAINABLE = 1u << 1, /* a parameter that is trained */
@@ -237,10 +243,10 @@ enum {
 
 /* A named tensor of a model or a module. Frozen. */
 typedef struct splat_port {
-    const char* name; /* the library's live as long as the model or module */
-    uint32_t rank;
-    uint32_t flags; /* SPLAT_PORT_ bits; 0 in a splat_module_desc */
-    int64_t dims[SPLAT_MAX_RANK];
+    const char* name; /* name of the tensor; the library's lives as long as the model or module */
+    uint32_t rank;    /* number of dimensions */
+    uint32_t flags;   /* SPLAT_PORT_ bits; 0 for a new module */
+    int64_t dims[SPLAT_MAX_RANK]; /* elements, outermost first */
 } splat_port;
 
 /* ---- Models ---------------------------------------------------------------------------------- */
@@ -251,15 +257,15 @@ typedef struct splat_port {
  * model. Keys of a configuration: splat_config_keys; opt.freeze and opt.train_with_adapters, lists
  * of parts of parameter names, choose what gets gradients. */
 
+/* What a model can do. */
 enum {
     SPLAT_MODEL_GRADIENTS = 1u << 0, /* enable splat_model_backward: takes memory for gradients */
     SPLAT_MODEL_TRAINING = 1u << 1,  /* apply dropout */
-    /* Prepare weights anew in every pass, which is slower. Without this flag and without gradients,
-     * the second pass of the same weights keeps them prepared (0.7 GiB for the cars model) if the
-     * device has the memory. */
+    /* prepare weights anew in every pass, which is slower; else, without gradients, the second pass
+     * keeps them prepared (0.7 GiB for the cars model) if the device has the memory */
     SPLAT_MODEL_LOW_MEMORY = 1u << 2,
-    /* With GRADIENTS: recompute each block's activations in the backward pass instead of keeping
-     * them. The same numbers in less memory and more time. */
+    /* with GRADIENTS: recompute each block's activations in the backward pass instead of keeping
+     * them: the same numbers in less memory and more time */
     SPLAT_MODEL_RECOMPUTE = 1u << 3,
     SPLAT_MODEL_INPUT_GRADIENTS = 1u << 4 /* with GRADIENTS: also of images, embedding and tokens */
 };
@@ -289,20 +295,20 @@ SPLAT_API splat_result splat_model_create(splat_device device, const splat_model
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device. */
 SPLAT_API splat_result splat_model_init(splat_model model, uint64_t seed);
 
+/* How weights are loaded into a model. */
 enum {
     SPLAT_LOAD_GRAFT = 1u << 0, /* widen the first convolution; ignore tensors the model lacks */
-    SPLAT_LOAD_TAKE_RAYS = 1u << 1,  /* use the file's field of view */
-    SPLAT_LOAD_FROM_DEPTH = 1u << 2, /* channels after RGB that the file's network had; for GRAFT */
-    SPLAT_LOAD_FROM_NORMAL = 1u << 3,
-    SPLAT_LOAD_FROM_MASK = 1u << 4,
-    SPLAT_LOAD_ADAPTERS = 1u << 5 /* the file has only adapters; other parameters stay */
+    SPLAT_LOAD_TAKE_RAYS = 1u << 1,   /* use the file's field of view */
+    SPLAT_LOAD_FROM_DEPTH = 1u << 2,  /* the file's network had a depth channel; for GRAFT */
+    SPLAT_LOAD_FROM_NORMAL = 1u << 3, /* the file's network had channels of normals; for GRAFT */
+    SPLAT_LOAD_FROM_MASK = 1u << 4,   /* the file's network had a mask channel; for GRAFT */
+    SPLAT_LOAD_ADAPTERS = 1u << 5     /* the file has only adapters; other parameters stay */
 };
 
 /* Load the parameters of a state dict, all or none. Adapters, embeddings and attention to tokens
  * that the file lacks keep their values. With GRAFT each channel goes to the one of the same
  * meaning, and the outputs stay those of the file's network until the new channels are trained.
- * Tensors that the model lacks are ignored, such as the attention to tokens in encoders of earlier
- * versions.
+ * Tensors that the model lacks are ignored, such as the attention to tokens in encoders of earlier versions.
  * flags     SPLAT_LOAD_*
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
  *   SPLAT_ERROR_INVALID_ARGUMENT (a tensor that is missing or not finite; without GRAFT, one that
@@ -311,10 +317,10 @@ enum {
 SPLAT_API splat_result splat_model_load(splat_model model, splat_weights weights, uint32_t flags);
 
 /* Store the model as a state dict, with the buffers of published files.
- * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), and errors of
- * the device. */
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), and errors of the device. */
 SPLAT_API splat_result splat_model_store(splat_model model, splat_weights* weights);
 
+/* What is exported of a model. */
 typedef int32_t splat_export;
 enum {
     SPLAT_EXPORT_ADAPTERS = 1, /* only adapters, with PEFT's names and shapes: for each layer
@@ -341,25 +347,24 @@ SPLAT_API splat_result splat_model_report(splat_model model, char* buffer, size_
 /* What a model was made for, and what its latest pass gave. */
 typedef struct splat_model_info {
     uint32_t struct_size;
-    uint32_t flags;            /* SPLAT_MODEL_ bits of its creation */
+    uint32_t flags;            /* what it was created with, SPLAT_MODEL_ bits */
     uint32_t objects;          /* objects per batch */
     uint32_t views;            /* input images of an object */
-    uint32_t resolution;       /* R */
-    uint32_t channels;         /* channels of splat_model_input.images */
+    uint32_t resolution;       /* R: images have R x R pixels */
+    uint32_t channels;         /* channels of the images that a pass takes */
     uint32_t image_channels;   /* channels of "images": no plane of origin distances */
     uint32_t output_channels;  /* channels of "raw" */
-    uint32_t gaussians;        /* M, of an object */
-    uint32_t sh_degree;        /* K = (sh_degree + 1)^2 */
+    uint32_t gaussians;        /* M: Gaussians of an object */
+    uint32_t sh_degree;        /* degree of the spherical harmonics; K = (sh_degree + 1)^2 */
     uint32_t embedding_length; /* length of a custom embedding; 0: none */
-    uint32_t token_dim;
-    uint32_t tokens; /* 0: none */
-    uint32_t slices; /* passes of a batch */
-    float fov;       /* degrees; 0: each image has its focal lengths */
+    uint32_t token_dim;        /* numbers of a token; 0: none */
+    uint32_t tokens;           /* tokens of an image; 0: none */
+    uint32_t slices;           /* passes of a batch */
+    float fov;                 /* field of view, degrees; 0: each image has its focal lengths */
     uint32_t reserved;
-    uint64_t parameters; /* numbers */
-    uint64_t trainable;
-    /* the latest pass, over all objects; zeros before the first */
-    uint64_t predicted;  /* Gaussians */
+    uint64_t parameters; /* numbers of all parameters */
+    uint64_t trainable;  /* numbers of parameters that a training changes */
+    uint64_t predicted;  /* Gaussians of the latest pass, over all objects; 0 before the first */
     uint64_t non_finite; /* numbers of "raw" and of their attributes that are NaN or infinite */
     uint64_t faint;      /* Gaussians of an opacity below 1/255, which no pixel shows */
 } splat_model_info;
@@ -399,11 +404,10 @@ SPLAT_API splat_result splat_model_ports(splat_model model, splat_port_kind kind
 SPLAT_API splat_result splat_model_tensor(splat_model model, const char* name,
                                           splat_tensor* tensor);
 
+/* Where a pass finds its numbers. */
 enum {
-    /* the arrays are NULL: take what the tensors of splat_model_tensor hold, whose numbers are not
-     * checked */
     SPLAT_PASS_TENSORS = 1u << 0
-};
+}; /* in the tensors of splat_model_tensor, unchecked; no arrays */
 
 /* Counts are of numbers in the array beside them; 0: trusted. */
 typedef struct splat_model_input {
@@ -465,8 +469,7 @@ SPLAT_API splat_result splat_model_write(splat_model model, const char* name, co
  * Returns as splat_model_read. */
 SPLAT_API splat_result splat_model_scene(splat_model model, uint32_t object, splat_scene* scene);
 
-/* Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers;
- * 0: trusted. */
+/* Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers; 0: trusted. */
 typedef struct splat_model_gradients {
     uint32_t struct_size;
     uint32_t flags; /* SPLAT_PASS_ bits */
@@ -483,8 +486,7 @@ typedef struct splat_model_gradients {
 } splat_model_gradients;
 
 /* Add the gradients of a loss to the gradients of parameters. Call it once after each
- * splat_model_forward, whose results stay readable. Arrays become what the tensors "grad:means" and
- * so on hold.
+ * splat_model_forward, whose results stay readable. Arrays become what the tensors "grad:means" and so on hold.
  * Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a
  *   pass, or after inputs or parameters have changed, with gradients unchanged. After other errors
  *   the gradients may hold part of the batch: call splat_model_zero_gradients */
@@ -514,6 +516,7 @@ SPLAT_API splat_result splat_model_destroy(splat_model model);
  *   attributes  out_channels (0: C), up, down, attention (self-attention), views (images that
  *               attend to each other), affine_film, dropout, lora_rank, lora_alpha, lora_dropout */
 
+/* What a module can do. */
 enum {
     SPLAT_MODULE_GRADIENTS = 1u << 0,       /* enable splat_module_backward */
     SPLAT_MODULE_INPUT_GRADIENTS = 1u << 1, /* with GRADIENTS: also of inputs */
@@ -550,8 +553,7 @@ SPLAT_API splat_result splat_module_init(splat_module module, uint64_t seed);
 SPLAT_API splat_result splat_module_report(splat_module module, char* buffer, size_t capacity,
                                            size_t* needed);
 
-/* List the inputs, outputs or parameters of a module. Parameters and returns as
- * splat_model_ports. */
+/* List the inputs, outputs or parameters of a module. Parameters and returns as splat_model_ports. */
 SPLAT_API splat_result splat_module_ports(splat_module module, splat_port_kind kind,
                                           splat_port* ports, uint32_t capacity, uint32_t* count);
 
@@ -569,8 +571,7 @@ SPLAT_API splat_result splat_module_write(splat_module module, const char* name,
 /* Read what splat_module_write writes, an output ("y"), or the gradient of a parameter
  * ("grad:weight", the sum since splat_module_zero_gradients) or of an input ("grad:x").
  * values    out, row-major, exactly `bytes` bytes of the tensor
- * Returns as splat_module_write; SPLAT_ERROR_INVALID_STATE also before the pass that computes
- * it. */
+ * Returns as splat_module_write; SPLAT_ERROR_INVALID_STATE also before the pass that computes it. */
 SPLAT_API splat_result splat_module_read(splat_module module, const char* name, float* values,
                                          size_t bytes);
 
@@ -579,8 +580,7 @@ SPLAT_API splat_result splat_module_read(splat_module module, const char* name, 
  *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST. */
 SPLAT_API splat_result splat_module_forward(splat_module module);
 
-/* Add to the gradients of parameters and overwrite those of inputs. Call it once after each
- * forward.
+/* Add to the gradients of parameters and overwrite those of inputs. Call it once after each forward.
  * Returns as splat_module_forward, or
  *   SPLAT_ERROR_INVALID_STATE         without SPLAT_MODULE_GRADIENTS, without a new forward pass,
  *                                     or after inputs or parameters were written; gradients stay */

@@ -27,6 +27,7 @@ typedef struct splat_picture_source {
     splat_image pixels; /* reduced to 8 bits, as files of 16 bits are */
 } splat_picture_source;
 
+/* Options of a picture. */
 enum { SPLAT_PICTURE_WHOLE = 1u << 0 }; /* use the largest centred square, not the object's */
 
 /* One view of an object. Frozen. */
@@ -52,10 +53,10 @@ typedef struct splat_picture {
 /* How the object was found. */
 typedef int32_t splat_found;
 enum {
-    SPLAT_FOUND_BY_MASK = 1,
-    SPLAT_FOUND_BY_ALPHA = 2,
-    SPLAT_FOUND_BY_BORDER = 3,
-    SPLAT_FOUND_NOTHING = 4 /* the whole picture counts as the object */
+    SPLAT_FOUND_BY_MASK = 1,   /* by the mask that was given */
+    SPLAT_FOUND_BY_ALPHA = 2,  /* by an alpha that is not opaque everywhere */
+    SPLAT_FOUND_BY_BORDER = 3, /* by what differs from the colour of the picture's border */
+    SPLAT_FOUND_NOTHING = 4    /* the whole picture counts as the object */
 };
 
 /* Warnings of a picture. */
@@ -69,12 +70,12 @@ enum {
 
 /* What became of a picture. Frozen. */
 typedef struct splat_picture_info {
-    uint32_t width; /* width of the picture, pixels */
-    uint32_t height;
-    splat_found found;
+    uint32_t width;     /* width of the picture, pixels */
+    uint32_t height;    /* height of the picture, pixels */
+    splat_found found;  /* how the object was found */
     uint32_t warnings;  /* SPLAT_PICTURE_* warnings */
     double square[3];   /* left, top and side of what was cut out, pixels of the picture */
-    double focal;       /* pixels of the picture; 0: not known */
+    double focal;       /* focal length, pixels of the picture; 0: not known */
     double fov_degrees; /* field of view of the square; 0: not known */
 } splat_picture_info;
 
@@ -147,15 +148,15 @@ typedef struct splat_predictor_info {
     uint32_t views;           /* pictures of one prediction */
     uint32_t resolution;      /* R: the network sees squares of R x R pixels */
     uint32_t channels;        /* channels of the network's input */
-    uint32_t depth;           /* 1: it takes a depth map, else 0; so the next three */
-    uint32_t normal;          /* a normal map */
-    uint32_t mask;            /* the object's mask, which is always found */
-    uint32_t origin_distance; /* the distance of the object's origin */
-    uint64_t gaussians;       /* views * R * R, of which a scene gets the visible ones */
-    uint32_t sh_degree;
-    float background[3];  /* behind the object, 0 to 1 */
-    double fov_degrees;   /* across the square; 0: each view has a focal length of its own */
-    const char* category; /* data.category, may be empty; lives as long as the predictor */
+    uint32_t depth;           /* 1: it takes a depth map */
+    uint32_t normal;          /* 1: it takes a normal map */
+    uint32_t mask;            /* 1: it takes the object's mask, which is always found */
+    uint32_t origin_distance; /* 1: it takes the distance of the object's origin */
+    uint64_t gaussians;       /* views * R * R Gaussians; a scene gets the visible ones */
+    uint32_t sh_degree;       /* degree of the spherical harmonics, 0 to 3 */
+    float background[3];      /* colour behind the object, 0 to 1 */
+    double fov_degrees;       /* across the square; 0: each view has a focal length of its own */
+    const char* category;     /* data.category, may be empty; lives as long as the predictor */
 } splat_predictor_info;
 
 /* Describe a predictor.

@@ -38,6 +38,7 @@ extern "C" {
 SPLAT_API splat_result splat_prior_preset(const char* name, char* buffer, size_t capacity,
                                           size_t* needed);
 
+/* What the numbers of a model's maps are. */
 enum {
     /* F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances,
      * normals from -1 to 1 */
@@ -70,16 +71,17 @@ typedef struct splat_prior_model_desc {
 SPLAT_API splat_result splat_prior_model_create(const splat_prior_model_desc* desc,
                                                 splat_prior_model* model);
 
+/* What a model makes, and where it comes from. */
 typedef struct splat_prior_model_info {
     uint32_t struct_size;
-    uint32_t maps;  /* SPLAT_DATA_ flags of the maps that it makes */
-    uint32_t width; /* width of the model's input, pixels; 0: by the picture */
-    uint32_t height;
+    uint32_t maps;       /* maps that it makes, SPLAT_DATA_ flags */
+    uint32_t width;      /* width of the model's input, pixels; 0: by the picture */
+    uint32_t height;     /* height of the model's input, pixels; 0: by the picture */
     const char* preset;  /* name of the preset; lives, as the other texts, as long as the model */
     const char* licence; /* licence of the model: show it to the user */
-    const char* note;
-    const char* path;            /* file of the model */
-    const char* runtime_version; /* "1.30.0" */
+    const char* note;    /* what to know of the model */
+    const char* path;    /* file of the model */
+    const char* runtime_version; /* version of ONNX Runtime, such as "1.30.0" */
 } splat_prior_model_info;
 
 /* Describe a model.
@@ -157,6 +159,7 @@ SPLAT_API splat_result splat_normals_from_depth(const splat_image* depth,
  * Where the published scores of Splatter Image with priors differ from the definition, a flag gives
  * theirs. */
 
+/* How depth maps are compared. */
 enum {
     /* Every pixel counts: both maps are first clamped to 1e-8, after which a choice of pixels with
      * a truth > 0 chooses all. An aligned depth below 0 is within every factor. Takes no mask */
@@ -167,13 +170,13 @@ enum {
 typedef struct splat_depth_scores {
     uint32_t struct_size;
     uint32_t reserved;
-    uint64_t pixels;  /* counted */
+    uint64_t pixels;  /* pixels that count */
     double abs_rel;   /* mean of |p - g| / g */
     double rmse;      /* root of the mean of (p - g)^2 */
     double si_rmse;   /* standard deviation of ln max(p, 1e-8) - ln g */
     double within[3]; /* shares of pixels with max(p/g, g/p) < 1.25, 1.25^2, 1.25^3; p > 0 */
-    double scale;     /* p = scale * prediction + shift with the least squares; 0: it is constant */
-    double shift;
+    double scale;     /* p = scale * prediction + shift with the least squares; 0: a constant */
+    double shift;     /* the other number of that fit, in the truth's units */
 } splat_depth_scores;
 
 /* Compare a depth map with the true one, both with larger numbers for nearer pixels, or both with
@@ -189,6 +192,7 @@ SPLAT_API splat_result splat_prior_compare_depth(const splat_image* prediction,
                                                  const splat_image* truth, const splat_image* mask,
                                                  uint32_t flags, splat_depth_scores* scores);
 
+/* What the numbers of normal maps are. */
 enum {
     /* numbers are x, y, z themselves, from -1 to 1; else (n + 1) / 2, as data sets hold them */
     SPLAT_NORMAL_VECTORS = 1u << 0
@@ -198,11 +202,11 @@ enum {
 typedef struct splat_normal_scores {
     uint32_t struct_size;
     uint32_t reserved;
-    uint64_t pixels;  /* counted */
+    uint64_t pixels;  /* pixels that count */
     uint64_t missing; /* counted pixels without a prediction; their angle is 180 degrees */
-    double mean;
-    double median;
-    double rmse;
+    double mean;      /* mean of the angles, degrees */
+    double median;    /* median of the angles, degrees */
+    double rmse;      /* root of the mean of the squared angles, degrees */
     double within[3]; /* shares of pixels with an angle below 11.25, 22.5, 30 degrees */
 } splat_normal_scores;
 
@@ -219,6 +223,7 @@ SPLAT_API splat_result splat_prior_compare_normals(const splat_image* prediction
                                                    const splat_image* mask, uint32_t flags,
                                                    splat_normal_scores* scores);
 
+/* Where the true mask is. */
 enum {
     SPLAT_MASK_ALPHA_HALF = 1u << 0 /* the true mask is where alpha > 0.5; else where alpha > 0 */
 };
@@ -228,13 +233,13 @@ enum {
 typedef struct splat_mask_scores {
     uint32_t struct_size;
     uint32_t reserved;
-    uint64_t predicted_pixels;
-    uint64_t true_pixels;
-    double mae; /* mean of |p - truth| */
-    double iou;
-    double precision;
-    double recall;
-    double f_beta; /* with beta^2 = 0.3 */
+    uint64_t predicted_pixels; /* pixels of the predicted mask */
+    uint64_t true_pixels;      /* pixels of the true mask */
+    double mae;                /* mean of |p - truth| */
+    double iou;                /* intersection over union, 0 to 1 */
+    double precision;          /* share of the predicted pixels that are true */
+    double recall;             /* share of the true pixels that are predicted */
+    double f_beta;             /* weighted harmonic mean of the two, with beta^2 = 0.3 */
 } splat_mask_scores;
 
 /* Compare a mask with the true one.
@@ -247,6 +252,7 @@ SPLAT_API splat_result splat_prior_compare_masks(const splat_image* prediction,
                                                  const splat_image* alpha, uint32_t flags,
                                                  splat_mask_scores* scores);
 
+/* How images are compared. */
 enum {
     /* compare values of 0 to 1 as they are, as published; else 255 times them, as the noise of the
      * definition expects */
@@ -258,9 +264,9 @@ enum {
 /* Visual information fidelity of the channels of an image. */
 typedef struct splat_fidelity_scores {
     uint32_t struct_size;
-    uint32_t constant_channels; /* left out: the true channel is constant */
+    uint32_t constant_channels; /* channels left out: the true one is constant */
     double vif;                 /* mean over the other channels, 1 for equal images; NaN: none */
-    double channels[4];         /* NaN: constant, left out, or not there */
+    double channels[4];         /* fidelity of each; NaN: constant, left out, or not there */
 } splat_fidelity_scores;
 
 /* Compare images by visual information fidelity in the pixel domain, at four scales (Sheikh and
@@ -274,6 +280,7 @@ SPLAT_API splat_result splat_prior_compare_images(const splat_image* prediction,
                                                   const splat_image* truth, uint32_t flags,
                                                   splat_fidelity_scores* scores);
 
+/* What is done with a map. */
 typedef int32_t splat_map_filter;
 enum {
     /* Canny's edges, 0 or 1, of 255 times a map of 0 to 1, truncated: thresholds 50 and 150,
@@ -330,7 +337,7 @@ SPLAT_API splat_result splat_points_from_depth(const splat_image* depth, const s
 typedef struct splat_point_scores {
     uint32_t struct_size;
     uint32_t reserved;
-    uint64_t gaussians;     /* counted: P */
+    uint64_t gaussians;     /* Gaussians that count: P */
     double accuracy;        /* mean over P of d(p, T) */
     double completeness;    /* mean over T of d(t, P) */
     double chamfer;         /* mean of the two */

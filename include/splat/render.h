@@ -30,6 +30,7 @@ extern "C" {
  * The caller synchronises calls on one rasterizer and its states; splat_rasterizer_get_info may be
  * called at any time. */
 
+/* Whose rules a rasterizer follows where renderers differ. */
 typedef int32_t splat_convention;
 enum {
     SPLAT_CONVENTION_3DGS = 1,  /* Kerbl et al. 2023: extents of 3 sigma, quaternions as given */
@@ -41,18 +42,18 @@ enum {
     SPLAT_RASTERIZER_DIRECT_COLORS = 1u << 0, /* colours are RGB, not spherical harmonics */
     SPLAT_RASTERIZER_ANTIALIASED = 1u << 1,   /* opacity compensates for the dilation */
     SPLAT_RASTERIZER_DEPTH = 1u << 2,         /* outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS */
-    SPLAT_RASTERIZER_BACKWARD = 1u << 3,      /* gradients */
-    /* these three imply BACKWARD */
-    SPLAT_RASTERIZER_GRAD_DEPTH = 1u << 4,   /* gradients from the depth */
-    SPLAT_RASTERIZER_GRAD_POSE = 1u << 5,    /* gradients of the pose (SPLAT_CONVENTION_GSPLAT) */
-    SPLAT_RASTERIZER_GRAD_MEANS2D = 1u << 6, /* gradients of means2d */
+    SPLAT_RASTERIZER_BACKWARD = 1u << 3,      /* it computes gradients */
+    SPLAT_RASTERIZER_GRAD_DEPTH = 1u << 4,    /* gradients from the depth; implies BACKWARD */
+    SPLAT_RASTERIZER_GRAD_POSE = 1u
+                                 << 5, /* the pose, for SPLAT_CONVENTION_GSPLAT; implies BACKWARD */
+    SPLAT_RASTERIZER_GRAD_MEANS2D = 1u << 6, /* gradients of means2d; implies BACKWARD */
     /* SPLAT_CONVENTION_3DGS: the gradient of the original code with its three quirks */
     SPLAT_RASTERIZER_ORIGINAL_GRADIENT = 1u << 7,
     SPLAT_RASTERIZER_NORMALS = 1u << 8 /* output NORMALS */
 };
 
 /* Work that is skipped because it does not change the image. Gaussians that a convention culls (see
- * SPLAT_OUTPUT_MEANS2D) are always culled. */
+ * splat_output) are always culled. */
 enum {
     SPLAT_SKIP_OPACITY_EXTENT = 1u << 0, /* the region where alpha < 1/255 */
     SPLAT_SKIP_EXACT_TILES = 1u << 1,    /* tiles that the ellipse does not touch */
@@ -66,6 +67,7 @@ enum {
     SPLAT_SKIP_BLOCKS = 1u << 5
 };
 
+/* What a rasterizer draws, and how. */
 typedef struct splat_rasterizer_desc {
     uint32_t struct_size;
     uint32_t flags;     /* SPLAT_RASTERIZER_ bits */
@@ -152,22 +154,21 @@ SPLAT_API splat_result splat_rasterizer_forward(splat_rasterizer rasterizer,
                                                 const splat_camera* cameras, uint32_t count,
                                                 const float* background);
 
-/* Shapes are those of the last forward call: V views, N Gaussians. */
+/* What a forward call draws. Shapes are those of the last call: V views, N Gaussians. Outputs of
+ * Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image, not
+ * finite, without extent, or (gsplat) fainter than 1/255. No skip changes them. */
 typedef int32_t splat_output;
 enum {
-    SPLAT_OUTPUT_RGB = 1,            /* [V,H,W,3] over the background */
-    SPLAT_OUTPUT_ALPHA = 2,          /* [V,H,W] */
+    SPLAT_OUTPUT_RGB = 1,            /* [V,H,W,3] colours over the background */
+    SPLAT_OUTPUT_ALPHA = 2,          /* [V,H,W] sum of the weights */
     SPLAT_OUTPUT_DEPTH = 3,          /* [V,H,W] sum of weight * depth, scene units along z */
     SPLAT_OUTPUT_EXPECTED_DEPTH = 4, /* [V,H,W] depth / alpha */
     SPLAT_OUTPUT_CONTRIBUTORS = 5,   /* [V,H,W] Gaussians of weight > 0 */
-    /* Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside
-     * the image, not finite, without extent, or (gsplat) fainter than 1/255. No skip changes
-     * them. */
-    SPLAT_OUTPUT_MEANS2D = 6,     /* [V,N,2] pixels */
-    SPLAT_OUTPUT_RADII = 7,       /* [V,N,2] pixels */
-    SPLAT_OUTPUT_CONICS = 8,      /* [V,N,3] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y) */
-    SPLAT_OUTPUT_DEPTHS = 9,      /* [V,N] scene units along z */
-    SPLAT_OUTPUT_VISIBILITY = 10, /* [V,N] 1, or 0 if culled */
+    SPLAT_OUTPUT_MEANS2D = 6,        /* [V,N,2] places of their means, pixels */
+    SPLAT_OUTPUT_RADII = 7,          /* [V,N,2] half extents, pixels */
+    SPLAT_OUTPUT_CONICS = 8,         /* [V,N,3] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y) */
+    SPLAT_OUTPUT_DEPTHS = 9,         /* [V,N] depths of their means, scene units along z */
+    SPLAT_OUTPUT_VISIBILITY = 10,    /* [V,N] 1, or 0 if culled */
     /* [V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera */
     SPLAT_OUTPUT_NORMALS = 11
 };
@@ -204,6 +205,7 @@ SPLAT_API splat_result splat_rasterizer_read_images(splat_rasterizer rasterizer,
                                                     uint32_t first, const splat_image* images,
                                                     uint32_t count);
 
+/* What becomes of gradients. */
 enum {
     /* add gradients to the tensors' contents instead of overwriting them */
     SPLAT_GRADIENTS_ACCUMULATE = 1u << 0
@@ -244,6 +246,7 @@ SPLAT_API splat_result splat_rasterizer_backward(splat_rasterizer rasterizer,
                                                  splat_raster_state state,
                                                  const splat_gradients_desc* gradients);
 
+/* What the last forward call of a state did. */
 typedef struct splat_rasterizer_info {
     uint32_t struct_size;
     uint32_t passes; /* groups of tile rows that the last forward call drew one by one */
@@ -257,9 +260,9 @@ typedef struct splat_rasterizer_info {
     /* device memory of the state, with the gradients that states share, without the packed copies
      * of scenes, which rasterizers share */
     uint64_t bytes;
-    uint32_t runs;      /* 0: nothing had changed; 2 or more: other memory or passes */
-    uint32_t gaussians; /* n of the outputs' shapes */
-    uint32_t views;     /* v of the outputs' shapes */
+    uint32_t runs;      /* times it was drawn; 0: unchanged; 2 or more: other memory or passes */
+    uint32_t gaussians; /* Gaussians of the call: n of the outputs' shapes */
+    uint32_t views;     /* views of the call: v of the outputs' shapes */
     uint32_t reserved;
     uint64_t culled; /* (Gaussian, view) pairs that are neither visible nor non_finite */
     /* (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection
@@ -280,6 +283,7 @@ SPLAT_API splat_result splat_rasterizer_destroy(splat_rasterizer rasterizer);
 
 /* ---- A scene in one call --------------------------------------------------------------------- */
 
+/* How a scene is drawn; 0 is the default. */
 typedef struct splat_scene_render_desc {
     uint32_t struct_size;
     uint32_t flags;              /* SPLAT_RASTERIZER_ANTIALIASED */
@@ -307,10 +311,11 @@ SPLAT_API splat_result splat_scene_render(splat_scene scene, splat_device device
 
 /* ---- Image files ----------------------------------------------------------------------------- */
 
+/* What an image file says of its image. */
 typedef struct splat_image_info {
     uint32_t struct_size;
     uint32_t bits; /* bits per sample in the file: 8, 16, or 32 (.npy) */
-    /* pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal
+    /* focal length in pixels, from the Exif data of a JPEG file: that for 35 mm film, whose diagonal
      * sees the same angle, or else focal length and resolution of the sensor; 0: not known */
     double focal;
 } splat_image_info;
@@ -339,6 +344,7 @@ SPLAT_API splat_result splat_image_load(const char* path, splat_image* image,
 SPLAT_API splat_result splat_image_load_memory(const void* data, size_t bytes, splat_image* image,
                                                splat_image_info* info);
 
+/* A format of image files. */
 typedef int32_t splat_image_format;
 enum {
     SPLAT_IMAGE_PNG = 1,   /* 8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0 */
@@ -383,12 +389,13 @@ SPLAT_API splat_result splat_image_save_animation_memory(const splat_image* fram
 
 /* ---- Scores of images ------------------------------------------------------------------------ */
 
+/* How alike two images are. */
 typedef struct splat_image_scores {
     uint32_t struct_size;
     uint32_t reserved;
-    double squared_error; /* mean */
+    double squared_error; /* mean of the squared differences, over pixels and channels */
     double psnr;          /* dB, for values from 0 to 1; infinite for equal images */
-    double ssim;
+    double ssim;          /* structural similarity; 1 for equal images */
 } splat_image_scores;
 
 /* Compare two images in double precision: PSNR, and SSIM with a Gaussian window of 11 x 11 pixels

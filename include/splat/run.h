@@ -29,17 +29,17 @@ extern "C" {
 /* A task with its folder, one piece of work per call. The caller synchronises calls on one run, except
  * splat_run_interrupt, splat_run_report and splat_training_last_step. */
 
+/* What a piece of a run did. */
 typedef int32_t splat_run_event_kind;
 enum {
     SPLAT_EVENT_MESSAGE = 0, /* only a text */
     SPLAT_EVENT_STEP = 1,    /* one attempt of a step, with its numbers */
     /* one piece of a validation, such as an object of a data set: its numbers and images */
     SPLAT_EVENT_VALIDATED_PIECE = 2,
-    SPLAT_EVENT_VALIDATION = 3, /* the mean numbers of a validation */
-    SPLAT_EVENT_CHECKPOINT = 4, /* a state was saved */
-    /* these end the run */
-    SPLAT_EVENT_DONE = 5,
-    SPLAT_EVENT_INTERRUPTED = 6,
+    SPLAT_EVENT_VALIDATION = 3,  /* the mean numbers of a validation */
+    SPLAT_EVENT_CHECKPOINT = 4,  /* a state was saved */
+    SPLAT_EVENT_DONE = 5,        /* all steps are done; this and what follows end the run */
+    SPLAT_EVENT_INTERRUPTED = 6, /* the caller ended it; it can be resumed */
     /* ten steps in a row had a loss or gradients that are not finite */
     SPLAT_EVENT_NOT_FINITE = 7,
     /* 200 steps in a row drew nothing; 20 of them give a warning */
@@ -48,17 +48,17 @@ enum {
 
 /* A number by its name. Frozen. */
 typedef struct splat_number {
-    const char* name;
-    double value; /* 1 or 0 where metrics.jsonl has true or false */
+    const char* name; /* what the number is */
+    double value;     /* 1 or 0 where metrics.jsonl has true or false */
 } splat_number;
 
 /* What a call of splat_run_next did. Pointers are valid until the next splat_run_next or
  * splat_run_destroy of the run. */
 typedef struct splat_run_event {
     uint32_t struct_size;
-    splat_run_event_kind kind;
-    const char* text;    /* the line of log.txt; NULL: none */
-    uint32_t warning;    /* 1: the text warns */
+    splat_run_event_kind kind; /* what was done */
+    const char* text;          /* the line of log.txt; NULL: none */
+    uint32_t warning;          /* 1: the text warns */
     uint32_t updated;    /* 1: a step updated what is learned; 0: it was skipped, or is no step */
     uint32_t logged;     /* 1: metrics.jsonl got a line of the step */
     uint32_t reserved;   /* 0 */
@@ -67,23 +67,23 @@ typedef struct splat_run_event {
     uint64_t iterations; /* updates of the whole run */
     uint64_t skipped;    /* attempts that updated nothing */
     uint64_t peak_bytes; /* most device memory so far */
-    double seconds;      /* since the first step of this session */
-    double steps_per_second;
+    double seconds;      /* seconds since the first step of this session */
+    double steps_per_second; /* rate since the first step of this session */
     /* With the names of metrics.jsonl. Of a step: "loss", "averaged_loss" (over the latest steps of this
      * session), then the task's. Of a validation: "val_psnr" (dB; NaN without a score),
      * "best_val_psnr" (of those with as many pieces and views), then the task's. NULL: none. */
     const splat_number* numbers;
-    uint64_t number_count;
-    const char* name; /* name of the validated piece, else NULL */
-    uint32_t piece;   /* number of the validated piece */
-    uint32_t pieces;  /* pieces of the validation */
-    uint32_t views;   /* views of the piece, the input views first */
-    uint32_t inputs;  /* input views among them */
-    uint32_t width;   /* pixels of an image */
-    uint32_t height;
-    uint64_t image_count; /* numbers of `images` and of `truths` */
-    const float* images;  /* drawn, [views,3,height,width] */
-    const float* truths;
+    uint64_t number_count; /* length of `numbers` */
+    const char* name;      /* name of the validated piece, else NULL */
+    uint32_t piece;        /* number of the validated piece */
+    uint32_t pieces;       /* pieces of the validation */
+    uint32_t views;        /* views of the piece, the input views first */
+    uint32_t inputs;       /* input views among them */
+    uint32_t width;        /* width of an image, pixels */
+    uint32_t height;       /* height of an image, pixels */
+    uint64_t image_count;  /* numbers of `images`, and of `truths` */
+    const float* images;   /* drawn, [views,3,height,width] */
+    const float* truths;   /* the images to be drawn, of the same shape */
 } splat_run_event;
 
 /* Do the next piece of work: a step, one piece of a validation, a saved state. After the end it gives

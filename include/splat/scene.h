@@ -55,6 +55,7 @@ typedef struct splat_scene_desc {
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY */
 SPLAT_API splat_result splat_scene_create(const splat_scene_desc* desc, splat_scene* scene);
 
+/* A format of scene files. */
 typedef int32_t splat_scene_format;
 enum {
     SPLAT_SCENE_PLY = 1,            /* 3DGS, ascii or binary, properties in any order */
@@ -71,19 +72,20 @@ SPLAT_API splat_result splat_scene_formats(char* buffer, size_t capacity, size_t
 /* Axes x, y, z of a file: right or left, up or down, front or back. */
 typedef int32_t splat_frame;
 enum {
-    SPLAT_FRAME_RDF = 1, /* .ply, .splat, COLMAP, OpenCV; and scenes in memory */
-    SPLAT_FRAME_RUB = 2, /* .spz, OpenGL, three.js */
-    SPLAT_FRAME_LUF = 3,
-    SPLAT_FRAME_RUF = 4, /* Unity */
-    SPLAT_FRAME_LDB = 5,
-    SPLAT_FRAME_RDB = 6,
-    SPLAT_FRAME_LUB = 7,
-    SPLAT_FRAME_LDF = 8
+    SPLAT_FRAME_RDF = 1, /* right, down, front: .ply, .splat, COLMAP, OpenCV; scenes in memory */
+    SPLAT_FRAME_RUB = 2, /* right, up, back: .spz, OpenGL, three.js */
+    SPLAT_FRAME_LUF = 3, /* left, up, front */
+    SPLAT_FRAME_RUF = 4, /* right, up, front: Unity */
+    SPLAT_FRAME_LDB = 5, /* left, down, back */
+    SPLAT_FRAME_RDB = 6, /* right, down, back */
+    SPLAT_FRAME_LUB = 7, /* left, up, back */
+    SPLAT_FRAME_LDF = 8  /* left, down, front */
 };
 
 /* For splat_scene_file_desc.sh_degree: only the constant colour. */
 #define SPLAT_SH_CONSTANT (-1)
 
+/* What is done with files that are not quite as they should be. */
 enum {
     /* read .ply and .spz files with bytes that their header does not count, with a warning that they are
      * left out, instead of refusing them */
@@ -93,6 +95,7 @@ enum {
     SPLAT_SCENE_CLAMP = 1u << 1
 };
 
+/* How a scene is read or written; 0 is the default. */
 typedef struct splat_scene_file_desc {
     uint32_t struct_size;
     uint32_t flags;            /* SPLAT_SCENE_ bits */
@@ -173,9 +176,9 @@ SPLAT_API splat_result splat_scene_to_tensor(splat_scene scene, const char* name
 
 /* x -> scale * rotation x + translation. Frozen. */
 typedef struct splat_similarity {
-    double rotation[4];    /* w, x, y, z, of any length > 0 */
+    double rotation[4];    /* quaternion w, x, y, z, of any length > 0 */
     double translation[3]; /* scene units */
-    double scale;          /* > 0 */
+    double scale;          /* factor, > 0 */
 } splat_similarity;
 
 /* Move, turn and scale a scene, including its spherical harmonics.
@@ -188,6 +191,7 @@ SPLAT_API splat_result splat_scene_transform(splat_scene scene, const splat_simi
  * Returns as splat_scene_transform. */
 SPLAT_API splat_result splat_scene_crop(splat_scene scene, const double* low, const double* high);
 
+/* What a filter does besides. */
 enum {
     /* drop NaN, infinities and rotations of length 0; an infinite logit is an opacity of 0 or 1 */
     SPLAT_FILTER_FINITE = 1u << 0,
@@ -207,21 +211,22 @@ SPLAT_API splat_result splat_scene_filter(splat_scene scene, uint32_t flags, dou
 SPLAT_API splat_result splat_scene_merge(const splat_scene* scenes, uint32_t count,
                                          splat_scene* scene);
 
+/* What the Gaussians of a scene are. */
 typedef struct splat_scene_info {
     uint32_t struct_size;
-    uint32_t sh_degree;
-    uint64_t count;
-    double low[3];    /* lower bounds of the finite means */
-    double high[3];   /* upper bounds of the finite means */
-    double center[3]; /* median of the finite means, axis by axis */
-    double radius;    /* distance from the centre that holds 95 % of the finite means */
-    double scale_min; /* smallest finite standard deviation, scene units */
-    double scale_max;
-    double scale_mean;
-    double opacity_min; /* 0 to 1 */
-    double opacity_max;
-    double opacity_mean;
-    uint64_t non_finite;    /* values of all attributes */
+    uint32_t sh_degree;     /* degree of the spherical harmonics, 0 to 3 */
+    uint64_t count;         /* Gaussians */
+    double low[3];          /* lower bounds of the finite means */
+    double high[3];         /* upper bounds of the finite means */
+    double center[3];       /* median of the finite means, axis by axis */
+    double radius;          /* distance from the centre that holds 95 % of the finite means */
+    double scale_min;       /* smallest finite standard deviation, scene units */
+    double scale_max;       /* largest finite standard deviation, scene units */
+    double scale_mean;      /* mean of the finite standard deviations, scene units */
+    double opacity_min;     /* smallest opacity, 0 to 1 */
+    double opacity_max;     /* largest opacity, 0 to 1 */
+    double opacity_mean;    /* mean of the opacities, 0 to 1 */
+    uint64_t non_finite;    /* numbers of all attributes that are NaN or infinite */
     uint64_t bad_rotations; /* rotations of length 0, or not finite */
     uint64_t degenerate;    /* Gaussians with a scale below 1e-12 */
     uint64_t invisible;     /* Gaussians of opacity below 1/255 */
@@ -240,12 +245,12 @@ SPLAT_API splat_result splat_scene_destroy(splat_scene scene);
 
 /* A pinhole camera. Frozen. The centre of the pixel in column i and row j is (i + 0.5, j + 0.5). */
 typedef struct splat_camera {
-    uint32_t width; /* pixels */
-    uint32_t height;
-    double fx; /* pixels */
-    double fy;
-    double cx;
-    double cy;
+    uint32_t width;  /* width of the image, pixels */
+    uint32_t height; /* height of the image, pixels */
+    double fx;       /* horizontal focal length, pixels */
+    double fy;       /* vertical focal length, pixels */
+    double cx;       /* principal point, pixels from the left edge */
+    double cy;       /* principal point, pixels from the upper edge */
     /* row-major 4x4, last row 0 0 0 1; OpenCV axes of the camera: x right, y down, z forward */
     double world_to_camera[16];
 } splat_camera;
@@ -281,6 +286,7 @@ SPLAT_API splat_result splat_camera_from_opengl(splat_camera* camera,
  * Returns as splat_camera_from_opengl, for the camera's own matrix. */
 SPLAT_API splat_result splat_camera_to_opengl(const splat_camera* camera, double* camera_to_world);
 
+/* Cameras on a circle; 0 is the default. */
 typedef struct splat_orbit_desc {
     uint32_t struct_size;
     uint32_t flags;   /* 0 */
@@ -306,17 +312,19 @@ typedef struct splat_orbit_desc {
 SPLAT_API splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc,
                                           uint32_t count, splat_camera* cameras);
 
+/* Options of reading cameras. */
 enum {
     /* read cameras with lens distortion, or with other lenses, as pinholes, instead of refusing them */
     SPLAT_CAMERA_IGNORE_DISTORTION = 1u << 0
 };
 
+/* How cameras are read; 0 is the default. */
 typedef struct splat_camera_file_desc {
     uint32_t struct_size;
     uint32_t flags;   /* SPLAT_CAMERA_ bits */
     const void* next; /* NULL */
-    uint32_t width;   /* pixels, for a transforms.json without size; else 0 */
-    uint32_t height;
+    uint32_t width;   /* width in pixels, for a transforms.json without size; else 0 */
+    uint32_t height;  /* height in pixels, likewise */
 } splat_camera_file_desc;
 
 /* Read the cameras of a NeRF transforms.json, or of a COLMAP model's folder (text or binary).

@@ -97,11 +97,12 @@ typedef struct splat_optimizer_group {
     double eps;
 } splat_optimizer_group;
 
+/* How the rate changes with the steps. */
 typedef int32_t splat_schedule;
 enum {
-    SPLAT_SCHEDULE_CONSTANT = 1,
-    SPLAT_SCHEDULE_COSINE = 2, /* half a cosine, zero one step after total_steps */
-    SPLAT_SCHEDULE_STEP = 3    /* a tenth from step step_at on */
+    SPLAT_SCHEDULE_CONSTANT = 1, /* the same rate in every step */
+    SPLAT_SCHEDULE_COSINE = 2,   /* half a cosine, zero one step after total_steps */
+    SPLAT_SCHEDULE_STEP = 3      /* a tenth from step step_at on */
 };
 
 typedef struct splat_optimizer_desc {
@@ -141,6 +142,7 @@ typedef struct splat_optimizer_desc {
 SPLAT_API splat_result splat_optimizer_create(splat_device device, const splat_optimizer_desc* desc,
                                               splat_optimizer* optimizer);
 
+/* What an optimizer has and what its last step did. */
 typedef struct splat_optimizer_info {
     uint32_t struct_size;
     uint32_t was_skipped;    /* 1: the last step found gradients that are not finite; no update */
@@ -275,26 +277,27 @@ typedef struct splat_trainer_batch {
     uint32_t objects;  /* B, as in the configuration; 0: not checked */
 } splat_trainer_batch;
 
+/* What a step of a training did. */
 typedef struct splat_trainer_info {
     uint32_t struct_size;
-    uint32_t skipped; /* 1: loss or gradients were not finite, and nothing was updated */
-    uint64_t step;    /* updates done */
-    uint64_t pairs;   /* (tile, Gaussian) drawn */
-    double loss;      /* mean over the batch, like the following */
-    double squared_error;
-    double pixel_loss;
-    double ssim; /* 0 unless opt.lambda_ssim > 0 */
-    double network_ms;
-    double render_ms;
-    double update_ms;
-    double lpips;            /* 0 unless opt.lambda_lpips > 0, and before opt.start_lpips_after */
+    uint32_t skipped;     /* 1: loss or gradients were not finite, and nothing was updated */
+    uint64_t step;        /* updates done */
+    uint64_t pairs;       /* (tile, Gaussian) pairs that were drawn */
+    double loss;          /* mean over the batch, like the following */
+    double squared_error; /* mean of the squared differences, over pixels and channels */
+    double pixel_loss;    /* the part of `loss` that compares pixels */
+    double ssim;          /* structural similarity; 0 unless opt.lambda_ssim > 0 */
+    double network_ms;    /* time of the network's passes */
+    double render_ms;     /* time of the rasterizer's passes */
+    double update_ms;     /* time of the update */
+    double lpips; /* distance; 0 unless opt.lambda_lpips > 0, and before opt.start_lpips_after */
     uint64_t visible;        /* (Gaussian, target) pairs that reach a tile; 0: nothing was drawn */
-    uint64_t culled;         /* the pairs that do not */
+    uint64_t culled;         /* (Gaussian, target) pairs that reach no tile */
     uint64_t non_finite;     /* numbers that the network gave which are NaN or infinite */
     uint32_t gradients_zero; /* 1: every gradient of a parameter is 0, so nothing is learnt */
     uint32_t reserved;
     double rate;      /* learning rate of this update, or of the one that was skipped */
-    double edge_loss; /* mean over the batch; 0 unless opt.lambda_edge > 0 */
+    double edge_loss; /* loss of edges, mean over the batch; 0 unless opt.lambda_edge > 0 */
 } splat_trainer_info;
 
 /* Do one update. Arrays are read before the call returns.
@@ -392,6 +395,8 @@ SPLAT_API splat_result splat_batches_destroy(splat_batches batches);
  * splat_trainer_info. Of an object, and as means over the objects: "val_psnr" and "val_ssim" of novel
  * views, NaN without one, "val_psnr_conditioning" and "val_ssim_conditioning" of the input views; of
  * a validation also "val_objects", "val_views" (novel ones) and "val_views_asked". */
+
+/* What becomes of a run that is in the folder. */
 enum {
     /* go on from the latest state that can be read; begin again if none was saved yet */
     SPLAT_TRAINING_RESUME = 1u << 0,

@@ -27,39 +27,27 @@ namespace Splat.Interop
         public const int SPLAT_SH_CONSTANT = -1;
 
         /// <summary>Version of the loaded library, packed as by SPLAT_MAKE_VERSION.</summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern uint splat_version();
+        [DllImport(Lib, CallingConvention = C)] public static extern uint splat_version();
 
         /// <summary>The version as text, "major.minor.patch". Lives as long as the library.</summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern byte* splat_version_string();
+        [DllImport(Lib, CallingConvention = C)] public static extern byte* splat_version_string();
 
-        /// <summary>
-        /// JSON object: version, compiler, assertions (bool), fault_points (bool), shaders (array of {name,
-        /// hash, bytes}; the hash is the SHA-256 of the SPIR-V), structs (bytes of each struct of the
-        /// headers, by its name). Lives as long as the library.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern byte* splat_build_info();
+        /// <summary>JSON object: version, compiler, assertions (bool), fault_points (bool), shaders (array of {name,
+        /// hash, bytes}; the hash is the SHA-256 of the SPIR-V), structs (bytes of each struct of the headers, by its
+        /// name). Lives as long as the library.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern byte* splat_build_info();
 
-        /// <summary>
-        /// Name of a result code, e.g. "SPLAT_ERROR_TIMEOUT"; "SPLAT_UNKNOWN_RESULT" for any other number.
-        /// Never NULL.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern byte* splat_result_name(ResultCode code);
+        /// <summary>Name of a result code, e.g. "SPLAT_ERROR_TIMEOUT"; "SPLAT_UNKNOWN_RESULT" for any other number.
+        /// Never NULL.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern byte* splat_result_name(ResultCode code);
 
         /// <summary>One sentence: what a result code means and what to do. Never NULL.</summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern byte* splat_result_sentence(ResultCode code);
+        [DllImport(Lib, CallingConvention = C)] public static extern byte* splat_result_sentence(ResultCode code);
 
-        /// <summary>
-        /// Text of the last error on the calling thread. Empty before the first error. A success does not
-        /// clear it, so check the result first. Valid until the next call of this library on this thread.
-        /// Never NULL.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern byte* splat_last_error_message();
+        /// <summary>Text of the last error on the calling thread. Empty before the first error. A success does not
+        /// clear it, so check the result first. Valid until the next call of this library on this thread. Never
+        /// NULL.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern byte* splat_last_error_message();
 
         /// <summary>
         /// Copy the text of the last error.
@@ -67,11 +55,8 @@ namespace Splat.Interop
         /// needed    out, bytes with the NUL, may be NULL
         /// Returns SPLAT_OK or SPLAT_INCOMPLETE. Never changes the text.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_last_error_copy(
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_last_error_copy(byte* buffer,
+            UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Send messages of `min_level` and above to `callback`, for the whole process. Without a callback
@@ -84,11 +69,8 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      not a valid level; nothing is changed
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_log_set_callback(
-            splat_log_callback callback,
-            void* user,
-            LogLevel min_level);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_log_set_callback(splat_log_callback callback, void* user, LogLevel min_level);
 
         /// <summary>
         /// Replace the limits of this process. Calls that read a file then take the new ones; a file beyond
@@ -96,8 +78,8 @@ namespace Splat.Interop
         /// limits    NULL: the defaults
         /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: a field of limits; nothing is changed.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_decode_set_limits(splat_decode_limits* limits);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_decode_set_limits(splat_decode_limits* limits);
 
         /// <summary>
         /// Count the Vulkan devices of this machine, usable or not.
@@ -107,8 +89,7 @@ namespace Splat.Interop
         ///                              says what to install
         ///   SPLAT_ERROR_INVALID_STATE  forked, see above
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_device_count(uint* count);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_device_count(uint* count);
 
         /// <summary>
         /// Describe device `index` without creating it.
@@ -116,8 +97,8 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (index &gt;= count), SPLAT_ERROR_NO_DEVICE,
         ///   SPLAT_ERROR_INVALID_STATE (forked).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_device_describe(uint index, splat_device_info* info);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_device_describe(uint index,
+            splat_device_info* info);
 
         /// <summary>
         /// Open a device.
@@ -138,49 +119,33 @@ namespace Splat.Interop
         /// objects are there already, the creation is SPLAT_ERROR_NO_DEVICE. SPLAT_SELF_TEST=0 in the
         /// environment leaves the tests out.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_device_create(
-            splat_device_desc* desc,
-            IntPtr* device);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_device_create(splat_device_desc*
+            desc, IntPtr* device);
 
-        /// <summary>
-        /// Release a device. Its tensors and operators stay usable; the device closes with the last of them.
-        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_device_destroy(IntPtr device);
+        /// <summary>Release a device. Its tensors and operators stay usable; the device closes with the last of them.
+        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_device_destroy(IntPtr device);
 
-        /// <summary>
-        /// Cancel the calls that run on a device or wait for it now, on any threads. What they were to write
-        /// is undefined, as after an error of the device. The objects stay usable, and later calls are not
-        /// affected. A training step that already updates the weights ends as usual; one that is cancelled
-        /// leaves them as they were.
-        /// The device gets work in pieces, the next while one runs, each of at most 0.25 s by a cautious
-        /// estimate (0.1 s on GPUs); a call returns SPLAT_CANCELLED when those that it has end. It goes on
-        /// while it reads a file, compiles a shader or computes on the host.
-        /// May be called from any thread and from a signal handler, except for handles that are not live.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (forked).
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_device_cancel(SafeDeviceHandle device);
+        /// <summary>Cancel the calls that run on a device or wait for it now, on any threads. What they were to write
+        /// is undefined, as after an error of the device. The objects stay usable, and later calls are not affected.
+        /// A training step that already updates the weights ends as usual; one that is cancelled leaves them as they
+        /// were. The device gets work in pieces, the next while one runs, each of at most 0.25 s by a cautious
+        /// estimate (0.1 s on GPUs); a call returns SPLAT_CANCELLED when those that it has end. It goes on while it
+        /// reads a file, compiles a shader or computes on the host. May be called from any thread and from a signal
+        /// handler, except for handles that are not live. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_STATE (forked).</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_device_cancel(SafeDeviceHandle
+            device);
 
-        /// <summary>
-        /// Describe an open device. `kernels` is what it runs, not what AUTO would choose.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_device_get_info(
-            SafeDeviceHandle device,
-            splat_device_info* info);
+        /// <summary>Describe an open device. <c>kernels</c> is what it runs, not what AUTO would choose. Returns
+        /// SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_device_get_info(SafeDeviceHandle
+            device, splat_device_info* info);
 
-        /// <summary>
-        /// Report device memory.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_device_get_memory(
-            SafeDeviceHandle device,
-            splat_memory_info* info);
+        /// <summary>Report device memory. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_device_get_memory(SafeDeviceHandle device, splat_memory_info* info);
 
         /// <summary>
         /// Report the time of every kind of dispatch since creation or the last reset, on a device with
@@ -195,30 +160,17 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, or
         ///   SPLAT_ERROR_INVALID_STATE  the device was created without SPLAT_DEVICE_PROFILE
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_device_profile_json(
-            SafeDeviceHandle device,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_device_profile_json(SafeDeviceHandle device, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
-        /// <summary>
-        /// Write the same as a table for people: longest total time first, with rates over that time.
-        /// Returns as splat_device_profile_json.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_device_profile_table(
-            SafeDeviceHandle device,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>Write the same as a table for people: longest total time first, with rates over that time.
+        /// Returns as splat_device_profile_json.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_device_profile_table(SafeDeviceHandle device, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
-        /// <summary>
-        /// Forget the times measured so far.
-        /// Returns as splat_device_profile_json.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_device_profile_reset(SafeDeviceHandle device);
+        /// <summary>Forget the times measured so far. Returns as splat_device_profile_json.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_device_profile_reset(SafeDeviceHandle device);
 
         /// <summary>
         /// Create a tensor on the device, row-major and contiguous, filled with zeros.
@@ -227,24 +179,14 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           more bytes than max_storage_buffer_bytes of the device
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_tensor_create(
-            SafeDeviceHandle device,
-            splat_tensor_desc* desc,
-            IntPtr* tensor);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_create(SafeDeviceHandle
+            device, splat_tensor_desc* desc, IntPtr* tensor);
 
-        /// <summary>
-        /// Create a tensor and fill it as splat_tensor_write does.
-        /// Returns what splat_tensor_create and splat_tensor_write return.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_tensor_from_host(
-            SafeDeviceHandle device,
-            splat_tensor_desc* desc,
-            void* data,
-            UIntPtr bytes,
-            long* strides,
-            IntPtr* tensor);
+        /// <summary>Create a tensor and fill it as splat_tensor_write does. Returns what splat_tensor_create and
+        /// splat_tensor_write return.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_tensor_from_host(SafeDeviceHandle device, splat_tensor_desc* desc, void* data, UIntPtr bytes, long*
+            strides, IntPtr* tensor);
 
         /// <summary>
         /// Copy host memory into the tensor.
@@ -258,24 +200,13 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
         ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_tensor_write(
-            SafeTensorHandle tensor,
-            void* data,
-            UIntPtr bytes,
-            long* strides);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_write(SafeTensorHandle
+            tensor, void* data, UIntPtr bytes, long* strides);
 
-        /// <summary>
-        /// Copy the tensor into host memory; `data` is untouched on error. Strides are as above, but &gt; 0,
-        /// and no two elements may share a place.
-        /// Returns what splat_tensor_write returns.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_tensor_read(
-            SafeTensorHandle tensor,
-            void* data,
-            UIntPtr bytes,
-            long* strides);
+        /// <summary>Copy the tensor into host memory; <c>data</c> is untouched on error. Strides are as above, but
+        /// &gt; 0, and no two elements may share a place. Returns what splat_tensor_write returns.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_read(SafeTensorHandle
+            tensor, void* data, UIntPtr bytes, long* strides);
 
         /// <summary>
         /// Give the host a pointer to the tensor's elements, row-major contiguous, until splat_tensor_unmap.
@@ -289,20 +220,14 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
         ///   SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_tensor_map(
-            SafeTensorHandle tensor,
-            Access access,
-            void** pointer,
-            UIntPtr* bytes);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_map(SafeTensorHandle
+            tensor, Access access, void** pointer, UIntPtr* bytes);
 
-        /// <summary>
-        /// End a mapping. With write access the written values become the tensor's contents.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (not mapped), and the
-        /// device's errors.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_tensor_unmap(SafeTensorHandle tensor);
+        /// <summary>End a mapping. With write access the written values become the tensor's contents. Returns
+        /// SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (not mapped), and the device's
+        /// errors.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_unmap(SafeTensorHandle
+            tensor);
 
         /// <summary>
         /// Give the host a pointer to the tensor's elements, row-major contiguous, that is good until the
@@ -316,11 +241,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           the device's memory is not unified, or not coherent: see
         ///                                     SPLAT_FEATURE_UNIFIED_MEMORY; use splat_tensor_map
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_tensor_host_pointer(
-            SafeTensorHandle tensor,
-            void** pointer,
-            UIntPtr* bytes);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_tensor_host_pointer(SafeTensorHandle tensor, void** pointer, UIntPtr* bytes);
 
         /// <summary>
         /// Share the tensor's memory with other libraries, as a DLPack tensor on kDLCPU without a copy. It
@@ -330,36 +252,22 @@ namespace Splat.Interop
         /// managed   out, owned by the caller, who calls managed-&gt;deleter(managed)
         /// Returns as splat_tensor_host_pointer, or SPLAT_ERROR_OUT_OF_HOST_MEMORY.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_tensor_to_dlpack(
-            SafeTensorHandle tensor,
-            IntPtr* managed);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_tensor_to_dlpack(SafeTensorHandle tensor, IntPtr* managed);
 
-        /// <summary>
-        /// Describe a tensor.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_tensor_get_info(
-            SafeTensorHandle tensor,
-            splat_tensor_info* info);
+        /// <summary>Describe a tensor. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_get_info(SafeTensorHandle
+            tensor, splat_tensor_info* info);
 
-        /// <summary>
-        /// Measure an SPLAT_DTYPE_F32 tensor on the device.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (struct or dtype),
-        /// SPLAT_ERROR_INVALID_STATE (mapped), and the device's errors.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_tensor_check(
-            SafeTensorHandle tensor,
-            splat_tensor_stats* stats);
+        /// <summary>Measure an SPLAT_DTYPE_F32 tensor on the device. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT (struct or dtype), SPLAT_ERROR_INVALID_STATE (mapped), and the device's
+        /// errors.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_check(SafeTensorHandle
+            tensor, splat_tensor_stats* stats);
 
-        /// <summary>
-        /// Destroy a tensor, mapped or not.
-        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_tensor_destroy(IntPtr tensor);
+        /// <summary>Destroy a tensor, mapped or not. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_tensor_destroy(IntPtr tensor);
 
         /// <summary>
         /// Write the images, masks and cameras of a split to OUT/co3d_CATEGORY_for_gs/SPLIT, which
@@ -374,10 +282,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_FORMAT                damaged or incomplete annotations, a damaged file
         /// After an error, what was written stays.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_co3d_prepare(
-            splat_co3d_desc* desc,
-            splat_co3d_info* info);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_co3d_prepare(splat_co3d_desc*
+            desc, splat_co3d_info* info);
 
         /// <summary>
         /// Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
@@ -399,26 +305,17 @@ namespace Splat.Interop
         ///                                     a part of it, images without poses, an object with one view
         ///   of tables as splat_dataset_import
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_dataset_open(
-            splat_dataset_desc* desc,
-            IntPtr* dataset);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_dataset_open(splat_dataset_desc*
+            desc, IntPtr* dataset);
 
-        /// <summary>
-        /// JSON: {"format", "split", "has_splits", "objects", "views" (of all objects), "excluded" (by a
-        /// list), "missing": [{"name", "problem"}] (left out with ALLOW_MISSING), "not_objects": [names of
-        /// other folders], "not_read": [the first files in folders of maps that are not read],
-        /// "not_read_count", "notes": [sentences on such files and on images that are cut to squares],
-        /// "resolution", "stored_resolution", "maps": ["depth", ...], "names": [],
-        /// "views_of": []}.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_dataset_report(
-            SafeDatasetHandle dataset,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>JSON: {"format", "split", "has_splits", "objects", "views" (of all objects), "excluded" (by a
+        /// list), "missing": [{"name", "problem"}] (left out with ALLOW_MISSING), "not_objects": [names of other
+        /// folders], "not_read": [the first files in folders of maps that are not read], "not_read_count", "notes":
+        /// [sentences on such files and on images that are cut to squares], "resolution", "stored_resolution",
+        /// "maps": ["depth", ...], "names": [], "views_of": []}. Returns SPLAT_OK, SPLAT_INCOMPLETE,
+        /// SPLAT_ERROR_INVALID_HANDLE</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_dataset_report(SafeDatasetHandle
+            dataset, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Read views of one object, in the given order (a view may occur twice). The camera of the first is
@@ -429,47 +326,27 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  a file that cannot be read, a damaged one; the message has
         ///                                     its path. After these three, arrays may be partly written
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_dataset_read(
-            SafeDatasetHandle dataset,
-            uint @object,
-            uint* views,
-            uint count,
-            splat_dataset_views* @out);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_dataset_read(SafeDatasetHandle
+            dataset, uint @object, uint* views, uint count, splat_dataset_views* @out);
 
-        /// <summary>
-        /// Check all files of one object. JSON: {"name", "views", "width", "hash" (of cameras and decoded
-        /// images), "problems": [sentences on damaged or missing files, poses, sizes], "warnings":
-        /// [sentences on views that are duplicate or blank], "depths": {"from" ("points" of a COLMAP model, or
-        /// "cameras"), "near", "far" (where the scene lies), "znear", "zfar" (of a network that holds it)}};
-        /// without "depths" where the cameras do not tell.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no
-        ///   such object)
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_dataset_check(
-            SafeDatasetHandle dataset,
-            uint @object,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>Check all files of one object. JSON: {"name", "views", "width", "hash" (of cameras and decoded
+        /// images), "problems": [sentences on damaged or missing files, poses, sizes], "warnings": [sentences on
+        /// views that are duplicate or blank], "depths": {"from" ("points" of a COLMAP model, or "cameras"), "near",
+        /// "far" (where the scene lies), "znear", "zfar" (of a network that holds it)}}; without "depths" where the
+        /// cameras do not tell. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT (no such object)</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_dataset_check(SafeDatasetHandle
+            dataset, uint @object, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>Destroy a data set. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_dataset_destroy(IntPtr dataset);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_dataset_destroy(IntPtr dataset);
 
-        /// <summary>
-        /// The name of an object or a view as one part of a path, for files that are named after it: %XX for
-        /// separators and whatever else leads elsewhere or is forbidden on some system, at most 200 bytes.
-        /// Names come from files, tables and annotations, and may be "../../x". eval and the exports use it.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL)
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_path_name(
-            byte* name,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>The name of an object or a view as one part of a path, for files that are named after it: %XX for
+        /// separators and whatever else leads elsewhere or is forbidden on some system, at most 200 bytes. Names come
+        /// from files, tables and annotations, and may be "../../x". eval and the exports use it. Returns SPLAT_OK,
+        /// SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL)</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_path_name(byte* name, byte*
+            buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Copy a split of tables to a store, &lt;out&gt;/&lt;split&gt;/: .npy files with a checksum for each row, in any
@@ -491,11 +368,8 @@ namespace Splat.Interop
         ///                                     damaged files
         ///   SPLAT_ERROR_IO                    the disk is full, a file cannot be read or written
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_dataset_import(
-            splat_dataset_import_desc* desc,
-            splat_progress_callback callback,
-            void* user);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_dataset_import(splat_dataset_import_desc* desc, splat_progress_callback callback, void* user);
 
         /// <summary>
         /// Write objects of a data set with their cameras, images and all maps that it has, as 8 bits at its
@@ -513,12 +387,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           an object of several focal lengths; a DuckDB, a store as above
         ///   SPLAT_ERROR_FORMAT, SPLAT_ERROR_IO  a damaged file; the disk is full, a file cannot be written
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_dataset_export(
-            SafeDatasetHandle dataset,
-            splat_dataset_export_desc* desc,
-            splat_progress_callback callback,
-            void* user);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_dataset_export(SafeDatasetHandle
+            dataset, splat_dataset_export_desc* desc, splat_progress_callback callback, void* user);
 
         /// <summary>
         /// Write one object, counted over all splits, train first. Its folder appears whole or not at all;
@@ -530,10 +400,8 @@ namespace Splat.Interop
         ///                                     from other values
         ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the folder or a file cannot be written
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_synthetic_write(
-            splat_synthetic_desc* desc,
-            uint index);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_synthetic_write(splat_synthetic_desc* desc, uint index);
 
         /// <summary>
         /// Create a scene.
@@ -542,19 +410,14 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           more than 2^27 Gaussians
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_create(splat_scene_desc* desc, IntPtr* scene);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_create(splat_scene_desc*
+            desc, IntPtr* scene);
 
-        /// <summary>
-        /// JSON array of all formats of scene files: {"name" (of reports), "id" (SPLAT_SCENE_), "extension",
-        /// "holds", "frame" (the usual one), "max_sh_degree", "written" (bool: else read only)}.
-        /// Returns SPLAT_OK or SPLAT_INCOMPLETE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_formats(
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>JSON array of all formats of scene files: {"name" (of reports), "id" (SPLAT_SCENE_), "extension",
+        /// "holds", "frame" (the usual one), "max_sh_degree", "written" (bool: else read only)}. Returns SPLAT_OK or
+        /// SPLAT_INCOMPLETE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_formats(byte* buffer,
+            UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Read a scene from a file.
@@ -566,11 +429,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           a known format that cannot be read, or more than max_count
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_load(
-            byte* path,
-            splat_scene_file_desc* desc,
-            IntPtr* scene);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_load(byte* path,
+            splat_scene_file_desc* desc, IntPtr* scene);
 
         /// <summary>
         /// Read a scene from the bytes of a file.
@@ -578,24 +438,14 @@ namespace Splat.Interop
         /// desc      may be NULL for defaults
         /// Returns as splat_scene_load.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_load_memory(
-            void* data,
-            UIntPtr bytes,
-            splat_scene_file_desc* desc,
-            IntPtr* scene);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_load_memory(void* data,
+            UIntPtr bytes, splat_scene_file_desc* desc, IntPtr* scene);
 
-        /// <summary>
-        /// Report what was found in the scene's file. JSON: {"format", "version", "count", "sh_degree",
-        /// "frame", "ignored": [names], "non_finite_values", "bad_rotations"}; {} for a scene without file.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_load_report(
-            SafeSceneHandle scene,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>Report what was found in the scene's file. JSON: {"format", "version", "count", "sh_degree",
+        /// "frame", "ignored": [names], "non_finite_values", "bad_rotations"}; {} for a scene without file. Returns
+        /// SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_scene_load_report(SafeSceneHandle scene, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Write a scene to a file, which appears whole or not at all.
@@ -607,11 +457,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           a format or extension that cannot be written
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_save(
-            SafeSceneHandle scene,
-            byte* path,
-            splat_scene_file_desc* desc);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_save(SafeSceneHandle
+            scene, byte* path, splat_scene_file_desc* desc);
 
         /// <summary>
         /// Write the bytes of such a file to memory.
@@ -620,13 +467,9 @@ namespace Splat.Interop
         /// needed    out, bytes of the file; may be NULL
         /// Returns as splat_scene_save, or SPLAT_INCOMPLETE (capacity).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_save_memory(
-            SafeSceneHandle scene,
-            splat_scene_file_desc* desc,
-            void* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_scene_save_memory(SafeSceneHandle scene, splat_scene_file_desc* desc, void* buffer, UIntPtr
+            capacity, UIntPtr* needed);
 
         /// <summary>
         /// Copy an attribute out of a scene.
@@ -635,12 +478,8 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      name; too few bytes. Nothing is changed
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_read(
-            SafeSceneHandle scene,
-            byte* name,
-            float* values,
-            UIntPtr bytes);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_read(SafeSceneHandle
+            scene, byte* name, float* values, UIntPtr bytes);
 
         /// <summary>
         /// Replace the values of an attribute.
@@ -649,45 +488,27 @@ namespace Splat.Interop
         /// Returns as splat_scene_read; also SPLAT_ERROR_INVALID_ARGUMENT for a value of "scales" or
         /// "opacities" outside its range.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_write(
-            SafeSceneHandle scene,
-            byte* name,
-            float* values,
-            UIntPtr bytes);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_write(SafeSceneHandle
+            scene, byte* name, float* values, UIntPtr bytes);
 
-        /// <summary>
-        /// Copy an attribute to a new tensor of its shape.
-        /// Returns what splat_scene_read and splat_tensor_from_host return; SPLAT_ERROR_INVALID_STATE for a
-        /// scene without Gaussians.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_to_tensor(
-            SafeSceneHandle scene,
-            byte* name,
-            SafeDeviceHandle device,
-            IntPtr* tensor);
+        /// <summary>Copy an attribute to a new tensor of its shape. Returns what splat_scene_read and
+        /// splat_tensor_from_host return; SPLAT_ERROR_INVALID_STATE for a scene without Gaussians.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_to_tensor(SafeSceneHandle
+            scene, byte* name, SafeDeviceHandle device, IntPtr* tensor);
 
-        /// <summary>
-        /// Move, turn and scale a scene, including its spherical harmonics.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (the similarity, or one
-        ///   that moves means beyond float32), SPLAT_ERROR_OUT_OF_HOST_MEMORY; on error the scene is unchanged.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_transform(
-            SafeSceneHandle scene,
-            splat_similarity* similarity);
+        /// <summary>Move, turn and scale a scene, including its spherical harmonics. Returns SPLAT_OK,
+        /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (the similarity, or one that moves means beyond
+        /// float32), SPLAT_ERROR_OUT_OF_HOST_MEMORY; on error the scene is unchanged.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_transform(SafeSceneHandle
+            scene, splat_similarity* similarity);
 
         /// <summary>
         /// Keep the Gaussians whose mean lies in a box.
         /// low, high  in, exactly 3 doubles each, scene units; the faces belong to the box
         /// Returns as splat_scene_transform.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_crop(
-            SafeSceneHandle scene,
-            double* low,
-            double* high);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_crop(SafeSceneHandle
+            scene, double* low, double* high);
 
         /// <summary>
         /// Keep the Gaussians of opacity &gt;= min_opacity, in their order.
@@ -695,40 +516,23 @@ namespace Splat.Interop
         /// min_opacity  0 to 1
         /// Returns as splat_scene_transform.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_filter(
-            SafeSceneHandle scene,
-            FilterFlags flags,
-            double min_opacity);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_filter(SafeSceneHandle
+            scene, FilterFlags flags, double min_opacity);
 
-        /// <summary>
-        /// Concatenate the Gaussians of `count` scenes into a new one, with the highest of their degrees; no
-        /// scenes make an empty one.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
-        ///   SPLAT_ERROR_UNSUPPORTED (more than 2^27 Gaussians), SPLAT_ERROR_OUT_OF_HOST_MEMORY.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_merge(
-            IntPtr* scenes,
-            uint count,
-            IntPtr* scene);
+        /// <summary>Concatenate the Gaussians of <c>count</c> scenes into a new one, with the highest of their
+        /// degrees; no scenes make an empty one. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_UNSUPPORTED (more than 2^27 Gaussians),
+        /// SPLAT_ERROR_OUT_OF_HOST_MEMORY.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_merge(IntPtr* scenes, uint
+            count, IntPtr* scene);
 
-        /// <summary>
-        /// Measure a scene.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT,
-        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_get_info(
-            SafeSceneHandle scene,
-            splat_scene_info* info);
+        /// <summary>Measure a scene. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT,
+        /// SPLAT_ERROR_OUT_OF_HOST_MEMORY.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_get_info(SafeSceneHandle
+            scene, splat_scene_info* info);
 
-        /// <summary>
-        /// Destroy a scene.
-        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_destroy(IntPtr scene);
+        /// <summary>Destroy a scene. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_destroy(IntPtr scene);
 
         /// <summary>
         /// Intrinsics of an image whose horizontal field of view is `fov_x` radians, square pixels,
@@ -737,12 +541,8 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: a side outside 1 to 16384, or an angle outside
         /// 0 to pi.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_camera_from_fov(
-            uint width,
-            uint height,
-            double fov_x,
-            splat_camera* camera);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_from_fov(uint width, uint
+            height, double fov_x, splat_camera* camera);
 
         /// <summary>
         /// Set the pose: at `eye`, looking at `target`, with `up` (a direction of the world) upwards in the
@@ -752,12 +552,8 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: eye and target coincide, `up` is parallel to
         /// the view, or a value is not finite.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_camera_look_at(
-            splat_camera* camera,
-            double* eye,
-            double* target,
-            double* up);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_look_at(splat_camera*
+            camera, double* eye, double* target, double* up);
 
         /// <summary>
         /// Set the pose from an OpenGL camera-to-world matrix (x right, y up, z backwards; NeRF's
@@ -767,20 +563,16 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: the matrix is not a rotation with a
         /// translation.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_camera_from_opengl(
-            splat_camera* camera,
-            double* camera_to_world);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_from_opengl(splat_camera*
+            camera, double* camera_to_world);
 
         /// <summary>
         /// Give the pose as such a matrix.
         /// camera_to_world  out, exactly 16 doubles, row-major
         /// Returns as splat_camera_from_opengl, for the camera's own matrix.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_camera_to_opengl(
-            splat_camera* camera,
-            double* camera_to_world);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_to_opengl(splat_camera*
+            camera, double* camera_to_world);
 
         /// <summary>
         /// `count` cameras at equal angles on a circle around the middle of a scene's bounds: those of the
@@ -793,12 +585,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_ARGUMENT      options that do not give a valid camera, or a scene without
         ///                                     visible extent if distance is 0
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_camera_orbit(
-            SafeSceneHandle scene,
-            splat_orbit_desc* desc,
-            uint count,
-            splat_camera* cameras);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_orbit(SafeSceneHandle
+            scene, splat_orbit_desc* desc, uint count, splat_camera* cameras);
 
         /// <summary>
         /// Read the cameras of a NeRF transforms.json, or of a COLMAP model's folder (text or binary).
@@ -813,50 +601,23 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_FORMAT                damaged, truncated, an invalid camera
         ///   SPLAT_ERROR_UNSUPPORTED           distortion, another lens model
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_camera_load(
-            byte* path,
-            splat_camera_file_desc* desc,
-            splat_camera* cameras,
-            uint capacity,
-            uint* count);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_load(byte* path,
+            splat_camera_file_desc* desc, splat_camera* cameras, uint capacity, uint* count);
 
-        /// <summary>
-        /// Report on the same file. JSON: {"names": [paths of the images, in the order of the cameras],
-        /// "warnings": [sentences]}.
-        /// Returns as splat_camera_load.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_camera_load_report(
-            byte* path,
-            splat_camera_file_desc* desc,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>Report on the same file. JSON: {"names": [paths of the images, in the order of the cameras],
+        /// "warnings": [sentences]}. Returns as splat_camera_load.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_load_report(byte* path,
+            splat_camera_file_desc* desc, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
-        /// <summary>
-        /// Read cameras from memory.
-        /// Returns as splat_camera_load.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_camera_load_memory(
-            splat_camera_bytes* files,
-            splat_camera_file_desc* desc,
-            splat_camera* cameras,
-            uint capacity,
-            uint* count);
+        /// <summary>Read cameras from memory. Returns as splat_camera_load.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_camera_load_memory(splat_camera_bytes* files, splat_camera_file_desc* desc, splat_camera* cameras,
+            uint capacity, uint* count);
 
-        /// <summary>
-        /// Report on the same files, as splat_camera_load_report.
-        /// Returns as splat_camera_load.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_camera_load_memory_report(
-            splat_camera_bytes* files,
-            splat_camera_file_desc* desc,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>Report on the same files, as splat_camera_load_report. Returns as splat_camera_load.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_camera_load_memory_report(splat_camera_bytes* files, splat_camera_file_desc* desc, byte* buffer,
+            UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Write cameras as a NeRF transforms.json, whole or not at all. splat_camera_load reads the same
@@ -868,12 +629,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_NOT_FOUND             there is no such folder
         ///   SPLAT_ERROR_IO                    the file cannot be written
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_camera_save(
-            byte* path,
-            splat_camera* cameras,
-            byte** names,
-            uint count);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_save(byte* path,
+            splat_camera* cameras, byte** names, uint count);
 
         /// <summary>
         /// Write the same bytes to memory.
@@ -881,14 +638,8 @@ namespace Splat.Interop
         ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
         /// Returns as splat_camera_save, SPLAT_INCOMPLETE.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_camera_save_memory(
-            splat_camera* cameras,
-            byte** names,
-            uint count,
-            void* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_save_memory(splat_camera*
+            cameras, byte** names, uint count, void* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Load a .safetensors, .pth (torch.save; no code of its pickle is run) or .npz file, recognised by
@@ -901,21 +652,13 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_FORMAT                damaged, truncated, or not weights
         ///   SPLAT_ERROR_UNSUPPORTED           a pickle that holds more than weights, another number type
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_weights_load(
-            byte* path,
-            WeightsFlags flags,
-            IntPtr* weights);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_load(byte* path,
+            WeightsFlags flags, IntPtr* weights);
 
-        /// <summary>
-        /// Load weights from the `bytes` bytes of such a file, which are copied.
-        /// Returns as splat_weights_load.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_weights_load_memory(
-            void* data,
-            UIntPtr bytes,
-            IntPtr* weights);
+        /// <summary>Load weights from the <c>bytes</c> bytes of such a file, which are copied. Returns as
+        /// splat_weights_load.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_load_memory(void* data,
+            UIntPtr bytes, IntPtr* weights);
 
         /// <summary>
         /// Make weights of arrays, which are copied, in their order.
@@ -924,11 +667,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_ARGUMENT      NULL, a rank, a negative dimension, a name used twice
         ///   SPLAT_ERROR_SHAPE_MISMATCH        value_count does not fit dims
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_weights_from_arrays(
-            splat_named_array* arrays,
-            ulong count,
-            IntPtr* weights);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_weights_from_arrays(splat_named_array* arrays, ulong count, IntPtr* weights);
 
         /// <summary>
         /// Write .safetensors (with the metadata), .pth (a checkpoint of the published code: iteration, loss
@@ -941,11 +681,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_IO                    the file cannot be written, or the mapped one has changed
         ///   SPLAT_ERROR_UNSUPPORTED           another extension
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_weights_save(
-            SafeWeightsHandle weights,
-            byte* path,
-            WeightsFlags flags);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_save(SafeWeightsHandle
+            weights, byte* path, WeightsFlags flags);
 
         /// <summary>
         /// Write the same bytes to memory.
@@ -953,44 +690,27 @@ namespace Splat.Interop
         ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
         /// Returns as splat_weights_save, SPLAT_INCOMPLETE.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_weights_save_memory(
-            SafeWeightsHandle weights,
-            WeightsFormat format,
-            WeightsFlags flags,
-            void* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_weights_save_memory(SafeWeightsHandle weights, WeightsFormat format, WeightsFlags flags, void*
+            buffer, UIntPtr capacity, UIntPtr* needed);
 
-        /// <summary>
-        /// Count the tensors.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL).
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_weights_count(SafeWeightsHandle weights, uint* count);
+        /// <summary>Count the tensors. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
+        /// (NULL).</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_count(SafeWeightsHandle
+            weights, uint* count);
 
         /// <summary>
         /// Describe a tensor.
         /// index     from 0, in the order of the file
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info, no such
-        /// index).
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info, no such index).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_weights_get_info(
-            SafeWeightsHandle weights,
-            uint index,
-            splat_weights_info* info);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_weights_get_info(SafeWeightsHandle weights, uint index, splat_weights_info* info);
 
-        /// <summary>
-        /// Find the index of a tensor by its name.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
-        ///   SPLAT_ERROR_NOT_FOUND.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_weights_find(
-            SafeWeightsHandle weights,
-            byte* name,
-            uint* index);
+        /// <summary>Find the index of a tensor by its name. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_NOT_FOUND.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_find(SafeWeightsHandle
+            weights, byte* name, uint* index);
 
         /// <summary>
         /// Copy the values of a tensor as float32.
@@ -998,12 +718,8 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such index,
         ///   too few bytes), SPLAT_ERROR_IO (the mapped file has changed).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_weights_read(
-            SafeWeightsHandle weights,
-            uint index,
-            float* values,
-            UIntPtr bytes);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_read(SafeWeightsHandle
+            weights, uint index, float* values, UIntPtr bytes);
 
         /// <summary>
         /// Give the values of a tensor without a copy, as float32 whatever their type in the file. The file
@@ -1012,24 +728,14 @@ namespace Splat.Interop
         /// count     out, floats, may be NULL
         /// Returns as splat_weights_read.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_weights_data(
-            SafeWeightsHandle weights,
-            uint index,
-            float** values,
-            ulong* count);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_data(SafeWeightsHandle
+            weights, uint index, float** values, ulong* count);
 
-        /// <summary>
-        /// Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences],
-        /// "published": as splat_predictor_desc tells}.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_weights_report(
-            SafeWeightsHandle weights,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences],
+        /// "published": as splat_predictor_desc tells}. Returns SPLAT_OK, SPLAT_INCOMPLETE,
+        /// SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_report(SafeWeightsHandle
+            weights, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Fold low-rank adapters into the weights they belong to: W + alpha / rank * (B A), or minus with
@@ -1045,35 +751,20 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, or SPLAT_ERROR_INVALID_ARGUMENT (no adapters, half a pair, a
         ///   missing layer, a weight that would not be finite)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_weights_fold(
-            SafeWeightsHandle weights,
-            SafeWeightsHandle adapters,
-            double alpha,
-            FoldFlags flags,
-            IntPtr* folded);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_fold(SafeWeightsHandle
+            weights, SafeWeightsHandle adapters, double alpha, FoldFlags flags, IntPtr* folded);
+
+        /// <summary>Destroy weights. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_weights_destroy(IntPtr weights);
+
+        /// <summary>JSON array of all operators: {"name", "inputs": [...], "outputs": [...], "saved": [...],
+        /// "attributes": [{"name", "type", "default", "about"}], "equation"}. Returns SPLAT_OK or
+        /// SPLAT_INCOMPLETE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_op_list(byte* buffer, UIntPtr
+            capacity, UIntPtr* needed);
 
         /// <summary>
-        /// Destroy weights.
-        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_weights_destroy(IntPtr weights);
-
-        /// <summary>
-        /// JSON array of all operators: {"name", "inputs": [...], "outputs": [...], "saved": [...],
-        /// "attributes": [{"name", "type", "default", "about"}], "equation"}.
-        /// Returns SPLAT_OK or SPLAT_INCOMPLETE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_op_list(
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
-
-        /// <summary>
-        /// Record an operator on the given tensors, whose contents may change between runs. All tensors are
-        /// SPLAT_DTYPE_F32.
+        /// Record an operator on tensors of SPLAT_DTYPE_F32, whose contents may change between runs.
         /// Returns SPLAT_OK, or
         ///   SPLAT_ERROR_INVALID_HANDLE        device or a tensor
         ///   SPLAT_ERROR_INVALID_ARGUMENT      type, an attribute, a count, a dtype, or a tensor of another
@@ -1082,117 +773,71 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           beyond a limit of the device
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_op_create(
-            SafeDeviceHandle device,
-            splat_op_desc* desc,
-            IntPtr* op);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_op_create(SafeDeviceHandle
+            device, splat_op_desc* desc, IntPtr* op);
 
-        /// <summary>
-        /// Compute the outputs from the inputs.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (a tensor is mapped),
-        ///   SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; after the last two the outputs are undefined.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_op_forward(SafeOpHandle op);
+        /// <summary>Compute the outputs from the inputs. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_STATE (a tensor is mapped), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; after the
+        /// last two the outputs are undefined.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_op_forward(SafeOpHandle op);
 
-        /// <summary>
-        /// Compute the gradients of sum(grad_outputs * outputs) with respect to the requested inputs, at the
-        /// activations of the last forward and the current parameters.
-        /// Returns as splat_op_forward; also SPLAT_ERROR_INVALID_STATE before the first forward or without
-        /// grad_outputs.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_op_backward(SafeOpHandle op);
+        /// <summary>Compute the gradients of sum(grad_outputs * outputs) with respect to the requested inputs, at the
+        /// activations of the last forward and the current parameters. Returns as splat_op_forward; also
+        /// SPLAT_ERROR_INVALID_STATE before the first forward or without grad_outputs.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_op_backward(SafeOpHandle op);
 
-        /// <summary>
-        /// Destroy an operator; its tensors stay.
-        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_op_destroy(IntPtr op);
+        /// <summary>Destroy an operator; its tensors stay. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_op_destroy(IntPtr op);
 
-        /// <summary>
-        /// Create a model; its parameters are zero.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; an unknown key
-        ///   of the configuration or a value outside its range; a model.base_dim whose multiples do not
-        ///   divide into a layer's groups; GRADIENTS with nothing to train), SPLAT_ERROR_UNSUPPORTED,
-        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_create(
-            SafeDeviceHandle device,
-            splat_model_desc* desc,
-            IntPtr* model);
+        /// <summary>Create a model; its parameters are zero. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT (desc; an unknown key of the configuration or a value outside its range; a
+        /// model.base_dim whose multiples do not divide into a layer's groups; GRADIENTS with nothing to train),
+        /// SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_create(SafeDeviceHandle
+            device, splat_model_desc* desc, IntPtr* model);
 
-        /// <summary>
-        /// Initialise the parameters at random, as the published code does.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_init(SafeModelHandle model, ulong seed);
+        /// <summary>Initialise the parameters at random, as the published code does. Returns SPLAT_OK,
+        /// SPLAT_ERROR_INVALID_HANDLE, and errors of the device.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_init(SafeModelHandle
+            model, ulong seed);
 
         /// <summary>
         /// Load the parameters of a state dict, all or none. Adapters, embeddings and attention to tokens
         /// that the file lacks keep their values. With GRAFT each channel goes to the one of the same
         /// meaning, and the outputs stay those of the file's network until the new channels are trained.
-        /// Tensors that the model lacks are ignored, such as the attention to tokens in encoders of earlier
-        /// versions.
+        /// Tensors that the model lacks are ignored, such as the attention to tokens in encoders of earlier versions.
         /// flags     SPLAT_LOAD_*
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
         ///   SPLAT_ERROR_INVALID_ARGUMENT (a tensor that is missing or not finite; without GRAFT, one that
         ///   the model lacks; another field of view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a
         ///   model without adapters)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_load(
-            SafeModelHandle model,
-            SafeWeightsHandle weights,
-            LoadFlags flags);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_load(SafeModelHandle
+            model, SafeWeightsHandle weights, LoadFlags flags);
 
-        /// <summary>
-        /// Store the model as a state dict, with the buffers of published files.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), and errors of
-        /// the device.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_store(SafeModelHandle model, IntPtr* weights);
+        /// <summary>Store the model as a state dict, with the buffers of published files. Returns SPLAT_OK,
+        /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), and errors of the device.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_store(SafeModelHandle
+            model, IntPtr* weights);
 
-        /// <summary>
-        /// Export a model's parameters in another form.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT,
-        ///   SPLAT_ERROR_INVALID_STATE (a model without adapters)
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_export(
-            SafeModelHandle model,
-            ModelExport what,
-            IntPtr* weights);
+        /// <summary>Export a model's parameters in another form. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT, SPLAT_ERROR_INVALID_STATE (a model without adapters)</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_export(SafeModelHandle
+            model, ModelExport what, IntPtr* weights);
 
-        /// <summary>
-        /// JSON: {"parameters", "trainable" (numbers), "slices" (of a batch), "bytes": {"activations" (of a
+        /// <summary>JSON: {"parameters", "trainable" (numbers), "slices" (of a batch), "bytes": {"activations" (of a
         /// slice), "prepared" (weights; 0 while they are not kept, see SPLAT_MODEL_LOW_MEMORY)}, "ledger":
-        /// {"gaussians", "non_finite", "faint"} (see splat_model_info), "inputs": [{"name", "shape",
-        /// "optional"}], "outputs": [{"name", "shape"}], "tensors" (parameters): [{"name", "shape",
-        /// "trainable"}], "load": {"copied", "widened", "fresh", "left_out", "rays_differ", "rays_taken"},
-        /// "config"}.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_report(
-            SafeModelHandle model,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// {"gaussians", "non_finite", "faint"} (see splat_model_info), "inputs": [{"name", "shape", "optional"}],
+        /// "outputs": [{"name", "shape"}], "tensors" (parameters): [{"name", "shape", "trainable"}], "load":
+        /// {"copied", "widened", "fresh", "left_out", "rays_differ", "rays_taken"}, "config"}. Returns SPLAT_OK,
+        /// SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_report(SafeModelHandle
+            model, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
-        /// <summary>
-        /// Describe a model. Does not wait for a pass of another thread.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_get_info(
-            SafeModelHandle model,
-            splat_model_info* info);
+        /// <summary>Describe a model. Does not wait for a pass of another thread. Returns SPLAT_OK,
+        /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_get_info(SafeModelHandle
+            model, splat_model_info* info);
 
         /// <summary>
         /// List the inputs, outputs or parameters of a model.
@@ -1201,13 +846,8 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE (what fits was written), SPLAT_ERROR_INVALID_HANDLE,
         ///   SPLAT_ERROR_INVALID_ARGUMENT (kind, NULL).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_ports(
-            SafeModelHandle model,
-            PortKind kind,
-            splat_port* ports,
-            uint capacity,
-            uint* count);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_ports(SafeModelHandle
+            model, PortKind kind, splat_port* ports, uint capacity, uint* count);
 
         /// <summary>
         /// Get a tensor that shares the model's memory, float32 and row-major, by name:
@@ -1231,25 +871,17 @@ namespace Splat.Interop
         ///   computed), SPLAT_ERROR_UNSUPPORTED (the device cannot bind the part of one object), and errors
         ///   of the device
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_tensor(
-            SafeModelHandle model,
-            byte* name,
-            IntPtr* tensor);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_tensor(SafeModelHandle
+            model, byte* name, IntPtr* tensor);
 
-        /// <summary>
-        /// Run the network. Arrays are read before the call returns; the tensors of inputs then hold them.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects, a
-        ///   count, a picture), SPLAT_ERROR_INVALID_ARGUMENT (NULL for an array that the configuration
-        ///   needs, an array that it does not need, values that are not finite), SPLAT_ERROR_INVALID_STATE
-        ///   (a tensor of the model is mapped), in each case with the last pass unchanged;
-        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
-        ///   SPLAT_ERROR_DEVICE_LOST
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_forward(
-            SafeModelHandle model,
-            splat_model_input* input);
+        /// <summary>Run the network. Arrays are read before the call returns; the tensors of inputs then hold them.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects, a count, a
+        /// picture), SPLAT_ERROR_INVALID_ARGUMENT (NULL for an array that the configuration needs, an array that it
+        /// does not need, values that are not finite), SPLAT_ERROR_INVALID_STATE (a tensor of the model is mapped),
+        /// in each case with the last pass unchanged; SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+        /// SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_forward(SafeModelHandle
+            model, splat_model_input* input);
 
         /// <summary>
         /// Read a tensor of splat_model_tensor; outputs, of the latest splat_model_forward: "means"
@@ -1263,12 +895,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (before the first pass, no
         ///   gradient, a tensor of the model is mapped), and errors of the device
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_read(
-            SafeModelHandle model,
-            byte* name,
-            float* values,
-            UIntPtr bytes);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_read(SafeModelHandle
+            model, byte* name, float* values, UIntPtr bytes);
 
         /// <summary>
         /// Set a parameter, by the name of the state dict.
@@ -1277,91 +905,52 @@ namespace Splat.Interop
         ///   not finite), SPLAT_ERROR_NOT_FOUND (no such parameter), SPLAT_ERROR_SHAPE_MISMATCH (bytes),
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_write(
-            SafeModelHandle model,
-            byte* name,
-            float* values,
-            UIntPtr bytes);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_write(SafeModelHandle
+            model, byte* name, float* values, UIntPtr bytes);
 
-        /// <summary>
-        /// Copy the Gaussians of one object into a new scene.
-        /// Returns as splat_model_read.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_scene(
-            SafeModelHandle model,
-            uint @object,
-            IntPtr* scene);
+        /// <summary>Copy the Gaussians of one object into a new scene. Returns as splat_model_read.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_scene(SafeModelHandle
+            model, uint @object, IntPtr* scene);
 
-        /// <summary>
-        /// Add the gradients of a loss to the gradients of parameters. Call it once after each
-        /// splat_model_forward, whose results stay readable. Arrays become what the tensors "grad:means" and
-        /// so on hold.
-        /// Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a
-        ///   pass, or after inputs or parameters have changed, with gradients unchanged. After other errors
-        ///   the gradients may hold part of the batch: call splat_model_zero_gradients
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_backward(
-            SafeModelHandle model,
-            splat_model_gradients* gradients);
+        /// <summary>Add the gradients of a loss to the gradients of parameters. Call it once after each
+        /// splat_model_forward, whose results stay readable. Arrays become what the tensors "grad:means" and so on
+        /// hold. Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a pass,
+        /// or after inputs or parameters have changed, with gradients unchanged. After other errors the gradients may
+        /// hold part of the batch: call splat_model_zero_gradients</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_backward(SafeModelHandle
+            model, splat_model_gradients* gradients);
 
-        /// <summary>
-        /// Set the gradients of all parameters to zero.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_zero_gradients(SafeModelHandle model);
+        /// <summary>Set the gradients of all parameters to zero. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and
+        /// errors of the device.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_model_zero_gradients(SafeModelHandle model);
 
         /// <summary>Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_model_destroy(IntPtr model);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_model_destroy(IntPtr model);
 
-        /// <summary>
-        /// Create a module; its parameters, inputs and gradients of outputs are zero.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, a port or
-        ///   attribute that the type does not have, GRADIENTS for a type without any),
-        ///   SPLAT_ERROR_SHAPE_MISMATCH (a port that is missing or does not fit), SPLAT_ERROR_UNSUPPORTED,
-        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_module_create(
-            SafeDeviceHandle device,
-            splat_module_desc* desc,
-            IntPtr* module);
+        /// <summary>Create a module; its parameters, inputs and gradients of outputs are zero. Returns SPLAT_OK,
+        /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, a port or attribute that the type does not
+        /// have, GRADIENTS for a type without any), SPLAT_ERROR_SHAPE_MISMATCH (a port that is missing or does not
+        /// fit), SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_create(SafeDeviceHandle
+            device, splat_module_desc* desc, IntPtr* module);
 
-        /// <summary>
-        /// Initialise the parameters. A block starts as in the published code. In an operator gamma is 1,
-        /// other vectors are 0, and the rest has Glorot's uniform distribution.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_module_init(SafeModuleHandle module, ulong seed);
+        /// <summary>Initialise the parameters. A block starts as in the published code. In an operator gamma is 1,
+        /// other vectors are 0, and the rest has Glorot's uniform distribution. Returns SPLAT_OK,
+        /// SPLAT_ERROR_INVALID_HANDLE, and errors of the device.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_init(SafeModuleHandle
+            module, ulong seed);
 
-        /// <summary>
-        /// JSON: {"type", "inputs": [{"name", "shape", "optional"}], "outputs": [{"name", "shape"}],
-        /// "parameters": [{"name", "shape", "trainable"}], "bytes" (activations and workspaces)}.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_module_report(
-            SafeModuleHandle module,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>JSON: {"type", "inputs": [{"name", "shape", "optional"}], "outputs": [{"name", "shape"}],
+        /// "parameters": [{"name", "shape", "trainable"}], "bytes" (activations and workspaces)}. Returns SPLAT_OK,
+        /// SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_report(SafeModuleHandle
+            module, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
-        /// <summary>
-        /// List the inputs, outputs or parameters of a module. Parameters and returns as
-        /// splat_model_ports.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_module_ports(
-            SafeModuleHandle module,
-            PortKind kind,
-            splat_port* ports,
-            uint capacity,
-            uint* count);
+        /// <summary>List the inputs, outputs or parameters of a module. Parameters and returns as
+        /// splat_model_ports.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_ports(SafeModuleHandle
+            module, PortKind kind, splat_port* ports, uint capacity, uint* count);
 
         /// <summary>
         /// Write an input, a parameter, or the gradient of the loss with respect to an output ("grad:y").
@@ -1373,66 +962,47 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_STATE         the module computes no such gradient
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_module_write(
-            SafeModuleHandle module,
-            byte* name,
-            float* values,
-            UIntPtr bytes);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_write(SafeModuleHandle
+            module, byte* name, float* values, UIntPtr bytes);
 
         /// <summary>
         /// Read what splat_module_write writes, an output ("y"), or the gradient of a parameter
         /// ("grad:weight", the sum since splat_module_zero_gradients) or of an input ("grad:x").
         /// values    out, row-major, exactly `bytes` bytes of the tensor
-        /// Returns as splat_module_write; SPLAT_ERROR_INVALID_STATE also before the pass that computes
-        /// it.
+        /// Returns as splat_module_write; SPLAT_ERROR_INVALID_STATE also before the pass that computes it.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_module_read(
-            SafeModuleHandle module,
-            byte* name,
-            float* values,
-            UIntPtr bytes);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_read(SafeModuleHandle
+            module, byte* name, float* values, UIntPtr bytes);
+
+        /// <summary>Compute the outputs. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+        /// SPLAT_ERROR_DEVICE_LOST.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_forward(SafeModuleHandle
+            module);
 
         /// <summary>
-        /// Compute the outputs.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-        ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_module_forward(SafeModuleHandle module);
-
-        /// <summary>
-        /// Add to the gradients of parameters and overwrite those of inputs. Call it once after each
-        /// forward.
+        /// Add to the gradients of parameters and overwrite those of inputs. Call it once after each forward.
         /// Returns as splat_module_forward, or
         ///   SPLAT_ERROR_INVALID_STATE         without SPLAT_MODULE_GRADIENTS, without a new forward pass,
         ///                                     or after inputs or parameters were written; gradients stay
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_module_backward(SafeModuleHandle module);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_backward(SafeModuleHandle
+            module);
 
-        /// <summary>
-        /// Set the gradients of parameters to zero.
-        /// Returns as splat_module_forward.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_module_zero_gradients(SafeModuleHandle module);
+        /// <summary>Set the gradients of parameters to zero. Returns as splat_module_forward.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_module_zero_gradients(SafeModuleHandle module);
 
         /// <summary>Destroy a module. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_module_destroy(IntPtr module);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_module_destroy(IntPtr module);
 
         /// <summary>
         /// Cut a picture and its maps out as a predictor does, without a device.
         /// info      out, may be NULL; it has no warnings of the field of view
         /// Returns as splat_predictor_predict
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_picture_cut(
-            splat_picture* picture,
-            splat_picture_cut_desc* desc,
-            splat_picture_info* info);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_picture_cut(splat_picture*
+            picture, splat_picture_cut_desc* desc, splat_picture_info* info);
 
         /// <summary>
         /// Get the path of weights that come with the library: below its prefix, or in its build folder.
@@ -1440,12 +1010,8 @@ namespace Splat.Interop
         ///           a picture with depth and normals
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_builtin_weights(
-            byte* name,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_builtin_weights(byte* name,
+            byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Create a predictor. If the weights were trained with another field of view than data.fov, theirs
@@ -1455,33 +1021,19 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_SHAPE_MISMATCH or SPLAT_ERROR_FORMAT (weights or adapters that do not fit),
         ///   or as splat_weights_load, splat_weights_fold and splat_model_create
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_predictor_create(
-            SafeDeviceHandle device,
-            splat_predictor_desc* desc,
-            IntPtr* predictor);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_predictor_create(SafeDeviceHandle device, splat_predictor_desc* desc, IntPtr* predictor);
 
-        /// <summary>
-        /// Describe a predictor.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info).
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_predictor_get_info(
-            SafePredictorHandle predictor,
-            splat_predictor_info* info);
+        /// <summary>Describe a predictor. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
+        /// (info).</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_predictor_get_info(SafePredictorHandle predictor, splat_predictor_info* info);
 
-        /// <summary>
-        /// Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": [sentences], "ignored":
-        /// [sentences on parts of the file that are not read], "category", "metadata" (of the file), "load"
-        /// (as splat_model_report), "config"}.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_predictor_report(
-            SafePredictorHandle predictor,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": [sentences], "ignored":
+        /// [sentences on parts of the file that are not read], "category", "metadata" (of the file), "load" (as
+        /// splat_model_report), "config"}. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_predictor_report(SafePredictorHandle predictor, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Predict a scene in the frame of the first picture's camera, which looks along z from the origin.
@@ -1496,12 +1048,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_STATE      the network's output is not finite: the weights overflow
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_predictor_predict(
-            SafePredictorHandle predictor,
-            splat_picture* pictures,
-            uint count,
-            IntPtr* scene,
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_predictor_predict(SafePredictorHandle predictor, splat_picture* pictures, uint count, IntPtr* scene,
             splat_prediction* prediction);
 
         /// <summary>
@@ -1511,32 +1059,20 @@ namespace Splat.Interop
         ///           cameras of `prediction` are those of all
         /// Returns as splat_predictor_predict and splat_dataset_read
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_predictor_predict_object(
-            SafePredictorHandle predictor,
-            SafeDatasetHandle dataset,
-            uint @object,
-            uint* views,
-            uint count,
-            IntPtr* scene,
-            splat_prediction* prediction);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_predictor_predict_object(SafePredictorHandle predictor, SafeDatasetHandle dataset, uint @object,
+            uint* views, uint count, IntPtr* scene, splat_prediction* prediction);
 
-        /// <summary>
-        /// Write the facts of a prediction as JSON: {"gaussians", "not_finite", "faint", "read_ms",
-        /// "network_ms", "pictures": [{"width", "height", "mask" ("mask", "alpha", "border", "nothing"),
-        /// "square", "focal", "fov", "warnings": [sentences]}]}.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, struct_size).
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_prediction_report(
-            splat_prediction* prediction,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>Write the facts of a prediction as JSON: {"gaussians", "not_finite", "faint", "read_ms",
+        /// "network_ms", "pictures": [{"width", "height", "mask" ("mask", "alpha", "border", "nothing"), "square",
+        /// "focal", "fov", "warnings": [sentences]}]}. Returns SPLAT_OK, SPLAT_INCOMPLETE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT (NULL, struct_size).</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_prediction_report(splat_prediction* prediction, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>Destroy a predictor. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_predictor_destroy(IntPtr predictor);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_predictor_destroy(IntPtr
+            predictor);
 
         /// <summary>
         /// Create a rasterizer with its memory; the memory for intersections grows on demand.
@@ -1546,30 +1082,20 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           more Gaussians, views or pixels than the device takes
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_rasterizer_create(
-            SafeDeviceHandle device,
-            splat_rasterizer_desc* desc,
-            IntPtr* rasterizer);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_rasterizer_create(SafeDeviceHandle device, splat_rasterizer_desc* desc, IntPtr* rasterizer);
 
-        /// <summary>
-        /// Create one more state: the memory of one forward call with its images and with what its backward
-        /// call needs. A rasterizer has one, for calls with state = NULL. With more, several forward calls
-        /// stay alive, and their backward calls come in any order. States of one rasterizer share the memory
-        /// of gradients.
-        /// Returns as splat_rasterizer_create.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_raster_state_create(
-            SafeRasterizerHandle rasterizer,
-            IntPtr* state);
+        /// <summary>Create one more state: the memory of one forward call with its images and with what its backward
+        /// call needs. A rasterizer has one, for calls with state = NULL. With more, several forward calls stay
+        /// alive, and their backward calls come in any order. States of one rasterizer share the memory of gradients.
+        /// Returns as splat_rasterizer_create.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_raster_state_create(SafeRasterizerHandle rasterizer, IntPtr* state);
 
-        /// <summary>
-        /// Destroy a state. Its rasterizer may have been destroyed before.
-        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_raster_state_destroy(IntPtr state);
+        /// <summary>Destroy a state. Its rasterizer may have been destroyed before. Returns SPLAT_OK, or
+        /// SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_raster_state_destroy(IntPtr
+            state);
 
         /// <summary>
         /// Draw a scene; the images stay in the state, see splat_rasterizer_output. Gaussians that are not
@@ -1593,28 +1119,18 @@ namespace Splat.Interop
         /// After an error before the device starts, the last images stay; later ones leave none, and so does
         /// an error of a call that made the memory anew.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_rasterizer_forward_scene(
-            SafeRasterizerHandle rasterizer,
-            SafeRasterStateHandle state,
-            SafeSceneHandle scene,
-            splat_camera* cameras,
-            uint count,
-            float* background);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_rasterizer_forward_scene(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
+            SafeSceneHandle scene, splat_camera* cameras, uint count, float* background);
 
         /// <summary>
         /// Draw Gaussians that are tensors.
         /// gaussians       tensors of the rasterizer's device; all NULL for n = 0
         /// Other parameters and results as splat_rasterizer_forward_scene.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_rasterizer_forward(
-            SafeRasterizerHandle rasterizer,
-            SafeRasterStateHandle state,
-            splat_gaussians_desc* gaussians,
-            splat_camera* cameras,
-            uint count,
-            float* background);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_rasterizer_forward(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
+            splat_gaussians_desc* gaussians, splat_camera* cameras, uint count, float* background);
 
         /// <summary>
         /// Copy an output of the last forward call, float32, to a tensor.
@@ -1626,11 +1142,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
         ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_rasterizer_output(
-            SafeRasterizerHandle rasterizer,
-            SafeRasterStateHandle state,
-            Output output,
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_rasterizer_output(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state, Output output,
             SafeTensorHandle tensor);
 
         /// <summary>
@@ -1638,13 +1151,9 @@ namespace Splat.Interop
         /// values    out, `bytes` bytes, at least those of the output; untouched on error
         /// Returns as splat_rasterizer_output; SPLAT_ERROR_INVALID_ARGUMENT also for too few bytes.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_rasterizer_read(
-            SafeRasterizerHandle rasterizer,
-            SafeRasterStateHandle state,
-            Output output,
-            float* values,
-            UIntPtr bytes);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_rasterizer_read(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state, Output output, float*
+            values, UIntPtr bytes);
 
         /// <summary>
         /// Copy views of an output [V,H,W] or [V,H,W,3] into images, converted once. 8 bits are 255 v
@@ -1657,14 +1166,9 @@ namespace Splat.Interop
         ///                                     that is too short, or has two samples in one place
         ///   SPLAT_ERROR_SHAPE_MISMATCH        an image of another size or number of channels
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_rasterizer_read_images(
-            SafeRasterizerHandle rasterizer,
-            SafeRasterStateHandle state,
-            Output output,
-            uint first,
-            splat_image* images,
-            uint count);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_rasterizer_read_images(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state, Output output,
+            uint first, splat_image* images, uint count);
 
         /// <summary>
         /// Compute gradients at the inputs of the state's last forward call; in the shapes above, N and V
@@ -1679,29 +1183,21 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
         ///   SPLAT_ERROR_DEVICE_LOST; after the last two the gradients are undefined
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_rasterizer_backward(
-            SafeRasterizerHandle rasterizer,
-            SafeRasterStateHandle state,
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_rasterizer_backward(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
             splat_gradients_desc* gradients);
 
-        /// <summary>
-        /// Describe the last forward call of a state; zeros before the first. Does not wait for a call that
-        /// draws on another thread.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_rasterizer_get_info(
-            SafeRasterizerHandle rasterizer,
-            SafeRasterStateHandle state,
+        /// <summary>Describe the last forward call of a state; zeros before the first. Does not wait for a call that
+        /// draws on another thread. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_rasterizer_get_info(SafeRasterizerHandle rasterizer, SafeRasterStateHandle state,
             splat_rasterizer_info* info);
 
-        /// <summary>
-        /// Destroy a rasterizer; scenes, with their packed copies on the device, tensors and states stay.
-        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_rasterizer_destroy(IntPtr rasterizer);
+        /// <summary>Destroy a rasterizer; scenes, with their packed copies on the device, tensors and states stay.
+        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_rasterizer_destroy(IntPtr
+            rasterizer);
 
         /// <summary>
         /// Draw views of a scene, with all its bands, into images, one after the other. It makes a rasterizer
@@ -1715,13 +1211,8 @@ namespace Splat.Interop
         /// Returns as splat_device_create, splat_rasterizer_create, splat_rasterizer_forward_scene and
         ///   splat_rasterizer_read_images
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_render(
-            SafeSceneHandle scene,
-            SafeDeviceHandle device,
-            splat_camera* cameras,
-            uint count,
-            splat_scene_render_desc* desc,
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_scene_render(SafeSceneHandle
+            scene, SafeDeviceHandle device, splat_camera* cameras, uint count, splat_scene_render_desc* desc,
             splat_image* images);
 
         /// <summary>
@@ -1741,23 +1232,16 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           CMYK, an animated WebP, a side above 16384, another type of
         ///                                     .npy
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_image_load(
-            byte* path,
-            splat_image* image,
-            splat_image_info* info);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_image_load(byte* path,
+            splat_image* image, splat_image_info* info);
 
         /// <summary>
         /// Read an image from the bytes of such a file.
         /// data      in, `bytes` bytes
         /// Returns as splat_image_load.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_image_load_memory(
-            void* data,
-            UIntPtr bytes,
-            splat_image* image,
-            splat_image_info* info);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_image_load_memory(void* data,
+            UIntPtr bytes, splat_image* image, splat_image_info* info);
 
         /// <summary>
         /// Write an image by the extension of the path: .png or .npy. The file appears whole or not at all.
@@ -1767,8 +1251,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_IO                    the file cannot be written, e.g. the disk is full
         ///   SPLAT_ERROR_UNSUPPORTED           another extension
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_image_save(byte* path, splat_image* image);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_image_save(byte* path,
+            splat_image* image);
 
         /// <summary>
         /// Write the same bytes to memory.
@@ -1777,13 +1261,8 @@ namespace Splat.Interop
         ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
         /// Returns as splat_image_save, SPLAT_INCOMPLETE.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_image_save_memory(
-            splat_image* image,
-            ImageFormat format,
-            void* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_image_save_memory(splat_image*
+            image, ImageFormat format, void* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Write images of one size as an animation that repeats for ever, by the extension of the path:
@@ -1793,27 +1272,17 @@ namespace Splat.Interop
         /// Returns as splat_image_save; SPLAT_ERROR_UNSUPPORTED also for 2 or 4 channels in a .gif, and for a
         ///   longer side than the format has.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_image_save_animation(
-            byte* path,
-            splat_image* frames,
-            uint count,
-            uint milliseconds);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_image_save_animation(byte* path,
+            splat_image* frames, uint count, uint milliseconds);
 
         /// <summary>
         /// Write the same bytes to memory.
         /// format    SPLAT_IMAGE_PNG, SPLAT_IMAGE_GIF or SPLAT_IMAGE_WEBP
         /// Returns as splat_image_save_animation, SPLAT_INCOMPLETE as splat_image_save_memory.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_image_save_animation_memory(
-            splat_image* frames,
-            uint count,
-            uint milliseconds,
-            ImageFormat format,
-            void* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_image_save_animation_memory(splat_image* frames, uint count, uint milliseconds, ImageFormat format,
+            void* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Compare two images in double precision: PSNR, and SSIM with a Gaussian window of 11 x 11 pixels
@@ -1822,24 +1291,15 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (an image, numbers that are not finite),
         ///   SPLAT_ERROR_SHAPE_MISMATCH (two sizes)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_image_compare(
-            splat_image* a,
-            splat_image* b,
-            splat_image_scores* scores);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_image_compare(splat_image* a,
+            splat_image* b, splat_image_scores* scores);
 
-        /// <summary>
-        /// Create the network of LPIPS.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; a tensor
-        ///   missing from all files), SPLAT_ERROR_SHAPE_MISMATCH (a tensor of another network),
-        ///   SPLAT_ERROR_UNSUPPORTED (a side above 16384), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-        ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_lpips_create(
-            SafeDeviceHandle device,
-            splat_lpips_desc* desc,
-            IntPtr* lpips);
+        /// <summary>Create the network of LPIPS. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE,
+        /// SPLAT_ERROR_INVALID_ARGUMENT (desc; a tensor missing from all files), SPLAT_ERROR_SHAPE_MISMATCH (a tensor
+        /// of another network), SPLAT_ERROR_UNSUPPORTED (a side above 16384), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+        /// SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_lpips_create(SafeDeviceHandle
+            device, splat_lpips_desc* desc, IntPtr* lpips);
 
         /// <summary>
         /// Measure the distance of two images with values nominally 0 to 1, not clamped; equal images have
@@ -1849,19 +1309,11 @@ namespace Splat.Interop
         ///   that are not finite), SPLAT_ERROR_SHAPE_MISMATCH (another size), SPLAT_ERROR_TIMEOUT,
         ///   SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_lpips_compare(
-            SafeLpipsHandle lpips,
-            splat_image* a,
-            splat_image* b,
-            double* value);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_lpips_compare(SafeLpipsHandle
+            lpips, splat_image* a, splat_image* b, double* value);
 
-        /// <summary>
-        /// Destroy it.
-        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_lpips_destroy(IntPtr lpips);
+        /// <summary>Destroy it. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_lpips_destroy(IntPtr lpips);
 
         /// <summary>
         /// Do the next piece of work: a step, one piece of a validation, a saved state. After the end it gives
@@ -1871,52 +1323,34 @@ namespace Splat.Interop
         ///   (the folder cannot be written), and errors of the task: of a training, those of
         ///   splat_batches_next and splat_trainer_step
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_run_next(SafeRunHandle run, splat_run_event* @event);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_run_next(SafeRunHandle run,
+            splat_run_event* @event);
 
-        /// <summary>
-        /// End the run: the next call of splat_run_next saves the state and ends with
-        /// SPLAT_EVENT_INTERRUPTED. Any thread may call it, and a signal handler.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_run_interrupt(SafeRunHandle run);
+        /// <summary>End the run: the next call of splat_run_next saves the state and ends with
+        /// SPLAT_EVENT_INTERRUPTED. Any thread may call it, and a signal handler. Returns SPLAT_OK,
+        /// SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_run_interrupt(SafeRunHandle
+            run);
 
-        /// <summary>
-        /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
-        /// before the first of this session), "val_psnr" (null before a validation), "best_val_psnr",
-        /// "peak_bytes", "ledger" (what was drawn and finite in this session's last attempt; of a training as in
-        /// splat_trainer_report)}.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_run_report(
-            SafeRunHandle run,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
+        /// before the first of this session), "val_psnr" (null before a validation), "best_val_psnr", "peak_bytes",
+        /// "ledger" (what was drawn and finite in this session's last attempt; of a training as in
+        /// splat_trainer_report)}. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_run_report(SafeRunHandle run,
+            byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
-        /// <summary>
-        /// Close a run. Steps since the latest state are lost; resuming repeats them with the same bits.
-        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_run_destroy(IntPtr run);
+        /// <summary>Close a run. Steps since the latest state are lost; resuming repeats them with the same bits.
+        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_run_destroy(IntPtr run);
 
-        /// <summary>
-        /// JSON array of all keys of a configuration, in the order of their sections: {"key", "type"
-        /// ("integer", "number", "boolean", "text", "choice", "list of integers", "list of numbers", "list
-        /// of texts", or "any" of these), "range" (as text; the words of a choice; empty: any value of the
-        /// type), "default" (null: none), "origin" ("published": of Splatter Image or its fork with priors;
-        /// "ours"), "effect" (false: accepted, but without effect), "resumable" (true: a run may go on with
-        /// another value), "about" (one sentence)}.
-        /// Returns SPLAT_OK or SPLAT_INCOMPLETE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_config_keys(
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>JSON array of all keys of a configuration, in the order of their sections: {"key", "type"
+        /// ("integer", "number", "boolean", "text", "choice", "list of integers", "list of numbers", "list of texts",
+        /// or "any" of these), "range" (as text; the words of a choice; empty: any value of the type), "default"
+        /// (null: none), "origin" ("published": of Splatter Image or its fork with priors; "ours"), "effect" (false:
+        /// accepted, but without effect), "resumable" (true: a run may go on with another value), "about" (one
+        /// sentence)}. Returns SPLAT_OK or SPLAT_INCOMPLETE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_config_keys(byte* buffer,
+            UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Say what a training of a configuration would leave out. JSON: {"warnings": [sentences]}: keys
@@ -1926,14 +1360,8 @@ namespace Splat.Interop
         /// Returns as splat_config_merge; SPLAT_ERROR_INVALID_ARGUMENT also where splat_training_open
         ///   refuses (opt.pretrained_hf; adapters without opt.lora_finetune; no file of vectors)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_config_check(
-            byte* text,
-            byte** values,
-            UIntPtr count,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_config_check(byte* text, byte**
+            values, UIntPtr count, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Make a configuration of network and training with every value, as JSON for splat_model_create and
@@ -1945,35 +1373,18 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (an unknown key, with the
         ///   nearest known one; a value outside its range)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_config_merge(
-            byte* text,
-            byte** values,
-            UIntPtr count,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_config_merge(byte* text, byte**
+            values, UIntPtr count, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
-        /// <summary>
-        /// JSON array of the published configurations that the library has by name: {"name", "about"}.
-        /// Returns SPLAT_OK or SPLAT_INCOMPLETE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_config_presets(
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>JSON array of the published configurations that the library has by name: {"name", "about"}.
+        /// Returns SPLAT_OK or SPLAT_INCOMPLETE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_config_presets(byte* buffer,
+            UIntPtr capacity, UIntPtr* needed);
 
-        /// <summary>
-        /// The text of one of them, such as "cars", in YAML, for splat_config_merge.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such name)
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_config_preset(
-            byte* name,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>The text of one of them, such as "cars", in YAML, for splat_config_merge. Returns SPLAT_OK,
+        /// SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such name)</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_config_preset(byte* name, byte*
+            buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Create an optimizer; its moments are zero. It keeps models, modules and tensors alive.
@@ -1987,11 +1398,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_SHAPE_MISMATCH        a gradient of another shape than its parameter
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_optimizer_create(
-            SafeDeviceHandle device,
-            splat_optimizer_desc* desc,
-            IntPtr* optimizer);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_optimizer_create(SafeDeviceHandle device, splat_optimizer_desc* desc, IntPtr* optimizer);
 
         /// <summary>
         /// Update the parameters from their gradients, which stay. If a gradient is not finite, nothing is
@@ -2001,18 +1409,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_STATE (a mapped tensor), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST;
         ///   after the last two the parameters are undefined
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_optimizer_step(
-            SafeOptimizerHandle optimizer,
-            splat_optimizer_info* info);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_optimizer_step(SafeOptimizerHandle optimizer, splat_optimizer_info* info);
 
-        /// <summary>
-        /// Set all gradients to zero.
-        /// Returns as splat_optimizer_step.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_optimizer_zero_gradients(
-            SafeOptimizerHandle optimizer);
+        /// <summary>Set all gradients to zero. Returns as splat_optimizer_step.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_optimizer_zero_gradients(SafeOptimizerHandle optimizer);
 
         /// <summary>
         /// Reorder, drop and add rows of tensors, with their moments and averages: the Gaussians of a scene that
@@ -2043,132 +1445,78 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY
         ///   SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST  the parameters are undefined; else nothing changed
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_optimizer_gather_rows(
-            SafeOptimizerHandle optimizer,
-            byte* pattern,
-            long* rows,
-            ulong count);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_optimizer_gather_rows(SafeOptimizerHandle optimizer, byte* pattern, long* rows, ulong count);
 
-        /// <summary>
-        /// Replace desc.rate, which the schedule and the groups scale.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (rate &lt; 0, not
-        /// finite)
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_optimizer_set_rate(
-            SafeOptimizerHandle optimizer,
-            double rate);
+        /// <summary>Replace desc.rate, which the schedule and the groups scale. Returns SPLAT_OK,
+        /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (rate &lt; 0, not finite)</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_optimizer_set_rate(SafeOptimizerHandle optimizer, double rate);
 
-        /// <summary>
-        /// Describe an optimizer and its last step. Does not wait for a call on another thread.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_optimizer_get_info(
-            SafeOptimizerHandle optimizer,
-            splat_optimizer_info* info);
+        /// <summary>Describe an optimizer and its last step. Does not wait for a call on another thread. Returns
+        /// SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_optimizer_get_info(SafeOptimizerHandle optimizer, splat_optimizer_info* info);
 
-        /// <summary>
-        /// Copy the averaged parameters, by name, to new weights; without averages the parameters.
-        /// Returns as splat_model_store.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_optimizer_store(
-            SafeOptimizerHandle optimizer,
-            IntPtr* weights);
+        /// <summary>Copy the averaged parameters, by name, to new weights; without averages the parameters. Returns
+        /// as splat_model_store.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_optimizer_store(SafeOptimizerHandle optimizer, IntPtr* weights);
 
-        /// <summary>
-        /// Copy moments, averages, counters, numbers of rows and rate to new weights, to be saved as .safetensors with
-        /// splat_weights_save. Parameters are not in it: store them beside it.
-        /// Returns as splat_model_store.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_optimizer_save(
-            SafeOptimizerHandle optimizer,
-            IntPtr* state);
+        /// <summary>Copy moments, averages, counters, numbers of rows and rate to new weights, to be saved as
+        /// .safetensors with splat_weights_save. Parameters are not in it: store them beside it. Returns as
+        /// splat_model_store.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_optimizer_save(SafeOptimizerHandle optimizer, IntPtr* state);
 
         /// <summary>
         /// Go on from such weights, bit-exactly. On an error the optimizer is unchanged.
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      weights that are no state, or that of other parameters
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_optimizer_load(
-            SafeOptimizerHandle optimizer,
-            SafeWeightsHandle state);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_optimizer_load(SafeOptimizerHandle optimizer, SafeWeightsHandle state);
 
-        /// <summary>
-        /// Destroy an optimizer; what it updated stays.
-        /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_optimizer_destroy(IntPtr optimizer);
+        /// <summary>Destroy an optimizer; what it updated stays. Returns SPLAT_OK, or
+        /// SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_optimizer_destroy(IntPtr
+            optimizer);
 
-        /// <summary>
-        /// Create a trainer; the parameters of its network are zero. What splat_config_check warns of goes to
-        /// the log.
-        /// Returns as splat_model_create; SPLAT_ERROR_INVALID_ARGUMENT also as splat_config_check, but files
-        ///   of vectors are not needed.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_trainer_create(
-            SafeDeviceHandle device,
-            splat_trainer_desc* desc,
-            IntPtr* trainer);
+        /// <summary>Create a trainer; the parameters of its network are zero. What splat_config_check warns of goes
+        /// to the log. Returns as splat_model_create; SPLAT_ERROR_INVALID_ARGUMENT also as splat_config_check, but
+        /// files of vectors are not needed.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_create(SafeDeviceHandle
+            device, splat_trainer_desc* desc, IntPtr* trainer);
 
-        /// <summary>
-        /// Return the network in training, to initialise, load, store and read it: a separate handle, which
-        /// the caller destroys and which keeps the trainer's memory alive. Its passes apply dropout as in
-        /// training.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL).
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_trainer_model(
-            SafeTrainerHandle trainer,
-            IntPtr* model);
+        /// <summary>Return the network in training, to initialise, load, store and read it: a separate handle, which
+        /// the caller destroys and which keeps the trainer's memory alive. Its passes apply dropout as in training.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL).</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_model(SafeTrainerHandle
+            trainer, IntPtr* model);
 
-        /// <summary>
-        /// Do one update. Arrays are read before the call returns.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and
-        ///   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-        ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; no update
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_trainer_step(
-            SafeTrainerHandle trainer,
-            splat_trainer_batch* batch,
-            splat_trainer_info* info);
+        /// <summary>Do one update. Arrays are read before the call returns. Returns SPLAT_OK,
+        /// SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and SPLAT_ERROR_INVALID_ARGUMENT as
+        /// splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY,
+        /// SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; no update</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_step(SafeTrainerHandle
+            trainer, splat_trainer_batch* batch, splat_trainer_info* info);
 
-        /// <summary>
-        /// JSON: {"step", "attempts" (with skipped ones), "parameters", "trainable", "ledger" (of the last
+        /// <summary>JSON: {"step", "attempts" (with skipped ones), "parameters", "trainable", "ledger" (of the last
         /// attempt; null before the first): {"visible", "culled", "non_finite", "gradients_zero"} (see
-        /// splat_trainer_info), "config"}.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_trainer_report(
-            SafeTrainerHandle trainer,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// splat_trainer_info), "config"}. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_report(SafeTrainerHandle
+            trainer, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
-        /// <summary>
-        /// Store the averaged weights (opt.ema) as a state dict, or the current ones if there are none.
-        /// Returns as splat_model_store.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_trainer_store(
-            SafeTrainerHandle trainer,
-            IntPtr* weights);
+        /// <summary>Store the averaged weights (opt.ema) as a state dict, or the current ones if there are none.
+        /// Returns as splat_model_store.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_store(SafeTrainerHandle
+            trainer, IntPtr* weights);
 
-        /// <summary>
-        /// Save everything that the next step depends on in a .safetensors file, whole or not at all.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
-        ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO (cannot be written), and errors of the device.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_trainer_save(SafeTrainerHandle trainer, byte* path);
+        /// <summary>Save everything that the next step depends on in a .safetensors file, whole or not at all.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_NOT_FOUND,
+        /// SPLAT_ERROR_IO (cannot be written), and errors of the device.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_save(SafeTrainerHandle
+            trainer, byte* path);
 
         /// <summary>
         /// Write the same bytes to memory.
@@ -2176,12 +1524,8 @@ namespace Splat.Interop
         ///           SPLAT_INCOMPLETE and nothing is written to `buffer`
         /// Returns as splat_trainer_save, SPLAT_INCOMPLETE.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_trainer_save_memory(
-            SafeTrainerHandle trainer,
-            void* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_trainer_save_memory(SafeTrainerHandle trainer, void* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Resume from such a file, bit-exactly. On an error the trainer is unchanged.
@@ -2190,23 +1534,19 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO  the file is not there, cannot be read
         ///   SPLAT_ERROR_FORMAT                damaged (it has a checksum), or not such a file
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_trainer_resume(SafeTrainerHandle trainer, byte* path);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_resume(SafeTrainerHandle
+            trainer, byte* path);
 
         /// <summary>
         /// Resume from the bytes of such a file.
         /// data      in, `bytes` bytes
         /// Returns as splat_trainer_resume.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_trainer_resume_memory(
-            SafeTrainerHandle trainer,
-            void* data,
-            UIntPtr bytes);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_trainer_resume_memory(SafeTrainerHandle trainer, void* data, UIntPtr bytes);
 
         /// <summary>Destroy a trainer. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_trainer_destroy(IntPtr trainer);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_trainer_destroy(IntPtr trainer);
 
         /// <summary>
         /// Begin with a data set, which may be destroyed afterwards.
@@ -2218,12 +1558,8 @@ namespace Splat.Interop
         ///   set opened otherwise), SPLAT_ERROR_FORMAT (an object has too few views),
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_batches_create(
-            SafeDatasetHandle dataset,
-            byte* config,
-            ulong seed,
-            IntPtr* batches);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_batches_create(SafeDatasetHandle
+            dataset, byte* config, ulong seed, IntPtr* batches);
 
         /// <summary>
         /// Get a batch for splat_trainer_step.
@@ -2233,15 +1569,11 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, and as splat_dataset_read; the next call tries again
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_batches_next(
-            SafeBatchesHandle batches,
-            ulong step,
-            splat_trainer_batch* batch);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_batches_next(SafeBatchesHandle
+            batches, ulong step, splat_trainer_batch* batch);
 
         /// <summary>Destroy batches. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_batches_destroy(IntPtr batches);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_batches_destroy(IntPtr batches);
 
         /// <summary>
         /// Open a run, which splat_run_destroy closes: check the configuration, the data (views of every
@@ -2260,11 +1592,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_IO                    the folder cannot be written; parts may remain
         ///   and errors of the device
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_training_open(
-            SafeDeviceHandle device,
-            splat_training_desc* desc,
-            IntPtr* run);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_training_open(SafeDeviceHandle
+            device, splat_training_desc* desc, IntPtr* run);
 
         /// <summary>
         /// Describe the latest attempt of a step in this session, skipped or not.
@@ -2273,18 +1602,16 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL; a run of another
         ///   task), SPLAT_ERROR_INVALID_STATE (before the first step)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_training_last_step(
-            SafeRunHandle run,
-            splat_trainer_info* info);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_training_last_step(SafeRunHandle
+            run, splat_trainer_info* info);
 
         /// <summary>
         /// Return the network in training.
         /// run       of splat_training_open
         /// Returns as splat_trainer_model.
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_training_model(SafeRunHandle run, IntPtr* model);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_training_model(SafeRunHandle
+            run, IntPtr* model);
 
         /// <summary>
         /// Create an evaluator.
@@ -2295,19 +1622,13 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_SHAPE_MISMATCH        LPIPS for images of another size
         ///   and as splat_dataset_open
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_evaluator_create(
-            splat_evaluator_desc* desc,
-            IntPtr* evaluator);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_evaluator_create(splat_evaluator_desc* desc, IntPtr* evaluator);
 
-        /// <summary>
-        /// Describe an evaluator.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info).
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_evaluator_get_info(
-            SafeEvaluatorHandle evaluator,
-            splat_evaluator_info* info);
+        /// <summary>Describe an evaluator. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
+        /// (info).</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_evaluator_get_info(SafeEvaluatorHandle evaluator, splat_evaluator_info* info);
 
         /// <summary>
         /// Predict an object, draw its views and score them. Objects may be scored in any order; scoring one
@@ -2320,11 +1641,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_FORMAT                the object has no novel views
         ///   and as splat_dataset_read and splat_model_forward; the object then stays as it was
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_evaluator_score(
-            SafeEvaluatorHandle evaluator,
-            uint @object,
-            splat_object_scores* scores);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_evaluator_score(SafeEvaluatorHandle evaluator, uint @object, splat_object_scores* scores);
 
         /// <summary>
         /// Score images that the caller made, by the same protocol.
@@ -2333,12 +1651,8 @@ namespace Splat.Interop
         /// Returns as splat_evaluator_score, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_SHAPE_MISMATCH
         ///   (count)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_evaluator_score_images(
-            SafeEvaluatorHandle evaluator,
-            uint @object,
-            float* images,
-            ulong count,
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_evaluator_score_images(SafeEvaluatorHandle evaluator, uint @object, float* images, ulong count,
             splat_object_scores* scores);
 
         /// <summary>
@@ -2350,36 +1664,22 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_STATE         `drawn` is wanted, and the latest object scored is another
         ///   and as splat_dataset_read; on an error nothing is written
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_evaluator_read(
-            SafeEvaluatorHandle evaluator,
-            uint @object,
-            splat_evaluated_views* views);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_evaluator_read(SafeEvaluatorHandle evaluator, uint @object, splat_evaluated_views* views);
 
-        /// <summary>
-        /// Sum up.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL,
-        /// struct_size).
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_evaluator_summary(
-            SafeEvaluatorHandle evaluator,
-            splat_evaluation_summary* summary);
+        /// <summary>Sum up. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL,
+        /// struct_size).</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_evaluator_summary(SafeEvaluatorHandle evaluator, splat_evaluation_summary* summary);
 
-        /// <summary>
-        /// The summary as JSON, the content of results.json: {"schema": 1, "weights" (path), "baseline" (the
-        /// method), "split", "data": {"format", "objects"}, "device", "objects", "novel": {"psnr", "ssim",
-        /// "lpips", "views", "perfect_views"}, "conditioning", "empty_views", "predictions_per_second",
-        /// "images_per_second", "ledger": {the members of splat_ledger, "objects": [{"object" (name), ...}
-        /// for each with numbers that are not finite or blank images]}}. NaN is null.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_evaluator_report(
-            SafeEvaluatorHandle evaluator,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>The summary as JSON, the content of results.json: {"schema": 1, "weights" (path), "baseline" (the
+        /// method), "split", "data": {"format", "objects"}, "device", "objects", "novel": {"psnr", "ssim", "lpips",
+        /// "views", "perfect_views"}, "conditioning", "empty_views", "predictions_per_second", "images_per_second",
+        /// "ledger": {the members of splat_ledger, "objects": [{"object" (name), ...} for each with numbers that are
+        /// not finite or blank images]}}. NaN is null. Returns SPLAT_OK, SPLAT_INCOMPLETE,
+        /// SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_evaluator_report(SafeEvaluatorHandle evaluator, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Write what `vkrun eval` writes: results.json, per_object.csv (a line per object), scores.txt
@@ -2389,10 +1689,8 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_IO
         ///   (the folder or a file cannot be written).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_evaluator_save(
-            SafeEvaluatorHandle evaluator,
-            byte* folder);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_evaluator_save(SafeEvaluatorHandle evaluator, byte* folder);
 
         /// <summary>
         /// Take over scores that splat_evaluator_save wrote, by the names of objects, as if they had been
@@ -2405,14 +1703,12 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO, SPLAT_ERROR_FORMAT  the file is not there, cannot be
         ///                                     read, is damaged
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_evaluator_load(
-            SafeEvaluatorHandle evaluator,
-            byte* folder);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_evaluator_load(SafeEvaluatorHandle evaluator, byte* folder);
 
         /// <summary>Destroy an evaluator. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_evaluator_destroy(IntPtr evaluator);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_evaluator_destroy(IntPtr
+            evaluator);
 
         /// <summary>
         /// Compare B with A in every metric that both have. The same numbers for the same seed.
@@ -2422,19 +1718,13 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_NOT_FOUND             no such file; compared in pairs, they share no object
         ///   SPLAT_ERROR_FORMAT, SPLAT_ERROR_IO   a file that is damaged or cannot be read
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_compare_scores(
-            splat_compare_desc* desc,
-            IntPtr* comparison);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_compare_scores(splat_compare_desc* desc, IntPtr* comparison);
 
-        /// <summary>
-        /// Describe a comparison.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info).
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_comparison_get_info(
-            SafeComparisonHandle comparison,
-            splat_comparison_info* info);
+        /// <summary>Describe a comparison. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
+        /// (info).</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_comparison_get_info(SafeComparisonHandle comparison, splat_comparison_info* info);
 
         /// <summary>
         /// Get the comparison in one metric.
@@ -2443,11 +1733,8 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (index, NULL,
         ///   struct_size).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_comparison_metric(
-            SafeComparisonHandle comparison,
-            uint index,
-            splat_metric_comparison* metric);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_comparison_metric(SafeComparisonHandle comparison, uint index, splat_metric_comparison* metric);
 
         /// <summary>
         /// Copy the scores that were compared in one metric; paired, those of one object have the same place
@@ -2457,33 +1744,21 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (index, an array that
         ///   is too short).
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_comparison_samples(
-            SafeComparisonHandle comparison,
-            uint index,
-            double* a,
-            ulong a_count,
-            double* b,
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_comparison_samples(SafeComparisonHandle comparison, uint index, double* a, ulong a_count, double* b,
             ulong b_count);
 
-        /// <summary>
-        /// JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed",
-        /// "least_objects" (with fewer the verdict is TOO_FEW), "permutations", "note" (on objects that only
-        /// one has; may be empty), "metrics": [{"metric", "mean_a", "mean_b", "observed_difference",
-        /// "p_permutation", "p_parametric", "p_holm", "ci": [low, high], "effect_size", "n_pairs", "n_a", "n_b",
-        /// "exact", "verdict"}]}.
-        /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_comparison_report(
-            SafeComparisonHandle comparison,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        /// <summary>JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed",
+        /// "least_objects" (with fewer the verdict is TOO_FEW), "permutations", "note" (on objects that only one has;
+        /// may be empty), "metrics": [{"metric", "mean_a", "mean_b", "observed_difference", "p_permutation",
+        /// "p_parametric", "p_holm", "ci": [low, high], "effect_size", "n_pairs", "n_a", "n_b", "exact",
+        /// "verdict"}]}. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_comparison_report(SafeComparisonHandle comparison, byte* buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>Destroy a comparison. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_comparison_destroy(IntPtr comparison);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_comparison_destroy(IntPtr
+            comparison);
 
         /// <summary>
         /// Get a preset. JSON: {"path" (where a model without a path is looked for), "preset": {"name",
@@ -2492,12 +1767,8 @@ namespace Splat.Interop
         /// name      as of splat_prior_model_desc; NULL: all names, as a JSON array
         /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_prior_preset(
-            byte* name,
-            byte* buffer,
-            UIntPtr capacity,
-            UIntPtr* needed);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_prior_preset(byte* name, byte*
+            buffer, UIntPtr capacity, UIntPtr* needed);
 
         /// <summary>
         /// Load a model.
@@ -2508,19 +1779,13 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_FORMAT            no ONNX file, a damaged one, or one with other inputs or outputs
         ///                                 than the preset's
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_prior_model_create(
-            splat_prior_model_desc* desc,
-            IntPtr* model);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_prior_model_create(splat_prior_model_desc* desc, IntPtr* model);
 
-        /// <summary>
-        /// Describe a model.
-        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info).
-        /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_prior_model_get_info(
-            SafePriorModelHandle model,
-            splat_prior_model_info* info);
+        /// <summary>Describe a model. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
+        /// (info).</summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_prior_model_get_info(SafePriorModelHandle model, splat_prior_model_info* info);
 
         /// <summary>
         /// Make maps of pictures. Those whose inputs have the same size run at once if the model takes any
@@ -2534,16 +1799,13 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_FORMAT            the model cannot run, or gives an output of another shape
         ///   SPLAT_ERROR_INVALID_STATE     its output is not finite; the handle is of a forked process
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_prior_model_run(
-            SafePriorModelHandle model,
-            splat_image* pictures,
-            splat_prior_maps* maps,
-            uint count);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_prior_model_run(SafePriorModelHandle model, splat_image* pictures, splat_prior_maps* maps, uint
+            count);
 
         /// <summary>Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.</summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_prior_model_destroy(IntPtr model);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_prior_model_destroy(IntPtr
+            model);
 
         /// <summary>
         /// Find the object of a picture without a network: by an alpha that is not opaque everywhere, else by
@@ -2553,11 +1815,8 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_ARGUMENT (NULL, a field of an image),
         ///   SPLAT_ERROR_SHAPE_MISMATCH (the mask), SPLAT_ERROR_OUT_OF_HOST_MEMORY
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_picture_mask(
-            splat_image* picture,
-            splat_image* mask,
-            Found* found);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_picture_mask(splat_image*
+            picture, splat_image* mask, Found* found);
 
         /// <summary>
         /// Make normals of the surface that a depth map shows, by a pinhole camera and differences of
@@ -2569,11 +1828,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_ARGUMENT  NULL, a field of an image or of desc, relative depth outside 0 to 1
         ///   SPLAT_ERROR_SHAPE_MISMATCH    channels of the depth, the size or channels of the normals
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_normals_from_depth(
-            splat_image* depth,
-            splat_normals_desc* desc,
-            splat_image* normal);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_normals_from_depth(splat_image*
+            depth, splat_normals_desc* desc, splat_image* normal);
 
         /// <summary>
         /// Compare a depth map with the true one, both with larger numbers for nearer pixels, or both with
@@ -2586,13 +1842,8 @@ namespace Splat.Interop
         ///                                     that are not finite, a truth &lt;= 0 inside of the mask
         ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or more than one channel
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_prior_compare_depth(
-            splat_image* prediction,
-            splat_image* truth,
-            splat_image* mask,
-            DepthFlags flags,
-            splat_depth_scores* scores);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_prior_compare_depth(splat_image*
+            prediction, splat_image* truth, splat_image* mask, DepthFlags flags, splat_depth_scores* scores);
 
         /// <summary>
         /// Compare normal maps. Lengths do not matter, but a vector shorter than 0.5 stands for none.
@@ -2604,13 +1855,9 @@ namespace Splat.Interop
         ///                                     that are not finite, no true normal inside of the mask
         ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or other channels
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_prior_compare_normals(
-            splat_image* prediction,
-            splat_image* truth,
-            splat_image* mask,
-            NormalFlags flags,
-            splat_normal_scores* scores);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_prior_compare_normals(splat_image* prediction, splat_image* truth, splat_image* mask, NormalFlags
+            flags, splat_normal_scores* scores);
 
         /// <summary>
         /// Compare a mask with the true one.
@@ -2620,12 +1867,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, flags, struct_size, a number outside 0 to 1
         ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or more than one channel
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_prior_compare_masks(
-            splat_image* prediction,
-            splat_image* alpha,
-            MaskFlags flags,
-            splat_mask_scores* scores);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_prior_compare_masks(splat_image*
+            prediction, splat_image* alpha, MaskFlags flags, splat_mask_scores* scores);
 
         /// <summary>
         /// Compare images by visual information fidelity in the pixel domain, at four scales (Sheikh and
@@ -2636,11 +1879,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, flags, struct_size, numbers that are not finite
         ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or fewer pixels
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_prior_compare_images(
-            splat_image* prediction,
-            splat_image* truth,
-            FidelityFlags flags,
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_prior_compare_images(splat_image* prediction, splat_image* truth, FidelityFlags flags,
             splat_fidelity_scores* scores);
 
         /// <summary>
@@ -2651,11 +1891,8 @@ namespace Splat.Interop
         ///                                     also those outside 0 to 1
         ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or more than one channel
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_prior_filter(
-            splat_image* map,
-            MapFilter filter,
-            splat_image* filtered);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_prior_filter(splat_image* map,
+            MapFilter filter, splat_image* filtered);
 
         /// <summary>
         /// Sample the surface of a mesh, uniformly by area, or the points of a point cloud, evenly.
@@ -2671,12 +1908,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           free-form surfaces, lines that continue in the next one; a PLY
         ///                                     with faces
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_points_from_mesh(
-            byte* path,
-            ulong seed,
-            float* points,
-            ulong count);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_points_from_mesh(byte* path,
+            ulong seed, float* points, ulong count);
 
         /// <summary>
         /// The points that a depth map shows, in the world.
@@ -2690,13 +1923,8 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_ARGUMENT      an image, a camera, numbers that are not finite
         ///   SPLAT_ERROR_SHAPE_MISMATCH        another size than the camera's, or more than one channel
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_points_from_depth(
-            splat_image* depth,
-            splat_camera* camera,
-            float* points,
-            ulong capacity,
-            ulong* needed);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_points_from_depth(splat_image*
+            depth, splat_camera* camera, float* points, ulong capacity, ulong* needed);
 
         /// <summary>
         /// Compare the means of a scene's Gaussians with true points. Nearest points are exact.
@@ -2708,129 +1936,99 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_INVALID_ARGUMENT (NULL, min_opacity, threshold, struct_size, a count that 3 does
         ///   not divide, no points, no Gaussian that counts, numbers that are not finite)
         /// </summary>
-        [DllImport(Lib, CallingConvention = C)]
-        public static extern ResultCode splat_scene_compare_points(
-            SafeSceneHandle scene,
-            double min_opacity,
-            float* points,
-            ulong count,
-            double threshold,
-            splat_point_scores* scores);
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode
+            splat_scene_compare_points(SafeSceneHandle scene, double min_opacity, float* points, ulong count, double
+            threshold, splat_point_scores* scores);
     }
 
-    /// <summary>
-    /// Called on the thread that caused the message, at the end of the call that caused it, with no lock
-    /// of the library held. It may call the library; messages that it causes itself are dropped, and the
-    /// last error of the interrupted call stays. It must not throw.
-    /// </summary>
+    /// <summary>Called on the thread that caused the message, at the end of the call that caused it, with no lock of
+    /// the library held. It may call the library; messages that it causes itself are dropped, and the last error of
+    /// the interrupted call stays. It must not throw.</summary>
     [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
     public unsafe delegate void splat_log_callback(void* user, LogLevel level, byte* message);
 
-    /// <summary>
-    /// Called on the calling thread now and then. `total` counts the rows of all tables. Return 0 to go
-    /// on; another number ends the call with SPLAT_CANCELLED. It must not throw.
-    /// </summary>
+    /// <summary>Called on the calling thread now and then. <c>total</c> counts the rows of all tables. Return 0 to go
+    /// on; another number ends the call with SPLAT_CANCELLED. It must not throw.</summary>
     [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
     public unsafe delegate int splat_progress_callback(void* user, ulong done, ulong total);
 
-    /// <summary>
-    /// What a file may cost when it is read, by this process and whatever reads it: a small file can ask
-    /// for all memory or for hours. Sizes are compared with these limits before memory is allocated. The
-    /// limits leave out what libwebp takes besides: up to 5 bytes a pixel, and up to 1.4 GB for the tables
-    /// of prefix codes.
-    /// </summary>
+    /// <summary>What a file may cost when it is read, by this process and whatever reads it: a small file can ask for
+    /// all memory or for hours. Sizes are compared with these limits before memory is allocated. The limits leave out
+    /// what libwebp takes besides: up to 5 bytes a pixel, and up to 1.4 GB for the tables of prefix codes.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_decode_limits
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
-        /// <summary>NULL</summary>
-        public void* next;
-        /// <summary>bytes of memory for each byte of the file; 0 = 64</summary>
-        public ulong bytes_times_file;
-        /// <summary>bytes on top of that; 0 = 64 MiB</summary>
-        public ulong bytes_besides;
-        /// <summary>tensors or files of an archive; 0 = 10^6</summary>
-        public ulong items;
-        /// <summary>scans of one JPEG image; 0 = 100</summary>
-        public uint jpeg_scans;
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>bytes of memory for each byte of the file; 0 = 64</summary> */ public ulong bytes_times_file;
+        /** <summary>bytes on top of that; 0 = 64 MiB</summary> */ public ulong bytes_besides;
+        /** <summary>tensors or files of an archive; 0 = 10^6</summary> */ public ulong items;
+        /** <summary>scans of one JPEG image; 0 = 100</summary> */ public uint jpeg_scans;
         public uint reserved;
     }
 
-    /// <summary>
-    /// The caller's pixels, in any layout that strides describe. Frozen. Functions that take a picture
-    /// read `pixels`, those that give one write there, and no others touch it.
-    /// </summary>
+    /// <summary>The caller's pixels, in any layout that strides describe. Frozen. Functions that take a picture read
+    /// <c>pixels</c>, those that give one write there, and no others touch it.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_image
     {
         public void* pixels;
-        /// <summary>size of `pixels`, checked against the layout; 0: trusted</summary>
-        public UIntPtr bytes;
+        /** <summary>size of <c>pixels</c>, checked against the layout; 0: trusted</summary> */ public UIntPtr bytes;
         public Pixel type;
-        /// <summary>pixels</summary>
-        public uint width;
+        /** <summary>pixels</summary> */ public uint width;
         public uint height;
-        /// <summary>1 to 4: gray, gray and alpha, RGB, RGB and alpha</summary>
-        public uint channels;
-        /// <summary>Bytes from one row, pixel and channel to the next. All 0: packed rows of interleaved channels; only row_stride: such rows that far apart. Planes [channels,height,width] of float32 are {4 width, 4, 4 width height}. Pictures that are read may repeat samples (a stride of 0). Negative strides need bytes = 0</summary>
+        /** <summary>1 to 4: gray, gray and alpha, RGB, RGB and alpha</summary> */ public uint channels;
+        /// <summary>Bytes from one row, pixel and channel to the next. All 0: packed rows of interleaved channels;
+        /// only row_stride: such rows that far apart. Planes [channels,height,width] of float32 are {4 width, 4, 4
+        /// width height}. Pictures that are read may repeat samples (a stride of 0). Negative strides need bytes =
+        /// 0</summary>
         public long row_stride;
         public long pixel_stride;
         public long channel_stride;
     }
 
+    /// <summary>What a device is and can do.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_device_info
     {
         public uint struct_size;
-        /// <summary>position in the enumeration of this process</summary>
-        public uint index;
-        public DeviceKind kind;
-        /// <summary>1, or 0 with the reason in `reason`</summary>
-        public uint usable;
-        public uint vendor_id;
-        public uint device_id;
-        /// <summary>packed as Vulkan does</summary>
-        public uint vulkan_version;
-        /// <summary>vendor's packing</summary>
-        public uint driver_version;
-        public fixed byte uuid[16];
-        /// <summary>device-local memory</summary>
-        public ulong heap_bytes;
-        /// <summary>one allocation</summary>
-        public ulong max_allocation_bytes;
-        /// <summary>one shader binding, so one tensor</summary>
+        /** <summary>position in the enumeration of this process</summary> */ public uint index;
+        /** <summary>what the device is</summary> */ public DeviceKind kind;
+        /** <summary>1, or 0 with the reason in <c>reason</c></summary> */ public uint usable;
+        /** <summary>Vulkan's number of the vendor</summary> */ public uint vendor_id;
+        /** <summary>the vendor's number of the device</summary> */ public uint device_id;
+        /** <summary>version of Vulkan, packed as Vulkan does</summary> */ public uint vulkan_version;
+        /** <summary>version of the driver, in the vendor's packing</summary> */ public uint driver_version;
+        /** <summary>what SPLAT_SELECT_BY_UUID compares</summary> */ public fixed byte uuid[16];
+        /** <summary>device-local memory</summary> */ public ulong heap_bytes;
+        /** <summary>most bytes of one allocation</summary> */ public ulong max_allocation_bytes;
+        /// <summary>most bytes of one shader binding, so of one tensor</summary>
         public ulong max_storage_buffer_bytes;
-        public uint max_workgroup_invocations;
-        public uint shared_memory_bytes;
-        public uint subgroup_size;
-        /// <summary>SPLAT_FEATURE_ bits</summary>
-        public FeatureFlags features;
-        /// <summary>what SPLAT_KERNELS_AUTO means on this device</summary>
-        public Kernels kernels;
+        /** <summary>most threads of a workgroup</summary> */ public uint max_workgroup_invocations;
+        /** <summary>most shared memory of a workgroup</summary> */ public uint shared_memory_bytes;
+        /** <summary>threads of a subgroup</summary> */ public uint subgroup_size;
+        /** <summary>what the device can do, SPLAT_FEATURE_ bits</summary> */ public FeatureFlags features;
+        /** <summary>what SPLAT_KERNELS_AUTO means on this device</summary> */ public Kernels kernels;
         public uint reserved;
-        public fixed byte name[256];
-        /// <summary>name and version, in the driver's words</summary>
-        public fixed byte driver[256];
-        /// <summary>why the device is not usable; empty if it is</summary>
-        public fixed byte reason[256];
+        /** <summary>name of the device, in the driver's words</summary> */ public fixed byte name[256];
+        /** <summary>name and version, in the driver's words</summary> */ public fixed byte driver[256];
+        /** <summary>why the device is not usable; empty if it is</summary> */ public fixed byte reason[256];
     }
 
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_device_desc
     {
         public uint struct_size;
-        /// <summary>SPLAT_DEVICE_ bits</summary>
-        public DeviceFlags flags;
-        /// <summary>NULL; reserved for extensions</summary>
-        public void* next;
+        /** <summary>SPLAT_DEVICE_ bits</summary> */ public DeviceFlags flags;
+        /** <summary>NULL; reserved for extensions</summary> */ public void* next;
         public DeviceSelect select;
         public uint index;
         public DeviceKind kind;
         public Kernels kernels;
         public fixed byte uuid[16];
-        /// <summary>budget, enforced by the library. 0 = the device's heap; on CPU devices 3/4 of physical memory</summary>
+        /// <summary>budget, enforced by the library. 0 = the device's heap; on CPU devices 3/4 of physical
+        /// memory</summary>
         public ulong max_device_bytes;
         /// <summary>longest wait for the device in one call; 0 = 60 s, times SPLAT_TIMEOUT_SCALE</summary>
         public ulong timeout_ns;
@@ -2838,135 +2036,106 @@ namespace Splat.Interop
         public byte* cache_folder;
     }
 
+    /// <summary>Memory of a device, bytes.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_memory_info
     {
         public uint struct_size;
-        /// <summary>live allocations of the driver</summary>
-        public uint allocations;
-        /// <summary>allocated from the driver now</summary>
-        public ulong used_bytes;
-        /// <summary>part of used_bytes that tensors and operators use</summary>
-        public ulong live_bytes;
-        /// <summary>highest used_bytes since creation</summary>
-        public ulong peak_bytes;
-        public ulong budget_bytes;
+        /** <summary>live allocations of the driver</summary> */ public uint allocations;
+        /** <summary>allocated from the driver now</summary> */ public ulong used_bytes;
+        /** <summary>part of used_bytes that tensors and operators use</summary> */ public ulong live_bytes;
+        /** <summary>highest used_bytes since creation</summary> */ public ulong peak_bytes;
+        /** <summary>most that the device object may use</summary> */ public ulong budget_bytes;
     }
 
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_tensor_desc
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
-        /// <summary>NULL</summary>
-        public void* next;
-        /// <summary>used in messages; may be NULL</summary>
-        public byte* name;
-        /// <summary>0 = SPLAT_DTYPE_F32</summary>
-        public DType dtype;
-        /// <summary>0 (a scalar) to SPLAT_MAX_RANK</summary>
-        public uint rank;
-        /// <summary>elements, outermost first; each &gt;= 1</summary>
-        public fixed long dims[8];
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>used in messages; may be NULL</summary> */ public byte* name;
+        /** <summary>0 = SPLAT_DTYPE_F32</summary> */ public DType dtype;
+        /** <summary>0 (a scalar) to SPLAT_MAX_RANK</summary> */ public uint rank;
+        /** <summary>elements, outermost first; each &gt;= 1</summary> */ public fixed long dims[8];
     }
 
+    /// <summary>What a tensor is.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_tensor_info
     {
         public uint struct_size;
-        public DType dtype;
-        public uint rank;
-        /// <summary>1 while mapped</summary>
-        public uint mapped;
-        public fixed long dims[8];
-        public ulong elements;
-        public ulong bytes;
-        /// <summary>cut if longer</summary>
-        public fixed byte name[64];
+        /** <summary>type of the elements</summary> */ public DType dtype;
+        /** <summary>number of dimensions, 0 to SPLAT_MAX_RANK</summary> */ public uint rank;
+        /** <summary>1 while mapped</summary> */ public uint mapped;
+        /** <summary>elements, outermost first</summary> */ public fixed long dims[8];
+        /** <summary>number of all elements</summary> */ public ulong elements;
+        /** <summary>size of all elements</summary> */ public ulong bytes;
+        /** <summary>name in messages, cut if longer</summary> */ public fixed byte name[64];
     }
 
+    /// <summary>What the elements of a tensor are.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_tensor_stats
     {
         public uint struct_size;
         public uint reserved;
-        public ulong nan_count;
-        public ulong inf_count;
-        /// <summary>smallest finite element; +inf if there are none</summary>
-        public double min;
-        /// <summary>largest finite element; -inf if there are none</summary>
-        public double max;
-        /// <summary>mean of the finite elements; 0 if there are none</summary>
-        public double mean;
+        /** <summary>elements that are NaN</summary> */ public ulong nan_count;
+        /** <summary>elements that are infinite</summary> */ public ulong inf_count;
+        /** <summary>smallest finite element; +inf if there are none</summary> */ public double min;
+        /** <summary>largest finite element; -inf if there are none</summary> */ public double max;
+        /** <summary>mean of the finite elements; 0 if there are none</summary> */ public double mean;
     }
 
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_co3d_desc
     {
         public uint struct_size;
-        /// <summary>SPLAT_CO3D_*</summary>
-        public Co3dFlags flags;
+        /** <summary>SPLAT_CO3D_*</summary> */ public Co3dFlags flags;
         public void* next;
-        /// <summary>folder of the release, with a folder for each category</summary>
-        public byte* raw;
-        /// <summary>folder to write to</summary>
-        public byte* @out;
-        /// <summary>"hydrant", "teddybear"</summary>
-        public byte* category;
-        /// <summary>NULL: "fewview_dev", as published</summary>
-        public byte* subset;
-        /// <summary>"train", "val", "test"; NULL: train</summary>
-        public byte* split;
-        /// <summary>side of the images, pixels; 0: 128</summary>
-        public uint size;
-        /// <summary>only this many sequences, the first by name; 0: all</summary>
-        public uint limit;
+        /** <summary>folder of the release, with a folder for each category</summary> */ public byte* raw;
+        /** <summary>folder to write to</summary> */ public byte* @out;
+        /** <summary>"hydrant", "teddybear"</summary> */ public byte* category;
+        /** <summary>NULL: "fewview_dev", as published</summary> */ public byte* subset;
+        /** <summary>"train", "val", "test"; NULL: train</summary> */ public byte* split;
+        /** <summary>side of the images, pixels; 0: 128</summary> */ public uint size;
+        /** <summary>only this many sequences, the first by name; 0: all</summary> */ public uint limit;
     }
 
+    /// <summary>What was prepared.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_co3d_info
     {
         public uint struct_size;
-        /// <summary>sequences in the split</summary>
-        public uint sequences;
-        /// <summary>sequences that were there before</summary>
-        public uint kept;
-        /// <summary>sequences left out: their cameras are not finite</summary>
-        public uint left_out;
-        /// <summary>frames of all sequences in the split</summary>
-        public ulong frames;
+        /** <summary>sequences in the split</summary> */ public uint sequences;
+        /** <summary>sequences that were there before</summary> */ public uint kept;
+        /** <summary>sequences left out: their cameras are not finite</summary> */ public uint left_out;
+        /** <summary>frames of all sequences in the split</summary> */ public ulong frames;
     }
 
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_dataset_desc
     {
         public uint struct_size;
-        /// <summary>SPLAT_DATA_*</summary>
-        public DataFlags flags;
+        /** <summary>SPLAT_DATA_*</summary> */ public DataFlags flags;
         public void* next;
         public byte* path;
-        /// <summary>"store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the folder</summary>
+        /// <summary>"store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the
+        /// folder</summary>
         public byte* format;
-        /// <summary>"train", "val", "test"; NULL: train</summary>
-        public byte* split;
-        /// <summary>side of the returned images, which are square; 0: as stored</summary>
-        public uint resolution;
-        /// <summary>use only this many objects, the first in order; 0: all</summary>
-        public uint limit;
-        /// <summary>for decoded images (8 bits); 0: 1 GiB</summary>
-        public ulong cache_bytes;
-        /// <summary>behind transparent pixels, 0 to 1</summary>
-        public fixed float background[3];
+        /** <summary>"train", "val", "test"; NULL: train</summary> */ public byte* split;
+        /** <summary>side of the returned images, which are square; 0: as stored</summary> */ public uint resolution;
+        /** <summary>use only this many objects, the first in order; 0: all</summary> */ public uint limit;
+        /** <summary>for decoded images (8 bits); 0: 1 GiB</summary> */ public ulong cache_bytes;
+        /** <summary>behind transparent pixels, 0 to 1</summary> */ public fixed float background[3];
         public uint reserved;
         /// <summary>"cars", "hydrants", where there are several; NULL: the only one</summary>
         public byte* category;
-        /// <summary>NULL, or a list for one format: a path, or one in the folder of the data; "objaverse": JSON array of all objects in order</summary>
+        /// <summary>NULL, or a list for one format: a path, or one in the folder of the data; "objaverse": JSON array
+        /// of all objects in order</summary>
         public byte* objects_file;
-        /// <summary>"co3d": names of sequences to leave out, in any text</summary>
-        public byte* excluded_file;
-        /// <summary>"nmr": tests, lines "category object source_view"</summary>
-        public byte* views_file;
+        /** <summary>"co3d": names of sequences to leave out, in any text</summary> */ public byte* excluded_file;
+        /** <summary>"nmr": tests, lines "category object source_view"</summary> */ public byte* views_file;
     }
 
     /// <summary>Destinations of n views of R x R pixels; NULL: not read.</summary>
@@ -2975,20 +2144,14 @@ namespace Splat.Interop
     {
         public uint struct_size;
         public uint reserved;
-        /// <summary>[n,3,R,R] 0 to 1</summary>
-        public float* images;
-        /// <summary>[n,1,R,R] 0 to 1, larger is nearer; scaled for each image</summary>
-        public float* depths;
-        /// <summary>[n,3,R,R] 0 to 1: (normal + 1) / 2, in the camera's axes</summary>
-        public float* normals;
-        /// <summary>[n,1,R,R] 0 to 1</summary>
-        public float* masks;
+        /** <summary>[n,3,R,R] 0 to 1</summary> */ public float* images;
+        /** <summary>[n,1,R,R] 0 to 1, larger is nearer; scaled for each image</summary> */ public float* depths;
+        /** <summary>[n,3,R,R] 0 to 1: (normal + 1) / 2, in the camera's axes</summary> */ public float* normals;
+        /** <summary>[n,1,R,R] 0 to 1</summary> */ public float* masks;
         /// <summary>[n,16] row vectors, OpenCV axes; the world is the frame of the first view</summary>
         public float* view_to_world;
-        /// <summary>[n,4] w x y z of that rotation, w &gt;= 0</summary>
-        public float* quaternions;
-        /// <summary>[n,2] pixels at R</summary>
-        public float* focals;
+        /** <summary>[n,4] w x y z of that rotation, w &gt;= 0</summary> */ public float* quaternions;
+        /** <summary>[n,2] pixels at R</summary> */ public float* focals;
         /// <summary>[n] of the origin along the absolute camera's axis (CO3D); else 0</summary>
         public float* origin_distances;
         /// <summary>floats of each array, at least those of n views; 0: trusted</summary>
@@ -3006,18 +2169,15 @@ namespace Splat.Interop
     public unsafe struct splat_dataset_import_desc
     {
         public uint struct_size;
-        /// <summary>SPLAT_IMPORT_*</summary>
-        public ImportFlags flags;
+        /** <summary>SPLAT_IMPORT_*</summary> */ public ImportFlags flags;
         public void* next;
-        /// <summary>folder of the tables</summary>
-        public byte* path;
+        /** <summary>folder of the tables</summary> */ public byte* path;
         /// <summary>folder of the store; NULL: where splat_dataset_open looks, with REPLACE</summary>
         public byte* @out;
-        /// <summary>"train", "val", "test"; NULL: train</summary>
-        public byte* split;
-        /// <summary>path of DuckDB's library; NULL: see above</summary>
-        public byte* duckdb;
-        /// <summary>parts of the work, done by calls in any processes that share the folder, and which of them this call does, below `shards`; the last call to end completes the store. 0: 1</summary>
+        /** <summary>"train", "val", "test"; NULL: train</summary> */ public byte* split;
+        /** <summary>path of DuckDB's library; NULL: see above</summary> */ public byte* duckdb;
+        /// <summary>parts of the work, done by calls in any processes that share the folder, and which of them this
+        /// call does, below <c>shards</c>; the last call to end completes the store. 0: 1</summary>
         public uint shards;
         public uint shard;
     }
@@ -3026,47 +2186,37 @@ namespace Splat.Interop
     public unsafe struct splat_dataset_export_desc
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
+        /** <summary>0</summary> */ public uint flags;
         public void* next;
         public byte* path;
-        /// <summary>"tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data, srn_&lt;category&gt;/&lt;category&gt;_&lt;split&gt;/; "images": &lt;split&gt;/&lt;object&gt;/ with transforms.json and the images in rgb/; "store": &lt;split&gt;/, as an import gives; NULL: tables</summary>
+        /// <summary>"tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data,
+        /// srn_&lt;category&gt;/&lt;category&gt;_&lt;split&gt;/; "images": &lt;split&gt;/&lt;object&gt;/ with
+        /// transforms.json and the images in rgb/; "store": &lt;split&gt;/, as an import gives; NULL:
+        /// tables</summary>
         public byte* layout;
-        /// <summary>to write; NULL: that of the data set</summary>
-        public byte* split;
-        /// <summary>in names of folders and configurations; NULL: cars</summary>
-        public byte* category;
-        /// <summary>see splat_dataset_import_desc</summary>
-        public byte* duckdb;
-        /// <summary>objects to write; NULL: all</summary>
-        public uint* objects;
+        /** <summary>to write; NULL: that of the data set</summary> */ public byte* split;
+        /** <summary>in names of folders and configurations; NULL: cars</summary> */ public byte* category;
+        /** <summary>see splat_dataset_import_desc</summary> */ public byte* duckdb;
+        /** <summary>objects to write; NULL: all</summary> */ public uint* objects;
         public ulong object_count;
-        /// <summary>parts of a store, see splat_dataset_import_desc</summary>
-        public uint shards;
+        /** <summary>parts of a store, see splat_dataset_import_desc</summary> */ public uint shards;
         public uint shard;
     }
 
-    /// <summary>
-    /// Procedural objects with exact maps, in the layout of SRN's data. Cameras at distance 1.3 look at
-    /// the origin; objects lie within 0.5 of it; the focal length is 131.25 pixels of 128.
-    /// </summary>
+    /// <summary>Procedural objects with exact maps, in the layout of SRN's data. Cameras at distance 1.3 look at the
+    /// origin; objects lie within 0.5 of it; the focal length is 131.25 pixels of 128.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_synthetic_desc
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
+        /** <summary>0</summary> */ public uint flags;
         public void* next;
         public byte* path;
-        /// <summary>"cars", "chairs", "mixed"; NULL: cars</summary>
-        public byte* category;
+        /** <summary>"cars", "chairs", "mixed"; NULL: cars</summary> */ public byte* category;
         public ulong seed;
-        /// <summary>8 to 2048; 0: 128</summary>
-        public uint resolution;
-        /// <summary>from random places around the object; 0: 50</summary>
-        public uint train_views;
-        /// <summary>views of val and test objects, on a spiral; 0: 251</summary>
-        public uint test_views;
+        /** <summary>8 to 2048; 0: 128</summary> */ public uint resolution;
+        /** <summary>from random places around the object; 0: 50</summary> */ public uint train_views;
+        /** <summary>views of val and test objects, on a spiral; 0: 251</summary> */ public uint test_views;
         public uint train_objects;
         public uint val_objects;
         public uint test_objects;
@@ -3076,22 +2226,17 @@ namespace Splat.Interop
     public unsafe struct splat_scene_desc
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
-        /// <summary>NULL</summary>
-        public void* next;
-        /// <summary>Gaussians; 0 makes an empty scene</summary>
-        public ulong count;
-        /// <summary>0 to 3</summary>
-        public uint sh_degree;
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>Gaussians; 0 makes an empty scene</summary> */ public ulong count;
+        /** <summary>0 to 3</summary> */ public uint sh_degree;
         public uint reserved;
-        /// <summary>arrays as above, copied; NULL: zeros (rotations: 1, 0, 0, 0)</summary>
-        public float* means;
+        /** <summary>arrays as above, copied; NULL: zeros (rotations: 1, 0, 0, 0)</summary> */ public float* means;
         public float* log_scales;
         public float* rotations;
         public float* opacity_logits;
         public float* sh;
-        /// <summary>floats of each array, at least those of `count` Gaussians; 0: trusted</summary>
+        /// <summary>floats of each array, at least those of <c>count</c> Gaussians; 0: trusted</summary>
         public ulong mean_count;
         public ulong log_scale_count;
         public ulong rotation_count;
@@ -3099,121 +2244,97 @@ namespace Splat.Interop
         public ulong sh_count;
     }
 
+    /// <summary>How a scene is read or written; 0 is the default.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_scene_file_desc
     {
         public uint struct_size;
-        /// <summary>SPLAT_SCENE_ bits</summary>
-        public SceneFlags flags;
-        /// <summary>NULL</summary>
-        public void* next;
+        /** <summary>SPLAT_SCENE_ bits</summary> */ public SceneFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
         /// <summary>0 = by the first bytes, else by the extension of the path</summary>
         public SceneFormat format;
-        /// <summary>axes of the file; 0 = the format's usual ones</summary>
-        public Frame frame;
-        /// <summary>drop bands, or pad them with zeros, to degree 1 to 3 or (SPLAT_SH_CONSTANT) 0; 0: keep all</summary>
+        /** <summary>axes of the file; 0 = the format's usual ones</summary> */ public Frame frame;
+        /// <summary>drop bands, or pad them with zeros, to degree 1 to 3 or (SPLAT_SH_CONSTANT) 0; 0: keep
+        /// all</summary>
         public int sh_degree;
-        /// <summary>to write: 3 or 4; 0 = 3</summary>
-        public uint spz_version;
-        /// <summary>refuse files with more Gaussians; 0 = 2^27</summary>
-        public ulong max_count;
+        /** <summary>to write: 3 or 4; 0 = 3</summary> */ public uint spz_version;
+        /** <summary>refuse files with more Gaussians; 0 = 2^27</summary> */ public ulong max_count;
     }
 
     /// <summary>x -&gt; scale * rotation x + translation. Frozen.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_similarity
     {
-        /// <summary>w, x, y, z, of any length &gt; 0</summary>
-        public fixed double rotation[4];
-        /// <summary>scene units</summary>
-        public fixed double translation[3];
-        /// <summary>&gt; 0</summary>
-        public double scale;
+        /** <summary>quaternion w, x, y, z, of any length &gt; 0</summary> */ public fixed double rotation[4];
+        /** <summary>scene units</summary> */ public fixed double translation[3];
+        /** <summary>factor, &gt; 0</summary> */ public double scale;
     }
 
+    /// <summary>What the Gaussians of a scene are.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_scene_info
     {
         public uint struct_size;
-        public uint sh_degree;
-        public ulong count;
-        /// <summary>lower bounds of the finite means</summary>
-        public fixed double low[3];
-        /// <summary>upper bounds of the finite means</summary>
-        public fixed double high[3];
-        /// <summary>median of the finite means, axis by axis</summary>
-        public fixed double center[3];
-        /// <summary>distance from the centre that holds 95 % of the finite means</summary>
-        public double radius;
-        /// <summary>smallest finite standard deviation, scene units</summary>
-        public double scale_min;
-        public double scale_max;
-        public double scale_mean;
-        /// <summary>0 to 1</summary>
-        public double opacity_min;
-        public double opacity_max;
-        public double opacity_mean;
-        /// <summary>values of all attributes</summary>
-        public ulong non_finite;
-        /// <summary>rotations of length 0, or not finite</summary>
-        public ulong bad_rotations;
-        /// <summary>Gaussians with a scale below 1e-12</summary>
-        public ulong degenerate;
-        /// <summary>Gaussians of opacity below 1/255</summary>
-        public ulong invisible;
+        /** <summary>degree of the spherical harmonics, 0 to 3</summary> */ public uint sh_degree;
+        /** <summary>Gaussians</summary> */ public ulong count;
+        /** <summary>lower bounds of the finite means</summary> */ public fixed double low[3];
+        /** <summary>upper bounds of the finite means</summary> */ public fixed double high[3];
+        /** <summary>median of the finite means, axis by axis</summary> */ public fixed double center[3];
+        /** <summary>distance from the centre that holds 95 % of the finite means</summary> */ public double radius;
+        /** <summary>smallest finite standard deviation, scene units</summary> */ public double scale_min;
+        /** <summary>largest finite standard deviation, scene units</summary> */ public double scale_max;
+        /** <summary>mean of the finite standard deviations, scene units</summary> */ public double scale_mean;
+        /** <summary>smallest opacity, 0 to 1</summary> */ public double opacity_min;
+        /** <summary>largest opacity, 0 to 1</summary> */ public double opacity_max;
+        /** <summary>mean of the opacities, 0 to 1</summary> */ public double opacity_mean;
+        /** <summary>numbers of all attributes that are NaN or infinite</summary> */ public ulong non_finite;
+        /** <summary>rotations of length 0, or not finite</summary> */ public ulong bad_rotations;
+        /** <summary>Gaussians with a scale below 1e-12</summary> */ public ulong degenerate;
+        /** <summary>Gaussians of opacity below 1/255</summary> */ public ulong invisible;
     }
 
-    /// <summary>A pinhole camera. Frozen. The centre of the pixel in column i and row j is (i + 0.5, j + 0.5).</summary>
+    /// <summary>A pinhole camera. Frozen. The centre of the pixel in column i and row j is (i + 0.5, j +
+    /// 0.5).</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_camera
     {
-        /// <summary>pixels</summary>
-        public uint width;
-        public uint height;
-        /// <summary>pixels</summary>
-        public double fx;
-        public double fy;
-        public double cx;
-        public double cy;
+        /** <summary>width of the image, pixels</summary> */ public uint width;
+        /** <summary>height of the image, pixels</summary> */ public uint height;
+        /** <summary>horizontal focal length, pixels</summary> */ public double fx;
+        /** <summary>vertical focal length, pixels</summary> */ public double fy;
+        /** <summary>principal point, pixels from the left edge</summary> */ public double cx;
+        /** <summary>principal point, pixels from the upper edge</summary> */ public double cy;
         /// <summary>row-major 4x4, last row 0 0 0 1; OpenCV axes of the camera: x right, y down, z forward</summary>
         public fixed double world_to_camera[16];
     }
 
+    /// <summary>Cameras on a circle; 0 is the default.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_orbit_desc
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
-        /// <summary>NULL</summary>
-        public void* next;
-        /// <summary>pixels; 0 = 512</summary>
-        public uint width;
-        /// <summary>pixels; 0 = 512</summary>
-        public uint height;
-        /// <summary>radians; 0 = 0.7</summary>
-        public double fov_x;
-        /// <summary>radians above the horizon</summary>
-        public double elevation;
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>pixels; 0 = 512</summary> */ public uint width;
+        /** <summary>pixels; 0 = 512</summary> */ public uint height;
+        /** <summary>radians; 0 = 0.7</summary> */ public double fov_x;
+        /** <summary>radians above the horizon</summary> */ public double elevation;
         /// <summary>angle of the first camera, radians; 0: in front, looking along +z</summary>
         public double start;
         /// <summary>scene units from the middle; 0 = the scene fills 95 % of the images</summary>
         public double distance;
-        /// <summary>a direction of the world; 0, 0, 0 = 0, -1, 0</summary>
-        public fixed double up[3];
+        /** <summary>a direction of the world; 0, 0, 0 = 0, -1, 0</summary> */ public fixed double up[3];
     }
 
+    /// <summary>How cameras are read; 0 is the default.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_camera_file_desc
     {
         public uint struct_size;
-        /// <summary>SPLAT_CAMERA_ bits</summary>
-        public CameraFlags flags;
-        /// <summary>NULL</summary>
-        public void* next;
-        /// <summary>pixels, for a transforms.json without size; else 0</summary>
-        public uint width;
-        public uint height;
+        /** <summary>SPLAT_CAMERA_ bits</summary> */ public CameraFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>width in pixels, for a transforms.json without size; else 0</summary> */ public uint width;
+        /** <summary>height in pixels, likewise</summary> */ public uint height;
     }
 
     /// <summary>Files of cameras in memory.</summary>
@@ -3221,28 +2342,23 @@ namespace Splat.Interop
     public unsafe struct splat_camera_bytes
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint reserved;
-        /// <summary>transforms.json, or COLMAP's cameras.bin or cameras.txt</summary>
-        public void* cameras;
+        /** <summary>0</summary> */ public uint reserved;
+        /** <summary>transforms.json, or COLMAP's cameras.bin or cameras.txt</summary> */ public void* cameras;
         public UIntPtr camera_bytes;
-        /// <summary>COLMAP's images.bin or images.txt; NULL for a transforms.json</summary>
-        public void* images;
+        /** <summary>COLMAP's images.bin or images.txt; NULL for a transforms.json</summary> */ public void* images;
         public UIntPtr image_bytes;
     }
 
+    /// <summary>What a tensor of weights is.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_weights_info
     {
         public uint struct_size;
-        public uint rank;
-        /// <summary>outermost first; a 0 means no elements</summary>
-        public fixed long dims[8];
-        public ulong elements;
-        /// <summary>this and dtype live as long as the weights</summary>
-        public byte* name;
-        /// <summary>in the file: "float32", "bfloat16", "int64", ...; read as float32</summary>
-        public byte* dtype;
+        /** <summary>number of dimensions</summary> */ public uint rank;
+        /** <summary>elements, outermost first; a 0 means none</summary> */ public fixed long dims[8];
+        /** <summary>number of all elements</summary> */ public ulong elements;
+        /** <summary>name of the tensor; lives, like dtype, as long as the weights</summary> */ public byte* name;
+        /** <summary>type in the file: "float32", "int64", ...; read as float32</summary> */ public byte* dtype;
     }
 
     /// <summary>A tensor in the caller's memory, row-major. Frozen.</summary>
@@ -3251,33 +2367,24 @@ namespace Splat.Interop
     {
         public byte* name;
         public float* values;
-        /// <summary>floats: the product of dims, 1 for rank 0</summary>
-        public ulong value_count;
-        /// <summary>outermost first; a 0 means no elements</summary>
-        public fixed long dims[8];
+        /** <summary>floats: the product of dims, 1 for rank 0</summary> */ public ulong value_count;
+        /** <summary>outermost first; a 0 means no elements</summary> */ public fixed long dims[8];
         public uint rank;
-        /// <summary>0</summary>
-        public uint reserved;
+        /** <summary>0</summary> */ public uint reserved;
     }
 
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_op_desc
     {
         public uint struct_size;
-        /// <summary>SPLAT_OP_ bits</summary>
-        public OpFlags flags;
-        /// <summary>NULL</summary>
-        public void* next;
-        /// <summary>a name of splat_op_list</summary>
-        public byte* type;
-        /// <summary>JSON object; NULL = defaults</summary>
-        public byte* attributes;
+        /** <summary>SPLAT_OP_ bits</summary> */ public OpFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>a name of splat_op_list</summary> */ public byte* type;
+        /** <summary>JSON object; NULL = defaults</summary> */ public byte* attributes;
         public uint input_count;
         public uint output_count;
-        /// <summary>in the operator's order; an optional one may be NULL</summary>
-        public IntPtr* inputs;
-        /// <summary>in the operator's order; an optional one may be NULL</summary>
-        public IntPtr* outputs;
+        /** <summary>in the operator's order; an optional one may be NULL</summary> */ public IntPtr* inputs;
+        /** <summary>in the operator's order; an optional one may be NULL</summary> */ public IntPtr* outputs;
         /// <summary>NULL for an operator without backward; else output_count tensors</summary>
         public IntPtr* grad_outputs;
         /// <summary>input_count tensors; gradients of NULL entries are not computed</summary>
@@ -3288,27 +2395,26 @@ namespace Splat.Interop
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_port
     {
-        /// <summary>the library's live as long as the model or module</summary>
+        /// <summary>name of the tensor; the library's lives as long as the model or module</summary>
         public byte* name;
-        public uint rank;
-        /// <summary>SPLAT_PORT_ bits; 0 in a splat_module_desc</summary>
-        public PortFlags flags;
-        public fixed long dims[8];
+        /** <summary>number of dimensions</summary> */ public uint rank;
+        /** <summary>SPLAT_PORT_ bits; 0 for a new module</summary> */ public PortFlags flags;
+        /** <summary>elements, outermost first</summary> */ public fixed long dims[8];
     }
 
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_model_desc
     {
         public uint struct_size;
-        /// <summary>SPLAT_MODEL_*</summary>
-        public ModelFlags flags;
+        /** <summary>SPLAT_MODEL_*</summary> */ public ModelFlags flags;
         public void* next;
         /// <summary>text, JSON or YAML with the keys of Splatter Image; NULL: the cars model</summary>
         public byte* config;
-        /// <summary>objects per batch; 0: 1. If an activation of the batch exceeds one binding of the device, the batch runs in equal slices. A backward pass then repeats the forward pass of all slices but the last, and dropout differs from that of an undivided batch</summary>
+        /// <summary>objects per batch; 0: 1. If an activation of the batch exceeds one binding of the device, the
+        /// batch runs in equal slices. A backward pass then repeats the forward pass of all slices but the last, and
+        /// dropout differs from that of an undivided batch</summary>
         public uint objects;
-        /// <summary>0: SPLAT_PRECISION_BALANCED</summary>
-        public Precision precision;
+        /** <summary>0: SPLAT_PRECISION_BALANCED</summary> */ public Precision precision;
     }
 
     /// <summary>What a model was made for, and what its latest pass gave.</summary>
@@ -3316,43 +2422,28 @@ namespace Splat.Interop
     public unsafe struct splat_model_info
     {
         public uint struct_size;
-        /// <summary>SPLAT_MODEL_ bits of its creation</summary>
-        public ModelFlags flags;
-        /// <summary>objects per batch</summary>
-        public uint objects;
-        /// <summary>input images of an object</summary>
-        public uint views;
-        /// <summary>R</summary>
-        public uint resolution;
-        /// <summary>channels of splat_model_input.images</summary>
-        public uint channels;
-        /// <summary>channels of "images": no plane of origin distances</summary>
-        public uint image_channels;
-        /// <summary>channels of "raw"</summary>
-        public uint output_channels;
-        /// <summary>M, of an object</summary>
-        public uint gaussians;
-        /// <summary>K = (sh_degree + 1)^2</summary>
-        public uint sh_degree;
-        /// <summary>length of a custom embedding; 0: none</summary>
-        public uint embedding_length;
-        public uint token_dim;
-        /// <summary>0: none</summary>
-        public uint tokens;
-        /// <summary>passes of a batch</summary>
-        public uint slices;
-        /// <summary>degrees; 0: each image has its focal lengths</summary>
-        public float fov;
+        /** <summary>what it was created with, SPLAT_MODEL_ bits</summary> */ public ModelFlags flags;
+        /** <summary>objects per batch</summary> */ public uint objects;
+        /** <summary>input images of an object</summary> */ public uint views;
+        /** <summary>R: images have R x R pixels</summary> */ public uint resolution;
+        /** <summary>channels of the images that a pass takes</summary> */ public uint channels;
+        /** <summary>channels of "images": no plane of origin distances</summary> */ public uint image_channels;
+        /** <summary>channels of "raw"</summary> */ public uint output_channels;
+        /** <summary>M: Gaussians of an object</summary> */ public uint gaussians;
+        /** <summary>degree of the spherical harmonics; K = (sh_degree + 1)^2</summary> */ public uint sh_degree;
+        /** <summary>length of a custom embedding; 0: none</summary> */ public uint embedding_length;
+        /** <summary>numbers of a token; 0: none</summary> */ public uint token_dim;
+        /** <summary>tokens of an image; 0: none</summary> */ public uint tokens;
+        /** <summary>passes of a batch</summary> */ public uint slices;
+        /** <summary>field of view, degrees; 0: each image has its focal lengths</summary> */ public float fov;
         public uint reserved;
-        /// <summary>numbers</summary>
-        public ulong parameters;
-        public ulong trainable;
-        /// <summary>the latest pass, over all objects; zeros before the first; Gaussians</summary>
+        /** <summary>numbers of all parameters</summary> */ public ulong parameters;
+        /** <summary>numbers of parameters that a training changes</summary> */ public ulong trainable;
+        /// <summary>Gaussians of the latest pass, over all objects; 0 before the first</summary>
         public ulong predicted;
         /// <summary>numbers of "raw" and of their attributes that are NaN or infinite</summary>
         public ulong non_finite;
-        /// <summary>Gaussians of an opacity below 1/255, which no pixel shows</summary>
-        public ulong faint;
+        /** <summary>Gaussians of an opacity below 1/255, which no pixel shows</summary> */ public ulong faint;
     }
 
     /// <summary>Counts are of numbers in the array beside them; 0: trusted.</summary>
@@ -3360,18 +2451,15 @@ namespace Splat.Interop
     public unsafe struct splat_model_input
     {
         public uint struct_size;
-        /// <summary>SPLAT_PASS_ bits</summary>
-        public PassFlags flags;
-        /// <summary>seed of dropout, used with step</summary>
-        public ulong seed;
-        /// <summary>the optimiser's step</summary>
-        public uint step;
+        /** <summary>SPLAT_PASS_ bits</summary> */ public PassFlags flags;
+        /** <summary>seed of dropout, used with step</summary> */ public ulong seed;
+        /** <summary>the optimiser's step</summary> */ public uint step;
         /// <summary>channels per image, checked against the configuration; 0: not checked</summary>
         public uint channels;
-        /// <summary>in the arrays, checked against the model's; 0: not checked</summary>
-        public uint objects;
+        /** <summary>in the arrays, checked against the model's; 0: not checked</summary> */ public uint objects;
         public uint picture_count;
-        /// <summary>images in the caller's layout, instead of `images`; the planes of an image may come from several pictures in turn, such as RGB, then depth: N pictures or a multiple</summary>
+        /// <summary>images in the caller's layout, instead of <c>images</c>; the planes of an image may come from
+        /// several pictures in turn, such as RGB, then depth: N pictures or a multiple</summary>
         public splat_image* pictures;
         /// <summary>[N,channels,R,R]: RGB 0 to 1, depth, normal, mask, origin distance</summary>
         public float* images;
@@ -3379,30 +2467,23 @@ namespace Splat.Interop
         /// <summary>[N,4,4] row vectors: p_world = p_view M; NULL: the identity</summary>
         public float* view_to_world;
         public ulong view_to_world_count;
-        /// <summary>[N,4] w x y z of that rotation; NULL with view_to_world</summary>
-        public float* quaternions;
+        /** <summary>[N,4] w x y z of that rotation; NULL with view_to_world</summary> */ public float* quaternions;
         public ulong quaternions_count;
-        /// <summary>[N,2] pixels; NULL unless the configuration's fov is 0</summary>
-        public float* focals;
+        /** <summary>[N,2] pixels; NULL unless the configuration's fov is 0</summary> */ public float* focals;
         public ulong focals_count;
-        /// <summary>[N,length] of a custom embedding, else NULL</summary>
-        public float* embedding;
+        /** <summary>[N,length] of a custom embedding, else NULL</summary> */ public float* embedding;
         public ulong embedding_count;
-        /// <summary>[N,token_dim,tokens], else NULL</summary>
-        public float* tokens;
+        /** <summary>[N,token_dim,tokens], else NULL</summary> */ public float* tokens;
         public ulong tokens_count;
     }
 
-    /// <summary>
-    /// Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers;
-    /// 0: trusted.
-    /// </summary>
+    /// <summary>Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers; 0:
+    /// trusted.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_model_gradients
     {
         public uint struct_size;
-        /// <summary>SPLAT_PASS_ bits</summary>
-        public PassFlags flags;
+        /** <summary>SPLAT_PASS_ bits</summary> */ public PassFlags flags;
         public float* means;
         public ulong means_count;
         public float* opacities;
@@ -3419,33 +2500,24 @@ namespace Splat.Interop
     public unsafe struct splat_module_desc
     {
         public uint struct_size;
-        /// <summary>SPLAT_MODULE_*</summary>
-        public ModuleFlags flags;
-        /// <summary>NULL</summary>
-        public void* next;
-        /// <summary>a name of splat_op_list, or "residual_block"</summary>
-        public byte* type;
-        /// <summary>JSON object; NULL: defaults</summary>
-        public byte* attributes;
-        /// <summary>with name, rank, dims</summary>
-        public splat_port* ports;
+        /** <summary>SPLAT_MODULE_*</summary> */ public ModuleFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>a name of splat_op_list, or "residual_block"</summary> */ public byte* type;
+        /** <summary>JSON object; NULL: defaults</summary> */ public byte* attributes;
+        /** <summary>with name, rank, dims</summary> */ public splat_port* ports;
         public uint port_count;
-        /// <summary>only for residual_block; conv2d has an attribute</summary>
-        public Precision precision;
+        /** <summary>only for residual_block; conv2d has an attribute</summary> */ public Precision precision;
     }
 
-    /// <summary>
-    /// A picture or a map: a file or pixels. A zeroed one is none. Frozen. Pixels of F16 and F32 are
-    /// finite and from 0 to 1, within 1e-3. Depths of these types may have any range: the picture's
-    /// least becomes 0, its greatest 1 (all 0 if they are equal). U8 and files are taken as they are.
-    /// </summary>
+    /// <summary>A picture or a map: a file or pixels. A zeroed one is none. Frozen. Pixels of F16 and F32 are finite
+    /// and from 0 to 1, within 1e-3. Depths of these types may have any range: the picture's least becomes 0, its
+    /// greatest 1 (all 0 if they are equal). U8 and files are taken as they are.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_picture_source
     {
-        /// <summary>PNG, JPEG (turned as its Exif data says) or WebP; NULL: `pixels`</summary>
+        /// <summary>PNG, JPEG (turned as its Exif data says) or WebP; NULL: <c>pixels</c></summary>
         public byte* path;
-        /// <summary>reduced to 8 bits, as files of 16 bits are</summary>
-        public splat_image pixels;
+        /** <summary>reduced to 8 bits, as files of 16 bits are</summary> */ public splat_image pixels;
     }
 
     /// <summary>One view of an object. Frozen.</summary>
@@ -3453,71 +2525,56 @@ namespace Splat.Interop
     public unsafe struct splat_picture
     {
         public splat_picture_source image;
-        /// <summary>the object's mask, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs from its border's colour, else all</summary>
+        /// <summary>the object's mask, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs
+        /// from its border's colour, else all</summary>
         public splat_picture_source mask;
         /// <summary>where the network takes it; larger is nearer, at any scale</summary>
         public splat_picture_source depth;
         /// <summary>where the network takes it; (normal + 1) / 2, camera's axes</summary>
         public splat_picture_source normal;
-        /// <summary>SPLAT_PICTURE_*</summary>
-        public PictureFlags flags;
-        /// <summary>the object's longer side, as a part of the square's; 0: 0.65; 0 with SPLAT_PICTURE_WHOLE</summary>
+        /** <summary>SPLAT_PICTURE_*</summary> */ public PictureFlags flags;
+        /// <summary>the object's longer side, as a part of the square's; 0: 0.65; 0 with
+        /// SPLAT_PICTURE_WHOLE</summary>
         public float foreground;
-        /// <summary>pixels of the image; 0: by its Exif data, else not known</summary>
-        public double focal;
+        /** <summary>pixels of the image; 0: by its Exif data, else not known</summary> */ public double focal;
         /// <summary>along the camera's axis, where the network takes it; else 0</summary>
         public double origin_distance;
-        /// <summary>like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole pictures; others take none</summary>
+        /// <summary>like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole
+        /// pictures; others take none</summary>
         public fixed double world_to_camera[16];
-        /// <summary>a custom embedding, or NULL</summary>
-        public float* embedding;
-        /// <summary>numbers</summary>
-        public ulong embedding_count;
-        /// <summary>[token_dim,tokens] where the network takes them, or NULL</summary>
-        public float* tokens;
-        /// <summary>numbers</summary>
-        public ulong token_count;
+        /** <summary>a custom embedding, or NULL</summary> */ public float* embedding;
+        /** <summary>numbers</summary> */ public ulong embedding_count;
+        /** <summary>[token_dim,tokens] where the network takes them, or NULL</summary> */ public float* tokens;
+        /** <summary>numbers</summary> */ public ulong token_count;
     }
 
     /// <summary>What became of a picture. Frozen.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_picture_info
     {
-        /// <summary>width of the picture, pixels</summary>
-        public uint width;
-        public uint height;
-        public Found found;
-        /// <summary>SPLAT_PICTURE_* warnings</summary>
-        public PictureWarningFlags warnings;
+        /** <summary>width of the picture, pixels</summary> */ public uint width;
+        /** <summary>height of the picture, pixels</summary> */ public uint height;
+        /** <summary>how the object was found</summary> */ public Found found;
+        /** <summary>SPLAT_PICTURE_* warnings</summary> */ public PictureWarningFlags warnings;
         /// <summary>left, top and side of what was cut out, pixels of the picture</summary>
         public fixed double square[3];
-        /// <summary>pixels of the picture; 0: not known</summary>
-        public double focal;
-        /// <summary>field of view of the square; 0: not known</summary>
-        public double fov_degrees;
+        /** <summary>focal length, pixels of the picture; 0: not known</summary> */ public double focal;
+        /** <summary>field of view of the square; 0: not known</summary> */ public double fov_degrees;
     }
 
-    /// <summary>
-    /// Where splat_picture_cut writes: squares of `resolution` pixels. Those without pixels are not
-    /// wanted.
-    /// </summary>
+    /// <summary>Where splat_picture_cut writes: squares of <c>resolution</c> pixels. Those without pixels are not
+    /// wanted.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_picture_cut_desc
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
-        /// <summary>NULL</summary>
-        public void* next;
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
         public uint resolution;
-        /// <summary>behind the object, 0 to 1</summary>
-        public fixed float background[3];
-        /// <summary>3 channels</summary>
-        public splat_image image;
-        /// <summary>1 channel, and so depth</summary>
-        public splat_image mask;
-        /// <summary>needs the picture's map; 0 outside of the object</summary>
-        public splat_image depth;
+        /** <summary>behind the object, 0 to 1</summary> */ public fixed float background[3];
+        /** <summary>3 channels</summary> */ public splat_image image;
+        /** <summary>1 channel, and so depth</summary> */ public splat_image mask;
+        /** <summary>needs the picture's map; 0 outside of the object</summary> */ public splat_image depth;
         /// <summary>3 channels; needs the picture's map; 0.5 outside of the object</summary>
         public splat_image normal;
     }
@@ -3526,20 +2583,20 @@ namespace Splat.Interop
     public unsafe struct splat_predictor_desc
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
-        /// <summary>NULL</summary>
-        public void* next;
-        /// <summary>a file, or a name, as of splat_weights_load</summary>
-        public byte* weights_path;
-        /// <summary>used instead of reading the file, whose path then only names them; neither: those of splat_builtin_weights(NULL)</summary>
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>a file, or a name, as of splat_weights_load</summary> */ public byte* weights_path;
+        /// <summary>used instead of reading the file, whose path then only names them; neither: those of
+        /// splat_builtin_weights(NULL)</summary>
         public IntPtr weights;
-        /// <summary>text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json or .yaml, else config.json or config.yaml in the weights' folder; else the one of splat_config_presets that fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by the published name of the file, such as model_cars.pth. "published" of splat_weights_report has {"fit": [names], "nearest", "differences" (from that, if none fits), "sentence"}</summary>
+        /// <summary>text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights'
+        /// name with .json or .yaml, else config.json or config.yaml in the weights' folder; else the one of
+        /// splat_config_presets that fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by
+        /// the published name of the file, such as model_cars.pth. "published" of splat_weights_report has {"fit":
+        /// [names], "nearest", "differences" (from that, if none fits), "sentence"}</summary>
         public byte* config;
-        /// <summary>a file of low-rank adapters, which are folded in</summary>
-        public byte* adapters_path;
-        /// <summary>adapters in memory; neither: only those among the weights</summary>
-        public IntPtr adapters;
+        /** <summary>a file of low-rank adapters, which are folded in</summary> */ public byte* adapters_path;
+        /** <summary>adapters in memory; neither: only those among the weights</summary> */ public IntPtr adapters;
         /// <summary>0: lora_alpha of their metadata, else of the configuration</summary>
         public double adapters_alpha;
     }
@@ -3549,29 +2606,19 @@ namespace Splat.Interop
     public unsafe struct splat_predictor_info
     {
         public uint struct_size;
-        /// <summary>pictures of one prediction</summary>
-        public uint views;
-        /// <summary>R: the network sees squares of R x R pixels</summary>
-        public uint resolution;
-        /// <summary>channels of the network's input</summary>
-        public uint channels;
-        /// <summary>1: it takes a depth map, else 0; so the next three</summary>
-        public uint depth;
-        /// <summary>a normal map</summary>
-        public uint normal;
-        /// <summary>the object's mask, which is always found</summary>
-        public uint mask;
-        /// <summary>the distance of the object's origin</summary>
-        public uint origin_distance;
-        /// <summary>views * R * R, of which a scene gets the visible ones</summary>
-        public ulong gaussians;
-        public uint sh_degree;
-        /// <summary>behind the object, 0 to 1</summary>
-        public fixed float background[3];
+        /** <summary>pictures of one prediction</summary> */ public uint views;
+        /** <summary>R: the network sees squares of R x R pixels</summary> */ public uint resolution;
+        /** <summary>channels of the network's input</summary> */ public uint channels;
+        /** <summary>1: it takes a depth map</summary> */ public uint depth;
+        /** <summary>1: it takes a normal map</summary> */ public uint normal;
+        /** <summary>1: it takes the object's mask, which is always found</summary> */ public uint mask;
+        /** <summary>1: it takes the distance of the object's origin</summary> */ public uint origin_distance;
+        /** <summary>views * R * R Gaussians; a scene gets the visible ones</summary> */ public ulong gaussians;
+        /** <summary>degree of the spherical harmonics, 0 to 3</summary> */ public uint sh_degree;
+        /** <summary>colour behind the object, 0 to 1</summary> */ public fixed float background[3];
         /// <summary>across the square; 0: each view has a focal length of its own</summary>
         public double fov_degrees;
-        /// <summary>data.category, may be empty; lives as long as the predictor</summary>
-        public byte* category;
+        /** <summary>data.category, may be empty; lives as long as the predictor</summary> */ public byte* category;
     }
 
     /// <summary>Facts of a prediction. The caller sets arrays and capacities; an array may be NULL.</summary>
@@ -3580,58 +2627,40 @@ namespace Splat.Interop
     {
         public uint struct_size;
         public uint camera_capacity;
-        /// <summary>receives those of the views, relative to the first</summary>
-        public splat_camera* cameras;
-        /// <summary>receives what became of each picture</summary>
-        public splat_picture_info* pictures;
+        /** <summary>receives those of the views, relative to the first</summary> */ public splat_camera* cameras;
+        /** <summary>receives what became of each picture</summary> */ public splat_picture_info* pictures;
         public uint picture_capacity;
-        /// <summary>out: all there are</summary>
-        public uint camera_count;
-        /// <summary>out; 0 for an object of a data set</summary>
-        public uint picture_count;
+        /** <summary>out: all there are</summary> */ public uint camera_count;
+        /** <summary>out; 0 for an object of a data set</summary> */ public uint picture_count;
         public uint reserved;
-        /// <summary>receives what the network sees, [views,channels,R,R]</summary>
-        public float* inputs;
-        /// <summary>numbers</summary>
-        public ulong input_capacity;
-        /// <summary>out, as what follows: of the scene</summary>
-        public ulong gaussians;
-        /// <summary>left out: numbers of theirs are not finite</summary>
-        public ulong not_finite;
-        /// <summary>left out: opacity below 1 / 255, which no image of 8 bits shows</summary>
-        public ulong faint;
-        /// <summary>to read and cut out the pictures</summary>
-        public double read_ms;
-        /// <summary>to run the network and read its Gaussians</summary>
-        public double network_ms;
+        /** <summary>receives what the network sees, [views,channels,R,R]</summary> */ public float* inputs;
+        /** <summary>numbers</summary> */ public ulong input_capacity;
+        /** <summary>out, as what follows: of the scene</summary> */ public ulong gaussians;
+        /** <summary>left out: numbers of theirs are not finite</summary> */ public ulong not_finite;
+        /** <summary>left out: opacity below 1 / 255, which no image of 8 bits shows</summary> */ public ulong faint;
+        /** <summary>to read and cut out the pictures</summary> */ public double read_ms;
+        /** <summary>to run the network and read its Gaussians</summary> */ public double network_ms;
     }
 
+    /// <summary>What a rasterizer draws, and how.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_rasterizer_desc
     {
         public uint struct_size;
-        /// <summary>SPLAT_RASTERIZER_ bits</summary>
-        public RasterizerFlags flags;
-        /// <summary>NULL</summary>
-        public void* next;
-        /// <summary>N, most Gaussians of a call; &gt;= 0</summary>
-        public uint gaussians;
-        /// <summary>V, most cameras of a call; 0: any number. The memory is then for one, and a call with more cameras than any before makes it anew, for which both must fit for a moment</summary>
+        /** <summary>SPLAT_RASTERIZER_ bits</summary> */ public RasterizerFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>N, most Gaussians of a call; &gt;= 0</summary> */ public uint gaussians;
+        /// <summary>V, most cameras of a call; 0: any number. The memory is then for one, and a call with more
+        /// cameras than any before makes it anew, for which both must fit for a moment</summary>
         public uint views;
-        /// <summary>W, pixels</summary>
-        public uint width;
-        /// <summary>H, pixels</summary>
-        public uint height;
-        /// <summary>0 to 3; 0 with direct colours</summary>
-        public uint sh_degree;
+        /** <summary>W, pixels</summary> */ public uint width;
+        /** <summary>H, pixels</summary> */ public uint height;
+        /** <summary>0 to 3; 0 with direct colours</summary> */ public uint sh_degree;
         /// <summary>SPLAT_SKIP_ bits of skips to turn off, for measuring</summary>
         public SkipFlags disabled_skips;
-        /// <summary>0 = SPLAT_CONVENTION_3DGS</summary>
-        public Convention convention;
-        /// <summary>scene units; 0 = 0.2, in SPLAT_CONVENTION_GSPLAT 0.01</summary>
-        public float near_plane;
-        /// <summary>scene units; 0 = 1e10</summary>
-        public float far_plane;
+        /** <summary>0 = SPLAT_CONVENTION_3DGS</summary> */ public Convention convention;
+        /** <summary>scene units; 0 = 0.2, in SPLAT_CONVENTION_GSPLAT 0.01</summary> */ public float near_plane;
+        /** <summary>scene units; 0 = 1e10</summary> */ public float far_plane;
         public uint reserved;
     }
 
@@ -3639,233 +2668,180 @@ namespace Splat.Interop
     public unsafe struct splat_gaussians_desc
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
-        /// <summary>NULL</summary>
-        public void* next;
-        /// <summary>[n,3] scene units; its n counts</summary>
-        public IntPtr means;
-        /// <summary>[n,3] standard deviations, scene units</summary>
-        public IntPtr scales;
-        /// <summary>[n,4] w, x, y, z</summary>
-        public IntPtr rotations;
-        /// <summary>[n] 0 to 1</summary>
-        public IntPtr opacities;
-        /// <summary>[n,(sh_degree+1)^2,3]; NULL with direct colours</summary>
-        public IntPtr sh;
-        /// <summary>[n,3]; NULL without direct colours</summary>
-        public IntPtr colors;
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>[n,3] scene units; its n counts</summary> */ public IntPtr means;
+        /** <summary>[n,3] standard deviations, scene units</summary> */ public IntPtr scales;
+        /** <summary>[n,4] w, x, y, z</summary> */ public IntPtr rotations;
+        /** <summary>[n] 0 to 1</summary> */ public IntPtr opacities;
+        /** <summary>[n,(sh_degree+1)^2,3]; NULL with direct colours</summary> */ public IntPtr sh;
+        /** <summary>[n,3]; NULL without direct colours</summary> */ public IntPtr colors;
     }
 
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_gradients_desc
     {
         public uint struct_size;
-        /// <summary>SPLAT_GRADIENTS_ bits</summary>
-        public GradientFlags flags;
-        /// <summary>NULL</summary>
-        public void* next;
+        /** <summary>SPLAT_GRADIENTS_ bits</summary> */ public GradientFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
         /// <summary>in: gradients of the loss with respect to outputs; NULL: zeros; [V,H,W,3]</summary>
         public IntPtr grad_rgb;
-        /// <summary>[V,H,W]</summary>
-        public IntPtr grad_alpha;
-        /// <summary>[V,H,W]</summary>
-        public IntPtr grad_depth;
+        /** <summary>[V,H,W]</summary> */ public IntPtr grad_alpha;
+        /** <summary>[V,H,W]</summary> */ public IntPtr grad_depth;
         /// <summary>out: gradients of the loss with respect to inputs; NULL: not computed; [N,3]</summary>
         public IntPtr grad_means;
-        /// <summary>[N,3]</summary>
-        public IntPtr grad_scales;
-        /// <summary>[N,4]</summary>
-        public IntPtr grad_rotations;
-        /// <summary>[N]</summary>
-        public IntPtr grad_opacities;
-        /// <summary>[N,(sh_degree+1)^2,3]</summary>
-        public IntPtr grad_sh;
-        /// <summary>[N,3] direct colours</summary>
-        public IntPtr grad_colors;
-        /// <summary>[V,N,2] per pixel</summary>
-        public IntPtr grad_means2d;
-        /// <summary>[V,N,2] sums over the pixels of absolute values</summary>
-        public IntPtr grad_means2d_abs;
+        /** <summary>[N,3]</summary> */ public IntPtr grad_scales;
+        /** <summary>[N,4]</summary> */ public IntPtr grad_rotations;
+        /** <summary>[N]</summary> */ public IntPtr grad_opacities;
+        /** <summary>[N,(sh_degree+1)^2,3]</summary> */ public IntPtr grad_sh;
+        /** <summary>[N,3] direct colours</summary> */ public IntPtr grad_colors;
+        /** <summary>[V,N,2] per pixel</summary> */ public IntPtr grad_means2d;
+        /** <summary>[V,N,2] sums over the pixels of absolute values</summary> */ public IntPtr grad_means2d_abs;
         /// <summary>[V,3,4] rows of the rotation and the translation</summary>
         public IntPtr grad_world_to_camera;
     }
 
+    /// <summary>What the last forward call of a state did.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_rasterizer_info
     {
         public uint struct_size;
-        /// <summary>groups of tile rows that the last forward call drew one by one</summary>
-        public uint passes;
-        /// <summary>(Gaussian, view) pairs that reached a tile (with SPLAT_SKIP_CULL off: that the convention keeps); the maximum over passes</summary>
+        /** <summary>groups of tile rows that the last forward call drew one by one</summary> */ public uint passes;
+        /// <summary>(Gaussian, view) pairs that reached a tile (with SPLAT_SKIP_CULL off: that the convention keeps);
+        /// the maximum over passes</summary>
         public ulong visible;
-        /// <summary>(tile, Gaussian, view) triples</summary>
-        public ulong pairs;
-        /// <summary>Gaussians in the fullest tile</summary>
-        public ulong longest;
-        /// <summary>tiles of all views</summary>
-        public ulong tiles;
-        /// <summary>tiles without Gaussians</summary>
-        public ulong empty_tiles;
-        /// <summary>device memory of the state, with the gradients that states share, without the packed copies of scenes, which rasterizers share</summary>
+        /** <summary>(tile, Gaussian, view) triples</summary> */ public ulong pairs;
+        /** <summary>Gaussians in the fullest tile</summary> */ public ulong longest;
+        /** <summary>tiles of all views</summary> */ public ulong tiles;
+        /** <summary>tiles without Gaussians</summary> */ public ulong empty_tiles;
+        /// <summary>device memory of the state, with the gradients that states share, without the packed copies of
+        /// scenes, which rasterizers share</summary>
         public ulong bytes;
-        /// <summary>0: nothing had changed; 2 or more: other memory or passes</summary>
+        /// <summary>times it was drawn; 0: unchanged; 2 or more: other memory or passes</summary>
         public uint runs;
-        /// <summary>n of the outputs' shapes</summary>
-        public uint gaussians;
-        /// <summary>v of the outputs' shapes</summary>
-        public uint views;
+        /** <summary>Gaussians of the call: n of the outputs' shapes</summary> */ public uint gaussians;
+        /** <summary>views of the call: v of the outputs' shapes</summary> */ public uint views;
         public uint reserved;
-        /// <summary>(Gaussian, view) pairs that are neither visible nor non_finite</summary>
-        public ulong culled;
-        /// <summary>(Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of its colour is NaN or infinite</summary>
+        /** <summary>(Gaussian, view) pairs that are neither visible nor non_finite</summary> */ public ulong culled;
+        /// <summary>(Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or
+        /// of its colour is NaN or infinite</summary>
         public ulong non_finite;
     }
 
+    /// <summary>How a scene is drawn; 0 is the default.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_scene_render_desc
     {
         public uint struct_size;
-        /// <summary>SPLAT_RASTERIZER_ANTIALIASED</summary>
-        public RasterizerFlags flags;
-        /// <summary>NULL</summary>
-        public void* next;
-        /// <summary>one of pixels; 0 = SPLAT_OUTPUT_RGB</summary>
-        public Output output;
-        /// <summary>0 = SPLAT_CONVENTION_3DGS</summary>
-        public Convention convention;
-        /// <summary>RGB</summary>
-        public fixed float background[3];
+        /** <summary>SPLAT_RASTERIZER_ANTIALIASED</summary> */ public RasterizerFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>one of pixels; 0 = SPLAT_OUTPUT_RGB</summary> */ public Output output;
+        /** <summary>0 = SPLAT_CONVENTION_3DGS</summary> */ public Convention convention;
+        /** <summary>RGB</summary> */ public fixed float background[3];
         public uint reserved;
     }
 
+    /// <summary>What an image file says of its image.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_image_info
     {
         public uint struct_size;
-        /// <summary>bits per sample in the file: 8, 16, or 32 (.npy)</summary>
-        public uint bits;
-        /// <summary>pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal sees the same angle, or else focal length and resolution of the sensor; 0: not known</summary>
+        /** <summary>bits per sample in the file: 8, 16, or 32 (.npy)</summary> */ public uint bits;
+        /// <summary>focal length in pixels, from the Exif data of a JPEG file: that for 35 mm film, whose diagonal
+        /// sees the same angle, or else focal length and resolution of the sensor; 0: not known</summary>
         public double focal;
     }
 
+    /// <summary>How alike two images are.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_image_scores
     {
         public uint struct_size;
         public uint reserved;
-        /// <summary>mean</summary>
+        /// <summary>mean of the squared differences, over pixels and channels</summary>
         public double squared_error;
-        /// <summary>dB, for values from 0 to 1; infinite for equal images</summary>
-        public double psnr;
-        public double ssim;
+        /** <summary>dB, for values from 0 to 1; infinite for equal images</summary> */ public double psnr;
+        /** <summary>structural similarity; 1 for equal images</summary> */ public double ssim;
     }
 
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_lpips_desc
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
+        /** <summary>0</summary> */ public uint flags;
         public void* next;
-        /// <summary>weights of torchvision's vgg16 and of the lpips package, in one file or two; read before the call returns</summary>
+        /// <summary>weights of torchvision's vgg16 and of the lpips package, in one file or two; read before the call
+        /// returns</summary>
         public IntPtr* weights;
         public uint weight_count;
-        /// <summary>pixels, both ways; &gt;= 16</summary>
-        public uint side;
+        /** <summary>pixels, both ways; &gt;= 16</summary> */ public uint side;
     }
 
     /// <summary>A number by its name. Frozen.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_number
     {
-        public byte* name;
-        /// <summary>1 or 0 where metrics.jsonl has true or false</summary>
-        public double value;
+        /** <summary>what the number is</summary> */ public byte* name;
+        /** <summary>1 or 0 where metrics.jsonl has true or false</summary> */ public double value;
     }
 
-    /// <summary>
-    /// What a call of splat_run_next did. Pointers are valid until the next splat_run_next or
-    /// splat_run_destroy of the run.
-    /// </summary>
+    /// <summary>What a call of splat_run_next did. Pointers are valid until the next splat_run_next or
+    /// splat_run_destroy of the run.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_run_event
     {
         public uint struct_size;
-        public RunEventKind kind;
-        /// <summary>the line of log.txt; NULL: none</summary>
-        public byte* text;
-        /// <summary>1: the text warns</summary>
-        public uint warning;
+        /** <summary>what was done</summary> */ public RunEventKind kind;
+        /** <summary>the line of log.txt; NULL: none</summary> */ public byte* text;
+        /** <summary>1: the text warns</summary> */ public uint warning;
         /// <summary>1: a step updated what is learned; 0: it was skipped, or is no step</summary>
         public uint updated;
-        /// <summary>1: metrics.jsonl got a line of the step</summary>
-        public uint logged;
-        /// <summary>0</summary>
-        public uint reserved;
-        /// <summary>updates done</summary>
-        public ulong step;
-        /// <summary>steps that ran, with the skipped ones</summary>
-        public ulong attempts;
-        /// <summary>updates of the whole run</summary>
-        public ulong iterations;
-        /// <summary>attempts that updated nothing</summary>
-        public ulong skipped;
-        /// <summary>most device memory so far</summary>
-        public ulong peak_bytes;
-        /// <summary>since the first step of this session</summary>
-        public double seconds;
-        public double steps_per_second;
-        /// <summary>With the names of metrics.jsonl. Of a step: "loss", "averaged_loss" (over the latest steps of this session), then the task's. Of a validation: "val_psnr" (dB; NaN without a score), "best_val_psnr" (of those with as many pieces and views), then the task's. NULL: none.</summary>
+        /** <summary>1: metrics.jsonl got a line of the step</summary> */ public uint logged;
+        /** <summary>0</summary> */ public uint reserved;
+        /** <summary>updates done</summary> */ public ulong step;
+        /** <summary>steps that ran, with the skipped ones</summary> */ public ulong attempts;
+        /** <summary>updates of the whole run</summary> */ public ulong iterations;
+        /** <summary>attempts that updated nothing</summary> */ public ulong skipped;
+        /** <summary>most device memory so far</summary> */ public ulong peak_bytes;
+        /** <summary>seconds since the first step of this session</summary> */ public double seconds;
+        /** <summary>rate since the first step of this session</summary> */ public double steps_per_second;
+        /// <summary>With the names of metrics.jsonl. Of a step: "loss", "averaged_loss" (over the latest steps of
+        /// this session), then the task's. Of a validation: "val_psnr" (dB; NaN without a score), "best_val_psnr" (of
+        /// those with as many pieces and views), then the task's. NULL: none.</summary>
         public splat_number* numbers;
-        public ulong number_count;
-        /// <summary>name of the validated piece, else NULL</summary>
-        public byte* name;
-        /// <summary>number of the validated piece</summary>
-        public uint piece;
-        /// <summary>pieces of the validation</summary>
-        public uint pieces;
-        /// <summary>views of the piece, the input views first</summary>
-        public uint views;
-        /// <summary>input views among them</summary>
-        public uint inputs;
-        /// <summary>pixels of an image</summary>
-        public uint width;
-        public uint height;
-        /// <summary>numbers of `images` and of `truths`</summary>
-        public ulong image_count;
-        /// <summary>drawn, [views,3,height,width]</summary>
-        public float* images;
-        public float* truths;
+        /** <summary>length of <c>numbers</c></summary> */ public ulong number_count;
+        /** <summary>name of the validated piece, else NULL</summary> */ public byte* name;
+        /** <summary>number of the validated piece</summary> */ public uint piece;
+        /** <summary>pieces of the validation</summary> */ public uint pieces;
+        /** <summary>views of the piece, the input views first</summary> */ public uint views;
+        /** <summary>input views among them</summary> */ public uint inputs;
+        /** <summary>width of an image, pixels</summary> */ public uint width;
+        /** <summary>height of an image, pixels</summary> */ public uint height;
+        /** <summary>numbers of <c>images</c>, and of <c>truths</c></summary> */ public ulong image_count;
+        /** <summary>drawn, [views,3,height,width]</summary> */ public float* images;
+        /** <summary>the images to be drawn, of the same shape</summary> */ public float* truths;
     }
 
     /// <summary>What to update: a model, a module, or one tensor; the other handles are NULL. Frozen.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_optimizer_item
     {
-        /// <summary>a tensor's name; or a prefix for the names of a model's or module's trainable parameters, NULL: none</summary>
+        /// <summary>a tensor's name; or a prefix for the names of a model's or module's trainable parameters, NULL:
+        /// none</summary>
         public byte* name;
-        /// <summary>created with SPLAT_MODEL_GRADIENTS</summary>
-        public IntPtr model;
-        /// <summary>created with SPLAT_MODULE_GRADIENTS</summary>
-        public IntPtr module;
-        /// <summary>float32</summary>
-        public IntPtr parameter;
-        /// <summary>same shape as `parameter`</summary>
-        public IntPtr gradient;
+        /** <summary>created with SPLAT_MODEL_GRADIENTS</summary> */ public IntPtr model;
+        /** <summary>created with SPLAT_MODULE_GRADIENTS</summary> */ public IntPtr module;
+        /** <summary>float32</summary> */ public IntPtr parameter;
+        /** <summary>same shape as <c>parameter</c></summary> */ public IntPtr gradient;
     }
 
-    /// <summary>
-    /// Parameters with numbers of their own; 0: those of the desc. Of several groups that match a name,
-    /// the first has the parameter. A group without effect is refused. Frozen.
-    /// </summary>
+    /// <summary>Parameters with numbers of their own; 0: those of the desc. Of several groups that match a name, the
+    /// first has the parameter. A group without effect is refused. Frozen.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_optimizer_group
     {
-        /// <summary>matches names: '*' is any text, '?' one character</summary>
-        public byte* pattern;
-        /// <summary>multiplies the desc's rate; 0: 1</summary>
-        public double rate_factor;
+        /** <summary>matches names: '*' is any text, '?' one character</summary> */ public byte* pattern;
+        /** <summary>multiplies the desc's rate; 0: 1</summary> */ public double rate_factor;
         public double beta1;
         public double beta2;
         public double eps;
@@ -3875,146 +2851,113 @@ namespace Splat.Interop
     public unsafe struct splat_optimizer_desc
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
-        /// <summary>NULL</summary>
-        public void* next;
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
         public splat_optimizer_item* items;
         public ulong item_count;
         public splat_optimizer_group* groups;
         public ulong group_count;
-        /// <summary>0: 5e-5</summary>
-        public double rate;
-        /// <summary>0: 0.9</summary>
-        public double beta1;
-        /// <summary>0: 0.999</summary>
-        public double beta2;
-        /// <summary>0: 1e-15</summary>
-        public double eps;
-        /// <summary>0: SPLAT_SCHEDULE_CONSTANT</summary>
-        public Schedule schedule;
+        /** <summary>0: 5e-5</summary> */ public double rate;
+        /** <summary>0: 0.9</summary> */ public double beta1;
+        /** <summary>0: 0.999</summary> */ public double beta2;
+        /** <summary>0: 1e-15</summary> */ public double eps;
+        /** <summary>0: SPLAT_SCHEDULE_CONSTANT</summary> */ public Schedule schedule;
         public uint reserved;
-        /// <summary>steps in which the rate rises from zero, in any schedule</summary>
-        public ulong warmup_steps;
+        /** <summary>steps in which the rate rises from zero, in any schedule</summary> */ public ulong warmup_steps;
         /// <summary>end of SPLAT_SCHEDULE_COSINE, more than warmup_steps; else 0</summary>
         public ulong total_steps;
-        /// <summary>step at which SPLAT_SCHEDULE_STEP lowers the rate; else 0</summary>
-        public ulong step_at;
-        /// <summary>The averages decay by min(ema_decay, 1 - (1 + step - ema_after)^(-2/3)); up to ema_after they are copies. ema_decay 0: no averages; ema_every 0: every step</summary>
+        /** <summary>step at which SPLAT_SCHEDULE_STEP lowers the rate; else 0</summary> */ public ulong step_at;
+        /// <summary>The averages decay by min(ema_decay, 1 - (1 + step - ema_after)^(-2/3)); up to ema_after they are
+        /// copies. ema_decay 0: no averages; ema_every 0: every step</summary>
         public double ema_decay;
         public ulong ema_every;
         public ulong ema_after;
     }
 
+    /// <summary>What an optimizer has and what its last step did.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_optimizer_info
     {
         public uint struct_size;
         /// <summary>1: the last step found gradients that are not finite; no update</summary>
         public uint was_skipped;
-        /// <summary>updates done</summary>
-        public ulong step;
-        /// <summary>steps without an update</summary>
-        public ulong skipped;
-        /// <summary>rate of the last step; before the first, of the next</summary>
-        public double rate;
+        /** <summary>updates done</summary> */ public ulong step;
+        /** <summary>steps without an update</summary> */ public ulong skipped;
+        /** <summary>rate of the last step; before the first, of the next</summary> */ public double rate;
         /// <summary>numbers of the last step's gradients that are NaN or infinite</summary>
         public ulong non_finite;
         /// <summary>1: all gradients of the last step were 0, so it taught nothing</summary>
         public uint gradients_zero;
-        /// <summary>1: there are averages</summary>
-        public uint averaged;
-        /// <summary>tensors</summary>
-        public ulong parameters;
-        /// <summary>numbers in these tensors, in the rows in use</summary>
-        public ulong elements;
+        /** <summary>1: there are averages</summary> */ public uint averaged;
+        /** <summary>tensors</summary> */ public ulong parameters;
+        /** <summary>numbers in these tensors, in the rows in use</summary> */ public ulong elements;
     }
 
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_trainer_desc
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
+        /** <summary>0</summary> */ public uint flags;
         public void* next;
-        /// <summary>from splat_config_merge; NULL: the defaults</summary>
-        public byte* config;
+        /** <summary>from splat_config_merge; NULL: the defaults</summary> */ public byte* config;
     }
 
-    /// <summary>
-    /// B = opt.batch_size objects with V = data.input_images input and T = opt.imgs_per_obj target
-    /// images; poses are relative to the object's first input image. Counts are of elements in the array
-    /// beside them; 0: trusted.
-    /// </summary>
+    /// <summary>B = opt.batch_size objects with V = data.input_images input and T = opt.imgs_per_obj target images;
+    /// poses are relative to the object's first input image. Counts are of elements in the array beside them; 0:
+    /// trusted.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_trainer_batch
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint reserved;
-        /// <summary>[B*V,channels,R,R]</summary>
-        public float* images;
+        /** <summary>0</summary> */ public uint reserved;
+        /** <summary>[B*V,channels,R,R]</summary> */ public float* images;
         public ulong images_count;
-        /// <summary>[B*V,4,4] row vectors</summary>
-        public float* view_to_world;
+        /** <summary>[B*V,4,4] row vectors</summary> */ public float* view_to_world;
         public ulong view_to_world_count;
-        /// <summary>[B*V,4] w x y z</summary>
-        public float* quaternions;
+        /** <summary>[B*V,4] w x y z</summary> */ public float* quaternions;
         public ulong quaternions_count;
-        /// <summary>[B*V,2] pixels; NULL unless data.fov is 0</summary>
-        public float* focals;
+        /** <summary>[B*V,2] pixels; NULL unless data.fov is 0</summary> */ public float* focals;
         public ulong focals_count;
-        /// <summary>[B*V,length] of a custom embedding, else NULL</summary>
-        public float* embedding;
+        /** <summary>[B*V,length] of a custom embedding, else NULL</summary> */ public float* embedding;
         public ulong embedding_count;
-        /// <summary>[B*V,token_dim,tokens], else NULL</summary>
-        public float* tokens;
+        /** <summary>[B*V,token_dim,tokens], else NULL</summary> */ public float* tokens;
         public ulong tokens_count;
-        /// <summary>[B*T,3,R,R]</summary>
-        public float* targets;
+        /** <summary>[B*T,3,R,R]</summary> */ public float* targets;
         public ulong targets_count;
-        /// <summary>B*T, of R x R pixels</summary>
-        public splat_camera* cameras;
+        /** <summary>B*T, of R x R pixels</summary> */ public splat_camera* cameras;
         public ulong cameras_count;
         /// <summary>channels per input image, as in the configuration; 0: not checked</summary>
         public uint channels;
-        /// <summary>B, as in the configuration; 0: not checked</summary>
-        public uint objects;
+        /** <summary>B, as in the configuration; 0: not checked</summary> */ public uint objects;
     }
 
+    /// <summary>What a step of a training did.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_trainer_info
     {
         public uint struct_size;
-        /// <summary>1: loss or gradients were not finite, and nothing was updated</summary>
-        public uint skipped;
-        /// <summary>updates done</summary>
-        public ulong step;
-        /// <summary>(tile, Gaussian) drawn</summary>
-        public ulong pairs;
-        /// <summary>mean over the batch, like the following</summary>
-        public double loss;
+        /** <summary>1: loss or gradients were not finite, and nothing was updated</summary> */ public uint skipped;
+        /** <summary>updates done</summary> */ public ulong step;
+        /** <summary>(tile, Gaussian) pairs that were drawn</summary> */ public ulong pairs;
+        /** <summary>mean over the batch, like the following</summary> */ public double loss;
+        /// <summary>mean of the squared differences, over pixels and channels</summary>
         public double squared_error;
-        public double pixel_loss;
-        /// <summary>0 unless opt.lambda_ssim &gt; 0</summary>
-        public double ssim;
-        public double network_ms;
-        public double render_ms;
-        public double update_ms;
-        /// <summary>0 unless opt.lambda_lpips &gt; 0, and before opt.start_lpips_after</summary>
+        /** <summary>the part of <c>loss</c> that compares pixels</summary> */ public double pixel_loss;
+        /** <summary>structural similarity; 0 unless opt.lambda_ssim &gt; 0</summary> */ public double ssim;
+        /** <summary>time of the network's passes</summary> */ public double network_ms;
+        /** <summary>time of the rasterizer's passes</summary> */ public double render_ms;
+        /** <summary>time of the update</summary> */ public double update_ms;
+        /// <summary>distance; 0 unless opt.lambda_lpips &gt; 0, and before opt.start_lpips_after</summary>
         public double lpips;
         /// <summary>(Gaussian, target) pairs that reach a tile; 0: nothing was drawn</summary>
         public ulong visible;
-        /// <summary>the pairs that do not</summary>
-        public ulong culled;
-        /// <summary>numbers that the network gave which are NaN or infinite</summary>
-        public ulong non_finite;
+        /** <summary>(Gaussian, target) pairs that reach no tile</summary> */ public ulong culled;
+        /** <summary>numbers that the network gave which are NaN or infinite</summary> */ public ulong non_finite;
         /// <summary>1: every gradient of a parameter is 0, so nothing is learnt</summary>
         public uint gradients_zero;
         public uint reserved;
-        /// <summary>learning rate of this update, or of the one that was skipped</summary>
-        public double rate;
-        /// <summary>mean over the batch; 0 unless opt.lambda_edge &gt; 0</summary>
+        /** <summary>learning rate of this update, or of the one that was skipped</summary> */ public double rate;
+        /// <summary>loss of edges, mean over the batch; 0 unless opt.lambda_edge &gt; 0</summary>
         public double edge_loss;
     }
 
@@ -4022,23 +2965,20 @@ namespace Splat.Interop
     public unsafe struct splat_training_desc
     {
         public uint struct_size;
-        /// <summary>SPLAT_TRAINING_ bits</summary>
-        public TrainingFlags flags;
+        /** <summary>SPLAT_TRAINING_ bits</summary> */ public TrainingFlags flags;
         public void* next;
         public byte* folder;
         /// <summary>YAML or JSON; NULL: the defaults, or the configuration of the run that is resumed</summary>
         public byte* config;
-        /// <summary>changes to it, as in splat_config_merge</summary>
-        public byte** values;
+        /** <summary>changes to it, as in splat_config_merge</summary> */ public byte** values;
         public ulong value_count;
-        /// <summary>see splat_batches_create; NULL: the split train of data.root</summary>
-        public IntPtr dataset;
-        /// <summary>NULL: none; if `dataset` is NULL too, the split val of data.root where there is one</summary>
+        /** <summary>see splat_batches_create; NULL: the split train of data.root</summary> */ public IntPtr dataset;
+        /// <summary>NULL: none; if <c>dataset</c> is NULL too, the split val of data.root where there is
+        /// one</summary>
         public IntPtr validation;
         /// <summary>file of weights to start from; NULL: opt.pretrained_ckpt, else random</summary>
         public byte* init;
-        /// <summary>SPLAT_LOAD_ bits; 0 without `init`</summary>
-        public LoadFlags init_flags;
+        /** <summary>SPLAT_LOAD_ bits; 0 without <c>init</c></summary> */ public LoadFlags init_flags;
         public uint reserved;
     }
 
@@ -4046,128 +2986,96 @@ namespace Splat.Interop
     public unsafe struct splat_evaluator_desc
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
-        /// <summary>NULL</summary>
-        public void* next;
-        /// <summary>what is scored; NULL: images of the caller</summary>
-        public IntPtr predictor;
-        /// <summary>opened with the predictor's resolution, background and maps; NULL: `data_path`</summary>
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>what is scored; NULL: images of the caller</summary> */ public IntPtr predictor;
+        /// <summary>opened with the predictor's resolution, background and maps; NULL: <c>data_path</c></summary>
         public IntPtr dataset;
         /// <summary>a folder, opened as the predictor's configuration says; both NULL: its data.root</summary>
         public byte* data_path;
-        /// <summary>split of `data_path`; NULL: test; NULL with `dataset`</summary>
-        public byte* split;
-        /// <summary>a name for what draws the images of splat_evaluator_score_images; NULL: the predictor. A predictor then only says how the data are read. Must be given without a predictor</summary>
+        /** <summary>split of <c>data_path</c>; NULL: test; NULL with <c>dataset</c></summary> */ public byte* split;
+        /// <summary>a name for what draws the images of splat_evaluator_score_images; NULL: the predictor. A
+        /// predictor then only says how the data are read. Must be given without a predictor</summary>
         public byte* method;
-        /// <summary>made for the images' resolution; NULL: LPIPS is NaN</summary>
-        public IntPtr lpips;
-        /// <summary>numbers of the conditioning views of each object</summary>
-        public uint* conditioning;
+        /** <summary>made for the images' resolution; NULL: LPIPS is NaN</summary> */ public IntPtr lpips;
+        /** <summary>numbers of the conditioning views of each object</summary> */ public uint* conditioning;
         /// <summary>0: by the protocol; else as many as the network has inputs</summary>
         public ulong conditioning_count;
         /// <summary>conditioning views without a predictor and without their numbers; else 0. 0: 1</summary>
         public uint inputs;
-        /// <summary>novel views per object, evenly spread; 0: all</summary>
-        public uint novel_views;
-        /// <summary>only this many, the first in order; 0: all</summary>
-        public uint objects;
+        /** <summary>novel views per object, evenly spread; 0: all</summary> */ public uint novel_views;
+        /** <summary>only this many, the first in order; 0: all</summary> */ public uint objects;
         public uint reserved;
     }
 
+    /// <summary>What an evaluator scores.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_evaluator_info
     {
         public uint struct_size;
-        /// <summary>to score</summary>
-        public uint objects;
-        /// <summary>scored so far</summary>
-        public uint scored;
-        /// <summary>R: images have R x R pixels</summary>
-        public uint resolution;
+        /** <summary>objects to score</summary> */ public uint objects;
+        /** <summary>objects scored so far</summary> */ public uint scored;
+        /** <summary>R: images have R x R pixels</summary> */ public uint resolution;
     }
 
     /// <summary>Means over views. Frozen.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_scores
     {
-        /// <summary>dB; NaN without a view that differs from its target</summary>
-        public double psnr;
-        /// <summary>NaN without views</summary>
-        public double ssim;
-        /// <summary>NaN without its network</summary>
-        public double lpips;
-        public uint views;
-        /// <summary>views that equal their targets</summary>
-        public uint perfect_views;
+        /** <summary>dB; NaN without a view that differs from its target</summary> */ public double psnr;
+        /** <summary>structural similarity; NaN without views</summary> */ public double ssim;
+        /** <summary>learned perceptual distance; NaN without its network</summary> */ public double lpips;
+        /** <summary>scored views</summary> */ public uint views;
+        /** <summary>views that equal their targets</summary> */ public uint perfect_views;
     }
 
     /// <summary>What of predictions and images is finite and visible. Frozen.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_ledger
     {
-        /// <summary>numbers that the network put out</summary>
-        public ulong outputs_not_finite;
-        /// <summary>predicted</summary>
-        public ulong gaussians;
-        /// <summary>with a NaN or an infinity; no image shows them</summary>
+        /** <summary>numbers of the output that are NaN or infinite</summary> */ public ulong outputs_not_finite;
+        /** <summary>predicted Gaussians</summary> */ public ulong gaussians;
+        /// <summary>Gaussians with a NaN or an infinity; no image shows them</summary>
         public ulong gaussians_not_finite;
-        /// <summary>opacity below 1/255</summary>
-        public ulong gaussians_invisible;
-        /// <summary>all others</summary>
-        public ulong gaussians_visible;
-        /// <summary>images with a NaN or an infinity</summary>
-        public uint images_not_finite;
-        /// <summary>drawn images that show the background only</summary>
-        public uint images_blank;
+        /** <summary>Gaussians of opacity below 1/255</summary> */ public ulong gaussians_invisible;
+        /** <summary>all other Gaussians</summary> */ public ulong gaussians_visible;
+        /** <summary>images with a NaN or an infinity</summary> */ public uint images_not_finite;
+        /** <summary>drawn images that show the background only</summary> */ public uint images_blank;
     }
 
+    /// <summary>The scores of one object.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_object_scores
     {
         public uint struct_size;
-        /// <summary>number of the object</summary>
-        public uint @object;
-        /// <summary>lives as long as the evaluator</summary>
-        public byte* name;
-        public splat_scores novel;
-        public splat_scores conditioning;
-        public splat_ledger ledger;
-        /// <summary>skipped: the target is all black</summary>
-        public uint empty_views;
+        /** <summary>number of the object</summary> */ public uint @object;
+        /** <summary>name of the object; lives as long as the evaluator</summary> */ public byte* name;
+        /** <summary>scores of the novel views</summary> */ public splat_scores novel;
+        /** <summary>scores of the conditioning views</summary> */ public splat_scores conditioning;
+        /** <summary>what is finite and visible</summary> */ public splat_ledger ledger;
+        /** <summary>views that are skipped: the target is all black</summary> */ public uint empty_views;
         /// <summary>1: the ledger has numbers that are not finite, and no score is one</summary>
         public uint not_finite;
-        /// <summary>to run the network and read its Gaussians</summary>
-        public double predict_ms;
-        /// <summary>to draw all views</summary>
-        public double draw_ms;
+        /** <summary>time to run the network and read its Gaussians</summary> */ public double predict_ms;
+        /** <summary>time to draw all views</summary> */ public double draw_ms;
     }
 
-    /// <summary>
-    /// The views of an object that are scored, conditioning ones first. Arrays that are NULL are not
-    /// filled; the others have room for at least the numbers in brackets, n being inputs + novel.
-    /// </summary>
+    /// <summary>The views of an object that are scored, conditioning ones first. Arrays that are NULL are not filled;
+    /// the others have room for at least the numbers in brackets, n being inputs + novel.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_evaluated_views
     {
         public uint struct_size;
-        /// <summary>out: conditioning views</summary>
-        public uint inputs;
-        /// <summary>out</summary>
-        public uint novel;
-        /// <summary>0</summary>
-        public uint reserved;
-        /// <summary>[n] in the data set</summary>
-        public uint* numbers;
+        /** <summary>out: conditioning views</summary> */ public uint inputs;
+        /** <summary>out</summary> */ public uint novel;
+        /** <summary>0</summary> */ public uint reserved;
+        /** <summary>[n] in the data set</summary> */ public uint* numbers;
         public ulong number_count;
-        /// <summary>[n] in the frame of the first view</summary>
-        public splat_camera* cameras;
+        /** <summary>[n] in the frame of the first view</summary> */ public splat_camera* cameras;
         public ulong camera_count;
-        /// <summary>[n,3,R,R] targets</summary>
-        public float* images;
+        /** <summary>[n,3,R,R] targets</summary> */ public float* images;
         public ulong image_count;
-        /// <summary>[n,3,R,R] by the latest splat_evaluator_score, of this object</summary>
-        public float* drawn;
+        /** <summary>[n,3,R,R] by the latest splat_evaluator_score, of this object</summary> */ public float* drawn;
         public ulong drawn_count;
     }
 
@@ -4176,37 +3084,34 @@ namespace Splat.Interop
     public unsafe struct splat_evaluation_summary
     {
         public uint struct_size;
-        public uint objects;
-        /// <summary>means over objects, each counting the same; sums of views</summary>
+        /** <summary>scored objects</summary> */ public uint objects;
+        /// <summary>novel views: means over objects, each counting the same; sums of views</summary>
         public splat_scores novel;
-        public splat_scores conditioning;
-        /// <summary>sums</summary>
-        public splat_ledger ledger;
-        public uint empty_views;
-        /// <summary>if not 0, the means are NaN</summary>
+        /** <summary>the same of conditioning views</summary> */ public splat_scores conditioning;
+        /** <summary>sums of what is finite and visible</summary> */ public splat_ledger ledger;
+        /** <summary>views that are skipped: the target is all black</summary> */ public uint empty_views;
+        /// <summary>objects with numbers not finite; if any, the means are NaN</summary>
         public uint objects_not_finite;
-        /// <summary>NaN for images of the caller, which are not timed</summary>
-        public double predictions_per_second;
-        public double images_per_second;
+        /** <summary>predictions; NaN for images of the caller</summary> */ public double predictions_per_second;
+        /** <summary>drawn images; NaN for images of the caller</summary> */ public double images_per_second;
     }
 
     /// <summary>Scores of one object; NaN: none in that metric. Frozen.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_score
     {
-        /// <summary>name of the object</summary>
-        public byte* @object;
+        /** <summary>name of the object</summary> */ public byte* @object;
         public double psnr;
         public double ssim;
-        /// <summary>less is better</summary>
-        public double lpips;
+        /** <summary>less is better</summary> */ public double lpips;
     }
 
     /// <summary>Scores of a method: a file or an array. Frozen.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_score_set
     {
-        /// <summary>per_object.csv or scores.txt; a folder, or results.json, stands for the per_object.csv in the same folder; NULL: `scores`</summary>
+        /// <summary>per_object.csv or scores.txt; a folder, or results.json, stands for the per_object.csv in the
+        /// same folder; NULL: <c>scores</c></summary>
         public byte* path;
         public splat_score* scores;
         public ulong score_count;
@@ -4216,137 +3121,120 @@ namespace Splat.Interop
     public unsafe struct splat_compare_desc
     {
         public uint struct_size;
-        /// <summary>SPLAT_COMPARE_ bits</summary>
-        public CompareFlags flags;
-        /// <summary>NULL</summary>
-        public void* next;
+        /** <summary>SPLAT_COMPARE_ bits</summary> */ public CompareFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
         public splat_score_set a;
         public splat_score_set b;
-        /// <summary>seed of all random choices</summary>
-        public ulong seed;
-        /// <summary>random permutations; 0: 300000</summary>
-        public uint resamples;
-        /// <summary>samples of the interval; 0: 10000</summary>
-        public uint bootstraps;
+        /** <summary>seed of all random choices</summary> */ public ulong seed;
+        /** <summary>random permutations; 0: 300000</summary> */ public uint resamples;
+        /** <summary>samples of the interval; 0: 10000</summary> */ public uint bootstraps;
     }
 
+    /// <summary>What was compared.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_comparison_info
     {
         public uint struct_size;
-        /// <summary>compared</summary>
-        public uint metrics;
-        public ulong objects_a;
-        public ulong objects_b;
-        /// <summary>objects that A and B share</summary>
-        public ulong shared_objects;
-        /// <summary>1: objects were ignored</summary>
-        public uint unpaired;
-        /// <summary>0: A and B cover different objects, so that the difference may come from the objects alone</summary>
+        /** <summary>metrics that were compared</summary> */ public uint metrics;
+        /** <summary>objects of A</summary> */ public ulong objects_a;
+        /** <summary>objects of B</summary> */ public ulong objects_b;
+        /** <summary>objects that A and B share</summary> */ public ulong shared_objects;
+        /** <summary>1: objects were ignored</summary> */ public uint unpaired;
+        /// <summary>1: A and B cover the same objects; else the difference may come from the objects alone</summary>
         public uint comparable;
     }
 
+    /// <summary>The comparison of A and B in one metric.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_metric_comparison
     {
         public uint struct_size;
-        public Metric metric;
-        public Verdict verdict;
-        /// <summary>1: all permutations were counted, not random ones</summary>
-        public uint exact;
-        public double mean_a;
-        public double mean_b;
-        /// <summary>mean_b - mean_a</summary>
-        public double difference;
+        /** <summary>what is compared</summary> */ public Metric metric;
+        /** <summary>what the numbers show</summary> */ public Verdict verdict;
+        /** <summary>1: all permutations were counted, not random ones</summary> */ public uint exact;
+        /** <summary>mean of the scores of A</summary> */ public double mean_a;
+        /** <summary>mean of the scores of B</summary> */ public double mean_b;
+        /** <summary>mean_b - mean_a</summary> */ public double difference;
         /// <summary>two-sided; paired: signs of differences flipped, unpaired: all scores shuffled</summary>
         public double p_permutation;
         /// <summary>paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution</summary>
         public double p_parametric;
-        /// <summary>p_permutation corrected for the number of metrics</summary>
-        public double p_holm;
-        /// <summary>bootstrap interval of 95 % of the difference; NaN of one pair</summary>
+        /** <summary>p_permutation corrected for the number of metrics</summary> */ public double p_holm;
+        /// <summary>lower end of the bootstrap interval of 95 % of <c>difference</c>; NaN of one pair</summary>
         public double low;
-        public double high;
+        /** <summary>upper end of that interval</summary> */ public double high;
         /// <summary>Cohen's d; infinite if all differences are equal, NaN of one pair</summary>
         public double effect;
-        /// <summary>scores of A; paired: as many as of B, those of the shared objects</summary>
-        public ulong n_a;
-        public ulong n_b;
-        /// <summary>objects of both that have a finite score in B (in A) only: they are left out, and with any of them the verdict is NOT_COMPARABLE</summary>
+        /** <summary>scores of A; paired: as many as of B, those of the shared objects</summary> */ public ulong n_a;
+        /** <summary>scores of B</summary> */ public ulong n_b;
+        /// <summary>objects of both with a finite score in B only: they are left out, and the verdict is
+        /// NOT_COMPARABLE</summary>
         public ulong lacking_a;
-        public ulong lacking_b;
+        /** <summary>the same, with a finite score in A only</summary> */ public ulong lacking_b;
     }
 
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_prior_model_desc
     {
         public uint struct_size;
-        /// <summary>SPLAT_PRIOR_MODEL_ bits</summary>
-        public PriorModelFlags flags;
-        /// <summary>NULL</summary>
-        public void* next;
-        /// <summary>name, or JSON text of a preset of the caller's own; NULL: the one whose file has the name of model_path</summary>
+        /** <summary>SPLAT_PRIOR_MODEL_ bits</summary> */ public PriorModelFlags flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /// <summary>name, or JSON text of a preset of the caller's own; NULL: the one whose file has the name of
+        /// model_path</summary>
         public byte* preset;
-        /// <summary>ONNX file; NULL: the preset's, in $SPLAT_PRIORS_DIR, else libsplat/priors/ of the user's data folder</summary>
+        /// <summary>ONNX file; NULL: the preset's, in $SPLAT_PRIORS_DIR, else libsplat/priors/ of the user's data
+        /// folder</summary>
         public byte* model_path;
-        /// <summary>library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1 beside libsplat or where the system's loader looks</summary>
+        /// <summary>library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1
+        /// beside libsplat or where the system's loader looks</summary>
         public byte* runtime_path;
-        /// <summary>threads of one run; 0: one per core</summary>
-        public uint threads;
+        /** <summary>threads of one run; 0: one per core</summary> */ public uint threads;
         public uint reserved;
     }
 
+    /// <summary>What a model makes, and where it comes from.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_prior_model_info
     {
         public uint struct_size;
-        /// <summary>SPLAT_DATA_ flags of the maps that it makes</summary>
-        public DataFlags maps;
-        /// <summary>width of the model's input, pixels; 0: by the picture</summary>
-        public uint width;
-        public uint height;
+        /** <summary>maps that it makes, SPLAT_DATA_ flags</summary> */ public DataFlags maps;
+        /** <summary>width of the model's input, pixels; 0: by the picture</summary> */ public uint width;
+        /** <summary>height of the model's input, pixels; 0: by the picture</summary> */ public uint height;
         /// <summary>name of the preset; lives, as the other texts, as long as the model</summary>
         public byte* preset;
-        /// <summary>licence of the model: show it to the user</summary>
-        public byte* licence;
-        public byte* note;
-        /// <summary>file of the model</summary>
-        public byte* path;
-        /// <summary>"1.30.0"</summary>
-        public byte* runtime_version;
+        /** <summary>licence of the model: show it to the user</summary> */ public byte* licence;
+        /** <summary>what to know of the model</summary> */ public byte* note;
+        /** <summary>file of the model</summary> */ public byte* path;
+        /** <summary>version of ONNX Runtime, such as "1.30.0"</summary> */ public byte* runtime_version;
     }
 
-    /// <summary>
-    /// Where the maps of a picture go; all of the picture's size. Frozen. Those without pixels are not
-    /// wanted. U8 maps are those of the reference, truncated to 8 bits; F16 and F32 have the same numbers
-    /// before that, from 0 to 1.
-    /// </summary>
+    /// <summary>Where the maps of a picture go; all of the picture's size. Frozen. Those without pixels are not
+    /// wanted. U8 maps are those of the reference, truncated to 8 bits; F16 and F32 have the same numbers before
+    /// that, from 0 to 1.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_prior_maps
     {
         /// <summary>1 channel; larger is nearer, from the picture's farthest to its nearest</summary>
         public splat_image depth;
-        /// <summary>3 channels; (normal + 1) / 2 in the model's axes, if the preset does not say the camera's</summary>
+        /// <summary>3 channels; (normal + 1) / 2 in the model's axes, if the preset does not say the
+        /// camera's</summary>
         public splat_image normal;
-        /// <summary>1 channel; 1 on the object</summary>
-        public splat_image mask;
+        /** <summary>1 channel; 1 on the object</summary> */ public splat_image mask;
     }
 
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_normals_desc
     {
         public uint struct_size;
-        /// <summary>0</summary>
-        public uint flags;
-        /// <summary>NULL</summary>
-        public void* next;
-        /// <summary>pixels</summary>
-        public double focal_x;
+        /** <summary>0</summary> */ public uint flags;
+        /** <summary>NULL</summary> */ public void* next;
+        /** <summary>pixels</summary> */ public double focal_x;
         public double focal_y;
         /// <summary>principal point, pixels from the left and top edge; both 0: the middle</summary>
         public double center_x;
         public double center_y;
-        /// <summary>distances that a map of relative depth goes between: 0 is 1 / farthest, 1 is 1 / nearest. Both 0: the map holds distances, and where they are 0 or less, or not finite, there is no surface</summary>
+        /// <summary>distances that a map of relative depth goes between: 0 is 1 / farthest, 1 is 1 / nearest. Both 0:
+        /// the map holds distances, and where they are 0 or less, or not finite, there is no surface</summary>
         public double nearest;
         public double farthest;
     }
@@ -4357,19 +3245,15 @@ namespace Splat.Interop
     {
         public uint struct_size;
         public uint reserved;
-        /// <summary>counted</summary>
-        public ulong pixels;
-        /// <summary>mean of |p - g| / g</summary>
-        public double abs_rel;
-        /// <summary>root of the mean of (p - g)^2</summary>
-        public double rmse;
-        /// <summary>standard deviation of ln max(p, 1e-8) - ln g</summary>
-        public double si_rmse;
+        /** <summary>pixels that count</summary> */ public ulong pixels;
+        /** <summary>mean of |p - g| / g</summary> */ public double abs_rel;
+        /** <summary>root of the mean of (p - g)^2</summary> */ public double rmse;
+        /** <summary>standard deviation of ln max(p, 1e-8) - ln g</summary> */ public double si_rmse;
         /// <summary>shares of pixels with max(p/g, g/p) &lt; 1.25, 1.25^2, 1.25^3; p &gt; 0</summary>
         public fixed double within[3];
-        /// <summary>p = scale * prediction + shift with the least squares; 0: it is constant</summary>
+        /// <summary>p = scale * prediction + shift with the least squares; 0: a constant</summary>
         public double scale;
-        public double shift;
+        /** <summary>the other number of that fit, in the truth's units</summary> */ public double shift;
     }
 
     /// <summary>Angles between predicted and true normals, in degrees.</summary>
@@ -4378,35 +3262,30 @@ namespace Splat.Interop
     {
         public uint struct_size;
         public uint reserved;
-        /// <summary>counted</summary>
-        public ulong pixels;
+        /** <summary>pixels that count</summary> */ public ulong pixels;
         /// <summary>counted pixels without a prediction; their angle is 180 degrees</summary>
         public ulong missing;
-        public double mean;
-        public double median;
-        public double rmse;
+        /** <summary>mean of the angles, degrees</summary> */ public double mean;
+        /** <summary>median of the angles, degrees</summary> */ public double median;
+        /** <summary>root of the mean of the squared angles, degrees</summary> */ public double rmse;
         /// <summary>shares of pixels with an angle below 11.25, 22.5, 30 degrees</summary>
         public fixed double within[3];
     }
 
-    /// <summary>
-    /// How well a soft mask p, binary where p &gt; 0.5, covers the true one. Shares have 1e-6 in their
-    /// denominators, as published: an empty truth scores 0.
-    /// </summary>
+    /// <summary>How well a soft mask p, binary where p &gt; 0.5, covers the true one. Shares have 1e-6 in their
+    /// denominators, as published: an empty truth scores 0.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_mask_scores
     {
         public uint struct_size;
         public uint reserved;
-        public ulong predicted_pixels;
-        public ulong true_pixels;
-        /// <summary>mean of |p - truth|</summary>
-        public double mae;
-        public double iou;
-        public double precision;
-        public double recall;
-        /// <summary>with beta^2 = 0.3</summary>
-        public double f_beta;
+        /** <summary>pixels of the predicted mask</summary> */ public ulong predicted_pixels;
+        /** <summary>pixels of the true mask</summary> */ public ulong true_pixels;
+        /** <summary>mean of |p - truth|</summary> */ public double mae;
+        /** <summary>intersection over union, 0 to 1</summary> */ public double iou;
+        /** <summary>share of the predicted pixels that are true</summary> */ public double precision;
+        /** <summary>share of the true pixels that are predicted</summary> */ public double recall;
+        /** <summary>weighted harmonic mean of the two, with beta^2 = 0.3</summary> */ public double f_beta;
     }
 
     /// <summary>Visual information fidelity of the channels of an image.</summary>
@@ -4414,39 +3293,27 @@ namespace Splat.Interop
     public unsafe struct splat_fidelity_scores
     {
         public uint struct_size;
-        /// <summary>left out: the true channel is constant</summary>
-        public uint constant_channels;
-        /// <summary>mean over the other channels, 1 for equal images; NaN: none</summary>
-        public double vif;
-        /// <summary>NaN: constant, left out, or not there</summary>
+        /** <summary>channels left out: the true one is constant</summary> */ public uint constant_channels;
+        /** <summary>mean over the other channels, 1 for equal images; NaN: none</summary> */ public double vif;
+        /// <summary>fidelity of each; NaN: constant, left out, or not there</summary>
         public fixed double channels[4];
     }
 
-    /// <summary>
-    /// How far the Gaussians P of a scene lie from true points T; d(p, T) is the distance from p to the
-    /// nearest point of T.
-    /// </summary>
+    /// <summary>How far the Gaussians P of a scene lie from true points T; d(p, T) is the distance from p to the
+    /// nearest point of T.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_point_scores
     {
         public uint struct_size;
         public uint reserved;
-        /// <summary>counted: P</summary>
-        public ulong gaussians;
-        /// <summary>mean over P of d(p, T)</summary>
-        public double accuracy;
-        /// <summary>mean over T of d(t, P)</summary>
-        public double completeness;
-        /// <summary>mean of the two</summary>
-        public double chamfer;
-        /// <summary>sum of the means of the squared distances</summary>
-        public double chamfer_squared;
-        /// <summary>share of P with d(p, T) &lt; threshold</summary>
-        public double precision;
-        /// <summary>share of T with d(t, P) &lt; threshold</summary>
-        public double recall;
-        /// <summary>harmonic mean of the two</summary>
-        public double f_score;
+        /** <summary>Gaussians that count: P</summary> */ public ulong gaussians;
+        /** <summary>mean over P of d(p, T)</summary> */ public double accuracy;
+        /** <summary>mean over T of d(t, P)</summary> */ public double completeness;
+        /** <summary>mean of the two</summary> */ public double chamfer;
+        /** <summary>sum of the means of the squared distances</summary> */ public double chamfer_squared;
+        /** <summary>share of P with d(p, T) &lt; threshold</summary> */ public double precision;
+        /** <summary>share of T with d(t, P) &lt; threshold</summary> */ public double recall;
+        /** <summary>harmonic mean of the two</summary> */ public double f_score;
     }
 
     /// <summary>What the headers say of the bytes of a struct.</summary>
@@ -4473,157 +3340,137 @@ namespace Splat.Interop
         public static readonly NativeLayout[] All =
         {
             new NativeLayout(typeof(splat_decode_limits), 48, false,
-                "struct_size:0:4 flags:4:4 next:8:8 bytes_times_file:16:8 bytes_besides:24:8 " +
-                "items:32:8 jpeg_scans:40:4 reserved:44:4"),
+                "struct_size:0:4 flags:4:4 next:8:8 bytes_times_file:16:8 bytes_besides:24:8 items:32:8 " +
+                "jpeg_scans:40:4 reserved:44:4"),
             new NativeLayout(typeof(splat_image), 56, true,
-                "pixels:0:8 bytes:8:8 type:16:4 width:20:4 height:24:4 channels:28:4 " +
-                "row_stride:32:8 pixel_stride:40:8 channel_stride:48:8"),
+                "pixels:0:8 bytes:8:8 type:16:4 width:20:4 height:24:4 channels:28:4 row_stride:32:8 " +
+                "pixel_stride:40:8 channel_stride:48:8"),
             new NativeLayout(typeof(splat_device_info), 864, false,
-                "struct_size:0:4 index:4:4 kind:8:4 usable:12:4 vendor_id:16:4 device_id:20:4 " +
-                "vulkan_version:24:4 driver_version:28:4 uuid:32:16 heap_bytes:48:8 " +
-                "max_allocation_bytes:56:8 max_storage_buffer_bytes:64:8 " +
-                "max_workgroup_invocations:72:4 shared_memory_bytes:76:4 subgroup_size:80:4 " +
-                "features:84:4 kernels:88:4 reserved:92:4 name:96:256 driver:352:256 " +
+                "struct_size:0:4 index:4:4 kind:8:4 usable:12:4 vendor_id:16:4 device_id:20:4 vulkan_version:24:4 " +
+                "driver_version:28:4 uuid:32:16 heap_bytes:48:8 max_allocation_bytes:56:8 " +
+                "max_storage_buffer_bytes:64:8 max_workgroup_invocations:72:4 shared_memory_bytes:76:4 " +
+                "subgroup_size:80:4 features:84:4 kernels:88:4 reserved:92:4 name:96:256 driver:352:256 " +
                 "reason:608:256"),
             new NativeLayout(typeof(splat_device_desc), 72, false,
-                "struct_size:0:4 flags:4:4 next:8:8 select:16:4 index:20:4 kind:24:4 " +
-                "kernels:28:4 uuid:32:16 max_device_bytes:48:8 timeout_ns:56:8 " +
-                "cache_folder:64:8"),
+                "struct_size:0:4 flags:4:4 next:8:8 select:16:4 index:20:4 kind:24:4 kernels:28:4 uuid:32:16 " +
+                "max_device_bytes:48:8 timeout_ns:56:8 cache_folder:64:8"),
             new NativeLayout(typeof(splat_memory_info), 40, false,
-                "struct_size:0:4 allocations:4:4 used_bytes:8:8 live_bytes:16:8 peak_bytes:24:8 " +
-                "budget_bytes:32:8"),
+                "struct_size:0:4 allocations:4:4 used_bytes:8:8 live_bytes:16:8 peak_bytes:24:8 budget_bytes:32:8"),
             new NativeLayout(typeof(splat_tensor_desc), 96, false,
                 "struct_size:0:4 flags:4:4 next:8:8 name:16:8 dtype:24:4 rank:28:4 dims:32:64"),
             new NativeLayout(typeof(splat_tensor_info), 160, false,
-                "struct_size:0:4 dtype:4:4 rank:8:4 mapped:12:4 dims:16:64 elements:80:8 " +
-                "bytes:88:8 name:96:64"),
+                "struct_size:0:4 dtype:4:4 rank:8:4 mapped:12:4 dims:16:64 elements:80:8 bytes:88:8 name:96:64"),
             new NativeLayout(typeof(splat_tensor_stats), 48, false,
-                "struct_size:0:4 reserved:4:4 nan_count:8:8 inf_count:16:8 min:24:8 max:32:8 " +
-                "mean:40:8"),
+                "struct_size:0:4 reserved:4:4 nan_count:8:8 inf_count:16:8 min:24:8 max:32:8 mean:40:8"),
             new NativeLayout(typeof(splat_co3d_desc), 64, false,
-                "struct_size:0:4 flags:4:4 next:8:8 raw:16:8 out:24:8 category:32:8 subset:40:8 " +
-                "split:48:8 size:56:4 limit:60:4"),
+                "struct_size:0:4 flags:4:4 next:8:8 raw:16:8 out:24:8 category:32:8 subset:40:8 split:48:8 " +
+                "size:56:4 limit:60:4"),
             new NativeLayout(typeof(splat_co3d_info), 24, false,
                 "struct_size:0:4 sequences:4:4 kept:8:4 left_out:12:4 frames:16:8"),
             new NativeLayout(typeof(splat_dataset_desc), 104, false,
-                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 format:24:8 split:32:8 " +
-                "resolution:40:4 limit:44:4 cache_bytes:48:8 background:56:12 reserved:68:4 " +
-                "category:72:8 objects_file:80:8 excluded_file:88:8 views_file:96:8"),
+                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 format:24:8 split:32:8 resolution:40:4 limit:44:4 " +
+                "cache_bytes:48:8 background:56:12 reserved:68:4 category:72:8 objects_file:80:8 " +
+                "excluded_file:88:8 views_file:96:8"),
             new NativeLayout(typeof(splat_dataset_views), 136, false,
-                "struct_size:0:4 reserved:4:4 images:8:8 depths:16:8 normals:24:8 masks:32:8 " +
-                "view_to_world:40:8 quaternions:48:8 focals:56:8 origin_distances:64:8 " +
-                "image_count:72:8 depth_count:80:8 normal_count:88:8 mask_count:96:8 " +
-                "view_to_world_count:104:8 quaternion_count:112:8 focal_count:120:8 " +
-                "origin_distance_count:128:8"),
+                "struct_size:0:4 reserved:4:4 images:8:8 depths:16:8 normals:24:8 masks:32:8 view_to_world:40:8 " +
+                "quaternions:48:8 focals:56:8 origin_distances:64:8 image_count:72:8 depth_count:80:8 " +
+                "normal_count:88:8 mask_count:96:8 view_to_world_count:104:8 quaternion_count:112:8 " +
+                "focal_count:120:8 origin_distance_count:128:8"),
             new NativeLayout(typeof(splat_dataset_import_desc), 56, false,
-                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 out:24:8 split:32:8 duckdb:40:8 " +
-                "shards:48:4 shard:52:4"),
+                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 out:24:8 split:32:8 duckdb:40:8 shards:48:4 " +
+                "shard:52:4"),
             new NativeLayout(typeof(splat_dataset_export_desc), 80, false,
-                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 layout:24:8 split:32:8 " +
-                "category:40:8 duckdb:48:8 objects:56:8 object_count:64:8 shards:72:4 " +
-                "shard:76:4"),
+                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 layout:24:8 split:32:8 category:40:8 duckdb:48:8 " +
+                "objects:56:8 object_count:64:8 shards:72:4 shard:76:4"),
             new NativeLayout(typeof(splat_synthetic_desc), 64, false,
-                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 category:24:8 seed:32:8 " +
-                "resolution:40:4 train_views:44:4 test_views:48:4 train_objects:52:4 " +
-                "val_objects:56:4 test_objects:60:4"),
+                "struct_size:0:4 flags:4:4 next:8:8 path:16:8 category:24:8 seed:32:8 resolution:40:4 " +
+                "train_views:44:4 test_views:48:4 train_objects:52:4 val_objects:56:4 test_objects:60:4"),
             new NativeLayout(typeof(splat_scene_desc), 112, false,
-                "struct_size:0:4 flags:4:4 next:8:8 count:16:8 sh_degree:24:4 reserved:28:4 " +
-                "means:32:8 log_scales:40:8 rotations:48:8 opacity_logits:56:8 sh:64:8 " +
-                "mean_count:72:8 log_scale_count:80:8 rotation_count:88:8 " +
-                "opacity_logit_count:96:8 sh_count:104:8"),
+                "struct_size:0:4 flags:4:4 next:8:8 count:16:8 sh_degree:24:4 reserved:28:4 means:32:8 " +
+                "log_scales:40:8 rotations:48:8 opacity_logits:56:8 sh:64:8 mean_count:72:8 log_scale_count:80:8 " +
+                "rotation_count:88:8 opacity_logit_count:96:8 sh_count:104:8"),
             new NativeLayout(typeof(splat_scene_file_desc), 40, false,
-                "struct_size:0:4 flags:4:4 next:8:8 format:16:4 frame:20:4 sh_degree:24:4 " +
-                "spz_version:28:4 max_count:32:8"),
+                "struct_size:0:4 flags:4:4 next:8:8 format:16:4 frame:20:4 sh_degree:24:4 spz_version:28:4 " +
+                "max_count:32:8"),
             new NativeLayout(typeof(splat_similarity), 64, true,
                 "rotation:0:32 translation:32:24 scale:56:8"),
             new NativeLayout(typeof(splat_scene_info), 176, false,
-                "struct_size:0:4 sh_degree:4:4 count:8:8 low:16:24 high:40:24 center:64:24 " +
-                "radius:88:8 scale_min:96:8 scale_max:104:8 scale_mean:112:8 opacity_min:120:8 " +
-                "opacity_max:128:8 opacity_mean:136:8 non_finite:144:8 bad_rotations:152:8 " +
-                "degenerate:160:8 invisible:168:8"),
+                "struct_size:0:4 sh_degree:4:4 count:8:8 low:16:24 high:40:24 center:64:24 radius:88:8 " +
+                "scale_min:96:8 scale_max:104:8 scale_mean:112:8 opacity_min:120:8 opacity_max:128:8 " +
+                "opacity_mean:136:8 non_finite:144:8 bad_rotations:152:8 degenerate:160:8 invisible:168:8"),
             new NativeLayout(typeof(splat_camera), 168, true,
                 "width:0:4 height:4:4 fx:8:8 fy:16:8 cx:24:8 cy:32:8 world_to_camera:40:128"),
             new NativeLayout(typeof(splat_orbit_desc), 80, false,
-                "struct_size:0:4 flags:4:4 next:8:8 width:16:4 height:20:4 fov_x:24:8 " +
-                "elevation:32:8 start:40:8 distance:48:8 up:56:24"),
+                "struct_size:0:4 flags:4:4 next:8:8 width:16:4 height:20:4 fov_x:24:8 elevation:32:8 start:40:8 " +
+                "distance:48:8 up:56:24"),
             new NativeLayout(typeof(splat_camera_file_desc), 24, false,
                 "struct_size:0:4 flags:4:4 next:8:8 width:16:4 height:20:4"),
             new NativeLayout(typeof(splat_camera_bytes), 40, false,
-                "struct_size:0:4 reserved:4:4 cameras:8:8 camera_bytes:16:8 images:24:8 " +
-                "image_bytes:32:8"),
+                "struct_size:0:4 reserved:4:4 cameras:8:8 camera_bytes:16:8 images:24:8 image_bytes:32:8"),
             new NativeLayout(typeof(splat_weights_info), 96, false,
                 "struct_size:0:4 rank:4:4 dims:8:64 elements:72:8 name:80:8 dtype:88:8"),
             new NativeLayout(typeof(splat_named_array), 96, true,
                 "name:0:8 values:8:8 value_count:16:8 dims:24:64 rank:88:4 reserved:92:4"),
             new NativeLayout(typeof(splat_op_desc), 72, false,
-                "struct_size:0:4 flags:4:4 next:8:8 type:16:8 attributes:24:8 input_count:32:4 " +
-                "output_count:36:4 inputs:40:8 outputs:48:8 grad_outputs:56:8 grad_inputs:64:8"),
+                "struct_size:0:4 flags:4:4 next:8:8 type:16:8 attributes:24:8 input_count:32:4 output_count:36:4 " +
+                "inputs:40:8 outputs:48:8 grad_outputs:56:8 grad_inputs:64:8"),
             new NativeLayout(typeof(splat_port), 80, true,
                 "name:0:8 rank:8:4 flags:12:4 dims:16:64"),
             new NativeLayout(typeof(splat_model_desc), 32, false,
                 "struct_size:0:4 flags:4:4 next:8:8 config:16:8 objects:24:4 precision:28:4"),
             new NativeLayout(typeof(splat_model_info), 104, false,
                 "struct_size:0:4 flags:4:4 objects:8:4 views:12:4 resolution:16:4 channels:20:4 " +
-                "image_channels:24:4 output_channels:28:4 gaussians:32:4 sh_degree:36:4 " +
-                "embedding_length:40:4 token_dim:44:4 tokens:48:4 slices:52:4 fov:56:4 " +
-                "reserved:60:4 parameters:64:8 trainable:72:8 predicted:80:8 non_finite:88:8 " +
-                "faint:96:8"),
+                "image_channels:24:4 output_channels:28:4 gaussians:32:4 sh_degree:36:4 embedding_length:40:4 " +
+                "token_dim:44:4 tokens:48:4 slices:52:4 fov:56:4 reserved:60:4 parameters:64:8 trainable:72:8 " +
+                "predicted:80:8 non_finite:88:8 faint:96:8"),
             new NativeLayout(typeof(splat_model_input), 136, false,
-                "struct_size:0:4 flags:4:4 seed:8:8 step:16:4 channels:20:4 objects:24:4 " +
-                "picture_count:28:4 pictures:32:8 images:40:8 images_count:48:8 " +
-                "view_to_world:56:8 view_to_world_count:64:8 quaternions:72:8 " +
-                "quaternions_count:80:8 focals:88:8 focals_count:96:8 embedding:104:8 " +
+                "struct_size:0:4 flags:4:4 seed:8:8 step:16:4 channels:20:4 objects:24:4 picture_count:28:4 " +
+                "pictures:32:8 images:40:8 images_count:48:8 view_to_world:56:8 view_to_world_count:64:8 " +
+                "quaternions:72:8 quaternions_count:80:8 focals:88:8 focals_count:96:8 embedding:104:8 " +
                 "embedding_count:112:8 tokens:120:8 tokens_count:128:8"),
             new NativeLayout(typeof(splat_model_gradients), 88, false,
-                "struct_size:0:4 flags:4:4 means:8:8 means_count:16:8 opacities:24:8 " +
-                "opacities_count:32:8 scales:40:8 scales_count:48:8 rotations:56:8 " +
-                "rotations_count:64:8 sh:72:8 sh_count:80:8"),
+                "struct_size:0:4 flags:4:4 means:8:8 means_count:16:8 opacities:24:8 opacities_count:32:8 " +
+                "scales:40:8 scales_count:48:8 rotations:56:8 rotations_count:64:8 sh:72:8 sh_count:80:8"),
             new NativeLayout(typeof(splat_module_desc), 48, false,
-                "struct_size:0:4 flags:4:4 next:8:8 type:16:8 attributes:24:8 ports:32:8 " +
-                "port_count:40:4 precision:44:4"),
+                "struct_size:0:4 flags:4:4 next:8:8 type:16:8 attributes:24:8 ports:32:8 port_count:40:4 " +
+                "precision:44:4"),
             new NativeLayout(typeof(splat_picture_source), 64, true,
                 "path:0:8 pixels:8:56"),
             new NativeLayout(typeof(splat_picture), 440, true,
-                "image:0:64 mask:64:64 depth:128:64 normal:192:64 flags:256:4 foreground:260:4 " +
-                "focal:264:8 origin_distance:272:8 world_to_camera:280:128 embedding:408:8 " +
-                "embedding_count:416:8 tokens:424:8 token_count:432:8"),
+                "image:0:64 mask:64:64 depth:128:64 normal:192:64 flags:256:4 foreground:260:4 focal:264:8 " +
+                "origin_distance:272:8 world_to_camera:280:128 embedding:408:8 embedding_count:416:8 tokens:424:8 " +
+                "token_count:432:8"),
             new NativeLayout(typeof(splat_picture_info), 56, true,
-                "width:0:4 height:4:4 found:8:4 warnings:12:4 square:16:24 focal:40:8 " +
-                "fov_degrees:48:8"),
+                "width:0:4 height:4:4 found:8:4 warnings:12:4 square:16:24 focal:40:8 fov_degrees:48:8"),
             new NativeLayout(typeof(splat_picture_cut_desc), 256, false,
-                "struct_size:0:4 flags:4:4 next:8:8 resolution:16:4 background:20:12 " +
-                "image:32:56 mask:88:56 depth:144:56 normal:200:56"),
+                "struct_size:0:4 flags:4:4 next:8:8 resolution:16:4 background:20:12 image:32:56 mask:88:56 " +
+                "depth:144:56 normal:200:56"),
             new NativeLayout(typeof(splat_predictor_desc), 64, false,
-                "struct_size:0:4 flags:4:4 next:8:8 weights_path:16:8 weights:24:8 config:32:8 " +
-                "adapters_path:40:8 adapters:48:8 adapters_alpha:56:8"),
+                "struct_size:0:4 flags:4:4 next:8:8 weights_path:16:8 weights:24:8 config:32:8 adapters_path:40:8 " +
+                "adapters:48:8 adapters_alpha:56:8"),
             new NativeLayout(typeof(splat_predictor_info), 72, false,
-                "struct_size:0:4 views:4:4 resolution:8:4 channels:12:4 depth:16:4 normal:20:4 " +
-                "mask:24:4 origin_distance:28:4 gaussians:32:8 sh_degree:40:4 background:44:12 " +
-                "fov_degrees:56:8 category:64:8"),
+                "struct_size:0:4 views:4:4 resolution:8:4 channels:12:4 depth:16:4 normal:20:4 mask:24:4 " +
+                "origin_distance:28:4 gaussians:32:8 sh_degree:40:4 background:44:12 fov_degrees:56:8 " +
+                "category:64:8"),
             new NativeLayout(typeof(splat_prediction), 96, false,
-                "struct_size:0:4 camera_capacity:4:4 cameras:8:8 pictures:16:8 " +
-                "picture_capacity:24:4 camera_count:28:4 picture_count:32:4 reserved:36:4 " +
-                "inputs:40:8 input_capacity:48:8 gaussians:56:8 not_finite:64:8 faint:72:8 " +
-                "read_ms:80:8 network_ms:88:8"),
+                "struct_size:0:4 camera_capacity:4:4 cameras:8:8 pictures:16:8 picture_capacity:24:4 " +
+                "camera_count:28:4 picture_count:32:4 reserved:36:4 inputs:40:8 input_capacity:48:8 " +
+                "gaussians:56:8 not_finite:64:8 faint:72:8 read_ms:80:8 network_ms:88:8"),
             new NativeLayout(typeof(splat_rasterizer_desc), 56, false,
-                "struct_size:0:4 flags:4:4 next:8:8 gaussians:16:4 views:20:4 width:24:4 " +
-                "height:28:4 sh_degree:32:4 disabled_skips:36:4 convention:40:4 near_plane:44:4 " +
-                "far_plane:48:4 reserved:52:4"),
+                "struct_size:0:4 flags:4:4 next:8:8 gaussians:16:4 views:20:4 width:24:4 height:28:4 " +
+                "sh_degree:32:4 disabled_skips:36:4 convention:40:4 near_plane:44:4 far_plane:48:4 reserved:52:4"),
             new NativeLayout(typeof(splat_gaussians_desc), 64, false,
-                "struct_size:0:4 flags:4:4 next:8:8 means:16:8 scales:24:8 rotations:32:8 " +
-                "opacities:40:8 sh:48:8 colors:56:8"),
+                "struct_size:0:4 flags:4:4 next:8:8 means:16:8 scales:24:8 rotations:32:8 opacities:40:8 sh:48:8 " +
+                "colors:56:8"),
             new NativeLayout(typeof(splat_gradients_desc), 112, false,
-                "struct_size:0:4 flags:4:4 next:8:8 grad_rgb:16:8 grad_alpha:24:8 " +
-                "grad_depth:32:8 grad_means:40:8 grad_scales:48:8 grad_rotations:56:8 " +
-                "grad_opacities:64:8 grad_sh:72:8 grad_colors:80:8 grad_means2d:88:8 " +
-                "grad_means2d_abs:96:8 grad_world_to_camera:104:8"),
+                "struct_size:0:4 flags:4:4 next:8:8 grad_rgb:16:8 grad_alpha:24:8 grad_depth:32:8 grad_means:40:8 " +
+                "grad_scales:48:8 grad_rotations:56:8 grad_opacities:64:8 grad_sh:72:8 grad_colors:80:8 " +
+                "grad_means2d:88:8 grad_means2d_abs:96:8 grad_world_to_camera:104:8"),
             new NativeLayout(typeof(splat_rasterizer_info), 88, false,
-                "struct_size:0:4 passes:4:4 visible:8:8 pairs:16:8 longest:24:8 tiles:32:8 " +
-                "empty_tiles:40:8 bytes:48:8 runs:56:4 gaussians:60:4 views:64:4 reserved:68:4 " +
-                "culled:72:8 non_finite:80:8"),
+                "struct_size:0:4 passes:4:4 visible:8:8 pairs:16:8 longest:24:8 tiles:32:8 empty_tiles:40:8 " +
+                "bytes:48:8 runs:56:4 gaussians:60:4 views:64:4 reserved:68:4 culled:72:8 non_finite:80:8"),
             new NativeLayout(typeof(splat_scene_render_desc), 40, false,
-                "struct_size:0:4 flags:4:4 next:8:8 output:16:4 convention:20:4 " +
-                "background:24:12 reserved:36:4"),
+                "struct_size:0:4 flags:4:4 next:8:8 output:16:4 convention:20:4 background:24:12 reserved:36:4"),
             new NativeLayout(typeof(splat_image_info), 16, false,
                 "struct_size:0:4 bits:4:4 focal:8:8"),
             new NativeLayout(typeof(splat_image_scores), 32, false,
@@ -4633,103 +3480,93 @@ namespace Splat.Interop
             new NativeLayout(typeof(splat_number), 16, true,
                 "name:0:8 value:8:8"),
             new NativeLayout(typeof(splat_run_event), 160, false,
-                "struct_size:0:4 kind:4:4 text:8:8 warning:16:4 updated:20:4 logged:24:4 " +
-                "reserved:28:4 step:32:8 attempts:40:8 iterations:48:8 skipped:56:8 " +
-                "peak_bytes:64:8 seconds:72:8 steps_per_second:80:8 numbers:88:8 " +
-                "number_count:96:8 name:104:8 piece:112:4 pieces:116:4 views:120:4 inputs:124:4 " +
+                "struct_size:0:4 kind:4:4 text:8:8 warning:16:4 updated:20:4 logged:24:4 reserved:28:4 step:32:8 " +
+                "attempts:40:8 iterations:48:8 skipped:56:8 peak_bytes:64:8 seconds:72:8 steps_per_second:80:8 " +
+                "numbers:88:8 number_count:96:8 name:104:8 piece:112:4 pieces:116:4 views:120:4 inputs:124:4 " +
                 "width:128:4 height:132:4 image_count:136:8 images:144:8 truths:152:8"),
             new NativeLayout(typeof(splat_optimizer_item), 40, true,
                 "name:0:8 model:8:8 module:16:8 parameter:24:8 gradient:32:8"),
             new NativeLayout(typeof(splat_optimizer_group), 40, true,
                 "pattern:0:8 rate_factor:8:8 beta1:16:8 beta2:24:8 eps:32:8"),
             new NativeLayout(typeof(splat_optimizer_desc), 136, false,
-                "struct_size:0:4 flags:4:4 next:8:8 items:16:8 item_count:24:8 groups:32:8 " +
-                "group_count:40:8 rate:48:8 beta1:56:8 beta2:64:8 eps:72:8 schedule:80:4 " +
-                "reserved:84:4 warmup_steps:88:8 total_steps:96:8 step_at:104:8 ema_decay:112:8 " +
-                "ema_every:120:8 ema_after:128:8"),
+                "struct_size:0:4 flags:4:4 next:8:8 items:16:8 item_count:24:8 groups:32:8 group_count:40:8 " +
+                "rate:48:8 beta1:56:8 beta2:64:8 eps:72:8 schedule:80:4 reserved:84:4 warmup_steps:88:8 " +
+                "total_steps:96:8 step_at:104:8 ema_decay:112:8 ema_every:120:8 ema_after:128:8"),
             new NativeLayout(typeof(splat_optimizer_info), 64, false,
-                "struct_size:0:4 was_skipped:4:4 step:8:8 skipped:16:8 rate:24:8 " +
-                "non_finite:32:8 gradients_zero:40:4 averaged:44:4 parameters:48:8 " +
-                "elements:56:8"),
+                "struct_size:0:4 was_skipped:4:4 step:8:8 skipped:16:8 rate:24:8 non_finite:32:8 " +
+                "gradients_zero:40:4 averaged:44:4 parameters:48:8 elements:56:8"),
             new NativeLayout(typeof(splat_trainer_desc), 24, false,
                 "struct_size:0:4 flags:4:4 next:8:8 config:16:8"),
             new NativeLayout(typeof(splat_trainer_batch), 144, false,
                 "struct_size:0:4 reserved:4:4 images:8:8 images_count:16:8 view_to_world:24:8 " +
-                "view_to_world_count:32:8 quaternions:40:8 quaternions_count:48:8 focals:56:8 " +
-                "focals_count:64:8 embedding:72:8 embedding_count:80:8 tokens:88:8 " +
-                "tokens_count:96:8 targets:104:8 targets_count:112:8 cameras:120:8 " +
-                "cameras_count:128:8 channels:136:4 objects:140:4"),
+                "view_to_world_count:32:8 quaternions:40:8 quaternions_count:48:8 focals:56:8 focals_count:64:8 " +
+                "embedding:72:8 embedding_count:80:8 tokens:88:8 tokens_count:96:8 targets:104:8 " +
+                "targets_count:112:8 cameras:120:8 cameras_count:128:8 channels:136:4 objects:140:4"),
             new NativeLayout(typeof(splat_trainer_info), 136, false,
-                "struct_size:0:4 skipped:4:4 step:8:8 pairs:16:8 loss:24:8 squared_error:32:8 " +
-                "pixel_loss:40:8 ssim:48:8 network_ms:56:8 render_ms:64:8 update_ms:72:8 " +
-                "lpips:80:8 visible:88:8 culled:96:8 non_finite:104:8 gradients_zero:112:4 " +
-                "reserved:116:4 rate:120:8 edge_loss:128:8"),
+                "struct_size:0:4 skipped:4:4 step:8:8 pairs:16:8 loss:24:8 squared_error:32:8 pixel_loss:40:8 " +
+                "ssim:48:8 network_ms:56:8 render_ms:64:8 update_ms:72:8 lpips:80:8 visible:88:8 culled:96:8 " +
+                "non_finite:104:8 gradients_zero:112:4 reserved:116:4 rate:120:8 edge_loss:128:8"),
             new NativeLayout(typeof(splat_training_desc), 80, false,
-                "struct_size:0:4 flags:4:4 next:8:8 folder:16:8 config:24:8 values:32:8 " +
-                "value_count:40:8 dataset:48:8 validation:56:8 init:64:8 init_flags:72:4 " +
-                "reserved:76:4"),
+                "struct_size:0:4 flags:4:4 next:8:8 folder:16:8 config:24:8 values:32:8 value_count:40:8 " +
+                "dataset:48:8 validation:56:8 init:64:8 init_flags:72:4 reserved:76:4"),
             new NativeLayout(typeof(splat_evaluator_desc), 96, false,
-                "struct_size:0:4 flags:4:4 next:8:8 predictor:16:8 dataset:24:8 data_path:32:8 " +
-                "split:40:8 method:48:8 lpips:56:8 conditioning:64:8 conditioning_count:72:8 " +
-                "inputs:80:4 novel_views:84:4 objects:88:4 reserved:92:4"),
+                "struct_size:0:4 flags:4:4 next:8:8 predictor:16:8 dataset:24:8 data_path:32:8 split:40:8 " +
+                "method:48:8 lpips:56:8 conditioning:64:8 conditioning_count:72:8 inputs:80:4 novel_views:84:4 " +
+                "objects:88:4 reserved:92:4"),
             new NativeLayout(typeof(splat_evaluator_info), 16, false,
                 "struct_size:0:4 objects:4:4 scored:8:4 resolution:12:4"),
             new NativeLayout(typeof(splat_scores), 32, true,
                 "psnr:0:8 ssim:8:8 lpips:16:8 views:24:4 perfect_views:28:4"),
             new NativeLayout(typeof(splat_ledger), 48, true,
-                "outputs_not_finite:0:8 gaussians:8:8 gaussians_not_finite:16:8 " +
-                "gaussians_invisible:24:8 gaussians_visible:32:8 images_not_finite:40:4 " +
-                "images_blank:44:4"),
+                "outputs_not_finite:0:8 gaussians:8:8 gaussians_not_finite:16:8 gaussians_invisible:24:8 " +
+                "gaussians_visible:32:8 images_not_finite:40:4 images_blank:44:4"),
             new NativeLayout(typeof(splat_object_scores), 152, false,
-                "struct_size:0:4 object:4:4 name:8:8 novel:16:32 conditioning:48:32 " +
-                "ledger:80:48 empty_views:128:4 not_finite:132:4 predict_ms:136:8 draw_ms:144:8"),
+                "struct_size:0:4 object:4:4 name:8:8 novel:16:32 conditioning:48:32 ledger:80:48 " +
+                "empty_views:128:4 not_finite:132:4 predict_ms:136:8 draw_ms:144:8"),
             new NativeLayout(typeof(splat_evaluated_views), 80, false,
-                "struct_size:0:4 inputs:4:4 novel:8:4 reserved:12:4 numbers:16:8 " +
-                "number_count:24:8 cameras:32:8 camera_count:40:8 images:48:8 image_count:56:8 " +
-                "drawn:64:8 drawn_count:72:8"),
+                "struct_size:0:4 inputs:4:4 novel:8:4 reserved:12:4 numbers:16:8 number_count:24:8 cameras:32:8 " +
+                "camera_count:40:8 images:48:8 image_count:56:8 drawn:64:8 drawn_count:72:8"),
             new NativeLayout(typeof(splat_evaluation_summary), 144, false,
-                "struct_size:0:4 objects:4:4 novel:8:32 conditioning:40:32 ledger:72:48 " +
-                "empty_views:120:4 objects_not_finite:124:4 predictions_per_second:128:8 " +
-                "images_per_second:136:8"),
+                "struct_size:0:4 objects:4:4 novel:8:32 conditioning:40:32 ledger:72:48 empty_views:120:4 " +
+                "objects_not_finite:124:4 predictions_per_second:128:8 images_per_second:136:8"),
             new NativeLayout(typeof(splat_score), 32, true,
                 "object:0:8 psnr:8:8 ssim:16:8 lpips:24:8"),
             new NativeLayout(typeof(splat_score_set), 24, true,
                 "path:0:8 scores:8:8 score_count:16:8"),
             new NativeLayout(typeof(splat_compare_desc), 80, false,
-                "struct_size:0:4 flags:4:4 next:8:8 a:16:24 b:40:24 seed:64:8 resamples:72:4 " +
-                "bootstraps:76:4"),
+                "struct_size:0:4 flags:4:4 next:8:8 a:16:24 b:40:24 seed:64:8 resamples:72:4 bootstraps:76:4"),
             new NativeLayout(typeof(splat_comparison_info), 40, false,
-                "struct_size:0:4 metrics:4:4 objects_a:8:8 objects_b:16:8 shared_objects:24:8 " +
-                "unpaired:32:4 comparable:36:4"),
+                "struct_size:0:4 metrics:4:4 objects_a:8:8 objects_b:16:8 shared_objects:24:8 unpaired:32:4 " +
+                "comparable:36:4"),
             new NativeLayout(typeof(splat_metric_comparison), 120, false,
-                "struct_size:0:4 metric:4:4 verdict:8:4 exact:12:4 mean_a:16:8 mean_b:24:8 " +
-                "difference:32:8 p_permutation:40:8 p_parametric:48:8 p_holm:56:8 low:64:8 " +
-                "high:72:8 effect:80:8 n_a:88:8 n_b:96:8 lacking_a:104:8 lacking_b:112:8"),
+                "struct_size:0:4 metric:4:4 verdict:8:4 exact:12:4 mean_a:16:8 mean_b:24:8 difference:32:8 " +
+                "p_permutation:40:8 p_parametric:48:8 p_holm:56:8 low:64:8 high:72:8 effect:80:8 n_a:88:8 " +
+                "n_b:96:8 lacking_a:104:8 lacking_b:112:8"),
             new NativeLayout(typeof(splat_prior_model_desc), 48, false,
-                "struct_size:0:4 flags:4:4 next:8:8 preset:16:8 model_path:24:8 " +
-                "runtime_path:32:8 threads:40:4 reserved:44:4"),
+                "struct_size:0:4 flags:4:4 next:8:8 preset:16:8 model_path:24:8 runtime_path:32:8 threads:40:4 " +
+                "reserved:44:4"),
             new NativeLayout(typeof(splat_prior_model_info), 56, false,
-                "struct_size:0:4 maps:4:4 width:8:4 height:12:4 preset:16:8 licence:24:8 " +
-                "note:32:8 path:40:8 runtime_version:48:8"),
+                "struct_size:0:4 maps:4:4 width:8:4 height:12:4 preset:16:8 licence:24:8 note:32:8 path:40:8 " +
+                "runtime_version:48:8"),
             new NativeLayout(typeof(splat_prior_maps), 168, true,
                 "depth:0:56 normal:56:56 mask:112:56"),
             new NativeLayout(typeof(splat_normals_desc), 64, false,
-                "struct_size:0:4 flags:4:4 next:8:8 focal_x:16:8 focal_y:24:8 center_x:32:8 " +
-                "center_y:40:8 nearest:48:8 farthest:56:8"),
+                "struct_size:0:4 flags:4:4 next:8:8 focal_x:16:8 focal_y:24:8 center_x:32:8 center_y:40:8 " +
+                "nearest:48:8 farthest:56:8"),
             new NativeLayout(typeof(splat_depth_scores), 80, false,
-                "struct_size:0:4 reserved:4:4 pixels:8:8 abs_rel:16:8 rmse:24:8 si_rmse:32:8 " +
-                "within:40:24 scale:64:8 shift:72:8"),
+                "struct_size:0:4 reserved:4:4 pixels:8:8 abs_rel:16:8 rmse:24:8 si_rmse:32:8 within:40:24 " +
+                "scale:64:8 shift:72:8"),
             new NativeLayout(typeof(splat_normal_scores), 72, false,
-                "struct_size:0:4 reserved:4:4 pixels:8:8 missing:16:8 mean:24:8 median:32:8 " +
-                "rmse:40:8 within:48:24"),
+                "struct_size:0:4 reserved:4:4 pixels:8:8 missing:16:8 mean:24:8 median:32:8 rmse:40:8 " +
+                "within:48:24"),
             new NativeLayout(typeof(splat_mask_scores), 64, false,
-                "struct_size:0:4 reserved:4:4 predicted_pixels:8:8 true_pixels:16:8 mae:24:8 " +
-                "iou:32:8 precision:40:8 recall:48:8 f_beta:56:8"),
+                "struct_size:0:4 reserved:4:4 predicted_pixels:8:8 true_pixels:16:8 mae:24:8 iou:32:8 " +
+                "precision:40:8 recall:48:8 f_beta:56:8"),
             new NativeLayout(typeof(splat_fidelity_scores), 48, false,
                 "struct_size:0:4 constant_channels:4:4 vif:8:8 channels:16:32"),
             new NativeLayout(typeof(splat_point_scores), 72, false,
-                "struct_size:0:4 reserved:4:4 gaussians:8:8 accuracy:16:8 completeness:24:8 " +
-                "chamfer:32:8 chamfer_squared:40:8 precision:48:8 recall:56:8 f_score:64:8"),
+                "struct_size:0:4 reserved:4:4 gaussians:8:8 accuracy:16:8 completeness:24:8 chamfer:32:8 " +
+                "chamfer_squared:40:8 precision:48:8 recall:56:8 f_score:64:8"),
         };
     }
 }

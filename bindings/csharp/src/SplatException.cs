@@ -56,7 +56,8 @@ namespace Splat
             return Argument.Replace(named, found =>
             {
                 string name = found.Groups[1].Value;
-                string property = Pascal(typeof(splat_gradients_desc).GetField(name) == null ? name : name.Substring(5));
+                bool gradient = typeof(splat_gradients_desc).GetField(name) != null;  // without "grad_"
+                string property = Pascal(gradient ? name.Substring(5) : name);
                 if (name == "" || Own.Value.Contains(property)) return name == "" ? found.Value : property;
                 string argument = char.ToLowerInvariant(property[0]) + property.Substring(1);
                 return Own.Value.Contains(argument) ? argument : name;
@@ -65,7 +66,7 @@ namespace Splat
 
         private static string Pascal(string name)
         {
-            return string.Concat(name.Split('_').Where(w => w != "").Select(w => char.ToUpperInvariant(w[0]) + w.Substring(1)));
+            return Regex.Replace(name, "(?:^|_+)([a-z])|_", start => start.Groups[1].Value.ToUpperInvariant());
         }
     }
 

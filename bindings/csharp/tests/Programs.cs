@@ -12,8 +12,8 @@ namespace Splat.Tests
     {
         internal static bool Has(string name)
         {
-            return name == "fake-library" || name == "load" || name == "lend" || name == "sentences" || name == "leave-objects" ||
-                   name == "leave-computing" || name == "leave-by-exit";
+            return name == "fake-library" || name == "load" || name == "lend" || name == "sentences" ||
+                   name == "leave-objects" || name == "leave-computing" || name == "leave-by-exit";
         }
 
         internal static int Run(string name, string[] arguments)

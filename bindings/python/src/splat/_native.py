@@ -41,18 +41,17 @@ WORDS = {
     'model_path': 'model', 'number_count': 'the number of numbers', 'output_count': 'the number of outputs',
     'picture_count': 'the number of pictures', 'port_count': 'the number of ports', 'splat_batches': 'Batches',
     'splat_comparison': 'Comparison', 'splat_dataset': 'Dataset', 'splat_decode_set_limits': 'set_decode_limits',
-    'splat_device': 'Device', 'splat_device_cancel': 'Device.cancel', 'splat_evaluator': 'Evaluator',
-    'splat_evaluator_score': 'Evaluator.score', 'splat_lpips': 'Lpips', 'splat_lpips_desc': 'Lpips',
-    'splat_model': 'Model', 'splat_model_backward': 'Model.backward', 'splat_model_forward': 'Model.forward',
-    'splat_model_load': 'Model.load', 'splat_model_ports': 'Model.ports', 'splat_module': 'Module',
-    'splat_normals_desc': 'normals', 'splat_op': 'Op', 'splat_optimizer': 'Optimizer',
+    'splat_device': 'Device', 'splat_device_cancel': 'Device.cancel', 'splat_device_profile_json': 'Device.profile',
+    'splat_evaluator': 'Evaluator', 'splat_evaluator_score': 'Evaluator.score', 'splat_lpips': 'Lpips',
+    'splat_lpips_desc': 'Lpips', 'splat_model': 'Model', 'splat_model_backward': 'Model.backward',
+    'splat_model_forward': 'Model.forward', 'splat_model_load': 'Model.load', 'splat_model_ports': 'Model.ports',
+    'splat_module': 'Module', 'splat_normals_desc': 'normals', 'splat_op': 'Op', 'splat_optimizer': 'Optimizer',
     'splat_predictor': 'Predictor', 'splat_prior_model': 'PriorModel', 'splat_raster_state': 'RasterState',
     'splat_raster_state_create': 'RasterState', 'splat_rasterizer': 'Rasterizer',
-    'splat_rasterizer_forward': 'Rasterizer.forward', 'splat_rasterizer_read': 'Rasterizer.read',
-    'splat_run': 'Run', 'splat_run_next': 'Run.next', 'splat_scene': 'Scene', 'splat_tensor': 'Tensor',
-    'splat_tensor_map': 'Tensor.map', 'splat_tensor_unmap': 'the block of Tensor.map', 'splat_trainer': 'Trainer',
-    'splat_training_open': 'Training', 'splat_weights': 'Weights', 'value_count': 'the number of values',
-    'weight_count': 'the number of weights',
+    'splat_rasterizer_forward': 'Rasterizer.forward', 'splat_rasterizer_read': 'Rasterizer.read', 'splat_run': 'Run',
+    'splat_run_next': 'Run.next', 'splat_scene': 'Scene', 'splat_tensor': 'Tensor', 'splat_tensor_map': 'Tensor.map',
+    'splat_tensor_unmap': 'the block of Tensor.map', 'splat_trainer': 'Trainer', 'splat_training_open': 'Training',
+    'splat_weights': 'Weights', 'value_count': 'the number of values', 'weight_count': 'the number of weights',
 }
 
 
@@ -72,9 +71,10 @@ class OpenEnum(IntEnum):
 class Result(OpenEnum):
     """The success of a call, or why it failed.
 
+    OK                          success
     INCOMPLETE                  the buffer was too small; what fits was written
     ERROR_INVALID_ARGUMENT      an argument is outside its documented range
-    ERROR_INVALID_HANDLE        NULL, destroyed, or a handle of another kind
+    ERROR_INVALID_HANDLE        `None`, destroyed, or a handle of another kind
     ERROR_INVALID_STATE         the call does not fit the object's state, e.g. unmap without map
     ERROR_SHAPE_MISMATCH        tensors whose shapes do not fit together
     ERROR_UNSUPPORTED           beyond a limit or a feature of this device or build
@@ -82,8 +82,7 @@ class Result(OpenEnum):
     ERROR_OUT_OF_HOST_MEMORY    host allocation failed
     ERROR_OUT_OF_DEVICE_MEMORY  device allocation failed, or the device's memory budget is used up
     ERROR_TIMEOUT               the device did not finish in time; it may still be working
-    ERROR_DEVICE_LOST           sticky: every later call on the device returns it; destroy it and
-                                create it again
+    ERROR_DEVICE_LOST           sticky: every later call on the device returns it; destroy it and create it again
     ERROR_INTERNAL              a defect in the library or the driver; please report the message
     ERROR_NOT_FOUND             no such file or folder, or no entry of that name
     ERROR_IO                    the system refused to read or write: permission, disk full
@@ -119,7 +118,13 @@ ResultName = Literal[
 
 
 class LogLevel(OpenEnum):
-    """How grave a message of the log is."""
+    """How grave a message of the log is.
+
+    DEBUG    every step, for those who look for a defect
+    INFO     what was done
+    WARNING  what works, but not as asked or expected
+    ERROR    why a call failed
+    """
 
     DEBUG = 1
     INFO = 2
@@ -135,6 +140,7 @@ class Pixel(OpenEnum):
 
     U8   0 to 255 stand for 0 to 1
     F16  IEEE 754 binary16
+    F32  IEEE 754 binary32
     """
 
     U8 = 1
@@ -146,7 +152,14 @@ PixelName = Literal["u8", "f16", "f32"]
 
 
 class DeviceKind(OpenEnum):
-    """What a device is."""
+    """What a device is.
+
+    OTHER       none of the following
+    CPU         software on the processor, such as lavapipe
+    VIRTUAL     a GPU of a virtual machine
+    INTEGRATED  a GPU that shares the processor's memory
+    DISCRETE    a GPU with memory of its own
+    """
 
     OTHER = 1
     CPU = 2
@@ -159,7 +172,15 @@ DeviceKindName = Literal["other", "cpu", "virtual", "integrated", "discrete"]
 
 
 class Kernels(OpenEnum):
-    """Which shaders a device runs."""
+    """Which shaders a device runs. The plain ones are the specification; the others compute the same within the
+    operator's stated error and are faster on their kind of device. The environment variable
+    SPLAT_KERNELS=plain|cpu|gpu overrides the choice.
+
+    AUTO   what suits the device
+    PLAIN  the specification
+    CPU    for software devices on a CPU
+    GPU    for GPUs
+    """
 
     AUTO = 0
     PLAIN = 1
@@ -173,7 +194,11 @@ KernelsName = Literal["auto", "plain", "cpu", "gpu"]
 class FeatureFlags(IntFlag):
     """What a device can do.
 
-    UNIFIED_MEMORY  device memory is host-visible: tensors map without a copy
+    TIMESTAMPS           the device can time its work
+    SUBGROUP_SHUFFLE     threads of a subgroup read each other's values
+    SUBGROUP_ARITHMETIC  subgroups have sums and other reductions
+    INT64                shaders have integers of 64 bits
+    UNIFIED_MEMORY       device memory is host-visible: tensors map without a copy
     """
 
     TIMESTAMPS = 1
@@ -184,7 +209,7 @@ class FeatureFlags(IntFlag):
 
 
 class DeviceSelect(OpenEnum):
-    """Device select.
+    """How a device is chosen.
 
     BEST      discrete, then integrated, virtual, CPU; lowest index within a kind
     BY_INDEX  field `index`
@@ -202,10 +227,10 @@ DeviceSelectName = Literal["best", "by_index", "by_uuid", "by_kind"]
 
 
 class DeviceFlags(IntFlag):
-    """Device flags.
+    """Options of a device.
 
     VALIDATION  Khronos validation: core, synchronisation and GPU-assisted; messages go to the log
-    PROFILE     time every dispatch, see splat_device_profile_json
+    PROFILE     time every dispatch, see `Device.profile`
     """
 
     VALIDATION = 1
@@ -213,7 +238,12 @@ class DeviceFlags(IntFlag):
 
 
 class Dtype(OpenEnum):
-    """The type of a tensor's elements."""
+    """The type of a tensor's elements.
+
+    F32  float32
+    I32  signed integers of 32 bits
+    U32  unsigned integers of 32 bits
+    """
 
     F32 = 1
     I32 = 2
@@ -224,7 +254,12 @@ DtypeName = Literal["f32", "i32", "u32"]
 
 
 class Access(OpenEnum):
-    """What is done with the elements of a tensor while it is mapped."""
+    """What is done with the elements of a tensor while it is mapped.
+
+    READ        only read
+    WRITE       only written: the old elements are lost
+    READ_WRITE  read and written
+    """
 
     READ = 1
     WRITE = 2
@@ -235,20 +270,22 @@ AccessName = Literal["read", "write", "read_write"]
 
 
 class Co3dFlags(IntFlag):
-    """Co3d flags.
+    """Options of what is prepared.
 
-    STORED_POSES  keep the cameras of the release; else the world's origin, axes and scale come
-                  from the point cloud and the cameras, as in the published data
+    STORED_POSES  keep the cameras of the release; else the world's origin, axes and scale come from the point cloud
+                  and the cameras, as in the published data
     """
 
     STORED_POSES = 1
 
 
 class DataFlags(IntFlag):
-    """Data flags.
+    """Maps that a data set must have, and what becomes of incomplete objects.
 
-    DEPTH          maps that are required
-    LENIENT        keep objects with missing files, for splat_dataset_check
+    DEPTH          depth maps are required
+    NORMAL         normal maps are required
+    MASK           masks are required
+    LENIENT        keep objects with missing files, for `Dataset.check`
     ALLOW_MISSING  leave incomplete objects out; the log and the report name them
     """
 
@@ -260,7 +297,7 @@ class DataFlags(IntFlag):
 
 
 class ImportFlags(IntFlag):
-    """Import flags.
+    """Options of an import.
 
     REPLACE  an import of other tables in the folder is removed
     """
@@ -287,11 +324,16 @@ SceneFormatName = Literal["ply", "compressed_ply", "splat", "spz"]
 
 
 class Frame(OpenEnum):
-    """Axes x, y, z of a file.
+    """Axes x, y, z of a file: right or left, up or down, front or back.
 
-    RDF  .ply, .splat, COLMAP, OpenCV; and scenes in memory
-    RUB  .spz, OpenGL, three.js
-    RUF  Unity
+    RDF  right, down, front: .ply, .splat, COLMAP, OpenCV; scenes in memory
+    RUB  right, up, back: .spz, OpenGL, three.js
+    LUF  left, up, front
+    RUF  right, up, front: Unity
+    LDB  left, down, back
+    RDB  right, down, back
+    LUB  left, up, back
+    LDF  left, down, front
     """
 
     RDF = 1
@@ -308,12 +350,12 @@ FrameName = Literal["rdf", "rub", "luf", "ruf", "ldb", "rdb", "lub", "ldf"]
 
 
 class SceneFlags(IntFlag):
-    """Scene flags.
+    """What is done with files that are not quite as they should be.
 
-    LENIENT  read .ply and .spz files with bytes that their header does not count, with a warning
-             that they are left out, instead of refusing them
-    CLAMP    write .spz files of scenes of which more than 1 % of the Gaussians have scales that
-             the format does not hold, with the nearest ones, instead of refusing them
+    LENIENT  read .ply and .spz files with bytes that their header does not count, with a warning that they are left
+             out, instead of refusing them
+    CLAMP    write .spz files of scenes of which more than 1 % of the Gaussians have scales that the format does not
+             hold, with the nearest ones, instead of refusing them
     """
 
     LENIENT = 1
@@ -321,10 +363,9 @@ class SceneFlags(IntFlag):
 
 
 class FilterFlags(IntFlag):
-    """Filter flags.
+    """What a filter does besides.
 
-    FINITE  drop NaN, infinities and rotations of length 0; an infinite logit is an opacity of 0
-            or 1
+    FINITE  drop NaN, infinities and rotations of length 0; an infinite logit is an opacity of 0 or 1
     SORT    order the remaining ones along a Morton curve
     """
 
@@ -333,17 +374,16 @@ class FilterFlags(IntFlag):
 
 
 class CameraFlags(IntFlag):
-    """Camera flags.
+    """Options of reading cameras.
 
-    IGNORE_DISTORTION  read cameras with lens distortion, or with other lenses, as pinholes,
-                       instead of refusing them
+    IGNORE_DISTORTION  read cameras with lens distortion, or with other lenses, as pinholes, instead of refusing them
     """
 
     IGNORE_DISTORTION = 1
 
 
 class WeightsFlags(IntFlag):
-    """Named tensors of network weights.
+    """How weights are read or written.
 
     HALF  to write: float16
     COPY  to load: copy all values, and leave no file open
@@ -354,7 +394,12 @@ class WeightsFlags(IntFlag):
 
 
 class WeightsFormat(OpenEnum):
-    """A format of files of weights."""
+    """A format of files of weights.
+
+    SAFETENSORS  numbers, names and metadata, without code
+    NPZ          arrays of NumPy
+    PTH          a checkpoint of PyTorch
+    """
 
     SAFETENSORS = 1
     NPZ = 2
@@ -365,7 +410,7 @@ WeightsFormatName = Literal["safetensors", "npz", "pth"]
 
 
 class FoldFlags(IntFlag):
-    """Fold flags.
+    """How adapters are folded.
 
     OUT  undo: take folded adapters out of weights
     """
@@ -374,18 +419,21 @@ class FoldFlags(IntFlag):
 
 
 class OpFlags(IntFlag):
-    """Op flags.
+    """What an operator does with gradients.
 
-    ACCUMULATE  add gradients of parameters to the tensor's contents instead of overwriting them
+    ACCUMULATE  add gradients of parameters to what the tensors hold
     """
 
     ACCUMULATE = 1
 
 
 class Precision(OpenEnum):
-    """Kernels of 3x3 convolutions, which `vkrun bench model --errors` compares.
+    """Kernels of 3x3 convolutions, which `vkrun bench model --errors` compares: STRICT has the smallest errors,
+    FAST the shortest times. The attribute 'precision' of conv2d has the same numbers.
 
+    STRICT    the smallest errors
     BALANCED  what 0 means, except in attributes of operators
+    FAST      the shortest times
     """
 
     STRICT = 1
@@ -397,7 +445,12 @@ PrecisionName = Literal["strict", "balanced", "fast"]
 
 
 class PortKind(OpenEnum):
-    """Which of the named tensors of a model or a module."""
+    """Which of the named tensors of a model or a module.
+
+    INPUT      what a pass reads
+    OUTPUT     what a pass computes
+    PARAMETER  what is trained or loaded
+    """
 
     INPUT = 1
     OUTPUT = 2
@@ -408,7 +461,7 @@ PortKindName = Literal["input", "output", "parameter"]
 
 
 class PortFlags(IntFlag):
-    """Port flags.
+    """What a port is.
 
     OPTIONAL   an input with a default
     TRAINABLE  a parameter that is trained
@@ -421,15 +474,14 @@ class PortFlags(IntFlag):
 
 
 class ModelFlags(IntFlag):
-    """Model flags.
+    """What a model can do.
 
-    GRADIENTS        enable splat_model_backward: takes memory for gradients
+    GRADIENTS        enable `Model.backward`: takes memory for gradients
     TRAINING         apply dropout
-    LOW_MEMORY       Prepare weights anew in every pass, which is slower. Without this flag and
-                     without gradients, the second pass of the same weights keeps them prepared
-                     (0.7 GiB for the cars model) if the device has the memory.
-    RECOMPUTE        With GRADIENTS: recompute each block's activations in the backward pass
-                     instead of keeping them. The same numbers in less memory and more time.
+    LOW_MEMORY       prepare weights anew in every pass, which is slower; else, without gradients, the second pass
+                     keeps them prepared (0.7 GiB for the cars model) if the device has the memory
+    RECOMPUTE        with GRADIENTS: recompute each block's activations in the backward pass instead of keeping them:
+                     the same numbers in less memory and more time
     INPUT_GRADIENTS  with GRADIENTS: also of images, embedding and tokens
     """
 
@@ -441,12 +493,14 @@ class ModelFlags(IntFlag):
 
 
 class LoadFlags(IntFlag):
-    """Load flags.
+    """How weights are loaded into a model.
 
-    GRAFT       widen the first convolution; ignore tensors the model lacks
-    TAKE_RAYS   use the file's field of view
-    FROM_DEPTH  channels after RGB that the file's network had; for GRAFT
-    ADAPTERS    the file has only adapters; other parameters stay
+    GRAFT        widen the first convolution; ignore tensors the model lacks
+    TAKE_RAYS    use the file's field of view
+    FROM_DEPTH   the file's network had a depth channel; for GRAFT
+    FROM_NORMAL  the file's network had channels of normals; for GRAFT
+    FROM_MASK    the file's network had a mask channel; for GRAFT
+    ADAPTERS     the file has only adapters; other parameters stay
     """
 
     GRAFT = 1
@@ -458,10 +512,10 @@ class LoadFlags(IntFlag):
 
 
 class Export(OpenEnum):
-    """Export.
+    """What is exported of a model.
 
-    ADAPTERS  only adapters, with PEFT's names and shapes: for each layer
-              base_model.model.<layer>.lora_A.weight and .lora_B.weight
+    ADAPTERS  only adapters, with PEFT's names and shapes: for each layer base_model.model.<layer>.lora_A.weight and
+              .lora_B.weight
     MERGED    the state dict with adapters folded into the weights
     """
 
@@ -473,19 +527,18 @@ ExportName = Literal["adapters", "merged"]
 
 
 class PassFlags(IntFlag):
-    """Pass flags.
+    """Where a pass finds its numbers.
 
-    TENSORS  the arrays are NULL: take what the tensors of splat_model_tensor hold, whose numbers
-             are not checked
+    TENSORS  in the tensors of `Model.tensor`, unchecked; no arrays
     """
 
     TENSORS = 1
 
 
 class ModuleFlags(IntFlag):
-    """Module flags.
+    """What a module can do.
 
-    GRADIENTS        enable splat_module_backward
+    GRADIENTS        enable `Module.backward`
     INPUT_GRADIENTS  with GRADIENTS: also of inputs
     TRAINING         dropout in a residual_block; an operator always applies it
     """
@@ -496,7 +549,7 @@ class ModuleFlags(IntFlag):
 
 
 class PictureFlags(IntFlag):
-    """Picture flags.
+    """Options of a picture.
 
     WHOLE  use the largest centred square, not the object's
     """
@@ -507,7 +560,10 @@ class PictureFlags(IntFlag):
 class Found(OpenEnum):
     """How the object was found.
 
-    NOTHING  the whole picture counts as the object
+    BY_MASK    by the mask that was given
+    BY_ALPHA   by an alpha that is not opaque everywhere
+    BY_BORDER  by what differs from the colour of the picture's border
+    NOTHING    the whole picture counts as the object
     """
 
     BY_MASK = 1
@@ -520,8 +576,7 @@ class PictureWarningFlags(IntFlag):
     """Warnings of a picture.
 
     NO_OBJECT      nothing was found in a picture that was to be cut out
-    FIELD_OF_VIEW  the square's field of view is more than 1.5 times the network's, or less than 1
-                   / 1.5
+    FIELD_OF_VIEW  the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5
     AT_BORDER      the object reaches the picture's border: a part is missing
     """
 
@@ -550,12 +605,11 @@ class RasterizerFlags(IntFlag):
     DIRECT_COLORS      colours are RGB, not spherical harmonics
     ANTIALIASED        opacity compensates for the dilation
     DEPTH              outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS
-    BACKWARD           gradients
-    GRAD_DEPTH         these three imply BACKWARD; gradients from the depth
-    GRAD_POSE          gradients of the pose (SPLAT_CONVENTION_GSPLAT)
-    GRAD_MEANS2D       gradients of means2d
-    ORIGINAL_GRADIENT  SPLAT_CONVENTION_3DGS: the gradient of the original code with its three
-                       quirks
+    BACKWARD           it computes gradients
+    GRAD_DEPTH         gradients from the depth; implies BACKWARD
+    GRAD_POSE          the pose, for `Convention.GSPLAT`; implies BACKWARD
+    GRAD_MEANS2D       gradients of means2d; implies BACKWARD
+    ORIGINAL_GRADIENT  `Convention.CONVENTION_3DGS`: the gradient of the original code with its three quirks
     NORMALS            output NORMALS
     """
 
@@ -571,14 +625,15 @@ class RasterizerFlags(IntFlag):
 
 
 class SkipFlags(IntFlag):
-    """Work that is skipped because it does not change the image.
+    """Work that is skipped because it does not change the image. Gaussians that a convention culls (see `Output`)
+    are always culled.
 
     OPACITY_EXTENT  the region where alpha < 1/255
     EXACT_TILES     tiles that the ellipse does not touch
     CULL            sorting Gaussians that reach no tile: too faint, too small
     EARLY_OUT       blending where every pixel has stopped; not in plain kernels
-    UNCHANGED       drawing if scene, cameras and background are unchanged; never for tensors,
-                    which may have been written
+    UNCHANGED       drawing if scene, cameras and background are unchanged; never for tensors, which may have been
+                    written
     BLOCKS          Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs
     """
 
@@ -591,22 +646,21 @@ class SkipFlags(IntFlag):
 
 
 class Output(OpenEnum):
-    """Shapes are those of the last forward call.
+    """What a forward call draws. Shapes are those of the last call: V views, N Gaussians. Outputs of Gaussians are
+    0 for culled ones: before the near or behind the far plane, outside the image, not finite, without extent,
+    or (gsplat) fainter than 1/255. No skip changes them.
 
-    RGB             [V,H,W,3] over the background
-    ALPHA           [V,H,W]
+    RGB             [V,H,W,3] colours over the background
+    ALPHA           [V,H,W] sum of the weights
     DEPTH           [V,H,W] sum of weight * depth, scene units along z
     EXPECTED_DEPTH  [V,H,W] depth / alpha
     CONTRIBUTORS    [V,H,W] Gaussians of weight > 0
-    MEANS2D         Outputs of Gaussians are 0 for culled ones: before the near or behind the far
-                    plane, outside the image, not finite, without extent, or (gsplat) fainter than
-                    1/255. No skip changes them.; [V,N,2] pixels
-    RADII           [V,N,2] pixels
+    MEANS2D         [V,N,2] places of their means, pixels
+    RADII           [V,N,2] half extents, pixels
     CONICS          [V,N,3] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y)
-    DEPTHS          [V,N] scene units along z
+    DEPTHS          [V,N] depths of their means, scene units along z
     VISIBILITY      [V,N] 1, or 0 if culled
-    NORMALS         [V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of
-                    the camera
+    NORMALS         [V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
     """
 
     RGB = 1
@@ -623,13 +677,13 @@ class Output(OpenEnum):
 
 
 OutputName = Literal[
-    "rgb", "alpha", "depth", "expected_depth", "contributors", "means2d", "radii", "conics", "depths",
-    "visibility", "normals",
+    "rgb", "alpha", "depth", "expected_depth", "contributors", "means2d", "radii", "conics", "depths", "visibility",
+    "normals",
 ]
 
 
 class GradientFlags(IntFlag):
-    """Gradient flags.
+    """What becomes of gradients.
 
     ACCUMULATE  add gradients to the tensors' contents instead of overwriting them
     """
@@ -662,11 +716,11 @@ class RunEventKind(OpenEnum):
 
     MESSAGE          only a text
     STEP             one attempt of a step, with its numbers
-    VALIDATED_PIECE  one piece of a validation, such as an object of a data set: its numbers and
-                     images
+    VALIDATED_PIECE  one piece of a validation, such as an object of a data set: its numbers and images
     VALIDATION       the mean numbers of a validation
     CHECKPOINT       a state was saved
-    DONE             these end the run
+    DONE             all steps are done; this and what follows end the run
+    INTERRUPTED      the caller ended it; it can be resumed
     NOT_FINITE       ten steps in a row had a loss or gradients that are not finite
     NOTHING_DRAWN    200 steps in a row drew nothing; 20 of them give a warning
     """
@@ -683,10 +737,11 @@ class RunEventKind(OpenEnum):
 
 
 class Schedule(OpenEnum):
-    """Schedule.
+    """How the rate changes with the steps.
 
-    COSINE  half a cosine, zero one step after total_steps
-    STEP    a tenth from step step_at on
+    CONSTANT  the same rate in every step
+    COSINE    half a cosine, zero one step after total_steps
+    STEP      a tenth from step step_at on
     """
 
     CONSTANT = 1
@@ -698,7 +753,7 @@ ScheduleName = Literal["constant", "cosine", "step"]
 
 
 class TrainingFlags(IntFlag):
-    """A training of Splatter Image as a run, see run.h.
+    """What becomes of a run that is in the folder.
 
     RESUME     go on from the latest state that can be read; begin again if none was saved yet
     OVERWRITE  replace the run in the folder; other files in it stay
@@ -709,7 +764,12 @@ class TrainingFlags(IntFlag):
 
 
 class Metric(OpenEnum):
-    """A score of images."""
+    """A score of images.
+
+    PSNR   peak signal-to-noise ratio, dB; more is better
+    SSIM   structural similarity, 1 for equal images; more is better
+    LPIPS  learned perceptual distance, 0 for equal images; less is better
+    """
 
     PSNR = 1
     SSIM = 2
@@ -717,7 +777,7 @@ class Metric(OpenEnum):
 
 
 class CompareFlags(IntFlag):
-    """Compare flags.
+    """How scores are compared.
 
     UNPAIRED  ignore which object a score belongs to, as Splatter Image with priors was judged
     """
@@ -728,9 +788,11 @@ class CompareFlags(IntFlag):
 class Verdict(OpenEnum):
     """What a comparison of two methods found.
 
-    NO_DIFFERENCE  none was shown: p_holm is 0.05 or more
-    BETTER         B is
-    TOO_FEW        objects: no difference could bring p_holm below 0.05
+    NO_DIFFERENCE   none was shown: p_holm is 0.05 or more
+    BETTER          B is better than A
+    WORSE           B is worse than A
+    NOT_COMPARABLE  other objects in A than in B, or scores that are not finite
+    TOO_FEW         too few objects: no difference could bring p_holm below 0.05
     """
 
     NO_DIFFERENCE = 0
@@ -741,38 +803,36 @@ class Verdict(OpenEnum):
 
 
 class PriorModelFlags(IntFlag):
-    """Prior model flags.
+    """What the numbers of a model's maps are.
 
-    NUMBERS  F16 and F32 maps have the model's own numbers: depth at its scale, which may be
-             distances, normals from -1 to 1
+    NUMBERS  F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from
+             -1 to 1
     """
 
     NUMBERS = 1
 
 
 class DepthFlags(IntFlag):
-    """Depth flags.
+    """How depth maps are compared.
 
-    AS_PUBLISHED  Every pixel counts: both maps are first clamped to 1e-8, after which a choice of
-                  pixels with a truth > 0 chooses all. An aligned depth below 0 is within every
-                  factor. Takes no mask
+    AS_PUBLISHED  Every pixel counts: both maps are first clamped to 1e-8, after which a choice of pixels with a truth
+                  > 0 chooses all. An aligned depth below 0 is within every factor. Takes no mask
     """
 
     AS_PUBLISHED = 1
 
 
 class NormalFlags(IntFlag):
-    """Normal flags.
+    """What the numbers of normal maps are.
 
-    VECTORS  numbers are x, y, z themselves, from -1 to 1; else (n + 1) / 2, as data sets hold
-             them
+    VECTORS  numbers are x, y, z themselves, from -1 to 1; else (n + 1) / 2, as data sets hold them
     """
 
     VECTORS = 1
 
 
 class MaskFlags(IntFlag):
-    """Mask flags.
+    """Where the true mask is.
 
     ALPHA_HALF  the true mask is where alpha > 0.5; else where alpha > 0
     """
@@ -781,10 +841,10 @@ class MaskFlags(IntFlag):
 
 
 class FidelityFlags(IntFlag):
-    """Fidelity flags.
+    """How images are compared.
 
-    RANGE_1     compare values of 0 to 1 as they are, as published; else 255 times them, as the
-                noise of the definition expects
+    RANGE_1     compare values of 0 to 1 as they are, as published; else 255 times them, as the noise of the
+                definition expects
     WITH_ALPHA  average in alpha, as published; where it is constant and equal it counts as 1
     """
 
@@ -795,8 +855,8 @@ class FidelityFlags(IntFlag):
 class MapFilter(OpenEnum):
     """What is done with a map.
 
-    CANNY    Canny's edges, 0 or 1, of 255 times a map of 0 to 1, truncated: thresholds 50 and
-             150, aperture 3, L1 lengths, as OpenCV 4.6
+    CANNY    Canny's edges, 0 or 1, of 255 times a map of 0 to 1, truncated: thresholds 50 and 150, aperture 3, L1
+             lengths, as OpenCV 4.6
     SOBEL    length of the gradient divided by its largest in the map + 1e-8: weights 1 2 1
     SCHARR   the same with weights 3 10 3
     PREWITT  the same with weights 1 1 1
@@ -820,2060 +880,757 @@ splat_progress_callback = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_uint64)
 
 
 class splat_decode_limits(Structure):
-    """What a file may cost when it is read, by this process and whatever reads it."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    bytes_times_file: int
-    bytes_besides: int
-    items: int
-    jpeg_scans: int
+    struct_size: int; flags: int; next: Any; bytes_times_file: int; bytes_besides: int; items: int; jpeg_scans: int
     reserved: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("bytes_times_file", c_uint64),
-        ("bytes_besides", c_uint64),
-        ("items", c_uint64),
-        ("jpeg_scans", c_uint32),
-        ("reserved", c_uint32),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("bytes_times_file", c_uint64),
+        ("bytes_besides", c_uint64), ("items", c_uint64), ("jpeg_scans", c_uint32), ("reserved", c_uint32),
     ]
 
 
 class splat_image(Structure):
-    """The caller's pixels, in any layout that strides describe."""
-
-    pixels: Any
-    bytes: int
-    type: int
-    width: int
-    height: int
-    channels: int
-    row_stride: int
-    pixel_stride: int
+    pixels: Any; bytes: int; type: int; width: int; height: int; channels: int; row_stride: int; pixel_stride: int
     channel_stride: int
     _fields_ = [
-        ("pixels", c_void_p),
-        ("bytes", c_size_t),
-        ("type", c_int32),
-        ("width", c_uint32),
-        ("height", c_uint32),
-        ("channels", c_uint32),
-        ("row_stride", c_int64),
-        ("pixel_stride", c_int64),
-        ("channel_stride", c_int64),
+        ("pixels", c_void_p), ("bytes", c_size_t), ("type", c_int32), ("width", c_uint32), ("height", c_uint32),
+        ("channels", c_uint32), ("row_stride", c_int64), ("pixel_stride", c_int64), ("channel_stride", c_int64),
     ]
 
 
 class splat_device_info(Structure):
-    """`splat_device_info` of the headers."""
-
-    struct_size: int
-    index: int
-    kind: int
-    usable: int
-    vendor_id: int
-    device_id: int
-    vulkan_version: int
-    driver_version: int
-    uuid: Any
-    heap_bytes: int
-    max_allocation_bytes: int
-    max_storage_buffer_bytes: int
-    max_workgroup_invocations: int
-    shared_memory_bytes: int
-    subgroup_size: int
-    features: int
-    kernels: int
-    reserved: int
-    name: Any
-    driver: Any
-    reason: Any
+    struct_size: int; index: int; kind: int; usable: int; vendor_id: int; device_id: int; vulkan_version: int
+    driver_version: int; uuid: Any; heap_bytes: int; max_allocation_bytes: int; max_storage_buffer_bytes: int
+    max_workgroup_invocations: int; shared_memory_bytes: int; subgroup_size: int; features: int; kernels: int
+    reserved: int; name: Any; driver: Any; reason: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("index", c_uint32),
-        ("kind", c_int32),
-        ("usable", c_uint32),
-        ("vendor_id", c_uint32),
-        ("device_id", c_uint32),
-        ("vulkan_version", c_uint32),
-        ("driver_version", c_uint32),
-        ("uuid", c_uint8 * 16),
-        ("heap_bytes", c_uint64),
-        ("max_allocation_bytes", c_uint64),
-        ("max_storage_buffer_bytes", c_uint64),
-        ("max_workgroup_invocations", c_uint32),
-        ("shared_memory_bytes", c_uint32),
-        ("subgroup_size", c_uint32),
-        ("features", c_uint32),
-        ("kernels", c_int32),
-        ("reserved", c_uint32),
-        ("name", c_char * 256),
-        ("driver", c_char * 256),
-        ("reason", c_char * 256),
+        ("struct_size", c_uint32), ("index", c_uint32), ("kind", c_int32), ("usable", c_uint32),
+        ("vendor_id", c_uint32), ("device_id", c_uint32), ("vulkan_version", c_uint32), ("driver_version", c_uint32),
+        ("uuid", c_uint8 * 16), ("heap_bytes", c_uint64), ("max_allocation_bytes", c_uint64),
+        ("max_storage_buffer_bytes", c_uint64), ("max_workgroup_invocations", c_uint32),
+        ("shared_memory_bytes", c_uint32), ("subgroup_size", c_uint32), ("features", c_uint32), ("kernels", c_int32),
+        ("reserved", c_uint32), ("name", c_char * 256), ("driver", c_char * 256), ("reason", c_char * 256),
     ]
 
 
 class splat_device_desc(Structure):
-    """`splat_device_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    select: int
-    index: int
-    kind: int
-    kernels: int
-    uuid: Any
-    max_device_bytes: int
-    timeout_ns: int
-    cache_folder: Any
+    struct_size: int; flags: int; next: Any; select: int; index: int; kind: int; kernels: int; uuid: Any
+    max_device_bytes: int; timeout_ns: int; cache_folder: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("select", c_int32),
-        ("index", c_uint32),
-        ("kind", c_int32),
-        ("kernels", c_int32),
-        ("uuid", c_uint8 * 16),
-        ("max_device_bytes", c_uint64),
-        ("timeout_ns", c_uint64),
-        ("cache_folder", c_char_p),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("select", c_int32), ("index", c_uint32),
+        ("kind", c_int32), ("kernels", c_int32), ("uuid", c_uint8 * 16), ("max_device_bytes", c_uint64),
+        ("timeout_ns", c_uint64), ("cache_folder", c_char_p),
     ]
 
 
 class splat_memory_info(Structure):
-    """`splat_memory_info` of the headers."""
-
-    struct_size: int
-    allocations: int
-    used_bytes: int
-    live_bytes: int
-    peak_bytes: int
-    budget_bytes: int
+    struct_size: int; allocations: int; used_bytes: int; live_bytes: int; peak_bytes: int; budget_bytes: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("allocations", c_uint32),
-        ("used_bytes", c_uint64),
-        ("live_bytes", c_uint64),
-        ("peak_bytes", c_uint64),
-        ("budget_bytes", c_uint64),
+        ("struct_size", c_uint32), ("allocations", c_uint32), ("used_bytes", c_uint64), ("live_bytes", c_uint64),
+        ("peak_bytes", c_uint64), ("budget_bytes", c_uint64),
     ]
 
 
 class splat_tensor_desc(Structure):
-    """`splat_tensor_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    name: Any
-    dtype: int
-    rank: int
-    dims: Any
+    struct_size: int; flags: int; next: Any; name: Any; dtype: int; rank: int; dims: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("name", c_char_p),
-        ("dtype", c_int32),
-        ("rank", c_uint32),
-        ("dims", c_int64 * 8),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("name", c_char_p), ("dtype", c_int32),
+        ("rank", c_uint32), ("dims", c_int64 * 8),
     ]
 
 
 class splat_tensor_info(Structure):
-    """`splat_tensor_info` of the headers."""
-
-    struct_size: int
-    dtype: int
-    rank: int
-    mapped: int
-    dims: Any
-    elements: int
-    bytes: int
-    name: Any
+    struct_size: int; dtype: int; rank: int; mapped: int; dims: Any; elements: int; bytes: int; name: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("dtype", c_int32),
-        ("rank", c_uint32),
-        ("mapped", c_uint32),
-        ("dims", c_int64 * 8),
-        ("elements", c_uint64),
-        ("bytes", c_uint64),
-        ("name", c_char * 64),
+        ("struct_size", c_uint32), ("dtype", c_int32), ("rank", c_uint32), ("mapped", c_uint32),
+        ("dims", c_int64 * 8), ("elements", c_uint64), ("bytes", c_uint64), ("name", c_char * 64),
     ]
 
 
 class splat_tensor_stats(Structure):
-    """`splat_tensor_stats` of the headers."""
-
-    struct_size: int
-    reserved: int
-    nan_count: int
-    inf_count: int
-    min: float
-    max: float
-    mean: float
+    struct_size: int; reserved: int; nan_count: int; inf_count: int; min: float; max: float; mean: float
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("nan_count", c_uint64),
-        ("inf_count", c_uint64),
-        ("min", c_double),
-        ("max", c_double),
-        ("mean", c_double),
+        ("struct_size", c_uint32), ("reserved", c_uint32), ("nan_count", c_uint64), ("inf_count", c_uint64),
+        ("min", c_double), ("max", c_double), ("mean", c_double),
     ]
 
 
 class splat_co3d_desc(Structure):
-    """`splat_co3d_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    raw: Any
-    out: Any
-    category: Any
-    subset: Any
-    split: Any
-    size: int
+    struct_size: int; flags: int; next: Any; raw: Any; out: Any; category: Any; subset: Any; split: Any; size: int
     limit: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("raw", c_char_p),
-        ("out", c_char_p),
-        ("category", c_char_p),
-        ("subset", c_char_p),
-        ("split", c_char_p),
-        ("size", c_uint32),
-        ("limit", c_uint32),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("raw", c_char_p), ("out", c_char_p),
+        ("category", c_char_p), ("subset", c_char_p), ("split", c_char_p), ("size", c_uint32), ("limit", c_uint32),
     ]
 
 
 class splat_co3d_info(Structure):
-    """`splat_co3d_info` of the headers."""
-
-    struct_size: int
-    sequences: int
-    kept: int
-    left_out: int
-    frames: int
+    struct_size: int; sequences: int; kept: int; left_out: int; frames: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("sequences", c_uint32),
-        ("kept", c_uint32),
-        ("left_out", c_uint32),
+        ("struct_size", c_uint32), ("sequences", c_uint32), ("kept", c_uint32), ("left_out", c_uint32),
         ("frames", c_uint64),
     ]
 
 
 class splat_dataset_desc(Structure):
-    """`splat_dataset_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    path: Any
-    format: Any
-    split: Any
-    resolution: int
-    limit: int
-    cache_bytes: int
-    background: Any
-    reserved: int
-    category: Any
-    objects_file: Any
-    excluded_file: Any
+    struct_size: int; flags: int; next: Any; path: Any; format: Any; split: Any; resolution: int; limit: int
+    cache_bytes: int; background: Any; reserved: int; category: Any; objects_file: Any; excluded_file: Any
     views_file: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("path", c_char_p),
-        ("format", c_char_p),
-        ("split", c_char_p),
-        ("resolution", c_uint32),
-        ("limit", c_uint32),
-        ("cache_bytes", c_uint64),
-        ("background", c_float * 3),
-        ("reserved", c_uint32),
-        ("category", c_char_p),
-        ("objects_file", c_char_p),
-        ("excluded_file", c_char_p),
-        ("views_file", c_char_p),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("path", c_char_p), ("format", c_char_p),
+        ("split", c_char_p), ("resolution", c_uint32), ("limit", c_uint32), ("cache_bytes", c_uint64),
+        ("background", c_float * 3), ("reserved", c_uint32), ("category", c_char_p), ("objects_file", c_char_p),
+        ("excluded_file", c_char_p), ("views_file", c_char_p),
     ]
 
 
 class splat_dataset_views(Structure):
-    """Destinations of n views of R x R pixels."""
-
-    struct_size: int
-    reserved: int
-    images: Any
-    depths: Any
-    normals: Any
-    masks: Any
-    view_to_world: Any
-    quaternions: Any
-    focals: Any
-    origin_distances: Any
-    image_count: int
-    depth_count: int
-    normal_count: int
-    mask_count: int
-    view_to_world_count: int
-    quaternion_count: int
-    focal_count: int
-    origin_distance_count: int
+    struct_size: int; reserved: int; images: Any; depths: Any; normals: Any; masks: Any; view_to_world: Any
+    quaternions: Any; focals: Any; origin_distances: Any; image_count: int; depth_count: int; normal_count: int
+    mask_count: int; view_to_world_count: int; quaternion_count: int; focal_count: int; origin_distance_count: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("images", c_void_p),
-        ("depths", c_void_p),
-        ("normals", c_void_p),
-        ("masks", c_void_p),
-        ("view_to_world", c_void_p),
-        ("quaternions", c_void_p),
-        ("focals", c_void_p),
-        ("origin_distances", c_void_p),
-        ("image_count", c_uint64),
-        ("depth_count", c_uint64),
-        ("normal_count", c_uint64),
-        ("mask_count", c_uint64),
-        ("view_to_world_count", c_uint64),
-        ("quaternion_count", c_uint64),
-        ("focal_count", c_uint64),
-        ("origin_distance_count", c_uint64),
+        ("struct_size", c_uint32), ("reserved", c_uint32), ("images", c_void_p), ("depths", c_void_p),
+        ("normals", c_void_p), ("masks", c_void_p), ("view_to_world", c_void_p), ("quaternions", c_void_p),
+        ("focals", c_void_p), ("origin_distances", c_void_p), ("image_count", c_uint64), ("depth_count", c_uint64),
+        ("normal_count", c_uint64), ("mask_count", c_uint64), ("view_to_world_count", c_uint64),
+        ("quaternion_count", c_uint64), ("focal_count", c_uint64), ("origin_distance_count", c_uint64),
     ]
 
 
 class splat_dataset_import_desc(Structure):
-    """`splat_dataset_import_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    path: Any
-    out: Any
-    split: Any
-    duckdb: Any
-    shards: int
-    shard: int
+    struct_size: int; flags: int; next: Any; path: Any; out: Any; split: Any; duckdb: Any; shards: int; shard: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("path", c_char_p),
-        ("out", c_char_p),
-        ("split", c_char_p),
-        ("duckdb", c_char_p),
-        ("shards", c_uint32),
-        ("shard", c_uint32),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("path", c_char_p), ("out", c_char_p),
+        ("split", c_char_p), ("duckdb", c_char_p), ("shards", c_uint32), ("shard", c_uint32),
     ]
 
 
 class splat_dataset_export_desc(Structure):
-    """`splat_dataset_export_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    path: Any
-    layout: Any
-    split: Any
-    category: Any
-    duckdb: Any
-    objects: Any
-    object_count: int
-    shards: int
-    shard: int
+    struct_size: int; flags: int; next: Any; path: Any; layout: Any; split: Any; category: Any; duckdb: Any
+    objects: Any; object_count: int; shards: int; shard: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("path", c_char_p),
-        ("layout", c_char_p),
-        ("split", c_char_p),
-        ("category", c_char_p),
-        ("duckdb", c_char_p),
-        ("objects", c_void_p),
-        ("object_count", c_uint64),
-        ("shards", c_uint32),
-        ("shard", c_uint32),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("path", c_char_p), ("layout", c_char_p),
+        ("split", c_char_p), ("category", c_char_p), ("duckdb", c_char_p), ("objects", c_void_p),
+        ("object_count", c_uint64), ("shards", c_uint32), ("shard", c_uint32),
     ]
 
 
 class splat_synthetic_desc(Structure):
-    """Procedural objects with exact maps, in the layout of SRN's data."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    path: Any
-    category: Any
-    seed: int
-    resolution: int
-    train_views: int
-    test_views: int
-    train_objects: int
-    val_objects: int
-    test_objects: int
+    struct_size: int; flags: int; next: Any; path: Any; category: Any; seed: int; resolution: int; train_views: int
+    test_views: int; train_objects: int; val_objects: int; test_objects: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("path", c_char_p),
-        ("category", c_char_p),
-        ("seed", c_uint64),
-        ("resolution", c_uint32),
-        ("train_views", c_uint32),
-        ("test_views", c_uint32),
-        ("train_objects", c_uint32),
-        ("val_objects", c_uint32),
-        ("test_objects", c_uint32),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("path", c_char_p),
+        ("category", c_char_p), ("seed", c_uint64), ("resolution", c_uint32), ("train_views", c_uint32),
+        ("test_views", c_uint32), ("train_objects", c_uint32), ("val_objects", c_uint32), ("test_objects", c_uint32),
     ]
 
 
 class splat_scene_desc(Structure):
-    """`splat_scene_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    count: int
-    sh_degree: int
-    reserved: int
-    means: Any
-    log_scales: Any
-    rotations: Any
-    opacity_logits: Any
-    sh: Any
-    mean_count: int
-    log_scale_count: int
-    rotation_count: int
-    opacity_logit_count: int
-    sh_count: int
+    struct_size: int; flags: int; next: Any; count: int; sh_degree: int; reserved: int; means: Any; log_scales: Any
+    rotations: Any; opacity_logits: Any; sh: Any; mean_count: int; log_scale_count: int; rotation_count: int
+    opacity_logit_count: int; sh_count: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("count", c_uint64),
-        ("sh_degree", c_uint32),
-        ("reserved", c_uint32),
-        ("means", c_void_p),
-        ("log_scales", c_void_p),
-        ("rotations", c_void_p),
-        ("opacity_logits", c_void_p),
-        ("sh", c_void_p),
-        ("mean_count", c_uint64),
-        ("log_scale_count", c_uint64),
-        ("rotation_count", c_uint64),
-        ("opacity_logit_count", c_uint64),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("count", c_uint64),
+        ("sh_degree", c_uint32), ("reserved", c_uint32), ("means", c_void_p), ("log_scales", c_void_p),
+        ("rotations", c_void_p), ("opacity_logits", c_void_p), ("sh", c_void_p), ("mean_count", c_uint64),
+        ("log_scale_count", c_uint64), ("rotation_count", c_uint64), ("opacity_logit_count", c_uint64),
         ("sh_count", c_uint64),
     ]
 
 
 class splat_scene_file_desc(Structure):
-    """`splat_scene_file_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    format: int
-    frame: int
-    sh_degree: int
-    spz_version: int
+    struct_size: int; flags: int; next: Any; format: int; frame: int; sh_degree: int; spz_version: int
     max_count: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("format", c_int32),
-        ("frame", c_int32),
-        ("sh_degree", c_int32),
-        ("spz_version", c_uint32),
-        ("max_count", c_uint64),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("format", c_int32), ("frame", c_int32),
+        ("sh_degree", c_int32), ("spz_version", c_uint32), ("max_count", c_uint64),
     ]
 
 
 class splat_similarity(Structure):
-    """x -> scale * rotation x + translation."""
-
-    rotation: Any
-    translation: Any
-    scale: float
+    rotation: Any; translation: Any; scale: float
     _fields_ = [
-        ("rotation", c_double * 4),
-        ("translation", c_double * 3),
-        ("scale", c_double),
+        ("rotation", c_double * 4), ("translation", c_double * 3), ("scale", c_double),
     ]
 
 
 class splat_scene_info(Structure):
-    """`splat_scene_info` of the headers."""
-
-    struct_size: int
-    sh_degree: int
-    count: int
-    low: Any
-    high: Any
-    center: Any
-    radius: float
-    scale_min: float
-    scale_max: float
-    scale_mean: float
-    opacity_min: float
-    opacity_max: float
-    opacity_mean: float
-    non_finite: int
-    bad_rotations: int
-    degenerate: int
-    invisible: int
+    struct_size: int; sh_degree: int; count: int; low: Any; high: Any; center: Any; radius: float; scale_min: float
+    scale_max: float; scale_mean: float; opacity_min: float; opacity_max: float; opacity_mean: float
+    non_finite: int; bad_rotations: int; degenerate: int; invisible: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("sh_degree", c_uint32),
-        ("count", c_uint64),
-        ("low", c_double * 3),
-        ("high", c_double * 3),
-        ("center", c_double * 3),
-        ("radius", c_double),
-        ("scale_min", c_double),
-        ("scale_max", c_double),
-        ("scale_mean", c_double),
-        ("opacity_min", c_double),
-        ("opacity_max", c_double),
-        ("opacity_mean", c_double),
-        ("non_finite", c_uint64),
-        ("bad_rotations", c_uint64),
-        ("degenerate", c_uint64),
+        ("struct_size", c_uint32), ("sh_degree", c_uint32), ("count", c_uint64), ("low", c_double * 3),
+        ("high", c_double * 3), ("center", c_double * 3), ("radius", c_double), ("scale_min", c_double),
+        ("scale_max", c_double), ("scale_mean", c_double), ("opacity_min", c_double), ("opacity_max", c_double),
+        ("opacity_mean", c_double), ("non_finite", c_uint64), ("bad_rotations", c_uint64), ("degenerate", c_uint64),
         ("invisible", c_uint64),
     ]
 
 
 class splat_camera(Structure):
-    """A pinhole camera."""
-
-    width: int
-    height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    world_to_camera: Any
+    width: int; height: int; fx: float; fy: float; cx: float; cy: float; world_to_camera: Any
     _fields_ = [
-        ("width", c_uint32),
-        ("height", c_uint32),
-        ("fx", c_double),
-        ("fy", c_double),
-        ("cx", c_double),
-        ("cy", c_double),
-        ("world_to_camera", c_double * 16),
+        ("width", c_uint32), ("height", c_uint32), ("fx", c_double), ("fy", c_double), ("cx", c_double),
+        ("cy", c_double), ("world_to_camera", c_double * 16),
     ]
 
 
 class splat_orbit_desc(Structure):
-    """`splat_orbit_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    width: int
-    height: int
-    fov_x: float
-    elevation: float
-    start: float
-    distance: float
-    up: Any
+    struct_size: int; flags: int; next: Any; width: int; height: int; fov_x: float; elevation: float; start: float
+    distance: float; up: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("width", c_uint32),
-        ("height", c_uint32),
-        ("fov_x", c_double),
-        ("elevation", c_double),
-        ("start", c_double),
-        ("distance", c_double),
-        ("up", c_double * 3),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("width", c_uint32),
+        ("height", c_uint32), ("fov_x", c_double), ("elevation", c_double), ("start", c_double),
+        ("distance", c_double), ("up", c_double * 3),
     ]
 
 
 class splat_camera_file_desc(Structure):
-    """`splat_camera_file_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    width: int
-    height: int
+    struct_size: int; flags: int; next: Any; width: int; height: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("width", c_uint32),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("width", c_uint32),
         ("height", c_uint32),
     ]
 
 
 class splat_camera_bytes(Structure):
-    """Files of cameras in memory."""
-
-    struct_size: int
-    reserved: int
-    cameras: Any
-    camera_bytes: int
-    images: Any
-    image_bytes: int
+    struct_size: int; reserved: int; cameras: Any; camera_bytes: int; images: Any; image_bytes: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("cameras", c_void_p),
-        ("camera_bytes", c_size_t),
-        ("images", c_void_p),
-        ("image_bytes", c_size_t),
+        ("struct_size", c_uint32), ("reserved", c_uint32), ("cameras", c_void_p), ("camera_bytes", c_size_t),
+        ("images", c_void_p), ("image_bytes", c_size_t),
     ]
 
 
 class splat_weights_info(Structure):
-    """`splat_weights_info` of the headers."""
-
-    struct_size: int
-    rank: int
-    dims: Any
-    elements: int
-    name: Any
-    dtype: Any
+    struct_size: int; rank: int; dims: Any; elements: int; name: Any; dtype: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("rank", c_uint32),
-        ("dims", c_int64 * 8),
-        ("elements", c_uint64),
-        ("name", c_char_p),
-        ("dtype", c_char_p),
+        ("struct_size", c_uint32), ("rank", c_uint32), ("dims", c_int64 * 8), ("elements", c_uint64),
+        ("name", c_char_p), ("dtype", c_char_p),
     ]
 
 
 class splat_named_array(Structure):
-    """A tensor in the caller's memory, row-major."""
-
-    name: Any
-    values: Any
-    value_count: int
-    dims: Any
-    rank: int
-    reserved: int
+    name: Any; values: Any; value_count: int; dims: Any; rank: int; reserved: int
     _fields_ = [
-        ("name", c_char_p),
-        ("values", c_void_p),
-        ("value_count", c_uint64),
-        ("dims", c_int64 * 8),
-        ("rank", c_uint32),
-        ("reserved", c_uint32),
+        ("name", c_char_p), ("values", c_void_p), ("value_count", c_uint64), ("dims", c_int64 * 8),
+        ("rank", c_uint32), ("reserved", c_uint32),
     ]
 
 
 class splat_op_desc(Structure):
-    """`splat_op_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    type: Any
-    attributes: Any
-    input_count: int
-    output_count: int
-    inputs: Any
-    outputs: Any
-    grad_outputs: Any
-    grad_inputs: Any
+    struct_size: int; flags: int; next: Any; type: Any; attributes: Any; input_count: int; output_count: int
+    inputs: Any; outputs: Any; grad_outputs: Any; grad_inputs: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("type", c_char_p),
-        ("attributes", c_char_p),
-        ("input_count", c_uint32),
-        ("output_count", c_uint32),
-        ("inputs", POINTER(c_void_p)),
-        ("outputs", POINTER(c_void_p)),
-        ("grad_outputs", POINTER(c_void_p)),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("type", c_char_p),
+        ("attributes", c_char_p), ("input_count", c_uint32), ("output_count", c_uint32),
+        ("inputs", POINTER(c_void_p)), ("outputs", POINTER(c_void_p)), ("grad_outputs", POINTER(c_void_p)),
         ("grad_inputs", POINTER(c_void_p)),
     ]
 
 
 class splat_port(Structure):
-    """A named tensor of a model or a module."""
-
-    name: Any
-    rank: int
-    flags: int
-    dims: Any
+    name: Any; rank: int; flags: int; dims: Any
     _fields_ = [
-        ("name", c_char_p),
-        ("rank", c_uint32),
-        ("flags", c_uint32),
-        ("dims", c_int64 * 8),
+        ("name", c_char_p), ("rank", c_uint32), ("flags", c_uint32), ("dims", c_int64 * 8),
     ]
 
 
 class splat_model_desc(Structure):
-    """`splat_model_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    config: Any
-    objects: int
-    precision: int
+    struct_size: int; flags: int; next: Any; config: Any; objects: int; precision: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("config", c_char_p),
-        ("objects", c_uint32),
-        ("precision", c_int32),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("config", c_char_p),
+        ("objects", c_uint32), ("precision", c_int32),
     ]
 
 
 class splat_model_info(Structure):
-    """What a model was made for, and what its latest pass gave."""
-
-    struct_size: int
-    flags: int
-    objects: int
-    views: int
-    resolution: int
-    channels: int
-    image_channels: int
-    output_channels: int
-    gaussians: int
-    sh_degree: int
-    embedding_length: int
-    token_dim: int
-    tokens: int
-    slices: int
-    fov: float
-    reserved: int
-    parameters: int
-    trainable: int
-    predicted: int
-    non_finite: int
+    struct_size: int; flags: int; objects: int; views: int; resolution: int; channels: int; image_channels: int
+    output_channels: int; gaussians: int; sh_degree: int; embedding_length: int; token_dim: int; tokens: int
+    slices: int; fov: float; reserved: int; parameters: int; trainable: int; predicted: int; non_finite: int
     faint: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("objects", c_uint32),
-        ("views", c_uint32),
-        ("resolution", c_uint32),
-        ("channels", c_uint32),
-        ("image_channels", c_uint32),
-        ("output_channels", c_uint32),
-        ("gaussians", c_uint32),
-        ("sh_degree", c_uint32),
-        ("embedding_length", c_uint32),
-        ("token_dim", c_uint32),
-        ("tokens", c_uint32),
-        ("slices", c_uint32),
-        ("fov", c_float),
-        ("reserved", c_uint32),
-        ("parameters", c_uint64),
-        ("trainable", c_uint64),
-        ("predicted", c_uint64),
-        ("non_finite", c_uint64),
-        ("faint", c_uint64),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("objects", c_uint32), ("views", c_uint32),
+        ("resolution", c_uint32), ("channels", c_uint32), ("image_channels", c_uint32),
+        ("output_channels", c_uint32), ("gaussians", c_uint32), ("sh_degree", c_uint32),
+        ("embedding_length", c_uint32), ("token_dim", c_uint32), ("tokens", c_uint32), ("slices", c_uint32),
+        ("fov", c_float), ("reserved", c_uint32), ("parameters", c_uint64), ("trainable", c_uint64),
+        ("predicted", c_uint64), ("non_finite", c_uint64), ("faint", c_uint64),
     ]
 
 
 class splat_model_input(Structure):
-    """Counts are of numbers in the array beside them."""
-
-    struct_size: int
-    flags: int
-    seed: int
-    step: int
-    channels: int
-    objects: int
-    picture_count: int
-    pictures: Any
-    images: Any
-    images_count: int
-    view_to_world: Any
-    view_to_world_count: int
-    quaternions: Any
-    quaternions_count: int
-    focals: Any
-    focals_count: int
-    embedding: Any
-    embedding_count: int
-    tokens: Any
+    struct_size: int; flags: int; seed: int; step: int; channels: int; objects: int; picture_count: int
+    pictures: Any; images: Any; images_count: int; view_to_world: Any; view_to_world_count: int; quaternions: Any
+    quaternions_count: int; focals: Any; focals_count: int; embedding: Any; embedding_count: int; tokens: Any
     tokens_count: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("seed", c_uint64),
-        ("step", c_uint32),
-        ("channels", c_uint32),
-        ("objects", c_uint32),
-        ("picture_count", c_uint32),
-        ("pictures", POINTER(splat_image)),
-        ("images", c_void_p),
-        ("images_count", c_uint64),
-        ("view_to_world", c_void_p),
-        ("view_to_world_count", c_uint64),
-        ("quaternions", c_void_p),
-        ("quaternions_count", c_uint64),
-        ("focals", c_void_p),
-        ("focals_count", c_uint64),
-        ("embedding", c_void_p),
-        ("embedding_count", c_uint64),
-        ("tokens", c_void_p),
-        ("tokens_count", c_uint64),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("seed", c_uint64), ("step", c_uint32),
+        ("channels", c_uint32), ("objects", c_uint32), ("picture_count", c_uint32),
+        ("pictures", POINTER(splat_image)), ("images", c_void_p), ("images_count", c_uint64),
+        ("view_to_world", c_void_p), ("view_to_world_count", c_uint64), ("quaternions", c_void_p),
+        ("quaternions_count", c_uint64), ("focals", c_void_p), ("focals_count", c_uint64), ("embedding", c_void_p),
+        ("embedding_count", c_uint64), ("tokens", c_void_p), ("tokens_count", c_uint64),
     ]
 
 
 class splat_model_gradients(Structure):
-    """Gradients of a loss with respect to outputs, in their shapes."""
-
-    struct_size: int
-    flags: int
-    means: Any
-    means_count: int
-    opacities: Any
-    opacities_count: int
-    scales: Any
-    scales_count: int
-    rotations: Any
-    rotations_count: int
-    sh: Any
-    sh_count: int
+    struct_size: int; flags: int; means: Any; means_count: int; opacities: Any; opacities_count: int; scales: Any
+    scales_count: int; rotations: Any; rotations_count: int; sh: Any; sh_count: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("means", c_void_p),
-        ("means_count", c_uint64),
-        ("opacities", c_void_p),
-        ("opacities_count", c_uint64),
-        ("scales", c_void_p),
-        ("scales_count", c_uint64),
-        ("rotations", c_void_p),
-        ("rotations_count", c_uint64),
-        ("sh", c_void_p),
-        ("sh_count", c_uint64),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("means", c_void_p), ("means_count", c_uint64),
+        ("opacities", c_void_p), ("opacities_count", c_uint64), ("scales", c_void_p), ("scales_count", c_uint64),
+        ("rotations", c_void_p), ("rotations_count", c_uint64), ("sh", c_void_p), ("sh_count", c_uint64),
     ]
 
 
 class splat_module_desc(Structure):
-    """`splat_module_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    type: Any
-    attributes: Any
-    ports: Any
-    port_count: int
-    precision: int
+    struct_size: int; flags: int; next: Any; type: Any; attributes: Any; ports: Any; port_count: int; precision: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("type", c_char_p),
-        ("attributes", c_char_p),
-        ("ports", POINTER(splat_port)),
-        ("port_count", c_uint32),
-        ("precision", c_int32),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("type", c_char_p),
+        ("attributes", c_char_p), ("ports", POINTER(splat_port)), ("port_count", c_uint32), ("precision", c_int32),
     ]
 
 
 class splat_picture_source(Structure):
-    """A picture or a map."""
-
-    path: Any
-    pixels: Any
+    path: Any; pixels: Any
     _fields_ = [
-        ("path", c_char_p),
-        ("pixels", splat_image),
+        ("path", c_char_p), ("pixels", splat_image),
     ]
 
 
 class splat_picture(Structure):
-    """One view of an object."""
-
-    image: Any
-    mask: Any
-    depth: Any
-    normal: Any
-    flags: int
-    foreground: float
-    focal: float
-    origin_distance: float
-    world_to_camera: Any
-    embedding: Any
-    embedding_count: int
-    tokens: Any
+    image: Any; mask: Any; depth: Any; normal: Any; flags: int; foreground: float; focal: float
+    origin_distance: float; world_to_camera: Any; embedding: Any; embedding_count: int; tokens: Any
     token_count: int
     _fields_ = [
-        ("image", splat_picture_source),
-        ("mask", splat_picture_source),
-        ("depth", splat_picture_source),
-        ("normal", splat_picture_source),
-        ("flags", c_uint32),
-        ("foreground", c_float),
-        ("focal", c_double),
-        ("origin_distance", c_double),
-        ("world_to_camera", c_double * 16),
-        ("embedding", c_void_p),
-        ("embedding_count", c_uint64),
-        ("tokens", c_void_p),
-        ("token_count", c_uint64),
+        ("image", splat_picture_source), ("mask", splat_picture_source), ("depth", splat_picture_source),
+        ("normal", splat_picture_source), ("flags", c_uint32), ("foreground", c_float), ("focal", c_double),
+        ("origin_distance", c_double), ("world_to_camera", c_double * 16), ("embedding", c_void_p),
+        ("embedding_count", c_uint64), ("tokens", c_void_p), ("token_count", c_uint64),
     ]
 
 
 class splat_picture_info(Structure):
-    """What became of a picture."""
-
-    width: int
-    height: int
-    found: int
-    warnings: int
-    square: Any
-    focal: float
-    fov_degrees: float
+    width: int; height: int; found: int; warnings: int; square: Any; focal: float; fov_degrees: float
     _fields_ = [
-        ("width", c_uint32),
-        ("height", c_uint32),
-        ("found", c_int32),
-        ("warnings", c_uint32),
-        ("square", c_double * 3),
-        ("focal", c_double),
-        ("fov_degrees", c_double),
+        ("width", c_uint32), ("height", c_uint32), ("found", c_int32), ("warnings", c_uint32),
+        ("square", c_double * 3), ("focal", c_double), ("fov_degrees", c_double),
     ]
 
 
 class splat_picture_cut_desc(Structure):
-    """Where splat_picture_cut writes."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    resolution: int
-    background: Any
-    image: Any
-    mask: Any
-    depth: Any
+    struct_size: int; flags: int; next: Any; resolution: int; background: Any; image: Any; mask: Any; depth: Any
     normal: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("resolution", c_uint32),
-        ("background", c_float * 3),
-        ("image", splat_image),
-        ("mask", splat_image),
-        ("depth", splat_image),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("resolution", c_uint32),
+        ("background", c_float * 3), ("image", splat_image), ("mask", splat_image), ("depth", splat_image),
         ("normal", splat_image),
     ]
 
 
 class splat_predictor_desc(Structure):
-    """`splat_predictor_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    weights_path: Any
-    weights: Any
-    config: Any
-    adapters_path: Any
-    adapters: Any
-    adapters_alpha: float
+    struct_size: int; flags: int; next: Any; weights_path: Any; weights: Any; config: Any; adapters_path: Any
+    adapters: Any; adapters_alpha: float
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("weights_path", c_char_p),
-        ("weights", c_void_p),
-        ("config", c_char_p),
-        ("adapters_path", c_char_p),
-        ("adapters", c_void_p),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("weights_path", c_char_p),
+        ("weights", c_void_p), ("config", c_char_p), ("adapters_path", c_char_p), ("adapters", c_void_p),
         ("adapters_alpha", c_double),
     ]
 
 
 class splat_predictor_info(Structure):
-    """What a predictor takes and gives, for what its weights were trained."""
-
-    struct_size: int
-    views: int
-    resolution: int
-    channels: int
-    depth: int
-    normal: int
-    mask: int
-    origin_distance: int
-    gaussians: int
-    sh_degree: int
-    background: Any
-    fov_degrees: float
-    category: Any
+    struct_size: int; views: int; resolution: int; channels: int; depth: int; normal: int; mask: int
+    origin_distance: int; gaussians: int; sh_degree: int; background: Any; fov_degrees: float; category: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("views", c_uint32),
-        ("resolution", c_uint32),
-        ("channels", c_uint32),
-        ("depth", c_uint32),
-        ("normal", c_uint32),
-        ("mask", c_uint32),
-        ("origin_distance", c_uint32),
-        ("gaussians", c_uint64),
-        ("sh_degree", c_uint32),
-        ("background", c_float * 3),
-        ("fov_degrees", c_double),
+        ("struct_size", c_uint32), ("views", c_uint32), ("resolution", c_uint32), ("channels", c_uint32),
+        ("depth", c_uint32), ("normal", c_uint32), ("mask", c_uint32), ("origin_distance", c_uint32),
+        ("gaussians", c_uint64), ("sh_degree", c_uint32), ("background", c_float * 3), ("fov_degrees", c_double),
         ("category", c_char_p),
     ]
 
 
 class splat_prediction(Structure):
-    """Facts of a prediction."""
-
-    struct_size: int
-    camera_capacity: int
-    cameras: Any
-    pictures: Any
-    picture_capacity: int
-    camera_count: int
-    picture_count: int
-    reserved: int
-    inputs: Any
-    input_capacity: int
-    gaussians: int
-    not_finite: int
-    faint: int
-    read_ms: float
-    network_ms: float
+    struct_size: int; camera_capacity: int; cameras: Any; pictures: Any; picture_capacity: int; camera_count: int
+    picture_count: int; reserved: int; inputs: Any; input_capacity: int; gaussians: int; not_finite: int; faint: int
+    read_ms: float; network_ms: float
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("camera_capacity", c_uint32),
-        ("cameras", POINTER(splat_camera)),
-        ("pictures", POINTER(splat_picture_info)),
-        ("picture_capacity", c_uint32),
-        ("camera_count", c_uint32),
-        ("picture_count", c_uint32),
-        ("reserved", c_uint32),
-        ("inputs", c_void_p),
-        ("input_capacity", c_uint64),
-        ("gaussians", c_uint64),
-        ("not_finite", c_uint64),
-        ("faint", c_uint64),
-        ("read_ms", c_double),
+        ("struct_size", c_uint32), ("camera_capacity", c_uint32), ("cameras", POINTER(splat_camera)),
+        ("pictures", POINTER(splat_picture_info)), ("picture_capacity", c_uint32), ("camera_count", c_uint32),
+        ("picture_count", c_uint32), ("reserved", c_uint32), ("inputs", c_void_p), ("input_capacity", c_uint64),
+        ("gaussians", c_uint64), ("not_finite", c_uint64), ("faint", c_uint64), ("read_ms", c_double),
         ("network_ms", c_double),
     ]
 
 
 class splat_rasterizer_desc(Structure):
-    """`splat_rasterizer_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    gaussians: int
-    views: int
-    width: int
-    height: int
-    sh_degree: int
-    disabled_skips: int
-    convention: int
-    near_plane: float
-    far_plane: float
-    reserved: int
+    struct_size: int; flags: int; next: Any; gaussians: int; views: int; width: int; height: int; sh_degree: int
+    disabled_skips: int; convention: int; near_plane: float; far_plane: float; reserved: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("gaussians", c_uint32),
-        ("views", c_uint32),
-        ("width", c_uint32),
-        ("height", c_uint32),
-        ("sh_degree", c_uint32),
-        ("disabled_skips", c_uint32),
-        ("convention", c_int32),
-        ("near_plane", c_float),
-        ("far_plane", c_float),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("gaussians", c_uint32),
+        ("views", c_uint32), ("width", c_uint32), ("height", c_uint32), ("sh_degree", c_uint32),
+        ("disabled_skips", c_uint32), ("convention", c_int32), ("near_plane", c_float), ("far_plane", c_float),
         ("reserved", c_uint32),
     ]
 
 
 class splat_gaussians_desc(Structure):
-    """`splat_gaussians_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    means: Any
-    scales: Any
-    rotations: Any
-    opacities: Any
-    sh: Any
+    struct_size: int; flags: int; next: Any; means: Any; scales: Any; rotations: Any; opacities: Any; sh: Any
     colors: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("means", c_void_p),
-        ("scales", c_void_p),
-        ("rotations", c_void_p),
-        ("opacities", c_void_p),
-        ("sh", c_void_p),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("means", c_void_p),
+        ("scales", c_void_p), ("rotations", c_void_p), ("opacities", c_void_p), ("sh", c_void_p),
         ("colors", c_void_p),
     ]
 
 
 class splat_gradients_desc(Structure):
-    """`splat_gradients_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    grad_rgb: Any
-    grad_alpha: Any
-    grad_depth: Any
-    grad_means: Any
-    grad_scales: Any
-    grad_rotations: Any
-    grad_opacities: Any
-    grad_sh: Any
-    grad_colors: Any
-    grad_means2d: Any
-    grad_means2d_abs: Any
-    grad_world_to_camera: Any
+    struct_size: int; flags: int; next: Any; grad_rgb: Any; grad_alpha: Any; grad_depth: Any; grad_means: Any
+    grad_scales: Any; grad_rotations: Any; grad_opacities: Any; grad_sh: Any; grad_colors: Any; grad_means2d: Any
+    grad_means2d_abs: Any; grad_world_to_camera: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("grad_rgb", c_void_p),
-        ("grad_alpha", c_void_p),
-        ("grad_depth", c_void_p),
-        ("grad_means", c_void_p),
-        ("grad_scales", c_void_p),
-        ("grad_rotations", c_void_p),
-        ("grad_opacities", c_void_p),
-        ("grad_sh", c_void_p),
-        ("grad_colors", c_void_p),
-        ("grad_means2d", c_void_p),
-        ("grad_means2d_abs", c_void_p),
-        ("grad_world_to_camera", c_void_p),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("grad_rgb", c_void_p),
+        ("grad_alpha", c_void_p), ("grad_depth", c_void_p), ("grad_means", c_void_p), ("grad_scales", c_void_p),
+        ("grad_rotations", c_void_p), ("grad_opacities", c_void_p), ("grad_sh", c_void_p), ("grad_colors", c_void_p),
+        ("grad_means2d", c_void_p), ("grad_means2d_abs", c_void_p), ("grad_world_to_camera", c_void_p),
     ]
 
 
 class splat_rasterizer_info(Structure):
-    """`splat_rasterizer_info` of the headers."""
-
-    struct_size: int
-    passes: int
-    visible: int
-    pairs: int
-    longest: int
-    tiles: int
-    empty_tiles: int
-    bytes: int
-    runs: int
-    gaussians: int
-    views: int
-    reserved: int
-    culled: int
-    non_finite: int
+    struct_size: int; passes: int; visible: int; pairs: int; longest: int; tiles: int; empty_tiles: int; bytes: int
+    runs: int; gaussians: int; views: int; reserved: int; culled: int; non_finite: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("passes", c_uint32),
-        ("visible", c_uint64),
-        ("pairs", c_uint64),
-        ("longest", c_uint64),
-        ("tiles", c_uint64),
-        ("empty_tiles", c_uint64),
-        ("bytes", c_uint64),
-        ("runs", c_uint32),
-        ("gaussians", c_uint32),
-        ("views", c_uint32),
-        ("reserved", c_uint32),
-        ("culled", c_uint64),
-        ("non_finite", c_uint64),
+        ("struct_size", c_uint32), ("passes", c_uint32), ("visible", c_uint64), ("pairs", c_uint64),
+        ("longest", c_uint64), ("tiles", c_uint64), ("empty_tiles", c_uint64), ("bytes", c_uint64),
+        ("runs", c_uint32), ("gaussians", c_uint32), ("views", c_uint32), ("reserved", c_uint32),
+        ("culled", c_uint64), ("non_finite", c_uint64),
     ]
 
 
 class splat_scene_render_desc(Structure):
-    """`splat_scene_render_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    output: int
-    convention: int
-    background: Any
-    reserved: int
+    struct_size: int; flags: int; next: Any; output: int; convention: int; background: Any; reserved: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("output", c_int32),
-        ("convention", c_int32),
-        ("background", c_float * 3),
-        ("reserved", c_uint32),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("output", c_int32),
+        ("convention", c_int32), ("background", c_float * 3), ("reserved", c_uint32),
     ]
 
 
 class splat_image_info(Structure):
-    """`splat_image_info` of the headers."""
-
-    struct_size: int
-    bits: int
-    focal: float
+    struct_size: int; bits: int; focal: float
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("bits", c_uint32),
-        ("focal", c_double),
+        ("struct_size", c_uint32), ("bits", c_uint32), ("focal", c_double),
     ]
 
 
 class splat_image_scores(Structure):
-    """`splat_image_scores` of the headers."""
-
-    struct_size: int
-    reserved: int
-    squared_error: float
-    psnr: float
-    ssim: float
+    struct_size: int; reserved: int; squared_error: float; psnr: float; ssim: float
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("squared_error", c_double),
-        ("psnr", c_double),
+        ("struct_size", c_uint32), ("reserved", c_uint32), ("squared_error", c_double), ("psnr", c_double),
         ("ssim", c_double),
     ]
 
 
 class splat_lpips_desc(Structure):
-    """`splat_lpips_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    weights: Any
-    weight_count: int
-    side: int
+    struct_size: int; flags: int; next: Any; weights: Any; weight_count: int; side: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("weights", POINTER(c_void_p)),
-        ("weight_count", c_uint32),
-        ("side", c_uint32),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("weights", POINTER(c_void_p)),
+        ("weight_count", c_uint32), ("side", c_uint32),
     ]
 
 
 class splat_number(Structure):
-    """A number by its name."""
-
-    name: Any
-    value: float
+    name: Any; value: float
     _fields_ = [
-        ("name", c_char_p),
-        ("value", c_double),
+        ("name", c_char_p), ("value", c_double),
     ]
 
 
 class splat_run_event(Structure):
-    """What a call of splat_run_next did."""
-
-    struct_size: int
-    kind: int
-    text: Any
-    warning: int
-    updated: int
-    logged: int
-    reserved: int
-    step: int
-    attempts: int
-    iterations: int
-    skipped: int
-    peak_bytes: int
-    seconds: float
-    steps_per_second: float
-    numbers: Any
-    number_count: int
-    name: Any
-    piece: int
-    pieces: int
-    views: int
-    inputs: int
-    width: int
-    height: int
-    image_count: int
-    images: Any
-    truths: Any
+    struct_size: int; kind: int; text: Any; warning: int; updated: int; logged: int; reserved: int; step: int
+    attempts: int; iterations: int; skipped: int; peak_bytes: int; seconds: float; steps_per_second: float
+    numbers: Any; number_count: int; name: Any; piece: int; pieces: int; views: int; inputs: int; width: int
+    height: int; image_count: int; images: Any; truths: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("kind", c_int32),
-        ("text", c_char_p),
-        ("warning", c_uint32),
-        ("updated", c_uint32),
-        ("logged", c_uint32),
-        ("reserved", c_uint32),
-        ("step", c_uint64),
-        ("attempts", c_uint64),
-        ("iterations", c_uint64),
-        ("skipped", c_uint64),
-        ("peak_bytes", c_uint64),
-        ("seconds", c_double),
-        ("steps_per_second", c_double),
-        ("numbers", POINTER(splat_number)),
-        ("number_count", c_uint64),
-        ("name", c_char_p),
-        ("piece", c_uint32),
-        ("pieces", c_uint32),
-        ("views", c_uint32),
-        ("inputs", c_uint32),
-        ("width", c_uint32),
-        ("height", c_uint32),
-        ("image_count", c_uint64),
-        ("images", c_void_p),
-        ("truths", c_void_p),
+        ("struct_size", c_uint32), ("kind", c_int32), ("text", c_char_p), ("warning", c_uint32),
+        ("updated", c_uint32), ("logged", c_uint32), ("reserved", c_uint32), ("step", c_uint64),
+        ("attempts", c_uint64), ("iterations", c_uint64), ("skipped", c_uint64), ("peak_bytes", c_uint64),
+        ("seconds", c_double), ("steps_per_second", c_double), ("numbers", POINTER(splat_number)),
+        ("number_count", c_uint64), ("name", c_char_p), ("piece", c_uint32), ("pieces", c_uint32),
+        ("views", c_uint32), ("inputs", c_uint32), ("width", c_uint32), ("height", c_uint32),
+        ("image_count", c_uint64), ("images", c_void_p), ("truths", c_void_p),
     ]
 
 
 class splat_optimizer_item(Structure):
-    """What to update."""
-
-    name: Any
-    model: Any
-    module: Any
-    parameter: Any
-    gradient: Any
+    name: Any; model: Any; module: Any; parameter: Any; gradient: Any
     _fields_ = [
-        ("name", c_char_p),
-        ("model", c_void_p),
-        ("module", c_void_p),
-        ("parameter", c_void_p),
+        ("name", c_char_p), ("model", c_void_p), ("module", c_void_p), ("parameter", c_void_p),
         ("gradient", c_void_p),
     ]
 
 
 class splat_optimizer_group(Structure):
-    """Parameters with numbers of their own."""
-
-    pattern: Any
-    rate_factor: float
-    beta1: float
-    beta2: float
-    eps: float
+    pattern: Any; rate_factor: float; beta1: float; beta2: float; eps: float
     _fields_ = [
-        ("pattern", c_char_p),
-        ("rate_factor", c_double),
-        ("beta1", c_double),
-        ("beta2", c_double),
+        ("pattern", c_char_p), ("rate_factor", c_double), ("beta1", c_double), ("beta2", c_double),
         ("eps", c_double),
     ]
 
 
 class splat_optimizer_desc(Structure):
-    """`splat_optimizer_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    items: Any
-    item_count: int
-    groups: Any
-    group_count: int
-    rate: float
-    beta1: float
-    beta2: float
-    eps: float
-    schedule: int
-    reserved: int
-    warmup_steps: int
-    total_steps: int
-    step_at: int
-    ema_decay: float
-    ema_every: int
-    ema_after: int
+    struct_size: int; flags: int; next: Any; items: Any; item_count: int; groups: Any; group_count: int; rate: float
+    beta1: float; beta2: float; eps: float; schedule: int; reserved: int; warmup_steps: int; total_steps: int
+    step_at: int; ema_decay: float; ema_every: int; ema_after: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("items", POINTER(splat_optimizer_item)),
-        ("item_count", c_uint64),
-        ("groups", POINTER(splat_optimizer_group)),
-        ("group_count", c_uint64),
-        ("rate", c_double),
-        ("beta1", c_double),
-        ("beta2", c_double),
-        ("eps", c_double),
-        ("schedule", c_int32),
-        ("reserved", c_uint32),
-        ("warmup_steps", c_uint64),
-        ("total_steps", c_uint64),
-        ("step_at", c_uint64),
-        ("ema_decay", c_double),
-        ("ema_every", c_uint64),
-        ("ema_after", c_uint64),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("items", POINTER(splat_optimizer_item)),
+        ("item_count", c_uint64), ("groups", POINTER(splat_optimizer_group)), ("group_count", c_uint64),
+        ("rate", c_double), ("beta1", c_double), ("beta2", c_double), ("eps", c_double), ("schedule", c_int32),
+        ("reserved", c_uint32), ("warmup_steps", c_uint64), ("total_steps", c_uint64), ("step_at", c_uint64),
+        ("ema_decay", c_double), ("ema_every", c_uint64), ("ema_after", c_uint64),
     ]
 
 
 class splat_optimizer_info(Structure):
-    """`splat_optimizer_info` of the headers."""
-
-    struct_size: int
-    was_skipped: int
-    step: int
-    skipped: int
-    rate: float
-    non_finite: int
-    gradients_zero: int
-    averaged: int
-    parameters: int
-    elements: int
+    struct_size: int; was_skipped: int; step: int; skipped: int; rate: float; non_finite: int; gradients_zero: int
+    averaged: int; parameters: int; elements: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("was_skipped", c_uint32),
-        ("step", c_uint64),
-        ("skipped", c_uint64),
-        ("rate", c_double),
-        ("non_finite", c_uint64),
-        ("gradients_zero", c_uint32),
-        ("averaged", c_uint32),
-        ("parameters", c_uint64),
-        ("elements", c_uint64),
+        ("struct_size", c_uint32), ("was_skipped", c_uint32), ("step", c_uint64), ("skipped", c_uint64),
+        ("rate", c_double), ("non_finite", c_uint64), ("gradients_zero", c_uint32), ("averaged", c_uint32),
+        ("parameters", c_uint64), ("elements", c_uint64),
     ]
 
 
 class splat_trainer_desc(Structure):
-    """`splat_trainer_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    config: Any
+    struct_size: int; flags: int; next: Any; config: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("config", c_char_p),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("config", c_char_p),
     ]
 
 
 class splat_trainer_batch(Structure):
-    """B = opt.batch_size objects with V = data.input_images input and T = ...."""
-
-    struct_size: int
-    reserved: int
-    images: Any
-    images_count: int
-    view_to_world: Any
-    view_to_world_count: int
-    quaternions: Any
-    quaternions_count: int
-    focals: Any
-    focals_count: int
-    embedding: Any
-    embedding_count: int
-    tokens: Any
-    tokens_count: int
-    targets: Any
-    targets_count: int
-    cameras: Any
-    cameras_count: int
-    channels: int
-    objects: int
+    struct_size: int; reserved: int; images: Any; images_count: int; view_to_world: Any; view_to_world_count: int
+    quaternions: Any; quaternions_count: int; focals: Any; focals_count: int; embedding: Any; embedding_count: int
+    tokens: Any; tokens_count: int; targets: Any; targets_count: int; cameras: Any; cameras_count: int
+    channels: int; objects: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("images", c_void_p),
-        ("images_count", c_uint64),
-        ("view_to_world", c_void_p),
-        ("view_to_world_count", c_uint64),
-        ("quaternions", c_void_p),
-        ("quaternions_count", c_uint64),
-        ("focals", c_void_p),
-        ("focals_count", c_uint64),
-        ("embedding", c_void_p),
-        ("embedding_count", c_uint64),
-        ("tokens", c_void_p),
-        ("tokens_count", c_uint64),
-        ("targets", c_void_p),
-        ("targets_count", c_uint64),
-        ("cameras", POINTER(splat_camera)),
-        ("cameras_count", c_uint64),
-        ("channels", c_uint32),
-        ("objects", c_uint32),
+        ("struct_size", c_uint32), ("reserved", c_uint32), ("images", c_void_p), ("images_count", c_uint64),
+        ("view_to_world", c_void_p), ("view_to_world_count", c_uint64), ("quaternions", c_void_p),
+        ("quaternions_count", c_uint64), ("focals", c_void_p), ("focals_count", c_uint64), ("embedding", c_void_p),
+        ("embedding_count", c_uint64), ("tokens", c_void_p), ("tokens_count", c_uint64), ("targets", c_void_p),
+        ("targets_count", c_uint64), ("cameras", POINTER(splat_camera)), ("cameras_count", c_uint64),
+        ("channels", c_uint32), ("objects", c_uint32),
     ]
 
 
 class splat_trainer_info(Structure):
-    """`splat_trainer_info` of the headers."""
-
-    struct_size: int
-    skipped: int
-    step: int
-    pairs: int
-    loss: float
-    squared_error: float
-    pixel_loss: float
-    ssim: float
-    network_ms: float
-    render_ms: float
-    update_ms: float
-    lpips: float
-    visible: int
-    culled: int
-    non_finite: int
-    gradients_zero: int
-    reserved: int
-    rate: float
-    edge_loss: float
+    struct_size: int; skipped: int; step: int; pairs: int; loss: float; squared_error: float; pixel_loss: float
+    ssim: float; network_ms: float; render_ms: float; update_ms: float; lpips: float; visible: int; culled: int
+    non_finite: int; gradients_zero: int; reserved: int; rate: float; edge_loss: float
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("skipped", c_uint32),
-        ("step", c_uint64),
-        ("pairs", c_uint64),
-        ("loss", c_double),
-        ("squared_error", c_double),
-        ("pixel_loss", c_double),
-        ("ssim", c_double),
-        ("network_ms", c_double),
-        ("render_ms", c_double),
-        ("update_ms", c_double),
-        ("lpips", c_double),
-        ("visible", c_uint64),
-        ("culled", c_uint64),
-        ("non_finite", c_uint64),
-        ("gradients_zero", c_uint32),
-        ("reserved", c_uint32),
-        ("rate", c_double),
-        ("edge_loss", c_double),
+        ("struct_size", c_uint32), ("skipped", c_uint32), ("step", c_uint64), ("pairs", c_uint64),
+        ("loss", c_double), ("squared_error", c_double), ("pixel_loss", c_double), ("ssim", c_double),
+        ("network_ms", c_double), ("render_ms", c_double), ("update_ms", c_double), ("lpips", c_double),
+        ("visible", c_uint64), ("culled", c_uint64), ("non_finite", c_uint64), ("gradients_zero", c_uint32),
+        ("reserved", c_uint32), ("rate", c_double), ("edge_loss", c_double),
     ]
 
 
 class splat_training_desc(Structure):
-    """`splat_training_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    folder: Any
-    config: Any
-    values: Any
-    value_count: int
-    dataset: Any
-    validation: Any
-    init: Any
-    init_flags: int
-    reserved: int
+    struct_size: int; flags: int; next: Any; folder: Any; config: Any; values: Any; value_count: int; dataset: Any
+    validation: Any; init: Any; init_flags: int; reserved: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("folder", c_char_p),
-        ("config", c_char_p),
-        ("values", POINTER(c_char_p)),
-        ("value_count", c_uint64),
-        ("dataset", c_void_p),
-        ("validation", c_void_p),
-        ("init", c_char_p),
-        ("init_flags", c_uint32),
-        ("reserved", c_uint32),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("folder", c_char_p),
+        ("config", c_char_p), ("values", POINTER(c_char_p)), ("value_count", c_uint64), ("dataset", c_void_p),
+        ("validation", c_void_p), ("init", c_char_p), ("init_flags", c_uint32), ("reserved", c_uint32),
     ]
 
 
 class splat_evaluator_desc(Structure):
-    """`splat_evaluator_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    predictor: Any
-    dataset: Any
-    data_path: Any
-    split: Any
-    method: Any
-    lpips: Any
-    conditioning: Any
-    conditioning_count: int
-    inputs: int
-    novel_views: int
-    objects: int
+    struct_size: int; flags: int; next: Any; predictor: Any; dataset: Any; data_path: Any; split: Any; method: Any
+    lpips: Any; conditioning: Any; conditioning_count: int; inputs: int; novel_views: int; objects: int
     reserved: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("predictor", c_void_p),
-        ("dataset", c_void_p),
-        ("data_path", c_char_p),
-        ("split", c_char_p),
-        ("method", c_char_p),
-        ("lpips", c_void_p),
-        ("conditioning", c_void_p),
-        ("conditioning_count", c_uint64),
-        ("inputs", c_uint32),
-        ("novel_views", c_uint32),
-        ("objects", c_uint32),
-        ("reserved", c_uint32),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("predictor", c_void_p),
+        ("dataset", c_void_p), ("data_path", c_char_p), ("split", c_char_p), ("method", c_char_p),
+        ("lpips", c_void_p), ("conditioning", c_void_p), ("conditioning_count", c_uint64), ("inputs", c_uint32),
+        ("novel_views", c_uint32), ("objects", c_uint32), ("reserved", c_uint32),
     ]
 
 
 class splat_evaluator_info(Structure):
-    """`splat_evaluator_info` of the headers."""
-
-    struct_size: int
-    objects: int
-    scored: int
-    resolution: int
+    struct_size: int; objects: int; scored: int; resolution: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("objects", c_uint32),
-        ("scored", c_uint32),
-        ("resolution", c_uint32),
+        ("struct_size", c_uint32), ("objects", c_uint32), ("scored", c_uint32), ("resolution", c_uint32),
     ]
 
 
 class splat_scores(Structure):
-    """Means over views."""
-
-    psnr: float
-    ssim: float
-    lpips: float
-    views: int
-    perfect_views: int
+    psnr: float; ssim: float; lpips: float; views: int; perfect_views: int
     _fields_ = [
-        ("psnr", c_double),
-        ("ssim", c_double),
-        ("lpips", c_double),
-        ("views", c_uint32),
+        ("psnr", c_double), ("ssim", c_double), ("lpips", c_double), ("views", c_uint32),
         ("perfect_views", c_uint32),
     ]
 
 
 class splat_ledger(Structure):
-    """What of predictions and images is finite and visible."""
-
-    outputs_not_finite: int
-    gaussians: int
-    gaussians_not_finite: int
-    gaussians_invisible: int
-    gaussians_visible: int
-    images_not_finite: int
-    images_blank: int
+    outputs_not_finite: int; gaussians: int; gaussians_not_finite: int; gaussians_invisible: int
+    gaussians_visible: int; images_not_finite: int; images_blank: int
     _fields_ = [
-        ("outputs_not_finite", c_uint64),
-        ("gaussians", c_uint64),
-        ("gaussians_not_finite", c_uint64),
-        ("gaussians_invisible", c_uint64),
-        ("gaussians_visible", c_uint64),
-        ("images_not_finite", c_uint32),
+        ("outputs_not_finite", c_uint64), ("gaussians", c_uint64), ("gaussians_not_finite", c_uint64),
+        ("gaussians_invisible", c_uint64), ("gaussians_visible", c_uint64), ("images_not_finite", c_uint32),
         ("images_blank", c_uint32),
     ]
 
 
 class splat_object_scores(Structure):
-    """`splat_object_scores` of the headers."""
-
-    struct_size: int
-    object: int
-    name: Any
-    novel: Any
-    conditioning: Any
-    ledger: Any
-    empty_views: int
-    not_finite: int
-    predict_ms: float
-    draw_ms: float
+    struct_size: int; object: int; name: Any; novel: Any; conditioning: Any; ledger: Any; empty_views: int
+    not_finite: int; predict_ms: float; draw_ms: float
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("object", c_uint32),
-        ("name", c_char_p),
-        ("novel", splat_scores),
-        ("conditioning", splat_scores),
-        ("ledger", splat_ledger),
-        ("empty_views", c_uint32),
-        ("not_finite", c_uint32),
-        ("predict_ms", c_double),
-        ("draw_ms", c_double),
+        ("struct_size", c_uint32), ("object", c_uint32), ("name", c_char_p), ("novel", splat_scores),
+        ("conditioning", splat_scores), ("ledger", splat_ledger), ("empty_views", c_uint32),
+        ("not_finite", c_uint32), ("predict_ms", c_double), ("draw_ms", c_double),
     ]
 
 
 class splat_evaluated_views(Structure):
-    """The views of an object that are scored, conditioning ones first."""
-
-    struct_size: int
-    inputs: int
-    novel: int
-    reserved: int
-    numbers: Any
-    number_count: int
-    cameras: Any
-    camera_count: int
-    images: Any
-    image_count: int
-    drawn: Any
-    drawn_count: int
+    struct_size: int; inputs: int; novel: int; reserved: int; numbers: Any; number_count: int; cameras: Any
+    camera_count: int; images: Any; image_count: int; drawn: Any; drawn_count: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("inputs", c_uint32),
-        ("novel", c_uint32),
-        ("reserved", c_uint32),
-        ("numbers", c_void_p),
-        ("number_count", c_uint64),
-        ("cameras", POINTER(splat_camera)),
-        ("camera_count", c_uint64),
-        ("images", c_void_p),
-        ("image_count", c_uint64),
-        ("drawn", c_void_p),
+        ("struct_size", c_uint32), ("inputs", c_uint32), ("novel", c_uint32), ("reserved", c_uint32),
+        ("numbers", c_void_p), ("number_count", c_uint64), ("cameras", POINTER(splat_camera)),
+        ("camera_count", c_uint64), ("images", c_void_p), ("image_count", c_uint64), ("drawn", c_void_p),
         ("drawn_count", c_uint64),
     ]
 
 
 class splat_evaluation_summary(Structure):
-    """Means and sums over the objects scored so far."""
-
-    struct_size: int
-    objects: int
-    novel: Any
-    conditioning: Any
-    ledger: Any
-    empty_views: int
-    objects_not_finite: int
-    predictions_per_second: float
-    images_per_second: float
+    struct_size: int; objects: int; novel: Any; conditioning: Any; ledger: Any; empty_views: int
+    objects_not_finite: int; predictions_per_second: float; images_per_second: float
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("objects", c_uint32),
-        ("novel", splat_scores),
-        ("conditioning", splat_scores),
-        ("ledger", splat_ledger),
-        ("empty_views", c_uint32),
-        ("objects_not_finite", c_uint32),
-        ("predictions_per_second", c_double),
-        ("images_per_second", c_double),
+        ("struct_size", c_uint32), ("objects", c_uint32), ("novel", splat_scores), ("conditioning", splat_scores),
+        ("ledger", splat_ledger), ("empty_views", c_uint32), ("objects_not_finite", c_uint32),
+        ("predictions_per_second", c_double), ("images_per_second", c_double),
     ]
 
 
 class splat_score(Structure):
-    """Scores of one object."""
-
-    object: Any
-    psnr: float
-    ssim: float
-    lpips: float
+    object: Any; psnr: float; ssim: float; lpips: float
     _fields_ = [
-        ("object", c_char_p),
-        ("psnr", c_double),
-        ("ssim", c_double),
-        ("lpips", c_double),
+        ("object", c_char_p), ("psnr", c_double), ("ssim", c_double), ("lpips", c_double),
     ]
 
 
 class splat_score_set(Structure):
-    """Scores of a method."""
-
-    path: Any
-    scores: Any
-    score_count: int
+    path: Any; scores: Any; score_count: int
     _fields_ = [
-        ("path", c_char_p),
-        ("scores", POINTER(splat_score)),
-        ("score_count", c_uint64),
+        ("path", c_char_p), ("scores", POINTER(splat_score)), ("score_count", c_uint64),
     ]
 
 
 class splat_compare_desc(Structure):
-    """`splat_compare_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    a: Any
-    b: Any
-    seed: int
-    resamples: int
-    bootstraps: int
+    struct_size: int; flags: int; next: Any; a: Any; b: Any; seed: int; resamples: int; bootstraps: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("a", splat_score_set),
-        ("b", splat_score_set),
-        ("seed", c_uint64),
-        ("resamples", c_uint32),
-        ("bootstraps", c_uint32),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("a", splat_score_set),
+        ("b", splat_score_set), ("seed", c_uint64), ("resamples", c_uint32), ("bootstraps", c_uint32),
     ]
 
 
 class splat_comparison_info(Structure):
-    """`splat_comparison_info` of the headers."""
-
-    struct_size: int
-    metrics: int
-    objects_a: int
-    objects_b: int
-    shared_objects: int
-    unpaired: int
+    struct_size: int; metrics: int; objects_a: int; objects_b: int; shared_objects: int; unpaired: int
     comparable: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("metrics", c_uint32),
-        ("objects_a", c_uint64),
-        ("objects_b", c_uint64),
-        ("shared_objects", c_uint64),
-        ("unpaired", c_uint32),
-        ("comparable", c_uint32),
+        ("struct_size", c_uint32), ("metrics", c_uint32), ("objects_a", c_uint64), ("objects_b", c_uint64),
+        ("shared_objects", c_uint64), ("unpaired", c_uint32), ("comparable", c_uint32),
     ]
 
 
 class splat_metric_comparison(Structure):
-    """`splat_metric_comparison` of the headers."""
-
-    struct_size: int
-    metric: int
-    verdict: int
-    exact: int
-    mean_a: float
-    mean_b: float
-    difference: float
-    p_permutation: float
-    p_parametric: float
-    p_holm: float
-    low: float
-    high: float
-    effect: float
-    n_a: int
-    n_b: int
-    lacking_a: int
-    lacking_b: int
+    struct_size: int; metric: int; verdict: int; exact: int; mean_a: float; mean_b: float; difference: float
+    p_permutation: float; p_parametric: float; p_holm: float; low: float; high: float; effect: float; n_a: int
+    n_b: int; lacking_a: int; lacking_b: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("metric", c_int32),
-        ("verdict", c_int32),
-        ("exact", c_uint32),
-        ("mean_a", c_double),
-        ("mean_b", c_double),
-        ("difference", c_double),
-        ("p_permutation", c_double),
-        ("p_parametric", c_double),
-        ("p_holm", c_double),
-        ("low", c_double),
-        ("high", c_double),
-        ("effect", c_double),
-        ("n_a", c_uint64),
-        ("n_b", c_uint64),
-        ("lacking_a", c_uint64),
-        ("lacking_b", c_uint64),
+        ("struct_size", c_uint32), ("metric", c_int32), ("verdict", c_int32), ("exact", c_uint32),
+        ("mean_a", c_double), ("mean_b", c_double), ("difference", c_double), ("p_permutation", c_double),
+        ("p_parametric", c_double), ("p_holm", c_double), ("low", c_double), ("high", c_double),
+        ("effect", c_double), ("n_a", c_uint64), ("n_b", c_uint64), ("lacking_a", c_uint64), ("lacking_b", c_uint64),
     ]
 
 
 class splat_prior_model_desc(Structure):
-    """`splat_prior_model_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    preset: Any
-    model_path: Any
-    runtime_path: Any
-    threads: int
+    struct_size: int; flags: int; next: Any; preset: Any; model_path: Any; runtime_path: Any; threads: int
     reserved: int
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("preset", c_char_p),
-        ("model_path", c_char_p),
-        ("runtime_path", c_char_p),
-        ("threads", c_uint32),
-        ("reserved", c_uint32),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("preset", c_char_p),
+        ("model_path", c_char_p), ("runtime_path", c_char_p), ("threads", c_uint32), ("reserved", c_uint32),
     ]
 
 
 class splat_prior_model_info(Structure):
-    """`splat_prior_model_info` of the headers."""
-
-    struct_size: int
-    maps: int
-    width: int
-    height: int
-    preset: Any
-    licence: Any
-    note: Any
-    path: Any
+    struct_size: int; maps: int; width: int; height: int; preset: Any; licence: Any; note: Any; path: Any
     runtime_version: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("maps", c_uint32),
-        ("width", c_uint32),
-        ("height", c_uint32),
-        ("preset", c_char_p),
-        ("licence", c_char_p),
-        ("note", c_char_p),
-        ("path", c_char_p),
+        ("struct_size", c_uint32), ("maps", c_uint32), ("width", c_uint32), ("height", c_uint32),
+        ("preset", c_char_p), ("licence", c_char_p), ("note", c_char_p), ("path", c_char_p),
         ("runtime_version", c_char_p),
     ]
 
 
 class splat_prior_maps(Structure):
-    """Where the maps of a picture go."""
-
-    depth: Any
-    normal: Any
-    mask: Any
+    depth: Any; normal: Any; mask: Any
     _fields_ = [
-        ("depth", splat_image),
-        ("normal", splat_image),
-        ("mask", splat_image),
+        ("depth", splat_image), ("normal", splat_image), ("mask", splat_image),
     ]
 
 
 class splat_normals_desc(Structure):
-    """`splat_normals_desc` of the headers."""
-
-    struct_size: int
-    flags: int
-    next: Any
-    focal_x: float
-    focal_y: float
-    center_x: float
-    center_y: float
-    nearest: float
-    farthest: float
+    struct_size: int; flags: int; next: Any; focal_x: float; focal_y: float; center_x: float; center_y: float
+    nearest: float; farthest: float
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("next", c_void_p),
-        ("focal_x", c_double),
-        ("focal_y", c_double),
-        ("center_x", c_double),
-        ("center_y", c_double),
-        ("nearest", c_double),
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("focal_x", c_double),
+        ("focal_y", c_double), ("center_x", c_double), ("center_y", c_double), ("nearest", c_double),
         ("farthest", c_double),
     ]
 
 
 class splat_depth_scores(Structure):
-    """Errors of an aligned depth map p against the true one g, in its units."""
-
-    struct_size: int
-    reserved: int
-    pixels: int
-    abs_rel: float
-    rmse: float
-    si_rmse: float
-    within: Any
-    scale: float
-    shift: float
+    struct_size: int; reserved: int; pixels: int; abs_rel: float; rmse: float; si_rmse: float; within: Any
+    scale: float; shift: float
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("pixels", c_uint64),
-        ("abs_rel", c_double),
-        ("rmse", c_double),
-        ("si_rmse", c_double),
-        ("within", c_double * 3),
-        ("scale", c_double),
+        ("struct_size", c_uint32), ("reserved", c_uint32), ("pixels", c_uint64), ("abs_rel", c_double),
+        ("rmse", c_double), ("si_rmse", c_double), ("within", c_double * 3), ("scale", c_double),
         ("shift", c_double),
     ]
 
 
 class splat_normal_scores(Structure):
-    """Angles between predicted and true normals, in degrees."""
-
-    struct_size: int
-    reserved: int
-    pixels: int
-    missing: int
-    mean: float
-    median: float
-    rmse: float
-    within: Any
+    struct_size: int; reserved: int; pixels: int; missing: int; mean: float; median: float; rmse: float; within: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("pixels", c_uint64),
-        ("missing", c_uint64),
-        ("mean", c_double),
-        ("median", c_double),
-        ("rmse", c_double),
-        ("within", c_double * 3),
+        ("struct_size", c_uint32), ("reserved", c_uint32), ("pixels", c_uint64), ("missing", c_uint64),
+        ("mean", c_double), ("median", c_double), ("rmse", c_double), ("within", c_double * 3),
     ]
 
 
 class splat_mask_scores(Structure):
-    """How well a soft mask p, binary where p > 0.5, covers the true one."""
-
-    struct_size: int
-    reserved: int
-    predicted_pixels: int
-    true_pixels: int
-    mae: float
-    iou: float
-    precision: float
-    recall: float
-    f_beta: float
+    struct_size: int; reserved: int; predicted_pixels: int; true_pixels: int; mae: float; iou: float
+    precision: float; recall: float; f_beta: float
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("predicted_pixels", c_uint64),
-        ("true_pixels", c_uint64),
-        ("mae", c_double),
-        ("iou", c_double),
-        ("precision", c_double),
-        ("recall", c_double),
-        ("f_beta", c_double),
+        ("struct_size", c_uint32), ("reserved", c_uint32), ("predicted_pixels", c_uint64), ("true_pixels", c_uint64),
+        ("mae", c_double), ("iou", c_double), ("precision", c_double), ("recall", c_double), ("f_beta", c_double),
     ]
 
 
 class splat_fidelity_scores(Structure):
-    """Visual information fidelity of the channels of an image."""
-
-    struct_size: int
-    constant_channels: int
-    vif: float
-    channels: Any
+    struct_size: int; constant_channels: int; vif: float; channels: Any
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("constant_channels", c_uint32),
-        ("vif", c_double),
-        ("channels", c_double * 4),
+        ("struct_size", c_uint32), ("constant_channels", c_uint32), ("vif", c_double), ("channels", c_double * 4),
     ]
 
 
 class splat_point_scores(Structure):
-    """How far the Gaussians P of a scene lie from true points T."""
-
-    struct_size: int
-    reserved: int
-    gaussians: int
-    accuracy: float
-    completeness: float
-    chamfer: float
-    chamfer_squared: float
-    precision: float
-    recall: float
-    f_score: float
+    struct_size: int; reserved: int; gaussians: int; accuracy: float; completeness: float; chamfer: float
+    chamfer_squared: float; precision: float; recall: float; f_score: float
     _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("gaussians", c_uint64),
-        ("accuracy", c_double),
-        ("completeness", c_double),
-        ("chamfer", c_double),
-        ("chamfer_squared", c_double),
-        ("precision", c_double),
-        ("recall", c_double),
-        ("f_score", c_double),
+        ("struct_size", c_uint32), ("reserved", c_uint32), ("gaussians", c_uint64), ("accuracy", c_double),
+        ("completeness", c_double), ("chamfer", c_double), ("chamfer_squared", c_double), ("precision", c_double),
+        ("recall", c_double), ("f_score", c_double),
     ]
 
 
@@ -2884,8 +1641,8 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("bytes_besides", 24, 8), ("items", 32, 8), ("jpeg_scans", 40, 4), ("reserved", 44, 4),
     )),
     "splat_image": (splat_image, True, 56, (
-        ("pixels", 0, 8), ("bytes", 8, 8), ("type", 16, 4), ("width", 20, 4), ("height", 24, 4),
-        ("channels", 28, 4), ("row_stride", 32, 8), ("pixel_stride", 40, 8), ("channel_stride", 48, 8),
+        ("pixels", 0, 8), ("bytes", 8, 8), ("type", 16, 4), ("width", 20, 4), ("height", 24, 4), ("channels", 28, 4),
+        ("row_stride", 32, 8), ("pixel_stride", 40, 8), ("channel_stride", 48, 8),
     )),
     "splat_device_info": (splat_device_info, False, 864, (
         ("struct_size", 0, 4), ("index", 4, 4), ("kind", 8, 4), ("usable", 12, 4), ("vendor_id", 16, 4),
@@ -2896,8 +1653,8 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("reason", 608, 256),
     )),
     "splat_device_desc": (splat_device_desc, False, 72, (
-        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("select", 16, 4), ("index", 20, 4),
-        ("kind", 24, 4), ("kernels", 28, 4), ("uuid", 32, 16), ("max_device_bytes", 48, 8), ("timeout_ns", 56, 8),
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("select", 16, 4), ("index", 20, 4), ("kind", 24, 4),
+        ("kernels", 28, 4), ("uuid", 32, 16), ("max_device_bytes", 48, 8), ("timeout_ns", 56, 8),
         ("cache_folder", 64, 8),
     )),
     "splat_memory_info": (splat_memory_info, False, 40, (
@@ -2917,17 +1674,16 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("max", 32, 8), ("mean", 40, 8),
     )),
     "splat_co3d_desc": (splat_co3d_desc, False, 64, (
-        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("raw", 16, 8), ("out", 24, 8),
-        ("category", 32, 8), ("subset", 40, 8), ("split", 48, 8), ("size", 56, 4), ("limit", 60, 4),
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("raw", 16, 8), ("out", 24, 8), ("category", 32, 8),
+        ("subset", 40, 8), ("split", 48, 8), ("size", 56, 4), ("limit", 60, 4),
     )),
     "splat_co3d_info": (splat_co3d_info, False, 24, (
         ("struct_size", 0, 4), ("sequences", 4, 4), ("kept", 8, 4), ("left_out", 12, 4), ("frames", 16, 8),
     )),
     "splat_dataset_desc": (splat_dataset_desc, False, 104, (
-        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8), ("format", 24, 8),
-        ("split", 32, 8), ("resolution", 40, 4), ("limit", 44, 4), ("cache_bytes", 48, 8), ("background", 56, 12),
-        ("reserved", 68, 4), ("category", 72, 8), ("objects_file", 80, 8), ("excluded_file", 88, 8),
-        ("views_file", 96, 8),
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8), ("format", 24, 8), ("split", 32, 8),
+        ("resolution", 40, 4), ("limit", 44, 4), ("cache_bytes", 48, 8), ("background", 56, 12), ("reserved", 68, 4),
+        ("category", 72, 8), ("objects_file", 80, 8), ("excluded_file", 88, 8), ("views_file", 96, 8),
     )),
     "splat_dataset_views": (splat_dataset_views, False, 136, (
         ("struct_size", 0, 4), ("reserved", 4, 4), ("images", 8, 8), ("depths", 16, 8), ("normals", 24, 8),
@@ -2941,9 +1697,9 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("duckdb", 40, 8), ("shards", 48, 4), ("shard", 52, 4),
     )),
     "splat_dataset_export_desc": (splat_dataset_export_desc, False, 80, (
-        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8), ("layout", 24, 8),
-        ("split", 32, 8), ("category", 40, 8), ("duckdb", 48, 8), ("objects", 56, 8), ("object_count", 64, 8),
-        ("shards", 72, 4), ("shard", 76, 4),
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8), ("layout", 24, 8), ("split", 32, 8),
+        ("category", 40, 8), ("duckdb", 48, 8), ("objects", 56, 8), ("object_count", 64, 8), ("shards", 72, 4),
+        ("shard", 76, 4),
     )),
     "splat_synthetic_desc": (splat_synthetic_desc, False, 64, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("path", 16, 8), ("category", 24, 8),
@@ -3055,13 +1811,13 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
     "splat_prediction": (splat_prediction, False, 96, (
         ("struct_size", 0, 4), ("camera_capacity", 4, 4), ("cameras", 8, 8), ("pictures", 16, 8),
         ("picture_capacity", 24, 4), ("camera_count", 28, 4), ("picture_count", 32, 4), ("reserved", 36, 4),
-        ("inputs", 40, 8), ("input_capacity", 48, 8), ("gaussians", 56, 8), ("not_finite", 64, 8),
-        ("faint", 72, 8), ("read_ms", 80, 8), ("network_ms", 88, 8),
+        ("inputs", 40, 8), ("input_capacity", 48, 8), ("gaussians", 56, 8), ("not_finite", 64, 8), ("faint", 72, 8),
+        ("read_ms", 80, 8), ("network_ms", 88, 8),
     )),
     "splat_rasterizer_desc": (splat_rasterizer_desc, False, 56, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("gaussians", 16, 4), ("views", 20, 4),
-        ("width", 24, 4), ("height", 28, 4), ("sh_degree", 32, 4), ("disabled_skips", 36, 4),
-        ("convention", 40, 4), ("near_plane", 44, 4), ("far_plane", 48, 4), ("reserved", 52, 4),
+        ("width", 24, 4), ("height", 28, 4), ("sh_degree", 32, 4), ("disabled_skips", 36, 4), ("convention", 40, 4),
+        ("near_plane", 44, 4), ("far_plane", 48, 4), ("reserved", 52, 4),
     )),
     "splat_gaussians_desc": (splat_gaussians_desc, False, 64, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("means", 16, 8), ("scales", 24, 8),
@@ -3226,532 +1982,250 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("struct_size", 0, 4), ("constant_channels", 4, 4), ("vif", 8, 8), ("channels", 16, 32),
     )),
     "splat_point_scores": (splat_point_scores, False, 72, (
-        ("struct_size", 0, 4), ("reserved", 4, 4), ("gaussians", 8, 8), ("accuracy", 16, 8),
-        ("completeness", 24, 8), ("chamfer", 32, 8), ("chamfer_squared", 40, 8), ("precision", 48, 8),
-        ("recall", 56, 8), ("f_score", 64, 8),
+        ("struct_size", 0, 4), ("reserved", 4, 4), ("gaussians", 8, 8), ("accuracy", 16, 8), ("completeness", 24, 8),
+        ("chamfer", 32, 8), ("chamfer_squared", 40, 8), ("precision", 48, 8), ("recall", 56, 8), ("f_score", 64, 8),
     )),
 }
 
 
-# Name, type of the result, types of the arguments, what it does.
-FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...], str], ...] = (
-    ("splat_version", c_uint32, (),
-     "Version of the loaded library, packed as by SPLAT_MAKE_VERSION."),
-    ("splat_version_string", c_char_p, (),
-     "The version as text, 'major.minor.patch'."),
-    ("splat_build_info", c_char_p, (),
-     "JSON object."),
-    ("splat_result_name", c_char_p, (c_int32,),
-     "Name of a result code, e.g."),
-    ("splat_result_sentence", c_char_p, (c_int32,),
-     "One sentence."),
-    ("splat_last_error_message", c_char_p, (),
-     "Text of the last error on the calling thread."),
-    ("splat_last_error_copy", c_int32, (c_void_p, c_size_t, POINTER(c_size_t)),
-     "Copy the text of the last error."),
-    ("splat_log_set_callback", c_int32, (splat_log_callback, c_void_p, c_int32),
-     "Send messages of `min_level` and above to `callback`, for the whole process."),
-    ("splat_decode_set_limits", c_int32, (POINTER(splat_decode_limits),),
-     "Replace the limits of this process."),
-    ("splat_device_count", c_int32, (POINTER(c_uint32),),
-     "Count the Vulkan devices of this machine, usable or not."),
-    ("splat_device_describe", c_int32, (c_uint32, POINTER(splat_device_info)),
-     "Describe device `index` without creating it."),
-    ("splat_device_create", c_int32, (POINTER(splat_device_desc), POINTER(c_void_p)),
-     "Open a device."),
-    ("splat_device_destroy", c_int32, (c_void_p,),
-     "Release a device."),
-    ("splat_device_cancel", c_int32, (c_void_p,),
-     "Cancel the calls that run on a device or wait for it now, on any threads."),
-    ("splat_device_get_info", c_int32, (c_void_p, POINTER(splat_device_info)),
-     "Describe an open device."),
-    ("splat_device_get_memory", c_int32, (c_void_p, POINTER(splat_memory_info)),
-     "Report device memory."),
-    ("splat_device_profile_json", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "Report the time of every kind of dispatch since creation or the last reset, on ...."),
-    ("splat_device_profile_table", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "Write the same as a table for people."),
-    ("splat_device_profile_reset", c_int32, (c_void_p,),
-     "Forget the times measured so far."),
-    ("splat_tensor_create", c_int32, (c_void_p, POINTER(splat_tensor_desc), POINTER(c_void_p)),
-     "Create a tensor on the device, row-major and contiguous, filled with zeros."),
-    ("splat_tensor_from_host", c_int32, (
-        c_void_p, POINTER(splat_tensor_desc), c_void_p, c_size_t, c_void_p, POINTER(c_void_p),
-    ),
-     "Create a tensor and fill it as splat_tensor_write does."),
-    ("splat_tensor_write", c_int32, (c_void_p, c_void_p, c_size_t, c_void_p),
-     "Copy host memory into the tensor."),
-    ("splat_tensor_read", c_int32, (c_void_p, c_void_p, c_size_t, c_void_p),
-     "Copy the tensor into host memory."),
-    ("splat_tensor_map", c_int32, (c_void_p, c_int32, POINTER(c_void_p), POINTER(c_size_t)),
-     "Give the host a pointer to the tensor's elements, row-major contiguous, until ...."),
-    ("splat_tensor_unmap", c_int32, (c_void_p,),
-     "End a mapping."),
-    ("splat_tensor_host_pointer", c_int32, (c_void_p, POINTER(c_void_p), POINTER(c_size_t)),
-     "Give the host a pointer to the tensor's elements, row-major contiguous, that is ...."),
-    ("splat_tensor_to_dlpack", c_int32, (c_void_p, POINTER(c_void_p)),
-     "Share the tensor's memory with other libraries, as a DLPack tensor on kDLCPU ...."),
-    ("splat_tensor_get_info", c_int32, (c_void_p, POINTER(splat_tensor_info)),
-     "Describe a tensor."),
-    ("splat_tensor_check", c_int32, (c_void_p, POINTER(splat_tensor_stats)),
-     "Measure an SPLAT_DTYPE_F32 tensor on the device."),
-    ("splat_tensor_destroy", c_int32, (c_void_p,),
-     "Destroy a tensor, mapped or not."),
-    ("splat_co3d_prepare", c_int32, (POINTER(splat_co3d_desc), POINTER(splat_co3d_info)),
-     "Write the images, masks and cameras of a split to ...."),
-    ("splat_dataset_open", c_int32, (POINTER(splat_dataset_desc), POINTER(c_void_p)),
-     "Open the data set in a folder."),
-    ("splat_dataset_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "JSON."),
-    ("splat_dataset_read", c_int32, (
-        c_void_p, c_uint32, c_void_p, c_uint32, POINTER(splat_dataset_views),
-    ),
-     "Read views of one object, in the given order (a view may occur twice)."),
-    ("splat_dataset_check", c_int32, (c_void_p, c_uint32, c_void_p, c_size_t, POINTER(c_size_t)),
-     "Check all files of one object."),
-    ("splat_dataset_destroy", c_int32, (c_void_p,),
-     "Destroy a data set."),
-    ("splat_path_name", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "The name of an object or a view as one part of a path, for files that are named ...."),
-    ("splat_dataset_import", c_int32, (
-        POINTER(splat_dataset_import_desc), splat_progress_callback, c_void_p,
-    ),
-     "Copy a split of tables to a store, <out>/<split>/."),
-    ("splat_dataset_export", c_int32, (
-        c_void_p, POINTER(splat_dataset_export_desc), splat_progress_callback, c_void_p,
-    ),
-     "Write objects of a data set with their cameras, images and all maps that it ...."),
-    ("splat_synthetic_write", c_int32, (POINTER(splat_synthetic_desc), c_uint32),
-     "Write one object, counted over all splits, train first."),
-    ("splat_scene_create", c_int32, (POINTER(splat_scene_desc), POINTER(c_void_p)),
-     "Create a scene."),
-    ("splat_scene_formats", c_int32, (c_void_p, c_size_t, POINTER(c_size_t)),
-     "JSON array of all formats of scene files."),
-    ("splat_scene_load", c_int32, (c_char_p, POINTER(splat_scene_file_desc), POINTER(c_void_p)),
-     "Read a scene from a file."),
-    ("splat_scene_load_memory", c_int32, (
-        c_void_p, c_size_t, POINTER(splat_scene_file_desc), POINTER(c_void_p),
-    ),
-     "Read a scene from the bytes of a file."),
-    ("splat_scene_load_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "Report what was found in the scene's file."),
-    ("splat_scene_save", c_int32, (c_void_p, c_char_p, POINTER(splat_scene_file_desc)),
-     "Write a scene to a file, which appears whole or not at all."),
-    ("splat_scene_save_memory", c_int32, (
-        c_void_p, POINTER(splat_scene_file_desc), c_void_p, c_size_t, POINTER(c_size_t),
-    ),
-     "Write the bytes of such a file to memory."),
-    ("splat_scene_read", c_int32, (c_void_p, c_char_p, c_void_p, c_size_t),
-     "Copy an attribute out of a scene."),
-    ("splat_scene_write", c_int32, (c_void_p, c_char_p, c_void_p, c_size_t),
-     "Replace the values of an attribute."),
-    ("splat_scene_to_tensor", c_int32, (c_void_p, c_char_p, c_void_p, POINTER(c_void_p)),
-     "Copy an attribute to a new tensor of its shape."),
-    ("splat_scene_transform", c_int32, (c_void_p, POINTER(splat_similarity)),
-     "Move, turn and scale a scene, including its spherical harmonics."),
-    ("splat_scene_crop", c_int32, (c_void_p, c_void_p, c_void_p),
-     "Keep the Gaussians whose mean lies in a box."),
-    ("splat_scene_filter", c_int32, (c_void_p, c_uint32, c_double),
-     "Keep the Gaussians of opacity >= min_opacity, in their order."),
-    ("splat_scene_merge", c_int32, (POINTER(c_void_p), c_uint32, POINTER(c_void_p)),
-     "Concatenate the Gaussians of `count` scenes into a new one, with the highest of ...."),
-    ("splat_scene_get_info", c_int32, (c_void_p, POINTER(splat_scene_info)),
-     "Measure a scene."),
-    ("splat_scene_destroy", c_int32, (c_void_p,),
-     "Destroy a scene."),
-    ("splat_camera_from_fov", c_int32, (c_uint32, c_uint32, c_double, POINTER(splat_camera)),
-     "Intrinsics of an image whose horizontal field of view is `fov_x` radians, ...."),
-    ("splat_camera_look_at", c_int32, (POINTER(splat_camera), c_void_p, c_void_p, c_void_p),
-     "Set the pose."),
-    ("splat_camera_from_opengl", c_int32, (POINTER(splat_camera), c_void_p),
-     "Set the pose from an OpenGL camera-to-world matrix (x right, y up, z backwards."),
-    ("splat_camera_to_opengl", c_int32, (POINTER(splat_camera), c_void_p),
-     "Give the pose as such a matrix."),
-    ("splat_camera_orbit", c_int32, (
-        c_void_p, POINTER(splat_orbit_desc), c_uint32, POINTER(splat_camera),
-    ),
-     "`count` cameras at equal angles on a circle around the middle of a scene's ...."),
-    ("splat_camera_load", c_int32, (
-        c_char_p, POINTER(splat_camera_file_desc), POINTER(splat_camera), c_uint32, POINTER(c_uint32),
-    ),
-     "Read the cameras of a NeRF transforms.json, or of a COLMAP model's folder (text ...."),
-    ("splat_camera_load_report", c_int32, (
-        c_char_p, POINTER(splat_camera_file_desc), c_void_p, c_size_t, POINTER(c_size_t),
-    ),
-     "Report on the same file."),
-    ("splat_camera_load_memory", c_int32, (
-        POINTER(splat_camera_bytes), POINTER(splat_camera_file_desc), POINTER(splat_camera), c_uint32,
-        POINTER(c_uint32),
-    ),
-     "Read cameras from memory."),
-    ("splat_camera_load_memory_report", c_int32, (
-        POINTER(splat_camera_bytes), POINTER(splat_camera_file_desc), c_void_p, c_size_t, POINTER(c_size_t),
-    ),
-     "Report on the same files, as splat_camera_load_report."),
-    ("splat_camera_save", c_int32, (c_char_p, POINTER(splat_camera), POINTER(c_char_p), c_uint32),
-     "Write cameras as a NeRF transforms.json, whole or not at all."),
-    ("splat_camera_save_memory", c_int32, (
-        POINTER(splat_camera), POINTER(c_char_p), c_uint32, c_void_p, c_size_t, POINTER(c_size_t),
-    ),
-     "Write the same bytes to memory."),
-    ("splat_weights_load", c_int32, (c_char_p, c_uint32, POINTER(c_void_p)),
-     "Load a .safetensors, .pth (torch.save."),
-    ("splat_weights_load_memory", c_int32, (c_void_p, c_size_t, POINTER(c_void_p)),
-     "Load weights from the `bytes` bytes of such a file, which are copied."),
-    ("splat_weights_from_arrays", c_int32, (
-        POINTER(splat_named_array), c_uint64, POINTER(c_void_p),
-    ),
-     "Make weights of arrays, which are copied, in their order."),
-    ("splat_weights_save", c_int32, (c_void_p, c_char_p, c_uint32),
-     "Write .safetensors (with the metadata), .pth (a checkpoint of the published code."),
-    ("splat_weights_save_memory", c_int32, (
-        c_void_p, c_int32, c_uint32, c_void_p, c_size_t, POINTER(c_size_t),
-    ),
-     "Write the same bytes to memory."),
-    ("splat_weights_count", c_int32, (c_void_p, POINTER(c_uint32)),
-     "Count the tensors."),
-    ("splat_weights_get_info", c_int32, (c_void_p, c_uint32, POINTER(splat_weights_info)),
-     "Describe a tensor."),
-    ("splat_weights_find", c_int32, (c_void_p, c_char_p, POINTER(c_uint32)),
-     "Find the index of a tensor by its name."),
-    ("splat_weights_read", c_int32, (c_void_p, c_uint32, c_void_p, c_size_t),
-     "Copy the values of a tensor as float32."),
-    ("splat_weights_data", c_int32, (c_void_p, c_uint32, POINTER(c_void_p), POINTER(c_uint64)),
-     "Give the values of a tensor without a copy, as float32 whatever their type in ...."),
-    ("splat_weights_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "Report on the file."),
-    ("splat_weights_fold", c_int32, (c_void_p, c_void_p, c_double, c_uint32, POINTER(c_void_p)),
-     "Fold low-rank adapters into the weights they belong to."),
-    ("splat_weights_destroy", c_int32, (c_void_p,),
-     "Destroy weights."),
-    ("splat_op_list", c_int32, (c_void_p, c_size_t, POINTER(c_size_t)),
-     "JSON array of all operators."),
-    ("splat_op_create", c_int32, (c_void_p, POINTER(splat_op_desc), POINTER(c_void_p)),
-     "Record an operator on the given tensors, whose contents may change between runs."),
-    ("splat_op_forward", c_int32, (c_void_p,),
-     "Compute the outputs from the inputs."),
-    ("splat_op_backward", c_int32, (c_void_p,),
-     "Compute the gradients of sum(grad_outputs * outputs) with respect to the ...."),
-    ("splat_op_destroy", c_int32, (c_void_p,),
-     "Destroy an operator."),
-    ("splat_model_create", c_int32, (c_void_p, POINTER(splat_model_desc), POINTER(c_void_p)),
-     "Create a model."),
-    ("splat_model_init", c_int32, (c_void_p, c_uint64),
-     "Initialise the parameters at random, as the published code does."),
-    ("splat_model_load", c_int32, (c_void_p, c_void_p, c_uint32),
-     "Load the parameters of a state dict, all or none."),
-    ("splat_model_store", c_int32, (c_void_p, POINTER(c_void_p)),
-     "Store the model as a state dict, with the buffers of published files."),
-    ("splat_model_export", c_int32, (c_void_p, c_int32, POINTER(c_void_p)),
-     "Export a model's parameters in another form."),
-    ("splat_model_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "JSON."),
-    ("splat_model_get_info", c_int32, (c_void_p, POINTER(splat_model_info)),
-     "Describe a model."),
-    ("splat_model_ports", c_int32, (
-        c_void_p, c_int32, POINTER(splat_port), c_uint32, POINTER(c_uint32),
-    ),
-     "List the inputs, outputs or parameters of a model."),
-    ("splat_model_tensor", c_int32, (c_void_p, c_char_p, POINTER(c_void_p)),
-     "Get a tensor that shares the model's memory, float32 and row-major, by name."),
-    ("splat_model_forward", c_int32, (c_void_p, POINTER(splat_model_input)),
-     "Run the network."),
-    ("splat_model_read", c_int32, (c_void_p, c_char_p, c_void_p, c_size_t),
-     "Read a tensor of splat_model_tensor."),
-    ("splat_model_write", c_int32, (c_void_p, c_char_p, c_void_p, c_size_t),
-     "Set a parameter, by the name of the state dict."),
-    ("splat_model_scene", c_int32, (c_void_p, c_uint32, POINTER(c_void_p)),
-     "Copy the Gaussians of one object into a new scene."),
-    ("splat_model_backward", c_int32, (c_void_p, POINTER(splat_model_gradients)),
-     "Add the gradients of a loss to the gradients of parameters."),
-    ("splat_model_zero_gradients", c_int32, (c_void_p,),
-     "Set the gradients of all parameters to zero."),
-    ("splat_model_destroy", c_int32, (c_void_p,),
-     "Destroy a model."),
-    ("splat_module_create", c_int32, (c_void_p, POINTER(splat_module_desc), POINTER(c_void_p)),
-     "Create a module."),
-    ("splat_module_init", c_int32, (c_void_p, c_uint64),
-     "Initialise the parameters."),
-    ("splat_module_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "JSON."),
-    ("splat_module_ports", c_int32, (
-        c_void_p, c_int32, POINTER(splat_port), c_uint32, POINTER(c_uint32),
-    ),
-     "List the inputs, outputs or parameters of a module."),
-    ("splat_module_write", c_int32, (c_void_p, c_char_p, c_void_p, c_size_t),
-     "Write an input, a parameter, or the gradient of the loss with respect to an ...."),
-    ("splat_module_read", c_int32, (c_void_p, c_char_p, c_void_p, c_size_t),
-     "Read what splat_module_write writes, an output ('y'), or the gradient of a ...."),
-    ("splat_module_forward", c_int32, (c_void_p,),
-     "Compute the outputs."),
-    ("splat_module_backward", c_int32, (c_void_p,),
-     "Add to the gradients of parameters and overwrite those of inputs."),
-    ("splat_module_zero_gradients", c_int32, (c_void_p,),
-     "Set the gradients of parameters to zero."),
-    ("splat_module_destroy", c_int32, (c_void_p,),
-     "Destroy a module."),
-    ("splat_picture_cut", c_int32, (
-        POINTER(splat_picture), POINTER(splat_picture_cut_desc), POINTER(splat_picture_info),
-    ),
-     "Cut a picture and its maps out as a predictor does, without a device."),
-    ("splat_builtin_weights", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "Get the path of weights that come with the library."),
-    ("splat_predictor_create", c_int32, (
-        c_void_p, POINTER(splat_predictor_desc), POINTER(c_void_p),
-    ),
-     "Create a predictor."),
-    ("splat_predictor_get_info", c_int32, (c_void_p, POINTER(splat_predictor_info)),
-     "Describe a predictor."),
-    ("splat_predictor_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "Report on a predictor."),
-    ("splat_predictor_predict", c_int32, (
-        c_void_p, POINTER(splat_picture), c_uint32, POINTER(c_void_p), POINTER(splat_prediction),
-    ),
-     "Predict a scene in the frame of the first picture's camera, which looks along z ...."),
-    ("splat_predictor_predict_object", c_int32, (
-        c_void_p, c_void_p, c_uint32, c_void_p, c_uint32, POINTER(c_void_p), POINTER(splat_prediction),
-    ),
-     "The same for an object of a data set that was opened with the predictor's ...."),
-    ("splat_prediction_report", c_int32, (
-        POINTER(splat_prediction), c_void_p, c_size_t, POINTER(c_size_t),
-    ),
-     "Write the facts of a prediction as JSON."),
-    ("splat_predictor_destroy", c_int32, (c_void_p,),
-     "Destroy a predictor."),
-    ("splat_rasterizer_create", c_int32, (
-        c_void_p, POINTER(splat_rasterizer_desc), POINTER(c_void_p),
-    ),
-     "Create a rasterizer with its memory."),
-    ("splat_raster_state_create", c_int32, (c_void_p, POINTER(c_void_p)),
-     "Create one more state."),
-    ("splat_raster_state_destroy", c_int32, (c_void_p,),
-     "Destroy a state."),
-    ("splat_rasterizer_forward_scene", c_int32, (
-        c_void_p, c_void_p, c_void_p, POINTER(splat_camera), c_uint32, c_void_p,
-    ),
-     "Draw a scene."),
-    ("splat_rasterizer_forward", c_int32, (
-        c_void_p, c_void_p, POINTER(splat_gaussians_desc), POINTER(splat_camera), c_uint32, c_void_p,
-    ),
-     "Draw Gaussians that are tensors."),
-    ("splat_rasterizer_output", c_int32, (c_void_p, c_void_p, c_int32, c_void_p),
-     "Copy an output of the last forward call, float32, to a tensor."),
-    ("splat_rasterizer_read", c_int32, (c_void_p, c_void_p, c_int32, c_void_p, c_size_t),
-     "Copy an output of the last forward call, float32, to host memory."),
-    ("splat_rasterizer_read_images", c_int32, (
-        c_void_p, c_void_p, c_int32, c_uint32, POINTER(splat_image), c_uint32,
-    ),
-     "Copy views of an output [V,H,W] or [V,H,W,3] into images, converted once."),
-    ("splat_rasterizer_backward", c_int32, (c_void_p, c_void_p, POINTER(splat_gradients_desc)),
-     "Compute gradients at the inputs of the state's last forward call."),
-    ("splat_rasterizer_get_info", c_int32, (c_void_p, c_void_p, POINTER(splat_rasterizer_info)),
-     "Describe the last forward call of a state."),
-    ("splat_rasterizer_destroy", c_int32, (c_void_p,),
-     "Destroy a rasterizer."),
-    ("splat_scene_render", c_int32, (
-        c_void_p, c_void_p, POINTER(splat_camera), c_uint32, POINTER(splat_scene_render_desc),
-        POINTER(splat_image),
-    ),
-     "Draw views of a scene, with all its bands, into images, one after the other."),
-    ("splat_image_load", c_int32, (c_char_p, POINTER(splat_image), POINTER(splat_image_info)),
-     "Read an image file."),
-    ("splat_image_load_memory", c_int32, (
-        c_void_p, c_size_t, POINTER(splat_image), POINTER(splat_image_info),
-    ),
-     "Read an image from the bytes of such a file."),
-    ("splat_image_save", c_int32, (c_char_p, POINTER(splat_image)),
-     "Write an image by the extension of the path."),
-    ("splat_image_save_memory", c_int32, (
-        POINTER(splat_image), c_int32, c_void_p, c_size_t, POINTER(c_size_t),
-    ),
-     "Write the same bytes to memory."),
-    ("splat_image_save_animation", c_int32, (c_char_p, POINTER(splat_image), c_uint32, c_uint32),
-     "Write images of one size as an animation that repeats for ever, by the ...."),
-    ("splat_image_save_animation_memory", c_int32, (
-        POINTER(splat_image), c_uint32, c_uint32, c_int32, c_void_p, c_size_t, POINTER(c_size_t),
-    ),
-     "Write the same bytes to memory."),
-    ("splat_image_compare", c_int32, (
-        POINTER(splat_image), POINTER(splat_image), POINTER(splat_image_scores),
-    ),
-     "Compare two images in double precision."),
-    ("splat_lpips_create", c_int32, (c_void_p, POINTER(splat_lpips_desc), POINTER(c_void_p)),
-     "Create the network of LPIPS."),
-    ("splat_lpips_compare", c_int32, (
-        c_void_p, POINTER(splat_image), POINTER(splat_image), POINTER(c_double),
-    ),
-     "Measure the distance of two images with values nominally 0 to 1, not clamped."),
-    ("splat_lpips_destroy", c_int32, (c_void_p,),
-     "Destroy it."),
-    ("splat_run_next", c_int32, (c_void_p, POINTER(splat_run_event)),
-     "Do the next piece of work."),
-    ("splat_run_interrupt", c_int32, (c_void_p,),
-     "End the run."),
-    ("splat_run_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "JSON."),
-    ("splat_run_destroy", c_int32, (c_void_p,),
-     "Close a run."),
-    ("splat_config_keys", c_int32, (c_void_p, c_size_t, POINTER(c_size_t)),
-     "JSON array of all keys of a configuration, in the order of their sections."),
-    ("splat_config_check", c_int32, (
-        c_char_p, POINTER(c_char_p), c_size_t, c_void_p, c_size_t, POINTER(c_size_t),
-    ),
-     "Say what a training of a configuration would leave out."),
-    ("splat_config_merge", c_int32, (
-        c_char_p, POINTER(c_char_p), c_size_t, c_void_p, c_size_t, POINTER(c_size_t),
-    ),
-     "Make a configuration of network and training with every value, as JSON for ...."),
-    ("splat_config_presets", c_int32, (c_void_p, c_size_t, POINTER(c_size_t)),
-     "JSON array of the published configurations that the library has by name."),
-    ("splat_config_preset", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "The text of one of them, such as 'cars', in YAML, for splat_config_merge."),
-    ("splat_optimizer_create", c_int32, (
-        c_void_p, POINTER(splat_optimizer_desc), POINTER(c_void_p),
-    ),
-     "Create an optimizer."),
-    ("splat_optimizer_step", c_int32, (c_void_p, POINTER(splat_optimizer_info)),
-     "Update the parameters from their gradients, which stay."),
-    ("splat_optimizer_zero_gradients", c_int32, (c_void_p,),
-     "Set all gradients to zero."),
-    ("splat_optimizer_gather_rows", c_int32, (c_void_p, c_char_p, c_void_p, c_uint64),
-     "Reorder, drop and add rows of tensors, with their moments and averages."),
-    ("splat_optimizer_set_rate", c_int32, (c_void_p, c_double),
-     "Replace desc.rate, which the schedule and the groups scale."),
-    ("splat_optimizer_get_info", c_int32, (c_void_p, POINTER(splat_optimizer_info)),
-     "Describe an optimizer and its last step."),
-    ("splat_optimizer_store", c_int32, (c_void_p, POINTER(c_void_p)),
-     "Copy the averaged parameters, by name, to new weights."),
-    ("splat_optimizer_save", c_int32, (c_void_p, POINTER(c_void_p)),
-     "Copy moments, averages, counters, numbers of rows and rate to new weights, to ...."),
-    ("splat_optimizer_load", c_int32, (c_void_p, c_void_p),
-     "Go on from such weights, bit-exactly."),
-    ("splat_optimizer_destroy", c_int32, (c_void_p,),
-     "Destroy an optimizer."),
-    ("splat_trainer_create", c_int32, (c_void_p, POINTER(splat_trainer_desc), POINTER(c_void_p)),
-     "Create a trainer."),
-    ("splat_trainer_model", c_int32, (c_void_p, POINTER(c_void_p)),
-     "Return the network in training, to initialise, load, store and read it."),
-    ("splat_trainer_step", c_int32, (
-        c_void_p, POINTER(splat_trainer_batch), POINTER(splat_trainer_info),
-    ),
-     "Do one update."),
-    ("splat_trainer_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "JSON."),
-    ("splat_trainer_store", c_int32, (c_void_p, POINTER(c_void_p)),
-     "Store the averaged weights (opt.ema) as a state dict, or the current ones if ...."),
-    ("splat_trainer_save", c_int32, (c_void_p, c_char_p),
-     "Save everything that the next step depends on in a .safetensors file, whole or ...."),
-    ("splat_trainer_save_memory", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "Write the same bytes to memory."),
-    ("splat_trainer_resume", c_int32, (c_void_p, c_char_p),
-     "Resume from such a file, bit-exactly."),
-    ("splat_trainer_resume_memory", c_int32, (c_void_p, c_void_p, c_size_t),
-     "Resume from the bytes of such a file."),
-    ("splat_trainer_destroy", c_int32, (c_void_p,),
-     "Destroy a trainer."),
-    ("splat_batches_create", c_int32, (c_void_p, c_char_p, c_uint64, POINTER(c_void_p)),
-     "Begin with a data set, which may be destroyed afterwards."),
-    ("splat_batches_next", c_int32, (c_void_p, c_uint64, POINTER(splat_trainer_batch)),
-     "Get a batch for splat_trainer_step."),
-    ("splat_batches_destroy", c_int32, (c_void_p,),
-     "Destroy batches."),
-    ("splat_training_open", c_int32, (c_void_p, POINTER(splat_training_desc), POINTER(c_void_p)),
-     "Open a run, which splat_run_destroy closes."),
-    ("splat_training_last_step", c_int32, (c_void_p, POINTER(splat_trainer_info)),
-     "Describe the latest attempt of a step in this session, skipped or not."),
-    ("splat_training_model", c_int32, (c_void_p, POINTER(c_void_p)),
-     "Return the network in training."),
-    ("splat_evaluator_create", c_int32, (POINTER(splat_evaluator_desc), POINTER(c_void_p)),
-     "Create an evaluator."),
-    ("splat_evaluator_get_info", c_int32, (c_void_p, POINTER(splat_evaluator_info)),
-     "Describe an evaluator."),
-    ("splat_evaluator_score", c_int32, (c_void_p, c_uint32, POINTER(splat_object_scores)),
-     "Predict an object, draw its views and score them."),
-    ("splat_evaluator_score_images", c_int32, (
-        c_void_p, c_uint32, c_void_p, c_uint64, POINTER(splat_object_scores),
-    ),
-     "Score images that the caller made, by the same protocol."),
-    ("splat_evaluator_read", c_int32, (c_void_p, c_uint32, POINTER(splat_evaluated_views)),
-     "Read the views of an object."),
-    ("splat_evaluator_summary", c_int32, (c_void_p, POINTER(splat_evaluation_summary)),
-     "Sum up."),
-    ("splat_evaluator_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "The summary as JSON, the content of results.json."),
-    ("splat_evaluator_save", c_int32, (c_void_p, c_char_p),
-     "Write what `vkrun eval` writes."),
-    ("splat_evaluator_load", c_int32, (c_void_p, c_char_p),
-     "Take over scores that splat_evaluator_save wrote, by the names of objects, as ...."),
-    ("splat_evaluator_destroy", c_int32, (c_void_p,),
-     "Destroy an evaluator."),
-    ("splat_compare_scores", c_int32, (POINTER(splat_compare_desc), POINTER(c_void_p)),
-     "Compare B with A in every metric that both have."),
-    ("splat_comparison_get_info", c_int32, (c_void_p, POINTER(splat_comparison_info)),
-     "Describe a comparison."),
-    ("splat_comparison_metric", c_int32, (c_void_p, c_uint32, POINTER(splat_metric_comparison)),
-     "Get the comparison in one metric."),
-    ("splat_comparison_samples", c_int32, (
-        c_void_p, c_uint32, c_void_p, c_uint64, c_void_p, c_uint64,
-    ),
-     "Copy the scores that were compared in one metric."),
-    ("splat_comparison_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "JSON."),
-    ("splat_comparison_destroy", c_int32, (c_void_p,),
-     "Destroy a comparison."),
-    ("splat_prior_preset", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t)),
-     "Get a preset."),
-    ("splat_prior_model_create", c_int32, (POINTER(splat_prior_model_desc), POINTER(c_void_p)),
-     "Load a model."),
-    ("splat_prior_model_get_info", c_int32, (c_void_p, POINTER(splat_prior_model_info)),
-     "Describe a model."),
-    ("splat_prior_model_run", c_int32, (
-        c_void_p, POINTER(splat_image), POINTER(splat_prior_maps), c_uint32,
-    ),
-     "Make maps of pictures."),
-    ("splat_prior_model_destroy", c_int32, (c_void_p,),
-     "Destroy a model."),
-    ("splat_picture_mask", c_int32, (
-        POINTER(splat_image), POINTER(splat_image), POINTER(c_int32),
-    ),
-     "Find the object of a picture without a network."),
-    ("splat_normals_from_depth", c_int32, (
-        POINTER(splat_image), POINTER(splat_normals_desc), POINTER(splat_image),
-    ),
-     "Make normals of the surface that a depth map shows, by a pinhole camera and ...."),
-    ("splat_prior_compare_depth", c_int32, (
-        POINTER(splat_image), POINTER(splat_image), POINTER(splat_image), c_uint32, POINTER(splat_depth_scores),
-    ),
-     "Compare a depth map with the true one, both with larger numbers for nearer ...."),
-    ("splat_prior_compare_normals", c_int32, (
-        POINTER(splat_image), POINTER(splat_image), POINTER(splat_image), c_uint32, POINTER(splat_normal_scores),
-    ),
-     "Compare normal maps."),
-    ("splat_prior_compare_masks", c_int32, (
-        POINTER(splat_image), POINTER(splat_image), c_uint32, POINTER(splat_mask_scores),
-    ),
-     "Compare a mask with the true one."),
-    ("splat_prior_compare_images", c_int32, (
-        POINTER(splat_image), POINTER(splat_image), c_uint32, POINTER(splat_fidelity_scores),
-    ),
-     "Compare images by visual information fidelity in the pixel domain, at four ...."),
-    ("splat_prior_filter", c_int32, (POINTER(splat_image), c_int32, POINTER(splat_image)),
-     "Filter a map."),
-    ("splat_points_from_mesh", c_int32, (c_char_p, c_uint64, c_void_p, c_uint64),
-     "Sample the surface of a mesh, uniformly by area, or the points of a point ...."),
-    ("splat_points_from_depth", c_int32, (
-        POINTER(splat_image), POINTER(splat_camera), c_void_p, c_uint64, POINTER(c_uint64),
-    ),
-     "The points that a depth map shows, in the world."),
-    ("splat_scene_compare_points", c_int32, (
-        c_void_p, c_double, c_void_p, c_uint64, c_double, POINTER(splat_point_scores),
-    ),
-     "Compare the means of a scene's Gaussians with true points."),
+# Name, type of the result, types of the arguments.
+FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = (
+    ("splat_version", c_uint32, ()),
+    ("splat_version_string", c_char_p, ()),
+    ("splat_build_info", c_char_p, ()),
+    ("splat_result_name", c_char_p, (c_int32,)),
+    ("splat_result_sentence", c_char_p, (c_int32,)),
+    ("splat_last_error_message", c_char_p, ()),
+    ("splat_last_error_copy", c_int32, (c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_log_set_callback", c_int32, (splat_log_callback, c_void_p, c_int32)),
+    ("splat_decode_set_limits", c_int32, (POINTER(splat_decode_limits),)),
+    ("splat_device_count", c_int32, (POINTER(c_uint32),)),
+    ("splat_device_describe", c_int32, (c_uint32, POINTER(splat_device_info))),
+    ("splat_device_create", c_int32, (POINTER(splat_device_desc), POINTER(c_void_p))),
+    ("splat_device_destroy", c_int32, (c_void_p,)),
+    ("splat_device_cancel", c_int32, (c_void_p,)),
+    ("splat_device_get_info", c_int32, (c_void_p, POINTER(splat_device_info))),
+    ("splat_device_get_memory", c_int32, (c_void_p, POINTER(splat_memory_info))),
+    ("splat_device_profile_json", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_device_profile_table", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_device_profile_reset", c_int32, (c_void_p,)),
+    ("splat_tensor_create", c_int32, (c_void_p, POINTER(splat_tensor_desc), POINTER(c_void_p))),
+    ("splat_tensor_from_host", c_int32, (c_void_p, POINTER(splat_tensor_desc), c_void_p, c_size_t, c_void_p,
+        POINTER(c_void_p))),
+    ("splat_tensor_write", c_int32, (c_void_p, c_void_p, c_size_t, c_void_p)),
+    ("splat_tensor_read", c_int32, (c_void_p, c_void_p, c_size_t, c_void_p)),
+    ("splat_tensor_map", c_int32, (c_void_p, c_int32, POINTER(c_void_p), POINTER(c_size_t))),
+    ("splat_tensor_unmap", c_int32, (c_void_p,)),
+    ("splat_tensor_host_pointer", c_int32, (c_void_p, POINTER(c_void_p), POINTER(c_size_t))),
+    ("splat_tensor_to_dlpack", c_int32, (c_void_p, POINTER(c_void_p))),
+    ("splat_tensor_get_info", c_int32, (c_void_p, POINTER(splat_tensor_info))),
+    ("splat_tensor_check", c_int32, (c_void_p, POINTER(splat_tensor_stats))),
+    ("splat_tensor_destroy", c_int32, (c_void_p,)),
+    ("splat_co3d_prepare", c_int32, (POINTER(splat_co3d_desc), POINTER(splat_co3d_info))),
+    ("splat_dataset_open", c_int32, (POINTER(splat_dataset_desc), POINTER(c_void_p))),
+    ("splat_dataset_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_dataset_read", c_int32, (c_void_p, c_uint32, c_void_p, c_uint32, POINTER(splat_dataset_views))),
+    ("splat_dataset_check", c_int32, (c_void_p, c_uint32, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_dataset_destroy", c_int32, (c_void_p,)),
+    ("splat_path_name", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_dataset_import", c_int32, (POINTER(splat_dataset_import_desc), splat_progress_callback, c_void_p)),
+    ("splat_dataset_export", c_int32, (c_void_p, POINTER(splat_dataset_export_desc), splat_progress_callback,
+        c_void_p)),
+    ("splat_synthetic_write", c_int32, (POINTER(splat_synthetic_desc), c_uint32)),
+    ("splat_scene_create", c_int32, (POINTER(splat_scene_desc), POINTER(c_void_p))),
+    ("splat_scene_formats", c_int32, (c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_scene_load", c_int32, (c_char_p, POINTER(splat_scene_file_desc), POINTER(c_void_p))),
+    ("splat_scene_load_memory", c_int32, (c_void_p, c_size_t, POINTER(splat_scene_file_desc), POINTER(c_void_p))),
+    ("splat_scene_load_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_scene_save", c_int32, (c_void_p, c_char_p, POINTER(splat_scene_file_desc))),
+    ("splat_scene_save_memory", c_int32, (c_void_p, POINTER(splat_scene_file_desc), c_void_p, c_size_t,
+        POINTER(c_size_t))),
+    ("splat_scene_read", c_int32, (c_void_p, c_char_p, c_void_p, c_size_t)),
+    ("splat_scene_write", c_int32, (c_void_p, c_char_p, c_void_p, c_size_t)),
+    ("splat_scene_to_tensor", c_int32, (c_void_p, c_char_p, c_void_p, POINTER(c_void_p))),
+    ("splat_scene_transform", c_int32, (c_void_p, POINTER(splat_similarity))),
+    ("splat_scene_crop", c_int32, (c_void_p, c_void_p, c_void_p)),
+    ("splat_scene_filter", c_int32, (c_void_p, c_uint32, c_double)),
+    ("splat_scene_merge", c_int32, (POINTER(c_void_p), c_uint32, POINTER(c_void_p))),
+    ("splat_scene_get_info", c_int32, (c_void_p, POINTER(splat_scene_info))),
+    ("splat_scene_destroy", c_int32, (c_void_p,)),
+    ("splat_camera_from_fov", c_int32, (c_uint32, c_uint32, c_double, POINTER(splat_camera))),
+    ("splat_camera_look_at", c_int32, (POINTER(splat_camera), c_void_p, c_void_p, c_void_p)),
+    ("splat_camera_from_opengl", c_int32, (POINTER(splat_camera), c_void_p)),
+    ("splat_camera_to_opengl", c_int32, (POINTER(splat_camera), c_void_p)),
+    ("splat_camera_orbit", c_int32, (c_void_p, POINTER(splat_orbit_desc), c_uint32, POINTER(splat_camera))),
+    ("splat_camera_load", c_int32, (c_char_p, POINTER(splat_camera_file_desc), POINTER(splat_camera), c_uint32,
+        POINTER(c_uint32))),
+    ("splat_camera_load_report", c_int32, (c_char_p, POINTER(splat_camera_file_desc), c_void_p, c_size_t,
+        POINTER(c_size_t))),
+    ("splat_camera_load_memory", c_int32, (POINTER(splat_camera_bytes), POINTER(splat_camera_file_desc),
+        POINTER(splat_camera), c_uint32, POINTER(c_uint32))),
+    ("splat_camera_load_memory_report", c_int32, (POINTER(splat_camera_bytes), POINTER(splat_camera_file_desc),
+        c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_camera_save", c_int32, (c_char_p, POINTER(splat_camera), POINTER(c_char_p), c_uint32)),
+    ("splat_camera_save_memory", c_int32, (POINTER(splat_camera), POINTER(c_char_p), c_uint32, c_void_p, c_size_t,
+        POINTER(c_size_t))),
+    ("splat_weights_load", c_int32, (c_char_p, c_uint32, POINTER(c_void_p))),
+    ("splat_weights_load_memory", c_int32, (c_void_p, c_size_t, POINTER(c_void_p))),
+    ("splat_weights_from_arrays", c_int32, (POINTER(splat_named_array), c_uint64, POINTER(c_void_p))),
+    ("splat_weights_save", c_int32, (c_void_p, c_char_p, c_uint32)),
+    ("splat_weights_save_memory", c_int32, (c_void_p, c_int32, c_uint32, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_weights_count", c_int32, (c_void_p, POINTER(c_uint32))),
+    ("splat_weights_get_info", c_int32, (c_void_p, c_uint32, POINTER(splat_weights_info))),
+    ("splat_weights_find", c_int32, (c_void_p, c_char_p, POINTER(c_uint32))),
+    ("splat_weights_read", c_int32, (c_void_p, c_uint32, c_void_p, c_size_t)),
+    ("splat_weights_data", c_int32, (c_void_p, c_uint32, POINTER(c_void_p), POINTER(c_uint64))),
+    ("splat_weights_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_weights_fold", c_int32, (c_void_p, c_void_p, c_double, c_uint32, POINTER(c_void_p))),
+    ("splat_weights_destroy", c_int32, (c_void_p,)),
+    ("splat_op_list", c_int32, (c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_op_create", c_int32, (c_void_p, POINTER(splat_op_desc), POINTER(c_void_p))),
+    ("splat_op_forward", c_int32, (c_void_p,)),
+    ("splat_op_backward", c_int32, (c_void_p,)),
+    ("splat_op_destroy", c_int32, (c_void_p,)),
+    ("splat_model_create", c_int32, (c_void_p, POINTER(splat_model_desc), POINTER(c_void_p))),
+    ("splat_model_init", c_int32, (c_void_p, c_uint64)),
+    ("splat_model_load", c_int32, (c_void_p, c_void_p, c_uint32)),
+    ("splat_model_store", c_int32, (c_void_p, POINTER(c_void_p))),
+    ("splat_model_export", c_int32, (c_void_p, c_int32, POINTER(c_void_p))),
+    ("splat_model_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_model_get_info", c_int32, (c_void_p, POINTER(splat_model_info))),
+    ("splat_model_ports", c_int32, (c_void_p, c_int32, POINTER(splat_port), c_uint32, POINTER(c_uint32))),
+    ("splat_model_tensor", c_int32, (c_void_p, c_char_p, POINTER(c_void_p))),
+    ("splat_model_forward", c_int32, (c_void_p, POINTER(splat_model_input))),
+    ("splat_model_read", c_int32, (c_void_p, c_char_p, c_void_p, c_size_t)),
+    ("splat_model_write", c_int32, (c_void_p, c_char_p, c_void_p, c_size_t)),
+    ("splat_model_scene", c_int32, (c_void_p, c_uint32, POINTER(c_void_p))),
+    ("splat_model_backward", c_int32, (c_void_p, POINTER(splat_model_gradients))),
+    ("splat_model_zero_gradients", c_int32, (c_void_p,)),
+    ("splat_model_destroy", c_int32, (c_void_p,)),
+    ("splat_module_create", c_int32, (c_void_p, POINTER(splat_module_desc), POINTER(c_void_p))),
+    ("splat_module_init", c_int32, (c_void_p, c_uint64)),
+    ("splat_module_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_module_ports", c_int32, (c_void_p, c_int32, POINTER(splat_port), c_uint32, POINTER(c_uint32))),
+    ("splat_module_write", c_int32, (c_void_p, c_char_p, c_void_p, c_size_t)),
+    ("splat_module_read", c_int32, (c_void_p, c_char_p, c_void_p, c_size_t)),
+    ("splat_module_forward", c_int32, (c_void_p,)),
+    ("splat_module_backward", c_int32, (c_void_p,)),
+    ("splat_module_zero_gradients", c_int32, (c_void_p,)),
+    ("splat_module_destroy", c_int32, (c_void_p,)),
+    ("splat_picture_cut", c_int32, (POINTER(splat_picture), POINTER(splat_picture_cut_desc),
+        POINTER(splat_picture_info))),
+    ("splat_builtin_weights", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_predictor_create", c_int32, (c_void_p, POINTER(splat_predictor_desc), POINTER(c_void_p))),
+    ("splat_predictor_get_info", c_int32, (c_void_p, POINTER(splat_predictor_info))),
+    ("splat_predictor_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_predictor_predict", c_int32, (c_void_p, POINTER(splat_picture), c_uint32, POINTER(c_void_p),
+        POINTER(splat_prediction))),
+    ("splat_predictor_predict_object", c_int32, (c_void_p, c_void_p, c_uint32, c_void_p, c_uint32, POINTER(c_void_p),
+        POINTER(splat_prediction))),
+    ("splat_prediction_report", c_int32, (POINTER(splat_prediction), c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_predictor_destroy", c_int32, (c_void_p,)),
+    ("splat_rasterizer_create", c_int32, (c_void_p, POINTER(splat_rasterizer_desc), POINTER(c_void_p))),
+    ("splat_raster_state_create", c_int32, (c_void_p, POINTER(c_void_p))),
+    ("splat_raster_state_destroy", c_int32, (c_void_p,)),
+    ("splat_rasterizer_forward_scene", c_int32, (c_void_p, c_void_p, c_void_p, POINTER(splat_camera), c_uint32,
+        c_void_p)),
+    ("splat_rasterizer_forward", c_int32, (c_void_p, c_void_p, POINTER(splat_gaussians_desc), POINTER(splat_camera),
+        c_uint32, c_void_p)),
+    ("splat_rasterizer_output", c_int32, (c_void_p, c_void_p, c_int32, c_void_p)),
+    ("splat_rasterizer_read", c_int32, (c_void_p, c_void_p, c_int32, c_void_p, c_size_t)),
+    ("splat_rasterizer_read_images", c_int32, (c_void_p, c_void_p, c_int32, c_uint32, POINTER(splat_image),
+        c_uint32)),
+    ("splat_rasterizer_backward", c_int32, (c_void_p, c_void_p, POINTER(splat_gradients_desc))),
+    ("splat_rasterizer_get_info", c_int32, (c_void_p, c_void_p, POINTER(splat_rasterizer_info))),
+    ("splat_rasterizer_destroy", c_int32, (c_void_p,)),
+    ("splat_scene_render", c_int32, (c_void_p, c_void_p, POINTER(splat_camera), c_uint32,
+        POINTER(splat_scene_render_desc), POINTER(splat_image))),
+    ("splat_image_load", c_int32, (c_char_p, POINTER(splat_image), POINTER(splat_image_info))),
+    ("splat_image_load_memory", c_int32, (c_void_p, c_size_t, POINTER(splat_image), POINTER(splat_image_info))),
+    ("splat_image_save", c_int32, (c_char_p, POINTER(splat_image))),
+    ("splat_image_save_memory", c_int32, (POINTER(splat_image), c_int32, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_image_save_animation", c_int32, (c_char_p, POINTER(splat_image), c_uint32, c_uint32)),
+    ("splat_image_save_animation_memory", c_int32, (POINTER(splat_image), c_uint32, c_uint32, c_int32, c_void_p,
+        c_size_t, POINTER(c_size_t))),
+    ("splat_image_compare", c_int32, (POINTER(splat_image), POINTER(splat_image), POINTER(splat_image_scores))),
+    ("splat_lpips_create", c_int32, (c_void_p, POINTER(splat_lpips_desc), POINTER(c_void_p))),
+    ("splat_lpips_compare", c_int32, (c_void_p, POINTER(splat_image), POINTER(splat_image), POINTER(c_double))),
+    ("splat_lpips_destroy", c_int32, (c_void_p,)),
+    ("splat_run_next", c_int32, (c_void_p, POINTER(splat_run_event))),
+    ("splat_run_interrupt", c_int32, (c_void_p,)),
+    ("splat_run_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_run_destroy", c_int32, (c_void_p,)),
+    ("splat_config_keys", c_int32, (c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_config_check", c_int32, (c_char_p, POINTER(c_char_p), c_size_t, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_config_merge", c_int32, (c_char_p, POINTER(c_char_p), c_size_t, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_config_presets", c_int32, (c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_config_preset", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_optimizer_create", c_int32, (c_void_p, POINTER(splat_optimizer_desc), POINTER(c_void_p))),
+    ("splat_optimizer_step", c_int32, (c_void_p, POINTER(splat_optimizer_info))),
+    ("splat_optimizer_zero_gradients", c_int32, (c_void_p,)),
+    ("splat_optimizer_gather_rows", c_int32, (c_void_p, c_char_p, c_void_p, c_uint64)),
+    ("splat_optimizer_set_rate", c_int32, (c_void_p, c_double)),
+    ("splat_optimizer_get_info", c_int32, (c_void_p, POINTER(splat_optimizer_info))),
+    ("splat_optimizer_store", c_int32, (c_void_p, POINTER(c_void_p))),
+    ("splat_optimizer_save", c_int32, (c_void_p, POINTER(c_void_p))),
+    ("splat_optimizer_load", c_int32, (c_void_p, c_void_p)),
+    ("splat_optimizer_destroy", c_int32, (c_void_p,)),
+    ("splat_trainer_create", c_int32, (c_void_p, POINTER(splat_trainer_desc), POINTER(c_void_p))),
+    ("splat_trainer_model", c_int32, (c_void_p, POINTER(c_void_p))),
+    ("splat_trainer_step", c_int32, (c_void_p, POINTER(splat_trainer_batch), POINTER(splat_trainer_info))),
+    ("splat_trainer_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_trainer_store", c_int32, (c_void_p, POINTER(c_void_p))),
+    ("splat_trainer_save", c_int32, (c_void_p, c_char_p)),
+    ("splat_trainer_save_memory", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_trainer_resume", c_int32, (c_void_p, c_char_p)),
+    ("splat_trainer_resume_memory", c_int32, (c_void_p, c_void_p, c_size_t)),
+    ("splat_trainer_destroy", c_int32, (c_void_p,)),
+    ("splat_batches_create", c_int32, (c_void_p, c_char_p, c_uint64, POINTER(c_void_p))),
+    ("splat_batches_next", c_int32, (c_void_p, c_uint64, POINTER(splat_trainer_batch))),
+    ("splat_batches_destroy", c_int32, (c_void_p,)),
+    ("splat_training_open", c_int32, (c_void_p, POINTER(splat_training_desc), POINTER(c_void_p))),
+    ("splat_training_last_step", c_int32, (c_void_p, POINTER(splat_trainer_info))),
+    ("splat_training_model", c_int32, (c_void_p, POINTER(c_void_p))),
+    ("splat_evaluator_create", c_int32, (POINTER(splat_evaluator_desc), POINTER(c_void_p))),
+    ("splat_evaluator_get_info", c_int32, (c_void_p, POINTER(splat_evaluator_info))),
+    ("splat_evaluator_score", c_int32, (c_void_p, c_uint32, POINTER(splat_object_scores))),
+    ("splat_evaluator_score_images", c_int32, (c_void_p, c_uint32, c_void_p, c_uint64, POINTER(splat_object_scores))),
+    ("splat_evaluator_read", c_int32, (c_void_p, c_uint32, POINTER(splat_evaluated_views))),
+    ("splat_evaluator_summary", c_int32, (c_void_p, POINTER(splat_evaluation_summary))),
+    ("splat_evaluator_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_evaluator_save", c_int32, (c_void_p, c_char_p)),
+    ("splat_evaluator_load", c_int32, (c_void_p, c_char_p)),
+    ("splat_evaluator_destroy", c_int32, (c_void_p,)),
+    ("splat_compare_scores", c_int32, (POINTER(splat_compare_desc), POINTER(c_void_p))),
+    ("splat_comparison_get_info", c_int32, (c_void_p, POINTER(splat_comparison_info))),
+    ("splat_comparison_metric", c_int32, (c_void_p, c_uint32, POINTER(splat_metric_comparison))),
+    ("splat_comparison_samples", c_int32, (c_void_p, c_uint32, c_void_p, c_uint64, c_void_p, c_uint64)),
+    ("splat_comparison_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_comparison_destroy", c_int32, (c_void_p,)),
+    ("splat_prior_preset", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t))),
+    ("splat_prior_model_create", c_int32, (POINTER(splat_prior_model_desc), POINTER(c_void_p))),
+    ("splat_prior_model_get_info", c_int32, (c_void_p, POINTER(splat_prior_model_info))),
+    ("splat_prior_model_run", c_int32, (c_void_p, POINTER(splat_image), POINTER(splat_prior_maps), c_uint32)),
+    ("splat_prior_model_destroy", c_int32, (c_void_p,)),
+    ("splat_picture_mask", c_int32, (POINTER(splat_image), POINTER(splat_image), POINTER(c_int32))),
+    ("splat_normals_from_depth", c_int32, (POINTER(splat_image), POINTER(splat_normals_desc), POINTER(splat_image))),
+    ("splat_prior_compare_depth", c_int32, (POINTER(splat_image), POINTER(splat_image), POINTER(splat_image),
+        c_uint32, POINTER(splat_depth_scores))),
+    ("splat_prior_compare_normals", c_int32, (POINTER(splat_image), POINTER(splat_image), POINTER(splat_image),
+        c_uint32, POINTER(splat_normal_scores))),
+    ("splat_prior_compare_masks", c_int32, (POINTER(splat_image), POINTER(splat_image), c_uint32,
+        POINTER(splat_mask_scores))),
+    ("splat_prior_compare_images", c_int32, (POINTER(splat_image), POINTER(splat_image), c_uint32,
+        POINTER(splat_fidelity_scores))),
+    ("splat_prior_filter", c_int32, (POINTER(splat_image), c_int32, POINTER(splat_image))),
+    ("splat_points_from_mesh", c_int32, (c_char_p, c_uint64, c_void_p, c_uint64)),
+    ("splat_points_from_depth", c_int32, (POINTER(splat_image), POINTER(splat_camera), c_void_p, c_uint64,
+        POINTER(c_uint64))),
+    ("splat_scene_compare_points", c_int32, (c_void_p, c_double, c_void_p, c_uint64, c_double,
+        POINTER(splat_point_scores))),
 )
 
 
 def bind(library: CDLL) -> None:
     """Give the functions of a loaded library their types. AttributeError: one is missing."""
-    for name, returns, arguments, about in FUNCTIONS:
+    for name, returns, arguments in FUNCTIONS:
         function = getattr(library, name)
         function.restype = returns
         function.argtypes = arguments
-        function.__doc__ = about

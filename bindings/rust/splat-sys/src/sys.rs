@@ -7,465 +7,334 @@ pub const SPLAT_VERSION: [u32; 3] = [0, 1, 0];
 pub const SPLAT_MAX_RANK: usize = 8;
 pub const SPLAT_SH_CONSTANT: i32 = -1;
 
-pub type splat_result = i32;
-pub const SPLAT_OK: splat_result = 0;
-/// the buffer was too small; what fits was written
-pub const SPLAT_INCOMPLETE: splat_result = 1;
-/// an argument is outside its documented range
-pub const SPLAT_ERROR_INVALID_ARGUMENT: splat_result = -1;
-/// NULL, destroyed, or a handle of another kind
-pub const SPLAT_ERROR_INVALID_HANDLE: splat_result = -2;
+/** The success of a call, or why it failed. */ pub type splat_result = i32;
+/** success */ pub const SPLAT_OK: splat_result = 0;
+/** the buffer was too small; what fits was written */ pub const SPLAT_INCOMPLETE: splat_result = 1;
+/** an argument is outside its documented range */ pub const SPLAT_ERROR_INVALID_ARGUMENT: splat_result = -1;
+/** NULL, destroyed, or a handle of another kind */ pub const SPLAT_ERROR_INVALID_HANDLE: splat_result = -2;
 /// the call does not fit the object's state, e.g. unmap without map
 pub const SPLAT_ERROR_INVALID_STATE: splat_result = -3;
-/// tensors whose shapes do not fit together
-pub const SPLAT_ERROR_SHAPE_MISMATCH: splat_result = -4;
-/// beyond a limit or a feature of this device or build
-pub const SPLAT_ERROR_UNSUPPORTED: splat_result = -5;
+/** tensors whose shapes do not fit together */ pub const SPLAT_ERROR_SHAPE_MISMATCH: splat_result = -4;
+/** beyond a limit or a feature of this device or build */ pub const SPLAT_ERROR_UNSUPPORTED: splat_result = -5;
 /// no Vulkan loader, no driver, or no device that fits the request
 pub const SPLAT_ERROR_NO_DEVICE: splat_result = -6;
-/// host allocation failed
-pub const SPLAT_ERROR_OUT_OF_HOST_MEMORY: splat_result = -7;
+/** host allocation failed */ pub const SPLAT_ERROR_OUT_OF_HOST_MEMORY: splat_result = -7;
 /// device allocation failed, or the device's memory budget is used up
 pub const SPLAT_ERROR_OUT_OF_DEVICE_MEMORY: splat_result = -8;
-/// the device did not finish in time; it may still be working
-pub const SPLAT_ERROR_TIMEOUT: splat_result = -9;
+/** the device did not finish in time; it may still be working */ pub const SPLAT_ERROR_TIMEOUT: splat_result = -9;
 /// sticky: every later call on the device returns it; destroy it and create it again
 pub const SPLAT_ERROR_DEVICE_LOST: splat_result = -10;
 /// a defect in the library or the driver; please report the message
 pub const SPLAT_ERROR_INTERNAL: splat_result = -11;
-/// no such file or folder, or no entry of that name
-pub const SPLAT_ERROR_NOT_FOUND: splat_result = -12;
-/// the system refused to read or write: permission, disk full
-pub const SPLAT_ERROR_IO: splat_result = -13;
-/// damaged or truncated bytes, or bytes of another format
-pub const SPLAT_ERROR_FORMAT: splat_result = -14;
-/// the call was cancelled; its results are undefined
-pub const SPLAT_CANCELLED: splat_result = -15;
+/** no such file or folder, or no entry of that name */ pub const SPLAT_ERROR_NOT_FOUND: splat_result = -12;
+/** the system refused to read or write: permission, disk full */ pub const SPLAT_ERROR_IO: splat_result = -13;
+/** damaged or truncated bytes, or bytes of another format */ pub const SPLAT_ERROR_FORMAT: splat_result = -14;
+/** the call was cancelled; its results are undefined */ pub const SPLAT_CANCELLED: splat_result = -15;
 
-pub type splat_log_level = i32;
-pub const SPLAT_LOG_DEBUG: splat_log_level = 1;
-pub const SPLAT_LOG_INFO: splat_log_level = 2;
-pub const SPLAT_LOG_WARNING: splat_log_level = 3;
-pub const SPLAT_LOG_ERROR: splat_log_level = 4;
+/** How grave a message of the log is. */ pub type splat_log_level = i32;
+/** every step, for those who look for a defect */ pub const SPLAT_LOG_DEBUG: splat_log_level = 1;
+/** what was done */ pub const SPLAT_LOG_INFO: splat_log_level = 2;
+/** what works, but not as asked or expected */ pub const SPLAT_LOG_WARNING: splat_log_level = 3;
+/** why a call failed */ pub const SPLAT_LOG_ERROR: splat_log_level = 4;
 
-pub type splat_pixel = i32;
-/// 0 to 255 stand for 0 to 1
-pub const SPLAT_PIXEL_U8: splat_pixel = 1;
-/// IEEE 754 binary16
-pub const SPLAT_PIXEL_F16: splat_pixel = 2;
-pub const SPLAT_PIXEL_F32: splat_pixel = 3;
+/** The type of a pixel's numbers. */ pub type splat_pixel = i32;
+/** 0 to 255 stand for 0 to 1 */ pub const SPLAT_PIXEL_U8: splat_pixel = 1;
+/** IEEE 754 binary16 */ pub const SPLAT_PIXEL_F16: splat_pixel = 2;
+/** IEEE 754 binary32 */ pub const SPLAT_PIXEL_F32: splat_pixel = 3;
 
-pub type splat_device_kind = i32;
-pub const SPLAT_DEVICE_KIND_OTHER: splat_device_kind = 1;
-pub const SPLAT_DEVICE_KIND_CPU: splat_device_kind = 2;
-pub const SPLAT_DEVICE_KIND_VIRTUAL: splat_device_kind = 3;
-pub const SPLAT_DEVICE_KIND_INTEGRATED: splat_device_kind = 4;
-pub const SPLAT_DEVICE_KIND_DISCRETE: splat_device_kind = 5;
+/** What a device is. */ pub type splat_device_kind = i32;
+/** none of the following */ pub const SPLAT_DEVICE_KIND_OTHER: splat_device_kind = 1;
+/** software on the processor, such as lavapipe */ pub const SPLAT_DEVICE_KIND_CPU: splat_device_kind = 2;
+/** a GPU of a virtual machine */ pub const SPLAT_DEVICE_KIND_VIRTUAL: splat_device_kind = 3;
+/** a GPU that shares the processor's memory */ pub const SPLAT_DEVICE_KIND_INTEGRATED: splat_device_kind = 4;
+/** a GPU with memory of its own */ pub const SPLAT_DEVICE_KIND_DISCRETE: splat_device_kind = 5;
 
-/// ```text
-/// Which shaders a device runs. The plain ones are the specification; the others compute the same
-/// within the operator's stated error and are faster on their kind of device. The environment
-/// variable SPLAT_KERNELS=plain|cpu|gpu overrides the choice.
-/// ```
+/// Which shaders a device runs. The plain ones are the specification; the others compute the same within the
+/// operator's stated error and are faster on their kind of device. The environment variable
+/// SPLAT_KERNELS=plain|cpu|gpu overrides the choice.
 pub type splat_kernels = i32;
-pub const SPLAT_KERNELS_AUTO: splat_kernels = 0;
-pub const SPLAT_KERNELS_PLAIN: splat_kernels = 1;
-pub const SPLAT_KERNELS_CPU: splat_kernels = 2;
-pub const SPLAT_KERNELS_GPU: splat_kernels = 3;
+/** what suits the device */ pub const SPLAT_KERNELS_AUTO: splat_kernels = 0;
+/** the specification */ pub const SPLAT_KERNELS_PLAIN: splat_kernels = 1;
+/** for software devices on a CPU */ pub const SPLAT_KERNELS_CPU: splat_kernels = 2;
+/** for GPUs */ pub const SPLAT_KERNELS_GPU: splat_kernels = 3;
 
-pub const SPLAT_FEATURE_TIMESTAMPS: u32 = 1;
-pub const SPLAT_FEATURE_SUBGROUP_SHUFFLE: u32 = 2;
-pub const SPLAT_FEATURE_SUBGROUP_ARITHMETIC: u32 = 4;
-pub const SPLAT_FEATURE_INT64: u32 = 8;
-/// device memory is host-visible: tensors map without a copy
-pub const SPLAT_FEATURE_UNIFIED_MEMORY: u32 = 16;
+/** the device can time its work */ pub const SPLAT_FEATURE_TIMESTAMPS: u32 = 1;
+/** threads of a subgroup read each other's values */ pub const SPLAT_FEATURE_SUBGROUP_SHUFFLE: u32 = 2;
+/** subgroups have sums and other reductions */ pub const SPLAT_FEATURE_SUBGROUP_ARITHMETIC: u32 = 4;
+/** shaders have integers of 64 bits */ pub const SPLAT_FEATURE_INT64: u32 = 8;
+/** device memory is host-visible: tensors map without a copy */ pub const SPLAT_FEATURE_UNIFIED_MEMORY: u32 = 16;
 
-pub type splat_device_select = i32;
+/** How a device is chosen. */ pub type splat_device_select = i32;
 /// discrete, then integrated, virtual, CPU; lowest index within a kind
 pub const SPLAT_SELECT_BEST: splat_device_select = 0;
-/// field `index`
-pub const SPLAT_SELECT_BY_INDEX: splat_device_select = 1;
-/// field `uuid`
-pub const SPLAT_SELECT_BY_UUID: splat_device_select = 2;
-/// field `kind`; lowest index
-pub const SPLAT_SELECT_BY_KIND: splat_device_select = 3;
+/** field `index` */ pub const SPLAT_SELECT_BY_INDEX: splat_device_select = 1;
+/** field `uuid` */ pub const SPLAT_SELECT_BY_UUID: splat_device_select = 2;
+/** field `kind`; lowest index */ pub const SPLAT_SELECT_BY_KIND: splat_device_select = 3;
 
 /// Khronos validation: core, synchronisation and GPU-assisted; messages go to the log
 pub const SPLAT_DEVICE_VALIDATION: u32 = 1;
-/// time every dispatch, see splat_device_profile_json
-pub const SPLAT_DEVICE_PROFILE: u32 = 2;
+/** time every dispatch, see splat_device_profile_json */ pub const SPLAT_DEVICE_PROFILE: u32 = 2;
 
-pub type splat_dtype = i32;
-pub const SPLAT_DTYPE_F32: splat_dtype = 1;
-pub const SPLAT_DTYPE_I32: splat_dtype = 2;
-pub const SPLAT_DTYPE_U32: splat_dtype = 3;
+/** The type of a tensor's elements. */ pub type splat_dtype = i32;
+/** float32 */ pub const SPLAT_DTYPE_F32: splat_dtype = 1;
+/** signed integers of 32 bits */ pub const SPLAT_DTYPE_I32: splat_dtype = 2;
+/** unsigned integers of 32 bits */ pub const SPLAT_DTYPE_U32: splat_dtype = 3;
 
-pub type splat_access = i32;
-pub const SPLAT_ACCESS_READ: splat_access = 1;
-pub const SPLAT_ACCESS_WRITE: splat_access = 2;
-pub const SPLAT_ACCESS_READ_WRITE: splat_access = 3;
+/** What is done with the elements of a tensor while it is mapped. */ pub type splat_access = i32;
+/** only read */ pub const SPLAT_ACCESS_READ: splat_access = 1;
+/** only written: the old elements are lost */ pub const SPLAT_ACCESS_WRITE: splat_access = 2;
+/** read and written */ pub const SPLAT_ACCESS_READ_WRITE: splat_access = 3;
 
-/// keep the cameras of the release; else the world's origin, axes and scale come from the point cloud and the cameras, as in the published data
+/// keep the cameras of the release; else the world's origin, axes and scale come from the point cloud and the
+/// cameras, as in the published data
 pub const SPLAT_CO3D_STORED_POSES: u32 = 1;
 
-/// maps that are required
-pub const SPLAT_DATA_DEPTH: u32 = 1;
-pub const SPLAT_DATA_NORMAL: u32 = 2;
-pub const SPLAT_DATA_MASK: u32 = 4;
-/// keep objects with missing files, for splat_dataset_check
-pub const SPLAT_DATA_LENIENT: u32 = 8;
-/// leave incomplete objects out; the log and the report name them
-pub const SPLAT_DATA_ALLOW_MISSING: u32 = 16;
+/** depth maps are required */ pub const SPLAT_DATA_DEPTH: u32 = 1;
+/** normal maps are required */ pub const SPLAT_DATA_NORMAL: u32 = 2;
+/** masks are required */ pub const SPLAT_DATA_MASK: u32 = 4;
+/** keep objects with missing files, for splat_dataset_check */ pub const SPLAT_DATA_LENIENT: u32 = 8;
+/** leave incomplete objects out; the log and the report name them */ pub const SPLAT_DATA_ALLOW_MISSING: u32 = 16;
 
-/// an import of other tables in the folder is removed
-pub const SPLAT_IMPORT_REPLACE: u32 = 1;
+/** an import of other tables in the folder is removed */ pub const SPLAT_IMPORT_REPLACE: u32 = 1;
 
-pub type splat_scene_format = i32;
-/// 3DGS, ascii or binary, properties in any order
-pub const SPLAT_SCENE_PLY: splat_scene_format = 1;
-/// read only
-pub const SPLAT_SCENE_COMPRESSED_PLY: splat_scene_format = 2;
-/// 8-bit colours, no higher SH bands
-pub const SPLAT_SCENE_SPLAT: splat_scene_format = 3;
-/// quantised; versions 1 to 4 are read, 3 and 4 written
-pub const SPLAT_SCENE_SPZ: splat_scene_format = 4;
+/** A format of scene files. */ pub type splat_scene_format = i32;
+/** 3DGS, ascii or binary, properties in any order */ pub const SPLAT_SCENE_PLY: splat_scene_format = 1;
+/** read only */ pub const SPLAT_SCENE_COMPRESSED_PLY: splat_scene_format = 2;
+/** 8-bit colours, no higher SH bands */ pub const SPLAT_SCENE_SPLAT: splat_scene_format = 3;
+/** quantised; versions 1 to 4 are read, 3 and 4 written */ pub const SPLAT_SCENE_SPZ: splat_scene_format = 4;
 
-/// Axes x, y, z of a file: right or left, up or down, front or back.
-pub type splat_frame = i32;
-/// .ply, .splat, COLMAP, OpenCV; and scenes in memory
-pub const SPLAT_FRAME_RDF: splat_frame = 1;
-/// .spz, OpenGL, three.js
-pub const SPLAT_FRAME_RUB: splat_frame = 2;
-pub const SPLAT_FRAME_LUF: splat_frame = 3;
-/// Unity
-pub const SPLAT_FRAME_RUF: splat_frame = 4;
-pub const SPLAT_FRAME_LDB: splat_frame = 5;
-pub const SPLAT_FRAME_RDB: splat_frame = 6;
-pub const SPLAT_FRAME_LUB: splat_frame = 7;
-pub const SPLAT_FRAME_LDF: splat_frame = 8;
+/** Axes x, y, z of a file: right or left, up or down, front or back. */ pub type splat_frame = i32;
+/** right, down, front: .ply, .splat, COLMAP, OpenCV; scenes in memory */ pub const SPLAT_FRAME_RDF: splat_frame = 1;
+/** right, up, back: .spz, OpenGL, three.js */ pub const SPLAT_FRAME_RUB: splat_frame = 2;
+/** left, up, front */ pub const SPLAT_FRAME_LUF: splat_frame = 3;
+/** right, up, front: Unity */ pub const SPLAT_FRAME_RUF: splat_frame = 4;
+/** left, down, back */ pub const SPLAT_FRAME_LDB: splat_frame = 5;
+/** right, down, back */ pub const SPLAT_FRAME_RDB: splat_frame = 6;
+/** left, up, back */ pub const SPLAT_FRAME_LUB: splat_frame = 7;
+/** left, down, front */ pub const SPLAT_FRAME_LDF: splat_frame = 8;
 
-/// read .ply and .spz files with bytes that their header does not count, with a warning that they are left out, instead of refusing them
+/// read .ply and .spz files with bytes that their header does not count, with a warning that they are left out,
+/// instead of refusing them
 pub const SPLAT_SCENE_LENIENT: u32 = 1;
-/// write .spz files of scenes of which more than 1 % of the Gaussians have scales that the format does not hold, with the nearest ones, instead of refusing them
+/// write .spz files of scenes of which more than 1 % of the Gaussians have scales that the format does not hold, with
+/// the nearest ones, instead of refusing them
 pub const SPLAT_SCENE_CLAMP: u32 = 2;
 
 /// drop NaN, infinities and rotations of length 0; an infinite logit is an opacity of 0 or 1
 pub const SPLAT_FILTER_FINITE: u32 = 1;
-/// order the remaining ones along a Morton curve
-pub const SPLAT_FILTER_SORT: u32 = 2;
+/** order the remaining ones along a Morton curve */ pub const SPLAT_FILTER_SORT: u32 = 2;
 
 /// read cameras with lens distortion, or with other lenses, as pinholes, instead of refusing them
 pub const SPLAT_CAMERA_IGNORE_DISTORTION: u32 = 1;
 
-/// ```text
-/// Named tensors of network weights; needs no device and never changes. Thread-safe.
-///
-/// float32 values of a .safetensors file of 1 MiB or more are not copied: the file stays open and
-/// mapped (see SPLAT_WEIGHTS_COPY). It may be removed or replaced by a new file of the same name,
-/// but must not be written in place, as cp does. Functions that use values, including those of
-/// folded weights, refuse a file whose size or time has changed (SPLAT_ERROR_IO). A write racing
-/// with the call may be read. A file that is truncated during a call, or lost with its disk, ends
-/// the process (SIGBUS).
-/// ```
-/// to write: float16
-pub const SPLAT_WEIGHTS_HALF: u32 = 1;
-/// to load: copy all values, and leave no file open
-pub const SPLAT_WEIGHTS_COPY: u32 = 2;
+/** to write: float16 */ pub const SPLAT_WEIGHTS_HALF: u32 = 1;
+/** to load: copy all values, and leave no file open */ pub const SPLAT_WEIGHTS_COPY: u32 = 2;
 
-pub type splat_weights_format = i32;
-pub const SPLAT_WEIGHTS_SAFETENSORS: splat_weights_format = 1;
-pub const SPLAT_WEIGHTS_NPZ: splat_weights_format = 2;
-pub const SPLAT_WEIGHTS_PTH: splat_weights_format = 3;
+/** A format of files of weights. */ pub type splat_weights_format = i32;
+/** numbers, names and metadata, without code */ pub const SPLAT_WEIGHTS_SAFETENSORS: splat_weights_format = 1;
+/** arrays of NumPy */ pub const SPLAT_WEIGHTS_NPZ: splat_weights_format = 2;
+/** a checkpoint of PyTorch */ pub const SPLAT_WEIGHTS_PTH: splat_weights_format = 3;
 
-/// undo: take folded adapters out of weights
-pub const SPLAT_FOLD_OUT: u32 = 1;
+/** undo: take folded adapters out of weights */ pub const SPLAT_FOLD_OUT: u32 = 1;
 
-/// add gradients of parameters to the tensor's contents instead of overwriting them
-pub const SPLAT_OP_ACCUMULATE: u32 = 1;
+/** add gradients of parameters to what the tensors hold */ pub const SPLAT_OP_ACCUMULATE: u32 = 1;
 
-/// ```text
-/// Kernels of 3x3 convolutions, which `vkrun bench model --errors` compares: STRICT has the smallest
-/// errors, FAST the shortest times. The attribute "precision" of conv2d has the same numbers.
-/// ```
+/// Kernels of 3x3 convolutions, which `vkrun bench model --errors` compares: STRICT has the smallest errors, FAST the
+/// shortest times. The attribute "precision" of conv2d has the same numbers.
 pub type splat_precision = i32;
-pub const SPLAT_PRECISION_STRICT: splat_precision = 1;
-/// what 0 means, except in attributes of operators
-pub const SPLAT_PRECISION_BALANCED: splat_precision = 2;
-pub const SPLAT_PRECISION_FAST: splat_precision = 3;
+/** the smallest errors */ pub const SPLAT_PRECISION_STRICT: splat_precision = 1;
+/** what 0 means, except in attributes of operators */ pub const SPLAT_PRECISION_BALANCED: splat_precision = 2;
+/** the shortest times */ pub const SPLAT_PRECISION_FAST: splat_precision = 3;
 
-pub type splat_port_kind = i32;
-pub const SPLAT_PORT_KIND_INPUT: splat_port_kind = 1;
-pub const SPLAT_PORT_KIND_OUTPUT: splat_port_kind = 2;
-pub const SPLAT_PORT_KIND_PARAMETER: splat_port_kind = 3;
+/** Which of the named tensors of a model or a module. */ pub type splat_port_kind = i32;
+/** what a pass reads */ pub const SPLAT_PORT_KIND_INPUT: splat_port_kind = 1;
+/** what a pass computes */ pub const SPLAT_PORT_KIND_OUTPUT: splat_port_kind = 2;
+/** what is trained or loaded */ pub const SPLAT_PORT_KIND_PARAMETER: splat_port_kind = 3;
 
-/// an input with a default
-pub const SPLAT_PORT_OPTIONAL: u32 = 1;
-/// a parameter that is trained
-pub const SPLAT_PORT_TRAINABLE: u32 = 2;
-/// "grad:" and the name is its gradient
-pub const SPLAT_PORT_GRADIENT: u32 = 4;
+/** an input with a default */ pub const SPLAT_PORT_OPTIONAL: u32 = 1;
+/** a parameter that is trained */ pub const SPLAT_PORT_TRAINABLE: u32 = 2;
+/** "grad:" and the name is its gradient */ pub const SPLAT_PORT_GRADIENT: u32 = 4;
 
-/// enable splat_model_backward: takes memory for gradients
-pub const SPLAT_MODEL_GRADIENTS: u32 = 1;
-/// apply dropout
-pub const SPLAT_MODEL_TRAINING: u32 = 2;
-/// Prepare weights anew in every pass, which is slower. Without this flag and without gradients, the second pass of the same weights keeps them prepared (0.7 GiB for the cars model) if the device has the memory.
+/** enable splat_model_backward: takes memory for gradients */ pub const SPLAT_MODEL_GRADIENTS: u32 = 1;
+/** apply dropout */ pub const SPLAT_MODEL_TRAINING: u32 = 2;
+/// prepare weights anew in every pass, which is slower; else, without gradients, the second pass keeps them prepared
+/// (0.7 GiB for the cars model) if the device has the memory
 pub const SPLAT_MODEL_LOW_MEMORY: u32 = 4;
-/// With GRADIENTS: recompute each block's activations in the backward pass instead of keeping them. The same numbers in less memory and more time.
+/// with GRADIENTS: recompute each block's activations in the backward pass instead of keeping them: the same numbers
+/// in less memory and more time
 pub const SPLAT_MODEL_RECOMPUTE: u32 = 8;
-/// with GRADIENTS: also of images, embedding and tokens
-pub const SPLAT_MODEL_INPUT_GRADIENTS: u32 = 16;
+/** with GRADIENTS: also of images, embedding and tokens */ pub const SPLAT_MODEL_INPUT_GRADIENTS: u32 = 16;
 
-/// widen the first convolution; ignore tensors the model lacks
-pub const SPLAT_LOAD_GRAFT: u32 = 1;
-/// use the file's field of view
-pub const SPLAT_LOAD_TAKE_RAYS: u32 = 2;
-/// channels after RGB that the file's network had; for GRAFT
-pub const SPLAT_LOAD_FROM_DEPTH: u32 = 4;
-pub const SPLAT_LOAD_FROM_NORMAL: u32 = 8;
-pub const SPLAT_LOAD_FROM_MASK: u32 = 16;
-/// the file has only adapters; other parameters stay
-pub const SPLAT_LOAD_ADAPTERS: u32 = 32;
+/** widen the first convolution; ignore tensors the model lacks */ pub const SPLAT_LOAD_GRAFT: u32 = 1;
+/** use the file's field of view */ pub const SPLAT_LOAD_TAKE_RAYS: u32 = 2;
+/** the file's network had a depth channel; for GRAFT */ pub const SPLAT_LOAD_FROM_DEPTH: u32 = 4;
+/** the file's network had channels of normals; for GRAFT */ pub const SPLAT_LOAD_FROM_NORMAL: u32 = 8;
+/** the file's network had a mask channel; for GRAFT */ pub const SPLAT_LOAD_FROM_MASK: u32 = 16;
+/** the file has only adapters; other parameters stay */ pub const SPLAT_LOAD_ADAPTERS: u32 = 32;
 
-pub type splat_export = i32;
-/// only adapters, with PEFT's names and shapes: for each layer base_model.model.\<layer\>.lora_A.weight and .lora_B.weight
+/** What is exported of a model. */ pub type splat_export = i32;
+/// only adapters, with PEFT's names and shapes: for each layer base_model.model.\<layer\>.lora_A.weight and
+/// .lora_B.weight
 pub const SPLAT_EXPORT_ADAPTERS: splat_export = 1;
-/// the state dict with adapters folded into the weights
-pub const SPLAT_EXPORT_MERGED: splat_export = 2;
+/** the state dict with adapters folded into the weights */ pub const SPLAT_EXPORT_MERGED: splat_export = 2;
 
-/// the arrays are NULL: take what the tensors of splat_model_tensor hold, whose numbers are not checked
-pub const SPLAT_PASS_TENSORS: u32 = 1;
+/** in the tensors of splat_model_tensor, unchecked; no arrays */ pub const SPLAT_PASS_TENSORS: u32 = 1;
 
-/// enable splat_module_backward
-pub const SPLAT_MODULE_GRADIENTS: u32 = 1;
-/// with GRADIENTS: also of inputs
-pub const SPLAT_MODULE_INPUT_GRADIENTS: u32 = 2;
-/// dropout in a residual_block; an operator always applies it
-pub const SPLAT_MODULE_TRAINING: u32 = 4;
+/** enable splat_module_backward */ pub const SPLAT_MODULE_GRADIENTS: u32 = 1;
+/** with GRADIENTS: also of inputs */ pub const SPLAT_MODULE_INPUT_GRADIENTS: u32 = 2;
+/** dropout in a residual_block; an operator always applies it */ pub const SPLAT_MODULE_TRAINING: u32 = 4;
 
-/// use the largest centred square, not the object's
-pub const SPLAT_PICTURE_WHOLE: u32 = 1;
+/** use the largest centred square, not the object's */ pub const SPLAT_PICTURE_WHOLE: u32 = 1;
 
-/// How the object was found.
-pub type splat_found = i32;
-pub const SPLAT_FOUND_BY_MASK: splat_found = 1;
-pub const SPLAT_FOUND_BY_ALPHA: splat_found = 2;
-pub const SPLAT_FOUND_BY_BORDER: splat_found = 3;
-/// the whole picture counts as the object
-pub const SPLAT_FOUND_NOTHING: splat_found = 4;
+/** How the object was found. */ pub type splat_found = i32;
+/** by the mask that was given */ pub const SPLAT_FOUND_BY_MASK: splat_found = 1;
+/** by an alpha that is not opaque everywhere */ pub const SPLAT_FOUND_BY_ALPHA: splat_found = 2;
+/** by what differs from the colour of the picture's border */ pub const SPLAT_FOUND_BY_BORDER: splat_found = 3;
+/** the whole picture counts as the object */ pub const SPLAT_FOUND_NOTHING: splat_found = 4;
 
-/// Warnings of a picture.
-/// nothing was found in a picture that was to be cut out
-pub const SPLAT_PICTURE_NO_OBJECT: u32 = 1;
+/** nothing was found in a picture that was to be cut out */ pub const SPLAT_PICTURE_NO_OBJECT: u32 = 1;
 /// the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5
 pub const SPLAT_PICTURE_FIELD_OF_VIEW: u32 = 2;
-/// the object reaches the picture's border: a part is missing
-pub const SPLAT_PICTURE_AT_BORDER: u32 = 4;
+/** the object reaches the picture's border: a part is missing */ pub const SPLAT_PICTURE_AT_BORDER: u32 = 4;
 
-pub type splat_convention = i32;
+/** Whose rules a rasterizer follows where renderers differ. */ pub type splat_convention = i32;
 /// Kerbl et al. 2023: extents of 3 sigma, quaternions as given
 pub const SPLAT_CONVENTION_3DGS: splat_convention = 1;
 /// gsplat 1.6: exactly alpha \>= 1/255, quaternions normalised
 pub const SPLAT_CONVENTION_GSPLAT: splat_convention = 2;
 
-/// What a rasterizer can do.
-/// colours are RGB, not spherical harmonics
-pub const SPLAT_RASTERIZER_DIRECT_COLORS: u32 = 1;
-/// opacity compensates for the dilation
-pub const SPLAT_RASTERIZER_ANTIALIASED: u32 = 2;
-/// outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS
-pub const SPLAT_RASTERIZER_DEPTH: u32 = 4;
-/// gradients
-pub const SPLAT_RASTERIZER_BACKWARD: u32 = 8;
-/// these three imply BACKWARD; gradients from the depth
-pub const SPLAT_RASTERIZER_GRAD_DEPTH: u32 = 16;
-/// gradients of the pose (SPLAT_CONVENTION_GSPLAT)
-pub const SPLAT_RASTERIZER_GRAD_POSE: u32 = 32;
-/// gradients of means2d
-pub const SPLAT_RASTERIZER_GRAD_MEANS2D: u32 = 64;
+/** colours are RGB, not spherical harmonics */ pub const SPLAT_RASTERIZER_DIRECT_COLORS: u32 = 1;
+/** opacity compensates for the dilation */ pub const SPLAT_RASTERIZER_ANTIALIASED: u32 = 2;
+/** outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS */ pub const SPLAT_RASTERIZER_DEPTH: u32 = 4;
+/** it computes gradients */ pub const SPLAT_RASTERIZER_BACKWARD: u32 = 8;
+/** gradients from the depth; implies BACKWARD */ pub const SPLAT_RASTERIZER_GRAD_DEPTH: u32 = 16;
+/** the pose, for SPLAT_CONVENTION_GSPLAT; implies BACKWARD */ pub const SPLAT_RASTERIZER_GRAD_POSE: u32 = 32;
+/** gradients of means2d; implies BACKWARD */ pub const SPLAT_RASTERIZER_GRAD_MEANS2D: u32 = 64;
 /// SPLAT_CONVENTION_3DGS: the gradient of the original code with its three quirks
 pub const SPLAT_RASTERIZER_ORIGINAL_GRADIENT: u32 = 128;
-/// output NORMALS
-pub const SPLAT_RASTERIZER_NORMALS: u32 = 256;
+/** output NORMALS */ pub const SPLAT_RASTERIZER_NORMALS: u32 = 256;
 
-/// ```text
-/// Work that is skipped because it does not change the image. Gaussians that a convention culls (see
-/// SPLAT_OUTPUT_MEANS2D) are always culled.
-/// ```
-/// the region where alpha \< 1/255
-pub const SPLAT_SKIP_OPACITY_EXTENT: u32 = 1;
-/// tiles that the ellipse does not touch
-pub const SPLAT_SKIP_EXACT_TILES: u32 = 2;
-/// sorting Gaussians that reach no tile: too faint, too small
-pub const SPLAT_SKIP_CULL: u32 = 4;
-/// blending where every pixel has stopped; not in plain kernels
-pub const SPLAT_SKIP_EARLY_OUT: u32 = 8;
+/** the region where alpha \< 1/255 */ pub const SPLAT_SKIP_OPACITY_EXTENT: u32 = 1;
+/** tiles that the ellipse does not touch */ pub const SPLAT_SKIP_EXACT_TILES: u32 = 2;
+/** sorting Gaussians that reach no tile: too faint, too small */ pub const SPLAT_SKIP_CULL: u32 = 4;
+/** blending where every pixel has stopped; not in plain kernels */ pub const SPLAT_SKIP_EARLY_OUT: u32 = 8;
 /// drawing if scene, cameras and background are unchanged; never for tensors, which may have been written
 pub const SPLAT_SKIP_UNCHANGED: u32 = 16;
 /// Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs
 pub const SPLAT_SKIP_BLOCKS: u32 = 32;
 
-/// Shapes are those of the last forward call: V views, N Gaussians.
+/// What a forward call draws. Shapes are those of the last call: V views, N Gaussians. Outputs of Gaussians are 0 for
+/// culled ones: before the near or behind the far plane, outside the image, not finite, without extent, or (gsplat)
+/// fainter than 1/255. No skip changes them.
 pub type splat_output = i32;
-/// \[V,H,W,3\] over the background
-pub const SPLAT_OUTPUT_RGB: splat_output = 1;
-/// \[V,H,W\]
-pub const SPLAT_OUTPUT_ALPHA: splat_output = 2;
-/// \[V,H,W\] sum of weight * depth, scene units along z
-pub const SPLAT_OUTPUT_DEPTH: splat_output = 3;
-/// \[V,H,W\] depth / alpha
-pub const SPLAT_OUTPUT_EXPECTED_DEPTH: splat_output = 4;
-/// \[V,H,W\] Gaussians of weight \> 0
-pub const SPLAT_OUTPUT_CONTRIBUTORS: splat_output = 5;
-/// Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image, not finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.; \[V,N,2\] pixels
-pub const SPLAT_OUTPUT_MEANS2D: splat_output = 6;
-/// \[V,N,2\] pixels
-pub const SPLAT_OUTPUT_RADII: splat_output = 7;
-/// \[V,N,3\] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y)
-pub const SPLAT_OUTPUT_CONICS: splat_output = 8;
-/// \[V,N\] scene units along z
-pub const SPLAT_OUTPUT_DEPTHS: splat_output = 9;
-/// \[V,N\] 1, or 0 if culled
-pub const SPLAT_OUTPUT_VISIBILITY: splat_output = 10;
+/** \[V,H,W,3\] colours over the background */ pub const SPLAT_OUTPUT_RGB: splat_output = 1;
+/** \[V,H,W\] sum of the weights */ pub const SPLAT_OUTPUT_ALPHA: splat_output = 2;
+/** \[V,H,W\] sum of weight * depth, scene units along z */ pub const SPLAT_OUTPUT_DEPTH: splat_output = 3;
+/** \[V,H,W\] depth / alpha */ pub const SPLAT_OUTPUT_EXPECTED_DEPTH: splat_output = 4;
+/** \[V,H,W\] Gaussians of weight \> 0 */ pub const SPLAT_OUTPUT_CONTRIBUTORS: splat_output = 5;
+/** \[V,N,2\] places of their means, pixels */ pub const SPLAT_OUTPUT_MEANS2D: splat_output = 6;
+/** \[V,N,2\] half extents, pixels */ pub const SPLAT_OUTPUT_RADII: splat_output = 7;
+/** \[V,N,3\] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y) */ pub const SPLAT_OUTPUT_CONICS: splat_output = 8;
+/** \[V,N\] depths of their means, scene units along z */ pub const SPLAT_OUTPUT_DEPTHS: splat_output = 9;
+/** \[V,N\] 1, or 0 if culled */ pub const SPLAT_OUTPUT_VISIBILITY: splat_output = 10;
 /// \[V,H,W,3\] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
 pub const SPLAT_OUTPUT_NORMALS: splat_output = 11;
 
 /// add gradients to the tensors' contents instead of overwriting them
 pub const SPLAT_GRADIENTS_ACCUMULATE: u32 = 1;
 
-pub type splat_image_format = i32;
+/** A format of image files. */ pub type splat_image_format = i32;
 /// 8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0
 pub const SPLAT_IMAGE_PNG: splat_image_format = 1;
-/// float32 \[height,width,channels\]; U8 is divided by 255
-pub const SPLAT_IMAGE_NPY: splat_image_format = 2;
-/// animations: 252 colours, dithered; no alpha
-pub const SPLAT_IMAGE_GIF: splat_image_format = 3;
+/** float32 \[height,width,channels\]; U8 is divided by 255 */ pub const SPLAT_IMAGE_NPY: splat_image_format = 2;
+/** animations: 252 colours, dithered; no alpha */ pub const SPLAT_IMAGE_GIF: splat_image_format = 3;
 /// 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0
 pub const SPLAT_IMAGE_PNG16: splat_image_format = 4;
-/// animations: 8 bits without loss; sides up to 16383
-pub const SPLAT_IMAGE_WEBP: splat_image_format = 5;
+/** animations: 8 bits without loss; sides up to 16383 */ pub const SPLAT_IMAGE_WEBP: splat_image_format = 5;
 
-pub type splat_run_event_kind = i32;
-/// only a text
-pub const SPLAT_EVENT_MESSAGE: splat_run_event_kind = 0;
-/// one attempt of a step, with its numbers
-pub const SPLAT_EVENT_STEP: splat_run_event_kind = 1;
+/** What a piece of a run did. */ pub type splat_run_event_kind = i32;
+/** only a text */ pub const SPLAT_EVENT_MESSAGE: splat_run_event_kind = 0;
+/** one attempt of a step, with its numbers */ pub const SPLAT_EVENT_STEP: splat_run_event_kind = 1;
 /// one piece of a validation, such as an object of a data set: its numbers and images
 pub const SPLAT_EVENT_VALIDATED_PIECE: splat_run_event_kind = 2;
-/// the mean numbers of a validation
-pub const SPLAT_EVENT_VALIDATION: splat_run_event_kind = 3;
-/// a state was saved
-pub const SPLAT_EVENT_CHECKPOINT: splat_run_event_kind = 4;
-/// these end the run
-pub const SPLAT_EVENT_DONE: splat_run_event_kind = 5;
-pub const SPLAT_EVENT_INTERRUPTED: splat_run_event_kind = 6;
+/** the mean numbers of a validation */ pub const SPLAT_EVENT_VALIDATION: splat_run_event_kind = 3;
+/** a state was saved */ pub const SPLAT_EVENT_CHECKPOINT: splat_run_event_kind = 4;
+/** all steps are done; this and what follows end the run */ pub const SPLAT_EVENT_DONE: splat_run_event_kind = 5;
+/** the caller ended it; it can be resumed */ pub const SPLAT_EVENT_INTERRUPTED: splat_run_event_kind = 6;
 /// ten steps in a row had a loss or gradients that are not finite
 pub const SPLAT_EVENT_NOT_FINITE: splat_run_event_kind = 7;
 /// 200 steps in a row drew nothing; 20 of them give a warning
 pub const SPLAT_EVENT_NOTHING_DRAWN: splat_run_event_kind = 8;
 
-pub type splat_schedule = i32;
-pub const SPLAT_SCHEDULE_CONSTANT: splat_schedule = 1;
-/// half a cosine, zero one step after total_steps
-pub const SPLAT_SCHEDULE_COSINE: splat_schedule = 2;
-/// a tenth from step step_at on
-pub const SPLAT_SCHEDULE_STEP: splat_schedule = 3;
+/** How the rate changes with the steps. */ pub type splat_schedule = i32;
+/** the same rate in every step */ pub const SPLAT_SCHEDULE_CONSTANT: splat_schedule = 1;
+/** half a cosine, zero one step after total_steps */ pub const SPLAT_SCHEDULE_COSINE: splat_schedule = 2;
+/** a tenth from step step_at on */ pub const SPLAT_SCHEDULE_STEP: splat_schedule = 3;
 
-/// ```text
-/// A training of Splatter Image as a run, see run.h.
-///
-///   splat_training_desc desc = {sizeof desc, .folder = "run", .config = text};
-///   splat_training_open(device, &desc, &run);
-///
-/// Numbers of its events: of a step "psnr" (dB, of the step's targets; infinite if drawn exactly),
-/// "pixel_loss", "rate", "pairs", "network_ms", "render_ms", "update_ms", "ssim", "edge" and "lpips"
-/// where they are part of the loss, "visible", "culled", "non_finite", "gradients_zero"; as in
-/// splat_trainer_info. Of an object, and as means over the objects: "val_psnr" and "val_ssim" of novel
-/// views, NaN without one, "val_psnr_conditioning" and "val_ssim_conditioning" of the input views; of
-/// a validation also "val_objects", "val_views" (novel ones) and "val_views_asked".
-/// ```
 /// go on from the latest state that can be read; begin again if none was saved yet
 pub const SPLAT_TRAINING_RESUME: u32 = 1;
-/// replace the run in the folder; other files in it stay
-pub const SPLAT_TRAINING_OVERWRITE: u32 = 2;
+/** replace the run in the folder; other files in it stay */ pub const SPLAT_TRAINING_OVERWRITE: u32 = 2;
 
-pub type splat_metric = i32;
-pub const SPLAT_METRIC_PSNR: splat_metric = 1;
-pub const SPLAT_METRIC_SSIM: splat_metric = 2;
-pub const SPLAT_METRIC_LPIPS: splat_metric = 3;
+/** A score of images. */ pub type splat_metric = i32;
+/** peak signal-to-noise ratio, dB; more is better */ pub const SPLAT_METRIC_PSNR: splat_metric = 1;
+/** structural similarity, 1 for equal images; more is better */ pub const SPLAT_METRIC_SSIM: splat_metric = 2;
+/** learned perceptual distance, 0 for equal images; less is better */ pub const SPLAT_METRIC_LPIPS: splat_metric = 3;
 
 /// ignore which object a score belongs to, as Splatter Image with priors was judged
 pub const SPLAT_COMPARE_UNPAIRED: u32 = 1;
 
-pub type splat_verdict = i32;
-/// none was shown: p_holm is 0.05 or more
-pub const SPLAT_VERDICT_NO_DIFFERENCE: splat_verdict = 0;
-/// B is
-pub const SPLAT_VERDICT_BETTER: splat_verdict = 1;
-pub const SPLAT_VERDICT_WORSE: splat_verdict = 2;
+/** What a comparison of two methods found. */ pub type splat_verdict = i32;
+/** none was shown: p_holm is 0.05 or more */ pub const SPLAT_VERDICT_NO_DIFFERENCE: splat_verdict = 0;
+/** B is better than A */ pub const SPLAT_VERDICT_BETTER: splat_verdict = 1;
+/** B is worse than A */ pub const SPLAT_VERDICT_WORSE: splat_verdict = 2;
+/// other objects in A than in B, or scores that are not finite
 pub const SPLAT_VERDICT_NOT_COMPARABLE: splat_verdict = 3;
-/// objects: no difference could bring p_holm below 0.05
+/// too few objects: no difference could bring p_holm below 0.05
 pub const SPLAT_VERDICT_TOO_FEW: splat_verdict = 4;
 
 /// F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from -1 to 1
 pub const SPLAT_PRIOR_MODEL_NUMBERS: u32 = 1;
 
-/// Every pixel counts: both maps are first clamped to 1e-8, after which a choice of pixels with a truth \> 0 chooses all. An aligned depth below 0 is within every factor. Takes no mask
+/// Every pixel counts: both maps are first clamped to 1e-8, after which a choice of pixels with a truth \> 0 chooses
+/// all. An aligned depth below 0 is within every factor. Takes no mask
 pub const SPLAT_DEPTH_AS_PUBLISHED: u32 = 1;
 
 /// numbers are x, y, z themselves, from -1 to 1; else (n + 1) / 2, as data sets hold them
 pub const SPLAT_NORMAL_VECTORS: u32 = 1;
 
-/// the true mask is where alpha \> 0.5; else where alpha \> 0
-pub const SPLAT_MASK_ALPHA_HALF: u32 = 1;
+/** the true mask is where alpha \> 0.5; else where alpha \> 0 */ pub const SPLAT_MASK_ALPHA_HALF: u32 = 1;
 
 /// compare values of 0 to 1 as they are, as published; else 255 times them, as the noise of the definition expects
 pub const SPLAT_FIDELITY_RANGE_1: u32 = 1;
 /// average in alpha, as published; where it is constant and equal it counts as 1
 pub const SPLAT_FIDELITY_WITH_ALPHA: u32 = 2;
 
-pub type splat_map_filter = i32;
-/// Canny's edges, 0 or 1, of 255 times a map of 0 to 1, truncated: thresholds 50 and 150, aperture 3, L1 lengths, as OpenCV 4.6
+/** What is done with a map. */ pub type splat_map_filter = i32;
+/// Canny's edges, 0 or 1, of 255 times a map of 0 to 1, truncated: thresholds 50 and 150, aperture 3, L1 lengths, as
+/// OpenCV 4.6
 pub const SPLAT_MAP_FILTER_CANNY: splat_map_filter = 1;
 /// length of the gradient divided by its largest in the map + 1e-8: weights 1 2 1
 pub const SPLAT_MAP_FILTER_SOBEL: splat_map_filter = 2;
-/// the same with weights 3 10 3
-pub const SPLAT_MAP_FILTER_SCHARR: splat_map_filter = 3;
-/// the same with weights 1 1 1
-pub const SPLAT_MAP_FILTER_PREWITT: splat_map_filter = 4;
+/** the same with weights 3 10 3 */ pub const SPLAT_MAP_FILTER_SCHARR: splat_map_filter = 3;
+/** the same with weights 1 1 1 */ pub const SPLAT_MAP_FILTER_PREWITT: splat_map_filter = 4;
 /// the mask map \> 0.5 with its holes filled: closing by a square of 3 x 3 pixels
 pub const SPLAT_MAP_FILTER_CLOSING: splat_map_filter = 5;
-/// the mask map \> 0.5 without specks: opening
-pub const SPLAT_MAP_FILTER_OPENING: splat_map_filter = 6;
+/** the mask map \> 0.5 without specks: opening */ pub const SPLAT_MAP_FILTER_OPENING: splat_map_filter = 6;
 
-#[repr(C)]
-pub struct splat_device_s {
-    opaque: [u8; 0],
-}
+#[repr(C)] pub struct splat_device_s { opaque: [u8; 0] }
 /// An open Vulkan device. Thread-safe: calls that use it run one after the other.
 pub type splat_device = *mut splat_device_s;
 
-#[repr(C)]
-pub struct splat_tensor_s {
-    opaque: [u8; 0],
-}
+#[repr(C)] pub struct splat_tensor_s { opaque: [u8; 0] }
 /// An array of numbers on a device. Thread-safe.
 pub type splat_tensor = *mut splat_tensor_s;
 
-#[repr(C)]
-pub struct splat_op_s {
-    opaque: [u8; 0],
-}
-/// ```text
-/// A single differentiable operator, as the network uses it; for tests, benchmarks and autograd
-/// bindings. Thread-safe.
-/// ```
+#[repr(C)] pub struct splat_op_s { opaque: [u8; 0] }
+/// A single differentiable operator, as the network uses it; for tests, benchmarks and autograd bindings.
+/// Thread-safe.
 pub type splat_op = *mut splat_op_s;
 
-#[repr(C)]
-pub struct splat_scene_s {
-    opaque: [u8; 0],
-}
+#[repr(C)] pub struct splat_scene_s { opaque: [u8; 0] }
 /// ```text
 /// A set of 3D Gaussians in host memory, in the parameters that 3DGS files store. Needs no device.
 /// Thread-safe. A rasterizer that draws it leaves a packed copy on its device, which keeps that
@@ -479,59 +348,36 @@ pub struct splat_scene_s {
 /// ```
 pub type splat_scene = *mut splat_scene_s;
 
-#[repr(C)]
-pub struct splat_rasterizer_s {
-    opaque: [u8; 0],
-}
-/// ```text
-/// Draws up to N Gaussians into up to V views of a fixed size, and computes gradients. A call's n <=
-/// N and v <= V may differ from the last one's; the results are those of a rasterizer made for
-/// exactly n and v, to the bit. Calls that keep n and v are faster than calls that change them.
-/// The caller synchronises calls on one rasterizer and its states; splat_rasterizer_get_info may be
-/// called at any time.
-/// ```
+#[repr(C)] pub struct splat_rasterizer_s { opaque: [u8; 0] }
+/// Draws up to N Gaussians into up to V views of a fixed size, and computes gradients. A call's n \<= N and v \<= V
+/// may differ from the last one's; the results are those of a rasterizer made for exactly n and v, to the bit. Calls
+/// that keep n and v are faster than calls that change them. The caller synchronises calls on one rasterizer and its
+/// states; splat_rasterizer_get_info may be called at any time.
 pub type splat_rasterizer = *mut splat_rasterizer_s;
 
-#[repr(C)]
-pub struct splat_raster_state_s {
-    opaque: [u8; 0],
-}
-/// The memory of one forward call of a rasterizer with its images and with what its backward call needs. The caller synchronises calls on one rasterizer and its states.
+#[repr(C)] pub struct splat_raster_state_s { opaque: [u8; 0] }
+/// The memory of one forward call of a rasterizer with its images and with what its backward call needs. The caller
+/// synchronises calls on one rasterizer and its states.
 pub type splat_raster_state = *mut splat_raster_state_s;
 
-#[repr(C)]
-pub struct splat_weights_s {
-    opaque: [u8; 0],
-}
-/// ```text
+#[repr(C)] pub struct splat_weights_s { opaque: [u8; 0] }
 /// Named tensors of network weights; needs no device and never changes. Thread-safe.
 ///
-/// float32 values of a .safetensors file of 1 MiB or more are not copied: the file stays open and
-/// mapped (see SPLAT_WEIGHTS_COPY). It may be removed or replaced by a new file of the same name,
-/// but must not be written in place, as cp does. Functions that use values, including those of
-/// folded weights, refuse a file whose size or time has changed (SPLAT_ERROR_IO). A write racing
-/// with the call may be read. A file that is truncated during a call, or lost with its disk, ends
-/// the process (SIGBUS).
-/// ```
+/// float32 values of a .safetensors file of 1 MiB or more are not copied: the file stays open and mapped (see
+/// SPLAT_WEIGHTS_COPY). It may be removed or replaced by a new file of the same name, but must not be written in
+/// place, as cp does. Functions that use values, including those of folded weights, refuse a file whose size or time
+/// has changed (SPLAT_ERROR_IO). A write racing with the call may be read. A file truncated during a call, or lost
+/// with its disk, ends the process (SIGBUS).
 pub type splat_weights = *mut splat_weights_s;
 
-#[repr(C)]
-pub struct splat_model_s {
-    opaque: [u8; 0],
-}
-/// ```text
-/// A network from images to Gaussians (Splatter Image, with depth, normal and mask channels,
-/// embeddings and low-rank adapters), with its parameters on a device. M = views * R * R Gaussians
-/// per object; N = objects * views images of R x R pixels. The caller synchronises calls on one
-/// model. Keys of a configuration: splat_config_keys; opt.freeze and opt.train_with_adapters, lists
-/// of parts of parameter names, choose what gets gradients.
-/// ```
+#[repr(C)] pub struct splat_model_s { opaque: [u8; 0] }
+/// A network from images to Gaussians (Splatter Image, with depth, normal and mask channels, embeddings and low-rank
+/// adapters), with its parameters on a device. M = views * R * R Gaussians per object; N = objects * views images of
+/// R x R pixels. The caller synchronises calls on one model. Keys of a configuration: splat_config_keys; opt.freeze
+/// and opt.train_with_adapters, lists of parts of parameter names, choose what gets gradients.
 pub type splat_model = *mut splat_model_s;
 
-#[repr(C)]
-pub struct splat_module_s {
-    opaque: [u8; 0],
-}
+#[repr(C)] pub struct splat_module_s { opaque: [u8; 0] }
 /// ```text
 /// One operator or one block of the network with its parameters: the parts of models, for building
 /// other networks. The caller synchronises calls on one module.
@@ -549,38 +395,21 @@ pub struct splat_module_s {
 /// ```
 pub type splat_module = *mut splat_module_s;
 
-#[repr(C)]
-pub struct splat_predictor_s {
-    opaque: [u8; 0],
-}
-/// ```text
-/// A network with weights that turns pictures of an object into a scene, as Splatter Image's
-/// demonstration does. Thread-safe: the device runs one network at a time; pictures are read and cut
-/// out at once.
-/// ```
+#[repr(C)] pub struct splat_predictor_s { opaque: [u8; 0] }
+/// A network with weights that turns pictures of an object into a scene, as Splatter Image's demonstration does.
+/// Thread-safe: the device runs one network at a time; pictures are read and cut out at once.
 pub type splat_predictor = *mut splat_predictor_s;
 
-#[repr(C)]
-pub struct splat_dataset_s {
-    opaque: [u8; 0],
-}
+#[repr(C)] pub struct splat_dataset_s { opaque: [u8; 0] }
 /// Objects seen by several cameras, stored in a folder; needs no device. Thread-safe.
 pub type splat_dataset = *mut splat_dataset_s;
 
-#[repr(C)]
-pub struct splat_trainer_s {
-    opaque: [u8; 0],
-}
-/// ```text
-/// A network in training: parameters, Adam's moments, averaged weights, and the rasterizer that
-/// draws its Gaussians. The caller synchronises calls on one trainer.
-/// ```
+#[repr(C)] pub struct splat_trainer_s { opaque: [u8; 0] }
+/// A network in training: parameters, Adam's moments, averaged weights, and the rasterizer that draws its Gaussians.
+/// The caller synchronises calls on one trainer.
 pub type splat_trainer = *mut splat_trainer_s;
 
-#[repr(C)]
-pub struct splat_optimizer_s {
-    opaque: [u8; 0],
-}
+#[repr(C)] pub struct splat_optimizer_s { opaque: [u8; 0] }
 /// ```text
 /// Adam (Kingma & Ba 2015, without weight decay) over parameters of models, modules and tensors, in
 /// groups with their own rates, with a schedule of the rate and averaged weights (EMA). A trainer
@@ -602,217 +431,125 @@ pub struct splat_optimizer_s {
 /// ```
 pub type splat_optimizer = *mut splat_optimizer_s;
 
-#[repr(C)]
-pub struct splat_batches_s {
-    opaque: [u8; 0],
-}
-/// ```text
-/// The batches of a training: which objects and views a step sees, read ahead of time by a thread of
-/// the library. Batch n depends on the seed and n alone, so a training can be resumed anywhere. The
-/// caller synchronises calls on one object.
+#[repr(C)] pub struct splat_batches_s { opaque: [u8; 0] }
+/// The batches of a training: which objects and views a step sees, read ahead of time by a thread of the library.
+/// Batch n depends on the seed and n alone, so a training can be resumed anywhere. The caller synchronises calls on
+/// one object.
 ///
-///   splat_trainer_batch batch = {.struct_size = sizeof batch};
-///   splat_batches_create(dataset, config, seed, &batches);
-///   for (uint64_t n = 0; n < 1000; ++n) {
-///       splat_batches_next(batches, n, &batch);
-///       splat_trainer_step(trainer, &batch, &info);
-///   }
-/// ```
+/// splat_trainer_batch batch = {.struct_size = sizeof batch}; splat_batches_create(dataset, config, seed, &batches);
+/// for (uint64_t n = 0; n \< 1000; ++n) { splat_batches_next(batches, n, &batch); splat_trainer_step(trainer, &batch,
+/// &info); }
 pub type splat_batches = *mut splat_batches_s;
 
-#[repr(C)]
-pub struct splat_run_s {
-    opaque: [u8; 0],
-}
-/// ```text
+#[repr(C)] pub struct splat_run_s { opaque: [u8; 0] }
 /// A task with its folder, one piece of work per call. The caller synchronises calls on one run, except
 /// splat_run_interrupt, splat_run_report and splat_training_last_step.
-/// ```
 pub type splat_run = *mut splat_run_s;
 
-#[repr(C)]
-pub struct splat_lpips_s {
-    opaque: [u8; 0],
-}
-/// Learned perceptual image patch similarity, version 0.1 with VGG16: its network with weights on a device, for images of one size. The caller synchronises calls on one object.
+#[repr(C)] pub struct splat_lpips_s { opaque: [u8; 0] }
+/// Learned perceptual image patch similarity, version 0.1 with VGG16: its network with weights on a device, for
+/// images of one size. The caller synchronises calls on one object.
 pub type splat_lpips = *mut splat_lpips_s;
 
-#[repr(C)]
-pub struct splat_evaluator_s {
-    opaque: [u8; 0],
-}
-/// ```text
-/// The published protocol of Splatter Image: each object is predicted from its conditioning views
-/// and drawn in all its views. Conditioning views are number 64 (for two inputs also 128) of SRN's
-/// 251 test views, 0 and 30 for two inputs of CO3D, that of the views_file of NMR, else the first
-/// ones; the others are novel. PSNR, SSIM and LPIPS are means over an object's views, then over
-/// objects, apart for conditioning and novel views. A view that equals its target has no PSNR; such
-/// views are counted. A view whose target is all black is skipped.
+#[repr(C)] pub struct splat_evaluator_s { opaque: [u8; 0] }
+/// The published protocol of Splatter Image: each object is predicted from its conditioning views and drawn in all
+/// its views. Conditioning views are number 64 (for two inputs also 128) of SRN's 251 test views, 0 and 30 for two
+/// inputs of CO3D, that of the views_file of NMR, else the first ones; the others are novel. PSNR, SSIM and LPIPS are
+/// means over an object's views, then over objects, apart for conditioning and novel views. A view that equals its
+/// target has no PSNR; such views are counted. A view whose target is all black is skipped.
 ///
-/// The scores of an object with numbers that are not finite are NaN, and so are the means: no number
-/// looks like a score. The caller synchronises calls on the evaluators of one predictor; the device
-/// is free for others between its operations and while files are read.
-/// ```
+/// The scores of an object with numbers that are not finite are NaN, and so are the means: no number looks like a
+/// score. The caller synchronises calls on the evaluators of one predictor; the device is free for others between its
+/// operations and while files are read.
 pub type splat_evaluator = *mut splat_evaluator_s;
 
-#[repr(C)]
-pub struct splat_comparison_s {
-    opaque: [u8; 0],
-}
-/// ```text
-/// Is B better than A, or is the difference chance? Needs no device. Thread-safe: a comparison never
-/// changes.
-/// ```
+#[repr(C)] pub struct splat_comparison_s { opaque: [u8; 0] }
+/// Is B better than A, or is the difference chance? Needs no device. Thread-safe: a comparison never changes.
 pub type splat_comparison = *mut splat_comparison_s;
 
-#[repr(C)]
-pub struct splat_prior_model_s {
-    opaque: [u8; 0],
-}
-/// ```text
-/// A network that makes maps of pictures, with the preset that says how pictures become its input
-/// and its outputs maps. Thread-safe.
-/// ```
+#[repr(C)] pub struct splat_prior_model_s { opaque: [u8; 0] }
+/// A network that makes maps of pictures, with the preset that says how pictures become its input and its outputs
+/// maps. Thread-safe.
 pub type splat_prior_model = *mut splat_prior_model_s;
 
 /// Defined by another header.
-#[repr(C)]
-pub struct DLManagedTensorVersioned {
-    opaque: [u8; 0],
-}
+#[repr(C)] pub struct DLManagedTensorVersioned { opaque: [u8; 0] }
 
-/// ```text
-/// Called on the thread that caused the message, at the end of the call that caused it, with no lock
-/// of the library held. It may call the library; messages that it causes itself are dropped, and the
-/// last error of the interrupted call stays. It must not throw.
-/// ```
+/// Called on the thread that caused the message, at the end of the call that caused it, with no lock of the library
+/// held. It may call the library; messages that it causes itself are dropped, and the last error of the interrupted
+/// call stays. It must not throw.
 pub type splat_log_callback =
     Option<unsafe extern "C" fn(user: *mut c_void, level: splat_log_level, message: *const c_char)>;
 
-/// ```text
-/// Called on the calling thread now and then. `total` counts the rows of all tables. Return 0 to go
-/// on; another number ends the call with SPLAT_CANCELLED. It must not throw.
-/// ```
+/// Called on the calling thread now and then. `total` counts the rows of all tables. Return 0 to go on; another
+/// number ends the call with SPLAT_CANCELLED. It must not throw.
 pub type splat_progress_callback =
     Option<unsafe extern "C" fn(user: *mut c_void, done: u64, total: u64) -> i32>;
 
-/// ```text
-/// What a file may cost when it is read, by this process and whatever reads it: a small file can ask
-/// for all memory or for hours. Sizes are compared with these limits before memory is allocated. The
-/// limits leave out what libwebp takes besides: up to 5 bytes a pixel, and up to 1.4 GB for the tables
-/// of prefix codes.
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What a file may cost when it is read, by this process and whatever reads it: a small file can ask for all memory
+/// or for hours. Sizes are compared with these limits before memory is allocated. The limits leave out what libwebp
+/// takes besides: up to 5 bytes a pixel, and up to 1.4 GB for the tables of prefix codes.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_decode_limits {
     pub struct_size: u32,
-    /// 0
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
-    /// bytes of memory for each byte of the file; 0 = 64
-    pub bytes_times_file: u64,
-    /// bytes on top of that; 0 = 64 MiB
-    pub bytes_besides: u64,
-    /// tensors or files of an archive; 0 = 10^6
-    pub items: u64,
-    /// scans of one JPEG image; 0 = 100
-    pub jpeg_scans: u32,
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** bytes of memory for each byte of the file; 0 = 64 */ pub bytes_times_file: u64,
+    /** bytes on top of that; 0 = 64 MiB */ pub bytes_besides: u64,
+    /** tensors or files of an archive; 0 = 10^6 */ pub items: u64,
+    /** scans of one JPEG image; 0 = 100 */ pub jpeg_scans: u32,
     pub reserved: u32,
 }
 
-impl Default for splat_decode_limits {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-/// ```text
-/// The caller's pixels, in any layout that strides describe. Frozen. Functions that take a picture
-/// read `pixels`, those that give one write there, and no others touch it.
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The caller's pixels, in any layout that strides describe. Frozen. Functions that take a picture read `pixels`,
+/// those that give one write there, and no others touch it.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_image {
     pub pixels: *mut c_void,
-    /// size of `pixels`, checked against the layout; 0: trusted
-    pub bytes: usize,
+    /** size of `pixels`, checked against the layout; 0: trusted */ pub bytes: usize,
     pub type_: splat_pixel,
-    /// pixels
-    pub width: u32,
+    /** pixels */ pub width: u32,
     pub height: u32,
-    /// 1 to 4: gray, gray and alpha, RGB, RGB and alpha
-    pub channels: u32,
-    /// Bytes from one row, pixel and channel to the next. All 0: packed rows of interleaved channels; only row_stride: such rows that far apart. Planes \[channels,height,width\] of float32 are {4 width, 4, 4 width height}. Pictures that are read may repeat samples (a stride of 0). Negative strides need bytes = 0
+    /** 1 to 4: gray, gray and alpha, RGB, RGB and alpha */ pub channels: u32,
+    /// Bytes from one row, pixel and channel to the next. All 0: packed rows of interleaved channels; only
+    /// row_stride: such rows that far apart. Planes \[channels,height,width\] of float32 are {4 width, 4, 4 width
+    /// height}. Pictures that are read may repeat samples (a stride of 0). Negative strides need bytes = 0
     pub row_stride: i64,
     pub pixel_stride: i64,
     pub channel_stride: i64,
 }
 
-impl Default for splat_image {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What a device is and can do.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_device_info {
     pub struct_size: u32,
-    /// position in the enumeration of this process
-    pub index: u32,
-    pub kind: splat_device_kind,
-    /// 1, or 0 with the reason in `reason`
-    pub usable: u32,
-    pub vendor_id: u32,
-    pub device_id: u32,
-    /// packed as Vulkan does
-    pub vulkan_version: u32,
-    /// vendor's packing
-    pub driver_version: u32,
-    pub uuid: [u8; 16],
-    /// device-local memory
-    pub heap_bytes: u64,
-    /// one allocation
-    pub max_allocation_bytes: u64,
-    /// one shader binding, so one tensor
-    pub max_storage_buffer_bytes: u64,
-    pub max_workgroup_invocations: u32,
-    pub shared_memory_bytes: u32,
-    pub subgroup_size: u32,
-    /// SPLAT_FEATURE_ bits
-    pub features: u32,
-    /// what SPLAT_KERNELS_AUTO means on this device
-    pub kernels: splat_kernels,
+    /** position in the enumeration of this process */ pub index: u32,
+    /** what the device is */ pub kind: splat_device_kind,
+    /** 1, or 0 with the reason in `reason` */ pub usable: u32,
+    /** Vulkan's number of the vendor */ pub vendor_id: u32,
+    /** the vendor's number of the device */ pub device_id: u32,
+    /** version of Vulkan, packed as Vulkan does */ pub vulkan_version: u32,
+    /** version of the driver, in the vendor's packing */ pub driver_version: u32,
+    /** what SPLAT_SELECT_BY_UUID compares */ pub uuid: [u8; 16],
+    /** device-local memory */ pub heap_bytes: u64,
+    /** most bytes of one allocation */ pub max_allocation_bytes: u64,
+    /** most bytes of one shader binding, so of one tensor */ pub max_storage_buffer_bytes: u64,
+    /** most threads of a workgroup */ pub max_workgroup_invocations: u32,
+    /** most shared memory of a workgroup */ pub shared_memory_bytes: u32,
+    /** threads of a subgroup */ pub subgroup_size: u32,
+    /** what the device can do, SPLAT_FEATURE_ bits */ pub features: u32,
+    /** what SPLAT_KERNELS_AUTO means on this device */ pub kernels: splat_kernels,
     pub reserved: u32,
-    pub name: [c_char; 256],
-    /// name and version, in the driver's words
-    pub driver: [c_char; 256],
-    /// why the device is not usable; empty if it is
-    pub reason: [c_char; 256],
+    /** name of the device, in the driver's words */ pub name: [c_char; 256],
+    /** name and version, in the driver's words */ pub driver: [c_char; 256],
+    /** why the device is not usable; empty if it is */ pub reason: [c_char; 256],
 }
 
-impl Default for splat_device_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_device_desc {
     pub struct_size: u32,
-    /// SPLAT_DEVICE_ bits
-    pub flags: u32,
-    /// NULL; reserved for extensions
-    pub next: *const c_void,
+    /** SPLAT_DEVICE_ bits */ pub flags: u32,
+    /** NULL; reserved for extensions */ pub next: *const c_void,
     pub select: splat_device_select,
     pub index: u32,
     pub kind: splat_device_kind,
@@ -820,239 +557,117 @@ pub struct splat_device_desc {
     pub uuid: [u8; 16],
     /// budget, enforced by the library. 0 = the device's heap; on CPU devices 3/4 of physical memory
     pub max_device_bytes: u64,
-    /// longest wait for the device in one call; 0 = 60 s, times SPLAT_TIMEOUT_SCALE
-    pub timeout_ns: u64,
-    /// pipeline cache; NULL = libsplat/ in the user's cache folder, "" = none
-    pub cache_folder: *const c_char,
+    /** longest wait for the device in one call; 0 = 60 s, times SPLAT_TIMEOUT_SCALE */ pub timeout_ns: u64,
+    /** pipeline cache; NULL = libsplat/ in the user's cache folder, "" = none */ pub cache_folder: *const c_char,
 }
 
-impl Default for splat_device_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Memory of a device, bytes.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_memory_info {
     pub struct_size: u32,
-    /// live allocations of the driver
-    pub allocations: u32,
-    /// allocated from the driver now
-    pub used_bytes: u64,
-    /// part of used_bytes that tensors and operators use
-    pub live_bytes: u64,
-    /// highest used_bytes since creation
-    pub peak_bytes: u64,
-    pub budget_bytes: u64,
+    /** live allocations of the driver */ pub allocations: u32,
+    /** allocated from the driver now */ pub used_bytes: u64,
+    /** part of used_bytes that tensors and operators use */ pub live_bytes: u64,
+    /** highest used_bytes since creation */ pub peak_bytes: u64,
+    /** most that the device object may use */ pub budget_bytes: u64,
 }
 
-impl Default for splat_memory_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_tensor_desc {
     pub struct_size: u32,
-    /// 0
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
-    /// used in messages; may be NULL
-    pub name: *const c_char,
-    /// 0 = SPLAT_DTYPE_F32
-    pub dtype: splat_dtype,
-    /// 0 (a scalar) to SPLAT_MAX_RANK
-    pub rank: u32,
-    /// elements, outermost first; each \>= 1
-    pub dims: [i64; 8],
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** used in messages; may be NULL */ pub name: *const c_char,
+    /** 0 = SPLAT_DTYPE_F32 */ pub dtype: splat_dtype,
+    /** 0 (a scalar) to SPLAT_MAX_RANK */ pub rank: u32,
+    /** elements, outermost first; each \>= 1 */ pub dims: [i64; 8],
 }
 
-impl Default for splat_tensor_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What a tensor is.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_tensor_info {
     pub struct_size: u32,
-    pub dtype: splat_dtype,
-    pub rank: u32,
-    /// 1 while mapped
-    pub mapped: u32,
-    pub dims: [i64; 8],
-    pub elements: u64,
-    pub bytes: u64,
-    /// cut if longer
-    pub name: [c_char; 64],
+    /** type of the elements */ pub dtype: splat_dtype,
+    /** number of dimensions, 0 to SPLAT_MAX_RANK */ pub rank: u32,
+    /** 1 while mapped */ pub mapped: u32,
+    /** elements, outermost first */ pub dims: [i64; 8],
+    /** number of all elements */ pub elements: u64,
+    /** size of all elements */ pub bytes: u64,
+    /** name in messages, cut if longer */ pub name: [c_char; 64],
 }
 
-impl Default for splat_tensor_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What the elements of a tensor are.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_tensor_stats {
     pub struct_size: u32,
     pub reserved: u32,
-    pub nan_count: u64,
-    pub inf_count: u64,
-    /// smallest finite element; +inf if there are none
-    pub min: f64,
-    /// largest finite element; -inf if there are none
-    pub max: f64,
-    /// mean of the finite elements; 0 if there are none
-    pub mean: f64,
+    /** elements that are NaN */ pub nan_count: u64,
+    /** elements that are infinite */ pub inf_count: u64,
+    /** smallest finite element; +inf if there are none */ pub min: f64,
+    /** largest finite element; -inf if there are none */ pub max: f64,
+    /** mean of the finite elements; 0 if there are none */ pub mean: f64,
 }
 
-impl Default for splat_tensor_stats {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_co3d_desc {
     pub struct_size: u32,
-    /// SPLAT_CO3D_*
-    pub flags: u32,
+    /** SPLAT_CO3D_* */ pub flags: u32,
     pub next: *const c_void,
-    /// folder of the release, with a folder for each category
-    pub raw: *const c_char,
-    /// folder to write to
-    pub out: *const c_char,
-    /// "hydrant", "teddybear"
-    pub category: *const c_char,
-    /// NULL: "fewview_dev", as published
-    pub subset: *const c_char,
-    /// "train", "val", "test"; NULL: train
-    pub split: *const c_char,
-    /// side of the images, pixels; 0: 128
-    pub size: u32,
-    /// only this many sequences, the first by name; 0: all
-    pub limit: u32,
+    /** folder of the release, with a folder for each category */ pub raw: *const c_char,
+    /** folder to write to */ pub out: *const c_char,
+    /** "hydrant", "teddybear" */ pub category: *const c_char,
+    /** NULL: "fewview_dev", as published */ pub subset: *const c_char,
+    /** "train", "val", "test"; NULL: train */ pub split: *const c_char,
+    /** side of the images, pixels; 0: 128 */ pub size: u32,
+    /** only this many sequences, the first by name; 0: all */ pub limit: u32,
 }
 
-impl Default for splat_co3d_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What was prepared.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_co3d_info {
     pub struct_size: u32,
-    /// sequences in the split
-    pub sequences: u32,
-    /// sequences that were there before
-    pub kept: u32,
-    /// sequences left out: their cameras are not finite
-    pub left_out: u32,
-    /// frames of all sequences in the split
-    pub frames: u64,
+    /** sequences in the split */ pub sequences: u32,
+    /** sequences that were there before */ pub kept: u32,
+    /** sequences left out: their cameras are not finite */ pub left_out: u32,
+    /** frames of all sequences in the split */ pub frames: u64,
 }
 
-impl Default for splat_co3d_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_dataset_desc {
     pub struct_size: u32,
-    /// SPLAT_DATA_*
-    pub flags: u32,
+    /** SPLAT_DATA_* */ pub flags: u32,
     pub next: *const c_void,
     pub path: *const c_char,
     /// "store", "tables", "srn", "co3d", "nmr", "objaverse", "gso", "images"; NULL: by the folder
     pub format: *const c_char,
-    /// "train", "val", "test"; NULL: train
-    pub split: *const c_char,
-    /// side of the returned images, which are square; 0: as stored
-    pub resolution: u32,
-    /// use only this many objects, the first in order; 0: all
-    pub limit: u32,
-    /// for decoded images (8 bits); 0: 1 GiB
-    pub cache_bytes: u64,
-    /// behind transparent pixels, 0 to 1
-    pub background: [f32; 3],
+    /** "train", "val", "test"; NULL: train */ pub split: *const c_char,
+    /** side of the returned images, which are square; 0: as stored */ pub resolution: u32,
+    /** use only this many objects, the first in order; 0: all */ pub limit: u32,
+    /** for decoded images (8 bits); 0: 1 GiB */ pub cache_bytes: u64,
+    /** behind transparent pixels, 0 to 1 */ pub background: [f32; 3],
     pub reserved: u32,
-    /// "cars", "hydrants", where there are several; NULL: the only one
-    pub category: *const c_char,
-    /// NULL, or a list for one format: a path, or one in the folder of the data; "objaverse": JSON array of all objects in order
+    /** "cars", "hydrants", where there are several; NULL: the only one */ pub category: *const c_char,
+    /// NULL, or a list for one format: a path, or one in the folder of the data; "objaverse": JSON array of all
+    /// objects in order
     pub objects_file: *const c_char,
-    /// "co3d": names of sequences to leave out, in any text
-    pub excluded_file: *const c_char,
-    /// "nmr": tests, lines "category object source_view"
-    pub views_file: *const c_char,
-}
-
-impl Default for splat_dataset_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** "co3d": names of sequences to leave out, in any text */ pub excluded_file: *const c_char,
+    /** "nmr": tests, lines "category object source_view" */ pub views_file: *const c_char,
 }
 
 /// Destinations of n views of R x R pixels; NULL: not read.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_dataset_views {
     pub struct_size: u32,
     pub reserved: u32,
-    /// \[n,3,R,R\] 0 to 1
-    pub images: *mut f32,
-    /// \[n,1,R,R\] 0 to 1, larger is nearer; scaled for each image
-    pub depths: *mut f32,
-    /// \[n,3,R,R\] 0 to 1: (normal + 1) / 2, in the camera's axes
-    pub normals: *mut f32,
-    /// \[n,1,R,R\] 0 to 1
-    pub masks: *mut f32,
-    /// \[n,16\] row vectors, OpenCV axes; the world is the frame of the first view
-    pub view_to_world: *mut f32,
-    /// \[n,4\] w x y z of that rotation, w \>= 0
-    pub quaternions: *mut f32,
-    /// \[n,2\] pixels at R
-    pub focals: *mut f32,
-    /// \[n\] of the origin along the absolute camera's axis (CO3D); else 0
-    pub origin_distances: *mut f32,
-    /// floats of each array, at least those of n views; 0: trusted
-    pub image_count: u64,
+    /** \[n,3,R,R\] 0 to 1 */ pub images: *mut f32,
+    /** \[n,1,R,R\] 0 to 1, larger is nearer; scaled for each image */ pub depths: *mut f32,
+    /** \[n,3,R,R\] 0 to 1: (normal + 1) / 2, in the camera's axes */ pub normals: *mut f32,
+    /** \[n,1,R,R\] 0 to 1 */ pub masks: *mut f32,
+    /** \[n,16\] row vectors, OpenCV axes; the world is the frame of the first view */ pub view_to_world: *mut f32,
+    /** \[n,4\] w x y z of that rotation, w \>= 0 */ pub quaternions: *mut f32,
+    /** \[n,2\] pixels at R */ pub focals: *mut f32,
+    /** \[n\] of the origin along the absolute camera's axis (CO3D); else 0 */ pub origin_distances: *mut f32,
+    /** floats of each array, at least those of n views; 0: trusted */ pub image_count: u64,
     pub depth_count: u64,
     pub normal_count: u64,
     pub mask_count: u64,
@@ -1062,570 +677,288 @@ pub struct splat_dataset_views {
     pub origin_distance_count: u64,
 }
 
-impl Default for splat_dataset_views {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_dataset_import_desc {
     pub struct_size: u32,
-    /// SPLAT_IMPORT_*
-    pub flags: u32,
+    /** SPLAT_IMPORT_* */ pub flags: u32,
     pub next: *const c_void,
-    /// folder of the tables
-    pub path: *const c_char,
-    /// folder of the store; NULL: where splat_dataset_open looks, with REPLACE
-    pub out: *const c_char,
-    /// "train", "val", "test"; NULL: train
-    pub split: *const c_char,
-    /// path of DuckDB's library; NULL: see above
-    pub duckdb: *const c_char,
-    /// parts of the work, done by calls in any processes that share the folder, and which of them this call does, below `shards`; the last call to end completes the store. 0: 1
+    /** folder of the tables */ pub path: *const c_char,
+    /** folder of the store; NULL: where splat_dataset_open looks, with REPLACE */ pub out: *const c_char,
+    /** "train", "val", "test"; NULL: train */ pub split: *const c_char,
+    /** path of DuckDB's library; NULL: see above */ pub duckdb: *const c_char,
+    /// parts of the work, done by calls in any processes that share the folder, and which of them this call does,
+    /// below `shards`; the last call to end completes the store. 0: 1
     pub shards: u32,
     pub shard: u32,
 }
 
-impl Default for splat_dataset_import_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_dataset_export_desc {
     pub struct_size: u32,
-    /// 0
-    pub flags: u32,
+    /** 0 */ pub flags: u32,
     pub next: *const c_void,
     pub path: *const c_char,
-    /// "tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data, srn_\<category\>/\<category\>_\<split\>/; "images": \<split\>/\<object\>/ with transforms.json and the images in rgb/; "store": \<split\>/, as an import gives; NULL: tables
+    /// "tables": as above, with a README.md that Hugging Face reads; "srn": the layout of SRN's data,
+    /// srn_\<category\>/\<category\>_\<split\>/; "images": \<split\>/\<object\>/ with transforms.json and the images
+    /// in rgb/; "store": \<split\>/, as an import gives; NULL: tables
     pub layout: *const c_char,
-    /// to write; NULL: that of the data set
-    pub split: *const c_char,
-    /// in names of folders and configurations; NULL: cars
-    pub category: *const c_char,
-    /// see splat_dataset_import_desc
-    pub duckdb: *const c_char,
-    /// objects to write; NULL: all
-    pub objects: *const u32,
+    /** to write; NULL: that of the data set */ pub split: *const c_char,
+    /** in names of folders and configurations; NULL: cars */ pub category: *const c_char,
+    /** see splat_dataset_import_desc */ pub duckdb: *const c_char,
+    /** objects to write; NULL: all */ pub objects: *const u32,
     pub object_count: u64,
-    /// parts of a store, see splat_dataset_import_desc
-    pub shards: u32,
+    /** parts of a store, see splat_dataset_import_desc */ pub shards: u32,
     pub shard: u32,
 }
 
-impl Default for splat_dataset_export_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-/// ```text
-/// Procedural objects with exact maps, in the layout of SRN's data. Cameras at distance 1.3 look at
-/// the origin; objects lie within 0.5 of it; the focal length is 131.25 pixels of 128.
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Procedural objects with exact maps, in the layout of SRN's data. Cameras at distance 1.3 look at the origin;
+/// objects lie within 0.5 of it; the focal length is 131.25 pixels of 128.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_synthetic_desc {
     pub struct_size: u32,
-    /// 0
-    pub flags: u32,
+    /** 0 */ pub flags: u32,
     pub next: *const c_void,
     pub path: *const c_char,
-    /// "cars", "chairs", "mixed"; NULL: cars
-    pub category: *const c_char,
+    /** "cars", "chairs", "mixed"; NULL: cars */ pub category: *const c_char,
     pub seed: u64,
-    /// 8 to 2048; 0: 128
-    pub resolution: u32,
-    /// from random places around the object; 0: 50
-    pub train_views: u32,
-    /// views of val and test objects, on a spiral; 0: 251
-    pub test_views: u32,
+    /** 8 to 2048; 0: 128 */ pub resolution: u32,
+    /** from random places around the object; 0: 50 */ pub train_views: u32,
+    /** views of val and test objects, on a spiral; 0: 251 */ pub test_views: u32,
     pub train_objects: u32,
     pub val_objects: u32,
     pub test_objects: u32,
 }
 
-impl Default for splat_synthetic_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_scene_desc {
     pub struct_size: u32,
-    /// 0
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
-    /// Gaussians; 0 makes an empty scene
-    pub count: u64,
-    /// 0 to 3
-    pub sh_degree: u32,
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** Gaussians; 0 makes an empty scene */ pub count: u64,
+    /** 0 to 3 */ pub sh_degree: u32,
     pub reserved: u32,
-    /// arrays as above, copied; NULL: zeros (rotations: 1, 0, 0, 0)
-    pub means: *const f32,
+    /** arrays as above, copied; NULL: zeros (rotations: 1, 0, 0, 0) */ pub means: *const f32,
     pub log_scales: *const f32,
     pub rotations: *const f32,
     pub opacity_logits: *const f32,
     pub sh: *const f32,
-    /// floats of each array, at least those of `count` Gaussians; 0: trusted
-    pub mean_count: u64,
+    /** floats of each array, at least those of `count` Gaussians; 0: trusted */ pub mean_count: u64,
     pub log_scale_count: u64,
     pub rotation_count: u64,
     pub opacity_logit_count: u64,
     pub sh_count: u64,
 }
 
-impl Default for splat_scene_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How a scene is read or written; 0 is the default.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_scene_file_desc {
     pub struct_size: u32,
-    /// SPLAT_SCENE_ bits
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
-    /// 0 = by the first bytes, else by the extension of the path
-    pub format: splat_scene_format,
-    /// axes of the file; 0 = the format's usual ones
-    pub frame: splat_frame,
+    /** SPLAT_SCENE_ bits */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** 0 = by the first bytes, else by the extension of the path */ pub format: splat_scene_format,
+    /** axes of the file; 0 = the format's usual ones */ pub frame: splat_frame,
     /// drop bands, or pad them with zeros, to degree 1 to 3 or (SPLAT_SH_CONSTANT) 0; 0: keep all
     pub sh_degree: i32,
-    /// to write: 3 or 4; 0 = 3
-    pub spz_version: u32,
-    /// refuse files with more Gaussians; 0 = 2^27
-    pub max_count: u64,
-}
-
-impl Default for splat_scene_file_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** to write: 3 or 4; 0 = 3 */ pub spz_version: u32,
+    /** refuse files with more Gaussians; 0 = 2^27 */ pub max_count: u64,
 }
 
 /// x -\> scale * rotation x + translation. Frozen.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_similarity {
-    /// w, x, y, z, of any length \> 0
-    pub rotation: [f64; 4],
-    /// scene units
-    pub translation: [f64; 3],
-    /// \> 0
-    pub scale: f64,
+    /** quaternion w, x, y, z, of any length \> 0 */ pub rotation: [f64; 4],
+    /** scene units */ pub translation: [f64; 3],
+    /** factor, \> 0 */ pub scale: f64,
 }
 
-impl Default for splat_similarity {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What the Gaussians of a scene are.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_scene_info {
     pub struct_size: u32,
-    pub sh_degree: u32,
-    pub count: u64,
-    /// lower bounds of the finite means
-    pub low: [f64; 3],
-    /// upper bounds of the finite means
-    pub high: [f64; 3],
-    /// median of the finite means, axis by axis
-    pub center: [f64; 3],
-    /// distance from the centre that holds 95 % of the finite means
-    pub radius: f64,
-    /// smallest finite standard deviation, scene units
-    pub scale_min: f64,
-    pub scale_max: f64,
-    pub scale_mean: f64,
-    /// 0 to 1
-    pub opacity_min: f64,
-    pub opacity_max: f64,
-    pub opacity_mean: f64,
-    /// values of all attributes
-    pub non_finite: u64,
-    /// rotations of length 0, or not finite
-    pub bad_rotations: u64,
-    /// Gaussians with a scale below 1e-12
-    pub degenerate: u64,
-    /// Gaussians of opacity below 1/255
-    pub invisible: u64,
-}
-
-impl Default for splat_scene_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** degree of the spherical harmonics, 0 to 3 */ pub sh_degree: u32,
+    /** Gaussians */ pub count: u64,
+    /** lower bounds of the finite means */ pub low: [f64; 3],
+    /** upper bounds of the finite means */ pub high: [f64; 3],
+    /** median of the finite means, axis by axis */ pub center: [f64; 3],
+    /** distance from the centre that holds 95 % of the finite means */ pub radius: f64,
+    /** smallest finite standard deviation, scene units */ pub scale_min: f64,
+    /** largest finite standard deviation, scene units */ pub scale_max: f64,
+    /** mean of the finite standard deviations, scene units */ pub scale_mean: f64,
+    /** smallest opacity, 0 to 1 */ pub opacity_min: f64,
+    /** largest opacity, 0 to 1 */ pub opacity_max: f64,
+    /** mean of the opacities, 0 to 1 */ pub opacity_mean: f64,
+    /** numbers of all attributes that are NaN or infinite */ pub non_finite: u64,
+    /** rotations of length 0, or not finite */ pub bad_rotations: u64,
+    /** Gaussians with a scale below 1e-12 */ pub degenerate: u64,
+    /** Gaussians of opacity below 1/255 */ pub invisible: u64,
 }
 
 /// A pinhole camera. Frozen. The centre of the pixel in column i and row j is (i + 0.5, j + 0.5).
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_camera {
-    /// pixels
-    pub width: u32,
-    pub height: u32,
-    /// pixels
-    pub fx: f64,
-    pub fy: f64,
-    pub cx: f64,
-    pub cy: f64,
+    /** width of the image, pixels */ pub width: u32,
+    /** height of the image, pixels */ pub height: u32,
+    /** horizontal focal length, pixels */ pub fx: f64,
+    /** vertical focal length, pixels */ pub fy: f64,
+    /** principal point, pixels from the left edge */ pub cx: f64,
+    /** principal point, pixels from the upper edge */ pub cy: f64,
     /// row-major 4x4, last row 0 0 0 1; OpenCV axes of the camera: x right, y down, z forward
     pub world_to_camera: [f64; 16],
 }
 
-impl Default for splat_camera {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Cameras on a circle; 0 is the default.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_orbit_desc {
     pub struct_size: u32,
-    /// 0
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
-    /// pixels; 0 = 512
-    pub width: u32,
-    /// pixels; 0 = 512
-    pub height: u32,
-    /// radians; 0 = 0.7
-    pub fov_x: f64,
-    /// radians above the horizon
-    pub elevation: f64,
-    /// angle of the first camera, radians; 0: in front, looking along +z
-    pub start: f64,
-    /// scene units from the middle; 0 = the scene fills 95 % of the images
-    pub distance: f64,
-    /// a direction of the world; 0, 0, 0 = 0, -1, 0
-    pub up: [f64; 3],
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** pixels; 0 = 512 */ pub width: u32,
+    /** pixels; 0 = 512 */ pub height: u32,
+    /** radians; 0 = 0.7 */ pub fov_x: f64,
+    /** radians above the horizon */ pub elevation: f64,
+    /** angle of the first camera, radians; 0: in front, looking along +z */ pub start: f64,
+    /** scene units from the middle; 0 = the scene fills 95 % of the images */ pub distance: f64,
+    /** a direction of the world; 0, 0, 0 = 0, -1, 0 */ pub up: [f64; 3],
 }
 
-impl Default for splat_orbit_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How cameras are read; 0 is the default.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_camera_file_desc {
     pub struct_size: u32,
-    /// SPLAT_CAMERA_ bits
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
-    /// pixels, for a transforms.json without size; else 0
-    pub width: u32,
-    pub height: u32,
-}
-
-impl Default for splat_camera_file_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** SPLAT_CAMERA_ bits */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** width in pixels, for a transforms.json without size; else 0 */ pub width: u32,
+    /** height in pixels, likewise */ pub height: u32,
 }
 
 /// Files of cameras in memory.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_camera_bytes {
     pub struct_size: u32,
-    /// 0
-    pub reserved: u32,
-    /// transforms.json, or COLMAP's cameras.bin or cameras.txt
-    pub cameras: *const c_void,
+    /** 0 */ pub reserved: u32,
+    /** transforms.json, or COLMAP's cameras.bin or cameras.txt */ pub cameras: *const c_void,
     pub camera_bytes: usize,
-    /// COLMAP's images.bin or images.txt; NULL for a transforms.json
-    pub images: *const c_void,
+    /** COLMAP's images.bin or images.txt; NULL for a transforms.json */ pub images: *const c_void,
     pub image_bytes: usize,
 }
 
-impl Default for splat_camera_bytes {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What a tensor of weights is.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_weights_info {
     pub struct_size: u32,
-    pub rank: u32,
-    /// outermost first; a 0 means no elements
-    pub dims: [i64; 8],
-    pub elements: u64,
-    /// this and dtype live as long as the weights
-    pub name: *const c_char,
-    /// in the file: "float32", "bfloat16", "int64", ...; read as float32
-    pub dtype: *const c_char,
-}
-
-impl Default for splat_weights_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** number of dimensions */ pub rank: u32,
+    /** elements, outermost first; a 0 means none */ pub dims: [i64; 8],
+    /** number of all elements */ pub elements: u64,
+    /** name of the tensor; lives, like dtype, as long as the weights */ pub name: *const c_char,
+    /** type in the file: "float32", "int64", ...; read as float32 */ pub dtype: *const c_char,
 }
 
 /// A tensor in the caller's memory, row-major. Frozen.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_named_array {
     pub name: *const c_char,
     pub values: *const f32,
-    /// floats: the product of dims, 1 for rank 0
-    pub value_count: u64,
-    /// outermost first; a 0 means no elements
-    pub dims: [i64; 8],
+    /** floats: the product of dims, 1 for rank 0 */ pub value_count: u64,
+    /** outermost first; a 0 means no elements */ pub dims: [i64; 8],
     pub rank: u32,
-    /// 0
-    pub reserved: u32,
+    /** 0 */ pub reserved: u32,
 }
 
-impl Default for splat_named_array {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_op_desc {
     pub struct_size: u32,
-    /// SPLAT_OP_ bits
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
-    /// a name of splat_op_list
-    pub type_: *const c_char,
-    /// JSON object; NULL = defaults
-    pub attributes: *const c_char,
+    /** SPLAT_OP_ bits */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** a name of splat_op_list */ pub type_: *const c_char,
+    /** JSON object; NULL = defaults */ pub attributes: *const c_char,
     pub input_count: u32,
     pub output_count: u32,
-    /// in the operator's order; an optional one may be NULL
-    pub inputs: *const splat_tensor,
-    /// in the operator's order; an optional one may be NULL
-    pub outputs: *const splat_tensor,
-    /// NULL for an operator without backward; else output_count tensors
-    pub grad_outputs: *const splat_tensor,
-    /// input_count tensors; gradients of NULL entries are not computed
-    pub grad_inputs: *const splat_tensor,
-}
-
-impl Default for splat_op_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** in the operator's order; an optional one may be NULL */ pub inputs: *const splat_tensor,
+    /** in the operator's order; an optional one may be NULL */ pub outputs: *const splat_tensor,
+    /** NULL for an operator without backward; else output_count tensors */ pub grad_outputs: *const splat_tensor,
+    /** input_count tensors; gradients of NULL entries are not computed */ pub grad_inputs: *const splat_tensor,
 }
 
 /// A named tensor of a model or a module. Frozen.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_port {
-    /// the library's live as long as the model or module
-    pub name: *const c_char,
-    pub rank: u32,
-    /// SPLAT_PORT_ bits; 0 in a splat_module_desc
-    pub flags: u32,
-    pub dims: [i64; 8],
+    /** name of the tensor; the library's lives as long as the model or module */ pub name: *const c_char,
+    /** number of dimensions */ pub rank: u32,
+    /** SPLAT_PORT_ bits; 0 for a new module */ pub flags: u32,
+    /** elements, outermost first */ pub dims: [i64; 8],
 }
 
-impl Default for splat_port {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_model_desc {
     pub struct_size: u32,
-    /// SPLAT_MODEL_*
-    pub flags: u32,
+    /** SPLAT_MODEL_* */ pub flags: u32,
     pub next: *const c_void,
-    /// text, JSON or YAML with the keys of Splatter Image; NULL: the cars model
-    pub config: *const c_char,
-    /// objects per batch; 0: 1. If an activation of the batch exceeds one binding of the device, the batch runs in equal slices. A backward pass then repeats the forward pass of all slices but the last, and dropout differs from that of an undivided batch
+    /** text, JSON or YAML with the keys of Splatter Image; NULL: the cars model */ pub config: *const c_char,
+    /// objects per batch; 0: 1. If an activation of the batch exceeds one binding of the device, the batch runs in
+    /// equal slices. A backward pass then repeats the forward pass of all slices but the last, and dropout differs
+    /// from that of an undivided batch
     pub objects: u32,
-    /// 0: SPLAT_PRECISION_BALANCED
-    pub precision: splat_precision,
-}
-
-impl Default for splat_model_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** 0: SPLAT_PRECISION_BALANCED */ pub precision: splat_precision,
 }
 
 /// What a model was made for, and what its latest pass gave.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_model_info {
     pub struct_size: u32,
-    /// SPLAT_MODEL_ bits of its creation
-    pub flags: u32,
-    /// objects per batch
-    pub objects: u32,
-    /// input images of an object
-    pub views: u32,
-    /// R
-    pub resolution: u32,
-    /// channels of splat_model_input.images
-    pub channels: u32,
-    /// channels of "images": no plane of origin distances
-    pub image_channels: u32,
-    /// channels of "raw"
-    pub output_channels: u32,
-    /// M, of an object
-    pub gaussians: u32,
-    /// K = (sh_degree + 1)^2
-    pub sh_degree: u32,
-    /// length of a custom embedding; 0: none
-    pub embedding_length: u32,
-    pub token_dim: u32,
-    /// 0: none
-    pub tokens: u32,
-    /// passes of a batch
-    pub slices: u32,
-    /// degrees; 0: each image has its focal lengths
-    pub fov: f32,
+    /** what it was created with, SPLAT_MODEL_ bits */ pub flags: u32,
+    /** objects per batch */ pub objects: u32,
+    /** input images of an object */ pub views: u32,
+    /** R: images have R x R pixels */ pub resolution: u32,
+    /** channels of the images that a pass takes */ pub channels: u32,
+    /** channels of "images": no plane of origin distances */ pub image_channels: u32,
+    /** channels of "raw" */ pub output_channels: u32,
+    /** M: Gaussians of an object */ pub gaussians: u32,
+    /** degree of the spherical harmonics; K = (sh_degree + 1)^2 */ pub sh_degree: u32,
+    /** length of a custom embedding; 0: none */ pub embedding_length: u32,
+    /** numbers of a token; 0: none */ pub token_dim: u32,
+    /** tokens of an image; 0: none */ pub tokens: u32,
+    /** passes of a batch */ pub slices: u32,
+    /** field of view, degrees; 0: each image has its focal lengths */ pub fov: f32,
     pub reserved: u32,
-    /// numbers
-    pub parameters: u64,
-    pub trainable: u64,
-    /// the latest pass, over all objects; zeros before the first; Gaussians
-    pub predicted: u64,
-    /// numbers of "raw" and of their attributes that are NaN or infinite
-    pub non_finite: u64,
-    /// Gaussians of an opacity below 1/255, which no pixel shows
-    pub faint: u64,
-}
-
-impl Default for splat_model_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** numbers of all parameters */ pub parameters: u64,
+    /** numbers of parameters that a training changes */ pub trainable: u64,
+    /** Gaussians of the latest pass, over all objects; 0 before the first */ pub predicted: u64,
+    /** numbers of "raw" and of their attributes that are NaN or infinite */ pub non_finite: u64,
+    /** Gaussians of an opacity below 1/255, which no pixel shows */ pub faint: u64,
 }
 
 /// Counts are of numbers in the array beside them; 0: trusted.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_model_input {
     pub struct_size: u32,
-    /// SPLAT_PASS_ bits
-    pub flags: u32,
-    /// seed of dropout, used with step
-    pub seed: u64,
-    /// the optimiser's step
-    pub step: u32,
-    /// channels per image, checked against the configuration; 0: not checked
-    pub channels: u32,
-    /// in the arrays, checked against the model's; 0: not checked
-    pub objects: u32,
+    /** SPLAT_PASS_ bits */ pub flags: u32,
+    /** seed of dropout, used with step */ pub seed: u64,
+    /** the optimiser's step */ pub step: u32,
+    /** channels per image, checked against the configuration; 0: not checked */ pub channels: u32,
+    /** in the arrays, checked against the model's; 0: not checked */ pub objects: u32,
     pub picture_count: u32,
-    /// images in the caller's layout, instead of `images`; the planes of an image may come from several pictures in turn, such as RGB, then depth: N pictures or a multiple
+    /// images in the caller's layout, instead of `images`; the planes of an image may come from several pictures in
+    /// turn, such as RGB, then depth: N pictures or a multiple
     pub pictures: *const splat_image,
-    /// \[N,channels,R,R\]: RGB 0 to 1, depth, normal, mask, origin distance
-    pub images: *const f32,
+    /** \[N,channels,R,R\]: RGB 0 to 1, depth, normal, mask, origin distance */ pub images: *const f32,
     pub images_count: u64,
-    /// \[N,4,4\] row vectors: p_world = p_view M; NULL: the identity
-    pub view_to_world: *const f32,
+    /** \[N,4,4\] row vectors: p_world = p_view M; NULL: the identity */ pub view_to_world: *const f32,
     pub view_to_world_count: u64,
-    /// \[N,4\] w x y z of that rotation; NULL with view_to_world
-    pub quaternions: *const f32,
+    /** \[N,4\] w x y z of that rotation; NULL with view_to_world */ pub quaternions: *const f32,
     pub quaternions_count: u64,
-    /// \[N,2\] pixels; NULL unless the configuration's fov is 0
-    pub focals: *const f32,
+    /** \[N,2\] pixels; NULL unless the configuration's fov is 0 */ pub focals: *const f32,
     pub focals_count: u64,
-    /// \[N,length\] of a custom embedding, else NULL
-    pub embedding: *const f32,
+    /** \[N,length\] of a custom embedding, else NULL */ pub embedding: *const f32,
     pub embedding_count: u64,
-    /// \[N,token_dim,tokens\], else NULL
-    pub tokens: *const f32,
+    /** \[N,token_dim,tokens\], else NULL */ pub tokens: *const f32,
     pub tokens_count: u64,
 }
 
-impl Default for splat_model_input {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-/// ```text
-/// Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers;
-/// 0: trusted.
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Gradients of a loss with respect to outputs, in their shapes; NULL: zeros. Counts are of numbers; 0: trusted.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_model_gradients {
     pub struct_size: u32,
-    /// SPLAT_PASS_ bits
-    pub flags: u32,
+    /** SPLAT_PASS_ bits */ pub flags: u32,
     pub means: *const f32,
     pub means_count: u64,
     pub opacities: *const f32,
@@ -1638,1448 +971,757 @@ pub struct splat_model_gradients {
     pub sh_count: u64,
 }
 
-impl Default for splat_model_gradients {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_module_desc {
     pub struct_size: u32,
-    /// SPLAT_MODULE_*
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
-    /// a name of splat_op_list, or "residual_block"
-    pub type_: *const c_char,
-    /// JSON object; NULL: defaults
-    pub attributes: *const c_char,
-    /// with name, rank, dims
-    pub ports: *const splat_port,
+    /** SPLAT_MODULE_* */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** a name of splat_op_list, or "residual_block" */ pub type_: *const c_char,
+    /** JSON object; NULL: defaults */ pub attributes: *const c_char,
+    /** with name, rank, dims */ pub ports: *const splat_port,
     pub port_count: u32,
-    /// only for residual_block; conv2d has an attribute
-    pub precision: splat_precision,
+    /** only for residual_block; conv2d has an attribute */ pub precision: splat_precision,
 }
 
-impl Default for splat_module_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-/// ```text
-/// A picture or a map: a file or pixels. A zeroed one is none. Frozen. Pixels of F16 and F32 are
-/// finite and from 0 to 1, within 1e-3. Depths of these types may have any range: the picture's
-/// least becomes 0, its greatest 1 (all 0 if they are equal). U8 and files are taken as they are.
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A picture or a map: a file or pixels. A zeroed one is none. Frozen. Pixels of F16 and F32 are finite and from 0 to
+/// 1, within 1e-3. Depths of these types may have any range: the picture's least becomes 0, its greatest 1 (all 0 if
+/// they are equal). U8 and files are taken as they are.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_picture_source {
-    /// PNG, JPEG (turned as its Exif data says) or WebP; NULL: `pixels`
-    pub path: *const c_char,
-    /// reduced to 8 bits, as files of 16 bits are
-    pub pixels: splat_image,
-}
-
-impl Default for splat_picture_source {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
+    /** PNG, JPEG (turned as its Exif data says) or WebP; NULL: `pixels` */ pub path: *const c_char,
+    /** reduced to 8 bits, as files of 16 bits are */ pub pixels: splat_image,
 }
 
 /// One view of an object. Frozen.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_picture {
     pub image: splat_picture_source,
-    /// the object's mask, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs from its border's colour, else all
+    /// the object's mask, 1 (U8: 255) inside; none: an alpha not opaque everywhere, else what differs from its
+    /// border's colour, else all
     pub mask: splat_picture_source,
-    /// where the network takes it; larger is nearer, at any scale
-    pub depth: splat_picture_source,
-    /// where the network takes it; (normal + 1) / 2, camera's axes
-    pub normal: splat_picture_source,
-    /// SPLAT_PICTURE_*
-    pub flags: u32,
+    /** where the network takes it; larger is nearer, at any scale */ pub depth: splat_picture_source,
+    /** where the network takes it; (normal + 1) / 2, camera's axes */ pub normal: splat_picture_source,
+    /** SPLAT_PICTURE_* */ pub flags: u32,
     /// the object's longer side, as a part of the square's; 0: 0.65; 0 with SPLAT_PICTURE_WHOLE
     pub foreground: f32,
-    /// pixels of the image; 0: by its Exif data, else not known
-    pub focal: f64,
-    /// along the camera's axis, where the network takes it; else 0
-    pub origin_distance: f64,
-    /// like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole pictures; others take none
+    /** pixels of the image; 0: by its Exif data, else not known */ pub focal: f64,
+    /** along the camera's axis, where the network takes it; else 0 */ pub origin_distance: f64,
+    /// like splat_camera's; all 0: none. Networks of several views need the poses of all, and whole pictures; others
+    /// take none
     pub world_to_camera: [f64; 16],
-    /// a custom embedding, or NULL
-    pub embedding: *const f32,
-    /// numbers
-    pub embedding_count: u64,
-    /// \[token_dim,tokens\] where the network takes them, or NULL
-    pub tokens: *const f32,
-    /// numbers
-    pub token_count: u64,
-}
-
-impl Default for splat_picture {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
+    /** a custom embedding, or NULL */ pub embedding: *const f32,
+    /** numbers */ pub embedding_count: u64,
+    /** \[token_dim,tokens\] where the network takes them, or NULL */ pub tokens: *const f32,
+    /** numbers */ pub token_count: u64,
 }
 
 /// What became of a picture. Frozen.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_picture_info {
-    /// width of the picture, pixels
-    pub width: u32,
-    pub height: u32,
-    pub found: splat_found,
-    /// SPLAT_PICTURE_* warnings
-    pub warnings: u32,
-    /// left, top and side of what was cut out, pixels of the picture
-    pub square: [f64; 3],
-    /// pixels of the picture; 0: not known
-    pub focal: f64,
-    /// field of view of the square; 0: not known
-    pub fov_degrees: f64,
+    /** width of the picture, pixels */ pub width: u32,
+    /** height of the picture, pixels */ pub height: u32,
+    /** how the object was found */ pub found: splat_found,
+    /** SPLAT_PICTURE_* warnings */ pub warnings: u32,
+    /** left, top and side of what was cut out, pixels of the picture */ pub square: [f64; 3],
+    /** focal length, pixels of the picture; 0: not known */ pub focal: f64,
+    /** field of view of the square; 0: not known */ pub fov_degrees: f64,
 }
 
-impl Default for splat_picture_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
-}
-
-/// ```text
-/// Where splat_picture_cut writes: squares of `resolution` pixels. Those without pixels are not
-/// wanted.
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Where splat_picture_cut writes: squares of `resolution` pixels. Those without pixels are not wanted.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_picture_cut_desc {
     pub struct_size: u32,
-    /// 0
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
     pub resolution: u32,
-    /// behind the object, 0 to 1
-    pub background: [f32; 3],
-    /// 3 channels
-    pub image: splat_image,
-    /// 1 channel, and so depth
-    pub mask: splat_image,
-    /// needs the picture's map; 0 outside of the object
-    pub depth: splat_image,
-    /// 3 channels; needs the picture's map; 0.5 outside of the object
-    pub normal: splat_image,
+    /** behind the object, 0 to 1 */ pub background: [f32; 3],
+    /** 3 channels */ pub image: splat_image,
+    /** 1 channel, and so depth */ pub mask: splat_image,
+    /** needs the picture's map; 0 outside of the object */ pub depth: splat_image,
+    /** 3 channels; needs the picture's map; 0.5 outside of the object */ pub normal: splat_image,
 }
 
-impl Default for splat_picture_cut_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_predictor_desc {
     pub struct_size: u32,
-    /// 0
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
-    /// a file, or a name, as of splat_weights_load
-    pub weights_path: *const c_char,
-    /// used instead of reading the file, whose path then only names them; neither: those of splat_builtin_weights(NULL)
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** a file, or a name, as of splat_weights_load */ pub weights_path: *const c_char,
+    /// used instead of reading the file, whose path then only names them; neither: those of
+    /// splat_builtin_weights(NULL)
     pub weights: splat_weights,
-    /// text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json or .yaml, else config.json or config.yaml in the weights' folder; else the one of splat_config_presets that fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by the published name of the file, such as model_cars.pth. "published" of splat_weights_report has {"fit": \[names\], "nearest", "differences" (from that, if none fits), "sentence"}
+    /// text, JSON or YAML; NULL: the file of the adapters' name with .json; else that of the weights' name with .json
+    /// or .yaml, else config.json or config.yaml in the weights' folder; else the one of splat_config_presets that
+    /// fits: by shapes of tensors, by the field of view of ray_dirs and, of several, by the published name of the
+    /// file, such as model_cars.pth. "published" of splat_weights_report has {"fit": \[names\], "nearest",
+    /// "differences" (from that, if none fits), "sentence"}
     pub config: *const c_char,
-    /// a file of low-rank adapters, which are folded in
-    pub adapters_path: *const c_char,
-    /// adapters in memory; neither: only those among the weights
-    pub adapters: splat_weights,
-    /// 0: lora_alpha of their metadata, else of the configuration
-    pub adapters_alpha: f64,
-}
-
-impl Default for splat_predictor_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** a file of low-rank adapters, which are folded in */ pub adapters_path: *const c_char,
+    /** adapters in memory; neither: only those among the weights */ pub adapters: splat_weights,
+    /** 0: lora_alpha of their metadata, else of the configuration */ pub adapters_alpha: f64,
 }
 
 /// What a predictor takes and gives, for what its weights were trained.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_predictor_info {
     pub struct_size: u32,
-    /// pictures of one prediction
-    pub views: u32,
-    /// R: the network sees squares of R x R pixels
-    pub resolution: u32,
-    /// channels of the network's input
-    pub channels: u32,
-    /// 1: it takes a depth map, else 0; so the next three
-    pub depth: u32,
-    /// a normal map
-    pub normal: u32,
-    /// the object's mask, which is always found
-    pub mask: u32,
-    /// the distance of the object's origin
-    pub origin_distance: u32,
-    /// views * R * R, of which a scene gets the visible ones
-    pub gaussians: u64,
-    pub sh_degree: u32,
-    /// behind the object, 0 to 1
-    pub background: [f32; 3],
-    /// across the square; 0: each view has a focal length of its own
-    pub fov_degrees: f64,
-    /// data.category, may be empty; lives as long as the predictor
-    pub category: *const c_char,
-}
-
-impl Default for splat_predictor_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** pictures of one prediction */ pub views: u32,
+    /** R: the network sees squares of R x R pixels */ pub resolution: u32,
+    /** channels of the network's input */ pub channels: u32,
+    /** 1: it takes a depth map */ pub depth: u32,
+    /** 1: it takes a normal map */ pub normal: u32,
+    /** 1: it takes the object's mask, which is always found */ pub mask: u32,
+    /** 1: it takes the distance of the object's origin */ pub origin_distance: u32,
+    /** views * R * R Gaussians; a scene gets the visible ones */ pub gaussians: u64,
+    /** degree of the spherical harmonics, 0 to 3 */ pub sh_degree: u32,
+    /** colour behind the object, 0 to 1 */ pub background: [f32; 3],
+    /** across the square; 0: each view has a focal length of its own */ pub fov_degrees: f64,
+    /** data.category, may be empty; lives as long as the predictor */ pub category: *const c_char,
 }
 
 /// Facts of a prediction. The caller sets arrays and capacities; an array may be NULL.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_prediction {
     pub struct_size: u32,
     pub camera_capacity: u32,
-    /// receives those of the views, relative to the first
-    pub cameras: *mut splat_camera,
-    /// receives what became of each picture
-    pub pictures: *mut splat_picture_info,
+    /** receives those of the views, relative to the first */ pub cameras: *mut splat_camera,
+    /** receives what became of each picture */ pub pictures: *mut splat_picture_info,
     pub picture_capacity: u32,
-    /// out: all there are
-    pub camera_count: u32,
-    /// out; 0 for an object of a data set
-    pub picture_count: u32,
+    /** out: all there are */ pub camera_count: u32,
+    /** out; 0 for an object of a data set */ pub picture_count: u32,
     pub reserved: u32,
-    /// receives what the network sees, \[views,channels,R,R\]
-    pub inputs: *mut f32,
-    /// numbers
-    pub input_capacity: u64,
-    /// out, as what follows: of the scene
-    pub gaussians: u64,
-    /// left out: numbers of theirs are not finite
-    pub not_finite: u64,
-    /// left out: opacity below 1 / 255, which no image of 8 bits shows
-    pub faint: u64,
-    /// to read and cut out the pictures
-    pub read_ms: f64,
-    /// to run the network and read its Gaussians
-    pub network_ms: f64,
+    /** receives what the network sees, \[views,channels,R,R\] */ pub inputs: *mut f32,
+    /** numbers */ pub input_capacity: u64,
+    /** out, as what follows: of the scene */ pub gaussians: u64,
+    /** left out: numbers of theirs are not finite */ pub not_finite: u64,
+    /** left out: opacity below 1 / 255, which no image of 8 bits shows */ pub faint: u64,
+    /** to read and cut out the pictures */ pub read_ms: f64,
+    /** to run the network and read its Gaussians */ pub network_ms: f64,
 }
 
-impl Default for splat_prediction {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What a rasterizer draws, and how.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_rasterizer_desc {
     pub struct_size: u32,
-    /// SPLAT_RASTERIZER_ bits
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
-    /// N, most Gaussians of a call; \>= 0
-    pub gaussians: u32,
-    /// V, most cameras of a call; 0: any number. The memory is then for one, and a call with more cameras than any before makes it anew, for which both must fit for a moment
+    /** SPLAT_RASTERIZER_ bits */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** N, most Gaussians of a call; \>= 0 */ pub gaussians: u32,
+    /// V, most cameras of a call; 0: any number. The memory is then for one, and a call with more cameras than any
+    /// before makes it anew, for which both must fit for a moment
     pub views: u32,
-    /// W, pixels
-    pub width: u32,
-    /// H, pixels
-    pub height: u32,
-    /// 0 to 3; 0 with direct colours
-    pub sh_degree: u32,
-    /// SPLAT_SKIP_ bits of skips to turn off, for measuring
-    pub disabled_skips: u32,
-    /// 0 = SPLAT_CONVENTION_3DGS
-    pub convention: splat_convention,
-    /// scene units; 0 = 0.2, in SPLAT_CONVENTION_GSPLAT 0.01
-    pub near_plane: f32,
-    /// scene units; 0 = 1e10
-    pub far_plane: f32,
+    /** W, pixels */ pub width: u32,
+    /** H, pixels */ pub height: u32,
+    /** 0 to 3; 0 with direct colours */ pub sh_degree: u32,
+    /** SPLAT_SKIP_ bits of skips to turn off, for measuring */ pub disabled_skips: u32,
+    /** 0 = SPLAT_CONVENTION_3DGS */ pub convention: splat_convention,
+    /** scene units; 0 = 0.2, in SPLAT_CONVENTION_GSPLAT 0.01 */ pub near_plane: f32,
+    /** scene units; 0 = 1e10 */ pub far_plane: f32,
     pub reserved: u32,
 }
 
-impl Default for splat_rasterizer_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_gaussians_desc {
     pub struct_size: u32,
-    /// 0
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
-    /// \[n,3\] scene units; its n counts
-    pub means: splat_tensor,
-    /// \[n,3\] standard deviations, scene units
-    pub scales: splat_tensor,
-    /// \[n,4\] w, x, y, z
-    pub rotations: splat_tensor,
-    /// \[n\] 0 to 1
-    pub opacities: splat_tensor,
-    /// \[n,(sh_degree+1)^2,3\]; NULL with direct colours
-    pub sh: splat_tensor,
-    /// \[n,3\]; NULL without direct colours
-    pub colors: splat_tensor,
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** \[n,3\] scene units; its n counts */ pub means: splat_tensor,
+    /** \[n,3\] standard deviations, scene units */ pub scales: splat_tensor,
+    /** \[n,4\] w, x, y, z */ pub rotations: splat_tensor,
+    /** \[n\] 0 to 1 */ pub opacities: splat_tensor,
+    /** \[n,(sh_degree+1)^2,3\]; NULL with direct colours */ pub sh: splat_tensor,
+    /** \[n,3\]; NULL without direct colours */ pub colors: splat_tensor,
 }
 
-impl Default for splat_gaussians_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_gradients_desc {
     pub struct_size: u32,
-    /// SPLAT_GRADIENTS_ bits
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
-    /// in: gradients of the loss with respect to outputs; NULL: zeros; \[V,H,W,3\]
-    pub grad_rgb: splat_tensor,
-    /// \[V,H,W\]
-    pub grad_alpha: splat_tensor,
-    /// \[V,H,W\]
-    pub grad_depth: splat_tensor,
+    /** SPLAT_GRADIENTS_ bits */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** in: gradients of the loss with respect to outputs; NULL: zeros; \[V,H,W,3\] */ pub grad_rgb: splat_tensor,
+    /** \[V,H,W\] */ pub grad_alpha: splat_tensor,
+    /** \[V,H,W\] */ pub grad_depth: splat_tensor,
     /// out: gradients of the loss with respect to inputs; NULL: not computed; \[N,3\]
     pub grad_means: splat_tensor,
-    /// \[N,3\]
-    pub grad_scales: splat_tensor,
-    /// \[N,4\]
-    pub grad_rotations: splat_tensor,
-    /// \[N\]
-    pub grad_opacities: splat_tensor,
-    /// \[N,(sh_degree+1)^2,3\]
-    pub grad_sh: splat_tensor,
-    /// \[N,3\] direct colours
-    pub grad_colors: splat_tensor,
-    /// \[V,N,2\] per pixel
-    pub grad_means2d: splat_tensor,
-    /// \[V,N,2\] sums over the pixels of absolute values
-    pub grad_means2d_abs: splat_tensor,
-    /// \[V,3,4\] rows of the rotation and the translation
-    pub grad_world_to_camera: splat_tensor,
+    /** \[N,3\] */ pub grad_scales: splat_tensor,
+    /** \[N,4\] */ pub grad_rotations: splat_tensor,
+    /** \[N\] */ pub grad_opacities: splat_tensor,
+    /** \[N,(sh_degree+1)^2,3\] */ pub grad_sh: splat_tensor,
+    /** \[N,3\] direct colours */ pub grad_colors: splat_tensor,
+    /** \[V,N,2\] per pixel */ pub grad_means2d: splat_tensor,
+    /** \[V,N,2\] sums over the pixels of absolute values */ pub grad_means2d_abs: splat_tensor,
+    /** \[V,3,4\] rows of the rotation and the translation */ pub grad_world_to_camera: splat_tensor,
 }
 
-impl Default for splat_gradients_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What the last forward call of a state did.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_rasterizer_info {
     pub struct_size: u32,
-    /// groups of tile rows that the last forward call drew one by one
-    pub passes: u32,
-    /// (Gaussian, view) pairs that reached a tile (with SPLAT_SKIP_CULL off: that the convention keeps); the maximum over passes
+    /** groups of tile rows that the last forward call drew one by one */ pub passes: u32,
+    /// (Gaussian, view) pairs that reached a tile (with SPLAT_SKIP_CULL off: that the convention keeps); the maximum
+    /// over passes
     pub visible: u64,
-    /// (tile, Gaussian, view) triples
-    pub pairs: u64,
-    /// Gaussians in the fullest tile
-    pub longest: u64,
-    /// tiles of all views
-    pub tiles: u64,
-    /// tiles without Gaussians
-    pub empty_tiles: u64,
-    /// device memory of the state, with the gradients that states share, without the packed copies of scenes, which rasterizers share
+    /** (tile, Gaussian, view) triples */ pub pairs: u64,
+    /** Gaussians in the fullest tile */ pub longest: u64,
+    /** tiles of all views */ pub tiles: u64,
+    /** tiles without Gaussians */ pub empty_tiles: u64,
+    /// device memory of the state, with the gradients that states share, without the packed copies of scenes, which
+    /// rasterizers share
     pub bytes: u64,
-    /// 0: nothing had changed; 2 or more: other memory or passes
-    pub runs: u32,
-    /// n of the outputs' shapes
-    pub gaussians: u32,
-    /// v of the outputs' shapes
-    pub views: u32,
+    /** times it was drawn; 0: unchanged; 2 or more: other memory or passes */ pub runs: u32,
+    /** Gaussians of the call: n of the outputs' shapes */ pub gaussians: u32,
+    /** views of the call: v of the outputs' shapes */ pub views: u32,
     pub reserved: u32,
-    /// (Gaussian, view) pairs that are neither visible nor non_finite
-    pub culled: u64,
-    /// (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of its colour is NaN or infinite
+    /** (Gaussian, view) pairs that are neither visible nor non_finite */ pub culled: u64,
+    /// (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of its colour
+    /// is NaN or infinite
     pub non_finite: u64,
 }
 
-impl Default for splat_rasterizer_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How a scene is drawn; 0 is the default.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_scene_render_desc {
     pub struct_size: u32,
-    /// SPLAT_RASTERIZER_ANTIALIASED
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
-    /// one of pixels; 0 = SPLAT_OUTPUT_RGB
-    pub output: splat_output,
-    /// 0 = SPLAT_CONVENTION_3DGS
-    pub convention: splat_convention,
-    /// RGB
-    pub background: [f32; 3],
+    /** SPLAT_RASTERIZER_ANTIALIASED */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** one of pixels; 0 = SPLAT_OUTPUT_RGB */ pub output: splat_output,
+    /** 0 = SPLAT_CONVENTION_3DGS */ pub convention: splat_convention,
+    /** RGB */ pub background: [f32; 3],
     pub reserved: u32,
 }
 
-impl Default for splat_scene_render_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What an image file says of its image.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_image_info {
     pub struct_size: u32,
-    /// bits per sample in the file: 8, 16, or 32 (.npy)
-    pub bits: u32,
-    /// pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal sees the same angle, or else focal length and resolution of the sensor; 0: not known
+    /** bits per sample in the file: 8, 16, or 32 (.npy) */ pub bits: u32,
+    /// focal length in pixels, from the Exif data of a JPEG file: that for 35 mm film, whose diagonal sees the same
+    /// angle, or else focal length and resolution of the sensor; 0: not known
     pub focal: f64,
 }
 
-impl Default for splat_image_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How alike two images are.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_image_scores {
     pub struct_size: u32,
     pub reserved: u32,
-    /// mean
-    pub squared_error: f64,
-    /// dB, for values from 0 to 1; infinite for equal images
-    pub psnr: f64,
-    pub ssim: f64,
+    /** mean of the squared differences, over pixels and channels */ pub squared_error: f64,
+    /** dB, for values from 0 to 1; infinite for equal images */ pub psnr: f64,
+    /** structural similarity; 1 for equal images */ pub ssim: f64,
 }
 
-impl Default for splat_image_scores {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_lpips_desc {
     pub struct_size: u32,
-    /// 0
-    pub flags: u32,
+    /** 0 */ pub flags: u32,
     pub next: *const c_void,
     /// weights of torchvision's vgg16 and of the lpips package, in one file or two; read before the call returns
     pub weights: *const splat_weights,
     pub weight_count: u32,
-    /// pixels, both ways; \>= 16
-    pub side: u32,
-}
-
-impl Default for splat_lpips_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** pixels, both ways; \>= 16 */ pub side: u32,
 }
 
 /// A number by its name. Frozen.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_number {
-    pub name: *const c_char,
-    /// 1 or 0 where metrics.jsonl has true or false
-    pub value: f64,
+    /** what the number is */ pub name: *const c_char,
+    /** 1 or 0 where metrics.jsonl has true or false */ pub value: f64,
 }
 
-impl Default for splat_number {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
-}
-
-/// ```text
-/// What a call of splat_run_next did. Pointers are valid until the next splat_run_next or
-/// splat_run_destroy of the run.
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What a call of splat_run_next did. Pointers are valid until the next splat_run_next or splat_run_destroy of the
+/// run.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_run_event {
     pub struct_size: u32,
-    pub kind: splat_run_event_kind,
-    /// the line of log.txt; NULL: none
-    pub text: *const c_char,
-    /// 1: the text warns
-    pub warning: u32,
-    /// 1: a step updated what is learned; 0: it was skipped, or is no step
-    pub updated: u32,
-    /// 1: metrics.jsonl got a line of the step
-    pub logged: u32,
-    /// 0
-    pub reserved: u32,
-    /// updates done
-    pub step: u64,
-    /// steps that ran, with the skipped ones
-    pub attempts: u64,
-    /// updates of the whole run
-    pub iterations: u64,
-    /// attempts that updated nothing
-    pub skipped: u64,
-    /// most device memory so far
-    pub peak_bytes: u64,
-    /// since the first step of this session
-    pub seconds: f64,
-    pub steps_per_second: f64,
-    /// With the names of metrics.jsonl. Of a step: "loss", "averaged_loss" (over the latest steps of this session), then the task's. Of a validation: "val_psnr" (dB; NaN without a score), "best_val_psnr" (of those with as many pieces and views), then the task's. NULL: none.
+    /** what was done */ pub kind: splat_run_event_kind,
+    /** the line of log.txt; NULL: none */ pub text: *const c_char,
+    /** 1: the text warns */ pub warning: u32,
+    /** 1: a step updated what is learned; 0: it was skipped, or is no step */ pub updated: u32,
+    /** 1: metrics.jsonl got a line of the step */ pub logged: u32,
+    /** 0 */ pub reserved: u32,
+    /** updates done */ pub step: u64,
+    /** steps that ran, with the skipped ones */ pub attempts: u64,
+    /** updates of the whole run */ pub iterations: u64,
+    /** attempts that updated nothing */ pub skipped: u64,
+    /** most device memory so far */ pub peak_bytes: u64,
+    /** seconds since the first step of this session */ pub seconds: f64,
+    /** rate since the first step of this session */ pub steps_per_second: f64,
+    /// With the names of metrics.jsonl. Of a step: "loss", "averaged_loss" (over the latest steps of this session),
+    /// then the task's. Of a validation: "val_psnr" (dB; NaN without a score), "best_val_psnr" (of those with as many
+    /// pieces and views), then the task's. NULL: none.
     pub numbers: *const splat_number,
-    pub number_count: u64,
-    /// name of the validated piece, else NULL
-    pub name: *const c_char,
-    /// number of the validated piece
-    pub piece: u32,
-    /// pieces of the validation
-    pub pieces: u32,
-    /// views of the piece, the input views first
-    pub views: u32,
-    /// input views among them
-    pub inputs: u32,
-    /// pixels of an image
-    pub width: u32,
-    pub height: u32,
-    /// numbers of `images` and of `truths`
-    pub image_count: u64,
-    /// drawn, \[views,3,height,width\]
-    pub images: *const f32,
-    pub truths: *const f32,
-}
-
-impl Default for splat_run_event {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** length of `numbers` */ pub number_count: u64,
+    /** name of the validated piece, else NULL */ pub name: *const c_char,
+    /** number of the validated piece */ pub piece: u32,
+    /** pieces of the validation */ pub pieces: u32,
+    /** views of the piece, the input views first */ pub views: u32,
+    /** input views among them */ pub inputs: u32,
+    /** width of an image, pixels */ pub width: u32,
+    /** height of an image, pixels */ pub height: u32,
+    /** numbers of `images`, and of `truths` */ pub image_count: u64,
+    /** drawn, \[views,3,height,width\] */ pub images: *const f32,
+    /** the images to be drawn, of the same shape */ pub truths: *const f32,
 }
 
 /// What to update: a model, a module, or one tensor; the other handles are NULL. Frozen.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_optimizer_item {
     /// a tensor's name; or a prefix for the names of a model's or module's trainable parameters, NULL: none
     pub name: *const c_char,
-    /// created with SPLAT_MODEL_GRADIENTS
-    pub model: splat_model,
-    /// created with SPLAT_MODULE_GRADIENTS
-    pub module: splat_module,
-    /// float32
-    pub parameter: splat_tensor,
-    /// same shape as `parameter`
-    pub gradient: splat_tensor,
+    /** created with SPLAT_MODEL_GRADIENTS */ pub model: splat_model,
+    /** created with SPLAT_MODULE_GRADIENTS */ pub module: splat_module,
+    /** float32 */ pub parameter: splat_tensor,
+    /** same shape as `parameter` */ pub gradient: splat_tensor,
 }
 
-impl Default for splat_optimizer_item {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
-}
-
-/// ```text
-/// Parameters with numbers of their own; 0: those of the desc. Of several groups that match a name,
-/// the first has the parameter. A group without effect is refused. Frozen.
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Parameters with numbers of their own; 0: those of the desc. Of several groups that match a name, the first has the
+/// parameter. A group without effect is refused. Frozen.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_optimizer_group {
-    /// matches names: '*' is any text, '?' one character
-    pub pattern: *const c_char,
-    /// multiplies the desc's rate; 0: 1
-    pub rate_factor: f64,
+    /** matches names: '*' is any text, '?' one character */ pub pattern: *const c_char,
+    /** multiplies the desc's rate; 0: 1 */ pub rate_factor: f64,
     pub beta1: f64,
     pub beta2: f64,
     pub eps: f64,
 }
 
-impl Default for splat_optimizer_group {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_optimizer_desc {
     pub struct_size: u32,
-    /// 0
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
     pub items: *const splat_optimizer_item,
     pub item_count: u64,
     pub groups: *const splat_optimizer_group,
     pub group_count: u64,
-    /// 0: 5e-5
-    pub rate: f64,
-    /// 0: 0.9
-    pub beta1: f64,
-    /// 0: 0.999
-    pub beta2: f64,
-    /// 0: 1e-15
-    pub eps: f64,
-    /// 0: SPLAT_SCHEDULE_CONSTANT
-    pub schedule: splat_schedule,
+    /** 0: 5e-5 */ pub rate: f64,
+    /** 0: 0.9 */ pub beta1: f64,
+    /** 0: 0.999 */ pub beta2: f64,
+    /** 0: 1e-15 */ pub eps: f64,
+    /** 0: SPLAT_SCHEDULE_CONSTANT */ pub schedule: splat_schedule,
     pub reserved: u32,
-    /// steps in which the rate rises from zero, in any schedule
-    pub warmup_steps: u64,
-    /// end of SPLAT_SCHEDULE_COSINE, more than warmup_steps; else 0
-    pub total_steps: u64,
-    /// step at which SPLAT_SCHEDULE_STEP lowers the rate; else 0
-    pub step_at: u64,
-    /// The averages decay by min(ema_decay, 1 - (1 + step - ema_after)^(-2/3)); up to ema_after they are copies. ema_decay 0: no averages; ema_every 0: every step
+    /** steps in which the rate rises from zero, in any schedule */ pub warmup_steps: u64,
+    /** end of SPLAT_SCHEDULE_COSINE, more than warmup_steps; else 0 */ pub total_steps: u64,
+    /** step at which SPLAT_SCHEDULE_STEP lowers the rate; else 0 */ pub step_at: u64,
+    /// The averages decay by min(ema_decay, 1 - (1 + step - ema_after)^(-2/3)); up to ema_after they are copies.
+    /// ema_decay 0: no averages; ema_every 0: every step
     pub ema_decay: f64,
     pub ema_every: u64,
     pub ema_after: u64,
 }
 
-impl Default for splat_optimizer_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What an optimizer has and what its last step did.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_optimizer_info {
     pub struct_size: u32,
-    /// 1: the last step found gradients that are not finite; no update
-    pub was_skipped: u32,
-    /// updates done
-    pub step: u64,
-    /// steps without an update
-    pub skipped: u64,
-    /// rate of the last step; before the first, of the next
-    pub rate: f64,
-    /// numbers of the last step's gradients that are NaN or infinite
-    pub non_finite: u64,
-    /// 1: all gradients of the last step were 0, so it taught nothing
-    pub gradients_zero: u32,
-    /// 1: there are averages
-    pub averaged: u32,
-    /// tensors
-    pub parameters: u64,
-    /// numbers in these tensors, in the rows in use
-    pub elements: u64,
+    /** 1: the last step found gradients that are not finite; no update */ pub was_skipped: u32,
+    /** updates done */ pub step: u64,
+    /** steps without an update */ pub skipped: u64,
+    /** rate of the last step; before the first, of the next */ pub rate: f64,
+    /** numbers of the last step's gradients that are NaN or infinite */ pub non_finite: u64,
+    /** 1: all gradients of the last step were 0, so it taught nothing */ pub gradients_zero: u32,
+    /** 1: there are averages */ pub averaged: u32,
+    /** tensors */ pub parameters: u64,
+    /** numbers in these tensors, in the rows in use */ pub elements: u64,
 }
 
-impl Default for splat_optimizer_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_trainer_desc {
     pub struct_size: u32,
-    /// 0
-    pub flags: u32,
+    /** 0 */ pub flags: u32,
     pub next: *const c_void,
-    /// from splat_config_merge; NULL: the defaults
-    pub config: *const c_char,
+    /** from splat_config_merge; NULL: the defaults */ pub config: *const c_char,
 }
 
-impl Default for splat_trainer_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-/// ```text
-/// B = opt.batch_size objects with V = data.input_images input and T = opt.imgs_per_obj target
-/// images; poses are relative to the object's first input image. Counts are of elements in the array
-/// beside them; 0: trusted.
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// B = opt.batch_size objects with V = data.input_images input and T = opt.imgs_per_obj target images; poses are
+/// relative to the object's first input image. Counts are of elements in the array beside them; 0: trusted.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_trainer_batch {
     pub struct_size: u32,
-    /// 0
-    pub reserved: u32,
-    /// \[B*V,channels,R,R\]
-    pub images: *const f32,
+    /** 0 */ pub reserved: u32,
+    /** \[B*V,channels,R,R\] */ pub images: *const f32,
     pub images_count: u64,
-    /// \[B*V,4,4\] row vectors
-    pub view_to_world: *const f32,
+    /** \[B*V,4,4\] row vectors */ pub view_to_world: *const f32,
     pub view_to_world_count: u64,
-    /// \[B*V,4\] w x y z
-    pub quaternions: *const f32,
+    /** \[B*V,4\] w x y z */ pub quaternions: *const f32,
     pub quaternions_count: u64,
-    /// \[B*V,2\] pixels; NULL unless data.fov is 0
-    pub focals: *const f32,
+    /** \[B*V,2\] pixels; NULL unless data.fov is 0 */ pub focals: *const f32,
     pub focals_count: u64,
-    /// \[B*V,length\] of a custom embedding, else NULL
-    pub embedding: *const f32,
+    /** \[B*V,length\] of a custom embedding, else NULL */ pub embedding: *const f32,
     pub embedding_count: u64,
-    /// \[B*V,token_dim,tokens\], else NULL
-    pub tokens: *const f32,
+    /** \[B*V,token_dim,tokens\], else NULL */ pub tokens: *const f32,
     pub tokens_count: u64,
-    /// \[B*T,3,R,R\]
-    pub targets: *const f32,
+    /** \[B*T,3,R,R\] */ pub targets: *const f32,
     pub targets_count: u64,
-    /// B*T, of R x R pixels
-    pub cameras: *const splat_camera,
+    /** B*T, of R x R pixels */ pub cameras: *const splat_camera,
     pub cameras_count: u64,
-    /// channels per input image, as in the configuration; 0: not checked
-    pub channels: u32,
-    /// B, as in the configuration; 0: not checked
-    pub objects: u32,
+    /** channels per input image, as in the configuration; 0: not checked */ pub channels: u32,
+    /** B, as in the configuration; 0: not checked */ pub objects: u32,
 }
 
-impl Default for splat_trainer_batch {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What a step of a training did.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_trainer_info {
     pub struct_size: u32,
-    /// 1: loss or gradients were not finite, and nothing was updated
-    pub skipped: u32,
-    /// updates done
-    pub step: u64,
-    /// (tile, Gaussian) drawn
-    pub pairs: u64,
-    /// mean over the batch, like the following
-    pub loss: f64,
-    pub squared_error: f64,
-    pub pixel_loss: f64,
-    /// 0 unless opt.lambda_ssim \> 0
-    pub ssim: f64,
-    pub network_ms: f64,
-    pub render_ms: f64,
-    pub update_ms: f64,
-    /// 0 unless opt.lambda_lpips \> 0, and before opt.start_lpips_after
-    pub lpips: f64,
-    /// (Gaussian, target) pairs that reach a tile; 0: nothing was drawn
-    pub visible: u64,
-    /// the pairs that do not
-    pub culled: u64,
-    /// numbers that the network gave which are NaN or infinite
-    pub non_finite: u64,
-    /// 1: every gradient of a parameter is 0, so nothing is learnt
-    pub gradients_zero: u32,
+    /** 1: loss or gradients were not finite, and nothing was updated */ pub skipped: u32,
+    /** updates done */ pub step: u64,
+    /** (tile, Gaussian) pairs that were drawn */ pub pairs: u64,
+    /** mean over the batch, like the following */ pub loss: f64,
+    /** mean of the squared differences, over pixels and channels */ pub squared_error: f64,
+    /** the part of `loss` that compares pixels */ pub pixel_loss: f64,
+    /** structural similarity; 0 unless opt.lambda_ssim \> 0 */ pub ssim: f64,
+    /** time of the network's passes */ pub network_ms: f64,
+    /** time of the rasterizer's passes */ pub render_ms: f64,
+    /** time of the update */ pub update_ms: f64,
+    /** distance; 0 unless opt.lambda_lpips \> 0, and before opt.start_lpips_after */ pub lpips: f64,
+    /** (Gaussian, target) pairs that reach a tile; 0: nothing was drawn */ pub visible: u64,
+    /** (Gaussian, target) pairs that reach no tile */ pub culled: u64,
+    /** numbers that the network gave which are NaN or infinite */ pub non_finite: u64,
+    /** 1: every gradient of a parameter is 0, so nothing is learnt */ pub gradients_zero: u32,
     pub reserved: u32,
-    /// learning rate of this update, or of the one that was skipped
-    pub rate: f64,
-    /// mean over the batch; 0 unless opt.lambda_edge \> 0
-    pub edge_loss: f64,
+    /** learning rate of this update, or of the one that was skipped */ pub rate: f64,
+    /** loss of edges, mean over the batch; 0 unless opt.lambda_edge \> 0 */ pub edge_loss: f64,
 }
 
-impl Default for splat_trainer_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_training_desc {
     pub struct_size: u32,
-    /// SPLAT_TRAINING_ bits
-    pub flags: u32,
+    /** SPLAT_TRAINING_ bits */ pub flags: u32,
     pub next: *const c_void,
     pub folder: *const c_char,
     /// YAML or JSON; NULL: the defaults, or the configuration of the run that is resumed
     pub config: *const c_char,
-    /// changes to it, as in splat_config_merge
-    pub values: *const *const c_char,
+    /** changes to it, as in splat_config_merge */ pub values: *const *const c_char,
     pub value_count: u64,
-    /// see splat_batches_create; NULL: the split train of data.root
-    pub dataset: splat_dataset,
+    /** see splat_batches_create; NULL: the split train of data.root */ pub dataset: splat_dataset,
     /// NULL: none; if `dataset` is NULL too, the split val of data.root where there is one
     pub validation: splat_dataset,
-    /// file of weights to start from; NULL: opt.pretrained_ckpt, else random
-    pub init: *const c_char,
-    /// SPLAT_LOAD_ bits; 0 without `init`
-    pub init_flags: u32,
+    /** file of weights to start from; NULL: opt.pretrained_ckpt, else random */ pub init: *const c_char,
+    /** SPLAT_LOAD_ bits; 0 without `init` */ pub init_flags: u32,
     pub reserved: u32,
 }
 
-impl Default for splat_training_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_evaluator_desc {
     pub struct_size: u32,
-    /// 0
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
-    /// what is scored; NULL: images of the caller
-    pub predictor: splat_predictor,
-    /// opened with the predictor's resolution, background and maps; NULL: `data_path`
-    pub dataset: splat_dataset,
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** what is scored; NULL: images of the caller */ pub predictor: splat_predictor,
+    /** opened with the predictor's resolution, background and maps; NULL: `data_path` */ pub dataset: splat_dataset,
     /// a folder, opened as the predictor's configuration says; both NULL: its data.root
     pub data_path: *const c_char,
-    /// split of `data_path`; NULL: test; NULL with `dataset`
-    pub split: *const c_char,
-    /// a name for what draws the images of splat_evaluator_score_images; NULL: the predictor. A predictor then only says how the data are read. Must be given without a predictor
+    /** split of `data_path`; NULL: test; NULL with `dataset` */ pub split: *const c_char,
+    /// a name for what draws the images of splat_evaluator_score_images; NULL: the predictor. A predictor then only
+    /// says how the data are read. Must be given without a predictor
     pub method: *const c_char,
-    /// made for the images' resolution; NULL: LPIPS is NaN
-    pub lpips: splat_lpips,
-    /// numbers of the conditioning views of each object
-    pub conditioning: *const u32,
-    /// 0: by the protocol; else as many as the network has inputs
-    pub conditioning_count: u64,
-    /// conditioning views without a predictor and without their numbers; else 0. 0: 1
-    pub inputs: u32,
-    /// novel views per object, evenly spread; 0: all
-    pub novel_views: u32,
-    /// only this many, the first in order; 0: all
-    pub objects: u32,
+    /** made for the images' resolution; NULL: LPIPS is NaN */ pub lpips: splat_lpips,
+    /** numbers of the conditioning views of each object */ pub conditioning: *const u32,
+    /** 0: by the protocol; else as many as the network has inputs */ pub conditioning_count: u64,
+    /** conditioning views without a predictor and without their numbers; else 0. 0: 1 */ pub inputs: u32,
+    /** novel views per object, evenly spread; 0: all */ pub novel_views: u32,
+    /** only this many, the first in order; 0: all */ pub objects: u32,
     pub reserved: u32,
 }
 
-impl Default for splat_evaluator_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What an evaluator scores.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_evaluator_info {
     pub struct_size: u32,
-    /// to score
-    pub objects: u32,
-    /// scored so far
-    pub scored: u32,
-    /// R: images have R x R pixels
-    pub resolution: u32,
-}
-
-impl Default for splat_evaluator_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** objects to score */ pub objects: u32,
+    /** objects scored so far */ pub scored: u32,
+    /** R: images have R x R pixels */ pub resolution: u32,
 }
 
 /// Means over views. Frozen.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_scores {
-    /// dB; NaN without a view that differs from its target
-    pub psnr: f64,
-    /// NaN without views
-    pub ssim: f64,
-    /// NaN without its network
-    pub lpips: f64,
-    pub views: u32,
-    /// views that equal their targets
-    pub perfect_views: u32,
-}
-
-impl Default for splat_scores {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
+    /** dB; NaN without a view that differs from its target */ pub psnr: f64,
+    /** structural similarity; NaN without views */ pub ssim: f64,
+    /** learned perceptual distance; NaN without its network */ pub lpips: f64,
+    /** scored views */ pub views: u32,
+    /** views that equal their targets */ pub perfect_views: u32,
 }
 
 /// What of predictions and images is finite and visible. Frozen.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_ledger {
-    /// numbers that the network put out
-    pub outputs_not_finite: u64,
-    /// predicted
-    pub gaussians: u64,
-    /// with a NaN or an infinity; no image shows them
-    pub gaussians_not_finite: u64,
-    /// opacity below 1/255
-    pub gaussians_invisible: u64,
-    /// all others
-    pub gaussians_visible: u64,
-    /// images with a NaN or an infinity
-    pub images_not_finite: u32,
-    /// drawn images that show the background only
-    pub images_blank: u32,
+    /** numbers of the output that are NaN or infinite */ pub outputs_not_finite: u64,
+    /** predicted Gaussians */ pub gaussians: u64,
+    /** Gaussians with a NaN or an infinity; no image shows them */ pub gaussians_not_finite: u64,
+    /** Gaussians of opacity below 1/255 */ pub gaussians_invisible: u64,
+    /** all other Gaussians */ pub gaussians_visible: u64,
+    /** images with a NaN or an infinity */ pub images_not_finite: u32,
+    /** drawn images that show the background only */ pub images_blank: u32,
 }
 
-impl Default for splat_ledger {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The scores of one object.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_object_scores {
     pub struct_size: u32,
-    /// number of the object
-    pub object: u32,
-    /// lives as long as the evaluator
-    pub name: *const c_char,
-    pub novel: splat_scores,
-    pub conditioning: splat_scores,
-    pub ledger: splat_ledger,
-    /// skipped: the target is all black
-    pub empty_views: u32,
-    /// 1: the ledger has numbers that are not finite, and no score is one
-    pub not_finite: u32,
-    /// to run the network and read its Gaussians
-    pub predict_ms: f64,
-    /// to draw all views
-    pub draw_ms: f64,
+    /** number of the object */ pub object: u32,
+    /** name of the object; lives as long as the evaluator */ pub name: *const c_char,
+    /** scores of the novel views */ pub novel: splat_scores,
+    /** scores of the conditioning views */ pub conditioning: splat_scores,
+    /** what is finite and visible */ pub ledger: splat_ledger,
+    /** views that are skipped: the target is all black */ pub empty_views: u32,
+    /** 1: the ledger has numbers that are not finite, and no score is one */ pub not_finite: u32,
+    /** time to run the network and read its Gaussians */ pub predict_ms: f64,
+    /** time to draw all views */ pub draw_ms: f64,
 }
 
-impl Default for splat_object_scores {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-/// ```text
-/// The views of an object that are scored, conditioning ones first. Arrays that are NULL are not
-/// filled; the others have room for at least the numbers in brackets, n being inputs + novel.
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The views of an object that are scored, conditioning ones first. Arrays that are NULL are not filled; the others
+/// have room for at least the numbers in brackets, n being inputs + novel.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_evaluated_views {
     pub struct_size: u32,
-    /// out: conditioning views
-    pub inputs: u32,
-    /// out
-    pub novel: u32,
-    /// 0
-    pub reserved: u32,
-    /// \[n\] in the data set
-    pub numbers: *mut u32,
+    /** out: conditioning views */ pub inputs: u32,
+    /** out */ pub novel: u32,
+    /** 0 */ pub reserved: u32,
+    /** \[n\] in the data set */ pub numbers: *mut u32,
     pub number_count: u64,
-    /// \[n\] in the frame of the first view
-    pub cameras: *mut splat_camera,
+    /** \[n\] in the frame of the first view */ pub cameras: *mut splat_camera,
     pub camera_count: u64,
-    /// \[n,3,R,R\] targets
-    pub images: *mut f32,
+    /** \[n,3,R,R\] targets */ pub images: *mut f32,
     pub image_count: u64,
-    /// \[n,3,R,R\] by the latest splat_evaluator_score, of this object
-    pub drawn: *mut f32,
+    /** \[n,3,R,R\] by the latest splat_evaluator_score, of this object */ pub drawn: *mut f32,
     pub drawn_count: u64,
 }
 
-impl Default for splat_evaluated_views {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
 /// Means and sums over the objects scored so far.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_evaluation_summary {
     pub struct_size: u32,
-    pub objects: u32,
-    /// means over objects, each counting the same; sums of views
-    pub novel: splat_scores,
-    pub conditioning: splat_scores,
-    /// sums
-    pub ledger: splat_ledger,
-    pub empty_views: u32,
-    /// if not 0, the means are NaN
-    pub objects_not_finite: u32,
-    /// NaN for images of the caller, which are not timed
-    pub predictions_per_second: f64,
-    pub images_per_second: f64,
-}
-
-impl Default for splat_evaluation_summary {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** scored objects */ pub objects: u32,
+    /** novel views: means over objects, each counting the same; sums of views */ pub novel: splat_scores,
+    /** the same of conditioning views */ pub conditioning: splat_scores,
+    /** sums of what is finite and visible */ pub ledger: splat_ledger,
+    /** views that are skipped: the target is all black */ pub empty_views: u32,
+    /** objects with numbers not finite; if any, the means are NaN */ pub objects_not_finite: u32,
+    /** predictions; NaN for images of the caller */ pub predictions_per_second: f64,
+    /** drawn images; NaN for images of the caller */ pub images_per_second: f64,
 }
 
 /// Scores of one object; NaN: none in that metric. Frozen.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_score {
-    /// name of the object
-    pub object: *const c_char,
+    /** name of the object */ pub object: *const c_char,
     pub psnr: f64,
     pub ssim: f64,
-    /// less is better
-    pub lpips: f64,
-}
-
-impl Default for splat_score {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
+    /** less is better */ pub lpips: f64,
 }
 
 /// Scores of a method: a file or an array. Frozen.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_score_set {
-    /// per_object.csv or scores.txt; a folder, or results.json, stands for the per_object.csv in the same folder; NULL: `scores`
+    /// per_object.csv or scores.txt; a folder, or results.json, stands for the per_object.csv in the same folder;
+    /// NULL: `scores`
     pub path: *const c_char,
     pub scores: *const splat_score,
     pub score_count: u64,
 }
 
-impl Default for splat_score_set {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_compare_desc {
     pub struct_size: u32,
-    /// SPLAT_COMPARE_ bits
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
+    /** SPLAT_COMPARE_ bits */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
     pub a: splat_score_set,
     pub b: splat_score_set,
-    /// seed of all random choices
-    pub seed: u64,
-    /// random permutations; 0: 300000
-    pub resamples: u32,
-    /// samples of the interval; 0: 10000
-    pub bootstraps: u32,
+    /** seed of all random choices */ pub seed: u64,
+    /** random permutations; 0: 300000 */ pub resamples: u32,
+    /** samples of the interval; 0: 10000 */ pub bootstraps: u32,
 }
 
-impl Default for splat_compare_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What was compared.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_comparison_info {
     pub struct_size: u32,
-    /// compared
-    pub metrics: u32,
-    pub objects_a: u64,
-    pub objects_b: u64,
-    /// objects that A and B share
-    pub shared_objects: u64,
-    /// 1: objects were ignored
-    pub unpaired: u32,
-    /// 0: A and B cover different objects, so that the difference may come from the objects alone
-    pub comparable: u32,
+    /** metrics that were compared */ pub metrics: u32,
+    /** objects of A */ pub objects_a: u64,
+    /** objects of B */ pub objects_b: u64,
+    /** objects that A and B share */ pub shared_objects: u64,
+    /** 1: objects were ignored */ pub unpaired: u32,
+    /** 1: A and B cover the same objects; else the difference may come from the objects alone */ pub comparable: u32,
 }
 
-impl Default for splat_comparison_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The comparison of A and B in one metric.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_metric_comparison {
     pub struct_size: u32,
-    pub metric: splat_metric,
-    pub verdict: splat_verdict,
-    /// 1: all permutations were counted, not random ones
-    pub exact: u32,
-    pub mean_a: f64,
-    pub mean_b: f64,
-    /// mean_b - mean_a
-    pub difference: f64,
-    /// two-sided; paired: signs of differences flipped, unpaired: all scores shuffled
-    pub p_permutation: f64,
+    /** what is compared */ pub metric: splat_metric,
+    /** what the numbers show */ pub verdict: splat_verdict,
+    /** 1: all permutations were counted, not random ones */ pub exact: u32,
+    /** mean of the scores of A */ pub mean_a: f64,
+    /** mean of the scores of B */ pub mean_b: f64,
+    /** mean_b - mean_a */ pub difference: f64,
+    /** two-sided; paired: signs of differences flipped, unpaired: all scores shuffled */ pub p_permutation: f64,
     /// paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution
     pub p_parametric: f64,
-    /// p_permutation corrected for the number of metrics
-    pub p_holm: f64,
-    /// bootstrap interval of 95 % of the difference; NaN of one pair
-    pub low: f64,
-    pub high: f64,
-    /// Cohen's d; infinite if all differences are equal, NaN of one pair
-    pub effect: f64,
-    /// scores of A; paired: as many as of B, those of the shared objects
-    pub n_a: u64,
-    pub n_b: u64,
-    /// objects of both that have a finite score in B (in A) only: they are left out, and with any of them the verdict is NOT_COMPARABLE
+    /** p_permutation corrected for the number of metrics */ pub p_holm: f64,
+    /** lower end of the bootstrap interval of 95 % of `difference`; NaN of one pair */ pub low: f64,
+    /** upper end of that interval */ pub high: f64,
+    /** Cohen's d; infinite if all differences are equal, NaN of one pair */ pub effect: f64,
+    /** scores of A; paired: as many as of B, those of the shared objects */ pub n_a: u64,
+    /** scores of B */ pub n_b: u64,
+    /// objects of both with a finite score in B only: they are left out, and the verdict is NOT_COMPARABLE
     pub lacking_a: u64,
-    pub lacking_b: u64,
+    /** the same, with a finite score in A only */ pub lacking_b: u64,
 }
 
-impl Default for splat_metric_comparison {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_prior_model_desc {
     pub struct_size: u32,
-    /// SPLAT_PRIOR_MODEL_ bits
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
+    /** SPLAT_PRIOR_MODEL_ bits */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
     /// name, or JSON text of a preset of the caller's own; NULL: the one whose file has the name of model_path
     pub preset: *const c_char,
     /// ONNX file; NULL: the preset's, in $SPLAT_PRIORS_DIR, else libsplat/priors/ of the user's data folder
     pub model_path: *const c_char,
-    /// library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1 beside libsplat or where the system's loader looks
+    /// library of ONNX Runtime 1.11 or later; NULL: $SPLAT_ONNXRUNTIME_LIBRARY, else libonnxruntime.so.1 beside
+    /// libsplat or where the system's loader looks
     pub runtime_path: *const c_char,
-    /// threads of one run; 0: one per core
-    pub threads: u32,
+    /** threads of one run; 0: one per core */ pub threads: u32,
     pub reserved: u32,
 }
 
-impl Default for splat_prior_model_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What a model makes, and where it comes from.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_prior_model_info {
     pub struct_size: u32,
-    /// SPLAT_DATA_ flags of the maps that it makes
-    pub maps: u32,
-    /// width of the model's input, pixels; 0: by the picture
-    pub width: u32,
-    pub height: u32,
-    /// name of the preset; lives, as the other texts, as long as the model
-    pub preset: *const c_char,
-    /// licence of the model: show it to the user
-    pub licence: *const c_char,
-    pub note: *const c_char,
-    /// file of the model
-    pub path: *const c_char,
-    /// "1.30.0"
-    pub runtime_version: *const c_char,
+    /** maps that it makes, SPLAT_DATA_ flags */ pub maps: u32,
+    /** width of the model's input, pixels; 0: by the picture */ pub width: u32,
+    /** height of the model's input, pixels; 0: by the picture */ pub height: u32,
+    /** name of the preset; lives, as the other texts, as long as the model */ pub preset: *const c_char,
+    /** licence of the model: show it to the user */ pub licence: *const c_char,
+    /** what to know of the model */ pub note: *const c_char,
+    /** file of the model */ pub path: *const c_char,
+    /** version of ONNX Runtime, such as "1.30.0" */ pub runtime_version: *const c_char,
 }
 
-impl Default for splat_prior_model_info {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-/// ```text
-/// Where the maps of a picture go; all of the picture's size. Frozen. Those without pixels are not
-/// wanted. U8 maps are those of the reference, truncated to 8 bits; F16 and F32 have the same numbers
-/// before that, from 0 to 1.
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Where the maps of a picture go; all of the picture's size. Frozen. Those without pixels are not wanted. U8 maps
+/// are those of the reference, truncated to 8 bits; F16 and F32 have the same numbers before that, from 0 to 1.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_prior_maps {
-    /// 1 channel; larger is nearer, from the picture's farthest to its nearest
-    pub depth: splat_image,
+    /** 1 channel; larger is nearer, from the picture's farthest to its nearest */ pub depth: splat_image,
     /// 3 channels; (normal + 1) / 2 in the model's axes, if the preset does not say the camera's
     pub normal: splat_image,
-    /// 1 channel; 1 on the object
-    pub mask: splat_image,
+    /** 1 channel; 1 on the object */ pub mask: splat_image,
 }
 
-impl Default for splat_prior_maps {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        unsafe { std::mem::zeroed() }
-    }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_normals_desc {
     pub struct_size: u32,
-    /// 0
-    pub flags: u32,
-    /// NULL
-    pub next: *const c_void,
-    /// pixels
-    pub focal_x: f64,
+    /** 0 */ pub flags: u32,
+    /** NULL */ pub next: *const c_void,
+    /** pixels */ pub focal_x: f64,
     pub focal_y: f64,
-    /// principal point, pixels from the left and top edge; both 0: the middle
-    pub center_x: f64,
+    /** principal point, pixels from the left and top edge; both 0: the middle */ pub center_x: f64,
     pub center_y: f64,
-    /// distances that a map of relative depth goes between: 0 is 1 / farthest, 1 is 1 / nearest. Both 0: the map holds distances, and where they are 0 or less, or not finite, there is no surface
+    /// distances that a map of relative depth goes between: 0 is 1 / farthest, 1 is 1 / nearest. Both 0: the map
+    /// holds distances, and where they are 0 or less, or not finite, there is no surface
     pub nearest: f64,
     pub farthest: f64,
 }
 
-impl Default for splat_normals_desc {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
 /// Errors of an aligned depth map p against the true one g, in its units.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_depth_scores {
     pub struct_size: u32,
     pub reserved: u32,
-    /// counted
-    pub pixels: u64,
-    /// mean of |p - g| / g
-    pub abs_rel: f64,
-    /// root of the mean of (p - g)^2
-    pub rmse: f64,
-    /// standard deviation of ln max(p, 1e-8) - ln g
-    pub si_rmse: f64,
-    /// shares of pixels with max(p/g, g/p) \< 1.25, 1.25^2, 1.25^3; p \> 0
-    pub within: [f64; 3],
-    /// p = scale * prediction + shift with the least squares; 0: it is constant
-    pub scale: f64,
-    pub shift: f64,
-}
-
-impl Default for splat_depth_scores {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** pixels that count */ pub pixels: u64,
+    /** mean of |p - g| / g */ pub abs_rel: f64,
+    /** root of the mean of (p - g)^2 */ pub rmse: f64,
+    /** standard deviation of ln max(p, 1e-8) - ln g */ pub si_rmse: f64,
+    /** shares of pixels with max(p/g, g/p) \< 1.25, 1.25^2, 1.25^3; p \> 0 */ pub within: [f64; 3],
+    /** p = scale * prediction + shift with the least squares; 0: a constant */ pub scale: f64,
+    /** the other number of that fit, in the truth's units */ pub shift: f64,
 }
 
 /// Angles between predicted and true normals, in degrees.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_normal_scores {
     pub struct_size: u32,
     pub reserved: u32,
-    /// counted
-    pub pixels: u64,
-    /// counted pixels without a prediction; their angle is 180 degrees
-    pub missing: u64,
-    pub mean: f64,
-    pub median: f64,
-    pub rmse: f64,
-    /// shares of pixels with an angle below 11.25, 22.5, 30 degrees
-    pub within: [f64; 3],
+    /** pixels that count */ pub pixels: u64,
+    /** counted pixels without a prediction; their angle is 180 degrees */ pub missing: u64,
+    /** mean of the angles, degrees */ pub mean: f64,
+    /** median of the angles, degrees */ pub median: f64,
+    /** root of the mean of the squared angles, degrees */ pub rmse: f64,
+    /** shares of pixels with an angle below 11.25, 22.5, 30 degrees */ pub within: [f64; 3],
 }
 
-impl Default for splat_normal_scores {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-/// ```text
-/// How well a soft mask p, binary where p > 0.5, covers the true one. Shares have 1e-6 in their
-/// denominators, as published: an empty truth scores 0.
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How well a soft mask p, binary where p \> 0.5, covers the true one. Shares have 1e-6 in their denominators, as
+/// published: an empty truth scores 0.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_mask_scores {
     pub struct_size: u32,
     pub reserved: u32,
-    pub predicted_pixels: u64,
-    pub true_pixels: u64,
-    /// mean of |p - truth|
-    pub mae: f64,
-    pub iou: f64,
-    pub precision: f64,
-    pub recall: f64,
-    /// with beta^2 = 0.3
-    pub f_beta: f64,
-}
-
-impl Default for splat_mask_scores {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+    /** pixels of the predicted mask */ pub predicted_pixels: u64,
+    /** pixels of the true mask */ pub true_pixels: u64,
+    /** mean of |p - truth| */ pub mae: f64,
+    /** intersection over union, 0 to 1 */ pub iou: f64,
+    /** share of the predicted pixels that are true */ pub precision: f64,
+    /** share of the true pixels that are predicted */ pub recall: f64,
+    /** weighted harmonic mean of the two, with beta^2 = 0.3 */ pub f_beta: f64,
 }
 
 /// Visual information fidelity of the channels of an image.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_fidelity_scores {
     pub struct_size: u32,
-    /// left out: the true channel is constant
-    pub constant_channels: u32,
-    /// mean over the other channels, 1 for equal images; NaN: none
-    pub vif: f64,
-    /// NaN: constant, left out, or not there
-    pub channels: [f64; 4],
+    /** channels left out: the true one is constant */ pub constant_channels: u32,
+    /** mean over the other channels, 1 for equal images; NaN: none */ pub vif: f64,
+    /** fidelity of each; NaN: constant, left out, or not there */ pub channels: [f64; 4],
 }
 
-impl Default for splat_fidelity_scores {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
-}
-
-/// ```text
-/// How far the Gaussians P of a scene lie from true points T; d(p, T) is the distance from p to the
-/// nearest point of T.
-/// ```
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How far the Gaussians P of a scene lie from true points T; d(p, T) is the distance from p to the nearest point of
+/// T.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_point_scores {
     pub struct_size: u32,
     pub reserved: u32,
-    /// counted: P
-    pub gaussians: u64,
-    /// mean over P of d(p, T)
-    pub accuracy: f64,
-    /// mean over T of d(t, P)
-    pub completeness: f64,
-    /// mean of the two
-    pub chamfer: f64,
-    /// sum of the means of the squared distances
-    pub chamfer_squared: f64,
-    /// share of P with d(p, T) \< threshold
-    pub precision: f64,
-    /// share of T with d(t, P) \< threshold
-    pub recall: f64,
-    /// harmonic mean of the two
-    pub f_score: f64,
+    /** Gaussians that count: P */ pub gaussians: u64,
+    /** mean over P of d(p, T) */ pub accuracy: f64,
+    /** mean over T of d(t, P) */ pub completeness: f64,
+    /** mean of the two */ pub chamfer: f64,
+    /** sum of the means of the squared distances */ pub chamfer_squared: f64,
+    /** share of P with d(p, T) \< threshold */ pub precision: f64,
+    /** share of T with d(t, P) \< threshold */ pub recall: f64,
+    /** harmonic mean of the two */ pub f_score: f64,
 }
 
-impl Default for splat_point_scores {
-    fn default() -> Self {
-        // SAFETY: zero is a valid value of all fields.
-        let mut value: Self = unsafe { std::mem::zeroed() };
-        value.struct_size = std::mem::size_of::<Self>() as u32;
-        value
-    }
+macro_rules! zeroed {
+    ($($name:ident)*; $($sized:ident)*) => {
+        $(impl Default for $name {
+            fn default() -> Self {
+                // SAFETY: zero is a valid value of all fields.
+                unsafe { std::mem::zeroed() }
+            }
+        })*
+        $(impl Default for $sized {
+            fn default() -> Self {
+                // SAFETY: zero is a valid value of all fields.
+                let mut value: Self = unsafe { std::mem::zeroed() };
+                value.struct_size = std::mem::size_of::<Self>() as u32;
+                value
+            }
+        })*
+    };
+}
+zeroed! {
+    splat_image splat_similarity splat_camera splat_named_array splat_port splat_picture_source splat_picture
+    splat_picture_info splat_number splat_optimizer_item splat_optimizer_group splat_scores splat_ledger splat_score
+    splat_score_set splat_prior_maps ;  splat_decode_limits splat_device_info splat_device_desc splat_memory_info
+    splat_tensor_desc splat_tensor_info splat_tensor_stats splat_co3d_desc splat_co3d_info splat_dataset_desc
+    splat_dataset_views splat_dataset_import_desc splat_dataset_export_desc splat_synthetic_desc splat_scene_desc
+    splat_scene_file_desc splat_scene_info splat_orbit_desc splat_camera_file_desc splat_camera_bytes
+    splat_weights_info splat_op_desc splat_model_desc splat_model_info splat_model_input splat_model_gradients
+    splat_module_desc splat_picture_cut_desc splat_predictor_desc splat_predictor_info splat_prediction
+    splat_rasterizer_desc splat_gaussians_desc splat_gradients_desc splat_rasterizer_info splat_scene_render_desc
+    splat_image_info splat_image_scores splat_lpips_desc splat_run_event splat_optimizer_desc splat_optimizer_info
+    splat_trainer_desc splat_trainer_batch splat_trainer_info splat_training_desc splat_evaluator_desc
+    splat_evaluator_info splat_object_scores splat_evaluated_views splat_evaluation_summary splat_compare_desc
+    splat_comparison_info splat_metric_comparison splat_prior_model_desc splat_prior_model_info splat_normals_desc
+    splat_depth_scores splat_normal_scores splat_mask_scores splat_fidelity_scores splat_point_scores
 }
 
 extern "C" {
@@ -3089,27 +1731,19 @@ extern "C" {
     /// The version as text, "major.minor.patch". Lives as long as the library.
     pub fn splat_version_string() -> *const c_char;
 
-    /// ```text
-    /// JSON object: version, compiler, assertions (bool), fault_points (bool), shaders (array of {name,
-    /// hash, bytes}; the hash is the SHA-256 of the SPIR-V), structs (bytes of each struct of the
-    /// headers, by its name). Lives as long as the library.
-    /// ```
+    /// JSON object: version, compiler, assertions (bool), fault_points (bool), shaders (array of {name, hash, bytes};
+    /// the hash is the SHA-256 of the SPIR-V), structs (bytes of each struct of the headers, by its name). Lives as
+    /// long as the library.
     pub fn splat_build_info() -> *const c_char;
 
-    /// ```text
-    /// Name of a result code, e.g. "SPLAT_ERROR_TIMEOUT"; "SPLAT_UNKNOWN_RESULT" for any other number.
-    /// Never NULL.
-    /// ```
+    /// Name of a result code, e.g. "SPLAT_ERROR_TIMEOUT"; "SPLAT_UNKNOWN_RESULT" for any other number. Never NULL.
     pub fn splat_result_name(code: splat_result) -> *const c_char;
 
     /// One sentence: what a result code means and what to do. Never NULL.
     pub fn splat_result_sentence(code: splat_result) -> *const c_char;
 
-    /// ```text
-    /// Text of the last error on the calling thread. Empty before the first error. A success does not
-    /// clear it, so check the result first. Valid until the next call of this library on this thread.
-    /// Never NULL.
-    /// ```
+    /// Text of the last error on the calling thread. Empty before the first error. A success does not clear it, so
+    /// check the result first. Valid until the next call of this library on this thread. Never NULL.
     pub fn splat_last_error_message() -> *const c_char;
 
     /// ```text
@@ -3118,11 +1752,7 @@ extern "C" {
     /// needed    out, bytes with the NUL, may be NULL
     /// Returns SPLAT_OK or SPLAT_INCOMPLETE. Never changes the text.
     /// ```
-    pub fn splat_last_error_copy(
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
-    ) -> splat_result;
+    pub fn splat_last_error_copy(buffer: *mut c_char, capacity: usize, needed: *mut usize) -> splat_result;
 
     /// ```text
     /// Send messages of `min_level` and above to `callback`, for the whole process. Without a callback
@@ -3136,9 +1766,7 @@ extern "C" {
     ///   SPLAT_ERROR_INVALID_ARGUMENT      not a valid level; nothing is changed
     /// ```
     pub fn splat_log_set_callback(
-        callback: splat_log_callback,
-        user: *mut c_void,
-        min_level: splat_log_level,
+        callback: splat_log_callback, user: *mut c_void, min_level: splat_log_level
     ) -> splat_result;
 
     /// ```text
@@ -3186,47 +1814,33 @@ extern "C" {
     /// objects are there already, the creation is SPLAT_ERROR_NO_DEVICE. SPLAT_SELF_TEST=0 in the
     /// environment leaves the tests out.
     /// ```
-    pub fn splat_device_create(
-        desc: *const splat_device_desc,
-        device: *mut splat_device,
-    ) -> splat_result;
+    pub fn splat_device_create(desc: *const splat_device_desc, device: *mut splat_device) -> splat_result;
 
-    /// ```text
     /// Release a device. Its tensors and operators stay usable; the device closes with the last of them.
+    ///
     /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
     pub fn splat_device_destroy(device: splat_device) -> splat_result;
 
-    /// ```text
-    /// Cancel the calls that run on a device or wait for it now, on any threads. What they were to write
-    /// is undefined, as after an error of the device. The objects stay usable, and later calls are not
-    /// affected. A training step that already updates the weights ends as usual; one that is cancelled
-    /// leaves them as they were.
-    /// The device gets work in pieces, the next while one runs, each of at most 0.25 s by a cautious
-    /// estimate (0.1 s on GPUs); a call returns SPLAT_CANCELLED when those that it has end. It goes on
-    /// while it reads a file, compiles a shader or computes on the host.
-    /// May be called from any thread and from a signal handler, except for handles that are not live.
+    /// Cancel the calls that run on a device or wait for it now, on any threads. What they were to write is
+    /// undefined, as after an error of the device. The objects stay usable, and later calls are not affected. A
+    /// training step that already updates the weights ends as usual; one that is cancelled leaves them as they were.
+    /// The device gets work in pieces, the next while one runs, each of at most 0.25 s by a cautious estimate (0.1 s
+    /// on GPUs); a call returns SPLAT_CANCELLED when those that it has end. It goes on while it reads a file,
+    /// compiles a shader or computes on the host. May be called from any thread and from a signal handler, except for
+    /// handles that are not live.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (forked).
-    /// ```
     pub fn splat_device_cancel(device: splat_device) -> splat_result;
 
-    /// ```text
     /// Describe an open device. `kernels` is what it runs, not what AUTO would choose.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
-    /// ```
-    pub fn splat_device_get_info(
-        device: splat_device,
-        info: *mut splat_device_info,
-    ) -> splat_result;
+    pub fn splat_device_get_info(device: splat_device, info: *mut splat_device_info) -> splat_result;
 
-    /// ```text
     /// Report device memory.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
-    /// ```
-    pub fn splat_device_get_memory(
-        device: splat_device,
-        info: *mut splat_memory_info,
-    ) -> splat_result;
+    pub fn splat_device_get_memory(device: splat_device, info: *mut splat_memory_info) -> splat_result;
 
     /// ```text
     /// Report the time of every kind of dispatch since creation or the last reset, on a device with
@@ -3242,27 +1856,19 @@ extern "C" {
     ///   SPLAT_ERROR_INVALID_STATE  the device was created without SPLAT_DEVICE_PROFILE
     /// ```
     pub fn splat_device_profile_json(
-        device: splat_device,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        device: splat_device, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
-    /// ```text
     /// Write the same as a table for people: longest total time first, with rates over that time.
+    ///
     /// Returns as splat_device_profile_json.
-    /// ```
     pub fn splat_device_profile_table(
-        device: splat_device,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        device: splat_device, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
-    /// ```text
     /// Forget the times measured so far.
+    ///
     /// Returns as splat_device_profile_json.
-    /// ```
     pub fn splat_device_profile_reset(device: splat_device) -> splat_result;
 
     /// ```text
@@ -3273,22 +1879,15 @@ extern "C" {
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
     /// ```
     pub fn splat_tensor_create(
-        device: splat_device,
-        desc: *const splat_tensor_desc,
-        tensor: *mut splat_tensor,
+        device: splat_device, desc: *const splat_tensor_desc, tensor: *mut splat_tensor
     ) -> splat_result;
 
-    /// ```text
     /// Create a tensor and fill it as splat_tensor_write does.
+    ///
     /// Returns what splat_tensor_create and splat_tensor_write return.
-    /// ```
     pub fn splat_tensor_from_host(
-        device: splat_device,
-        desc: *const splat_tensor_desc,
-        data: *const c_void,
-        bytes: usize,
-        strides: *const i64,
-        tensor: *mut splat_tensor,
+        device: splat_device, desc: *const splat_tensor_desc, data: *const c_void, bytes: usize, strides: *const i64,
+        tensor: *mut splat_tensor
     ) -> splat_result;
 
     /// ```text
@@ -3304,22 +1903,15 @@ extern "C" {
     ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
     /// ```
     pub fn splat_tensor_write(
-        tensor: splat_tensor,
-        data: *const c_void,
-        bytes: usize,
-        strides: *const i64,
+        tensor: splat_tensor, data: *const c_void, bytes: usize, strides: *const i64
     ) -> splat_result;
 
-    /// ```text
-    /// Copy the tensor into host memory; `data` is untouched on error. Strides are as above, but > 0,
-    /// and no two elements may share a place.
+    /// Copy the tensor into host memory; `data` is untouched on error. Strides are as above, but \> 0, and no two
+    /// elements may share a place.
+    ///
     /// Returns what splat_tensor_write returns.
-    /// ```
     pub fn splat_tensor_read(
-        tensor: splat_tensor,
-        data: *mut c_void,
-        bytes: usize,
-        strides: *const i64,
+        tensor: splat_tensor, data: *mut c_void, bytes: usize, strides: *const i64
     ) -> splat_result;
 
     /// ```text
@@ -3335,17 +1927,12 @@ extern "C" {
     ///   SPLAT_ERROR_DEVICE_LOST
     /// ```
     pub fn splat_tensor_map(
-        tensor: splat_tensor,
-        access: splat_access,
-        pointer: *mut *mut c_void,
-        bytes: *mut usize,
+        tensor: splat_tensor, access: splat_access, pointer: *mut *mut c_void, bytes: *mut usize
     ) -> splat_result;
 
-    /// ```text
     /// End a mapping. With write access the written values become the tensor's contents.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (not mapped), and the
-    /// device's errors.
-    /// ```
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (not mapped), and the device's errors.
     pub fn splat_tensor_unmap(tensor: splat_tensor) -> splat_result;
 
     /// ```text
@@ -3361,9 +1948,7 @@ extern "C" {
     ///                                     SPLAT_FEATURE_UNIFIED_MEMORY; use splat_tensor_map
     /// ```
     pub fn splat_tensor_host_pointer(
-        tensor: splat_tensor,
-        pointer: *mut *mut c_void,
-        bytes: *mut usize,
+        tensor: splat_tensor, pointer: *mut *mut c_void, bytes: *mut usize
     ) -> splat_result;
 
     /// ```text
@@ -3374,34 +1959,22 @@ extern "C" {
     /// managed   out, owned by the caller, who calls managed->deleter(managed)
     /// Returns as splat_tensor_host_pointer, or SPLAT_ERROR_OUT_OF_HOST_MEMORY.
     /// ```
-    pub fn splat_tensor_to_dlpack(
-        tensor: splat_tensor,
-        managed: *mut *mut DLManagedTensorVersioned,
-    ) -> splat_result;
+    pub fn splat_tensor_to_dlpack(tensor: splat_tensor, managed: *mut *mut DLManagedTensorVersioned) -> splat_result;
 
-    /// ```text
     /// Describe a tensor.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
-    /// ```
-    pub fn splat_tensor_get_info(
-        tensor: splat_tensor,
-        info: *mut splat_tensor_info,
-    ) -> splat_result;
+    pub fn splat_tensor_get_info(tensor: splat_tensor, info: *mut splat_tensor_info) -> splat_result;
 
-    /// ```text
     /// Measure an SPLAT_DTYPE_F32 tensor on the device.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (struct or dtype),
     /// SPLAT_ERROR_INVALID_STATE (mapped), and the device's errors.
-    /// ```
-    pub fn splat_tensor_check(
-        tensor: splat_tensor,
-        stats: *mut splat_tensor_stats,
-    ) -> splat_result;
+    pub fn splat_tensor_check(tensor: splat_tensor, stats: *mut splat_tensor_stats) -> splat_result;
 
-    /// ```text
     /// Destroy a tensor, mapped or not.
+    ///
     /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
     pub fn splat_tensor_destroy(tensor: splat_tensor) -> splat_result;
 
     /// ```text
@@ -3417,10 +1990,7 @@ extern "C" {
     ///   SPLAT_ERROR_FORMAT                damaged or incomplete annotations, a damaged file
     /// After an error, what was written stays.
     /// ```
-    pub fn splat_co3d_prepare(
-        desc: *const splat_co3d_desc,
-        info: *mut splat_co3d_info,
-    ) -> splat_result;
+    pub fn splat_co3d_prepare(desc: *const splat_co3d_desc, info: *mut splat_co3d_info) -> splat_result;
 
     /// ```text
     /// Open the data set in a folder. Views of an object and images in it are ordered by name. Maps lie
@@ -3442,25 +2012,17 @@ extern "C" {
     ///                                     a part of it, images without poses, an object with one view
     ///   of tables as splat_dataset_import
     /// ```
-    pub fn splat_dataset_open(
-        desc: *const splat_dataset_desc,
-        dataset: *mut splat_dataset,
-    ) -> splat_result;
+    pub fn splat_dataset_open(desc: *const splat_dataset_desc, dataset: *mut splat_dataset) -> splat_result;
 
-    /// ```text
-    /// JSON: {"format", "split", "has_splits", "objects", "views" (of all objects), "excluded" (by a
-    /// list), "missing": [{"name", "problem"}] (left out with ALLOW_MISSING), "not_objects": [names of
-    /// other folders], "not_read": [the first files in folders of maps that are not read],
-    /// "not_read_count", "notes": [sentences on such files and on images that are cut to squares],
-    /// "resolution", "stored_resolution", "maps": ["depth", ...], "names": [],
-    /// "views_of": []}.
+    /// JSON: {"format", "split", "has_splits", "objects", "views" (of all objects), "excluded" (by a list),
+    /// "missing": \[{"name", "problem"}\] (left out with ALLOW_MISSING), "not_objects": \[names of other folders\],
+    /// "not_read": \[the first files in folders of maps that are not read\], "not_read_count", "notes": \[sentences
+    /// on such files and on images that are cut to squares\], "resolution", "stored_resolution", "maps": \["depth",
+    /// ...\], "names": \[\], "views_of": \[\]}.
+    ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
-    /// ```
     pub fn splat_dataset_report(
-        dataset: splat_dataset,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        dataset: splat_dataset, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
     /// ```text
@@ -3473,44 +2035,29 @@ extern "C" {
     ///                                     its path. After these three, arrays may be partly written
     /// ```
     pub fn splat_dataset_read(
-        dataset: splat_dataset,
-        object: u32,
-        views: *const u32,
-        count: u32,
-        out: *mut splat_dataset_views,
+        dataset: splat_dataset, object: u32, views: *const u32, count: u32, out: *mut splat_dataset_views
     ) -> splat_result;
 
-    /// ```text
-    /// Check all files of one object. JSON: {"name", "views", "width", "hash" (of cameras and decoded
-    /// images), "problems": [sentences on damaged or missing files, poses, sizes], "warnings":
-    /// [sentences on views that are duplicate or blank], "depths": {"from" ("points" of a COLMAP model, or
-    /// "cameras"), "near", "far" (where the scene lies), "znear", "zfar" (of a network that holds it)}};
-    /// without "depths" where the cameras do not tell.
-    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no
-    ///   such object)
-    /// ```
+    /// Check all files of one object. JSON: {"name", "views", "width", "hash" (of cameras and decoded images),
+    /// "problems": \[sentences on damaged or missing files, poses, sizes\], "warnings": \[sentences on views that are
+    /// duplicate or blank\], "depths": {"from" ("points" of a COLMAP model, or "cameras"), "near", "far" (where the
+    /// scene lies), "znear", "zfar" (of a network that holds it)}}; without "depths" where the cameras do not tell.
+    ///
+    /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (no such object)
     pub fn splat_dataset_check(
-        dataset: splat_dataset,
-        object: u32,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        dataset: splat_dataset, object: u32, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
     /// Destroy a data set. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
     pub fn splat_dataset_destroy(dataset: splat_dataset) -> splat_result;
 
-    /// ```text
-    /// The name of an object or a view as one part of a path, for files that are named after it: %XX for
-    /// separators and whatever else leads elsewhere or is forbidden on some system, at most 200 bytes.
-    /// Names come from files, tables and annotations, and may be "../../x". eval and the exports use it.
+    /// The name of an object or a view as one part of a path, for files that are named after it: %XX for separators
+    /// and whatever else leads elsewhere or is forbidden on some system, at most 200 bytes. Names come from files,
+    /// tables and annotations, and may be "../../x". eval and the exports use it.
+    ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL)
-    /// ```
     pub fn splat_path_name(
-        name: *const c_char,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        name: *const c_char, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
     /// ```text
@@ -3534,9 +2081,7 @@ extern "C" {
     ///   SPLAT_ERROR_IO                    the disk is full, a file cannot be read or written
     /// ```
     pub fn splat_dataset_import(
-        desc: *const splat_dataset_import_desc,
-        callback: splat_progress_callback,
-        user: *mut c_void,
+        desc: *const splat_dataset_import_desc, callback: splat_progress_callback, user: *mut c_void
     ) -> splat_result;
 
     /// ```text
@@ -3556,10 +2101,8 @@ extern "C" {
     ///   SPLAT_ERROR_FORMAT, SPLAT_ERROR_IO  a damaged file; the disk is full, a file cannot be written
     /// ```
     pub fn splat_dataset_export(
-        dataset: splat_dataset,
-        desc: *const splat_dataset_export_desc,
-        callback: splat_progress_callback,
-        user: *mut c_void,
+        dataset: splat_dataset, desc: *const splat_dataset_export_desc, callback: splat_progress_callback, user: *mut
+        c_void
     ) -> splat_result;
 
     /// ```text
@@ -3581,21 +2124,13 @@ extern "C" {
     ///   SPLAT_ERROR_UNSUPPORTED           more than 2^27 Gaussians
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY
     /// ```
-    pub fn splat_scene_create(
-        desc: *const splat_scene_desc,
-        scene: *mut splat_scene,
-    ) -> splat_result;
+    pub fn splat_scene_create(desc: *const splat_scene_desc, scene: *mut splat_scene) -> splat_result;
 
-    /// ```text
-    /// JSON array of all formats of scene files: {"name" (of reports), "id" (SPLAT_SCENE_), "extension",
-    /// "holds", "frame" (the usual one), "max_sh_degree", "written" (bool: else read only)}.
+    /// JSON array of all formats of scene files: {"name" (of reports), "id" (SPLAT_SCENE_), "extension", "holds",
+    /// "frame" (the usual one), "max_sh_degree", "written" (bool: else read only)}.
+    ///
     /// Returns SPLAT_OK or SPLAT_INCOMPLETE.
-    /// ```
-    pub fn splat_scene_formats(
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
-    ) -> splat_result;
+    pub fn splat_scene_formats(buffer: *mut c_char, capacity: usize, needed: *mut usize) -> splat_result;
 
     /// ```text
     /// Read a scene from a file.
@@ -3608,9 +2143,7 @@ extern "C" {
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY
     /// ```
     pub fn splat_scene_load(
-        path: *const c_char,
-        desc: *const splat_scene_file_desc,
-        scene: *mut splat_scene,
+        path: *const c_char, desc: *const splat_scene_file_desc, scene: *mut splat_scene
     ) -> splat_result;
 
     /// ```text
@@ -3620,22 +2153,15 @@ extern "C" {
     /// Returns as splat_scene_load.
     /// ```
     pub fn splat_scene_load_memory(
-        data: *const c_void,
-        bytes: usize,
-        desc: *const splat_scene_file_desc,
-        scene: *mut splat_scene,
+        data: *const c_void, bytes: usize, desc: *const splat_scene_file_desc, scene: *mut splat_scene
     ) -> splat_result;
 
-    /// ```text
-    /// Report what was found in the scene's file. JSON: {"format", "version", "count", "sh_degree",
-    /// "frame", "ignored": [names], "non_finite_values", "bad_rotations"}; {} for a scene without file.
+    /// Report what was found in the scene's file. JSON: {"format", "version", "count", "sh_degree", "frame",
+    /// "ignored": \[names\], "non_finite_values", "bad_rotations"}; {} for a scene without file.
+    ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
     pub fn splat_scene_load_report(
-        scene: splat_scene,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        scene: splat_scene, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
     /// ```text
@@ -3649,9 +2175,7 @@ extern "C" {
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY
     /// ```
     pub fn splat_scene_save(
-        scene: splat_scene,
-        path: *const c_char,
-        desc: *const splat_scene_file_desc,
+        scene: splat_scene, path: *const c_char, desc: *const splat_scene_file_desc
     ) -> splat_result;
 
     /// ```text
@@ -3662,11 +2186,8 @@ extern "C" {
     /// Returns as splat_scene_save, or SPLAT_INCOMPLETE (capacity).
     /// ```
     pub fn splat_scene_save_memory(
-        scene: splat_scene,
-        desc: *const splat_scene_file_desc,
-        buffer: *mut c_void,
-        capacity: usize,
-        needed: *mut usize,
+        scene: splat_scene, desc: *const splat_scene_file_desc, buffer: *mut c_void, capacity: usize, needed: *mut
+        usize
     ) -> splat_result;
 
     /// ```text
@@ -3676,12 +2197,7 @@ extern "C" {
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      name; too few bytes. Nothing is changed
     /// ```
-    pub fn splat_scene_read(
-        scene: splat_scene,
-        name: *const c_char,
-        values: *mut f32,
-        bytes: usize,
-    ) -> splat_result;
+    pub fn splat_scene_read(scene: splat_scene, name: *const c_char, values: *mut f32, bytes: usize) -> splat_result;
 
     /// ```text
     /// Replace the values of an attribute.
@@ -3691,33 +2207,22 @@ extern "C" {
     /// "opacities" outside its range.
     /// ```
     pub fn splat_scene_write(
-        scene: splat_scene,
-        name: *const c_char,
-        values: *const f32,
-        bytes: usize,
+        scene: splat_scene, name: *const c_char, values: *const f32, bytes: usize
     ) -> splat_result;
 
-    /// ```text
     /// Copy an attribute to a new tensor of its shape.
-    /// Returns what splat_scene_read and splat_tensor_from_host return; SPLAT_ERROR_INVALID_STATE for a
-    /// scene without Gaussians.
-    /// ```
+    ///
+    /// Returns what splat_scene_read and splat_tensor_from_host return; SPLAT_ERROR_INVALID_STATE for a scene without
+    /// Gaussians.
     pub fn splat_scene_to_tensor(
-        scene: splat_scene,
-        name: *const c_char,
-        device: splat_device,
-        tensor: *mut splat_tensor,
+        scene: splat_scene, name: *const c_char, device: splat_device, tensor: *mut splat_tensor
     ) -> splat_result;
 
-    /// ```text
     /// Move, turn and scale a scene, including its spherical harmonics.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (the similarity, or one
-    ///   that moves means beyond float32), SPLAT_ERROR_OUT_OF_HOST_MEMORY; on error the scene is unchanged.
-    /// ```
-    pub fn splat_scene_transform(
-        scene: splat_scene,
-        similarity: *const splat_similarity,
-    ) -> splat_result;
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (the similarity, or one that moves
+    /// means beyond float32), SPLAT_ERROR_OUT_OF_HOST_MEMORY; on error the scene is unchanged.
+    pub fn splat_scene_transform(scene: splat_scene, similarity: *const splat_similarity) -> splat_result;
 
     /// ```text
     /// Keep the Gaussians whose mean lies in a box.
@@ -3734,29 +2239,21 @@ extern "C" {
     /// ```
     pub fn splat_scene_filter(scene: splat_scene, flags: u32, min_opacity: f64) -> splat_result;
 
-    /// ```text
-    /// Concatenate the Gaussians of `count` scenes into a new one, with the highest of their degrees; no
-    /// scenes make an empty one.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
-    ///   SPLAT_ERROR_UNSUPPORTED (more than 2^27 Gaussians), SPLAT_ERROR_OUT_OF_HOST_MEMORY.
-    /// ```
-    pub fn splat_scene_merge(
-        scenes: *const splat_scene,
-        count: u32,
-        scene: *mut splat_scene,
-    ) -> splat_result;
+    /// Concatenate the Gaussians of `count` scenes into a new one, with the highest of their degrees; no scenes make
+    /// an empty one.
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_UNSUPPORTED
+    /// (more than 2^27 Gaussians), SPLAT_ERROR_OUT_OF_HOST_MEMORY.
+    pub fn splat_scene_merge(scenes: *const splat_scene, count: u32, scene: *mut splat_scene) -> splat_result;
 
-    /// ```text
     /// Measure a scene.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT,
-    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY.
-    /// ```
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT, SPLAT_ERROR_OUT_OF_HOST_MEMORY.
     pub fn splat_scene_get_info(scene: splat_scene, info: *mut splat_scene_info) -> splat_result;
 
-    /// ```text
     /// Destroy a scene.
+    ///
     /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
     pub fn splat_scene_destroy(scene: splat_scene) -> splat_result;
 
     /// ```text
@@ -3766,12 +2263,7 @@ extern "C" {
     /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: a side outside 1 to 16384, or an angle outside
     /// 0 to pi.
     /// ```
-    pub fn splat_camera_from_fov(
-        width: u32,
-        height: u32,
-        fov_x: f64,
-        camera: *mut splat_camera,
-    ) -> splat_result;
+    pub fn splat_camera_from_fov(width: u32, height: u32, fov_x: f64, camera: *mut splat_camera) -> splat_result;
 
     /// ```text
     /// Set the pose: at `eye`, looking at `target`, with `up` (a direction of the world) upwards in the
@@ -3782,10 +2274,7 @@ extern "C" {
     /// the view, or a value is not finite.
     /// ```
     pub fn splat_camera_look_at(
-        camera: *mut splat_camera,
-        eye: *const f64,
-        target: *const f64,
-        up: *const f64,
+        camera: *mut splat_camera, eye: *const f64, target: *const f64, up: *const f64
     ) -> splat_result;
 
     /// ```text
@@ -3796,20 +2285,14 @@ extern "C" {
     /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_ARGUMENT: the matrix is not a rotation with a
     /// translation.
     /// ```
-    pub fn splat_camera_from_opengl(
-        camera: *mut splat_camera,
-        camera_to_world: *const f64,
-    ) -> splat_result;
+    pub fn splat_camera_from_opengl(camera: *mut splat_camera, camera_to_world: *const f64) -> splat_result;
 
     /// ```text
     /// Give the pose as such a matrix.
     /// camera_to_world  out, exactly 16 doubles, row-major
     /// Returns as splat_camera_from_opengl, for the camera's own matrix.
     /// ```
-    pub fn splat_camera_to_opengl(
-        camera: *const splat_camera,
-        camera_to_world: *mut f64,
-    ) -> splat_result;
+    pub fn splat_camera_to_opengl(camera: *const splat_camera, camera_to_world: *mut f64) -> splat_result;
 
     /// ```text
     /// `count` cameras at equal angles on a circle around the middle of a scene's bounds: those of the
@@ -3823,10 +2306,7 @@ extern "C" {
     ///                                     visible extent if distance is 0
     /// ```
     pub fn splat_camera_orbit(
-        scene: splat_scene,
-        desc: *const splat_orbit_desc,
-        count: u32,
-        cameras: *mut splat_camera,
+        scene: splat_scene, desc: *const splat_orbit_desc, count: u32, cameras: *mut splat_camera
     ) -> splat_result;
 
     /// ```text
@@ -3843,48 +2323,33 @@ extern "C" {
     ///   SPLAT_ERROR_UNSUPPORTED           distortion, another lens model
     /// ```
     pub fn splat_camera_load(
-        path: *const c_char,
-        desc: *const splat_camera_file_desc,
-        cameras: *mut splat_camera,
-        capacity: u32,
-        count: *mut u32,
+        path: *const c_char, desc: *const splat_camera_file_desc, cameras: *mut splat_camera, capacity: u32, count:
+        *mut u32
     ) -> splat_result;
 
-    /// ```text
-    /// Report on the same file. JSON: {"names": [paths of the images, in the order of the cameras],
-    /// "warnings": [sentences]}.
+    /// Report on the same file. JSON: {"names": \[paths of the images, in the order of the cameras\], "warnings":
+    /// \[sentences\]}.
+    ///
     /// Returns as splat_camera_load.
-    /// ```
     pub fn splat_camera_load_report(
-        path: *const c_char,
-        desc: *const splat_camera_file_desc,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        path: *const c_char, desc: *const splat_camera_file_desc, buffer: *mut c_char, capacity: usize, needed: *mut
+        usize
     ) -> splat_result;
 
-    /// ```text
     /// Read cameras from memory.
+    ///
     /// Returns as splat_camera_load.
-    /// ```
     pub fn splat_camera_load_memory(
-        files: *const splat_camera_bytes,
-        desc: *const splat_camera_file_desc,
-        cameras: *mut splat_camera,
-        capacity: u32,
-        count: *mut u32,
+        files: *const splat_camera_bytes, desc: *const splat_camera_file_desc, cameras: *mut splat_camera, capacity:
+        u32, count: *mut u32
     ) -> splat_result;
 
-    /// ```text
     /// Report on the same files, as splat_camera_load_report.
+    ///
     /// Returns as splat_camera_load.
-    /// ```
     pub fn splat_camera_load_memory_report(
-        files: *const splat_camera_bytes,
-        desc: *const splat_camera_file_desc,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        files: *const splat_camera_bytes, desc: *const splat_camera_file_desc, buffer: *mut c_char, capacity: usize,
+        needed: *mut usize
     ) -> splat_result;
 
     /// ```text
@@ -3898,10 +2363,7 @@ extern "C" {
     ///   SPLAT_ERROR_IO                    the file cannot be written
     /// ```
     pub fn splat_camera_save(
-        path: *const c_char,
-        cameras: *const splat_camera,
-        names: *const *const c_char,
-        count: u32,
+        path: *const c_char, cameras: *const splat_camera, names: *const *const c_char, count: u32
     ) -> splat_result;
 
     /// ```text
@@ -3911,12 +2373,8 @@ extern "C" {
     /// Returns as splat_camera_save, SPLAT_INCOMPLETE.
     /// ```
     pub fn splat_camera_save_memory(
-        cameras: *const splat_camera,
-        names: *const *const c_char,
-        count: u32,
-        buffer: *mut c_void,
-        capacity: usize,
-        needed: *mut usize,
+        cameras: *const splat_camera, names: *const *const c_char, count: u32, buffer: *mut c_void, capacity: usize,
+        needed: *mut usize
     ) -> splat_result;
 
     /// ```text
@@ -3930,21 +2388,12 @@ extern "C" {
     ///   SPLAT_ERROR_FORMAT                damaged, truncated, or not weights
     ///   SPLAT_ERROR_UNSUPPORTED           a pickle that holds more than weights, another number type
     /// ```
-    pub fn splat_weights_load(
-        path: *const c_char,
-        flags: u32,
-        weights: *mut splat_weights,
-    ) -> splat_result;
+    pub fn splat_weights_load(path: *const c_char, flags: u32, weights: *mut splat_weights) -> splat_result;
 
-    /// ```text
     /// Load weights from the `bytes` bytes of such a file, which are copied.
+    ///
     /// Returns as splat_weights_load.
-    /// ```
-    pub fn splat_weights_load_memory(
-        data: *const c_void,
-        bytes: usize,
-        weights: *mut splat_weights,
-    ) -> splat_result;
+    pub fn splat_weights_load_memory(data: *const c_void, bytes: usize, weights: *mut splat_weights) -> splat_result;
 
     /// ```text
     /// Make weights of arrays, which are copied, in their order.
@@ -3954,9 +2403,7 @@ extern "C" {
     ///   SPLAT_ERROR_SHAPE_MISMATCH        value_count does not fit dims
     /// ```
     pub fn splat_weights_from_arrays(
-        arrays: *const splat_named_array,
-        count: u64,
-        weights: *mut splat_weights,
+        arrays: *const splat_named_array, count: u64, weights: *mut splat_weights
     ) -> splat_result;
 
     /// ```text
@@ -3970,11 +2417,7 @@ extern "C" {
     ///   SPLAT_ERROR_IO                    the file cannot be written, or the mapped one has changed
     ///   SPLAT_ERROR_UNSUPPORTED           another extension
     /// ```
-    pub fn splat_weights_save(
-        weights: splat_weights,
-        path: *const c_char,
-        flags: u32,
-    ) -> splat_result;
+    pub fn splat_weights_save(weights: splat_weights, path: *const c_char, flags: u32) -> splat_result;
 
     /// ```text
     /// Write the same bytes to memory.
@@ -3983,42 +2426,24 @@ extern "C" {
     /// Returns as splat_weights_save, SPLAT_INCOMPLETE.
     /// ```
     pub fn splat_weights_save_memory(
-        weights: splat_weights,
-        format: splat_weights_format,
-        flags: u32,
-        buffer: *mut c_void,
-        capacity: usize,
-        needed: *mut usize,
+        weights: splat_weights, format: splat_weights_format, flags: u32, buffer: *mut c_void, capacity: usize,
+        needed: *mut usize
     ) -> splat_result;
 
-    /// ```text
-    /// Count the tensors.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL).
-    /// ```
+    /// Count the tensors. Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL).
     pub fn splat_weights_count(weights: splat_weights, count: *mut u32) -> splat_result;
 
     /// ```text
     /// Describe a tensor.
     /// index     from 0, in the order of the file
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info, no such
-    /// index).
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info, no such index).
     /// ```
-    pub fn splat_weights_get_info(
-        weights: splat_weights,
-        index: u32,
-        info: *mut splat_weights_info,
-    ) -> splat_result;
+    pub fn splat_weights_get_info(weights: splat_weights, index: u32, info: *mut splat_weights_info) -> splat_result;
 
-    /// ```text
     /// Find the index of a tensor by its name.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
-    ///   SPLAT_ERROR_NOT_FOUND.
-    /// ```
-    pub fn splat_weights_find(
-        weights: splat_weights,
-        name: *const c_char,
-        index: *mut u32,
-    ) -> splat_result;
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_NOT_FOUND.
+    pub fn splat_weights_find(weights: splat_weights, name: *const c_char, index: *mut u32) -> splat_result;
 
     /// ```text
     /// Copy the values of a tensor as float32.
@@ -4026,12 +2451,7 @@ extern "C" {
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such index,
     ///   too few bytes), SPLAT_ERROR_IO (the mapped file has changed).
     /// ```
-    pub fn splat_weights_read(
-        weights: splat_weights,
-        index: u32,
-        values: *mut f32,
-        bytes: usize,
-    ) -> splat_result;
+    pub fn splat_weights_read(weights: splat_weights, index: u32, values: *mut f32, bytes: usize) -> splat_result;
 
     /// ```text
     /// Give the values of a tensor without a copy, as float32 whatever their type in the file. The file
@@ -4041,22 +2461,15 @@ extern "C" {
     /// Returns as splat_weights_read.
     /// ```
     pub fn splat_weights_data(
-        weights: splat_weights,
-        index: u32,
-        values: *const *const f32,
-        count: *mut u64,
+        weights: splat_weights, index: u32, values: *const *const f32, count: *mut u64
     ) -> splat_result;
 
-    /// ```text
-    /// Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": [sentences],
-    /// "published": as splat_predictor_desc tells}.
+    /// Report on the file. JSON: {"format", "metadata": {key: text}, "warnings": \[sentences\], "published": as
+    /// splat_predictor_desc tells}.
+    ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
     pub fn splat_weights_report(
-        weights: splat_weights,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        weights: splat_weights, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
     /// ```text
@@ -4074,29 +2487,20 @@ extern "C" {
     ///   missing layer, a weight that would not be finite)
     /// ```
     pub fn splat_weights_fold(
-        weights: splat_weights,
-        adapters: splat_weights,
-        alpha: f64,
-        flags: u32,
-        folded: *mut splat_weights,
+        weights: splat_weights, adapters: splat_weights, alpha: f64, flags: u32, folded: *mut splat_weights
     ) -> splat_result;
 
-    /// ```text
-    /// Destroy weights.
-    /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
+    /// Destroy weights. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
     pub fn splat_weights_destroy(weights: splat_weights) -> splat_result;
 
-    /// ```text
-    /// JSON array of all operators: {"name", "inputs": [...], "outputs": [...], "saved": [...],
-    /// "attributes": [{"name", "type", "default", "about"}], "equation"}.
+    /// JSON array of all operators: {"name", "inputs": \[...\], "outputs": \[...\], "saved": \[...\], "attributes":
+    /// \[{"name", "type", "default", "about"}\], "equation"}.
+    ///
     /// Returns SPLAT_OK or SPLAT_INCOMPLETE.
-    /// ```
     pub fn splat_op_list(buffer: *mut c_char, capacity: usize, needed: *mut usize) -> splat_result;
 
     /// ```text
-    /// Record an operator on the given tensors, whose contents may change between runs. All tensors are
-    /// SPLAT_DTYPE_F32.
+    /// Record an operator on tensors of SPLAT_DTYPE_F32, whose contents may change between runs.
     /// Returns SPLAT_OK, or
     ///   SPLAT_ERROR_INVALID_HANDLE        device or a tensor
     ///   SPLAT_ERROR_INVALID_ARGUMENT      type, an attribute, a count, a dtype, or a tensor of another
@@ -4105,108 +2509,76 @@ extern "C" {
     ///   SPLAT_ERROR_UNSUPPORTED           beyond a limit of the device
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
     /// ```
-    pub fn splat_op_create(
-        device: splat_device,
-        desc: *const splat_op_desc,
-        op: *mut splat_op,
-    ) -> splat_result;
+    pub fn splat_op_create(device: splat_device, desc: *const splat_op_desc, op: *mut splat_op) -> splat_result;
 
-    /// ```text
     /// Compute the outputs from the inputs.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_STATE (a tensor is mapped),
-    ///   SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; after the last two the outputs are undefined.
-    /// ```
+    /// SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; after the last two the outputs are undefined.
     pub fn splat_op_forward(op: splat_op) -> splat_result;
 
-    /// ```text
-    /// Compute the gradients of sum(grad_outputs * outputs) with respect to the requested inputs, at the
-    /// activations of the last forward and the current parameters.
-    /// Returns as splat_op_forward; also SPLAT_ERROR_INVALID_STATE before the first forward or without
-    /// grad_outputs.
-    /// ```
+    /// Compute the gradients of sum(grad_outputs * outputs) with respect to the requested inputs, at the activations
+    /// of the last forward and the current parameters.
+    ///
+    /// Returns as splat_op_forward; also SPLAT_ERROR_INVALID_STATE before the first forward or without grad_outputs.
     pub fn splat_op_backward(op: splat_op) -> splat_result;
 
-    /// ```text
-    /// Destroy an operator; its tensors stay.
-    /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
+    /// Destroy an operator; its tensors stay. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
     pub fn splat_op_destroy(op: splat_op) -> splat_result;
 
-    /// ```text
     /// Create a model; its parameters are zero.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; an unknown key
-    ///   of the configuration or a value outside its range; a model.base_dim whose multiples do not
-    ///   divide into a layer's groups; GRADIENTS with nothing to train), SPLAT_ERROR_UNSUPPORTED,
-    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY
-    /// ```
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; an unknown key of the
+    /// configuration or a value outside its range; a model.base_dim whose multiples do not divide into a layer's
+    /// groups; GRADIENTS with nothing to train), SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+    /// SPLAT_ERROR_OUT_OF_DEVICE_MEMORY
     pub fn splat_model_create(
-        device: splat_device,
-        desc: *const splat_model_desc,
-        model: *mut splat_model,
+        device: splat_device, desc: *const splat_model_desc, model: *mut splat_model
     ) -> splat_result;
 
-    /// ```text
     /// Initialise the parameters at random, as the published code does.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device.
-    /// ```
     pub fn splat_model_init(model: splat_model, seed: u64) -> splat_result;
 
     /// ```text
     /// Load the parameters of a state dict, all or none. Adapters, embeddings and attention to tokens
     /// that the file lacks keep their values. With GRAFT each channel goes to the one of the same
     /// meaning, and the outputs stay those of the file's network until the new channels are trained.
-    /// Tensors that the model lacks are ignored, such as the attention to tokens in encoders of earlier
-    /// versions.
+    /// Tensors that the model lacks are ignored, such as the attention to tokens in encoders of earlier versions.
     /// flags     SPLAT_LOAD_*
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (which tensor),
     ///   SPLAT_ERROR_INVALID_ARGUMENT (a tensor that is missing or not finite; without GRAFT, one that
     ///   the model lacks; another field of view or alpha), SPLAT_ERROR_INVALID_STATE (ADAPTERS for a
     ///   model without adapters)
     /// ```
-    pub fn splat_model_load(
-        model: splat_model,
-        weights: splat_weights,
-        flags: u32,
-    ) -> splat_result;
+    pub fn splat_model_load(model: splat_model, weights: splat_weights, flags: u32) -> splat_result;
 
-    /// ```text
     /// Store the model as a state dict, with the buffers of published files.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), and errors of
-    /// the device.
-    /// ```
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), and errors of the device.
     pub fn splat_model_store(model: splat_model, weights: *mut splat_weights) -> splat_result;
 
-    /// ```text
     /// Export a model's parameters in another form.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT,
-    ///   SPLAT_ERROR_INVALID_STATE (a model without adapters)
-    /// ```
-    pub fn splat_model_export(
-        model: splat_model,
-        what: splat_export,
-        weights: *mut splat_weights,
-    ) -> splat_result;
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT, SPLAT_ERROR_INVALID_STATE (a model
+    /// without adapters)
+    pub fn splat_model_export(model: splat_model, what: splat_export, weights: *mut splat_weights) -> splat_result;
 
-    /// ```text
-    /// JSON: {"parameters", "trainable" (numbers), "slices" (of a batch), "bytes": {"activations" (of a
-    /// slice), "prepared" (weights; 0 while they are not kept, see SPLAT_MODEL_LOW_MEMORY)}, "ledger":
-    /// {"gaussians", "non_finite", "faint"} (see splat_model_info), "inputs": [{"name", "shape",
-    /// "optional"}], "outputs": [{"name", "shape"}], "tensors" (parameters): [{"name", "shape",
-    /// "trainable"}], "load": {"copied", "widened", "fresh", "left_out", "rays_differ", "rays_taken"},
-    /// "config"}.
+    /// JSON: {"parameters", "trainable" (numbers), "slices" (of a batch), "bytes": {"activations" (of a slice),
+    /// "prepared" (weights; 0 while they are not kept, see SPLAT_MODEL_LOW_MEMORY)}, "ledger": {"gaussians",
+    /// "non_finite", "faint"} (see splat_model_info), "inputs": \[{"name", "shape", "optional"}\], "outputs":
+    /// \[{"name", "shape"}\], "tensors" (parameters): \[{"name", "shape", "trainable"}\], "load": {"copied",
+    /// "widened", "fresh", "left_out", "rays_differ", "rays_taken"}, "config"}.
+    ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT
-    /// ```
     pub fn splat_model_report(
-        model: splat_model,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        model: splat_model, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
-    /// ```text
     /// Describe a model. Does not wait for a pass of another thread.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
-    /// ```
     pub fn splat_model_get_info(model: splat_model, info: *mut splat_model_info) -> splat_result;
 
     /// ```text
@@ -4217,11 +2589,7 @@ extern "C" {
     ///   SPLAT_ERROR_INVALID_ARGUMENT (kind, NULL).
     /// ```
     pub fn splat_model_ports(
-        model: splat_model,
-        kind: splat_port_kind,
-        ports: *mut splat_port,
-        capacity: u32,
-        count: *mut u32,
+        model: splat_model, kind: splat_port_kind, ports: *mut splat_port, capacity: u32, count: *mut u32
     ) -> splat_result;
 
     /// ```text
@@ -4246,25 +2614,16 @@ extern "C" {
     ///   computed), SPLAT_ERROR_UNSUPPORTED (the device cannot bind the part of one object), and errors
     ///   of the device
     /// ```
-    pub fn splat_model_tensor(
-        model: splat_model,
-        name: *const c_char,
-        tensor: *mut splat_tensor,
-    ) -> splat_result;
+    pub fn splat_model_tensor(model: splat_model, name: *const c_char, tensor: *mut splat_tensor) -> splat_result;
 
-    /// ```text
     /// Run the network. Arrays are read before the call returns; the tensors of inputs then hold them.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects, a
-    ///   count, a picture), SPLAT_ERROR_INVALID_ARGUMENT (NULL for an array that the configuration
-    ///   needs, an array that it does not need, values that are not finite), SPLAT_ERROR_INVALID_STATE
-    ///   (a tensor of the model is mapped), in each case with the last pass unchanged;
-    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
-    ///   SPLAT_ERROR_DEVICE_LOST
-    /// ```
-    pub fn splat_model_forward(
-        model: splat_model,
-        input: *const splat_model_input,
-    ) -> splat_result;
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH (channels, objects, a count, a
+    /// picture), SPLAT_ERROR_INVALID_ARGUMENT (NULL for an array that the configuration needs, an array that it does
+    /// not need, values that are not finite), SPLAT_ERROR_INVALID_STATE (a tensor of the model is mapped), in each
+    /// case with the last pass unchanged; SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY,
+    /// SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
+    pub fn splat_model_forward(model: splat_model, input: *const splat_model_input) -> splat_result;
 
     /// ```text
     /// Read a tensor of splat_model_tensor; outputs, of the latest splat_model_forward: "means"
@@ -4278,12 +2637,7 @@ extern "C" {
     ///   SPLAT_ERROR_NOT_FOUND (no such name), SPLAT_ERROR_INVALID_STATE (before the first pass, no
     ///   gradient, a tensor of the model is mapped), and errors of the device
     /// ```
-    pub fn splat_model_read(
-        model: splat_model,
-        name: *const c_char,
-        values: *mut f32,
-        bytes: usize,
-    ) -> splat_result;
+    pub fn splat_model_read(model: splat_model, name: *const c_char, values: *mut f32, bytes: usize) -> splat_result;
 
     /// ```text
     /// Set a parameter, by the name of the state dict.
@@ -4293,86 +2647,56 @@ extern "C" {
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
     /// ```
     pub fn splat_model_write(
-        model: splat_model,
-        name: *const c_char,
-        values: *const f32,
-        bytes: usize,
+        model: splat_model, name: *const c_char, values: *const f32, bytes: usize
     ) -> splat_result;
 
-    /// ```text
     /// Copy the Gaussians of one object into a new scene.
+    ///
     /// Returns as splat_model_read.
-    /// ```
-    pub fn splat_model_scene(
-        model: splat_model,
-        object: u32,
-        scene: *mut splat_scene,
-    ) -> splat_result;
+    pub fn splat_model_scene(model: splat_model, object: u32, scene: *mut splat_scene) -> splat_result;
 
-    /// ```text
-    /// Add the gradients of a loss to the gradients of parameters. Call it once after each
-    /// splat_model_forward, whose results stay readable. Arrays become what the tensors "grad:means" and
-    /// so on hold.
-    /// Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a
-    ///   pass, or after inputs or parameters have changed, with gradients unchanged. After other errors
-    ///   the gradients may hold part of the batch: call splat_model_zero_gradients
-    /// ```
-    pub fn splat_model_backward(
-        model: splat_model,
-        gradients: *const splat_model_gradients,
-    ) -> splat_result;
+    /// Add the gradients of a loss to the gradients of parameters. Call it once after each splat_model_forward, whose
+    /// results stay readable. Arrays become what the tensors "grad:means" and so on hold.
+    ///
+    /// Returns as splat_model_forward; SPLAT_ERROR_INVALID_STATE without SPLAT_MODEL_GRADIENTS or a pass, or after
+    /// inputs or parameters have changed, with gradients unchanged. After other errors the gradients may hold part of
+    /// the batch: call splat_model_zero_gradients
+    pub fn splat_model_backward(model: splat_model, gradients: *const splat_model_gradients) -> splat_result;
 
-    /// ```text
     /// Set the gradients of all parameters to zero.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device.
-    /// ```
     pub fn splat_model_zero_gradients(model: splat_model) -> splat_result;
 
     /// Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
     pub fn splat_model_destroy(model: splat_model) -> splat_result;
 
-    /// ```text
     /// Create a module; its parameters, inputs and gradients of outputs are zero.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, a port or
-    ///   attribute that the type does not have, GRADIENTS for a type without any),
-    ///   SPLAT_ERROR_SHAPE_MISMATCH (a port that is missing or does not fit), SPLAT_ERROR_UNSUPPORTED,
-    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY
-    /// ```
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, a port or attribute that the
+    /// type does not have, GRADIENTS for a type without any), SPLAT_ERROR_SHAPE_MISMATCH (a port that is missing or
+    /// does not fit), SPLAT_ERROR_UNSUPPORTED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY
     pub fn splat_module_create(
-        device: splat_device,
-        desc: *const splat_module_desc,
-        module: *mut splat_module,
+        device: splat_device, desc: *const splat_module_desc, module: *mut splat_module
     ) -> splat_result;
 
-    /// ```text
-    /// Initialise the parameters. A block starts as in the published code. In an operator gamma is 1,
-    /// other vectors are 0, and the rest has Glorot's uniform distribution.
+    /// Initialise the parameters. A block starts as in the published code. In an operator gamma is 1, other vectors
+    /// are 0, and the rest has Glorot's uniform distribution.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, and errors of the device.
-    /// ```
     pub fn splat_module_init(module: splat_module, seed: u64) -> splat_result;
 
-    /// ```text
-    /// JSON: {"type", "inputs": [{"name", "shape", "optional"}], "outputs": [{"name", "shape"}],
-    /// "parameters": [{"name", "shape", "trainable"}], "bytes" (activations and workspaces)}.
+    /// JSON: {"type", "inputs": \[{"name", "shape", "optional"}\], "outputs": \[{"name", "shape"}\], "parameters":
+    /// \[{"name", "shape", "trainable"}\], "bytes" (activations and workspaces)}.
+    ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
-    /// ```
     pub fn splat_module_report(
-        module: splat_module,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        module: splat_module, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
-    /// ```text
-    /// List the inputs, outputs or parameters of a module. Parameters and returns as
-    /// splat_model_ports.
-    /// ```
+    /// List the inputs, outputs or parameters of a module. Parameters and returns as splat_model_ports.
     pub fn splat_module_ports(
-        module: splat_module,
-        kind: splat_port_kind,
-        ports: *mut splat_port,
-        capacity: u32,
-        count: *mut u32,
+        module: splat_module, kind: splat_port_kind, ports: *mut splat_port, capacity: u32, count: *mut u32
     ) -> splat_result;
 
     /// ```text
@@ -4386,46 +2710,36 @@ extern "C" {
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
     /// ```
     pub fn splat_module_write(
-        module: splat_module,
-        name: *const c_char,
-        values: *const f32,
-        bytes: usize,
+        module: splat_module, name: *const c_char, values: *const f32, bytes: usize
     ) -> splat_result;
 
     /// ```text
     /// Read what splat_module_write writes, an output ("y"), or the gradient of a parameter
     /// ("grad:weight", the sum since splat_module_zero_gradients) or of an input ("grad:x").
     /// values    out, row-major, exactly `bytes` bytes of the tensor
-    /// Returns as splat_module_write; SPLAT_ERROR_INVALID_STATE also before the pass that computes
-    /// it.
+    /// Returns as splat_module_write; SPLAT_ERROR_INVALID_STATE also before the pass that computes it.
     /// ```
     pub fn splat_module_read(
-        module: splat_module,
-        name: *const c_char,
-        values: *mut f32,
-        bytes: usize,
+        module: splat_module, name: *const c_char, values: *mut f32, bytes: usize
     ) -> splat_result;
 
-    /// ```text
     /// Compute the outputs.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-    ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST.
-    /// ```
+    /// SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST.
     pub fn splat_module_forward(module: splat_module) -> splat_result;
 
     /// ```text
-    /// Add to the gradients of parameters and overwrite those of inputs. Call it once after each
-    /// forward.
+    /// Add to the gradients of parameters and overwrite those of inputs. Call it once after each forward.
     /// Returns as splat_module_forward, or
     ///   SPLAT_ERROR_INVALID_STATE         without SPLAT_MODULE_GRADIENTS, without a new forward pass,
     ///                                     or after inputs or parameters were written; gradients stay
     /// ```
     pub fn splat_module_backward(module: splat_module) -> splat_result;
 
-    /// ```text
     /// Set the gradients of parameters to zero.
+    ///
     /// Returns as splat_module_forward.
-    /// ```
     pub fn splat_module_zero_gradients(module: splat_module) -> splat_result;
 
     /// Destroy a module. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
@@ -4437,9 +2751,7 @@ extern "C" {
     /// Returns as splat_predictor_predict
     /// ```
     pub fn splat_picture_cut(
-        picture: *const splat_picture,
-        desc: *const splat_picture_cut_desc,
-        info: *mut splat_picture_info,
+        picture: *const splat_picture, desc: *const splat_picture_cut_desc, info: *mut splat_picture_info
     ) -> splat_result;
 
     /// ```text
@@ -4449,10 +2761,7 @@ extern "C" {
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
     /// ```
     pub fn splat_builtin_weights(
-        name: *const c_char,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        name: *const c_char, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
     /// ```text
@@ -4464,31 +2773,21 @@ extern "C" {
     ///   or as splat_weights_load, splat_weights_fold and splat_model_create
     /// ```
     pub fn splat_predictor_create(
-        device: splat_device,
-        desc: *const splat_predictor_desc,
-        predictor: *mut splat_predictor,
+        device: splat_device, desc: *const splat_predictor_desc, predictor: *mut splat_predictor
     ) -> splat_result;
 
-    /// ```text
     /// Describe a predictor.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info).
-    /// ```
-    pub fn splat_predictor_get_info(
-        predictor: splat_predictor,
-        info: *mut splat_predictor_info,
-    ) -> splat_result;
+    pub fn splat_predictor_get_info(predictor: splat_predictor, info: *mut splat_predictor_info) -> splat_result;
 
-    /// ```text
-    /// Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": [sentences], "ignored":
-    /// [sentences on parts of the file that are not read], "category", "metadata" (of the file), "load"
-    /// (as splat_model_report), "config"}.
+    /// Report on a predictor. JSON: {"weights" (the path, or empty), "warnings": \[sentences\], "ignored":
+    /// \[sentences on parts of the file that are not read\], "category", "metadata" (of the file), "load" (as
+    /// splat_model_report), "config"}.
+    ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
     pub fn splat_predictor_report(
-        predictor: splat_predictor,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        predictor: splat_predictor, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
     /// ```text
@@ -4505,11 +2804,8 @@ extern "C" {
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
     /// ```
     pub fn splat_predictor_predict(
-        predictor: splat_predictor,
-        pictures: *const splat_picture,
-        count: u32,
-        scene: *mut splat_scene,
-        prediction: *mut splat_prediction,
+        predictor: splat_predictor, pictures: *const splat_picture, count: u32, scene: *mut splat_scene, prediction:
+        *mut splat_prediction
     ) -> splat_result;
 
     /// ```text
@@ -4520,26 +2816,17 @@ extern "C" {
     /// Returns as splat_predictor_predict and splat_dataset_read
     /// ```
     pub fn splat_predictor_predict_object(
-        predictor: splat_predictor,
-        dataset: splat_dataset,
-        object: u32,
-        views: *const u32,
-        count: u32,
-        scene: *mut splat_scene,
-        prediction: *mut splat_prediction,
+        predictor: splat_predictor, dataset: splat_dataset, object: u32, views: *const u32, count: u32, scene: *mut
+        splat_scene, prediction: *mut splat_prediction
     ) -> splat_result;
 
-    /// ```text
-    /// Write the facts of a prediction as JSON: {"gaussians", "not_finite", "faint", "read_ms",
-    /// "network_ms", "pictures": [{"width", "height", "mask" ("mask", "alpha", "border", "nothing"),
-    /// "square", "focal", "fov", "warnings": [sentences]}]}.
+    /// Write the facts of a prediction as JSON: {"gaussians", "not_finite", "faint", "read_ms", "network_ms",
+    /// "pictures": \[{"width", "height", "mask" ("mask", "alpha", "border", "nothing"), "square", "focal", "fov",
+    /// "warnings": \[sentences\]}\]}.
+    ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, struct_size).
-    /// ```
     pub fn splat_prediction_report(
-        prediction: *const splat_prediction,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        prediction: *const splat_prediction, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
     /// Destroy a predictor. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
@@ -4554,27 +2841,19 @@ extern "C" {
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
     /// ```
     pub fn splat_rasterizer_create(
-        device: splat_device,
-        desc: *const splat_rasterizer_desc,
-        rasterizer: *mut splat_rasterizer,
+        device: splat_device, desc: *const splat_rasterizer_desc, rasterizer: *mut splat_rasterizer
     ) -> splat_result;
 
-    /// ```text
-    /// Create one more state: the memory of one forward call with its images and with what its backward
-    /// call needs. A rasterizer has one, for calls with state = NULL. With more, several forward calls
-    /// stay alive, and their backward calls come in any order. States of one rasterizer share the memory
-    /// of gradients.
+    /// Create one more state: the memory of one forward call with its images and with what its backward call needs. A
+    /// rasterizer has one, for calls with state = NULL. With more, several forward calls stay alive, and their
+    /// backward calls come in any order. States of one rasterizer share the memory of gradients.
+    ///
     /// Returns as splat_rasterizer_create.
-    /// ```
-    pub fn splat_raster_state_create(
-        rasterizer: splat_rasterizer,
-        state: *mut splat_raster_state,
-    ) -> splat_result;
+    pub fn splat_raster_state_create(rasterizer: splat_rasterizer, state: *mut splat_raster_state) -> splat_result;
 
-    /// ```text
     /// Destroy a state. Its rasterizer may have been destroyed before.
+    ///
     /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
     pub fn splat_raster_state_destroy(state: splat_raster_state) -> splat_result;
 
     /// ```text
@@ -4600,12 +2879,8 @@ extern "C" {
     /// an error of a call that made the memory anew.
     /// ```
     pub fn splat_rasterizer_forward_scene(
-        rasterizer: splat_rasterizer,
-        state: splat_raster_state,
-        scene: splat_scene,
-        cameras: *const splat_camera,
-        count: u32,
-        background: *const f32,
+        rasterizer: splat_rasterizer, state: splat_raster_state, scene: splat_scene, cameras: *const splat_camera,
+        count: u32, background: *const f32
     ) -> splat_result;
 
     /// ```text
@@ -4614,12 +2889,8 @@ extern "C" {
     /// Other parameters and results as splat_rasterizer_forward_scene.
     /// ```
     pub fn splat_rasterizer_forward(
-        rasterizer: splat_rasterizer,
-        state: splat_raster_state,
-        gaussians: *const splat_gaussians_desc,
-        cameras: *const splat_camera,
-        count: u32,
-        background: *const f32,
+        rasterizer: splat_rasterizer, state: splat_raster_state, gaussians: *const splat_gaussians_desc, cameras:
+        *const splat_camera, count: u32, background: *const f32
     ) -> splat_result;
 
     /// ```text
@@ -4633,10 +2904,7 @@ extern "C" {
     ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
     /// ```
     pub fn splat_rasterizer_output(
-        rasterizer: splat_rasterizer,
-        state: splat_raster_state,
-        output: splat_output,
-        tensor: splat_tensor,
+        rasterizer: splat_rasterizer, state: splat_raster_state, output: splat_output, tensor: splat_tensor
     ) -> splat_result;
 
     /// ```text
@@ -4645,11 +2913,7 @@ extern "C" {
     /// Returns as splat_rasterizer_output; SPLAT_ERROR_INVALID_ARGUMENT also for too few bytes.
     /// ```
     pub fn splat_rasterizer_read(
-        rasterizer: splat_rasterizer,
-        state: splat_raster_state,
-        output: splat_output,
-        values: *mut f32,
-        bytes: usize,
+        rasterizer: splat_rasterizer, state: splat_raster_state, output: splat_output, values: *mut f32, bytes: usize
     ) -> splat_result;
 
     /// ```text
@@ -4664,12 +2928,8 @@ extern "C" {
     ///   SPLAT_ERROR_SHAPE_MISMATCH        an image of another size or number of channels
     /// ```
     pub fn splat_rasterizer_read_images(
-        rasterizer: splat_rasterizer,
-        state: splat_raster_state,
-        output: splat_output,
-        first: u32,
-        images: *const splat_image,
-        count: u32,
+        rasterizer: splat_rasterizer, state: splat_raster_state, output: splat_output, first: u32, images: *const
+        splat_image, count: u32
     ) -> splat_result;
 
     /// ```text
@@ -4686,26 +2946,20 @@ extern "C" {
     ///   SPLAT_ERROR_DEVICE_LOST; after the last two the gradients are undefined
     /// ```
     pub fn splat_rasterizer_backward(
-        rasterizer: splat_rasterizer,
-        state: splat_raster_state,
-        gradients: *const splat_gradients_desc,
+        rasterizer: splat_rasterizer, state: splat_raster_state, gradients: *const splat_gradients_desc
     ) -> splat_result;
 
-    /// ```text
-    /// Describe the last forward call of a state; zeros before the first. Does not wait for a call that
-    /// draws on another thread.
+    /// Describe the last forward call of a state; zeros before the first. Does not wait for a call that draws on
+    /// another thread.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
-    /// ```
     pub fn splat_rasterizer_get_info(
-        rasterizer: splat_rasterizer,
-        state: splat_raster_state,
-        info: *mut splat_rasterizer_info,
+        rasterizer: splat_rasterizer, state: splat_raster_state, info: *mut splat_rasterizer_info
     ) -> splat_result;
 
-    /// ```text
     /// Destroy a rasterizer; scenes, with their packed copies on the device, tensors and states stay.
+    ///
     /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
     pub fn splat_rasterizer_destroy(rasterizer: splat_rasterizer) -> splat_result;
 
     /// ```text
@@ -4721,12 +2975,8 @@ extern "C" {
     ///   splat_rasterizer_read_images
     /// ```
     pub fn splat_scene_render(
-        scene: splat_scene,
-        device: splat_device,
-        cameras: *const splat_camera,
-        count: u32,
-        desc: *const splat_scene_render_desc,
-        images: *const splat_image,
+        scene: splat_scene, device: splat_device, cameras: *const splat_camera, count: u32, desc: *const
+        splat_scene_render_desc, images: *const splat_image
     ) -> splat_result;
 
     /// ```text
@@ -4747,9 +2997,7 @@ extern "C" {
     ///                                     .npy
     /// ```
     pub fn splat_image_load(
-        path: *const c_char,
-        image: *mut splat_image,
-        info: *mut splat_image_info,
+        path: *const c_char, image: *mut splat_image, info: *mut splat_image_info
     ) -> splat_result;
 
     /// ```text
@@ -4758,10 +3006,7 @@ extern "C" {
     /// Returns as splat_image_load.
     /// ```
     pub fn splat_image_load_memory(
-        data: *const c_void,
-        bytes: usize,
-        image: *mut splat_image,
-        info: *mut splat_image_info,
+        data: *const c_void, bytes: usize, image: *mut splat_image, info: *mut splat_image_info
     ) -> splat_result;
 
     /// ```text
@@ -4782,11 +3027,8 @@ extern "C" {
     /// Returns as splat_image_save, SPLAT_INCOMPLETE.
     /// ```
     pub fn splat_image_save_memory(
-        image: *const splat_image,
-        format: splat_image_format,
-        buffer: *mut c_void,
-        capacity: usize,
-        needed: *mut usize,
+        image: *const splat_image, format: splat_image_format, buffer: *mut c_void, capacity: usize, needed: *mut
+        usize
     ) -> splat_result;
 
     /// ```text
@@ -4798,10 +3040,7 @@ extern "C" {
     ///   longer side than the format has.
     /// ```
     pub fn splat_image_save_animation(
-        path: *const c_char,
-        frames: *const splat_image,
-        count: u32,
-        milliseconds: u32,
+        path: *const c_char, frames: *const splat_image, count: u32, milliseconds: u32
     ) -> splat_result;
 
     /// ```text
@@ -4810,13 +3049,8 @@ extern "C" {
     /// Returns as splat_image_save_animation, SPLAT_INCOMPLETE as splat_image_save_memory.
     /// ```
     pub fn splat_image_save_animation_memory(
-        frames: *const splat_image,
-        count: u32,
-        milliseconds: u32,
-        format: splat_image_format,
-        buffer: *mut c_void,
-        capacity: usize,
-        needed: *mut usize,
+        frames: *const splat_image, count: u32, milliseconds: u32, format: splat_image_format, buffer: *mut c_void,
+        capacity: usize, needed: *mut usize
     ) -> splat_result;
 
     /// ```text
@@ -4827,22 +3061,17 @@ extern "C" {
     ///   SPLAT_ERROR_SHAPE_MISMATCH (two sizes)
     /// ```
     pub fn splat_image_compare(
-        a: *const splat_image,
-        b: *const splat_image,
-        scores: *mut splat_image_scores,
+        a: *const splat_image, b: *const splat_image, scores: *mut splat_image_scores
     ) -> splat_result;
 
-    /// ```text
     /// Create the network of LPIPS.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; a tensor
-    ///   missing from all files), SPLAT_ERROR_SHAPE_MISMATCH (a tensor of another network),
-    ///   SPLAT_ERROR_UNSUPPORTED (a side above 16384), SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-    ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST
-    /// ```
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc; a tensor missing from all
+    /// files), SPLAT_ERROR_SHAPE_MISMATCH (a tensor of another network), SPLAT_ERROR_UNSUPPORTED (a side above
+    /// 16384), SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+    /// SPLAT_ERROR_DEVICE_LOST
     pub fn splat_lpips_create(
-        device: splat_device,
-        desc: *const splat_lpips_desc,
-        lpips: *mut splat_lpips,
+        device: splat_device, desc: *const splat_lpips_desc, lpips: *mut splat_lpips
     ) -> splat_result;
 
     /// ```text
@@ -4854,16 +3083,12 @@ extern "C" {
     ///   SPLAT_ERROR_DEVICE_LOST
     /// ```
     pub fn splat_lpips_compare(
-        lpips: splat_lpips,
-        a: *const splat_image,
-        b: *const splat_image,
-        value: *mut f64,
+        lpips: splat_lpips, a: *const splat_image, b: *const splat_image, value: *mut f64
     ) -> splat_result;
 
-    /// ```text
     /// Destroy it.
+    ///
     /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
     pub fn splat_lpips_destroy(lpips: splat_lpips) -> splat_result;
 
     /// ```text
@@ -4876,47 +3101,34 @@ extern "C" {
     /// ```
     pub fn splat_run_next(run: splat_run, event: *mut splat_run_event) -> splat_result;
 
-    /// ```text
-    /// End the run: the next call of splat_run_next saves the state and ends with
-    /// SPLAT_EVENT_INTERRUPTED. Any thread may call it, and a signal handler.
+    /// End the run: the next call of splat_run_next saves the state and ends with SPLAT_EVENT_INTERRUPTED. Any thread
+    /// may call it, and a signal handler.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
     pub fn splat_run_interrupt(run: splat_run) -> splat_result;
 
-    /// ```text
-    /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
-    /// before the first of this session), "val_psnr" (null before a validation), "best_val_psnr",
-    /// "peak_bytes", "ledger" (what was drawn and finite in this session's last attempt; of a training as in
-    /// splat_trainer_report)}.
+    /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null before the
+    /// first of this session), "val_psnr" (null before a validation), "best_val_psnr", "peak_bytes", "ledger" (what
+    /// was drawn and finite in this session's last attempt; of a training as in splat_trainer_report)}.
+    ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
-    /// ```
     pub fn splat_run_report(
-        run: splat_run,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        run: splat_run, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
-    /// ```text
     /// Close a run. Steps since the latest state are lost; resuming repeats them with the same bits.
+    ///
     /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
     pub fn splat_run_destroy(run: splat_run) -> splat_result;
 
-    /// ```text
-    /// JSON array of all keys of a configuration, in the order of their sections: {"key", "type"
-    /// ("integer", "number", "boolean", "text", "choice", "list of integers", "list of numbers", "list
-    /// of texts", or "any" of these), "range" (as text; the words of a choice; empty: any value of the
-    /// type), "default" (null: none), "origin" ("published": of Splatter Image or its fork with priors;
-    /// "ours"), "effect" (false: accepted, but without effect), "resumable" (true: a run may go on with
-    /// another value), "about" (one sentence)}.
+    /// JSON array of all keys of a configuration, in the order of their sections: {"key", "type" ("integer",
+    /// "number", "boolean", "text", "choice", "list of integers", "list of numbers", "list of texts", or "any" of
+    /// these), "range" (as text; the words of a choice; empty: any value of the type), "default" (null: none),
+    /// "origin" ("published": of Splatter Image or its fork with priors; "ours"), "effect" (false: accepted, but
+    /// without effect), "resumable" (true: a run may go on with another value), "about" (one sentence)}.
+    ///
     /// Returns SPLAT_OK or SPLAT_INCOMPLETE.
-    /// ```
-    pub fn splat_config_keys(
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
-    ) -> splat_result;
+    pub fn splat_config_keys(buffer: *mut c_char, capacity: usize, needed: *mut usize) -> splat_result;
 
     /// ```text
     /// Say what a training of a configuration would leave out. JSON: {"warnings": [sentences]}: keys
@@ -4927,12 +3139,8 @@ extern "C" {
     ///   refuses (opt.pretrained_hf; adapters without opt.lora_finetune; no file of vectors)
     /// ```
     pub fn splat_config_check(
-        text: *const c_char,
-        values: *const *const c_char,
-        count: usize,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        text: *const c_char, values: *const *const c_char, count: usize, buffer: *mut c_char, capacity: usize, needed:
+        *mut usize
     ) -> splat_result;
 
     /// ```text
@@ -4946,33 +3154,20 @@ extern "C" {
     ///   nearest known one; a value outside its range)
     /// ```
     pub fn splat_config_merge(
-        text: *const c_char,
-        values: *const *const c_char,
-        count: usize,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        text: *const c_char, values: *const *const c_char, count: usize, buffer: *mut c_char, capacity: usize, needed:
+        *mut usize
     ) -> splat_result;
 
-    /// ```text
     /// JSON array of the published configurations that the library has by name: {"name", "about"}.
+    ///
     /// Returns SPLAT_OK or SPLAT_INCOMPLETE.
-    /// ```
-    pub fn splat_config_presets(
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
-    ) -> splat_result;
+    pub fn splat_config_presets(buffer: *mut c_char, capacity: usize, needed: *mut usize) -> splat_result;
 
-    /// ```text
     /// The text of one of them, such as "cars", in YAML, for splat_config_merge.
+    ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, no such name)
-    /// ```
     pub fn splat_config_preset(
-        name: *const c_char,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        name: *const c_char, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
     /// ```text
@@ -4988,9 +3183,7 @@ extern "C" {
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_DEVICE_LOST
     /// ```
     pub fn splat_optimizer_create(
-        device: splat_device,
-        desc: *const splat_optimizer_desc,
-        optimizer: *mut splat_optimizer,
+        device: splat_device, desc: *const splat_optimizer_desc, optimizer: *mut splat_optimizer
     ) -> splat_result;
 
     /// ```text
@@ -5001,15 +3194,11 @@ extern "C" {
     ///   SPLAT_ERROR_INVALID_STATE (a mapped tensor), SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST;
     ///   after the last two the parameters are undefined
     /// ```
-    pub fn splat_optimizer_step(
-        optimizer: splat_optimizer,
-        info: *mut splat_optimizer_info,
-    ) -> splat_result;
+    pub fn splat_optimizer_step(optimizer: splat_optimizer, info: *mut splat_optimizer_info) -> splat_result;
 
-    /// ```text
     /// Set all gradients to zero.
+    ///
     /// Returns as splat_optimizer_step.
-    /// ```
     pub fn splat_optimizer_zero_gradients(optimizer: splat_optimizer) -> splat_result;
 
     /// ```text
@@ -5042,46 +3231,29 @@ extern "C" {
     ///   SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST  the parameters are undefined; else nothing changed
     /// ```
     pub fn splat_optimizer_gather_rows(
-        optimizer: splat_optimizer,
-        pattern: *const c_char,
-        rows: *const i64,
-        count: u64,
+        optimizer: splat_optimizer, pattern: *const c_char, rows: *const i64, count: u64
     ) -> splat_result;
 
-    /// ```text
     /// Replace desc.rate, which the schedule and the groups scale.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (rate < 0, not
-    /// finite)
-    /// ```
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (rate \< 0, not finite)
     pub fn splat_optimizer_set_rate(optimizer: splat_optimizer, rate: f64) -> splat_result;
 
-    /// ```text
     /// Describe an optimizer and its last step. Does not wait for a call on another thread.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT.
-    /// ```
-    pub fn splat_optimizer_get_info(
-        optimizer: splat_optimizer,
-        info: *mut splat_optimizer_info,
-    ) -> splat_result;
+    pub fn splat_optimizer_get_info(optimizer: splat_optimizer, info: *mut splat_optimizer_info) -> splat_result;
 
-    /// ```text
     /// Copy the averaged parameters, by name, to new weights; without averages the parameters.
+    ///
     /// Returns as splat_model_store.
-    /// ```
-    pub fn splat_optimizer_store(
-        optimizer: splat_optimizer,
-        weights: *mut splat_weights,
-    ) -> splat_result;
+    pub fn splat_optimizer_store(optimizer: splat_optimizer, weights: *mut splat_weights) -> splat_result;
 
-    /// ```text
     /// Copy moments, averages, counters, numbers of rows and rate to new weights, to be saved as .safetensors with
     /// splat_weights_save. Parameters are not in it: store them beside it.
+    ///
     /// Returns as splat_model_store.
-    /// ```
-    pub fn splat_optimizer_save(
-        optimizer: splat_optimizer,
-        state: *mut splat_weights,
-    ) -> splat_result;
+    pub fn splat_optimizer_save(optimizer: splat_optimizer, state: *mut splat_weights) -> splat_result;
 
     /// ```text
     /// Go on from such weights, bit-exactly. On an error the optimizer is unchanged.
@@ -5090,71 +3262,51 @@ extern "C" {
     /// ```
     pub fn splat_optimizer_load(optimizer: splat_optimizer, state: splat_weights) -> splat_result;
 
-    /// ```text
     /// Destroy an optimizer; what it updated stays.
+    ///
     /// Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
     pub fn splat_optimizer_destroy(optimizer: splat_optimizer) -> splat_result;
 
-    /// ```text
-    /// Create a trainer; the parameters of its network are zero. What splat_config_check warns of goes to
-    /// the log.
-    /// Returns as splat_model_create; SPLAT_ERROR_INVALID_ARGUMENT also as splat_config_check, but files
-    ///   of vectors are not needed.
-    /// ```
+    /// Create a trainer; the parameters of its network are zero. What splat_config_check warns of goes to the log.
+    ///
+    /// Returns as splat_model_create; SPLAT_ERROR_INVALID_ARGUMENT also as splat_config_check, but files of vectors
+    /// are not needed.
     pub fn splat_trainer_create(
-        device: splat_device,
-        desc: *const splat_trainer_desc,
-        trainer: *mut splat_trainer,
+        device: splat_device, desc: *const splat_trainer_desc, trainer: *mut splat_trainer
     ) -> splat_result;
 
-    /// ```text
-    /// Return the network in training, to initialise, load, store and read it: a separate handle, which
-    /// the caller destroys and which keeps the trainer's memory alive. Its passes apply dropout as in
-    /// training.
+    /// Return the network in training, to initialise, load, store and read it: a separate handle, which the caller
+    /// destroys and which keeps the trainer's memory alive. Its passes apply dropout as in training.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL).
-    /// ```
     pub fn splat_trainer_model(trainer: splat_trainer, model: *mut splat_model) -> splat_result;
 
-    /// ```text
     /// Do one update. Arrays are read before the call returns.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and
-    ///   SPLAT_ERROR_INVALID_ARGUMENT as splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY,
-    ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT, SPLAT_ERROR_DEVICE_LOST; no update
-    /// ```
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH and SPLAT_ERROR_INVALID_ARGUMENT as
+    /// splat_model_forward, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+    /// SPLAT_ERROR_DEVICE_LOST; no update
     pub fn splat_trainer_step(
-        trainer: splat_trainer,
-        batch: *const splat_trainer_batch,
-        info: *mut splat_trainer_info,
+        trainer: splat_trainer, batch: *const splat_trainer_batch, info: *mut splat_trainer_info
     ) -> splat_result;
 
-    /// ```text
-    /// JSON: {"step", "attempts" (with skipped ones), "parameters", "trainable", "ledger" (of the last
-    /// attempt; null before the first): {"visible", "culled", "non_finite", "gradients_zero"} (see
-    /// splat_trainer_info), "config"}.
+    /// JSON: {"step", "attempts" (with skipped ones), "parameters", "trainable", "ledger" (of the last attempt; null
+    /// before the first): {"visible", "culled", "non_finite", "gradients_zero"} (see splat_trainer_info), "config"}.
+    ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
-    /// ```
     pub fn splat_trainer_report(
-        trainer: splat_trainer,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        trainer: splat_trainer, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
-    /// ```text
     /// Store the averaged weights (opt.ema) as a state dict, or the current ones if there are none.
+    ///
     /// Returns as splat_model_store.
-    /// ```
-    pub fn splat_trainer_store(
-        trainer: splat_trainer,
-        weights: *mut splat_weights,
-    ) -> splat_result;
+    pub fn splat_trainer_store(trainer: splat_trainer, weights: *mut splat_weights) -> splat_result;
 
-    /// ```text
     /// Save everything that the next step depends on in a .safetensors file, whole or not at all.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
-    ///   SPLAT_ERROR_NOT_FOUND, SPLAT_ERROR_IO (cannot be written), and errors of the device.
-    /// ```
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL), SPLAT_ERROR_NOT_FOUND,
+    /// SPLAT_ERROR_IO (cannot be written), and errors of the device.
     pub fn splat_trainer_save(trainer: splat_trainer, path: *const c_char) -> splat_result;
 
     /// ```text
@@ -5164,10 +3316,7 @@ extern "C" {
     /// Returns as splat_trainer_save, SPLAT_INCOMPLETE.
     /// ```
     pub fn splat_trainer_save_memory(
-        trainer: splat_trainer,
-        buffer: *mut c_void,
-        capacity: usize,
-        needed: *mut usize,
+        trainer: splat_trainer, buffer: *mut c_void, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
     /// ```text
@@ -5184,11 +3333,7 @@ extern "C" {
     /// data      in, `bytes` bytes
     /// Returns as splat_trainer_resume.
     /// ```
-    pub fn splat_trainer_resume_memory(
-        trainer: splat_trainer,
-        data: *const c_void,
-        bytes: usize,
-    ) -> splat_result;
+    pub fn splat_trainer_resume_memory(trainer: splat_trainer, data: *const c_void, bytes: usize) -> splat_result;
 
     /// Destroy a trainer. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
     pub fn splat_trainer_destroy(trainer: splat_trainer) -> splat_result;
@@ -5204,10 +3349,7 @@ extern "C" {
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY
     /// ```
     pub fn splat_batches_create(
-        dataset: splat_dataset,
-        config: *const c_char,
-        seed: u64,
-        batches: *mut splat_batches,
+        dataset: splat_dataset, config: *const c_char, seed: u64, batches: *mut splat_batches
     ) -> splat_result;
 
     /// ```text
@@ -5218,11 +3360,7 @@ extern "C" {
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL),
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, and as splat_dataset_read; the next call tries again
     /// ```
-    pub fn splat_batches_next(
-        batches: splat_batches,
-        step: u64,
-        batch: *mut splat_trainer_batch,
-    ) -> splat_result;
+    pub fn splat_batches_next(batches: splat_batches, step: u64, batch: *mut splat_trainer_batch) -> splat_result;
 
     /// Destroy batches. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
     pub fn splat_batches_destroy(batches: splat_batches) -> splat_result;
@@ -5245,9 +3383,7 @@ extern "C" {
     ///   and errors of the device
     /// ```
     pub fn splat_training_open(
-        device: splat_device,
-        desc: *const splat_training_desc,
-        run: *mut splat_run,
+        device: splat_device, desc: *const splat_training_desc, run: *mut splat_run
     ) -> splat_result;
 
     /// ```text
@@ -5276,18 +3412,13 @@ extern "C" {
     ///   and as splat_dataset_open
     /// ```
     pub fn splat_evaluator_create(
-        desc: *const splat_evaluator_desc,
-        evaluator: *mut splat_evaluator,
+        desc: *const splat_evaluator_desc, evaluator: *mut splat_evaluator
     ) -> splat_result;
 
-    /// ```text
     /// Describe an evaluator.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info).
-    /// ```
-    pub fn splat_evaluator_get_info(
-        evaluator: splat_evaluator,
-        info: *mut splat_evaluator_info,
-    ) -> splat_result;
+    pub fn splat_evaluator_get_info(evaluator: splat_evaluator, info: *mut splat_evaluator_info) -> splat_result;
 
     /// ```text
     /// Predict an object, draw its views and score them. Objects may be scored in any order; scoring one
@@ -5301,9 +3432,7 @@ extern "C" {
     ///   and as splat_dataset_read and splat_model_forward; the object then stays as it was
     /// ```
     pub fn splat_evaluator_score(
-        evaluator: splat_evaluator,
-        object: u32,
-        scores: *mut splat_object_scores,
+        evaluator: splat_evaluator, object: u32, scores: *mut splat_object_scores
     ) -> splat_result;
 
     /// ```text
@@ -5314,11 +3443,7 @@ extern "C" {
     ///   (count)
     /// ```
     pub fn splat_evaluator_score_images(
-        evaluator: splat_evaluator,
-        object: u32,
-        images: *const f32,
-        count: u64,
-        scores: *mut splat_object_scores,
+        evaluator: splat_evaluator, object: u32, images: *const f32, count: u64, scores: *mut splat_object_scores
     ) -> splat_result;
 
     /// ```text
@@ -5331,34 +3456,25 @@ extern "C" {
     ///   and as splat_dataset_read; on an error nothing is written
     /// ```
     pub fn splat_evaluator_read(
-        evaluator: splat_evaluator,
-        object: u32,
-        views: *mut splat_evaluated_views,
+        evaluator: splat_evaluator, object: u32, views: *mut splat_evaluated_views
     ) -> splat_result;
 
-    /// ```text
     /// Sum up.
-    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL,
-    /// struct_size).
-    /// ```
+    ///
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL, struct_size).
     pub fn splat_evaluator_summary(
-        evaluator: splat_evaluator,
-        summary: *mut splat_evaluation_summary,
+        evaluator: splat_evaluator, summary: *mut splat_evaluation_summary
     ) -> splat_result;
 
-    /// ```text
-    /// The summary as JSON, the content of results.json: {"schema": 1, "weights" (path), "baseline" (the
-    /// method), "split", "data": {"format", "objects"}, "device", "objects", "novel": {"psnr", "ssim",
-    /// "lpips", "views", "perfect_views"}, "conditioning", "empty_views", "predictions_per_second",
-    /// "images_per_second", "ledger": {the members of splat_ledger, "objects": [{"object" (name), ...}
-    /// for each with numbers that are not finite or blank images]}}. NaN is null.
+    /// The summary as JSON, the content of results.json: {"schema": 1, "weights" (path), "baseline" (the method),
+    /// "split", "data": {"format", "objects"}, "device", "objects", "novel": {"psnr", "ssim", "lpips", "views",
+    /// "perfect_views"}, "conditioning", "empty_views", "predictions_per_second", "images_per_second", "ledger": {the
+    /// members of splat_ledger, "objects": \[{"object" (name), ...} for each with numbers that are not finite or
+    /// blank images\]}}. NaN is null.
+    ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
     pub fn splat_evaluator_report(
-        evaluator: splat_evaluator,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        evaluator: splat_evaluator, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
     /// ```text
@@ -5395,19 +3511,12 @@ extern "C" {
     ///   SPLAT_ERROR_NOT_FOUND             no such file; compared in pairs, they share no object
     ///   SPLAT_ERROR_FORMAT, SPLAT_ERROR_IO   a file that is damaged or cannot be read
     /// ```
-    pub fn splat_compare_scores(
-        desc: *const splat_compare_desc,
-        comparison: *mut splat_comparison,
-    ) -> splat_result;
+    pub fn splat_compare_scores(desc: *const splat_compare_desc, comparison: *mut splat_comparison) -> splat_result;
 
-    /// ```text
     /// Describe a comparison.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info).
-    /// ```
-    pub fn splat_comparison_get_info(
-        comparison: splat_comparison,
-        info: *mut splat_comparison_info,
-    ) -> splat_result;
+    pub fn splat_comparison_get_info(comparison: splat_comparison, info: *mut splat_comparison_info) -> splat_result;
 
     /// ```text
     /// Get the comparison in one metric.
@@ -5417,9 +3526,7 @@ extern "C" {
     ///   struct_size).
     /// ```
     pub fn splat_comparison_metric(
-        comparison: splat_comparison,
-        index: u32,
-        metric: *mut splat_metric_comparison,
+        comparison: splat_comparison, index: u32, metric: *mut splat_metric_comparison
     ) -> splat_result;
 
     /// ```text
@@ -5431,27 +3538,17 @@ extern "C" {
     ///   is too short).
     /// ```
     pub fn splat_comparison_samples(
-        comparison: splat_comparison,
-        index: u32,
-        a: *mut f64,
-        a_count: u64,
-        b: *mut f64,
-        b_count: u64,
+        comparison: splat_comparison, index: u32, a: *mut f64, a_count: u64, b: *mut f64, b_count: u64
     ) -> splat_result;
 
-    /// ```text
-    /// JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed",
-    /// "least_objects" (with fewer the verdict is TOO_FEW), "permutations", "note" (on objects that only
-    /// one has; may be empty), "metrics": [{"metric", "mean_a", "mean_b", "observed_difference",
-    /// "p_permutation", "p_parametric", "p_holm", "ci": [low, high], "effect_size", "n_pairs", "n_a", "n_b",
-    /// "exact", "verdict"}]}.
+    /// JSON: {"a", "b" (paths), "paired", "objects_a", "objects_b", "shared_objects", "seed", "least_objects" (with
+    /// fewer the verdict is TOO_FEW), "permutations", "note" (on objects that only one has; may be empty), "metrics":
+    /// \[{"metric", "mean_a", "mean_b", "observed_difference", "p_permutation", "p_parametric", "p_holm", "ci":
+    /// \[low, high\], "effect_size", "n_pairs", "n_a", "n_b", "exact", "verdict"}\]}.
+    ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE.
-    /// ```
     pub fn splat_comparison_report(
-        comparison: splat_comparison,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        comparison: splat_comparison, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
     /// Destroy a comparison. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
@@ -5465,10 +3562,7 @@ extern "C" {
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_NOT_FOUND (the message lists the names)
     /// ```
     pub fn splat_prior_preset(
-        name: *const c_char,
-        buffer: *mut c_char,
-        capacity: usize,
-        needed: *mut usize,
+        name: *const c_char, buffer: *mut c_char, capacity: usize, needed: *mut usize
     ) -> splat_result;
 
     /// ```text
@@ -5481,18 +3575,13 @@ extern "C" {
     ///                                 than the preset's
     /// ```
     pub fn splat_prior_model_create(
-        desc: *const splat_prior_model_desc,
-        model: *mut splat_prior_model,
+        desc: *const splat_prior_model_desc, model: *mut splat_prior_model
     ) -> splat_result;
 
-    /// ```text
     /// Describe a model.
+    ///
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (info).
-    /// ```
-    pub fn splat_prior_model_get_info(
-        model: splat_prior_model,
-        info: *mut splat_prior_model_info,
-    ) -> splat_result;
+    pub fn splat_prior_model_get_info(model: splat_prior_model, info: *mut splat_prior_model_info) -> splat_result;
 
     /// ```text
     /// Make maps of pictures. Those whose inputs have the same size run at once if the model takes any
@@ -5507,10 +3596,7 @@ extern "C" {
     ///   SPLAT_ERROR_INVALID_STATE     its output is not finite; the handle is of a forked process
     /// ```
     pub fn splat_prior_model_run(
-        model: splat_prior_model,
-        pictures: *const splat_image,
-        maps: *const splat_prior_maps,
-        count: u32,
+        model: splat_prior_model, pictures: *const splat_image, maps: *const splat_prior_maps, count: u32
     ) -> splat_result;
 
     /// Destroy a model. Returns SPLAT_OK, or SPLAT_ERROR_INVALID_HANDLE.
@@ -5525,9 +3611,7 @@ extern "C" {
     ///   SPLAT_ERROR_SHAPE_MISMATCH (the mask), SPLAT_ERROR_OUT_OF_HOST_MEMORY
     /// ```
     pub fn splat_picture_mask(
-        picture: *const splat_image,
-        mask: *const splat_image,
-        found: *mut splat_found,
+        picture: *const splat_image, mask: *const splat_image, found: *mut splat_found
     ) -> splat_result;
 
     /// ```text
@@ -5541,9 +3625,7 @@ extern "C" {
     ///   SPLAT_ERROR_SHAPE_MISMATCH    channels of the depth, the size or channels of the normals
     /// ```
     pub fn splat_normals_from_depth(
-        depth: *const splat_image,
-        desc: *const splat_normals_desc,
-        normal: *const splat_image,
+        depth: *const splat_image, desc: *const splat_normals_desc, normal: *const splat_image
     ) -> splat_result;
 
     /// ```text
@@ -5558,11 +3640,8 @@ extern "C" {
     ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or more than one channel
     /// ```
     pub fn splat_prior_compare_depth(
-        prediction: *const splat_image,
-        truth: *const splat_image,
-        mask: *const splat_image,
-        flags: u32,
-        scores: *mut splat_depth_scores,
+        prediction: *const splat_image, truth: *const splat_image, mask: *const splat_image, flags: u32, scores: *mut
+        splat_depth_scores
     ) -> splat_result;
 
     /// ```text
@@ -5576,11 +3655,8 @@ extern "C" {
     ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or other channels
     /// ```
     pub fn splat_prior_compare_normals(
-        prediction: *const splat_image,
-        truth: *const splat_image,
-        mask: *const splat_image,
-        flags: u32,
-        scores: *mut splat_normal_scores,
+        prediction: *const splat_image, truth: *const splat_image, mask: *const splat_image, flags: u32, scores: *mut
+        splat_normal_scores
     ) -> splat_result;
 
     /// ```text
@@ -5592,10 +3668,7 @@ extern "C" {
     ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or more than one channel
     /// ```
     pub fn splat_prior_compare_masks(
-        prediction: *const splat_image,
-        alpha: *const splat_image,
-        flags: u32,
-        scores: *mut splat_mask_scores,
+        prediction: *const splat_image, alpha: *const splat_image, flags: u32, scores: *mut splat_mask_scores
     ) -> splat_result;
 
     /// ```text
@@ -5608,10 +3681,7 @@ extern "C" {
     ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or fewer pixels
     /// ```
     pub fn splat_prior_compare_images(
-        prediction: *const splat_image,
-        truth: *const splat_image,
-        flags: u32,
-        scores: *mut splat_fidelity_scores,
+        prediction: *const splat_image, truth: *const splat_image, flags: u32, scores: *mut splat_fidelity_scores
     ) -> splat_result;
 
     /// ```text
@@ -5623,9 +3693,7 @@ extern "C" {
     ///   SPLAT_ERROR_SHAPE_MISMATCH        two sizes, or more than one channel
     /// ```
     pub fn splat_prior_filter(
-        map: *const splat_image,
-        filter: splat_map_filter,
-        filtered: *mut splat_image,
+        map: *const splat_image, filter: splat_map_filter, filtered: *mut splat_image
     ) -> splat_result;
 
     /// ```text
@@ -5642,12 +3710,7 @@ extern "C" {
     ///   SPLAT_ERROR_UNSUPPORTED           free-form surfaces, lines that continue in the next one; a PLY
     ///                                     with faces
     /// ```
-    pub fn splat_points_from_mesh(
-        path: *const c_char,
-        seed: u64,
-        points: *mut f32,
-        count: u64,
-    ) -> splat_result;
+    pub fn splat_points_from_mesh(path: *const c_char, seed: u64, points: *mut f32, count: u64) -> splat_result;
 
     /// ```text
     /// The points that a depth map shows, in the world.
@@ -5662,11 +3725,7 @@ extern "C" {
     ///   SPLAT_ERROR_SHAPE_MISMATCH        another size than the camera's, or more than one channel
     /// ```
     pub fn splat_points_from_depth(
-        depth: *const splat_image,
-        camera: *const splat_camera,
-        points: *mut f32,
-        capacity: u64,
-        needed: *mut u64,
+        depth: *const splat_image, camera: *const splat_camera, points: *mut f32, capacity: u64, needed: *mut u64
     ) -> splat_result;
 
     /// ```text
@@ -5680,12 +3739,8 @@ extern "C" {
     ///   not divide, no points, no Gaussian that counts, numbers that are not finite)
     /// ```
     pub fn splat_scene_compare_points(
-        scene: splat_scene,
-        min_opacity: f64,
-        points: *const f32,
-        count: u64,
-        threshold: f64,
-        scores: *mut splat_point_scores,
+        scene: splat_scene, min_opacity: f64, points: *const f32, count: u64, threshold: f64, scores: *mut
+        splat_point_scores
     ) -> splat_result;
 }
 
@@ -5792,917 +3847,190 @@ mod tests {
 
     #[test]
     fn structs_have_the_layout_of_c() {
-        layout!(splat_decode_limits, 48, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            bytes_times_file: 16, 8;
-            bytes_besides: 24, 8;
-            items: 32, 8;
-            jpeg_scans: 40, 4;
-            reserved: 44, 4;
-        );
-        layout!(splat_image, 56, 8,
-            pixels: 0, 8;
-            bytes: 8, 8;
-            type_: 16, 4;
-            width: 20, 4;
-            height: 24, 4;
-            channels: 28, 4;
-            row_stride: 32, 8;
-            pixel_stride: 40, 8;
-            channel_stride: 48, 8;
-        );
-        layout!(splat_device_info, 864, 8,
-            struct_size: 0, 4;
-            index: 4, 4;
-            kind: 8, 4;
-            usable: 12, 4;
-            vendor_id: 16, 4;
-            device_id: 20, 4;
-            vulkan_version: 24, 4;
-            driver_version: 28, 4;
-            uuid: 32, 16;
-            heap_bytes: 48, 8;
-            max_allocation_bytes: 56, 8;
-            max_storage_buffer_bytes: 64, 8;
-            max_workgroup_invocations: 72, 4;
-            shared_memory_bytes: 76, 4;
-            subgroup_size: 80, 4;
-            features: 84, 4;
-            kernels: 88, 4;
-            reserved: 92, 4;
-            name: 96, 256;
-            driver: 352, 256;
-            reason: 608, 256;
-        );
-        layout!(splat_device_desc, 72, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            select: 16, 4;
-            index: 20, 4;
-            kind: 24, 4;
-            kernels: 28, 4;
-            uuid: 32, 16;
-            max_device_bytes: 48, 8;
-            timeout_ns: 56, 8;
-            cache_folder: 64, 8;
-        );
-        layout!(splat_memory_info, 40, 8,
-            struct_size: 0, 4;
-            allocations: 4, 4;
-            used_bytes: 8, 8;
-            live_bytes: 16, 8;
-            peak_bytes: 24, 8;
-            budget_bytes: 32, 8;
-        );
-        layout!(splat_tensor_desc, 96, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            name: 16, 8;
-            dtype: 24, 4;
-            rank: 28, 4;
-            dims: 32, 64;
-        );
-        layout!(splat_tensor_info, 160, 8,
-            struct_size: 0, 4;
-            dtype: 4, 4;
-            rank: 8, 4;
-            mapped: 12, 4;
-            dims: 16, 64;
-            elements: 80, 8;
-            bytes: 88, 8;
-            name: 96, 64;
-        );
-        layout!(splat_tensor_stats, 48, 8,
-            struct_size: 0, 4;
-            reserved: 4, 4;
-            nan_count: 8, 8;
-            inf_count: 16, 8;
-            min: 24, 8;
-            max: 32, 8;
-            mean: 40, 8;
-        );
-        layout!(splat_co3d_desc, 64, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            raw: 16, 8;
-            out: 24, 8;
-            category: 32, 8;
-            subset: 40, 8;
-            split: 48, 8;
-            size: 56, 4;
-            limit: 60, 4;
-        );
-        layout!(splat_co3d_info, 24, 8,
-            struct_size: 0, 4;
-            sequences: 4, 4;
-            kept: 8, 4;
-            left_out: 12, 4;
-            frames: 16, 8;
-        );
-        layout!(splat_dataset_desc, 104, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            path: 16, 8;
-            format: 24, 8;
-            split: 32, 8;
-            resolution: 40, 4;
-            limit: 44, 4;
-            cache_bytes: 48, 8;
-            background: 56, 12;
-            reserved: 68, 4;
-            category: 72, 8;
-            objects_file: 80, 8;
-            excluded_file: 88, 8;
-            views_file: 96, 8;
-        );
-        layout!(splat_dataset_views, 136, 8,
-            struct_size: 0, 4;
-            reserved: 4, 4;
-            images: 8, 8;
-            depths: 16, 8;
-            normals: 24, 8;
-            masks: 32, 8;
-            view_to_world: 40, 8;
-            quaternions: 48, 8;
-            focals: 56, 8;
-            origin_distances: 64, 8;
-            image_count: 72, 8;
-            depth_count: 80, 8;
-            normal_count: 88, 8;
-            mask_count: 96, 8;
-            view_to_world_count: 104, 8;
-            quaternion_count: 112, 8;
-            focal_count: 120, 8;
-            origin_distance_count: 128, 8;
-        );
-        layout!(splat_dataset_import_desc, 56, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            path: 16, 8;
-            out: 24, 8;
-            split: 32, 8;
-            duckdb: 40, 8;
-            shards: 48, 4;
-            shard: 52, 4;
-        );
-        layout!(splat_dataset_export_desc, 80, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            path: 16, 8;
-            layout: 24, 8;
-            split: 32, 8;
-            category: 40, 8;
-            duckdb: 48, 8;
-            objects: 56, 8;
-            object_count: 64, 8;
-            shards: 72, 4;
-            shard: 76, 4;
-        );
-        layout!(splat_synthetic_desc, 64, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            path: 16, 8;
-            category: 24, 8;
-            seed: 32, 8;
-            resolution: 40, 4;
-            train_views: 44, 4;
-            test_views: 48, 4;
-            train_objects: 52, 4;
-            val_objects: 56, 4;
-            test_objects: 60, 4;
-        );
-        layout!(splat_scene_desc, 112, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            count: 16, 8;
-            sh_degree: 24, 4;
-            reserved: 28, 4;
-            means: 32, 8;
-            log_scales: 40, 8;
-            rotations: 48, 8;
-            opacity_logits: 56, 8;
-            sh: 64, 8;
-            mean_count: 72, 8;
-            log_scale_count: 80, 8;
-            rotation_count: 88, 8;
-            opacity_logit_count: 96, 8;
-            sh_count: 104, 8;
-        );
-        layout!(splat_scene_file_desc, 40, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            format: 16, 4;
-            frame: 20, 4;
-            sh_degree: 24, 4;
-            spz_version: 28, 4;
-            max_count: 32, 8;
-        );
-        layout!(splat_similarity, 64, 8,
-            rotation: 0, 32;
-            translation: 32, 24;
-            scale: 56, 8;
-        );
-        layout!(splat_scene_info, 176, 8,
-            struct_size: 0, 4;
-            sh_degree: 4, 4;
-            count: 8, 8;
-            low: 16, 24;
-            high: 40, 24;
-            center: 64, 24;
-            radius: 88, 8;
-            scale_min: 96, 8;
-            scale_max: 104, 8;
-            scale_mean: 112, 8;
-            opacity_min: 120, 8;
-            opacity_max: 128, 8;
-            opacity_mean: 136, 8;
-            non_finite: 144, 8;
-            bad_rotations: 152, 8;
-            degenerate: 160, 8;
-            invisible: 168, 8;
-        );
-        layout!(splat_camera, 168, 8,
-            width: 0, 4;
-            height: 4, 4;
-            fx: 8, 8;
-            fy: 16, 8;
-            cx: 24, 8;
-            cy: 32, 8;
-            world_to_camera: 40, 128;
-        );
-        layout!(splat_orbit_desc, 80, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            width: 16, 4;
-            height: 20, 4;
-            fov_x: 24, 8;
-            elevation: 32, 8;
-            start: 40, 8;
-            distance: 48, 8;
-            up: 56, 24;
-        );
-        layout!(splat_camera_file_desc, 24, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            width: 16, 4;
-            height: 20, 4;
-        );
-        layout!(splat_camera_bytes, 40, 8,
-            struct_size: 0, 4;
-            reserved: 4, 4;
-            cameras: 8, 8;
-            camera_bytes: 16, 8;
-            images: 24, 8;
-            image_bytes: 32, 8;
-        );
-        layout!(splat_weights_info, 96, 8,
-            struct_size: 0, 4;
-            rank: 4, 4;
-            dims: 8, 64;
-            elements: 72, 8;
-            name: 80, 8;
-            dtype: 88, 8;
-        );
-        layout!(splat_named_array, 96, 8,
-            name: 0, 8;
-            values: 8, 8;
-            value_count: 16, 8;
-            dims: 24, 64;
-            rank: 88, 4;
-            reserved: 92, 4;
-        );
-        layout!(splat_op_desc, 72, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            type_: 16, 8;
-            attributes: 24, 8;
-            input_count: 32, 4;
-            output_count: 36, 4;
-            inputs: 40, 8;
-            outputs: 48, 8;
-            grad_outputs: 56, 8;
-            grad_inputs: 64, 8;
-        );
-        layout!(splat_port, 80, 8,
-            name: 0, 8;
-            rank: 8, 4;
-            flags: 12, 4;
-            dims: 16, 64;
-        );
-        layout!(splat_model_desc, 32, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            config: 16, 8;
-            objects: 24, 4;
-            precision: 28, 4;
-        );
-        layout!(splat_model_info, 104, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            objects: 8, 4;
-            views: 12, 4;
-            resolution: 16, 4;
-            channels: 20, 4;
-            image_channels: 24, 4;
-            output_channels: 28, 4;
-            gaussians: 32, 4;
-            sh_degree: 36, 4;
-            embedding_length: 40, 4;
-            token_dim: 44, 4;
-            tokens: 48, 4;
-            slices: 52, 4;
-            fov: 56, 4;
-            reserved: 60, 4;
-            parameters: 64, 8;
-            trainable: 72, 8;
-            predicted: 80, 8;
-            non_finite: 88, 8;
-            faint: 96, 8;
-        );
-        layout!(splat_model_input, 136, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            seed: 8, 8;
-            step: 16, 4;
-            channels: 20, 4;
-            objects: 24, 4;
-            picture_count: 28, 4;
-            pictures: 32, 8;
-            images: 40, 8;
-            images_count: 48, 8;
-            view_to_world: 56, 8;
-            view_to_world_count: 64, 8;
-            quaternions: 72, 8;
-            quaternions_count: 80, 8;
-            focals: 88, 8;
-            focals_count: 96, 8;
-            embedding: 104, 8;
-            embedding_count: 112, 8;
-            tokens: 120, 8;
-            tokens_count: 128, 8;
-        );
-        layout!(splat_model_gradients, 88, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            means: 8, 8;
-            means_count: 16, 8;
-            opacities: 24, 8;
-            opacities_count: 32, 8;
-            scales: 40, 8;
-            scales_count: 48, 8;
-            rotations: 56, 8;
-            rotations_count: 64, 8;
-            sh: 72, 8;
-            sh_count: 80, 8;
-        );
-        layout!(splat_module_desc, 48, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            type_: 16, 8;
-            attributes: 24, 8;
-            ports: 32, 8;
-            port_count: 40, 4;
-            precision: 44, 4;
-        );
-        layout!(splat_picture_source, 64, 8,
-            path: 0, 8;
-            pixels: 8, 56;
-        );
-        layout!(splat_picture, 440, 8,
-            image: 0, 64;
-            mask: 64, 64;
-            depth: 128, 64;
-            normal: 192, 64;
-            flags: 256, 4;
-            foreground: 260, 4;
-            focal: 264, 8;
-            origin_distance: 272, 8;
-            world_to_camera: 280, 128;
-            embedding: 408, 8;
-            embedding_count: 416, 8;
-            tokens: 424, 8;
-            token_count: 432, 8;
-        );
-        layout!(splat_picture_info, 56, 8,
-            width: 0, 4;
-            height: 4, 4;
-            found: 8, 4;
-            warnings: 12, 4;
-            square: 16, 24;
-            focal: 40, 8;
-            fov_degrees: 48, 8;
-        );
-        layout!(splat_picture_cut_desc, 256, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            resolution: 16, 4;
-            background: 20, 12;
-            image: 32, 56;
-            mask: 88, 56;
-            depth: 144, 56;
-            normal: 200, 56;
-        );
-        layout!(splat_predictor_desc, 64, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            weights_path: 16, 8;
-            weights: 24, 8;
-            config: 32, 8;
-            adapters_path: 40, 8;
-            adapters: 48, 8;
-            adapters_alpha: 56, 8;
-        );
-        layout!(splat_predictor_info, 72, 8,
-            struct_size: 0, 4;
-            views: 4, 4;
-            resolution: 8, 4;
-            channels: 12, 4;
-            depth: 16, 4;
-            normal: 20, 4;
-            mask: 24, 4;
-            origin_distance: 28, 4;
-            gaussians: 32, 8;
-            sh_degree: 40, 4;
-            background: 44, 12;
-            fov_degrees: 56, 8;
-            category: 64, 8;
-        );
-        layout!(splat_prediction, 96, 8,
-            struct_size: 0, 4;
-            camera_capacity: 4, 4;
-            cameras: 8, 8;
-            pictures: 16, 8;
-            picture_capacity: 24, 4;
-            camera_count: 28, 4;
-            picture_count: 32, 4;
-            reserved: 36, 4;
-            inputs: 40, 8;
-            input_capacity: 48, 8;
-            gaussians: 56, 8;
-            not_finite: 64, 8;
-            faint: 72, 8;
-            read_ms: 80, 8;
-            network_ms: 88, 8;
-        );
-        layout!(splat_rasterizer_desc, 56, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            gaussians: 16, 4;
-            views: 20, 4;
-            width: 24, 4;
-            height: 28, 4;
-            sh_degree: 32, 4;
-            disabled_skips: 36, 4;
-            convention: 40, 4;
-            near_plane: 44, 4;
-            far_plane: 48, 4;
-            reserved: 52, 4;
-        );
-        layout!(splat_gaussians_desc, 64, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            means: 16, 8;
-            scales: 24, 8;
-            rotations: 32, 8;
-            opacities: 40, 8;
-            sh: 48, 8;
-            colors: 56, 8;
-        );
-        layout!(splat_gradients_desc, 112, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            grad_rgb: 16, 8;
-            grad_alpha: 24, 8;
-            grad_depth: 32, 8;
-            grad_means: 40, 8;
-            grad_scales: 48, 8;
-            grad_rotations: 56, 8;
-            grad_opacities: 64, 8;
-            grad_sh: 72, 8;
-            grad_colors: 80, 8;
-            grad_means2d: 88, 8;
-            grad_means2d_abs: 96, 8;
-            grad_world_to_camera: 104, 8;
-        );
-        layout!(splat_rasterizer_info, 88, 8,
-            struct_size: 0, 4;
-            passes: 4, 4;
-            visible: 8, 8;
-            pairs: 16, 8;
-            longest: 24, 8;
-            tiles: 32, 8;
-            empty_tiles: 40, 8;
-            bytes: 48, 8;
-            runs: 56, 4;
-            gaussians: 60, 4;
-            views: 64, 4;
-            reserved: 68, 4;
-            culled: 72, 8;
-            non_finite: 80, 8;
-        );
-        layout!(splat_scene_render_desc, 40, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            output: 16, 4;
-            convention: 20, 4;
-            background: 24, 12;
-            reserved: 36, 4;
-        );
-        layout!(splat_image_info, 16, 8,
-            struct_size: 0, 4;
-            bits: 4, 4;
-            focal: 8, 8;
-        );
-        layout!(splat_image_scores, 32, 8,
-            struct_size: 0, 4;
-            reserved: 4, 4;
-            squared_error: 8, 8;
-            psnr: 16, 8;
-            ssim: 24, 8;
-        );
-        layout!(splat_lpips_desc, 32, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            weights: 16, 8;
-            weight_count: 24, 4;
-            side: 28, 4;
-        );
-        layout!(splat_number, 16, 8,
-            name: 0, 8;
-            value: 8, 8;
-        );
-        layout!(splat_run_event, 160, 8,
-            struct_size: 0, 4;
-            kind: 4, 4;
-            text: 8, 8;
-            warning: 16, 4;
-            updated: 20, 4;
-            logged: 24, 4;
-            reserved: 28, 4;
-            step: 32, 8;
-            attempts: 40, 8;
-            iterations: 48, 8;
-            skipped: 56, 8;
-            peak_bytes: 64, 8;
-            seconds: 72, 8;
-            steps_per_second: 80, 8;
-            numbers: 88, 8;
-            number_count: 96, 8;
-            name: 104, 8;
-            piece: 112, 4;
-            pieces: 116, 4;
-            views: 120, 4;
-            inputs: 124, 4;
-            width: 128, 4;
-            height: 132, 4;
-            image_count: 136, 8;
-            images: 144, 8;
-            truths: 152, 8;
-        );
-        layout!(splat_optimizer_item, 40, 8,
-            name: 0, 8;
-            model: 8, 8;
-            module: 16, 8;
-            parameter: 24, 8;
-            gradient: 32, 8;
-        );
-        layout!(splat_optimizer_group, 40, 8,
-            pattern: 0, 8;
-            rate_factor: 8, 8;
-            beta1: 16, 8;
-            beta2: 24, 8;
-            eps: 32, 8;
-        );
-        layout!(splat_optimizer_desc, 136, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            items: 16, 8;
-            item_count: 24, 8;
-            groups: 32, 8;
-            group_count: 40, 8;
-            rate: 48, 8;
-            beta1: 56, 8;
-            beta2: 64, 8;
-            eps: 72, 8;
-            schedule: 80, 4;
-            reserved: 84, 4;
-            warmup_steps: 88, 8;
-            total_steps: 96, 8;
-            step_at: 104, 8;
-            ema_decay: 112, 8;
-            ema_every: 120, 8;
-            ema_after: 128, 8;
-        );
-        layout!(splat_optimizer_info, 64, 8,
-            struct_size: 0, 4;
-            was_skipped: 4, 4;
-            step: 8, 8;
-            skipped: 16, 8;
-            rate: 24, 8;
-            non_finite: 32, 8;
-            gradients_zero: 40, 4;
-            averaged: 44, 4;
-            parameters: 48, 8;
-            elements: 56, 8;
-        );
-        layout!(splat_trainer_desc, 24, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            config: 16, 8;
-        );
-        layout!(splat_trainer_batch, 144, 8,
-            struct_size: 0, 4;
-            reserved: 4, 4;
-            images: 8, 8;
-            images_count: 16, 8;
-            view_to_world: 24, 8;
-            view_to_world_count: 32, 8;
-            quaternions: 40, 8;
-            quaternions_count: 48, 8;
-            focals: 56, 8;
-            focals_count: 64, 8;
-            embedding: 72, 8;
-            embedding_count: 80, 8;
-            tokens: 88, 8;
-            tokens_count: 96, 8;
-            targets: 104, 8;
-            targets_count: 112, 8;
-            cameras: 120, 8;
-            cameras_count: 128, 8;
-            channels: 136, 4;
-            objects: 140, 4;
-        );
-        layout!(splat_trainer_info, 136, 8,
-            struct_size: 0, 4;
-            skipped: 4, 4;
-            step: 8, 8;
-            pairs: 16, 8;
-            loss: 24, 8;
-            squared_error: 32, 8;
-            pixel_loss: 40, 8;
-            ssim: 48, 8;
-            network_ms: 56, 8;
-            render_ms: 64, 8;
-            update_ms: 72, 8;
-            lpips: 80, 8;
-            visible: 88, 8;
-            culled: 96, 8;
-            non_finite: 104, 8;
-            gradients_zero: 112, 4;
-            reserved: 116, 4;
-            rate: 120, 8;
-            edge_loss: 128, 8;
-        );
-        layout!(splat_training_desc, 80, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            folder: 16, 8;
-            config: 24, 8;
-            values: 32, 8;
-            value_count: 40, 8;
-            dataset: 48, 8;
-            validation: 56, 8;
-            init: 64, 8;
-            init_flags: 72, 4;
-            reserved: 76, 4;
-        );
-        layout!(splat_evaluator_desc, 96, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            predictor: 16, 8;
-            dataset: 24, 8;
-            data_path: 32, 8;
-            split: 40, 8;
-            method: 48, 8;
-            lpips: 56, 8;
-            conditioning: 64, 8;
-            conditioning_count: 72, 8;
-            inputs: 80, 4;
-            novel_views: 84, 4;
-            objects: 88, 4;
-            reserved: 92, 4;
-        );
-        layout!(splat_evaluator_info, 16, 4,
-            struct_size: 0, 4;
-            objects: 4, 4;
-            scored: 8, 4;
-            resolution: 12, 4;
-        );
-        layout!(splat_scores, 32, 8,
-            psnr: 0, 8;
-            ssim: 8, 8;
-            lpips: 16, 8;
-            views: 24, 4;
-            perfect_views: 28, 4;
-        );
-        layout!(splat_ledger, 48, 8,
-            outputs_not_finite: 0, 8;
-            gaussians: 8, 8;
-            gaussians_not_finite: 16, 8;
-            gaussians_invisible: 24, 8;
-            gaussians_visible: 32, 8;
-            images_not_finite: 40, 4;
-            images_blank: 44, 4;
-        );
-        layout!(splat_object_scores, 152, 8,
-            struct_size: 0, 4;
-            object: 4, 4;
-            name: 8, 8;
-            novel: 16, 32;
-            conditioning: 48, 32;
-            ledger: 80, 48;
-            empty_views: 128, 4;
-            not_finite: 132, 4;
-            predict_ms: 136, 8;
-            draw_ms: 144, 8;
-        );
-        layout!(splat_evaluated_views, 80, 8,
-            struct_size: 0, 4;
-            inputs: 4, 4;
-            novel: 8, 4;
-            reserved: 12, 4;
-            numbers: 16, 8;
-            number_count: 24, 8;
-            cameras: 32, 8;
-            camera_count: 40, 8;
-            images: 48, 8;
-            image_count: 56, 8;
-            drawn: 64, 8;
-            drawn_count: 72, 8;
-        );
-        layout!(splat_evaluation_summary, 144, 8,
-            struct_size: 0, 4;
-            objects: 4, 4;
-            novel: 8, 32;
-            conditioning: 40, 32;
-            ledger: 72, 48;
-            empty_views: 120, 4;
-            objects_not_finite: 124, 4;
-            predictions_per_second: 128, 8;
-            images_per_second: 136, 8;
-        );
-        layout!(splat_score, 32, 8,
-            object: 0, 8;
-            psnr: 8, 8;
-            ssim: 16, 8;
-            lpips: 24, 8;
-        );
-        layout!(splat_score_set, 24, 8,
-            path: 0, 8;
-            scores: 8, 8;
-            score_count: 16, 8;
-        );
-        layout!(splat_compare_desc, 80, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            a: 16, 24;
-            b: 40, 24;
-            seed: 64, 8;
-            resamples: 72, 4;
-            bootstraps: 76, 4;
-        );
-        layout!(splat_comparison_info, 40, 8,
-            struct_size: 0, 4;
-            metrics: 4, 4;
-            objects_a: 8, 8;
-            objects_b: 16, 8;
-            shared_objects: 24, 8;
-            unpaired: 32, 4;
-            comparable: 36, 4;
-        );
-        layout!(splat_metric_comparison, 120, 8,
-            struct_size: 0, 4;
-            metric: 4, 4;
-            verdict: 8, 4;
-            exact: 12, 4;
-            mean_a: 16, 8;
-            mean_b: 24, 8;
-            difference: 32, 8;
-            p_permutation: 40, 8;
-            p_parametric: 48, 8;
-            p_holm: 56, 8;
-            low: 64, 8;
-            high: 72, 8;
-            effect: 80, 8;
-            n_a: 88, 8;
-            n_b: 96, 8;
-            lacking_a: 104, 8;
-            lacking_b: 112, 8;
-        );
-        layout!(splat_prior_model_desc, 48, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            preset: 16, 8;
-            model_path: 24, 8;
-            runtime_path: 32, 8;
-            threads: 40, 4;
-            reserved: 44, 4;
-        );
-        layout!(splat_prior_model_info, 56, 8,
-            struct_size: 0, 4;
-            maps: 4, 4;
-            width: 8, 4;
-            height: 12, 4;
-            preset: 16, 8;
-            licence: 24, 8;
-            note: 32, 8;
-            path: 40, 8;
-            runtime_version: 48, 8;
-        );
-        layout!(splat_prior_maps, 168, 8,
-            depth: 0, 56;
-            normal: 56, 56;
-            mask: 112, 56;
-        );
-        layout!(splat_normals_desc, 64, 8,
-            struct_size: 0, 4;
-            flags: 4, 4;
-            next: 8, 8;
-            focal_x: 16, 8;
-            focal_y: 24, 8;
-            center_x: 32, 8;
-            center_y: 40, 8;
-            nearest: 48, 8;
-            farthest: 56, 8;
-        );
-        layout!(splat_depth_scores, 80, 8,
-            struct_size: 0, 4;
-            reserved: 4, 4;
-            pixels: 8, 8;
-            abs_rel: 16, 8;
-            rmse: 24, 8;
-            si_rmse: 32, 8;
-            within: 40, 24;
-            scale: 64, 8;
-            shift: 72, 8;
-        );
-        layout!(splat_normal_scores, 72, 8,
-            struct_size: 0, 4;
-            reserved: 4, 4;
-            pixels: 8, 8;
-            missing: 16, 8;
-            mean: 24, 8;
-            median: 32, 8;
-            rmse: 40, 8;
-            within: 48, 24;
-        );
-        layout!(splat_mask_scores, 64, 8,
-            struct_size: 0, 4;
-            reserved: 4, 4;
-            predicted_pixels: 8, 8;
-            true_pixels: 16, 8;
-            mae: 24, 8;
-            iou: 32, 8;
-            precision: 40, 8;
-            recall: 48, 8;
-            f_beta: 56, 8;
-        );
-        layout!(splat_fidelity_scores, 48, 8,
-            struct_size: 0, 4;
-            constant_channels: 4, 4;
-            vif: 8, 8;
-            channels: 16, 32;
-        );
-        layout!(splat_point_scores, 72, 8,
-            struct_size: 0, 4;
-            reserved: 4, 4;
-            gaussians: 8, 8;
-            accuracy: 16, 8;
-            completeness: 24, 8;
-            chamfer: 32, 8;
-            chamfer_squared: 40, 8;
-            precision: 48, 8;
-            recall: 56, 8;
-            f_score: 64, 8;
-        );
+        layout!(splat_decode_limits, 48, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; bytes_times_file: 16, 8;
+        bytes_besides: 24, 8; items: 32, 8; jpeg_scans: 40, 4; reserved: 44, 4;);
+        layout!(splat_image, 56, 8, pixels: 0, 8; bytes: 8, 8; type_: 16, 4; width: 20, 4; height: 24, 4; channels:
+        28, 4; row_stride: 32, 8; pixel_stride: 40, 8; channel_stride: 48, 8;);
+        layout!(splat_device_info, 864, 8, struct_size: 0, 4; index: 4, 4; kind: 8, 4; usable: 12, 4; vendor_id: 16,
+        4; device_id: 20, 4; vulkan_version: 24, 4; driver_version: 28, 4; uuid: 32, 16; heap_bytes: 48, 8;
+        max_allocation_bytes: 56, 8; max_storage_buffer_bytes: 64, 8; max_workgroup_invocations: 72, 4;
+        shared_memory_bytes: 76, 4; subgroup_size: 80, 4; features: 84, 4; kernels: 88, 4; reserved: 92, 4; name: 96,
+        256; driver: 352, 256; reason: 608, 256;);
+        layout!(splat_device_desc, 72, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; select: 16, 4; index: 20, 4;
+        kind: 24, 4; kernels: 28, 4; uuid: 32, 16; max_device_bytes: 48, 8; timeout_ns: 56, 8; cache_folder: 64, 8;);
+        layout!(splat_memory_info, 40, 8, struct_size: 0, 4; allocations: 4, 4; used_bytes: 8, 8; live_bytes: 16, 8;
+        peak_bytes: 24, 8; budget_bytes: 32, 8;);
+        layout!(splat_tensor_desc, 96, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; name: 16, 8; dtype: 24, 4; rank:
+        28, 4; dims: 32, 64;);
+        layout!(splat_tensor_info, 160, 8, struct_size: 0, 4; dtype: 4, 4; rank: 8, 4; mapped: 12, 4; dims: 16, 64;
+        elements: 80, 8; bytes: 88, 8; name: 96, 64;);
+        layout!(splat_tensor_stats, 48, 8, struct_size: 0, 4; reserved: 4, 4; nan_count: 8, 8; inf_count: 16, 8; min:
+        24, 8; max: 32, 8; mean: 40, 8;);
+        layout!(splat_co3d_desc, 64, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; raw: 16, 8; out: 24, 8; category:
+        32, 8; subset: 40, 8; split: 48, 8; size: 56, 4; limit: 60, 4;);
+        layout!(splat_co3d_info, 24, 8, struct_size: 0, 4; sequences: 4, 4; kept: 8, 4; left_out: 12, 4; frames: 16,
+        8;);
+        layout!(splat_dataset_desc, 104, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; path: 16, 8; format: 24, 8;
+        split: 32, 8; resolution: 40, 4; limit: 44, 4; cache_bytes: 48, 8; background: 56, 12; reserved: 68, 4;
+        category: 72, 8; objects_file: 80, 8; excluded_file: 88, 8; views_file: 96, 8;);
+        layout!(splat_dataset_views, 136, 8, struct_size: 0, 4; reserved: 4, 4; images: 8, 8; depths: 16, 8; normals:
+        24, 8; masks: 32, 8; view_to_world: 40, 8; quaternions: 48, 8; focals: 56, 8; origin_distances: 64, 8;
+        image_count: 72, 8; depth_count: 80, 8; normal_count: 88, 8; mask_count: 96, 8; view_to_world_count: 104, 8;
+        quaternion_count: 112, 8; focal_count: 120, 8; origin_distance_count: 128, 8;);
+        layout!(splat_dataset_import_desc, 56, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; path: 16, 8; out: 24, 8;
+        split: 32, 8; duckdb: 40, 8; shards: 48, 4; shard: 52, 4;);
+        layout!(splat_dataset_export_desc, 80, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; path: 16, 8; layout: 24,
+        8; split: 32, 8; category: 40, 8; duckdb: 48, 8; objects: 56, 8; object_count: 64, 8; shards: 72, 4; shard:
+        76, 4;);
+        layout!(splat_synthetic_desc, 64, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; path: 16, 8; category: 24, 8;
+        seed: 32, 8; resolution: 40, 4; train_views: 44, 4; test_views: 48, 4; train_objects: 52, 4; val_objects: 56,
+        4; test_objects: 60, 4;);
+        layout!(splat_scene_desc, 112, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; count: 16, 8; sh_degree: 24, 4;
+        reserved: 28, 4; means: 32, 8; log_scales: 40, 8; rotations: 48, 8; opacity_logits: 56, 8; sh: 64, 8;
+        mean_count: 72, 8; log_scale_count: 80, 8; rotation_count: 88, 8; opacity_logit_count: 96, 8; sh_count: 104,
+        8;);
+        layout!(splat_scene_file_desc, 40, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; format: 16, 4; frame: 20, 4;
+        sh_degree: 24, 4; spz_version: 28, 4; max_count: 32, 8;);
+        layout!(splat_similarity, 64, 8, rotation: 0, 32; translation: 32, 24; scale: 56, 8;);
+        layout!(splat_scene_info, 176, 8, struct_size: 0, 4; sh_degree: 4, 4; count: 8, 8; low: 16, 24; high: 40, 24;
+        center: 64, 24; radius: 88, 8; scale_min: 96, 8; scale_max: 104, 8; scale_mean: 112, 8; opacity_min: 120, 8;
+        opacity_max: 128, 8; opacity_mean: 136, 8; non_finite: 144, 8; bad_rotations: 152, 8; degenerate: 160, 8;
+        invisible: 168, 8;);
+        layout!(splat_camera, 168, 8, width: 0, 4; height: 4, 4; fx: 8, 8; fy: 16, 8; cx: 24, 8; cy: 32, 8;
+        world_to_camera: 40, 128;);
+        layout!(splat_orbit_desc, 80, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; width: 16, 4; height: 20, 4;
+        fov_x: 24, 8; elevation: 32, 8; start: 40, 8; distance: 48, 8; up: 56, 24;);
+        layout!(splat_camera_file_desc, 24, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; width: 16, 4; height: 20,
+        4;);
+        layout!(splat_camera_bytes, 40, 8, struct_size: 0, 4; reserved: 4, 4; cameras: 8, 8; camera_bytes: 16, 8;
+        images: 24, 8; image_bytes: 32, 8;);
+        layout!(splat_weights_info, 96, 8, struct_size: 0, 4; rank: 4, 4; dims: 8, 64; elements: 72, 8; name: 80, 8;
+        dtype: 88, 8;);
+        layout!(splat_named_array, 96, 8, name: 0, 8; values: 8, 8; value_count: 16, 8; dims: 24, 64; rank: 88, 4;
+        reserved: 92, 4;);
+        layout!(splat_op_desc, 72, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; type_: 16, 8; attributes: 24, 8;
+        input_count: 32, 4; output_count: 36, 4; inputs: 40, 8; outputs: 48, 8; grad_outputs: 56, 8; grad_inputs: 64,
+        8;);
+        layout!(splat_port, 80, 8, name: 0, 8; rank: 8, 4; flags: 12, 4; dims: 16, 64;);
+        layout!(splat_model_desc, 32, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; config: 16, 8; objects: 24, 4;
+        precision: 28, 4;);
+        layout!(splat_model_info, 104, 8, struct_size: 0, 4; flags: 4, 4; objects: 8, 4; views: 12, 4; resolution: 16,
+        4; channels: 20, 4; image_channels: 24, 4; output_channels: 28, 4; gaussians: 32, 4; sh_degree: 36, 4;
+        embedding_length: 40, 4; token_dim: 44, 4; tokens: 48, 4; slices: 52, 4; fov: 56, 4; reserved: 60, 4;
+        parameters: 64, 8; trainable: 72, 8; predicted: 80, 8; non_finite: 88, 8; faint: 96, 8;);
+        layout!(splat_model_input, 136, 8, struct_size: 0, 4; flags: 4, 4; seed: 8, 8; step: 16, 4; channels: 20, 4;
+        objects: 24, 4; picture_count: 28, 4; pictures: 32, 8; images: 40, 8; images_count: 48, 8; view_to_world: 56,
+        8; view_to_world_count: 64, 8; quaternions: 72, 8; quaternions_count: 80, 8; focals: 88, 8; focals_count: 96,
+        8; embedding: 104, 8; embedding_count: 112, 8; tokens: 120, 8; tokens_count: 128, 8;);
+        layout!(splat_model_gradients, 88, 8, struct_size: 0, 4; flags: 4, 4; means: 8, 8; means_count: 16, 8;
+        opacities: 24, 8; opacities_count: 32, 8; scales: 40, 8; scales_count: 48, 8; rotations: 56, 8;
+        rotations_count: 64, 8; sh: 72, 8; sh_count: 80, 8;);
+        layout!(splat_module_desc, 48, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; type_: 16, 8; attributes: 24, 8;
+        ports: 32, 8; port_count: 40, 4; precision: 44, 4;);
+        layout!(splat_picture_source, 64, 8, path: 0, 8; pixels: 8, 56;);
+        layout!(splat_picture, 440, 8, image: 0, 64; mask: 64, 64; depth: 128, 64; normal: 192, 64; flags: 256, 4;
+        foreground: 260, 4; focal: 264, 8; origin_distance: 272, 8; world_to_camera: 280, 128; embedding: 408, 8;
+        embedding_count: 416, 8; tokens: 424, 8; token_count: 432, 8;);
+        layout!(splat_picture_info, 56, 8, width: 0, 4; height: 4, 4; found: 8, 4; warnings: 12, 4; square: 16, 24;
+        focal: 40, 8; fov_degrees: 48, 8;);
+        layout!(splat_picture_cut_desc, 256, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; resolution: 16, 4;
+        background: 20, 12; image: 32, 56; mask: 88, 56; depth: 144, 56; normal: 200, 56;);
+        layout!(splat_predictor_desc, 64, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; weights_path: 16, 8; weights:
+        24, 8; config: 32, 8; adapters_path: 40, 8; adapters: 48, 8; adapters_alpha: 56, 8;);
+        layout!(splat_predictor_info, 72, 8, struct_size: 0, 4; views: 4, 4; resolution: 8, 4; channels: 12, 4; depth:
+        16, 4; normal: 20, 4; mask: 24, 4; origin_distance: 28, 4; gaussians: 32, 8; sh_degree: 40, 4; background: 44,
+        12; fov_degrees: 56, 8; category: 64, 8;);
+        layout!(splat_prediction, 96, 8, struct_size: 0, 4; camera_capacity: 4, 4; cameras: 8, 8; pictures: 16, 8;
+        picture_capacity: 24, 4; camera_count: 28, 4; picture_count: 32, 4; reserved: 36, 4; inputs: 40, 8;
+        input_capacity: 48, 8; gaussians: 56, 8; not_finite: 64, 8; faint: 72, 8; read_ms: 80, 8; network_ms: 88, 8;);
+        layout!(splat_rasterizer_desc, 56, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; gaussians: 16, 4; views: 20,
+        4; width: 24, 4; height: 28, 4; sh_degree: 32, 4; disabled_skips: 36, 4; convention: 40, 4; near_plane: 44, 4;
+        far_plane: 48, 4; reserved: 52, 4;);
+        layout!(splat_gaussians_desc, 64, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; means: 16, 8; scales: 24, 8;
+        rotations: 32, 8; opacities: 40, 8; sh: 48, 8; colors: 56, 8;);
+        layout!(splat_gradients_desc, 112, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; grad_rgb: 16, 8; grad_alpha:
+        24, 8; grad_depth: 32, 8; grad_means: 40, 8; grad_scales: 48, 8; grad_rotations: 56, 8; grad_opacities: 64, 8;
+        grad_sh: 72, 8; grad_colors: 80, 8; grad_means2d: 88, 8; grad_means2d_abs: 96, 8; grad_world_to_camera: 104,
+        8;);
+        layout!(splat_rasterizer_info, 88, 8, struct_size: 0, 4; passes: 4, 4; visible: 8, 8; pairs: 16, 8; longest:
+        24, 8; tiles: 32, 8; empty_tiles: 40, 8; bytes: 48, 8; runs: 56, 4; gaussians: 60, 4; views: 64, 4; reserved:
+        68, 4; culled: 72, 8; non_finite: 80, 8;);
+        layout!(splat_scene_render_desc, 40, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; output: 16, 4; convention:
+        20, 4; background: 24, 12; reserved: 36, 4;);
+        layout!(splat_image_info, 16, 8, struct_size: 0, 4; bits: 4, 4; focal: 8, 8;);
+        layout!(splat_image_scores, 32, 8, struct_size: 0, 4; reserved: 4, 4; squared_error: 8, 8; psnr: 16, 8; ssim:
+        24, 8;);
+        layout!(splat_lpips_desc, 32, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; weights: 16, 8; weight_count: 24,
+        4; side: 28, 4;);
+        layout!(splat_number, 16, 8, name: 0, 8; value: 8, 8;);
+        layout!(splat_run_event, 160, 8, struct_size: 0, 4; kind: 4, 4; text: 8, 8; warning: 16, 4; updated: 20, 4;
+        logged: 24, 4; reserved: 28, 4; step: 32, 8; attempts: 40, 8; iterations: 48, 8; skipped: 56, 8; peak_bytes:
+        64, 8; seconds: 72, 8; steps_per_second: 80, 8; numbers: 88, 8; number_count: 96, 8; name: 104, 8; piece: 112,
+        4; pieces: 116, 4; views: 120, 4; inputs: 124, 4; width: 128, 4; height: 132, 4; image_count: 136, 8; images:
+        144, 8; truths: 152, 8;);
+        layout!(splat_optimizer_item, 40, 8, name: 0, 8; model: 8, 8; module: 16, 8; parameter: 24, 8; gradient: 32,
+        8;);
+        layout!(splat_optimizer_group, 40, 8, pattern: 0, 8; rate_factor: 8, 8; beta1: 16, 8; beta2: 24, 8; eps: 32,
+        8;);
+        layout!(splat_optimizer_desc, 136, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; items: 16, 8; item_count:
+        24, 8; groups: 32, 8; group_count: 40, 8; rate: 48, 8; beta1: 56, 8; beta2: 64, 8; eps: 72, 8; schedule: 80,
+        4; reserved: 84, 4; warmup_steps: 88, 8; total_steps: 96, 8; step_at: 104, 8; ema_decay: 112, 8; ema_every:
+        120, 8; ema_after: 128, 8;);
+        layout!(splat_optimizer_info, 64, 8, struct_size: 0, 4; was_skipped: 4, 4; step: 8, 8; skipped: 16, 8; rate:
+        24, 8; non_finite: 32, 8; gradients_zero: 40, 4; averaged: 44, 4; parameters: 48, 8; elements: 56, 8;);
+        layout!(splat_trainer_desc, 24, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; config: 16, 8;);
+        layout!(splat_trainer_batch, 144, 8, struct_size: 0, 4; reserved: 4, 4; images: 8, 8; images_count: 16, 8;
+        view_to_world: 24, 8; view_to_world_count: 32, 8; quaternions: 40, 8; quaternions_count: 48, 8; focals: 56, 8;
+        focals_count: 64, 8; embedding: 72, 8; embedding_count: 80, 8; tokens: 88, 8; tokens_count: 96, 8; targets:
+        104, 8; targets_count: 112, 8; cameras: 120, 8; cameras_count: 128, 8; channels: 136, 4; objects: 140, 4;);
+        layout!(splat_trainer_info, 136, 8, struct_size: 0, 4; skipped: 4, 4; step: 8, 8; pairs: 16, 8; loss: 24, 8;
+        squared_error: 32, 8; pixel_loss: 40, 8; ssim: 48, 8; network_ms: 56, 8; render_ms: 64, 8; update_ms: 72, 8;
+        lpips: 80, 8; visible: 88, 8; culled: 96, 8; non_finite: 104, 8; gradients_zero: 112, 4; reserved: 116, 4;
+        rate: 120, 8; edge_loss: 128, 8;);
+        layout!(splat_training_desc, 80, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; folder: 16, 8; config: 24, 8;
+        values: 32, 8; value_count: 40, 8; dataset: 48, 8; validation: 56, 8; init: 64, 8; init_flags: 72, 4;
+        reserved: 76, 4;);
+        layout!(splat_evaluator_desc, 96, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; predictor: 16, 8; dataset:
+        24, 8; data_path: 32, 8; split: 40, 8; method: 48, 8; lpips: 56, 8; conditioning: 64, 8; conditioning_count:
+        72, 8; inputs: 80, 4; novel_views: 84, 4; objects: 88, 4; reserved: 92, 4;);
+        layout!(splat_evaluator_info, 16, 4, struct_size: 0, 4; objects: 4, 4; scored: 8, 4; resolution: 12, 4;);
+        layout!(splat_scores, 32, 8, psnr: 0, 8; ssim: 8, 8; lpips: 16, 8; views: 24, 4; perfect_views: 28, 4;);
+        layout!(splat_ledger, 48, 8, outputs_not_finite: 0, 8; gaussians: 8, 8; gaussians_not_finite: 16, 8;
+        gaussians_invisible: 24, 8; gaussians_visible: 32, 8; images_not_finite: 40, 4; images_blank: 44, 4;);
+        layout!(splat_object_scores, 152, 8, struct_size: 0, 4; object: 4, 4; name: 8, 8; novel: 16, 32; conditioning:
+        48, 32; ledger: 80, 48; empty_views: 128, 4; not_finite: 132, 4; predict_ms: 136, 8; draw_ms: 144, 8;);
+        layout!(splat_evaluated_views, 80, 8, struct_size: 0, 4; inputs: 4, 4; novel: 8, 4; reserved: 12, 4; numbers:
+        16, 8; number_count: 24, 8; cameras: 32, 8; camera_count: 40, 8; images: 48, 8; image_count: 56, 8; drawn: 64,
+        8; drawn_count: 72, 8;);
+        layout!(splat_evaluation_summary, 144, 8, struct_size: 0, 4; objects: 4, 4; novel: 8, 32; conditioning: 40,
+        32; ledger: 72, 48; empty_views: 120, 4; objects_not_finite: 124, 4; predictions_per_second: 128, 8;
+        images_per_second: 136, 8;);
+        layout!(splat_score, 32, 8, object: 0, 8; psnr: 8, 8; ssim: 16, 8; lpips: 24, 8;);
+        layout!(splat_score_set, 24, 8, path: 0, 8; scores: 8, 8; score_count: 16, 8;);
+        layout!(splat_compare_desc, 80, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; a: 16, 24; b: 40, 24; seed: 64,
+        8; resamples: 72, 4; bootstraps: 76, 4;);
+        layout!(splat_comparison_info, 40, 8, struct_size: 0, 4; metrics: 4, 4; objects_a: 8, 8; objects_b: 16, 8;
+        shared_objects: 24, 8; unpaired: 32, 4; comparable: 36, 4;);
+        layout!(splat_metric_comparison, 120, 8, struct_size: 0, 4; metric: 4, 4; verdict: 8, 4; exact: 12, 4; mean_a:
+        16, 8; mean_b: 24, 8; difference: 32, 8; p_permutation: 40, 8; p_parametric: 48, 8; p_holm: 56, 8; low: 64, 8;
+        high: 72, 8; effect: 80, 8; n_a: 88, 8; n_b: 96, 8; lacking_a: 104, 8; lacking_b: 112, 8;);
+        layout!(splat_prior_model_desc, 48, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; preset: 16, 8; model_path:
+        24, 8; runtime_path: 32, 8; threads: 40, 4; reserved: 44, 4;);
+        layout!(splat_prior_model_info, 56, 8, struct_size: 0, 4; maps: 4, 4; width: 8, 4; height: 12, 4; preset: 16,
+        8; licence: 24, 8; note: 32, 8; path: 40, 8; runtime_version: 48, 8;);
+        layout!(splat_prior_maps, 168, 8, depth: 0, 56; normal: 56, 56; mask: 112, 56;);
+        layout!(splat_normals_desc, 64, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; focal_x: 16, 8; focal_y: 24, 8;
+        center_x: 32, 8; center_y: 40, 8; nearest: 48, 8; farthest: 56, 8;);
+        layout!(splat_depth_scores, 80, 8, struct_size: 0, 4; reserved: 4, 4; pixels: 8, 8; abs_rel: 16, 8; rmse: 24,
+        8; si_rmse: 32, 8; within: 40, 24; scale: 64, 8; shift: 72, 8;);
+        layout!(splat_normal_scores, 72, 8, struct_size: 0, 4; reserved: 4, 4; pixels: 8, 8; missing: 16, 8; mean: 24,
+        8; median: 32, 8; rmse: 40, 8; within: 48, 24;);
+        layout!(splat_mask_scores, 64, 8, struct_size: 0, 4; reserved: 4, 4; predicted_pixels: 8, 8; true_pixels: 16,
+        8; mae: 24, 8; iou: 32, 8; precision: 40, 8; recall: 48, 8; f_beta: 56, 8;);
+        layout!(splat_fidelity_scores, 48, 8, struct_size: 0, 4; constant_channels: 4, 4; vif: 8, 8; channels: 16,
+        32;);
+        layout!(splat_point_scores, 72, 8, struct_size: 0, 4; reserved: 4, 4; gaussians: 8, 8; accuracy: 16, 8;
+        completeness: 24, 8; chamfer: 32, 8; chamfer_squared: 40, 8; precision: 48, 8; recall: 56, 8; f_score: 64,
+        8;);
     }
 }

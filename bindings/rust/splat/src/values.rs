@@ -5,252 +5,192 @@ use crate::text::{chars, copied};
 use splat_sys as sys;
 
 codes! {
-    /// the buffer was too small; what fits was written
-    Incomplete = SPLAT_INCOMPLETE,
-    /// an argument is outside its documented range
-    InvalidArgument = SPLAT_ERROR_INVALID_ARGUMENT,
-    /// NULL, destroyed, or a handle of another kind
-    InvalidHandle = SPLAT_ERROR_INVALID_HANDLE,
-    /// the call does not fit the object's state, e.g. unmap without map
-    InvalidState = SPLAT_ERROR_INVALID_STATE,
-    /// tensors whose shapes do not fit together
-    ShapeMismatch = SPLAT_ERROR_SHAPE_MISMATCH,
-    /// beyond a limit or a feature of this device or build
-    Unsupported = SPLAT_ERROR_UNSUPPORTED,
-    /// no Vulkan loader, no driver, or no device that fits the request
-    NoDevice = SPLAT_ERROR_NO_DEVICE,
-    /// host allocation failed
-    OutOfHostMemory = SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+    /** the buffer was too small; what fits was written */ Incomplete = SPLAT_INCOMPLETE,
+    /** an argument is outside its documented range */ InvalidArgument = SPLAT_ERROR_INVALID_ARGUMENT,
+    /** `None`, destroyed, or a handle of another kind */ InvalidHandle = SPLAT_ERROR_INVALID_HANDLE,
+    /** the call does not fit the object's state, e.g. unmap without map */ InvalidState = SPLAT_ERROR_INVALID_STATE,
+    /** tensors whose shapes do not fit together */ ShapeMismatch = SPLAT_ERROR_SHAPE_MISMATCH,
+    /** beyond a limit or a feature of this device or build */ Unsupported = SPLAT_ERROR_UNSUPPORTED,
+    /** no Vulkan loader, no driver, or no device that fits the request */ NoDevice = SPLAT_ERROR_NO_DEVICE,
+    /** host allocation failed */ OutOfHostMemory = SPLAT_ERROR_OUT_OF_HOST_MEMORY,
     /// device allocation failed, or the device's memory budget is used up
     OutOfDeviceMemory = SPLAT_ERROR_OUT_OF_DEVICE_MEMORY,
-    /// the device did not finish in time; it may still be working
-    Timeout = SPLAT_ERROR_TIMEOUT,
+    /** the device did not finish in time; it may still be working */ Timeout = SPLAT_ERROR_TIMEOUT,
     /// sticky: every later call on the device returns it; destroy it and create it again
     DeviceLost = SPLAT_ERROR_DEVICE_LOST,
-    /// a defect in the library or the driver; please report the message
-    Internal = SPLAT_ERROR_INTERNAL,
-    /// no such file or folder, or no entry of that name
-    NotFound = SPLAT_ERROR_NOT_FOUND,
-    /// the system refused to read or write: permission, disk full
-    Io = SPLAT_ERROR_IO,
-    /// damaged or truncated bytes, or bytes of another format
-    Format = SPLAT_ERROR_FORMAT,
-    /// the call was cancelled; its results are undefined
-    Cancelled = SPLAT_CANCELLED,
+    /** a defect in the library or the driver; please report the message */ Internal = SPLAT_ERROR_INTERNAL,
+    /** no such file or folder, or no entry of that name */ NotFound = SPLAT_ERROR_NOT_FOUND,
+    /** the system refused to read or write: permission, disk full */ Io = SPLAT_ERROR_IO,
+    /** damaged or truncated bytes, or bytes of another format */ Format = SPLAT_ERROR_FORMAT,
+    /** the call was cancelled; its results are undefined */ Cancelled = SPLAT_CANCELLED,
 }
 
 number! {
-    /// Values `SPLAT_LOG_*`. The default is 0.
+    /// How grave a message of the log is.
     LogLevel {
-        /// `SPLAT_LOG_DEBUG`
-        DEBUG = SPLAT_LOG_DEBUG,
-        /// `SPLAT_LOG_INFO`
-        INFO = SPLAT_LOG_INFO,
-        /// `SPLAT_LOG_WARNING`
-        WARNING = SPLAT_LOG_WARNING,
-        /// `SPLAT_LOG_ERROR`
-        ERROR = SPLAT_LOG_ERROR,
+        /** every step, for those who look for a defect */ DEBUG = SPLAT_LOG_DEBUG,
+        /** what was done */ INFO = SPLAT_LOG_INFO,
+        /** what works, but not as asked or expected */ WARNING = SPLAT_LOG_WARNING,
+        /** why a call failed */ ERROR = SPLAT_LOG_ERROR,
     }
 }
 
 number! {
-    /// Values `SPLAT_PIXEL_*`. The default is 0.
+    /// The type of a pixel's numbers.
     Pixel {
-        /// 0 to 255 stand for 0 to 1
-        U8 = SPLAT_PIXEL_U8,
-        /// IEEE 754 binary16
-        F16 = SPLAT_PIXEL_F16,
-        /// `SPLAT_PIXEL_F32`
-        F32 = SPLAT_PIXEL_F32,
+        /** 0 to 255 stand for 0 to 1 */ U8 = SPLAT_PIXEL_U8,
+        /** IEEE 754 binary16 */ F16 = SPLAT_PIXEL_F16,
+        /** IEEE 754 binary32 */ F32 = SPLAT_PIXEL_F32,
     }
 }
 
 number! {
-    /// Values `SPLAT_DEVICE_KIND_*`. The default is 0.
+    /// What a device is.
     DeviceKind {
-        /// `SPLAT_DEVICE_KIND_OTHER`
-        OTHER = SPLAT_DEVICE_KIND_OTHER,
-        /// `SPLAT_DEVICE_KIND_CPU`
-        CPU = SPLAT_DEVICE_KIND_CPU,
-        /// `SPLAT_DEVICE_KIND_VIRTUAL`
-        VIRTUAL = SPLAT_DEVICE_KIND_VIRTUAL,
-        /// `SPLAT_DEVICE_KIND_INTEGRATED`
-        INTEGRATED = SPLAT_DEVICE_KIND_INTEGRATED,
-        /// `SPLAT_DEVICE_KIND_DISCRETE`
-        DISCRETE = SPLAT_DEVICE_KIND_DISCRETE,
+        /** none of the following */ OTHER = SPLAT_DEVICE_KIND_OTHER,
+        /** software on the processor, such as lavapipe */ CPU = SPLAT_DEVICE_KIND_CPU,
+        /** a GPU of a virtual machine */ VIRTUAL = SPLAT_DEVICE_KIND_VIRTUAL,
+        /** a GPU that shares the processor's memory */ INTEGRATED = SPLAT_DEVICE_KIND_INTEGRATED,
+        /** a GPU with memory of its own */ DISCRETE = SPLAT_DEVICE_KIND_DISCRETE,
     }
 }
 
 number! {
-    /// Which shaders a device runs. The plain ones are the specification; the others compute the same
-    /// within the operator's stated error and are faster on their kind of device. The environment
-    /// variable SPLAT_KERNELS=plain|cpu|gpu overrides the choice.
+    /// Which shaders a device runs. The plain ones are the specification; the others compute the same within the
+    /// operator's stated error and are faster on their kind of device. The environment variable
+    /// SPLAT_KERNELS=plain|cpu|gpu overrides the choice.
     Kernels {
-        /// `SPLAT_KERNELS_AUTO`
-        AUTO = SPLAT_KERNELS_AUTO,
-        /// `SPLAT_KERNELS_PLAIN`
-        PLAIN = SPLAT_KERNELS_PLAIN,
-        /// `SPLAT_KERNELS_CPU`
-        CPU = SPLAT_KERNELS_CPU,
-        /// `SPLAT_KERNELS_GPU`
-        GPU = SPLAT_KERNELS_GPU,
+        /** what suits the device */ AUTO = SPLAT_KERNELS_AUTO,
+        /** the specification */ PLAIN = SPLAT_KERNELS_PLAIN,
+        /** for software devices on a CPU */ CPU = SPLAT_KERNELS_CPU,
+        /** for GPUs */ GPU = SPLAT_KERNELS_GPU,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_FEATURE_*`. The default is 0.
+    /// What a device can do.
     Features {
-        /// `SPLAT_FEATURE_TIMESTAMPS`
-        TIMESTAMPS = SPLAT_FEATURE_TIMESTAMPS,
-        /// `SPLAT_FEATURE_SUBGROUP_SHUFFLE`
-        SUBGROUP_SHUFFLE = SPLAT_FEATURE_SUBGROUP_SHUFFLE,
-        /// `SPLAT_FEATURE_SUBGROUP_ARITHMETIC`
-        SUBGROUP_ARITHMETIC = SPLAT_FEATURE_SUBGROUP_ARITHMETIC,
-        /// `SPLAT_FEATURE_INT64`
-        INT64 = SPLAT_FEATURE_INT64,
+        /** the device can time its work */ TIMESTAMPS = SPLAT_FEATURE_TIMESTAMPS,
+        /** threads of a subgroup read each other's values */ SUBGROUP_SHUFFLE = SPLAT_FEATURE_SUBGROUP_SHUFFLE,
+        /** subgroups have sums and other reductions */ SUBGROUP_ARITHMETIC = SPLAT_FEATURE_SUBGROUP_ARITHMETIC,
+        /** shaders have integers of 64 bits */ INT64 = SPLAT_FEATURE_INT64,
         /// device memory is host-visible: tensors map without a copy
         UNIFIED_MEMORY = SPLAT_FEATURE_UNIFIED_MEMORY,
     }
 }
 
 number! {
-    /// Values `SPLAT_SELECT_*`. The default is 0.
+    /// How a device is chosen.
     DeviceSelect {
-        /// discrete, then integrated, virtual, CPU; lowest index within a kind
-        BEST = SPLAT_SELECT_BEST,
-        /// field `index`
-        BY_INDEX = SPLAT_SELECT_BY_INDEX,
-        /// field `uuid`
-        BY_UUID = SPLAT_SELECT_BY_UUID,
-        /// field `kind`; lowest index
-        BY_KIND = SPLAT_SELECT_BY_KIND,
+        /** discrete, then integrated, virtual, CPU; lowest index within a kind */ BEST = SPLAT_SELECT_BEST,
+        /** field `index` */ BY_INDEX = SPLAT_SELECT_BY_INDEX,
+        /** field `uuid` */ BY_UUID = SPLAT_SELECT_BY_UUID,
+        /** field `kind`; lowest index */ BY_KIND = SPLAT_SELECT_BY_KIND,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_DEVICE_*`. The default is 0.
+    /// Options of a device.
     DeviceFlags {
         /// Khronos validation: core, synchronisation and GPU-assisted; messages go to the log
         VALIDATION = SPLAT_DEVICE_VALIDATION,
-        /// time every dispatch, see splat_device_profile_json
-        PROFILE = SPLAT_DEVICE_PROFILE,
+        /** time every dispatch, see `Device::profile_json` */ PROFILE = SPLAT_DEVICE_PROFILE,
     }
 }
 
 number! {
-    /// Values `SPLAT_DTYPE_*`. The default is 0.
+    /// The type of a tensor's elements.
     Dtype {
-        /// `SPLAT_DTYPE_F32`
-        F32 = SPLAT_DTYPE_F32,
-        /// `SPLAT_DTYPE_I32`
-        I32 = SPLAT_DTYPE_I32,
-        /// `SPLAT_DTYPE_U32`
-        U32 = SPLAT_DTYPE_U32,
+        /** float32 */ F32 = SPLAT_DTYPE_F32,
+        /** signed integers of 32 bits */ I32 = SPLAT_DTYPE_I32,
+        /** unsigned integers of 32 bits */ U32 = SPLAT_DTYPE_U32,
     }
 }
 
 number! {
-    /// Values `SPLAT_ACCESS_*`. The default is 0.
+    /// What is done with the elements of a tensor while it is mapped.
     Access {
-        /// `SPLAT_ACCESS_READ`
-        READ = SPLAT_ACCESS_READ,
-        /// `SPLAT_ACCESS_WRITE`
-        WRITE = SPLAT_ACCESS_WRITE,
-        /// `SPLAT_ACCESS_READ_WRITE`
-        READ_WRITE = SPLAT_ACCESS_READ_WRITE,
+        /** only read */ READ = SPLAT_ACCESS_READ,
+        /** only written: the old elements are lost */ WRITE = SPLAT_ACCESS_WRITE,
+        /** read and written */ READ_WRITE = SPLAT_ACCESS_READ_WRITE,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_CO3D_*`. The default is 0.
+    /// Options of what is prepared.
     Co3dFlags {
-        /// keep the cameras of the release; else the world's origin, axes and scale come from the point cloud and the cameras, as in the published data
+        /// keep the cameras of the release; else the world's origin, axes and scale come from the point cloud and the
+        /// cameras, as in the published data
         STORED_POSES = SPLAT_CO3D_STORED_POSES,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_DATA_*`. The default is 0.
+    /// Maps that a data set must have, and what becomes of incomplete objects.
     DataFlags {
-        /// maps that are required
-        DEPTH = SPLAT_DATA_DEPTH,
-        /// `SPLAT_DATA_NORMAL`
-        NORMAL = SPLAT_DATA_NORMAL,
-        /// `SPLAT_DATA_MASK`
-        MASK = SPLAT_DATA_MASK,
-        /// keep objects with missing files, for splat_dataset_check
-        LENIENT = SPLAT_DATA_LENIENT,
+        /** depth maps are required */ DEPTH = SPLAT_DATA_DEPTH,
+        /** normal maps are required */ NORMAL = SPLAT_DATA_NORMAL,
+        /** masks are required */ MASK = SPLAT_DATA_MASK,
+        /** keep objects with missing files, for `Dataset::check` */ LENIENT = SPLAT_DATA_LENIENT,
         /// leave incomplete objects out; the log and the report name them
         ALLOW_MISSING = SPLAT_DATA_ALLOW_MISSING,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_IMPORT_*`. The default is 0.
+    /// Options of an import.
     ImportFlags {
-        /// an import of other tables in the folder is removed
-        REPLACE = SPLAT_IMPORT_REPLACE,
+        /** an import of other tables in the folder is removed */ REPLACE = SPLAT_IMPORT_REPLACE,
     }
 }
 
 number! {
-    /// Values `SPLAT_SCENE_*`. The default is 0.
+    /// A format of scene files.
     SceneFormat {
-        /// 3DGS, ascii or binary, properties in any order
-        PLY = SPLAT_SCENE_PLY,
-        /// read only
-        COMPRESSED_PLY = SPLAT_SCENE_COMPRESSED_PLY,
-        /// 8-bit colours, no higher SH bands
-        SPLAT = SPLAT_SCENE_SPLAT,
-        /// quantised; versions 1 to 4 are read, 3 and 4 written
-        SPZ = SPLAT_SCENE_SPZ,
+        /** 3DGS, ascii or binary, properties in any order */ PLY = SPLAT_SCENE_PLY,
+        /** read only */ COMPRESSED_PLY = SPLAT_SCENE_COMPRESSED_PLY,
+        /** 8-bit colours, no higher SH bands */ SPLAT = SPLAT_SCENE_SPLAT,
+        /** quantised; versions 1 to 4 are read, 3 and 4 written */ SPZ = SPLAT_SCENE_SPZ,
     }
 }
 
 number! {
     /// Axes x, y, z of a file: right or left, up or down, front or back.
     Frame {
-        /// .ply, .splat, COLMAP, OpenCV; and scenes in memory
-        RDF = SPLAT_FRAME_RDF,
-        /// .spz, OpenGL, three.js
-        RUB = SPLAT_FRAME_RUB,
-        /// `SPLAT_FRAME_LUF`
-        LUF = SPLAT_FRAME_LUF,
-        /// Unity
-        RUF = SPLAT_FRAME_RUF,
-        /// `SPLAT_FRAME_LDB`
-        LDB = SPLAT_FRAME_LDB,
-        /// `SPLAT_FRAME_RDB`
-        RDB = SPLAT_FRAME_RDB,
-        /// `SPLAT_FRAME_LUB`
-        LUB = SPLAT_FRAME_LUB,
-        /// `SPLAT_FRAME_LDF`
-        LDF = SPLAT_FRAME_LDF,
+        /** right, down, front: .ply, .splat, COLMAP, OpenCV; scenes in memory */ RDF = SPLAT_FRAME_RDF,
+        /** right, up, back: .spz, OpenGL, three.js */ RUB = SPLAT_FRAME_RUB,
+        /** left, up, front */ LUF = SPLAT_FRAME_LUF,
+        /** right, up, front: Unity */ RUF = SPLAT_FRAME_RUF,
+        /** left, down, back */ LDB = SPLAT_FRAME_LDB,
+        /** right, down, back */ RDB = SPLAT_FRAME_RDB,
+        /** left, up, back */ LUB = SPLAT_FRAME_LUB,
+        /** left, down, front */ LDF = SPLAT_FRAME_LDF,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_SCENE_*`. The default is 0.
+    /// What is done with files that are not quite as they should be.
     SceneFlags {
-        /// read .ply and .spz files with bytes that their header does not count, with a warning that they are left out, instead of refusing them
+        /// read .ply and .spz files with bytes that their header does not count, with a warning that they are left
+        /// out, instead of refusing them
         LENIENT = SPLAT_SCENE_LENIENT,
-        /// write .spz files of scenes of which more than 1 % of the Gaussians have scales that the format does not hold, with the nearest ones, instead of refusing them
+        /// write .spz files of scenes of which more than 1 % of the Gaussians have scales that the format does not
+        /// hold, with the nearest ones, instead of refusing them
         CLAMP = SPLAT_SCENE_CLAMP,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_FILTER_*`. The default is 0.
+    /// What a filter does besides.
     FilterFlags {
         /// drop NaN, infinities and rotations of length 0; an infinite logit is an opacity of 0 or 1
         FINITE = SPLAT_FILTER_FINITE,
-        /// order the remaining ones along a Morton curve
-        SORT = SPLAT_FILTER_SORT,
+        /** order the remaining ones along a Morton curve */ SORT = SPLAT_FILTER_SORT,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_CAMERA_*`. The default is 0.
+    /// Options of reading cameras.
     CameraFlags {
         /// read cameras with lens distortion, or with other lenses, as pinholes, instead of refusing them
         IGNORE_DISTORTION = SPLAT_CAMERA_IGNORE_DISTORTION,
@@ -258,268 +198,204 @@ flags! {
 }
 
 flags! {
-    /// Named tensors of network weights; needs no device and never changes. Thread-safe.
-    ///
-    /// float32 values of a .safetensors file of 1 MiB or more are not copied: the file stays open and
-    /// mapped (see `WeightsFlags::COPY`). It may be removed or replaced by a new file of the same name,
-    /// but must not be written in place, as cp does. Functions that use values, including those of
-    /// folded weights, refuse a file whose size or time has changed (`Code::Io`). A write racing
-    /// with the call may be read. A file that is truncated during a call, or lost with its disk, ends
-    /// the process (SIGBUS).
+    /// How weights are read or written.
     WeightsFlags {
-        /// to write: float16
-        HALF = SPLAT_WEIGHTS_HALF,
-        /// to load: copy all values, and leave no file open
-        COPY = SPLAT_WEIGHTS_COPY,
+        /** to write: float16 */ HALF = SPLAT_WEIGHTS_HALF,
+        /** to load: copy all values, and leave no file open */ COPY = SPLAT_WEIGHTS_COPY,
     }
 }
 
 number! {
-    /// Values `SPLAT_WEIGHTS_*`. The default is 0.
+    /// A format of files of weights.
     WeightsFormat {
-        /// `SPLAT_WEIGHTS_SAFETENSORS`
-        SAFETENSORS = SPLAT_WEIGHTS_SAFETENSORS,
-        /// `SPLAT_WEIGHTS_NPZ`
-        NPZ = SPLAT_WEIGHTS_NPZ,
-        /// `SPLAT_WEIGHTS_PTH`
-        PTH = SPLAT_WEIGHTS_PTH,
+        /** numbers, names and metadata, without code */ SAFETENSORS = SPLAT_WEIGHTS_SAFETENSORS,
+        /** arrays of NumPy */ NPZ = SPLAT_WEIGHTS_NPZ,
+        /** a checkpoint of PyTorch */ PTH = SPLAT_WEIGHTS_PTH,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_FOLD_*`. The default is 0.
+    /// How adapters are folded.
     FoldFlags {
-        /// undo: take folded adapters out of weights
-        OUT = SPLAT_FOLD_OUT,
+        /** undo: take folded adapters out of weights */ OUT = SPLAT_FOLD_OUT,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_OP_*`. The default is 0.
+    /// What an operator does with gradients.
     OpFlags {
-        /// add gradients of parameters to the tensor's contents instead of overwriting them
-        ACCUMULATE = SPLAT_OP_ACCUMULATE,
+        /** add gradients of parameters to what the tensors hold */ ACCUMULATE = SPLAT_OP_ACCUMULATE,
     }
 }
 
 number! {
-    /// Kernels of 3x3 convolutions, which `vkrun bench model --errors` compares: STRICT has the smallest
-    /// errors, FAST the shortest times. The attribute "precision" of conv2d has the same numbers.
+    /// Kernels of 3x3 convolutions, which `vkrun bench model --errors` compares: STRICT has the smallest errors, FAST
+    /// the shortest times. The attribute "precision" of conv2d has the same numbers.
     Precision {
-        /// `SPLAT_PRECISION_STRICT`
-        STRICT = SPLAT_PRECISION_STRICT,
-        /// what 0 means, except in attributes of operators
-        BALANCED = SPLAT_PRECISION_BALANCED,
-        /// `SPLAT_PRECISION_FAST`
-        FAST = SPLAT_PRECISION_FAST,
+        /** the smallest errors */ STRICT = SPLAT_PRECISION_STRICT,
+        /** what 0 means, except in attributes of operators */ BALANCED = SPLAT_PRECISION_BALANCED,
+        /** the shortest times */ FAST = SPLAT_PRECISION_FAST,
     }
 }
 
 number! {
-    /// Values `SPLAT_PORT_KIND_*`. The default is 0.
+    /// Which of the named tensors of a model or a module.
     PortKind {
-        /// `SPLAT_PORT_KIND_INPUT`
-        INPUT = SPLAT_PORT_KIND_INPUT,
-        /// `SPLAT_PORT_KIND_OUTPUT`
-        OUTPUT = SPLAT_PORT_KIND_OUTPUT,
-        /// `SPLAT_PORT_KIND_PARAMETER`
-        PARAMETER = SPLAT_PORT_KIND_PARAMETER,
+        /** what a pass reads */ INPUT = SPLAT_PORT_KIND_INPUT,
+        /** what a pass computes */ OUTPUT = SPLAT_PORT_KIND_OUTPUT,
+        /** what is trained or loaded */ PARAMETER = SPLAT_PORT_KIND_PARAMETER,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_PORT_*`. The default is 0.
+    /// What a port is.
     PortFlags {
-        /// an input with a default
-        OPTIONAL = SPLAT_PORT_OPTIONAL,
-        /// a parameter that is trained
-        TRAINABLE = SPLAT_PORT_TRAINABLE,
-        /// "grad:" and the name is its gradient
-        GRADIENT = SPLAT_PORT_GRADIENT,
+        /** an input with a default */ OPTIONAL = SPLAT_PORT_OPTIONAL,
+        /** a parameter that is trained */ TRAINABLE = SPLAT_PORT_TRAINABLE,
+        /** "grad:" and the name is its gradient */ GRADIENT = SPLAT_PORT_GRADIENT,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_MODEL_*`. The default is 0.
+    /// What a model can do.
     ModelFlags {
-        /// enable splat_model_backward: takes memory for gradients
-        GRADIENTS = SPLAT_MODEL_GRADIENTS,
-        /// apply dropout
-        TRAINING = SPLAT_MODEL_TRAINING,
-        /// Prepare weights anew in every pass, which is slower. Without this flag and without gradients, the second pass of the same weights keeps them prepared (0.7 GiB for the cars model) if the device has the memory.
+        /** enable `Model::backward`: takes memory for gradients */ GRADIENTS = SPLAT_MODEL_GRADIENTS,
+        /** apply dropout */ TRAINING = SPLAT_MODEL_TRAINING,
+        /// prepare weights anew in every pass, which is slower; else, without gradients, the second pass keeps them
+        /// prepared (0.7 GiB for the cars model) if the device has the memory
         LOW_MEMORY = SPLAT_MODEL_LOW_MEMORY,
-        /// With GRADIENTS: recompute each block's activations in the backward pass instead of keeping them. The same numbers in less memory and more time.
+        /// with GRADIENTS: recompute each block's activations in the backward pass instead of keeping them: the same
+        /// numbers in less memory and more time
         RECOMPUTE = SPLAT_MODEL_RECOMPUTE,
-        /// with GRADIENTS: also of images, embedding and tokens
-        INPUT_GRADIENTS = SPLAT_MODEL_INPUT_GRADIENTS,
+        /** with GRADIENTS: also of images, embedding and tokens */ INPUT_GRADIENTS = SPLAT_MODEL_INPUT_GRADIENTS,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_LOAD_*`. The default is 0.
+    /// How weights are loaded into a model.
     LoadFlags {
-        /// widen the first convolution; ignore tensors the model lacks
-        GRAFT = SPLAT_LOAD_GRAFT,
-        /// use the file's field of view
-        TAKE_RAYS = SPLAT_LOAD_TAKE_RAYS,
-        /// channels after RGB that the file's network had; for GRAFT
-        FROM_DEPTH = SPLAT_LOAD_FROM_DEPTH,
-        /// `SPLAT_LOAD_FROM_NORMAL`
-        FROM_NORMAL = SPLAT_LOAD_FROM_NORMAL,
-        /// `SPLAT_LOAD_FROM_MASK`
-        FROM_MASK = SPLAT_LOAD_FROM_MASK,
-        /// the file has only adapters; other parameters stay
-        ADAPTERS = SPLAT_LOAD_ADAPTERS,
+        /** widen the first convolution; ignore tensors the model lacks */ GRAFT = SPLAT_LOAD_GRAFT,
+        /** use the file's field of view */ TAKE_RAYS = SPLAT_LOAD_TAKE_RAYS,
+        /** the file's network had a depth channel; for GRAFT */ FROM_DEPTH = SPLAT_LOAD_FROM_DEPTH,
+        /** the file's network had channels of normals; for GRAFT */ FROM_NORMAL = SPLAT_LOAD_FROM_NORMAL,
+        /** the file's network had a mask channel; for GRAFT */ FROM_MASK = SPLAT_LOAD_FROM_MASK,
+        /** the file has only adapters; other parameters stay */ ADAPTERS = SPLAT_LOAD_ADAPTERS,
     }
 }
 
 number! {
-    /// Values `SPLAT_EXPORT_*`. The default is 0.
+    /// What is exported of a model.
     Export {
-        /// only adapters, with PEFT's names and shapes: for each layer base_model.model.\<layer\>.lora_A.weight and .lora_B.weight
+        /// only adapters, with PEFT's names and shapes: for each layer base_model.model.\<layer\>.lora_A.weight and
+        /// .lora_B.weight
         ADAPTERS = SPLAT_EXPORT_ADAPTERS,
-        /// the state dict with adapters folded into the weights
-        MERGED = SPLAT_EXPORT_MERGED,
+        /** the state dict with adapters folded into the weights */ MERGED = SPLAT_EXPORT_MERGED,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_PASS_*`. The default is 0.
+    /// Where a pass finds its numbers.
     PassFlags {
-        /// the arrays are NULL: take what the tensors of splat_model_tensor hold, whose numbers are not checked
-        TENSORS = SPLAT_PASS_TENSORS,
+        /** in the tensors of `Model::tensor`, unchecked; no arrays */ TENSORS = SPLAT_PASS_TENSORS,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_MODULE_*`. The default is 0.
+    /// What a module can do.
     ModuleFlags {
-        /// enable splat_module_backward
-        GRADIENTS = SPLAT_MODULE_GRADIENTS,
-        /// with GRADIENTS: also of inputs
-        INPUT_GRADIENTS = SPLAT_MODULE_INPUT_GRADIENTS,
-        /// dropout in a residual_block; an operator always applies it
-        TRAINING = SPLAT_MODULE_TRAINING,
+        /** enable `Module::backward` */ GRADIENTS = SPLAT_MODULE_GRADIENTS,
+        /** with GRADIENTS: also of inputs */ INPUT_GRADIENTS = SPLAT_MODULE_INPUT_GRADIENTS,
+        /** dropout in a residual_block; an operator always applies it */ TRAINING = SPLAT_MODULE_TRAINING,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_PICTURE_*`. The default is 0.
+    /// Options of a picture.
     PictureFlags {
-        /// use the largest centred square, not the object's
-        WHOLE = SPLAT_PICTURE_WHOLE,
+        /** use the largest centred square, not the object's */ WHOLE = SPLAT_PICTURE_WHOLE,
     }
 }
 
 number! {
     /// How the object was found.
     Found {
-        /// `SPLAT_FOUND_BY_MASK`
-        BY_MASK = SPLAT_FOUND_BY_MASK,
-        /// `SPLAT_FOUND_BY_ALPHA`
-        BY_ALPHA = SPLAT_FOUND_BY_ALPHA,
-        /// `SPLAT_FOUND_BY_BORDER`
-        BY_BORDER = SPLAT_FOUND_BY_BORDER,
-        /// the whole picture counts as the object
-        NOTHING = SPLAT_FOUND_NOTHING,
+        /** by the mask that was given */ BY_MASK = SPLAT_FOUND_BY_MASK,
+        /** by an alpha that is not opaque everywhere */ BY_ALPHA = SPLAT_FOUND_BY_ALPHA,
+        /** by what differs from the colour of the picture's border */ BY_BORDER = SPLAT_FOUND_BY_BORDER,
+        /** the whole picture counts as the object */ NOTHING = SPLAT_FOUND_NOTHING,
     }
 }
 
 flags! {
     /// Warnings of a picture.
     PictureWarnings {
-        /// nothing was found in a picture that was to be cut out
-        NO_OBJECT = SPLAT_PICTURE_NO_OBJECT,
+        /** nothing was found in a picture that was to be cut out */ NO_OBJECT = SPLAT_PICTURE_NO_OBJECT,
         /// the square's field of view is more than 1.5 times the network's, or less than 1 / 1.5
         FIELD_OF_VIEW = SPLAT_PICTURE_FIELD_OF_VIEW,
-        /// the object reaches the picture's border: a part is missing
-        AT_BORDER = SPLAT_PICTURE_AT_BORDER,
+        /** the object reaches the picture's border: a part is missing */ AT_BORDER = SPLAT_PICTURE_AT_BORDER,
     }
 }
 
 number! {
-    /// Values `SPLAT_CONVENTION_*`. The default is 0.
+    /// Whose rules a rasterizer follows where renderers differ.
     Convention {
-        /// Kerbl et al. 2023: extents of 3 sigma, quaternions as given
-        CONVENTION_3DGS = SPLAT_CONVENTION_3DGS,
-        /// gsplat 1.6: exactly alpha \>= 1/255, quaternions normalised
-        GSPLAT = SPLAT_CONVENTION_GSPLAT,
+        /** Kerbl et al. 2023: extents of 3 sigma, quaternions as given */ CONVENTION_3DGS = SPLAT_CONVENTION_3DGS,
+        /** gsplat 1.6: exactly alpha \>= 1/255, quaternions normalised */ GSPLAT = SPLAT_CONVENTION_GSPLAT,
     }
 }
 
 flags! {
     /// What a rasterizer can do.
     RasterizerFlags {
-        /// colours are RGB, not spherical harmonics
-        DIRECT_COLORS = SPLAT_RASTERIZER_DIRECT_COLORS,
-        /// opacity compensates for the dilation
-        ANTIALIASED = SPLAT_RASTERIZER_ANTIALIASED,
-        /// outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS
-        DEPTH = SPLAT_RASTERIZER_DEPTH,
-        /// gradients
-        BACKWARD = SPLAT_RASTERIZER_BACKWARD,
-        /// these three imply BACKWARD; gradients from the depth
-        GRAD_DEPTH = SPLAT_RASTERIZER_GRAD_DEPTH,
-        /// gradients of the pose (`Convention::GSPLAT`)
-        GRAD_POSE = SPLAT_RASTERIZER_GRAD_POSE,
-        /// gradients of means2d
-        GRAD_MEANS2D = SPLAT_RASTERIZER_GRAD_MEANS2D,
+        /** colours are RGB, not spherical harmonics */ DIRECT_COLORS = SPLAT_RASTERIZER_DIRECT_COLORS,
+        /** opacity compensates for the dilation */ ANTIALIASED = SPLAT_RASTERIZER_ANTIALIASED,
+        /** outputs DEPTH, EXPECTED_DEPTH, CONTRIBUTORS */ DEPTH = SPLAT_RASTERIZER_DEPTH,
+        /** it computes gradients */ BACKWARD = SPLAT_RASTERIZER_BACKWARD,
+        /** gradients from the depth; implies BACKWARD */ GRAD_DEPTH = SPLAT_RASTERIZER_GRAD_DEPTH,
+        /** the pose, for `Convention::GSPLAT`; implies BACKWARD */ GRAD_POSE = SPLAT_RASTERIZER_GRAD_POSE,
+        /** gradients of means2d; implies BACKWARD */ GRAD_MEANS2D = SPLAT_RASTERIZER_GRAD_MEANS2D,
         /// `Convention::CONVENTION_3DGS`: the gradient of the original code with its three quirks
         ORIGINAL_GRADIENT = SPLAT_RASTERIZER_ORIGINAL_GRADIENT,
-        /// output NORMALS
-        NORMALS = SPLAT_RASTERIZER_NORMALS,
+        /** output NORMALS */ NORMALS = SPLAT_RASTERIZER_NORMALS,
     }
 }
 
 flags! {
-    /// Work that is skipped because it does not change the image. Gaussians that a convention culls (see
-    /// `Output::MEANS2D`) are always culled.
+    /// Work that is skipped because it does not change the image. Gaussians that a convention culls (see `Output`)
+    /// are always culled.
     SkipFlags {
-        /// the region where alpha \< 1/255
-        OPACITY_EXTENT = SPLAT_SKIP_OPACITY_EXTENT,
-        /// tiles that the ellipse does not touch
-        EXACT_TILES = SPLAT_SKIP_EXACT_TILES,
-        /// sorting Gaussians that reach no tile: too faint, too small
-        CULL = SPLAT_SKIP_CULL,
-        /// blending where every pixel has stopped; not in plain kernels
-        EARLY_OUT = SPLAT_SKIP_EARLY_OUT,
+        /** the region where alpha \< 1/255 */ OPACITY_EXTENT = SPLAT_SKIP_OPACITY_EXTENT,
+        /** tiles that the ellipse does not touch */ EXACT_TILES = SPLAT_SKIP_EXACT_TILES,
+        /** sorting Gaussians that reach no tile: too faint, too small */ CULL = SPLAT_SKIP_CULL,
+        /** blending where every pixel has stopped; not in plain kernels */ EARLY_OUT = SPLAT_SKIP_EARLY_OUT,
         /// drawing if scene, cameras and background are unchanged; never for tensors, which may have been written
         UNCHANGED = SPLAT_SKIP_UNCHANGED,
-        /// Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs
-        BLOCKS = SPLAT_SKIP_BLOCKS,
+        /** Gaussians that a block of 8 x 8 pixels cannot see; only in kernels for CPUs */ BLOCKS = SPLAT_SKIP_BLOCKS,
     }
 }
 
 number! {
-    /// Shapes are those of the last forward call: V views, N Gaussians.
+    /// What a forward call draws. Shapes are those of the last call: V views, N Gaussians. Outputs of Gaussians are 0
+    /// for culled ones: before the near or behind the far plane, outside the image, not finite, without extent, or
+    /// (gsplat) fainter than 1/255. No skip changes them.
     Output {
-        /// \[V,H,W,3\] over the background
-        RGB = SPLAT_OUTPUT_RGB,
-        /// \[V,H,W\]
-        ALPHA = SPLAT_OUTPUT_ALPHA,
-        /// \[V,H,W\] sum of weight * depth, scene units along z
-        DEPTH = SPLAT_OUTPUT_DEPTH,
-        /// \[V,H,W\] depth / alpha
-        EXPECTED_DEPTH = SPLAT_OUTPUT_EXPECTED_DEPTH,
-        /// \[V,H,W\] Gaussians of weight \> 0
-        CONTRIBUTORS = SPLAT_OUTPUT_CONTRIBUTORS,
-        /// Outputs of Gaussians are 0 for culled ones: before the near or behind the far plane, outside the image, not finite, without extent, or (gsplat) fainter than 1/255. No skip changes them.; \[V,N,2\] pixels
-        MEANS2D = SPLAT_OUTPUT_MEANS2D,
-        /// \[V,N,2\] pixels
-        RADII = SPLAT_OUTPUT_RADII,
-        /// \[V,N,3\] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y)
-        CONICS = SPLAT_OUTPUT_CONICS,
-        /// \[V,N\] scene units along z
-        DEPTHS = SPLAT_OUTPUT_DEPTHS,
-        /// \[V,N\] 1, or 0 if culled
-        VISIBILITY = SPLAT_OUTPUT_VISIBILITY,
+        /** \[V,H,W,3\] colours over the background */ RGB = SPLAT_OUTPUT_RGB,
+        /** \[V,H,W\] sum of the weights */ ALPHA = SPLAT_OUTPUT_ALPHA,
+        /** \[V,H,W\] sum of weight * depth, scene units along z */ DEPTH = SPLAT_OUTPUT_DEPTH,
+        /** \[V,H,W\] depth / alpha */ EXPECTED_DEPTH = SPLAT_OUTPUT_EXPECTED_DEPTH,
+        /** \[V,H,W\] Gaussians of weight \> 0 */ CONTRIBUTORS = SPLAT_OUTPUT_CONTRIBUTORS,
+        /** \[V,N,2\] places of their means, pixels */ MEANS2D = SPLAT_OUTPUT_MEANS2D,
+        /** \[V,N,2\] half extents, pixels */ RADII = SPLAT_OUTPUT_RADII,
+        /** \[V,N,3\] a, b, c of exp(-(a x^2 + c y^2) / 2 - b x y) */ CONICS = SPLAT_OUTPUT_CONICS,
+        /** \[V,N\] depths of their means, scene units along z */ DEPTHS = SPLAT_OUTPUT_DEPTHS,
+        /** \[V,N\] 1, or 0 if culled */ VISIBILITY = SPLAT_OUTPUT_VISIBILITY,
         /// \[V,H,W,3\] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
         NORMALS = SPLAT_OUTPUT_NORMALS,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_GRADIENTS_*`. The default is 0.
+    /// What becomes of gradients.
     GradientsFlags {
         /// add gradients to the tensors' contents instead of overwriting them
         ACCUMULATE = SPLAT_GRADIENTS_ACCUMULATE,
@@ -527,91 +403,61 @@ flags! {
 }
 
 number! {
-    /// Values `SPLAT_IMAGE_*`. The default is 0.
+    /// A format of image files.
     ImageFormat {
-        /// 8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0
-        PNG = SPLAT_IMAGE_PNG,
-        /// float32 \[height,width,channels\]; U8 is divided by 255
-        NPY = SPLAT_IMAGE_NPY,
-        /// animations: 252 colours, dithered; no alpha
-        GIF = SPLAT_IMAGE_GIF,
-        /// 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0
-        PNG16 = SPLAT_IMAGE_PNG16,
-        /// animations: 8 bits without loss; sides up to 16383
-        WEBP = SPLAT_IMAGE_WEBP,
+        /** 8 bits: U8 as it is, else 255 v rounded and clamped; NaN is 0 */ PNG = SPLAT_IMAGE_PNG,
+        /** float32 \[height,width,channels\]; U8 is divided by 255 */ NPY = SPLAT_IMAGE_NPY,
+        /** animations: 252 colours, dithered; no alpha */ GIF = SPLAT_IMAGE_GIF,
+        /** 16 bits, to memory only: 65535 v rounded and clamped; NaN is 0 */ PNG16 = SPLAT_IMAGE_PNG16,
+        /** animations: 8 bits without loss; sides up to 16383 */ WEBP = SPLAT_IMAGE_WEBP,
     }
 }
 
 number! {
-    /// Values `SPLAT_EVENT_*`. The default is 0.
+    /// What a piece of a run did.
     RunEventKind {
-        /// only a text
-        MESSAGE = SPLAT_EVENT_MESSAGE,
-        /// one attempt of a step, with its numbers
-        STEP = SPLAT_EVENT_STEP,
+        /** only a text */ MESSAGE = SPLAT_EVENT_MESSAGE,
+        /** one attempt of a step, with its numbers */ STEP = SPLAT_EVENT_STEP,
         /// one piece of a validation, such as an object of a data set: its numbers and images
         VALIDATED_PIECE = SPLAT_EVENT_VALIDATED_PIECE,
-        /// the mean numbers of a validation
-        VALIDATION = SPLAT_EVENT_VALIDATION,
-        /// a state was saved
-        CHECKPOINT = SPLAT_EVENT_CHECKPOINT,
-        /// these end the run
-        DONE = SPLAT_EVENT_DONE,
-        /// `SPLAT_EVENT_INTERRUPTED`
-        INTERRUPTED = SPLAT_EVENT_INTERRUPTED,
-        /// ten steps in a row had a loss or gradients that are not finite
-        NOT_FINITE = SPLAT_EVENT_NOT_FINITE,
-        /// 200 steps in a row drew nothing; 20 of them give a warning
-        NOTHING_DRAWN = SPLAT_EVENT_NOTHING_DRAWN,
+        /** the mean numbers of a validation */ VALIDATION = SPLAT_EVENT_VALIDATION,
+        /** a state was saved */ CHECKPOINT = SPLAT_EVENT_CHECKPOINT,
+        /** all steps are done; this and what follows end the run */ DONE = SPLAT_EVENT_DONE,
+        /** the caller ended it; it can be resumed */ INTERRUPTED = SPLAT_EVENT_INTERRUPTED,
+        /** ten steps in a row had a loss or gradients that are not finite */ NOT_FINITE = SPLAT_EVENT_NOT_FINITE,
+        /** 200 steps in a row drew nothing; 20 of them give a warning */ NOTHING_DRAWN = SPLAT_EVENT_NOTHING_DRAWN,
     }
 }
 
 number! {
-    /// Values `SPLAT_SCHEDULE_*`. The default is 0.
+    /// How the rate changes with the steps.
     Schedule {
-        /// `SPLAT_SCHEDULE_CONSTANT`
-        CONSTANT = SPLAT_SCHEDULE_CONSTANT,
-        /// half a cosine, zero one step after total_steps
-        COSINE = SPLAT_SCHEDULE_COSINE,
-        /// a tenth from step step_at on
-        STEP = SPLAT_SCHEDULE_STEP,
+        /** the same rate in every step */ CONSTANT = SPLAT_SCHEDULE_CONSTANT,
+        /** half a cosine, zero one step after total_steps */ COSINE = SPLAT_SCHEDULE_COSINE,
+        /** a tenth from step step_at on */ STEP = SPLAT_SCHEDULE_STEP,
     }
 }
 
 flags! {
-    /// A training of Splatter Image as a run, see run.h.
-    ///
-    /// splat_training_desc desc = {sizeof desc, .folder = "run", .config = text};
-    /// splat_training_open(device, &desc, &run);
-    ///
-    /// Numbers of its events: of a step "psnr" (dB, of the step's targets; infinite if drawn exactly),
-    /// "pixel_loss", "rate", "pairs", "network_ms", "render_ms", "update_ms", "ssim", "edge" and "lpips"
-    /// where they are part of the loss, "visible", "culled", "non_finite", "gradients_zero"; as in
-    /// splat_trainer_info. Of an object, and as means over the objects: "val_psnr" and "val_ssim" of novel
-    /// views, NaN without one, "val_psnr_conditioning" and "val_ssim_conditioning" of the input views; of
-    /// a validation also "val_objects", "val_views" (novel ones) and "val_views_asked".
+    /// What becomes of a run that is in the folder.
     TrainingFlags {
         /// go on from the latest state that can be read; begin again if none was saved yet
         RESUME = SPLAT_TRAINING_RESUME,
-        /// replace the run in the folder; other files in it stay
-        OVERWRITE = SPLAT_TRAINING_OVERWRITE,
+        /** replace the run in the folder; other files in it stay */ OVERWRITE = SPLAT_TRAINING_OVERWRITE,
     }
 }
 
 number! {
-    /// Values `SPLAT_METRIC_*`. The default is 0.
+    /// A score of images.
     Metric {
-        /// `SPLAT_METRIC_PSNR`
-        PSNR = SPLAT_METRIC_PSNR,
-        /// `SPLAT_METRIC_SSIM`
-        SSIM = SPLAT_METRIC_SSIM,
-        /// `SPLAT_METRIC_LPIPS`
-        LPIPS = SPLAT_METRIC_LPIPS,
+        /** peak signal-to-noise ratio, dB; more is better */ PSNR = SPLAT_METRIC_PSNR,
+        /** structural similarity, 1 for equal images; more is better */ SSIM = SPLAT_METRIC_SSIM,
+        /** learned perceptual distance, 0 for equal images; less is better */ LPIPS = SPLAT_METRIC_LPIPS,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_COMPARE_*`. The default is 0.
+    /// How scores are compared.
     CompareFlags {
         /// ignore which object a score belongs to, as Splatter Image with priors was judged
         UNPAIRED = SPLAT_COMPARE_UNPAIRED,
@@ -619,39 +465,37 @@ flags! {
 }
 
 number! {
-    /// Values `SPLAT_VERDICT_*`. The default is 0.
+    /// What a comparison of two methods found.
     Verdict {
-        /// none was shown: p_holm is 0.05 or more
-        NO_DIFFERENCE = SPLAT_VERDICT_NO_DIFFERENCE,
-        /// B is
-        BETTER = SPLAT_VERDICT_BETTER,
-        /// `SPLAT_VERDICT_WORSE`
-        WORSE = SPLAT_VERDICT_WORSE,
-        /// `SPLAT_VERDICT_NOT_COMPARABLE`
+        /** none was shown: p_holm is 0.05 or more */ NO_DIFFERENCE = SPLAT_VERDICT_NO_DIFFERENCE,
+        /** B is better than A */ BETTER = SPLAT_VERDICT_BETTER,
+        /** B is worse than A */ WORSE = SPLAT_VERDICT_WORSE,
+        /// other objects in A than in B, or scores that are not finite
         NOT_COMPARABLE = SPLAT_VERDICT_NOT_COMPARABLE,
-        /// objects: no difference could bring p_holm below 0.05
-        TOO_FEW = SPLAT_VERDICT_TOO_FEW,
+        /** too few objects: no difference could bring p_holm below 0.05 */ TOO_FEW = SPLAT_VERDICT_TOO_FEW,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_PRIOR_MODEL_*`. The default is 0.
+    /// What the numbers of a model's maps are.
     PriorModelFlags {
-        /// F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from -1 to 1
+        /// F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from -1
+        /// to 1
         NUMBERS = SPLAT_PRIOR_MODEL_NUMBERS,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_DEPTH_*`. The default is 0.
+    /// How depth maps are compared.
     DepthFlags {
-        /// Every pixel counts: both maps are first clamped to 1e-8, after which a choice of pixels with a truth \> 0 chooses all. An aligned depth below 0 is within every factor. Takes no mask
+        /// Every pixel counts: both maps are first clamped to 1e-8, after which a choice of pixels with a truth \> 0
+        /// chooses all. An aligned depth below 0 is within every factor. Takes no mask
         AS_PUBLISHED = SPLAT_DEPTH_AS_PUBLISHED,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_NORMAL_*`. The default is 0.
+    /// What the numbers of normal maps are.
     NormalFlags {
         /// numbers are x, y, z themselves, from -1 to 1; else (n + 1) / 2, as data sets hold them
         VECTORS = SPLAT_NORMAL_VECTORS,
@@ -659,17 +503,17 @@ flags! {
 }
 
 flags! {
-    /// Bits `SPLAT_MASK_*`. The default is 0.
+    /// Where the true mask is.
     MaskFlags {
-        /// the true mask is where alpha \> 0.5; else where alpha \> 0
-        ALPHA_HALF = SPLAT_MASK_ALPHA_HALF,
+        /** the true mask is where alpha \> 0.5; else where alpha \> 0 */ ALPHA_HALF = SPLAT_MASK_ALPHA_HALF,
     }
 }
 
 flags! {
-    /// Bits `SPLAT_FIDELITY_*`. The default is 0.
+    /// How images are compared.
     FidelityFlags {
-        /// compare values of 0 to 1 as they are, as published; else 255 times them, as the noise of the definition expects
+        /// compare values of 0 to 1 as they are, as published; else 255 times them, as the noise of the definition
+        /// expects
         RANGE_1 = SPLAT_FIDELITY_RANGE_1,
         /// average in alpha, as published; where it is constant and equal it counts as 1
         WITH_ALPHA = SPLAT_FIDELITY_WITH_ALPHA,
@@ -677,781 +521,527 @@ flags! {
 }
 
 number! {
-    /// Values `SPLAT_MAP_FILTER_*`. The default is 0.
+    /// What is done with a map.
     MapFilter {
-        /// Canny's edges, 0 or 1, of 255 times a map of 0 to 1, truncated: thresholds 50 and 150, aperture 3, L1 lengths, as OpenCV 4.6
+        /// Canny's edges, 0 or 1, of 255 times a map of 0 to 1, truncated: thresholds 50 and 150, aperture 3, L1
+        /// lengths, as OpenCV 4.6
         CANNY = SPLAT_MAP_FILTER_CANNY,
         /// length of the gradient divided by its largest in the map + 1e-8: weights 1 2 1
         SOBEL = SPLAT_MAP_FILTER_SOBEL,
-        /// the same with weights 3 10 3
-        SCHARR = SPLAT_MAP_FILTER_SCHARR,
-        /// the same with weights 1 1 1
-        PREWITT = SPLAT_MAP_FILTER_PREWITT,
+        /** the same with weights 3 10 3 */ SCHARR = SPLAT_MAP_FILTER_SCHARR,
+        /** the same with weights 1 1 1 */ PREWITT = SPLAT_MAP_FILTER_PREWITT,
         /// the mask map \> 0.5 with its holes filled: closing by a square of 3 x 3 pixels
         CLOSING = SPLAT_MAP_FILTER_CLOSING,
-        /// the mask map \> 0.5 without specks: opening
-        OPENING = SPLAT_MAP_FILTER_OPENING,
+        /** the mask map \> 0.5 without specks: opening */ OPENING = SPLAT_MAP_FILTER_OPENING,
     }
 }
 
 output! {
-    /// What `splat_device_info` holds.
+    /// What a device is and can do.
     DeviceInfo = splat_device_info(raw) {
-        /// position in the enumeration of this process
-        index: u32 = raw.index,
-        /// What kind of device it is.
-        kind: DeviceKind = DeviceKind(raw.kind),
-        /// 1, or 0 with the reason in `reason`
-        usable: bool = raw.usable != 0,
-        /// Vulkan's number of the vendor.
-        vendor_id: u32 = raw.vendor_id,
-        /// The vendor's number of the device.
-        device_id: u32 = raw.device_id,
-        /// packed as Vulkan does
-        vulkan_version: u32 = raw.vulkan_version,
-        /// vendor's packing
-        driver_version: u32 = raw.driver_version,
-        /// For `DeviceSelect::BY_UUID`.
-        uuid: [u8; 16] = raw.uuid,
-        /// device-local memory
-        heap_bytes: u64 = raw.heap_bytes,
-        /// one allocation
-        max_allocation_bytes: u64 = raw.max_allocation_bytes,
-        /// one shader binding, so one tensor
+        /** position in the enumeration of this process */ index: u32 = raw.index,
+        /** what the device is */ kind: DeviceKind = DeviceKind(raw.kind),
+        /** true, or false with the reason in `reason` */ usable: bool = raw.usable != 0,
+        /** Vulkan's number of the vendor */ vendor_id: u32 = raw.vendor_id,
+        /** the vendor's number of the device */ device_id: u32 = raw.device_id,
+        /** version of Vulkan, packed as Vulkan does */ vulkan_version: u32 = raw.vulkan_version,
+        /** version of the driver, in the vendor's packing */ driver_version: u32 = raw.driver_version,
+        /** what `DeviceSelect::BY_UUID` compares */ uuid: [u8; 16] = raw.uuid,
+        /** device-local memory */ heap_bytes: u64 = raw.heap_bytes,
+        /** most bytes of one allocation */ max_allocation_bytes: u64 = raw.max_allocation_bytes,
+        /// most bytes of one shader binding, so of one tensor
         max_storage_buffer_bytes: u64 = raw.max_storage_buffer_bytes,
-        /// Threads of a workgroup, at most.
-        max_workgroup_invocations: u32 = raw.max_workgroup_invocations,
-        /// Shared memory of a workgroup.
-        shared_memory_bytes: u32 = raw.shared_memory_bytes,
-        /// Threads of a subgroup.
-        subgroup_size: u32 = raw.subgroup_size,
-        /// SPLAT_FEATURE_ bits
-        features: Features = Features(raw.features),
-        /// what `Kernels::AUTO` means on this device
-        kernels: Kernels = Kernels(raw.kernels),
-        /// The driver's name of the device.
-        name: String = chars(&raw.name),
-        /// name and version, in the driver's words
-        driver: String = chars(&raw.driver),
-        /// why the device is not usable; empty if it is
-        reason: String = chars(&raw.reason),
+        /** most threads of a workgroup */ max_workgroup_invocations: u32 = raw.max_workgroup_invocations,
+        /** most shared memory of a workgroup */ shared_memory_bytes: u32 = raw.shared_memory_bytes,
+        /** threads of a subgroup */ subgroup_size: u32 = raw.subgroup_size,
+        /** what the device can do, bits of `Features` */ features: Features = Features(raw.features),
+        /** what `Kernels::AUTO` means on this device */ kernels: Kernels = Kernels(raw.kernels),
+        /** name of the device, in the driver's words */ name: String = chars(&raw.name),
+        /** name and version, in the driver's words */ driver: String = chars(&raw.driver),
+        /** why the device is not usable; empty if it is */ reason: String = chars(&raw.reason),
     }
 }
 
 output! {
-    /// What `splat_memory_info` holds.
+    /// Memory of a device, bytes.
     MemoryInfo = splat_memory_info(raw) {
-        /// live allocations of the driver
-        allocations: u32 = raw.allocations,
-        /// allocated from the driver now
-        used_bytes: u64 = raw.used_bytes,
-        /// part of used_bytes that tensors and operators use
-        live_bytes: u64 = raw.live_bytes,
-        /// highest used_bytes since creation
-        peak_bytes: u64 = raw.peak_bytes,
-        /// What this device may use, at most.
-        budget_bytes: u64 = raw.budget_bytes,
+        /** live allocations of the driver */ allocations: u32 = raw.allocations,
+        /** allocated from the driver now */ used_bytes: u64 = raw.used_bytes,
+        /** part of used_bytes that tensors and operators use */ live_bytes: u64 = raw.live_bytes,
+        /** highest used_bytes since creation */ peak_bytes: u64 = raw.peak_bytes,
+        /** most that the device object may use */ budget_bytes: u64 = raw.budget_bytes,
     }
 }
 
 output! {
-    /// What `splat_tensor_info` holds.
+    /// What a tensor is.
     TensorInfo = splat_tensor_info(raw) {
-        /// The type of the elements.
-        dtype: Dtype = Dtype(raw.dtype),
-        /// 1 while mapped
-        mapped: bool = raw.mapped != 0,
-        /// Elements, outermost first.
-        dims: Vec<i64> = raw.dims[..raw.rank as usize].to_vec(),
-        /// The product of `dims`.
-        elements: u64 = raw.elements,
-        /// The size of all elements.
-        bytes: u64 = raw.bytes,
-        /// cut if longer
-        name: String = chars(&raw.name),
+        /** type of the elements */ dtype: Dtype = Dtype(raw.dtype),
+        /** true while mapped */ mapped: bool = raw.mapped != 0,
+        /** elements, outermost first */ dims: Vec<i64> = raw.dims[..raw.rank as usize].to_vec(),
+        /** number of all elements */ elements: u64 = raw.elements,
+        /** size of all elements */ bytes: u64 = raw.bytes,
+        /** name in messages, cut if longer */ name: String = chars(&raw.name),
     }
 }
 
 output! {
-    /// What `splat_tensor_stats` holds.
+    /// What the elements of a tensor are.
     TensorStats = splat_tensor_stats(raw) {
-        /// Elements that are NaN.
-        nan_count: u64 = raw.nan_count,
-        /// Elements that are infinite.
-        inf_count: u64 = raw.inf_count,
-        /// smallest finite element; +inf if there are none
-        min: f64 = raw.min,
-        /// largest finite element; -inf if there are none
-        max: f64 = raw.max,
-        /// mean of the finite elements; 0 if there are none
-        mean: f64 = raw.mean,
+        /** elements that are NaN */ nan_count: u64 = raw.nan_count,
+        /** elements that are infinite */ inf_count: u64 = raw.inf_count,
+        /** smallest finite element; +inf if there are none */ min: f64 = raw.min,
+        /** largest finite element; -inf if there are none */ max: f64 = raw.max,
+        /** mean of the finite elements; 0 if there are none */ mean: f64 = raw.mean,
     }
 }
 
 output! {
-    /// What `splat_scene_info` holds.
+    /// What the Gaussians of a scene are.
     SceneInfo = splat_scene_info(raw) {
-        /// Degree of the spherical harmonics, 0 to 3.
-        sh_degree: u32 = raw.sh_degree,
-        /// Gaussians.
-        count: u64 = raw.count,
-        /// lower bounds of the finite means
-        low: [f64; 3] = raw.low,
-        /// upper bounds of the finite means
-        high: [f64; 3] = raw.high,
-        /// median of the finite means, axis by axis
-        center: [f64; 3] = raw.center,
-        /// distance from the centre that holds 95 % of the finite means
-        radius: f64 = raw.radius,
-        /// smallest finite standard deviation, scene units
-        scale_min: f64 = raw.scale_min,
-        /// The largest finite standard deviation, scene units.
-        scale_max: f64 = raw.scale_max,
-        /// The mean of the finite standard deviations, scene units.
-        scale_mean: f64 = raw.scale_mean,
-        /// 0 to 1
-        opacity_min: f64 = raw.opacity_min,
-        /// 0 to 1.
-        opacity_max: f64 = raw.opacity_max,
-        /// 0 to 1.
-        opacity_mean: f64 = raw.opacity_mean,
-        /// values of all attributes
-        non_finite: u64 = raw.non_finite,
-        /// rotations of length 0, or not finite
-        bad_rotations: u64 = raw.bad_rotations,
-        /// Gaussians with a scale below 1e-12
-        degenerate: u64 = raw.degenerate,
-        /// Gaussians of opacity below 1/255
-        invisible: u64 = raw.invisible,
+        /** degree of the spherical harmonics, 0 to 3 */ sh_degree: u32 = raw.sh_degree,
+        /** Gaussians */ count: u64 = raw.count,
+        /** lower bounds of the finite means */ low: [f64; 3] = raw.low,
+        /** upper bounds of the finite means */ high: [f64; 3] = raw.high,
+        /** median of the finite means, axis by axis */ center: [f64; 3] = raw.center,
+        /** distance from the centre that holds 95 % of the finite means */ radius: f64 = raw.radius,
+        /** smallest finite standard deviation, scene units */ scale_min: f64 = raw.scale_min,
+        /** largest finite standard deviation, scene units */ scale_max: f64 = raw.scale_max,
+        /** mean of the finite standard deviations, scene units */ scale_mean: f64 = raw.scale_mean,
+        /** smallest opacity, 0 to 1 */ opacity_min: f64 = raw.opacity_min,
+        /** largest opacity, 0 to 1 */ opacity_max: f64 = raw.opacity_max,
+        /** mean of the opacities, 0 to 1 */ opacity_mean: f64 = raw.opacity_mean,
+        /** numbers of all attributes that are NaN or infinite */ non_finite: u64 = raw.non_finite,
+        /** rotations of length 0, or not finite */ bad_rotations: u64 = raw.bad_rotations,
+        /** Gaussians with a scale below 1e-12 */ degenerate: u64 = raw.degenerate,
+        /** Gaussians of opacity below 1/255 */ invisible: u64 = raw.invisible,
     }
 }
 
 output! {
-    /// What `splat_rasterizer_info` holds.
+    /// What the last forward call of a state did.
     RasterizerInfo = splat_rasterizer_info(raw) {
-        /// groups of tile rows that the last forward call drew one by one
-        passes: u32 = raw.passes,
-        /// (Gaussian, view) pairs that reached a tile (with `SkipFlags::CULL` off: that the convention keeps); the maximum over passes
+        /** groups of tile rows that the last forward call drew one by one */ passes: u32 = raw.passes,
+        /// (Gaussian, view) pairs that reached a tile (with `SkipFlags::CULL` off: that the convention keeps); the
+        /// maximum over passes
         visible: u64 = raw.visible,
-        /// (tile, Gaussian, view) triples
-        pairs: u64 = raw.pairs,
-        /// Gaussians in the fullest tile
-        longest: u64 = raw.longest,
-        /// tiles of all views
-        tiles: u64 = raw.tiles,
-        /// tiles without Gaussians
-        empty_tiles: u64 = raw.empty_tiles,
-        /// device memory of the state, with the gradients that states share, without the packed copies of scenes, which rasterizers share
+        /** (tile, Gaussian, view) triples */ pairs: u64 = raw.pairs,
+        /** Gaussians in the fullest tile */ longest: u64 = raw.longest,
+        /** tiles of all views */ tiles: u64 = raw.tiles,
+        /** tiles without Gaussians */ empty_tiles: u64 = raw.empty_tiles,
+        /// device memory of the state, with the gradients that states share, without the packed copies of scenes,
+        /// which rasterizers share
         bytes: u64 = raw.bytes,
-        /// 0: nothing had changed; 2 or more: other memory or passes
-        runs: u32 = raw.runs,
-        /// n of the outputs' shapes
-        gaussians: u32 = raw.gaussians,
-        /// v of the outputs' shapes
-        views: u32 = raw.views,
-        /// (Gaussian, view) pairs that are neither visible nor non_finite
-        culled: u64 = raw.culled,
-        /// (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of its colour is NaN or infinite
+        /** times it was drawn; 0: unchanged; 2 or more: other memory or passes */ runs: u32 = raw.runs,
+        /** Gaussians of the call: n of the outputs' shapes */ gaussians: u32 = raw.gaussians,
+        /** views of the call: v of the outputs' shapes */ views: u32 = raw.views,
+        /** (Gaussian, view) pairs that are neither visible nor non_finite */ culled: u64 = raw.culled,
+        /// (Gaussian, view) pairs that are not drawn because a number of the Gaussian, of its projection or of its
+        /// colour is NaN or infinite
         non_finite: u64 = raw.non_finite,
     }
 }
 
 output! {
-    /// What `splat_image_info` holds.
+    /// What an image file says of its image.
     ImageInfo = splat_image_info(raw) {
-        /// bits per sample in the file: 8, 16, or 32 (.npy)
-        bits: u32 = raw.bits,
-        /// pixels, from the Exif data of a JPEG file: its focal length for 35 mm film, whose diagonal sees the same angle, or else focal length and resolution of the sensor; 0: not known
+        /** bits per sample in the file: 8, 16, or 32 (.npy) */ bits: u32 = raw.bits,
+        /// focal length in pixels, from the Exif data of a JPEG file: that for 35 mm film, whose diagonal sees the
+        /// same angle, or else focal length and resolution of the sensor; 0: not known
         focal: f64 = raw.focal,
     }
 }
 
 output! {
-    /// What `splat_image_scores` holds.
+    /// How alike two images are.
     ImageScores = splat_image_scores(raw) {
-        /// mean
-        squared_error: f64 = raw.squared_error,
-        /// dB, for values from 0 to 1; infinite for equal images
-        psnr: f64 = raw.psnr,
-        /// 1 for equal images.
-        ssim: f64 = raw.ssim,
+        /** mean of the squared differences, over pixels and channels */ squared_error: f64 = raw.squared_error,
+        /** dB, for values from 0 to 1; infinite for equal images */ psnr: f64 = raw.psnr,
+        /** structural similarity; 1 for equal images */ ssim: f64 = raw.ssim,
     }
 }
 
 output! {
-    /// What `splat_weights_info` holds.
+    /// What a tensor of weights is.
     WeightsInfo = splat_weights_info(raw) {
-        /// outermost first; a 0 means no elements
-        dims: Vec<i64> = raw.dims[..raw.rank as usize].to_vec(),
-        /// The product of `dims`.
-        elements: u64 = raw.elements,
-        /// this and dtype live as long as the weights
-        name: String = copied(raw.name),
-        /// in the file: "float32", "bfloat16", "int64", ...; read as float32
-        dtype: String = copied(raw.dtype),
+        /** elements, outermost first; a 0 means none */ dims: Vec<i64> = raw.dims[..raw.rank as usize].to_vec(),
+        /** number of all elements */ elements: u64 = raw.elements,
+        /** name of the tensor */ name: String = copied(raw.name),
+        /** type in the file: "float32", "int64", ...; read as float32 */ dtype: String = copied(raw.dtype),
     }
 }
 
 output! {
-    /// A named tensor of a model or a module. Frozen.
+    /// A named tensor of a model or a module.
     Port = splat_port(raw) {
-        /// the library's live as long as the model or module
-        name: String = copied(raw.name),
-        /// SPLAT_PORT_ bits; 0 in a splat_module_desc
-        flags: PortFlags = PortFlags(raw.flags),
-        /// Elements, outermost first.
-        dims: Vec<i64> = raw.dims[..raw.rank as usize].to_vec(),
+        /** name of the tensor */ name: String = copied(raw.name),
+        /** bits of `PortFlags`; 0 for a new module */ flags: PortFlags = PortFlags(raw.flags),
+        /** elements, outermost first */ dims: Vec<i64> = raw.dims[..raw.rank as usize].to_vec(),
     }
 }
 
 output! {
     /// What a model was made for, and what its latest pass gave.
     ModelInfo = splat_model_info(raw) {
-        /// SPLAT_MODEL_ bits of its creation
-        flags: ModelFlags = ModelFlags(raw.flags),
-        /// objects per batch
-        objects: u32 = raw.objects,
-        /// input images of an object
-        views: u32 = raw.views,
-        /// R
-        resolution: u32 = raw.resolution,
-        /// channels of splat_model_input.images
-        channels: u32 = raw.channels,
-        /// channels of "images": no plane of origin distances
-        image_channels: u32 = raw.image_channels,
-        /// channels of "raw"
-        output_channels: u32 = raw.output_channels,
-        /// M, of an object
-        gaussians: u32 = raw.gaussians,
-        /// K = (sh_degree + 1)^2
-        sh_degree: u32 = raw.sh_degree,
-        /// length of a custom embedding; 0: none
-        embedding_length: u32 = raw.embedding_length,
-        /// Numbers of a token; 0: none.
-        token_dim: u32 = raw.token_dim,
-        /// 0: none
-        tokens: u32 = raw.tokens,
-        /// passes of a batch
-        slices: u32 = raw.slices,
-        /// degrees; 0: each image has its focal lengths
-        fov: f32 = raw.fov,
-        /// numbers
-        parameters: u64 = raw.parameters,
-        /// Numbers of parameters that a training changes.
-        trainable: u64 = raw.trainable,
-        /// the latest pass, over all objects; zeros before the first; Gaussians
-        predicted: u64 = raw.predicted,
-        /// numbers of "raw" and of their attributes that are NaN or infinite
-        non_finite: u64 = raw.non_finite,
-        /// Gaussians of an opacity below 1/255, which no pixel shows
-        faint: u64 = raw.faint,
+        /** what it was created with, bits of `ModelFlags` */ flags: ModelFlags = ModelFlags(raw.flags),
+        /** objects per batch */ objects: u32 = raw.objects,
+        /** input images of an object */ views: u32 = raw.views,
+        /** R: images have R x R pixels */ resolution: u32 = raw.resolution,
+        /** channels of the images that a pass takes */ channels: u32 = raw.channels,
+        /** channels of "images": no plane of origin distances */ image_channels: u32 = raw.image_channels,
+        /** channels of "raw" */ output_channels: u32 = raw.output_channels,
+        /** M: Gaussians of an object */ gaussians: u32 = raw.gaussians,
+        /** degree of the spherical harmonics; K = (sh_degree + 1)^2 */ sh_degree: u32 = raw.sh_degree,
+        /** length of a custom embedding; 0: none */ embedding_length: u32 = raw.embedding_length,
+        /** numbers of a token; 0: none */ token_dim: u32 = raw.token_dim,
+        /** tokens of an image; 0: none */ tokens: u32 = raw.tokens,
+        /** passes of a batch */ slices: u32 = raw.slices,
+        /** field of view, degrees; 0: each image has its focal lengths */ fov: f32 = raw.fov,
+        /** numbers of all parameters */ parameters: u64 = raw.parameters,
+        /** numbers of parameters that a training changes */ trainable: u64 = raw.trainable,
+        /** Gaussians of the latest pass, over all objects; 0 before the first */ predicted: u64 = raw.predicted,
+        /** numbers of "raw" and of their attributes that are NaN or infinite */ non_finite: u64 = raw.non_finite,
+        /** Gaussians of an opacity below 1/255, which no pixel shows */ faint: u64 = raw.faint,
     }
 }
 
 output! {
-    /// What became of a picture. Frozen.
+    /// What became of a picture.
     PictureInfo = splat_picture_info(raw) {
-        /// width of the picture, pixels
-        width: u32 = raw.width,
-        /// Pixels.
-        height: u32 = raw.height,
-        /// By what the object was found.
-        found: Found = Found(raw.found),
-        /// SPLAT_PICTURE_* warnings
-        warnings: PictureWarnings = PictureWarnings(raw.warnings),
-        /// left, top and side of what was cut out, pixels of the picture
-        square: [f64; 3] = raw.square,
-        /// pixels of the picture; 0: not known
-        focal: f64 = raw.focal,
-        /// field of view of the square; 0: not known
-        fov_degrees: f64 = raw.fov_degrees,
+        /** width of the picture, pixels */ width: u32 = raw.width,
+        /** height of the picture, pixels */ height: u32 = raw.height,
+        /** how the object was found */ found: Found = Found(raw.found),
+        /** bits of `PictureWarnings` */ warnings: PictureWarnings = PictureWarnings(raw.warnings),
+        /** left, top and side of what was cut out, pixels of the picture */ square: [f64; 3] = raw.square,
+        /** focal length, pixels of the picture; 0: not known */ focal: f64 = raw.focal,
+        /** field of view of the square; 0: not known */ fov_degrees: f64 = raw.fov_degrees,
     }
 }
 
 output! {
     /// What a predictor takes and gives, for what its weights were trained.
     PredictorInfo = splat_predictor_info(raw) {
-        /// pictures of one prediction
-        views: u32 = raw.views,
-        /// R: the network sees squares of R x R pixels
-        resolution: u32 = raw.resolution,
-        /// channels of the network's input
-        channels: u32 = raw.channels,
-        /// 1: it takes a depth map, else 0; so the next three
-        depth: bool = raw.depth != 0,
-        /// a normal map
-        normal: bool = raw.normal != 0,
-        /// the object's mask, which is always found
-        mask: bool = raw.mask != 0,
-        /// the distance of the object's origin
-        origin_distance: bool = raw.origin_distance != 0,
-        /// views * R * R, of which a scene gets the visible ones
-        gaussians: u64 = raw.gaussians,
-        /// Degree of the spherical harmonics, 0 to 3.
-        sh_degree: u32 = raw.sh_degree,
-        /// behind the object, 0 to 1
-        background: [f32; 3] = raw.background,
-        /// across the square; 0: each view has a focal length of its own
-        fov_degrees: f64 = raw.fov_degrees,
-        /// data.category, may be empty; lives as long as the predictor
-        category: String = copied(raw.category),
+        /** pictures of one prediction */ views: u32 = raw.views,
+        /** R: the network sees squares of R x R pixels */ resolution: u32 = raw.resolution,
+        /** channels of the network's input */ channels: u32 = raw.channels,
+        /** true: it takes a depth map */ depth: bool = raw.depth != 0,
+        /** true: it takes a normal map */ normal: bool = raw.normal != 0,
+        /** true: it takes the object's mask, which is always found */ mask: bool = raw.mask != 0,
+        /** true: it takes the distance of the object's origin */ origin_distance: bool = raw.origin_distance != 0,
+        /** views * R * R Gaussians; a scene gets the visible ones */ gaussians: u64 = raw.gaussians,
+        /** degree of the spherical harmonics, 0 to 3 */ sh_degree: u32 = raw.sh_degree,
+        /** colour behind the object, 0 to 1 */ background: [f32; 3] = raw.background,
+        /** across the square; 0: each view has a focal length of its own */ fov_degrees: f64 = raw.fov_degrees,
+        /** data.category, may be empty */ category: String = copied(raw.category),
     }
 }
 
 output! {
-    /// What `splat_optimizer_info` holds.
+    /// What an optimizer has and what its last step did.
     OptimizerInfo = splat_optimizer_info(raw) {
-        /// 1: the last step found gradients that are not finite; no update
+        /// true: the last step found gradients that are not finite; no update
         was_skipped: bool = raw.was_skipped != 0,
-        /// updates done
-        step: u64 = raw.step,
-        /// steps without an update
-        skipped: u64 = raw.skipped,
-        /// rate of the last step; before the first, of the next
-        rate: f64 = raw.rate,
-        /// numbers of the last step's gradients that are NaN or infinite
-        non_finite: u64 = raw.non_finite,
-        /// 1: all gradients of the last step were 0, so it taught nothing
+        /** updates done */ step: u64 = raw.step,
+        /** steps without an update */ skipped: u64 = raw.skipped,
+        /** rate of the last step; before the first, of the next */ rate: f64 = raw.rate,
+        /** numbers of the last step's gradients that are NaN or infinite */ non_finite: u64 = raw.non_finite,
+        /// true: all gradients of the last step were 0, so it taught nothing
         gradients_zero: bool = raw.gradients_zero != 0,
-        /// 1: there are averages
-        averaged: bool = raw.averaged != 0,
-        /// tensors
-        parameters: u64 = raw.parameters,
-        /// numbers in these tensors, in the rows in use
-        elements: u64 = raw.elements,
+        /** true: there are averages */ averaged: bool = raw.averaged != 0,
+        /** tensors */ parameters: u64 = raw.parameters,
+        /** numbers in these tensors, in the rows in use */ elements: u64 = raw.elements,
     }
 }
 
 output! {
-    /// What `splat_trainer_info` holds.
+    /// What a step of a training did.
     TrainerInfo = splat_trainer_info(raw) {
-        /// 1: loss or gradients were not finite, and nothing was updated
-        skipped: bool = raw.skipped != 0,
-        /// updates done
-        step: u64 = raw.step,
-        /// (tile, Gaussian) drawn
-        pairs: u64 = raw.pairs,
-        /// mean over the batch, like the following
-        loss: f64 = raw.loss,
-        /// Mean over pixels and channels.
-        squared_error: f64 = raw.squared_error,
-        /// The part of `loss` that compares pixels.
-        pixel_loss: f64 = raw.pixel_loss,
-        /// 0 unless opt.lambda_ssim \> 0
-        ssim: f64 = raw.ssim,
-        /// Time of the network's passes.
-        network_ms: f64 = raw.network_ms,
-        /// Time of the rasterizer's passes.
-        render_ms: f64 = raw.render_ms,
-        /// Time of the update.
-        update_ms: f64 = raw.update_ms,
-        /// 0 unless opt.lambda_lpips \> 0, and before opt.start_lpips_after
-        lpips: f64 = raw.lpips,
-        /// (Gaussian, target) pairs that reach a tile; 0: nothing was drawn
-        visible: u64 = raw.visible,
-        /// the pairs that do not
-        culled: u64 = raw.culled,
-        /// numbers that the network gave which are NaN or infinite
-        non_finite: u64 = raw.non_finite,
-        /// 1: every gradient of a parameter is 0, so nothing is learnt
+        /** true: loss or gradients were not finite, and nothing was updated */ skipped: bool = raw.skipped != 0,
+        /** updates done */ step: u64 = raw.step,
+        /** (tile, Gaussian) pairs that were drawn */ pairs: u64 = raw.pairs,
+        /** mean over the batch, like the following */ loss: f64 = raw.loss,
+        /** mean of the squared differences, over pixels and channels */ squared_error: f64 = raw.squared_error,
+        /** the part of `loss` that compares pixels */ pixel_loss: f64 = raw.pixel_loss,
+        /** structural similarity; 0 unless opt.lambda_ssim \> 0 */ ssim: f64 = raw.ssim,
+        /** time of the network's passes */ network_ms: f64 = raw.network_ms,
+        /** time of the rasterizer's passes */ render_ms: f64 = raw.render_ms,
+        /** time of the update */ update_ms: f64 = raw.update_ms,
+        /** distance; 0 unless opt.lambda_lpips \> 0, and before opt.start_lpips_after */ lpips: f64 = raw.lpips,
+        /** (Gaussian, target) pairs that reach a tile; 0: nothing was drawn */ visible: u64 = raw.visible,
+        /** (Gaussian, target) pairs that reach no tile */ culled: u64 = raw.culled,
+        /** numbers that the network gave which are NaN or infinite */ non_finite: u64 = raw.non_finite,
+        /// true: every gradient of a parameter is 0, so nothing is learnt
         gradients_zero: bool = raw.gradients_zero != 0,
-        /// learning rate of this update, or of the one that was skipped
-        rate: f64 = raw.rate,
-        /// mean over the batch; 0 unless opt.lambda_edge \> 0
-        edge_loss: f64 = raw.edge_loss,
+        /** learning rate of this update, or of the one that was skipped */ rate: f64 = raw.rate,
+        /** loss of edges, mean over the batch; 0 unless opt.lambda_edge \> 0 */ edge_loss: f64 = raw.edge_loss,
     }
 }
 
 output! {
-    /// What `splat_evaluator_info` holds.
+    /// What an evaluator scores.
     EvaluatorInfo = splat_evaluator_info(raw) {
-        /// to score
-        objects: u32 = raw.objects,
-        /// scored so far
-        scored: u32 = raw.scored,
-        /// R: images have R x R pixels
-        resolution: u32 = raw.resolution,
+        /** objects to score */ objects: u32 = raw.objects,
+        /** objects scored so far */ scored: u32 = raw.scored,
+        /** R: images have R x R pixels */ resolution: u32 = raw.resolution,
     }
 }
 
 output! {
-    /// Means over views. Frozen.
+    /// Means over views.
     Scores = splat_scores(raw) {
-        /// dB; NaN without a view that differs from its target
-        psnr: f64 = raw.psnr,
-        /// NaN without views
-        ssim: f64 = raw.ssim,
-        /// NaN without its network
-        lpips: f64 = raw.lpips,
-        /// Scored views.
-        views: u32 = raw.views,
-        /// views that equal their targets
-        perfect_views: u32 = raw.perfect_views,
+        /** dB; NaN without a view that differs from its target */ psnr: f64 = raw.psnr,
+        /** structural similarity; NaN without views */ ssim: f64 = raw.ssim,
+        /** learned perceptual distance; NaN without its network */ lpips: f64 = raw.lpips,
+        /** scored views */ views: u32 = raw.views,
+        /** views that equal their targets */ perfect_views: u32 = raw.perfect_views,
     }
 }
 
 output! {
-    /// What of predictions and images is finite and visible. Frozen.
+    /// What of predictions and images is finite and visible.
     Ledger = splat_ledger(raw) {
-        /// numbers that the network put out
-        outputs_not_finite: u64 = raw.outputs_not_finite,
-        /// predicted
-        gaussians: u64 = raw.gaussians,
-        /// with a NaN or an infinity; no image shows them
+        /** numbers of the output that are NaN or infinite */ outputs_not_finite: u64 = raw.outputs_not_finite,
+        /** predicted Gaussians */ gaussians: u64 = raw.gaussians,
+        /// Gaussians with a NaN or an infinity; no image shows them
         gaussians_not_finite: u64 = raw.gaussians_not_finite,
-        /// opacity below 1/255
-        gaussians_invisible: u64 = raw.gaussians_invisible,
-        /// all others
-        gaussians_visible: u64 = raw.gaussians_visible,
-        /// images with a NaN or an infinity
-        images_not_finite: u32 = raw.images_not_finite,
-        /// drawn images that show the background only
-        images_blank: u32 = raw.images_blank,
+        /** Gaussians of opacity below 1/255 */ gaussians_invisible: u64 = raw.gaussians_invisible,
+        /** all other Gaussians */ gaussians_visible: u64 = raw.gaussians_visible,
+        /** images with a NaN or an infinity */ images_not_finite: u32 = raw.images_not_finite,
+        /** drawn images that show the background only */ images_blank: u32 = raw.images_blank,
     }
 }
 
 output! {
-    /// What `splat_object_scores` holds.
+    /// The scores of one object.
     ObjectScores = splat_object_scores(raw) {
-        /// number of the object
-        object: u32 = raw.object,
-        /// lives as long as the evaluator
-        name: String = copied(raw.name),
-        /// Scores of the novel views.
-        novel: Scores = Scores::from_raw(&raw.novel),
-        /// Scores of the conditioning views.
-        conditioning: Scores = Scores::from_raw(&raw.conditioning),
-        /// What became of the Gaussians.
-        ledger: Ledger = Ledger::from_raw(&raw.ledger),
-        /// skipped: the target is all black
-        empty_views: u32 = raw.empty_views,
-        /// 1: the ledger has numbers that are not finite, and no score is one
+        /** number of the object */ object: u32 = raw.object,
+        /** name of the object */ name: String = copied(raw.name),
+        /** scores of the novel views */ novel: Scores = Scores::from_raw(&raw.novel),
+        /** scores of the conditioning views */ conditioning: Scores = Scores::from_raw(&raw.conditioning),
+        /** what is finite and visible */ ledger: Ledger = Ledger::from_raw(&raw.ledger),
+        /** views that are skipped: the target is all black */ empty_views: u32 = raw.empty_views,
+        /// true: the ledger has numbers that are not finite, and no score is one
         not_finite: bool = raw.not_finite != 0,
-        /// to run the network and read its Gaussians
-        predict_ms: f64 = raw.predict_ms,
-        /// to draw all views
-        draw_ms: f64 = raw.draw_ms,
+        /** time to run the network and read its Gaussians */ predict_ms: f64 = raw.predict_ms,
+        /** time to draw all views */ draw_ms: f64 = raw.draw_ms,
     }
 }
 
 output! {
     /// Means and sums over the objects scored so far.
     EvaluationSummary = splat_evaluation_summary(raw) {
-        /// Scored objects.
-        objects: u32 = raw.objects,
-        /// means over objects, each counting the same; sums of views
+        /** scored objects */ objects: u32 = raw.objects,
+        /// novel views: means over objects, each counting the same; sums of views
         novel: Scores = Scores::from_raw(&raw.novel),
-        /// Scores of the conditioning views.
-        conditioning: Scores = Scores::from_raw(&raw.conditioning),
-        /// sums
-        ledger: Ledger = Ledger::from_raw(&raw.ledger),
-        /// Views that are skipped: the target is all black.
-        empty_views: u32 = raw.empty_views,
-        /// if not 0, the means are NaN
+        /** the same of conditioning views */ conditioning: Scores = Scores::from_raw(&raw.conditioning),
+        /** sums of what is finite and visible */ ledger: Ledger = Ledger::from_raw(&raw.ledger),
+        /** views that are skipped: the target is all black */ empty_views: u32 = raw.empty_views,
+        /// objects with numbers not finite; if any, the means are NaN
         objects_not_finite: u32 = raw.objects_not_finite,
-        /// NaN for images of the caller, which are not timed
-        predictions_per_second: f64 = raw.predictions_per_second,
-        /// Drawn; NaN for images of the caller.
-        images_per_second: f64 = raw.images_per_second,
+        /** predictions; NaN for images of the caller */ predictions_per_second: f64 = raw.predictions_per_second,
+        /** drawn images; NaN for images of the caller */ images_per_second: f64 = raw.images_per_second,
     }
 }
 
 output! {
-    /// What `splat_comparison_info` holds.
+    /// What was compared.
     ComparisonInfo = splat_comparison_info(raw) {
-        /// compared
-        metrics: u32 = raw.metrics,
-        /// Objects of A.
-        objects_a: u64 = raw.objects_a,
-        /// Objects of B.
-        objects_b: u64 = raw.objects_b,
-        /// objects that A and B share
-        shared_objects: u64 = raw.shared_objects,
-        /// 1: objects were ignored
-        unpaired: bool = raw.unpaired != 0,
-        /// 0: A and B cover different objects, so that the difference may come from the objects alone
+        /** metrics that were compared */ metrics: u32 = raw.metrics,
+        /** objects of A */ objects_a: u64 = raw.objects_a,
+        /** objects of B */ objects_b: u64 = raw.objects_b,
+        /** objects that A and B share */ shared_objects: u64 = raw.shared_objects,
+        /** true: objects were ignored */ unpaired: bool = raw.unpaired != 0,
+        /// true: A and B cover the same objects; else the difference may come from the objects alone
         comparable: bool = raw.comparable != 0,
     }
 }
 
 output! {
-    /// What `splat_metric_comparison` holds.
+    /// The comparison of A and B in one metric.
     MetricComparison = splat_metric_comparison(raw) {
-        /// What is compared.
-        metric: Metric = Metric(raw.metric),
-        /// What the numbers show.
-        verdict: Verdict = Verdict(raw.verdict),
-        /// 1: all permutations were counted, not random ones
-        exact: bool = raw.exact != 0,
-        /// The mean of the scores of A.
-        mean_a: f64 = raw.mean_a,
-        /// The mean of the scores of B.
-        mean_b: f64 = raw.mean_b,
-        /// mean_b - mean_a
-        difference: f64 = raw.difference,
+        /** what is compared */ metric: Metric = Metric(raw.metric),
+        /** what the numbers show */ verdict: Verdict = Verdict(raw.verdict),
+        /** true: all permutations were counted, not random ones */ exact: bool = raw.exact != 0,
+        /** mean of the scores of A */ mean_a: f64 = raw.mean_a,
+        /** mean of the scores of B */ mean_b: f64 = raw.mean_b,
+        /** mean_b - mean_a */ difference: f64 = raw.difference,
         /// two-sided; paired: signs of differences flipped, unpaired: all scores shuffled
         p_permutation: f64 = raw.p_permutation,
         /// paired: Student's t test (NaN of one pair), unpaired: means from a normal distribution
         p_parametric: f64 = raw.p_parametric,
-        /// p_permutation corrected for the number of metrics
-        p_holm: f64 = raw.p_holm,
-        /// bootstrap interval of 95 % of the difference; NaN of one pair
-        low: f64 = raw.low,
-        /// The upper end of the interval.
-        high: f64 = raw.high,
-        /// Cohen's d; infinite if all differences are equal, NaN of one pair
-        effect: f64 = raw.effect,
-        /// scores of A; paired: as many as of B, those of the shared objects
-        n_a: u64 = raw.n_a,
-        /// Scores of B.
-        n_b: u64 = raw.n_b,
-        /// objects of both that have a finite score in B (in A) only: they are left out, and with any of them the verdict is NOT_COMPARABLE
+        /** p_permutation corrected for the number of metrics */ p_holm: f64 = raw.p_holm,
+        /** lower end of the bootstrap interval of 95 % of `difference`; NaN of one pair */ low: f64 = raw.low,
+        /** upper end of that interval */ high: f64 = raw.high,
+        /** Cohen's d; infinite if all differences are equal, NaN of one pair */ effect: f64 = raw.effect,
+        /** scores of A; paired: as many as of B, those of the shared objects */ n_a: u64 = raw.n_a,
+        /** scores of B */ n_b: u64 = raw.n_b,
+        /// objects of both with a finite score in B only: they are left out, and the verdict is NOT_COMPARABLE
         lacking_a: u64 = raw.lacking_a,
-        /// Objects with a finite score in A only.
-        lacking_b: u64 = raw.lacking_b,
+        /** the same, with a finite score in A only */ lacking_b: u64 = raw.lacking_b,
     }
 }
 
 output! {
     /// Errors of an aligned depth map p against the true one g, in its units.
     DepthScores = splat_depth_scores(raw) {
-        /// counted
-        pixels: u64 = raw.pixels,
-        /// mean of |p - g| / g
-        abs_rel: f64 = raw.abs_rel,
-        /// root of the mean of (p - g)^2
-        rmse: f64 = raw.rmse,
-        /// standard deviation of ln max(p, 1e-8) - ln g
-        si_rmse: f64 = raw.si_rmse,
-        /// shares of pixels with max(p/g, g/p) \< 1.25, 1.25^2, 1.25^3; p \> 0
-        within: [f64; 3] = raw.within,
-        /// p = scale * prediction + shift with the least squares; 0: it is constant
-        scale: f64 = raw.scale,
-        /// See `scale`.
-        shift: f64 = raw.shift,
+        /** pixels that count */ pixels: u64 = raw.pixels,
+        /** mean of |p - g| / g */ abs_rel: f64 = raw.abs_rel,
+        /** root of the mean of (p - g)^2 */ rmse: f64 = raw.rmse,
+        /** standard deviation of ln max(p, 1e-8) - ln g */ si_rmse: f64 = raw.si_rmse,
+        /** shares of pixels with max(p/g, g/p) \< 1.25, 1.25^2, 1.25^3; p \> 0 */ within: [f64; 3] = raw.within,
+        /** p = scale * prediction + shift with the least squares; 0: a constant */ scale: f64 = raw.scale,
+        /** the other number of that fit, in the truth's units */ shift: f64 = raw.shift,
     }
 }
 
 output! {
     /// Angles between predicted and true normals, in degrees.
     NormalScores = splat_normal_scores(raw) {
-        /// counted
-        pixels: u64 = raw.pixels,
-        /// counted pixels without a prediction; their angle is 180 degrees
-        missing: u64 = raw.missing,
-        /// Degrees.
-        mean: f64 = raw.mean,
-        /// Degrees.
-        median: f64 = raw.median,
-        /// Degrees.
-        rmse: f64 = raw.rmse,
-        /// shares of pixels with an angle below 11.25, 22.5, 30 degrees
-        within: [f64; 3] = raw.within,
+        /** pixels that count */ pixels: u64 = raw.pixels,
+        /** counted pixels without a prediction; their angle is 180 degrees */ missing: u64 = raw.missing,
+        /** mean of the angles, degrees */ mean: f64 = raw.mean,
+        /** median of the angles, degrees */ median: f64 = raw.median,
+        /** root of the mean of the squared angles, degrees */ rmse: f64 = raw.rmse,
+        /** shares of pixels with an angle below 11.25, 22.5, 30 degrees */ within: [f64; 3] = raw.within,
     }
 }
 
 output! {
-    /// ```text
-    /// How well a soft mask p, binary where p > 0.5, covers the true one. Shares have 1e-6 in their
-    /// denominators, as published: an empty truth scores 0.
-    /// ```
+    /// How well a soft mask p, binary where p \> 0.5, covers the true one. Shares have 1e-6 in their denominators, as
+    /// published: an empty truth scores 0.
     MaskScores = splat_mask_scores(raw) {
-        /// Pixels of the predicted mask.
-        predicted_pixels: u64 = raw.predicted_pixels,
-        /// Pixels of the true mask.
-        true_pixels: u64 = raw.true_pixels,
-        /// mean of |p - truth|
-        mae: f64 = raw.mae,
-        /// Intersection over union.
-        iou: f64 = raw.iou,
-        /// Predicted pixels that are true, 0 to 1.
-        precision: f64 = raw.precision,
-        /// True pixels that are predicted, 0 to 1.
-        recall: f64 = raw.recall,
-        /// with beta^2 = 0.3
-        f_beta: f64 = raw.f_beta,
+        /** pixels of the predicted mask */ predicted_pixels: u64 = raw.predicted_pixels,
+        /** pixels of the true mask */ true_pixels: u64 = raw.true_pixels,
+        /** mean of |p - truth| */ mae: f64 = raw.mae,
+        /** intersection over union, 0 to 1 */ iou: f64 = raw.iou,
+        /** share of the predicted pixels that are true */ precision: f64 = raw.precision,
+        /** share of the true pixels that are predicted */ recall: f64 = raw.recall,
+        /** weighted harmonic mean of the two, with beta^2 = 0.3 */ f_beta: f64 = raw.f_beta,
     }
 }
 
 output! {
     /// Visual information fidelity of the channels of an image.
     FidelityScores = splat_fidelity_scores(raw) {
-        /// left out: the true channel is constant
-        constant_channels: u32 = raw.constant_channels,
-        /// mean over the other channels, 1 for equal images; NaN: none
-        vif: f64 = raw.vif,
-        /// NaN: constant, left out, or not there
-        channels: [f64; 4] = raw.channels,
+        /** channels left out: the true one is constant */ constant_channels: u32 = raw.constant_channels,
+        /** mean over the other channels, 1 for equal images; NaN: none */ vif: f64 = raw.vif,
+        /** fidelity of each; NaN: constant, left out, or not there */ channels: [f64; 4] = raw.channels,
     }
 }
 
 output! {
-    /// ```text
-    /// How far the Gaussians P of a scene lie from true points T; d(p, T) is the distance from p to the
-    /// nearest point of T.
-    /// ```
+    /// How far the Gaussians P of a scene lie from true points T; d(p, T) is the distance from p to the nearest point
+    /// of T.
     PointScores = splat_point_scores(raw) {
-        /// counted: P
-        gaussians: u64 = raw.gaussians,
-        /// mean over P of d(p, T)
-        accuracy: f64 = raw.accuracy,
-        /// mean over T of d(t, P)
-        completeness: f64 = raw.completeness,
-        /// mean of the two
-        chamfer: f64 = raw.chamfer,
-        /// sum of the means of the squared distances
-        chamfer_squared: f64 = raw.chamfer_squared,
-        /// share of P with d(p, T) \< threshold
-        precision: f64 = raw.precision,
-        /// share of T with d(t, P) \< threshold
-        recall: f64 = raw.recall,
-        /// harmonic mean of the two
-        f_score: f64 = raw.f_score,
+        /** Gaussians that count: P */ gaussians: u64 = raw.gaussians,
+        /** mean over P of d(p, T) */ accuracy: f64 = raw.accuracy,
+        /** mean over T of d(t, P) */ completeness: f64 = raw.completeness,
+        /** mean of the two */ chamfer: f64 = raw.chamfer,
+        /** sum of the means of the squared distances */ chamfer_squared: f64 = raw.chamfer_squared,
+        /** share of P with d(p, T) \< threshold */ precision: f64 = raw.precision,
+        /** share of T with d(t, P) \< threshold */ recall: f64 = raw.recall,
+        /** harmonic mean of the two */ f_score: f64 = raw.f_score,
     }
 }
 
 output! {
-    /// What `splat_prior_model_info` holds.
+    /// What a model makes, and where it comes from.
     PriorModelInfo = splat_prior_model_info(raw) {
-        /// SPLAT_DATA_ flags of the maps that it makes
-        maps: DataFlags = DataFlags(raw.maps),
-        /// width of the model's input, pixels; 0: by the picture
-        width: u32 = raw.width,
-        /// Pixels.
-        height: u32 = raw.height,
-        /// name of the preset; lives, as the other texts, as long as the model
-        preset: String = copied(raw.preset),
-        /// licence of the model: show it to the user
-        licence: String = copied(raw.licence),
-        /// What to know of the model.
-        note: String = copied(raw.note),
-        /// file of the model
-        path: String = copied(raw.path),
-        /// "1.30.0"
-        runtime_version: String = copied(raw.runtime_version),
+        /** maps that it makes, bits of `DataFlags` */ maps: DataFlags = DataFlags(raw.maps),
+        /** width of the model's input, pixels; 0: by the picture */ width: u32 = raw.width,
+        /** height of the model's input, pixels; 0: by the picture */ height: u32 = raw.height,
+        /** name of the preset */ preset: String = copied(raw.preset),
+        /** licence of the model: show it to the user */ licence: String = copied(raw.licence),
+        /** what to know of the model */ note: String = copied(raw.note),
+        /** file of the model */ path: String = copied(raw.path),
+        /** version of ONNX Runtime, such as "1.30.0" */ runtime_version: String = copied(raw.runtime_version),
     }
 }
 
 output! {
-    /// What `splat_co3d_info` holds.
+    /// What was prepared.
     Co3dInfo = splat_co3d_info(raw) {
-        /// sequences in the split
-        sequences: u32 = raw.sequences,
-        /// sequences that were there before
-        kept: u32 = raw.kept,
-        /// sequences left out: their cameras are not finite
-        left_out: u32 = raw.left_out,
-        /// frames of all sequences in the split
-        frames: u64 = raw.frames,
+        /** sequences in the split */ sequences: u32 = raw.sequences,
+        /** sequences that were there before */ kept: u32 = raw.kept,
+        /** sequences left out: their cameras are not finite */ left_out: u32 = raw.left_out,
+        /** frames of all sequences in the split */ frames: u64 = raw.frames,
     }
 }
 
 input! {
-    /// The fields of `splat_scene_file_desc`; 0 is the default.
+    /// How a scene is read or written; 0 is the default.
     SceneFileDesc(own) = splat_scene_file_desc {
-        /// SPLAT_SCENE_ bits
-        flags: SceneFlags = own.flags.0,
-        /// 0 = by the first bytes, else by the extension of the path
-        format: SceneFormat = own.format.0,
-        /// axes of the file; 0 = the format's usual ones
-        frame: Frame = own.frame.0,
-        /// drop bands, or pad them with zeros, to degree 1 to 3 or (SPLAT_SH_CONSTANT) 0; 0: keep all
+        /** bits of `SceneFlags` */ flags: SceneFlags = own.flags.0,
+        /** 0 = by the first bytes, else by the extension of the path */ format: SceneFormat = own.format.0,
+        /** axes of the file; 0 = the format's usual ones */ frame: Frame = own.frame.0,
+        /// drop bands, or pad them with zeros, to degree 1 to 3 or (-1) 0; 0: keep all
         sh_degree: i32 = own.sh_degree,
-        /// to write: 3 or 4; 0 = 3
-        spz_version: u32 = own.spz_version,
-        /// refuse files with more Gaussians; 0 = 2^27
-        max_count: u64 = own.max_count,
+        /** to write: 3 or 4; 0 = 3 */ spz_version: u32 = own.spz_version,
+        /** refuse files with more Gaussians; 0 = 2^27 */ max_count: u64 = own.max_count,
     }
 }
 
 input! {
-    /// The fields of `splat_orbit_desc`; 0 is the default.
+    /// Cameras on a circle; 0 is the default.
     OrbitDesc(own) = splat_orbit_desc {
-        /// pixels; 0 = 512
-        width: u32 = own.width,
-        /// pixels; 0 = 512
-        height: u32 = own.height,
-        /// radians; 0 = 0.7
-        fov_x: f64 = own.fov_x,
-        /// radians above the horizon
-        elevation: f64 = own.elevation,
-        /// angle of the first camera, radians; 0: in front, looking along +z
-        start: f64 = own.start,
-        /// scene units from the middle; 0 = the scene fills 95 % of the images
-        distance: f64 = own.distance,
-        /// a direction of the world; 0, 0, 0 = 0, -1, 0
-        up: [f64; 3] = own.up,
+        /** pixels; 0 = 512 */ width: u32 = own.width,
+        /** pixels; 0 = 512 */ height: u32 = own.height,
+        /** radians; 0 = 0.7 */ fov_x: f64 = own.fov_x,
+        /** radians above the horizon */ elevation: f64 = own.elevation,
+        /** angle of the first camera, radians; 0: in front, looking along +z */ start: f64 = own.start,
+        /** scene units from the middle; 0 = the scene fills 95 % of the images */ distance: f64 = own.distance,
+        /** a direction of the world; 0, 0, 0 = 0, -1, 0 */ up: [f64; 3] = own.up,
     }
 }
 
 input! {
-    /// The fields of `splat_camera_file_desc`; 0 is the default.
+    /// How cameras are read; 0 is the default.
     CameraFileDesc(own) = splat_camera_file_desc {
-        /// SPLAT_CAMERA_ bits
-        flags: CameraFlags = own.flags.0,
-        /// pixels, for a transforms.json without size; else 0
-        width: u32 = own.width,
-        /// Pixels.
-        height: u32 = own.height,
+        /** bits of `CameraFlags` */ flags: CameraFlags = own.flags.0,
+        /** width in pixels, for a transforms.json without size; else 0 */ width: u32 = own.width,
+        /** height in pixels, likewise */ height: u32 = own.height,
     }
 }
 
 input! {
-    /// The fields of `splat_rasterizer_desc`; 0 is the default.
+    /// What a rasterizer draws, and how.
     RasterizerDesc(own) = splat_rasterizer_desc {
-        /// SPLAT_RASTERIZER_ bits
-        flags: RasterizerFlags = own.flags.0,
-        /// N, most Gaussians of a call; \>= 0
-        gaussians: u32 = own.gaussians,
-        /// V, most cameras of a call; 0: any number. The memory is then for one, and a call with more cameras than any before makes it anew, for which both must fit for a moment
+        /** bits of `RasterizerFlags` */ flags: RasterizerFlags = own.flags.0,
+        /** N, most Gaussians of a call; \>= 0 */ gaussians: u32 = own.gaussians,
+        /// V, most cameras of a call; 0: any number. The memory is then for one, and a call with more cameras than
+        /// any before makes it anew, for which both must fit for a moment
         views: u32 = own.views,
-        /// W, pixels
-        width: u32 = own.width,
-        /// H, pixels
-        height: u32 = own.height,
-        /// 0 to 3; 0 with direct colours
-        sh_degree: u32 = own.sh_degree,
-        /// SPLAT_SKIP_ bits of skips to turn off, for measuring
+        /** W, pixels */ width: u32 = own.width,
+        /** H, pixels */ height: u32 = own.height,
+        /** 0 to 3; 0 with direct colours */ sh_degree: u32 = own.sh_degree,
+        /// bits of `SkipFlags` of skips to turn off, for measuring
         disabled_skips: SkipFlags = own.disabled_skips.0,
-        /// 0 = `Convention::CONVENTION_3DGS`
-        convention: Convention = own.convention.0,
-        /// scene units; 0 = 0.2, in `Convention::GSPLAT` 0.01
-        near_plane: f32 = own.near_plane,
-        /// scene units; 0 = 1e10
-        far_plane: f32 = own.far_plane,
+        /** 0 = `Convention::CONVENTION_3DGS` */ convention: Convention = own.convention.0,
+        /** scene units; 0 = 0.2, in `Convention::GSPLAT` 0.01 */ near_plane: f32 = own.near_plane,
+        /** scene units; 0 = 1e10 */ far_plane: f32 = own.far_plane,
     }
 }
 
 input! {
-    /// The fields of `splat_scene_render_desc`; 0 is the default.
+    /// How a scene is drawn; 0 is the default.
     SceneRenderDesc(own) = splat_scene_render_desc {
-        /// `RasterizerFlags::ANTIALIASED`
-        flags: RasterizerFlags = own.flags.0,
-        /// one of pixels; 0 = `Output::RGB`
-        output: Output = own.output.0,
-        /// 0 = `Convention::CONVENTION_3DGS`
-        convention: Convention = own.convention.0,
-        /// RGB
-        background: [f32; 3] = own.background,
+        /** `RasterizerFlags::ANTIALIASED` */ flags: RasterizerFlags = own.flags.0,
+        /** one of pixels; 0 = `Output::RGB` */ output: Output = own.output.0,
+        /** 0 = `Convention::CONVENTION_3DGS` */ convention: Convention = own.convention.0,
+        /** RGB */ background: [f32; 3] = own.background,
     }
 }
 
-/// A pinhole camera. Frozen. The centre of the pixel in column i and row j is (i + 0.5, j + 0.5).
+/// A pinhole camera. The centre of the pixel in column i and row j is (i + 0.5, j + 0.5).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Camera {
-    /// pixels
-    pub width: u32,
-    /// Pixels.
-    pub height: u32,
-    /// pixels
-    pub fx: f64,
-    /// Pixels.
-    pub fy: f64,
-    /// Pixels from the left edge.
-    pub cx: f64,
-    /// Pixels from the upper edge.
-    pub cy: f64,
+    /** width of the image, pixels */ pub width: u32,
+    /** height of the image, pixels */ pub height: u32,
+    /** horizontal focal length, pixels */ pub fx: f64,
+    /** vertical focal length, pixels */ pub fy: f64,
+    /** principal point, pixels from the left edge */ pub cx: f64,
+    /** principal point, pixels from the upper edge */ pub cy: f64,
     /// row-major 4x4, last row 0 0 0 1; OpenCV axes of the camera: x right, y down, z forward
     pub world_to_camera: [f64; 16],
 }
@@ -1460,16 +1050,13 @@ const _: () = assert!(
     std::mem::size_of::<Camera>() == std::mem::size_of::<sys::splat_camera>()
 );
 
-/// x -\> scale * rotation x + translation. Frozen.
+/// x -\> scale * rotation x + translation.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Similarity {
-    /// w, x, y, z, of any length \> 0
-    pub rotation: [f64; 4],
-    /// scene units
-    pub translation: [f64; 3],
-    /// \> 0
-    pub scale: f64,
+    /** quaternion w, x, y, z, of any length \> 0 */ pub rotation: [f64; 4],
+    /** scene units */ pub translation: [f64; 3],
+    /** factor, \> 0 */ pub scale: f64,
 }
 
 const _: () = assert!(
@@ -1491,8 +1078,7 @@ pub(crate) const WORDS: [(&str, &str); 91] = [
     ("SPLAT_MODEL_RECOMPUTE", "ModelFlags::RECOMPUTE"), ("SPLAT_MODULE_GRADIENTS", "ModuleFlags::GRADIENTS"),
     ("SPLAT_MODULE_INPUT_GRADIENTS", "ModuleFlags::INPUT_GRADIENTS"), ("SPLAT_PASS_TENSORS", "PassFlags::TENSORS"),
     ("SPLAT_PICTURE_WHOLE", "PictureFlags::WHOLE"), ("SPLAT_PIXEL_", "Pixel"), ("SPLAT_PORT_KIND_", "PortKind"),
-    ("SPLAT_RASTERIZER_BACKWARD", "RasterizerFlags::BACKWARD"),
-    ("SPLAT_RASTERIZER_DEPTH", "RasterizerFlags::DEPTH"),
+    ("SPLAT_RASTERIZER_BACKWARD", "RasterizerFlags::BACKWARD"), ("SPLAT_RASTERIZER_DEPTH", "RasterizerFlags::DEPTH"),
     ("SPLAT_RASTERIZER_DIRECT_COLORS", "RasterizerFlags::DIRECT_COLORS"),
     ("SPLAT_RASTERIZER_GRAD_DEPTH", "RasterizerFlags::GRAD_DEPTH"),
     ("SPLAT_RASTERIZER_GRAD_MEANS2D", "RasterizerFlags::GRAD_MEANS2D"),
@@ -1511,11 +1097,10 @@ pub(crate) const WORDS: [(&str, &str); 91] = [
     ("splat_device_cancel", "Device::cancel"), ("splat_evaluator", "Evaluator"),
     ("splat_evaluator_score", "Evaluator::score"), ("splat_gaussians_desc", "Gaussians"),
     ("splat_gradients_desc", "Gradients"), ("splat_lpips", "Lpips"), ("splat_lpips_desc", "Lpips"),
-    ("splat_model", "Model"), ("splat_model_backward", "Model::backward"),
-    ("splat_model_forward", "Model::forward"), ("splat_model_load", "Model::load"),
-    ("splat_model_ports", "Model::ports"), ("splat_module", "Module"), ("splat_op", "Op"),
-    ("splat_optimizer", "Optimizer"), ("splat_picture_cut_desc", "PictureCut"), ("splat_predictor", "Predictor"),
-    ("splat_prior_model", "PriorModel"), ("splat_raster_state", "RasterState"),
+    ("splat_model", "Model"), ("splat_model_backward", "Model::backward"), ("splat_model_forward", "Model::forward"),
+    ("splat_model_load", "Model::load"), ("splat_model_ports", "Model::ports"), ("splat_module", "Module"),
+    ("splat_op", "Op"), ("splat_optimizer", "Optimizer"), ("splat_picture_cut_desc", "PictureCut"),
+    ("splat_predictor", "Predictor"), ("splat_prior_model", "PriorModel"), ("splat_raster_state", "RasterState"),
     ("splat_raster_state_create", "RasterState::create"), ("splat_rasterizer", "Rasterizer"),
     ("splat_rasterizer_forward", "Rasterizer::forward"), ("splat_rasterizer_read", "Rasterizer::read"),
     ("splat_run", "Run"), ("splat_run_next", "Run::next"), ("splat_scene", "Scene"), ("splat_tensor", "Tensor"),
