@@ -13,7 +13,7 @@ import textwrap
 from typing import Any
 from xml.sax.saxutils import escape
 
-from words import Told, is_truth, words
+from words import Told, is_truth, words, wrapped
 
 Json = dict[str, Any]
 
@@ -258,8 +258,8 @@ class _Writer:
                 "    internal static partial class OwnWords\n    {\n"
                 "        internal static readonly Dictionary<string, string> Of =\n"
                 "            new Dictionary<string, string>\n            {\n")
-        text += "".join(f"                {{ \"{name}\", \"{word}\" }},\n" for name, word in self._pairs())
-        return text + "            };\n    }\n"
+        rows = wrapped([f'{{ "{name}", "{word}" }}' for name, word in self._pairs()], " " * 16)
+        return text + "\n".join(rows) + "\n            };\n    }\n"
 
     def _value_name(self, enum: Json, value: Json) -> str:
         return _VALUE_NAMES.get(value["name"], pascal(value["name"].removeprefix(self._prefix(enum))))

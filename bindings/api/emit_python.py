@@ -7,7 +7,7 @@ import re
 import textwrap
 from typing import Any, Dict, List, Optional, Set, Tuple
 
-from words import Told, is_truth, words
+from words import Told, is_truth, words, wrapped
 
 HEAD = '''"""{title}
 
@@ -161,17 +161,6 @@ class Types:
         for name in self.structs:
             visit(name)
         return done
-
-
-def wrapped(items: List[str], indent: str, between: str = ", ") -> List[str]:
-    """Items in lines that fit, which end with what is between them."""
-    lines, line = [], indent
-    for item in items:
-        if line.strip() and len(line) + len(item) + 2 > WIDTH:
-            lines.append(line.rstrip(" ;"))
-            line = indent
-        line += item + between
-    return lines + [line.rstrip(" ;")] if line.strip() else lines
 
 
 def emit_enum(enum: Dict[str, Any], named: bool, told: Told) -> List[str]:

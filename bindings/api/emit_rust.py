@@ -14,7 +14,7 @@ import textwrap
 from typing import Any, Optional
 
 from rust_names import FLAGS, INPUTS, OUTPUTS, SHARED
-from words import Told, is_truth, words
+from words import Told, is_truth, words, wrapped
 
 Api = dict[str, Any]
 
@@ -316,22 +316,11 @@ def _told(api: Api) -> Told:
 def _names(api: Api) -> str:
     """The table for the sentences of the library."""
     constants = _rust_names(api)
-    own = dict(words(api, "rust", _camel, "{}::{}".format, lambda _, value: constants[value["name"]], structs=True))
-    # A count of C is the length of a slice.
-    own.update((count, f"{name}.len()") for count, name in _counts(api).items())
+    own = dict(words(api, "rust", _camel, "{}::{}".format, lambda _, value: constants[value["name"]],
+                     number_of="{}.len()"))
     text = "\n/// What sentences say for names of C, in their order.\n"
-    text += f"pub(crate) const WORDS: [(&str, &str); {len(own)}] = [\n"
-    return text + "".join(f"    (\"{name}\", \"{own[name]}\"),\n" for name in sorted(own)) + "];\n"
-
-
-def _counts(api: Api) -> dict[str, str]:
-    """Arrays by the names of the counts that are their lengths."""
-    counts: dict[str, str] = {}
-    for holder in [*api["structs"], *api["functions"]]:
-        for item in holder.get("fields", holder.get("parameters")):
-            if (item["length"] or "").endswith("_count"):
-                counts.setdefault(item["length"], item["name"])
-    return counts
+    text += f"#[rustfmt::skip]\npub(crate) const WORDS: [(&str, &str); {len(own)}] = [\n"
+    return text + "\n".join(wrapped([f'("{name}", "{own[name]}")' for name in sorted(own)], "    ")) + "\n];\n"
 
 
 def _hidden(field: dict[str, Any]) -> bool:

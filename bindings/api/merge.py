@@ -340,7 +340,10 @@ def merge(declared: Dict[str, Any], notes: Dict[str, Any]) -> Dict[str, Any]:
         "functions": merger.merge_functions(),
         "words": notes["words"],
     }
-    known = [each["name"] for kind in ("enums", "structs", "functions") for each in declared[kind] if each["name"]]
+    fields = [each for kind in ("structs", "functions") for holder in declared[kind]
+              for each in holder.get("fields", holder.get("parameters"))]
+    known = ["NULL"] + [each["name"] for each in fields]
+    known += [each["name"] for kind in ("enums", "structs", "functions") for each in declared[kind] if each["name"]]
     known += [value["name"] for enum in declared["enums"] for value in enum["values"]]
     for name in notes["words"]:
         if not any(each == name or name.endswith("_") and each.startswith(name) for each in known):

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, Set, Tuple
 
 SOURCES = Path(__file__).resolve().parents[2] / "src"
-NAME = re.compile(r"\b(?:splat|SPLAT)_\w+")
+NAME = re.compile(r"\b(?:splat|SPLAT)_\w+|\b\w+_count\b")
 # A name in a text of the headers, with what says that it is the beginning of names.
 TOLD = re.compile(r"`?\b((?:splat|SPLAT)_\w+|NULL\b)\*?`?( bits| flags| warnings)?")
 # What only C has: how long memory lives, and structs that do not grow.
@@ -37,27 +37,45 @@ def call_of(api: Dict[str, Any], name: str) -> Tuple[str, str]:
     return owner, name[len(owner or "splat") + 1:]
 
 
+def wrapped(items: List[str], indent: str, between: str = ", ", width: int = 118) -> List[str]:
+    """Items in lines that fit, which end with what is between them."""
+    lines, line = [], indent
+    for item in items:
+        if line.strip() and len(line) + len(item) + 2 > width:
+            lines.append(line.rstrip(" ;"))
+            line = indent
+        line += item + between
+    return lines + [line.rstrip(" ;")] if line.strip() else lines
+
+
 def words(api: Dict[str, Any], language: str, class_of: Callable[[str], str],
           method_of: Callable[[str, str], str],
           value_of: Callable[[Dict[str, Any], Dict[str, Any]], str],
-          structs: bool = False, everything: bool = False) -> List[Tuple[str, str]]:
+          structs: bool = False, everything: bool = False,
+          number_of: str = "the number of {}") -> List[Tuple[str, str]]:
     """Pairs of a name of C and the words of a language, in the order of the names.
+
 
     class_of   the class of a handle
     method_of  class and method to a call
     value_of   enumeration and value
     structs    the language has them; else that of Scene is told as Scene
-    everything also names that no sentence has
+    everything also names that no sentence has, and structs, which sentences name by a rule
+    number_of  the length of an array, which C gives as a count
     """
     used = mentioned()
     if everything:
         used = used.union(each["name"] for kind in ("structs", "functions") for each in api[kind])
         used.update(value["name"] for enum in api["enums"] for value in enum["values"])
     own = {each["name"]: class_of(each["name"]) for each in api["handles"]}
-    for struct in api["structs"]:
+    for struct in api["structs"] if everything else ():
         made = struct["name"].replace("_desc", "")
-        if structs or struct["name"] in used and made in own:
+        if structs or made in own:
             own[struct["name"]] = class_of(struct["name"] if structs else made)
+    for holder in [*api["structs"], *api["functions"]]:
+        for item in holder.get("fields", holder.get("parameters")):
+            if (item["length"] or "").endswith("_count") and item["length"] in used:
+                own.setdefault(item["length"], number_of.format(item["name"]))
     for function in api["functions"]:
         owner, method = call_of(api, function["name"])
         if function["name"] in used and owner:

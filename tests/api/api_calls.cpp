@@ -2,8 +2,10 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <numeric>
@@ -34,6 +36,14 @@ class Log : public testing::Environment {
     }
 };
 
+/// Appends a sentence to the file of SPLAT_SENTENCES: bindings/smoke/sentences.py tries it in each language.
+void keep_sentence(std::string text) {
+    static const char* const file = std::getenv("SPLAT_SENTENCES");
+    if (file == nullptr) return;
+    std::ranges::replace(text, '\n', ' ');
+    std::ofstream(file, std::ios::app) << text << '\n';
+}
+
 const auto* const g_log = testing::AddGlobalTestEnvironment(new Log);  // gtest owns it
 
 }  // namespace
@@ -46,6 +56,7 @@ testing::AssertionResult succeeded(splat_result got) {
 
 testing::AssertionResult refused(splat_result got, splat_result expected, const std::string& part) {
     const std::string text = splat_last_error_message();
+    keep_sentence(text);
     if (got == expected && text.find(part) != std::string::npos) return testing::AssertionSuccess();
     return testing::AssertionFailure()
            << "got " << splat_result_name(got) << ": " << text << "\n  expected "

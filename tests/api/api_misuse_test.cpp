@@ -52,6 +52,7 @@ TEST(ApiMisuse, IsRefusedWithACodeAndASentence) {
         const splat_result result = row.call();
         EXPECT_STREQ(splat_result_name(result), splat_result_name(row.expected)) << what;
         if (result >= SPLAT_OK) continue;
+        EXPECT_REFUSED(result, row.expected, "") << what;
         EXPECT_TRUE(table.untouched()) << what << ": an output was written";
         const std::string text = splat_last_error_message();
         EXPECT_GT(text.size(), 8U) << what;

@@ -1,5 +1,7 @@
 using System;
 using System.Collections.Generic;
+using System.Linq;
+using System.Reflection;
 using System.Text.RegularExpressions;
 using System.Threading;
 using Splat.Interop;
@@ -22,8 +24,19 @@ namespace Splat
 
     internal static partial class OwnWords
     {
-        private static readonly Regex Name =
-            new Regex("(?<!\\w)'.*?'(?!\\w)|(?<![\\w/.])((?:splat|SPLAT)_\\w+)(\\.(?=[a-z])|(?<=_)\\*)?");
+        private static readonly Regex Name = new Regex(
+            "(?<!\\w)'.*?'(?!\\w)|(?<![\\w/.])((?:splat|SPLAT)_\\w+|NULL\\b|desc(?=\\.))(\\.(?=[a-z])|(?<=_)\\*)?|" +
+            "(?<![\\w/])((?!splat)[a-z]+_\\w+)|^(bytes)(?= is )");
+        private static readonly Regex Argument =
+            new Regex("(?<!\\w)'.*?'(?!\\w)|(?<![\\w/\"]|\\w\\.|, )([a-z]\\w*_\\w+)(?![\\w,:.\"])");
+        private static readonly Lazy<HashSet<string>> Own = new Lazy<HashSet<string>>(() =>
+        {
+            Type[] types = typeof(OwnWords).Assembly.GetExportedTypes();
+            IEnumerable<ParameterInfo> given = types.SelectMany(t => t.GetMethods().Cast<MethodBase>()
+                .Concat(t.GetConstructors())).SelectMany(m => m.GetParameters());
+            return new HashSet<string>(types.SelectMany(t => t.GetProperties()).Select(p => p.Name)
+                .Concat(given.Select(p => p.Name)));
+        });
 
         /// <summary>
         /// A message of the library with the words of C# for the names of its headers. Fields of
@@ -32,12 +45,29 @@ namespace Splat
         /// </summary>
         internal static string In(string message)
         {
-            return Name.Replace(message, name =>
+            string named = Name.Replace(message, found =>
             {
-                string word;
-                if (name.Groups[2].Value == ".") return "";
-                return Of.TryGetValue(name.Groups[1].Value, out word) ? word : name.Value;
+                string name = found.Groups[1].Value + found.Groups[3].Value + found.Groups[4].Value;
+                if (found.Groups[2].Value == ".") return "";
+                if (Of.TryGetValue(name, out string word)) return word;
+                if (Type.GetType("Splat.Interop." + name) == null) return found.Value;
+                string made = name.Replace("_desc", "");
+                return Of.TryGetValue(made, out word) ? word : Pascal(made.Substring(6));
             });
+            return Argument.Replace(named, found =>
+            {
+                string name = found.Groups[1].Value;
+                bool gradient = typeof(splat_gradients_desc).GetField(name) != null;  // without "grad_"
+                string property = Pascal(gradient ? name.Substring(5) : name);
+                if (name == "" || Own.Value.Contains(property)) return name == "" ? found.Value : property;
+                string argument = char.ToLowerInvariant(property[0]) + property.Substring(1);
+                return Own.Value.Contains(argument) ? argument : name;
+            });
+        }
+
+        private static string Pascal(string name)
+        {
+            return Regex.Replace(name, "(?:^|_+)([a-z])|_", start => start.Groups[1].Value.ToUpperInvariant());
         }
     }
 

@@ -1,4 +1,6 @@
 using System;
+using System.IO;
+using System.Reflection;
 using System.Text;
 using System.Threading;
 using Splat.Interop;
@@ -10,8 +12,8 @@ namespace Splat.Tests
     {
         internal static bool Has(string name)
         {
-            return name == "fake-library" || name == "load" || name == "lend" || name == "leave-objects" ||
-                   name == "leave-computing" || name == "leave-by-exit";
+            return name == "fake-library" || name == "load" || name == "lend" || name == "sentences" ||
+                   name == "leave-objects" || name == "leave-computing" || name == "leave-by-exit";
         }
 
         internal static int Run(string name, string[] arguments)
@@ -19,12 +21,24 @@ namespace Splat.Tests
             switch (name)
             {
                 case "fake-library": return FakeLibrary(arguments);
+                case "sentences": return Sentences();
                 case "load": return Load();
                 case "lend": return Lend();
                 case "leave-objects": return LeaveObjects();
                 case "leave-computing": return LeaveComputing(false);
                 default: return LeaveComputing(true);
             }
+        }
+
+        /// <summary>Writes the words of C# for the sentences in a file; bindings/smoke/sentences.py judges.</summary>
+        private static int Sentences()
+        {
+            MethodInfo say = typeof(Library).Assembly.GetType("Splat.OwnWords")
+                .GetMethod("In", BindingFlags.Static | BindingFlags.NonPublic);
+            foreach (string line in
+                     File.ReadAllLines(Environment.GetEnvironmentVariable("SPLAT_SENTENCES")))
+                Console.WriteLine("> " + say.Invoke(null, new object[] { line }));
+            return 0;
         }
 
         /// <summary>

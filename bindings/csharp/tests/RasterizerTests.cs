@@ -161,7 +161,7 @@ namespace Splat.Tests
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "bytes",
                                () => rasterizer.Read(Output.Rgb, new float[7]));
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => rasterizer.Read((Output)99));
-                Expect.Refused(ResultCode.ErrorInvalidState, "DEPTH", () => rasterizer.Read(Output.Depth));
+                Expect.Refused(ResultCode.ErrorInvalidState, "'depth'", () => rasterizer.Read(Output.Depth));
                 Expect.Refused(ResultCode.ErrorShapeMismatch, "", () => rasterizer.CopyTo(Output.Rgb, wrong));
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => rasterizer.ReadImage(7));
                 Expect.Refused(ResultCode.ErrorInvalidState, "", () => rasterizer.Backward(

@@ -131,7 +131,7 @@ namespace Splat.Tests
         private static void RefusesBadInput()
         {
             Expect.Throws<ArgumentOutOfRangeException>(() => new Scene(-1));
-            Expect.Refused(ResultCode.ErrorInvalidArgument, "sh_degree", () => new Scene(1, 4));
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "ShDegree", () => new Scene(1, 4));
             Expect.Contains("Means has 2 numbers instead of 3", Expect.Throws<ArgumentException>(
                 () => new Scene(1, 0, new SceneArrays { Means = new float[2] })).Message);
             Expect.Throws<ArgumentException>(() => new Scene(1, 0, new SceneArrays { Sh = new float[0] }));

@@ -334,7 +334,8 @@ class Garbage(Case):
                 lambda: splat.Training(self.folder / "run", "nonsense: 1"), in_a_block, kept,
                 lambda: splat.export_dataset(dataset, self.folder / "out", layout="images",
                                              progress=fail),
-                lambda: splat.Scene.load(b"nonsense"), lambda: splat.Tensor(self.device, ["a"])]
+                lambda: splat.Scene.load(b"nonsense"),
+                lambda: splat.Tensor(self.device, ["a"])]  # pyright: ignore[reportArgumentType]
 
     def left(self, call: Any) -> List[Any]:
         """What only the collector frees of a call that raises; `assertRaises` would empty the frames."""

@@ -99,7 +99,7 @@ class Drawing(Case):
         self.refused(TypeError, "expected a Camera", rasterizer.forward, scene(), [3])
         self.refused(splat.ShapeMismatch, "background", rasterizer.forward, scene(), cameras(), (1,))
         rasterizer.forward(scene(), cameras())
-        self.refused(splat.InvalidState, "DEPTH", rasterizer.read, "depth")
+        self.refused(splat.InvalidState, "output 'depth' needs", rasterizer.read, "depth")
         self.refused(splat.InvalidArgument, "expected one of rgb", rasterizer.read, "red")
         self.refused(splat.InvalidArgument, "which is none", rasterizer.read, 99)
         self.refused(splat.InvalidArgument, "", rasterizer.images, "means2d")
@@ -161,7 +161,7 @@ class Gradients(Case):
         self.refused(splat.InvalidState, "no view", rasterizer.backward, [])
         rasterizer.forward(scene(), cameras())
         self.refused(splat.InvalidArgument, "no gradient 'colour'", rasterizer.backward, ["colour"])
-        self.refused(splat.ShapeMismatch, "grad_rgb", rasterizer.backward, ["means"],
+        self.refused(splat.ShapeMismatch, "rgb has the shape", rasterizer.backward, ["means"],
                      rgb=values(2, 32, 48, 3))
         self.refused(splat.InvalidState, "", rasterizer.backward, ["means2d"])
         plain = splat.Rasterizer(self.device, 50, 48, 32)

@@ -53,7 +53,8 @@ Result<vk::ContextDesc> context_desc(const splat_device_desc& desc) {
     SPLAT_TRY(check_range("kind", desc.kind, SPLAT_DEVICE_KIND_DISCRETE));
     SPLAT_TRY(check_range("kernels", desc.kernels, SPLAT_KERNELS_GPU));
     if (desc.select == SPLAT_SELECT_BY_KIND && desc.kind == 0)
-        return invalid("splat_device_desc.kind is 0, expected a kind, because select is BY_KIND");
+        return invalid(
+            "splat_device_desc.kind is 0, expected a kind, because select is SPLAT_SELECT_BY_KIND");
     vk::ContextDesc context;
     context.device.select = static_cast<vk::DeviceSelect>(desc.select);
     context.device.index = desc.index;

@@ -51,7 +51,7 @@ Result<eval::Protocol> evaluator_protocol(const splat_evaluator_desc& desc,
         return invalid(
             "splat_evaluator_desc.inputs is %u, expected 0: the number of conditioning "
             "views is that of %s",
-            desc.inputs, listed ? "conditioning_count" : "the predictor");
+            desc.inputs, listed ? "conditioning" : "the predictor");
     eval::Protocol protocol;
     protocol.novel = desc.novel_views;
     protocol.objects = desc.objects;

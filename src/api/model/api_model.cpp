@@ -110,7 +110,7 @@ splat_result splat_model_create(splat_device device, const splat_model_desc* des
         if ((desc->flags & kBackward) != 0 && (desc->flags & SPLAT_MODEL_GRADIENTS) == 0)
             return invalid(
                 "splat_model_desc.flags is %#x: SPLAT_MODEL_RECOMPUTE and "
-                "_INPUT_GRADIENTS need SPLAT_MODEL_GRADIENTS",
+                "SPLAT_MODEL_INPUT_GRADIENTS need SPLAT_MODEL_GRADIENTS",
                 desc->flags);
         model::ModelOptions options;
         SPLAT_ASSIGN(options.build.precision,

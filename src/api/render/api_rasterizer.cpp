@@ -22,13 +22,17 @@ Status check_raster_flags(const splat_rasterizer_desc& desc) {
                        SPLAT_CONVENTION_GSPLAT);
     const bool gsplat = desc.convention == SPLAT_CONVENTION_GSPLAT;
     if (is_set(SPLAT_RASTERIZER_GRAD_POSE) && !gsplat)
-        return invalid("splat_rasterizer_desc.flags: GRAD_POSE needs SPLAT_CONVENTION_GSPLAT");
+        return invalid(
+            "splat_rasterizer_desc.flags: SPLAT_RASTERIZER_GRAD_POSE needs "
+            "SPLAT_CONVENTION_GSPLAT");
     if (is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT) && gsplat)
         return invalid(
-            "splat_rasterizer_desc.flags: ORIGINAL_GRADIENT needs SPLAT_CONVENTION_3DGS");
+            "splat_rasterizer_desc.flags: SPLAT_RASTERIZER_ORIGINAL_GRADIENT needs "
+            "SPLAT_CONVENTION_3DGS");
     if (is_set(SPLAT_RASTERIZER_DIRECT_COLORS) && desc.sh_degree != 0)
-        return invalid("splat_rasterizer_desc.sh_degree is %u, expected 0 with DIRECT_COLORS",
-                       desc.sh_degree);
+        return invalid(
+            "splat_rasterizer_desc.sh_degree is %u, expected 0 with SPLAT_RASTERIZER_DIRECT_COLORS",
+            desc.sh_degree);
     constexpr std::uint32_t kSkips = 2 * SPLAT_SKIP_BLOCKS - 1;
     if ((desc.disabled_skips & ~kSkips) != 0)
         return invalid("splat_rasterizer_desc.disabled_skips has unknown bits %#x",

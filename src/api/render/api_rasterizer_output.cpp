@@ -21,17 +21,17 @@ struct OutputRow {
 };
 
 constexpr OutputRow kOutputs[] = {
-    {"RGB", &Workspace::image, true, 0, 3, {4, 0}},
-    {"ALPHA", &Workspace::image, true, 0, 1, {4, 3}},
-    {"DEPTH", &Workspace::extra, true, SPLAT_RASTERIZER_DEPTH, 1, {4, 0}},
-    {"EXPECTED_DEPTH", &Workspace::extra, true, SPLAT_RASTERIZER_DEPTH, 1, {4, 1}},
-    {"CONTRIBUTORS", &Workspace::extra, true, SPLAT_RASTERIZER_DEPTH, 1, {4, 2}},
-    {"MEANS2D", &Workspace::splats, false, 0, 2, {12, 0}},
-    {"RADII", &Workspace::radii, false, 0, 2, {2, 0}},
-    {"CONICS", nullptr, false, 0, 3, {}},
-    {"DEPTHS", &Workspace::splats, false, 0, 1, {12, 3}},
-    {"VISIBILITY", nullptr, false, 0, 1, {}},
-    {"NORMALS", &Workspace::normal_image, true, SPLAT_RASTERIZER_NORMALS, 3, {4, 0}},
+    {"rgb", &Workspace::image, true, 0, 3, {4, 0}},
+    {"alpha", &Workspace::image, true, 0, 1, {4, 3}},
+    {"depth", &Workspace::extra, true, SPLAT_RASTERIZER_DEPTH, 1, {4, 0}},
+    {"expected_depth", &Workspace::extra, true, SPLAT_RASTERIZER_DEPTH, 1, {4, 1}},
+    {"contributors", &Workspace::extra, true, SPLAT_RASTERIZER_DEPTH, 1, {4, 2}},
+    {"means2d", &Workspace::splats, false, 0, 2, {12, 0}},
+    {"radii", &Workspace::radii, false, 0, 2, {2, 0}},
+    {"conics", nullptr, false, 0, 3, {}},
+    {"depths", &Workspace::splats, false, 0, 1, {12, 3}},
+    {"visibility", nullptr, false, 0, 1, {}},
+    {"normals", &Workspace::normal_image, true, SPLAT_RASTERIZER_NORMALS, 3, {4, 0}},
 };
 static_assert(std::size(kOutputs) == SPLAT_OUTPUT_NORMALS);
 
@@ -41,7 +41,7 @@ Result<const OutputRow*> find_output(const raster::RasterDesc& desc, splat_outpu
     const OutputRow& row = kOutputs[output - 1];
     const bool depth = row.flag == SPLAT_RASTERIZER_DEPTH;
     if (row.flag != 0 && !(depth ? desc.extra : desc.normals))
-        return bad_state("output %s needs a rasterizer made with %s", row.name,
+        return bad_state("output '%s' needs a rasterizer made with %s", row.name,
                          depth ? "SPLAT_RASTERIZER_DEPTH" : "SPLAT_RASTERIZER_NORMALS");
     return &row;
 }
@@ -137,7 +137,7 @@ Result<api::ImageView> api::image_of_output(splat_output output, const raster::R
                                             const splat_image& image, const char* name) {
     SPLAT_ASSIGN(const OutputRow* row, find_output(desc, output));
     if (!row->per_pixel)
-        return invalid("output %s is no image: use splat_rasterizer_read", row->name);
+        return invalid("output '%s' is no image: use splat_rasterizer_read", row->name);
     const bool rgb = output == SPLAT_OUTPUT_RGB;
     SPLAT_ASSIGN(const ImageView view, image_to_fill(&image, name));
     const std::uint32_t channels = rgb && view.channels == 4 ? 4 : row->channels;
@@ -187,7 +187,8 @@ splat_result splat_rasterizer_read(splat_rasterizer rasterizer, splat_raster_sta
         const std::uint64_t needed =
             elements_of(object->rasterizer->drawn_desc(), *row) * row->channels * sizeof(float);
         if (bytes < needed)
-            return invalid("bytes is %zu, but output %s takes %llu", bytes, row->name, llu(needed));
+            return invalid("bytes is %zu, but output '%s' takes %llu", bytes, row->name,
+                           llu(needed));
         return read_output(*object, *row, values);
     });
 }

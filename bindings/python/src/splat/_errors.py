@@ -148,11 +148,17 @@ def in_python(message: str) -> str:
     What stands in quotes is the caller's: names of files, tensors and keys.
     """
     def own(found: "re.Match[str]") -> str:
-        # Fields of structs are arguments here: "flags" for "splat_scene_desc.flags".
-        return "" if found[2] == "." else _native.WORDS.get(found[1], found[0])
+        name = found[1] or found[3] or found[4] or ""
+        if found[2] == ".":  # fields of structs are arguments here: "flags" for "splat_scene_desc.flags"
+            return ""
+        if hasattr(_native.splat_gradients_desc, name):
+            return name[len("grad_"):]
+        struct = name.replace("_desc", "") if hasattr(_native, name) else ""
+        made = "".join(map(str.capitalize, struct.split("_")[1:]))
+        return str(_native.WORDS.get(name) or _native.WORDS.get(struct) or made or found[0])
 
-    return re.sub(r"(?<!\w)'.*?'(?!\w)|(?<![\w/.])((?:splat|SPLAT)_\w+)(\.(?=[a-z])|(?<=_)\*)?",
-                  own, message)
+    return re.sub(r"(?<!\w)'.*?'(?!\w)|(?<![\w/.])((?:splat|SPLAT)_\w+|NULL\b|desc(?=\.))(\.(?=[a-z])|(?<=_)\*)?|"
+                  r"(?<![\w/])((?!splat)[a-z]+_\w+)|^(bytes)(?= is )", own, message)
 
 
 def kind_of(value: object) -> str:

@@ -1,5 +1,6 @@
 """Tensors: arrays of numbers on a device, in and out of NumPy and DLPack."""
 import ctypes
+import gc
 import sys
 import weakref
 from ctypes import byref, c_int64, c_size_t, c_void_p, sizeof
@@ -25,6 +26,9 @@ CODES = {dtype: code for code, dtype in DTYPES.items()}
 
 # The type of a block's array behind the block: NumPy refuses its use, and tells this name.
 ENDED = np.dtype([("the block of Tensor.map has ended", "V1")])
+
+# Whether NumPy frees the formats that memoryviews of an array have when the array gets another state.
+FREES_FORMATS = tuple(map(int, np.__version__.split(".")[:2])) >= (2, 5)
 
 
 def _end(keeper: Keeper, copy: Optional[NDArray[Any]], pointer: int) -> None:
@@ -101,7 +105,8 @@ class Mapping:
                               "longer, and delete other names of the array and of its parts")
         weakref.finalize(array, _nothing, root).atexit = False
         state: Any = (1, (), ENDED, False, bytes(1))  # type hints of NumPy 2 want its own bool, which has no int
-        array.__setstate__(state)
+        if not (FREES_FORMATS and any(type(each).__name__ == "managedbuffer" for each in gc.get_referrers(array))):
+            array.__setstate__(state)
         array.flags.writeable = False
         ends()
 

@@ -233,3 +233,19 @@ pub(crate) fn dropping<T>(work: impl FnOnce() -> T) -> T {
     deliver();
     result
 }
+
+#[cfg(test)]
+mod tests {
+    use super::WAITING;
+    use crate::{Device, Tensor};
+
+    #[test]
+    fn a_panic_waits_where_it_would_leave_memory_without_an_owner() {
+        let device = Device::create(&Default::default()).unwrap();
+        let tensor = Tensor::from_slice(&device, &[2], &[1.0_f32, 2.0]).unwrap();
+        WAITING.with(|own| *own.panic.borrow_mut() = Some(Box::new("late")));
+        let shared = tensor.to_dlpack();
+        assert!(std::panic::catch_unwind(Device::count).is_err());
+        assert!(shared.map_or(true, |managed| !managed.is_null()));
+    }
+}

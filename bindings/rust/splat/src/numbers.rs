@@ -342,7 +342,7 @@ pub(crate) fn translated(text: &str) -> String {
             let in_path = result.ends_with('/') || of_c && result.ends_with('.');
             let known = if quoted || in_path { None } else { name(token) };
             let star = known.is_some() && token.ends_with('_') && after.starts_with('*');
-            result += known.unwrap_or(token);
+            result += known.as_deref().unwrap_or(token);
             rest = &after[usize::from(star)..];
             continue;
         }
@@ -357,18 +357,29 @@ pub(crate) fn translated(text: &str) -> String {
     result
 }
 
-/// The name of this crate for one of C.
-fn name(token: &str) -> Option<&'static str> {
-    if token == "NULL" {
-        return Some("None");
+/// The name of this crate for one of C. Structs have its name in camel case.
+fn name(token: &str) -> Option<String> {
+    if let Ok(place) = WORDS.binary_search_by_key(&token, |&(name, _)| name) {
+        return Some(WORDS[place].1.to_owned());
     }
-    let place = WORDS.binary_search_by_key(&token, |&(name, _)| name).ok()?;
-    Some(WORDS[place].1)
+    splat_sys::STRUCTS.iter().find(|each| each.0 == token)?;
+    let camel = |word: &str| word[..1].to_uppercase() + &word[1..];
+    Some(token.split('_').skip(1).map(camel).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::translated;
+
+    /// Writes the words of Rust for the sentences in a file; bindings/smoke/sentences.py judges.
+    #[test]
+    fn sentences_of_a_file() -> std::io::Result<()> {
+        let file = std::env::var("SPLAT_SENTENCES").unwrap_or_else(|_| "/dev/null".into());
+        for line in std::fs::read_to_string(file)?.lines() {
+            println!("> {}", translated(line));
+        }
+        Ok(())
+    }
 
     #[test]
     fn sentences_have_the_names_of_this_crate() {

@@ -228,8 +228,11 @@ impl Tensor {
     /// # Errors
     /// As [`Tensor::host_pointer`].
     pub fn to_dlpack(&self) -> Result<*mut sys::DLManagedTensorVersioned> {
+        crate::load::loaded()?;
         let mut managed = std::ptr::null_mut();
-        call!(splat_tensor_to_dlpack(self.handle, &mut managed))?;
+        // SAFETY: as with `call`. A panic of a callback, which would leave the memory without an owner, waits.
+        let make = || unsafe { sys::splat_tensor_to_dlpack(self.handle, &mut managed) };
+        crate::error::check(crate::log::dropping(make))?;
         Ok(managed)
     }
 
