@@ -39,7 +39,7 @@ configure() {
     shift
     run "$name" cmake -S "$folder/parent" -B "$folder/$name" -G Ninja "$@"
     ninja -C "$folder/$name" -t targets all >"$folder/targets"
-    if grep -E "^(vkrun.*|[a-z_]*_test): (phony|.*LINKER)" "$folder/targets" | grep -v "^core_test: "; then
+    if grep -E "(^|/)(vkrun|[a-z_]*_test): .*_LINKER" "$folder/targets" | grep -v "^core_test: "; then
         die "$name: a project that adds this one gets its tools or tests, too"
     fi
     if grep -E -- "-Werror( |$)" "$folder/$name/build.ninja"; then die "$name: warnings are errors"; fi

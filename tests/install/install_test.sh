@@ -56,6 +56,9 @@ printf './%s\n' README.md cars64/README.md cars64/cars64.yaml cars64/chairs.json
     cars64-depth-normal/config.json cars64-depth-normal/weights.safetensors | LC_ALL=C sort >"$temp/weights"
 (cd "$prefix/share/libsplat/weights" && find . ! -type d) | LC_ALL=C sort | diff "$temp/weights" - ||
     die "the weights (<: expected, >: installed)"
+for file in "$prefix"/share/libsplat/weights/*/*.safetensors; do
+    head -c 300 "$file" | grep -aq '"license":"SPDX-License-Identifier: MIT"' || die "$file names no licence"
+done
 
 # No installed file may name the build tree.
 if grep -rlF "$build_dir" "$prefix" --include='*.pc' --include='*.cmake' --include='*.h'; then
