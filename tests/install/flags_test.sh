@@ -74,8 +74,9 @@ refuse() {
 if [ "$extent" = quick ]; then
     refuse -DBUILD_SHARED_LIBS=OFF "is a shared library only"
     refuse -DCMAKE_INSTALL_INCLUDEDIR=/opt/include "CMAKE_INSTALL_INCLUDEDIR is /opt/include, expected a folder below"
+    faster="-O1 -g0"
 fi
-flags=$(dpkg-buildflags --get CXXFLAGS | sed 's/-D_FORTIFY_SOURCE=[0-9]//')
+flags="$(dpkg-buildflags --get CXXFLAGS | sed 's/-D_FORTIFY_SOURCE=[0-9]//') ${faster-}"
 unity="-DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=12"
 for type in None RelWithDebInfo; do
     # shellcheck disable=SC2086  # a list of words
