@@ -1,10 +1,11 @@
 # Install rules: headers, library, pkg-config file, CMake package, and vkrun with vkrun-bench where they are built.
-# Included by the root CMakeLists.txt after all targets exist.
+# Included by the root CMakeLists.txt after all targets exist. Components, for packages: Splat_Runtime (the library,
+# weights, presets, licences), Splat_Development, Splat_Tools.
 
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
-foreach(folder IN ITEMS BINDIR DATADIR INCLUDEDIR LIBDIR)
+foreach(folder IN ITEMS BINDIR DATADIR INCLUDEDIR LIBDIR MANDIR)
   if(IS_ABSOLUTE "${CMAKE_INSTALL_${folder}}")
     message(FATAL_ERROR "CMAKE_INSTALL_${folder} is ${CMAKE_INSTALL_${folder}}, expected a folder below the prefix, as "
                         "an installed libsplat can be moved")
@@ -15,28 +16,29 @@ set(SPLAT_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/Splat)
 set(SPLAT_PC_DIR ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-        FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
+        COMPONENT Splat_Development FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/THIRD-PARTY.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md
               ${PROJECT_SOURCE_DIR}/README.md
-        DESTINATION ${CMAKE_INSTALL_DOCDIR})
-install(TARGETS splat EXPORT SplatTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+        DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT Splat_Runtime)
+install(TARGETS splat EXPORT SplatTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+        COMPONENT Splat_Runtime NAMELINK_COMPONENT Splat_Development)
 
 # The built-in weights; src/predict/weights_place.cpp looks for them here.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/weights
         DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat
-        PATTERN "*.difference" EXCLUDE)
+        COMPONENT Splat_Runtime PATTERN "*.difference" EXCLUDE)
 install(FILES ${PROJECT_BINARY_DIR}/tools/weights/cars64-depth-normal/weights.safetensors
-        DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat/weights/cars64-depth-normal)
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat/weights/cars64-depth-normal COMPONENT Splat_Runtime)
 
 # The presets, for reading; the library has them inside.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/prior_models/presets
-        DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat)
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/libsplat COMPONENT Splat_Runtime)
 
 # The prefix follows from the location of the file, so an installed folder can be moved.
 file(RELATIVE_PATH SPLAT_PC_PREFIX /${SPLAT_PC_DIR} /)
 string(REGEX REPLACE "/$" "" SPLAT_PC_PREFIX "${SPLAT_PC_PREFIX}")
 configure_file(${PROJECT_SOURCE_DIR}/cmake/splat.pc.in ${PROJECT_BINARY_DIR}/splat.pc @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/splat.pc DESTINATION ${SPLAT_PC_DIR})
+install(FILES ${PROJECT_BINARY_DIR}/splat.pc DESTINATION ${SPLAT_PC_DIR} COMPONENT Splat_Development)
 
 configure_package_config_file(
   ${PROJECT_SOURCE_DIR}/cmake/SplatConfig.cmake.in ${PROJECT_BINARY_DIR}/SplatConfig.cmake
@@ -45,11 +47,13 @@ configure_package_config_file(
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/SplatConfigVersion.cmake
                                  COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/SplatConfig.cmake ${PROJECT_BINARY_DIR}/SplatConfigVersion.cmake
-        DESTINATION ${SPLAT_CMAKE_DIR})
-install(EXPORT SplatTargets NAMESPACE splat:: DESTINATION ${SPLAT_CMAKE_DIR})
+        DESTINATION ${SPLAT_CMAKE_DIR} COMPONENT Splat_Development)
+install(EXPORT SplatTargets NAMESPACE splat:: DESTINATION ${SPLAT_CMAKE_DIR} COMPONENT Splat_Development)
 
 if(TARGET vkrun)
   file(RELATIVE_PATH SPLAT_LIB_FROM_BIN /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
   set_target_properties(vkrun vkrun-bench PROPERTIES INSTALL_RPATH "\$ORIGIN/${SPLAT_LIB_FROM_BIN}")
-  install(TARGETS vkrun vkrun-bench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(TARGETS vkrun vkrun-bench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT Splat_Tools)
+  install(FILES ${PROJECT_BINARY_DIR}/tools/vkrun/vkrun.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1
+          COMPONENT Splat_Tools OPTIONAL)
 endif()

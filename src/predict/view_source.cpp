@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "data/depth_range.h"
+#include "scene/camera_pose.h"
 
 namespace splat::predict {
 namespace {

@@ -34,8 +34,9 @@ std::array<double, 3> position(const Matrix& r, const std::array<double, 3>& t, 
 std::array<double, 2> limits(double size, double focal, double centre, Convention convention) {
     const double half_field = size / (2 * focal);
     if (convention == Convention::k3dgs)
-        return {-double{kFovMargin3dgs} * half_field, double{kFovMargin3dgs} * half_field};
-    const double margin = double{kFovMarginGsplat} * half_field;
+        return {-static_cast<double>(kFovMargin3dgs) * half_field,
+                static_cast<double>(kFovMargin3dgs) * half_field};
+    const double margin = static_cast<double>(kFovMarginGsplat) * half_field;
     return {-(centre / focal + margin), (size - centre) / focal + margin};
 }
 

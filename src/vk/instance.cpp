@@ -1,6 +1,7 @@
 #include "vk/instance.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <mutex>
 

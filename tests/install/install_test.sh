@@ -1,6 +1,6 @@
 #!/bin/sh
-# Installs a build tree into an empty prefix, moves the prefix, and builds and runs a consumer of each kind
-# there: C through pkg-config, C++ through find_package.
+# Installs a build tree into an empty prefix, moves the prefix to a path with a blank, and builds and runs a consumer of
+# each kind there: C through pkg-config, C++ through find_package. The components together are the whole.
 #
 #   install_test.sh <source folder> <build folder> <cmake> <cc> <c++> <expected version>
 #
@@ -22,8 +22,17 @@ temp=$(mktemp -d)
 trap 'rm -rf "$temp"' EXIT
 
 "$cmake" --install "$build_dir" --prefix "$temp/first" >"$temp/install.log" || die "cmake --install"
-mv "$temp/first" "$temp/prefix"
-prefix="$temp/prefix"
+prefix="$temp/moved prefix"
+mv "$temp/first" "$prefix"
+
+for component in Runtime Development Tools; do
+    "$cmake" --install "$build_dir" --prefix "$temp/parts" --component "Splat_$component" >>"$temp/install.log"
+    [ "$component" != Runtime ] || [ ! -e "$temp/parts/include" ] || die "the runtime has headers"
+done
+for folder in "$prefix" "$temp/parts"; do (cd "$folder" && find . ! -type d | LC_ALL=C sort); done |
+    LC_ALL=C sort | uniq -u >"$temp/odd"
+[ ! -s "$temp/odd" ] || die "of no component: $(cat "$temp/odd")"
+rm -r "$temp/parts"
 
 # What was installed, as <path below the prefix>.
 one_of() {
@@ -47,6 +56,9 @@ printf './%s\n' README.md cars64/README.md cars64/cars64.yaml cars64/chairs.json
     cars64-depth-normal/config.json cars64-depth-normal/weights.safetensors | LC_ALL=C sort >"$temp/weights"
 (cd "$prefix/share/libsplat/weights" && find . ! -type d) | LC_ALL=C sort | diff "$temp/weights" - ||
     die "the weights (<: expected, >: installed)"
+for file in "$prefix"/share/libsplat/weights/*/*.safetensors; do
+    head -c 300 "$file" | grep -aq '"license":"SPDX-License-Identifier: MIT"' || die "$file names no licence"
+done
 
 # No installed file may name the build tree.
 if grep -rlF "$build_dir" "$prefix" --include='*.pc' --include='*.cmake' --include='*.h'; then
@@ -61,9 +73,14 @@ check_run() {
 
 export PKG_CONFIG_PATH="$pc_dir"
 [ "$(pkg-config --modversion splat)" = "$version" ] || die "pkg-config --modversion"
-# shellcheck disable=SC2046,SC2086  # lists of words
-"$cc" -std=c99 -Wall -Wextra -Werror ${CFLAGS:-} "$source_dir/tests/install/pkg_config/version.c" \
-    $(pkg-config --cflags --libs splat) ${LDFLAGS:-} -o "$temp/version_c"
+# compile SOURCE PROGRAM: a C program against the installed package. pkg-config's words are quoted for a shell.
+compile() {
+    program=$2
+    eval "set -- '$1' $(pkg-config --cflags --libs splat)"
+    # shellcheck disable=SC2086  # lists of words
+    "$cc" -std=c99 -Wall -Wextra -Werror ${CFLAGS:-} "$@" ${LDFLAGS:-} -o "$program"
+}
+compile "$source_dir/tests/install/pkg_config/version.c" "$temp/version_c"
 check_run pkg-config "$temp/version_c"
 
 "$cmake" -S "$source_dir/tests/install/find_package" -B "$temp/build" -DCMAKE_CXX_COMPILER="$cxx" \
@@ -73,9 +90,7 @@ check_run find_package "$temp/build/version"
 
 # build_program NAME: a C program of tests/install/programs against the installed package.
 build_program() {
-    # shellcheck disable=SC2046,SC2086  # lists of words
-    "$cc" -std=c99 -Wall -Wextra -Werror ${CFLAGS:-} "$source_dir/tests/install/programs/$1.c" \
-        $(pkg-config --cflags --libs splat) ${LDFLAGS:-} -o "$temp/$1"
+    compile "$source_dir/tests/install/programs/$1.c" "$temp/$1"
 }
 build_program predict
 LD_LIBRARY_PATH="$lib_dir" "$temp/predict" "$temp/scene.ply" >"$temp/predict.log" ||
@@ -88,6 +103,7 @@ echo "loop: $(cat "$temp/loop.log")"
 
 vkrun="$prefix/bin/vkrun"
 if [ -x "$vkrun" ]; then
+    grep -q '^vkrun .- ' "$(one_of share/man/man1/vkrun.1)" || die "the manual page has no name"
     "$vkrun" --version >"$temp/vkrun.log" || die "the installed vkrun does not find its library"
     echo "vkrun: $(head -n 1 "$temp/vkrun.log")"
 

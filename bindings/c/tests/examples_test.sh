@@ -4,7 +4,7 @@
 #   examples_test.sh <source folder> <cc> build                        with the headers and library of this build
 #   examples_test.sh <source folder> <cc> installed <cmake> <folder>   after `cmake --install` of a build folder
 #
-# The library of `build` is in SPLAT_LIB_DIR. CFLAGS and LDFLAGS apply to the programs.
+# The library of `build` is in SPLAT_LIB_DIR. CXX, CFLAGS, CXXFLAGS and LDFLAGS apply to the programs.
 set -eu
 source_dir=$1
 cc=$2
@@ -33,16 +33,23 @@ installed)
 *) die "unknown mode $mode" ;;
 esac
 
-# build <name> <file>
+# build <name> <file> <compiler and flags>...
 build() {
+    name=$1
+    file=$2
+    shift 2
     # shellcheck disable=SC2086  # lists of words
-    "$cc" -std=c11 -pedantic -Wall -Wextra -Wconversion -Wshadow -Werror ${CFLAGS:-} "$2" $flags -lm \
-        ${LDFLAGS:-} -o "$temp/$1" || die "$1 does not compile"
+    "$@" -pedantic -Wall -Wextra -Wconversion -Wshadow -Werror "$file" $flags -lm ${LDFLAGS:-} -o "$temp/$name" ||
+        die "$name does not compile"
 }
-for name in render predict fit; do build "$name" "$source_dir/bindings/c/$name.c"; done
+# shellcheck disable=SC2086
+for name in render predict fit; do build "$name" "$source_dir/bindings/c/$name.c" "$cc" -std=c11 ${CFLAGS:-}; done
+# shellcheck disable=SC2086
+build first "$source_dir/bindings/c/first.cpp" "$CXX" -std=c++11 -Wold-style-cast ${CXXFLAGS:-}
 # shellcheck disable=SC2016  # the backquotes are those of Markdown
 sed -n '/^```c$/,/^```$/{/^```/d;p;}' "$source_dir/bindings/c/README.md" >"$temp/readme.c"
-build readme "$temp/readme.c"
+# shellcheck disable=SC2086
+build readme "$temp/readme.c" "$cc" -std=c11 ${CFLAGS:-}
 
 export LD_LIBRARY_PATH="$lib_dir"
 mkdir "$temp/work"
@@ -57,6 +64,9 @@ done
 ! cmp -s view_0.png view_2.png || die "two views are the same picture"
 "$temp/readme" || die "the program of README.md"
 [ "$(head -c 4 first.png | tail -c 3)" = PNG ] || die "first.png is no PNG"
+mv first.png first_c.png
+"$temp/first" || die "first"
+cmp first.png first_c.png || die "C++ draws another picture"
 
 # fit_at_least <dB> <arguments>...
 fit_at_least() {

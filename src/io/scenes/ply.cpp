@@ -81,8 +81,9 @@ Result<Gaussians> read_vertices(const PlyElement& vertex, PlyRows& rows, LoadRep
     report_unused(vertex, fields, file_degree, report);
     std::erase_if(fields, [](const VertexField& field) { return field.values == nullptr; });
     // The message names what tells scenes from meshes and point clouds.
-    std::ranges::stable_partition(fields,
-                                  [](const VertexField& field) { return field.name == "opacity"; });
+    // No ranges::stable_partition: clang 14 does not compile the subrange of libstdc++ 12 that it returns.
+    std::stable_partition(fields.begin(), fields.end(),
+                          [](const VertexField& field) { return field.name == "opacity"; });
     std::vector<std::size_t> columns;
     for (const VertexField& field : fields) {
         const auto column = vertex.find(field.name);

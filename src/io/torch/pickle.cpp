@@ -216,8 +216,8 @@ class Unpickler {
 
     Status remember(std::size_t index) {
         SPLAT_TRY(need(1));
-        constexpr std::size_t kEntryBytes = 48;  // bytes per entry of the map
-        if (memo_.insert_or_assign(index, stack_.back()).second) cost_ += kEntryBytes;
+        constexpr std::size_t kMemoBytes = 48;  // bytes per entry of the map
+        if (memo_.insert_or_assign(index, stack_.back()).second) cost_ += kMemoBytes;
         if (memo_.size() <= Pickle::kMaxNodes) return {};
         return bad(format("more than %zu values in the memo", Pickle::kMaxNodes));
     }
