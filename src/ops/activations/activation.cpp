@@ -19,7 +19,7 @@ Status record_activation(vk::Recorder& recorder, const char* kernel, const Shape
                         .may_alias = true},
                        [&](std::uint32_t groups_x) {
                            return params::ActivationParams{static_cast<std::uint32_t>(dims.quads()),
-                                                           groups_x, form};
+                                                           groups_x, form, dims.c, dims.n * dims.p};
                        });
 }
 
