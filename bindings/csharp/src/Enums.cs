@@ -26,7 +26,7 @@ namespace Splat
         ErrorUnsupported = -5,
         /// <summary>no Vulkan loader, no driver, or no device that fits the request</summary>
         ErrorNoDevice = -6,
-        /// <summary>host allocation failed</summary>
+        /// <summary>host allocation failed, or no thread is left</summary>
         ErrorOutOfHostMemory = -7,
         /// <summary>device allocation failed, or the device's memory budget is used up</summary>
         ErrorOutOfDeviceMemory = -8,

@@ -19,7 +19,7 @@ codes! {
     Unsupported = SPLAT_ERROR_UNSUPPORTED,
     /// no Vulkan loader, no driver, or no device that fits the request
     NoDevice = SPLAT_ERROR_NO_DEVICE,
-    /// host allocation failed
+    /// host allocation failed, or no thread is left
     OutOfHostMemory = SPLAT_ERROR_OUT_OF_HOST_MEMORY,
     /// device allocation failed, or the device's memory budget is used up
     OutOfDeviceMemory = SPLAT_ERROR_OUT_OF_DEVICE_MEMORY,
