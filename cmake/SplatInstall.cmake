@@ -52,4 +52,14 @@ if(TARGET vkrun)
   file(RELATIVE_PATH SPLAT_LIB_FROM_BIN /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
   set_target_properties(vkrun vkrun-bench PROPERTIES INSTALL_RPATH "\$ORIGIN/${SPLAT_LIB_FROM_BIN}")
   install(TARGETS vkrun vkrun-bench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  set(programs ${CMAKE_INSTALL_BINDIR}/vkrun ${CMAKE_INSTALL_BINDIR}/vkrun-bench)
 endif()
+
+# The loader searches the system's folders by itself; programs and library there need no path of their own.
+install(CODE "
+  set(system_folders \"${CMAKE_CXX_IMPLICIT_LINK_DIRECTORIES}\")
+  if(\"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}\" IN_LIST system_folders)
+    foreach(file ${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:splat> ${programs})
+      file(RPATH_REMOVE FILE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/\${file}\")
+    endforeach()
+  endif()")
