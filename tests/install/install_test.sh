@@ -29,10 +29,12 @@ prefix="$temp/prefix"
 DESTDIR="$temp/root" "$cmake" --install "$build_dir" --prefix /usr >"$temp/install.log" || die "cmake --install: /usr"
 search_path() { readelf -d "$1" | grep -E 'RPATH|RUNPATH'; }
 for folder in prefix root/usr; do
-    for file in "$temp/$folder"/bin/vkrun* "$temp/$folder"/lib*/libsplat.so.0; do
-        [ -e "$file" ] || continue
+    for file in $(find "$temp/$folder" -name libsplat.so.0 -o -path '*/bin/*'); do
         if search_path "$file" >"$temp/path"; then has=yes; else has=no; fi
-        case "$folder,$has" in prefix,yes | root/usr,no) ;; *) die "$folder: search path of $file: $(cat "$temp/path")" ;; esac
+        case "$folder,$has" in
+        prefix,yes | root/usr,no) ;;
+        *) die "$folder: search path of $file: $(cat "$temp/path")" ;;
+        esac
     done
 done
 rm -r "$temp/root"
