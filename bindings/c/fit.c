@@ -51,7 +51,7 @@ static activated activate(const char* type, int64_t columns, const float* values
     return a;
 }
 
-static activated scales, opacities; /* of logarithms and logits: no step leaves their ranges */
+static activated scales, opacities; /* no step of logarithms and logits leaves their ranges */
 
 /* Gaussians on a grid that fills the picture, at z = 1. */
 static splat_gaussians_desc grid(void) {

@@ -12,7 +12,7 @@ bool is_default() {
     std::uint16_t x87 = 0;  // printf and strtod round as it says
     __asm__ volatile("stmxcsr %0\n\tfnstcw %1" : "=m"(sse), "=m"(x87));
     constexpr std::uint32_t kExceptionsFound = 0x3F;
-    constexpr std::uint16_t kPrecision = 0x1300;  // and the infinity bit, without effect
+    constexpr std::uint16_t kPrecision = 0x1300;  // the infinity bit of it has no effect
     return (sse & ~kExceptionsFound) == 0x1F80 && (x87 & ~kPrecision) == 0x007F;
 #elif defined(__aarch64__)
     std::uint64_t control = 0;

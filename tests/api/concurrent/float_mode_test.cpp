@@ -23,7 +23,7 @@ constexpr Mode kModes[] = {{"down", [] { return std::fesetround(FE_DOWNWARD) == 
                            {"flush",
                             [] {
 #if defined(__x86_64__)
-                                _mm_setcsr(_mm_getcsr() | 0x8040U);  // as -ffast-math does
+                                _mm_setcsr(_mm_getcsr() | 0x8040U);  // what -ffast-math sets
                                 return true;
 #else
                                 return false;

@@ -26,7 +26,7 @@ class NoMoreThreads {
     NoMoreThreads& operator=(const NoMoreThreads&) = delete;
     ~NoMoreThreads() {
         become(0);
-        prctl(PR_SET_DUMPABLE, 1);  // as before, for the leak check
+        prctl(PR_SET_DUMPABLE, 1);  // the leak check needs it
         setrlimit(RLIMIT_NPROC, &before_);
     }
     [[nodiscard]] bool works() const {
