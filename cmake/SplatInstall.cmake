@@ -58,7 +58,8 @@ endif()
 # The loader searches the system's folders by itself; programs and library there need no path of their own.
 install(CODE "
   set(system_folders \"${CMAKE_CXX_IMPLICIT_LINK_DIRECTORIES}\")
-  if(\"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}\" IN_LIST system_folders)
+  list(FIND system_folders \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}\" at)
+  if(NOT at EQUAL -1)
     foreach(file ${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:splat> ${programs})
       file(RPATH_REMOVE FILE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/\${file}\")
     endforeach()
