@@ -57,3 +57,19 @@ if(TARGET vkrun)
   install(FILES ${PROJECT_BINARY_DIR}/tools/vkrun/vkrun.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1
           COMPONENT Splat_Tools OPTIONAL)
 endif()
+
+# The loader searches the system's folders by itself; programs and library there need no path of their own.
+function(splat_remove_rpath component)
+  install(CODE "
+    set(system_folders \"${CMAKE_CXX_IMPLICIT_LINK_DIRECTORIES}\")
+    list(FIND system_folders \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}\" at)
+    if(NOT at EQUAL -1)
+      foreach(file ${ARGN})
+        file(RPATH_REMOVE FILE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/\${file}\")
+      endforeach()
+    endif()" COMPONENT ${component})
+endfunction()
+splat_remove_rpath(Splat_Runtime ${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:splat>)
+if(TARGET vkrun)
+  splat_remove_rpath(Splat_Tools ${CMAKE_INSTALL_BINDIR}/vkrun ${CMAKE_INSTALL_BINDIR}/vkrun-bench)
+endif()

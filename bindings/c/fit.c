@@ -35,20 +35,39 @@ static splat_tensor view(const float* values) {
     return tensor;
 }
 
+/* The tensor that an operator makes of x, with both gradients. */
+typedef struct {
+    splat_tensor x, grad_x, y, grad_y;
+    splat_op op;
+} activated;
+
+static activated activate(const char* type, int64_t columns, const float* values) {
+    activated a = {table(N, columns, values), table(N, columns, NULL), table(N, columns, NULL),
+                   table(N, columns, NULL), NULL};
+    splat_op_desc desc = {
+        sizeof desc,    .type = type,    .input_count = 1,          .output_count = 1,
+        .inputs = &a.x, .outputs = &a.y, .grad_outputs = &a.grad_y, .grad_inputs = &a.grad_x};
+    check(splat_op_create(device, &desc, &a.op));
+    return a;
+}
+
+static activated scales, opacities; /* no step of logarithms and logits leaves their ranges */
+
 /* Gaussians on a grid that fills the picture, at z = 1. */
 static splat_gaussians_desc grid(void) {
-    static float means[N * 3], scales[N * 3], rotations[N * 4], opacities[N], colors[N * 3];
+    static float means[N * 3], logarithms[N * 3], rotations[N * 4], logits[N], colors[N * 3];
     for (int i = 0; i < N; ++i) {
         means[3 * i] = ((float)(i % COLUMNS) + 0.5F) / COLUMNS - 0.5F;
         means[3 * i + 1] = (((float)(i / COLUMNS) + 0.5F) / (N / COLUMNS) - 0.5F) * H / W;
         means[3 * i + 2] = rotations[4 * i] = 1;
-        opacities[i] = 0.9F;
-        for (int k = 3 * i; k < 3 * i + 3; ++k) scales[k] = 0.04F, colors[k] = 0.5F;
+        logits[i] = 2.2F; /* 0.9 */
+        for (int k = 3 * i; k < 3 * i + 3; ++k) logarithms[k] = logf(0.04F), colors[k] = 0.5F;
     }
-    return (splat_gaussians_desc){
-        sizeof(splat_gaussians_desc),        .means = table(N, 3, means),
-        .scales = table(N, 3, scales),       .rotations = table(N, 4, rotations),
-        .opacities = table(N, 0, opacities), .colors = table(N, 3, colors)};
+    scales = activate("exp", 3, logarithms);
+    opacities = activate("sigmoid", 0, logits);
+    return (splat_gaussians_desc){sizeof(splat_gaussians_desc), .means = table(N, 3, means),
+                                  .scales = scales.y,           .rotations = table(N, 4, rotations),
+                                  .opacities = opacities.y,     .colors = table(N, 3, colors)};
 }
 
 int main(int argc, char** argv) {
@@ -66,16 +85,18 @@ int main(int argc, char** argv) {
     splat_gradients_desc back = {sizeof back,
                                  .grad_rgb = slopes[0],
                                  .grad_means = table(N, 3, NULL),
-                                 .grad_scales = table(N, 3, NULL),
+                                 .grad_scales = scales.grad_y,
                                  .grad_rotations = table(N, 4, NULL),
+                                 .grad_opacities = opacities.grad_y,
                                  .grad_colors = table(N, 3, NULL)};
     splat_optimizer_item items[] = {{"means", NULL, NULL, shown.means, back.grad_means},
-                                    {"scales", NULL, NULL, shown.scales, back.grad_scales},
+                                    {"logarithms", NULL, NULL, scales.x, scales.grad_x},
+                                    {"logits", NULL, NULL, opacities.x, opacities.grad_x},
                                     {"turns", NULL, NULL, shown.rotations, back.grad_rotations},
                                     {"colors", NULL, NULL, shown.colors, back.grad_colors}};
-    splat_optimizer_group groups[] = {{"means", 0.1, 0, 0, 0}, {"scales", 0.1, 0, 0, 0}};
-    splat_optimizer_desc adam = {sizeof adam,      .items = items,   .item_count = 4,
-                                 .groups = groups, .group_count = 2, .rate = 1e-2};
+    splat_optimizer_group group = {"means", 0.1, 0, 0, 0};
+    splat_optimizer_desc adam = {sizeof adam,      .items = items,   .item_count = 5,
+                                 .groups = &group, .group_count = 1, .rate = 1e-2};
     splat_op_desc l2 = {
         sizeof l2,      .type = "l2",     .input_count = 2,     .output_count = 1,
         .inputs = pair, .outputs = &loss, .grad_outputs = &one, .grad_inputs = slopes};
@@ -94,11 +115,15 @@ int main(int argc, char** argv) {
     float error = 1;
     timespec_get(&from, TIME_UTC);
     for (int step = 0; step < STEPS; ++step) {
+        check(splat_op_forward(scales.op));
+        check(splat_op_forward(opacities.op));
         check(splat_rasterizer_forward(rasterizer, NULL, &shown, &camera, 1, NULL));
         check(splat_rasterizer_output(rasterizer, NULL, SPLAT_OUTPUT_RGB, pair[0]));
         check(splat_op_forward(mean_square));
         check(splat_op_backward(mean_square));
         check(splat_rasterizer_backward(rasterizer, NULL, &back));
+        check(splat_op_backward(scales.op));
+        check(splat_op_backward(opacities.op));
         check(splat_optimizer_step(optimizer, NULL));
     }
     timespec_get(&to, TIME_UTC);

@@ -39,7 +39,11 @@
  *   Exit        what is alive when the process ends needs no destroying. But exit() unloads the
  *               driver, so a call that still runs on a device then, on another thread, is undefined:
  *               cancel it (splat_device_cancel) and let it return first. _exit() may come at any time:
- *               files appear whole or not at all.
+ *               files appear whole or not at all. dlclose() leaves the library loaded while a thread
+ *               lives that called it.
+ *   Numbers     a call computes in the floating-point mode of a C program's start: nearest, with
+ *               subnormal numbers, without traps. The caller's (-ffast-math, fesetround) changes no
+ *               result, comes back at the end, and is that of callbacks.
  *   Silence     the library never prints; see splat_log_set_callback.
  *
  * A program that opens the best device:
@@ -104,7 +108,7 @@ enum {
     SPLAT_ERROR_UNSUPPORTED = -5,    /* beyond a limit or a feature of this device or build */
     /* no Vulkan loader, no driver, or no device that fits the request */
     SPLAT_ERROR_NO_DEVICE = -6,
-    SPLAT_ERROR_OUT_OF_HOST_MEMORY = -7, /* host allocation failed */
+    SPLAT_ERROR_OUT_OF_HOST_MEMORY = -7, /* host allocation failed, or no thread is left */
     /* device allocation failed, or the device's memory budget is used up */
     SPLAT_ERROR_OUT_OF_DEVICE_MEMORY = -8,
     SPLAT_ERROR_TIMEOUT = -9, /* the device did not finish in time; it may still be working */

@@ -96,6 +96,14 @@ SPLAT_API splat_result splat_rasterizer_create(splat_device device,
                                                const splat_rasterizer_desc* desc,
                                                splat_rasterizer* rasterizer);
 
+/* Gaussians as tensors. The caller activates them; numbers outside the ranges are drawn, too:
+ *   opacities   <= 0: absent, without a gradient; > 1: its product with the falloff ends at 0.99
+ *   scales      the sign has no effect; 0: flat, and wider by what every Gaussian has in the picture,
+ *               0.3 pixels^2 of variance
+ *   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_GSPLAT
+ *               normalises them, SPLAT_CONVENTION_3DGS draws another size and shape
+ * A loop that fits Gaussians keeps logarithms of scales [n,3] and logits of opacities [n]: it runs
+ * the operators "exp" and "sigmoid" of model.h before a forward call, and their backward after it. */
 typedef struct splat_gaussians_desc {
     uint32_t struct_size;
     uint32_t flags;         /* 0 */

@@ -61,6 +61,8 @@ SPLAT_API splat_result splat_config_preset(const char* name, char* buffer, size_
 /* Adam (Kingma & Ba 2015, without weight decay) over parameters of models, modules and tensors, in
  * groups with their own rates, with a schedule of the rate and averaged weights (EMA). A trainer
  * has one of its own. The caller synchronises calls on one optimizer and on what it updates.
+ * Steps keep no range: of scales and opacities update logarithms and logits, see
+ * splat_gaussians_desc.
  *
  * Twenty steps of a model and of a tensor, at a tenth of the rate for biases:
  *

@@ -8,6 +8,7 @@
 
 #include "api/copy_members.h"
 #include "api/structs.h"
+#include "core/float_mode.h"
 #include "core/no_copy.h"
 #include "core/status.h"
 #include "splat.h"
@@ -20,12 +21,15 @@ splat_result fail(const Status& status) noexcept;
 /// The same for a failed allocation. Allocates nothing.
 splat_result fail_out_of_memory() noexcept;
 
-/// One entry point. The log's messages wait until the outermost one ends, when no lock is held; they
-/// leave the last error as it is.
+/// One entry point, in the default floating-point mode. The log's messages wait until the outermost one ends, when no
+/// lock is held, and come in the caller's mode; they leave the last error as it is.
 class EntryPoint : NoCopy {
   public:
     EntryPoint() noexcept;
     ~EntryPoint();
+
+  private:
+    FloatMode mode_;
 };
 
 /// Run the body of an entry point and turn errors and exceptions into a splat_result.

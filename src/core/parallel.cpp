@@ -43,4 +43,20 @@ Status parallel_for(std::size_t count, std::size_t threads,
     return std::move(first.second);
 }
 
+bool can_start_thread() noexcept try {
+    std::thread([] {}).join();
+    return true;
+} catch (...) {
+    return false;
+}
+
+Status no_thread(const char* call) {
+    return error(
+        Code::kOutOfHostMemory,
+        "%s: the system starts no more threads: a limit of the user (`ulimit -u`), of the "
+        "container "
+        "(pids.max, TasksMax) or of the machine is reached; end other programs, or raise it",
+        call);
+}
+
 }  // namespace splat

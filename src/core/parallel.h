@@ -17,4 +17,10 @@ inline constexpr std::size_t kMostHostThreads = 4;
 Status parallel_for(std::size_t count, std::size_t threads,
                     const std::function<Status(std::size_t)>& work);
 
+/// False if the system starts no more threads for this process.
+bool can_start_thread() noexcept;
+
+/// The error of a call that needs one then.
+Status no_thread(const char* call);
+
 }  // namespace splat

@@ -35,7 +35,7 @@ constexpr CodeRow kCodes[] = {
     {Code::kNoDevice, "SPLAT_ERROR_NO_DEVICE",
      "No Vulkan loader, driver or suitable device was found; run `vkrun doctor`."},
     {Code::kOutOfHostMemory, "SPLAT_ERROR_OUT_OF_HOST_MEMORY",
-     "Host memory ran out; free some and repeat the call."},
+     "Host memory ran out, or the system starts no more threads; free some and repeat the call."},
     {Code::kOutOfDeviceMemory, "SPLAT_ERROR_OUT_OF_DEVICE_MEMORY",
      "Device memory or its budget ran out; free tensors, or raise max_device_bytes."},
     {Code::kTimeout, "SPLAT_ERROR_TIMEOUT",

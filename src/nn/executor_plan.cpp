@@ -49,7 +49,7 @@ std::size_t ExecutorPlan::port(ValueId id, std::size_t own,
 Result<std::uint64_t> ExecutorPlan::bytes_of(ValueId id) const {
     const Value& value = graph_.value(id);
     if (value.layout == ops::Layout::kRowMajor) return vk::quad_bytes(value.shape.elements());
-    SPLAT_ASSIGN(const ops::QuadDims dims, ops::quad_dims(value.shape));
+    SPLAT_ASSIGN(const ops::QuadDims dims, ops::quad_dims(value.shape, 1));
     return dims.bytes();
 }
 

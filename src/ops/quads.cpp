@@ -7,7 +7,7 @@ namespace {
 
 Status convert(vk::Recorder& recorder, const char* name, const vk::BufferView& x,
                const vk::BufferView& y) {
-    SPLAT_ASSIGN(const QuadDims dims, quad_dims(x.shape));
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(x.shape, 1));
     return record_each(recorder,
                        {.kernel = name,
                         .items = dims.quads(),
@@ -20,10 +20,11 @@ Status convert(vk::Recorder& recorder, const char* name, const vk::BufferView& x
 
 }  // namespace
 
-Result<QuadDims> quad_dims(const Shape& shape) {
-    if (shape.rank() < 2)
+Result<QuadDims> quad_dims(const Shape& shape, std::uint32_t least) {
+    if (shape.rank() < least)
         return error(Code::kShape, "a tensor of shape %s has no channels; expected [N, C, ...]",
                      shape.text().c_str());
+    if (shape.rank() == 1) return QuadDims{1, shape[0], 1};
     QuadDims dims{shape[0], shape[1], 1};
     for (std::uint32_t axis = 2; axis < shape.rank(); ++axis) dims.p *= shape[axis];
     return dims;

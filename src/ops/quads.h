@@ -9,7 +9,7 @@ namespace splat::ops {
 /// columns of a matrix product are contiguous, for any batch.
 ///
 /// A tensor [N, C, ...] keeps its logical shape in BufferView::shape; rank 2 [rows, features] is N
-/// = rows, P = 1.
+/// = rows, P = 1, and rank 1, where an operator takes it, C of one row.
 struct QuadDims {
     std::uint32_t n = 1;
     std::uint32_t c = 1;
@@ -19,14 +19,14 @@ struct QuadDims {
     [[nodiscard]] std::uint64_t bytes() const { return quads() * 16; }
 };
 
-/// Errors: kShape for rank < 2.
-Result<QuadDims> quad_dims(const Shape& shape);
+/// Errors: kShape for a rank below `least`.
+Result<QuadDims> quad_dims(const Shape& shape, std::uint32_t least = 2);
 
 /// Row-major to quads, and back.
 ///
 /// x, y         the same logical shape [N, C, ...] float32; one row-major, the other quads; no
 ///              aliasing
-/// Errors       kShape for rank < 2, kUnsupported beyond the device's binding limits; nothing is
+/// Errors       kShape for rank < 1, kUnsupported beyond the device's binding limits; nothing is
 ///              recorded on error
 /// Precision    exact
 /// Determinism  bit-exact for any thread count

@@ -4,6 +4,8 @@
 #include <numeric>
 #include <system_error>
 
+#include "core/parallel.h"
+
 namespace splat::train {
 namespace {
 
@@ -108,8 +110,8 @@ Result<PrefetchPointer> Prefetch::create(BatchSource source, std::size_t ahead) 
     PrefetchPointer self(new Prefetch(std::move(source), ahead));
     try {
         self->thread_ = std::thread([made = self.get()] { made->run(); });
-    } catch (const std::system_error& failed) {
-        return error(Code::kOutOfHostMemory, "no thread to read batches: %s", failed.what());
+    } catch (const std::system_error&) {
+        return no_thread("reading batches");
     }
     return self;
 }

@@ -8,6 +8,7 @@
 #include "core/environment.h"
 #include "core/fault.h"
 #include "core/log.h"
+#include "core/parallel.h"
 #include "vk/device_exit.h"
 
 namespace splat::vk {
@@ -332,6 +333,7 @@ Status Device::open() {
     const VkResult result = SPLAT_FAULT("vk.create_device")
                                 ? VK_ERROR_OUT_OF_DEVICE_MEMORY
                                 : instance_->create_device(physical_, &info, nullptr, &device_);
+    if (result < VK_SUCCESS && !can_start_thread()) return no_thread("vkCreateDevice");
     SPLAT_TRY(check(result, "vkCreateDevice"));
     volkLoadDeviceTable(&vk, device_);
     if (instance_->validation()) add_validated(*this);

@@ -34,6 +34,20 @@ for folder in "$prefix" "$temp/parts"; do (cd "$folder" && find . ! -type d | LC
 [ ! -s "$temp/odd" ] || die "of no component: $(cat "$temp/odd")"
 rm -r "$temp/parts"
 
+# Only outside of the system's folders do library and programs need a search path of their own.
+DESTDIR="$temp/root" "$cmake" --install "$build_dir" --prefix /usr >"$temp/install.log" || die "cmake --install: /usr"
+search_path() { readelf -d "$1" | grep -E 'RPATH|RUNPATH'; }
+for folder in prefix root/usr; do
+    for file in $(find "$temp/$folder" -name libsplat.so.0 -o -path '*/bin/*'); do
+        if search_path "$file" >"$temp/path"; then has=yes; else has=no; fi
+        case "$folder,$has" in
+        prefix,yes | root/usr,no) ;;
+        *) die "$folder: search path of $file: $(cat "$temp/path")" ;;
+        esac
+    done
+done
+rm -r "$temp/root"
+
 # What was installed, as <path below the prefix>.
 one_of() {
     found=$(find "$prefix" -path "$prefix/$1")

@@ -14,7 +14,7 @@ namespace {
 
 /// The layout in words: [ceil(C/4)][N*P] quads, channels beyond C zero.
 std::vector<float> expected_quads(const Shape& shape, const std::vector<float>& x) {
-    const ops::QuadDims dims = ops::quad_dims(shape).value();
+    const ops::QuadDims dims = ops::quad_dims(shape, 1).value();
     std::vector<float> quads(dims.bytes() / 4, 0.0F);
     for (std::uint32_t n = 0; n < dims.n; ++n)
         for (std::uint32_t c = 0; c < dims.c; ++c)
@@ -27,7 +27,7 @@ std::vector<float> expected_quads(const Shape& shape, const std::vector<float>& 
 }
 
 std::vector<Shape> shapes_to_test() {
-    std::vector<Shape> shapes{{1, 1}, {5, 3}, {257, 129}, {2, 3, 5}, {2, 5, 3, 2, 2}};
+    std::vector<Shape> shapes{{7}, {1, 1}, {5, 3}, {257, 129}, {2, 3, 5}, {2, 5, 3, 2, 2}};
     for (const NormShape& s : kNormShapes) shapes.push_back({s.N, s.C, s.H, s.W});
     return shapes;
 }
@@ -83,7 +83,7 @@ TEST(Quads, RejectsTensorsWithoutChannels) {
     const vk::Buffer x = device_buffer(*context, 8);
     const vk::Buffer y = device_buffer(*context, 8);
     vk::Recorder r(*context);
-    EXPECT_ERROR(ops::quads_pack(r, x.view({8}), y.view({8})), Code::kShape, "[8]");
+    EXPECT_ERROR(ops::quads_pack(r, x.view(Shape{}), y.view(Shape{})), Code::kShape, "[]");
     EXPECT_TRUE(r.finish().value().empty()) << "nothing is recorded on error";
 }
 

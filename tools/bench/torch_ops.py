@@ -44,6 +44,7 @@ OPS = {
     "add": lambda a, x, y: (x + y) * a.get("scale", 1),
     "attention": attention,
     "conv2d": conv2d,
+    "exp": lambda a, x: torch.exp(x),
     "gelu": lambda a, x: F.gelu(x, approximate="tanh" if a.get("tanh") else "none"),
     "group_norm": group_norm,
     "l1": lambda a, x, y: F.l1_loss(x, y).reshape(1),
@@ -51,6 +52,7 @@ OPS = {
     "linear": lambda a, x, weight, bias=None: F.linear(x, weight, bias),
     "max_pool2d": lambda a, x: F.max_pool2d(x, 2),
     "relu": lambda a, x: F.relu(x),
+    "sigmoid": lambda a, x: torch.sigmoid(x),
     "silu": lambda a, x: F.silu(x),
 }
 

@@ -17,7 +17,7 @@ namespace Splat
         /** <summary>tensors whose shapes do not fit together</summary> */ ErrorShapeMismatch = -4,
         /** <summary>beyond a limit or a feature of this device or build</summary> */ ErrorUnsupported = -5,
         /** <summary>no Vulkan loader, no driver, or no device that fits the request</summary> */ ErrorNoDevice = -6,
-        /** <summary>host allocation failed</summary> */ ErrorOutOfHostMemory = -7,
+        /** <summary>host allocation failed, or no thread is left</summary> */ ErrorOutOfHostMemory = -7,
         /// <summary>device allocation failed, or the device's memory budget is used up</summary>
         ErrorOutOfDeviceMemory = -8,
         /** <summary>the device did not finish in time; it may still be working</summary> */ ErrorTimeout = -9,

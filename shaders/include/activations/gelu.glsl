@@ -13,28 +13,14 @@
 #ifndef SPLAT_GELU_GLSL
 #define SPLAT_GELU_GLSL
 
-// exp(-t) = mantissa * first * second, the last two powers of two.
-struct GeluExp { vec4 mantissa, first, second; };
+#include "activations/exp.glsl"
 
-// exp(high + low) for high <= 0, by exp(r) for |r| < 0.44, a polynomial within 1e-8. The built-in exp may
-// be 3 + 2|x| ulp off.
-GeluExp gelu_exp(vec4 high, vec4 low) {
-    const vec4 k = max(roundEven(high * 1.44269504), vec4(-252.0));
-    precise const vec4 r = ((high - k * 0.693359375) + k * 2.12194440e-4) + low;  // ln 2 in two parts
-    const vec4 poly =
-        1.0 + r * (1.0 + r * (0.499999525 + r * (0.166663143 +
-              r * (0.0416765657 + r * (0.00838197238 + r * 0.00134111677)))));
-    const vec4 first = max(k, vec4(-126.0));
-    return GeluExp(poly, uintBitsToFloat(uvec4(ivec4(first) + 127) << 23),
-                   uintBitsToFloat(uvec4(ivec4(k - first) + 127) << 23));
-}
-
-struct GeluParts { vec4 a, w, g; GeluExp e; };
+struct GeluParts { vec4 a, w, g; ExpParts e; };
 
 GeluParts gelu_exact(vec4 a) {
     const vec4 wide = uintBitsToFloat(floatBitsToUint(a) & 0xfffff000u);  // 12 bits: its square is exact
     GeluParts parts;
-    parts.e = gelu_exp(-0.5 * (wide * wide), -0.5 * ((a - wide) * (a + wide)));
+    parts.e = exp_parts(-0.5 * (wide * wide), -0.5 * ((a - wide) * (a + wide)));
     const vec4 u = (a - 2.75) / (a + 2.75);
     parts.a = a;
     parts.w = (0.490217753 + u * (-0.0946549802 + u * (-0.0266120017 + u * (0.0467205748 +
@@ -47,7 +33,7 @@ GeluParts gelu_exact(vec4 a) {
 GeluParts gelu_by_tanh(vec4 a) {
     const vec4 square = a * a;
     GeluParts parts;
-    parts.e = gelu_exp(-1.59576912 * a * (1.0 + 0.044715 * square), vec4(0.0));
+    parts.e = exp_parts(-1.59576912 * a * (1.0 + 0.044715 * square), vec4(0.0));
     parts.a = a;
     parts.w = 1.0 / (1.0 + parts.e.mantissa * parts.e.first * parts.e.second);
     parts.g = a * (1.59576912 + 0.214064488 * square) * parts.w * parts.w;

@@ -13,6 +13,8 @@ struct ActivationParams {
     uint quads;
     uint groups_x;  // workgroups per row of the dispatch, see src/vk/launch.h
     uint form;      // formula of the operator; 0 where it has one
+    uint channels;  // C; those beyond in the last quad stay zero
+    uint pixels;    // N * P
 };
 
 #ifdef __cplusplus

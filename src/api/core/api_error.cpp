@@ -53,6 +53,7 @@ EntryPoint::EntryPoint() noexcept {
 }
 
 EntryPoint::~EntryPoint() {
+    mode_.end();
     if (!release_log()) return;
     LastError kept = std::exchange(last_error(), {});  // a copy would need memory
     deliver_log();

@@ -2,6 +2,7 @@
 
 #include "api/api_guard.h"
 #include "api/handles.h"
+#include "core/float_mode.h"
 #include "data/dataset_export.h"
 #include "data/formats.h"
 #include "tables/import.h"
@@ -10,10 +11,11 @@ using namespace splat;
 
 namespace {
 
-tables::Progress progress_of(splat_progress_callback callback, void* user) {
+tables::Progress progress_of(splat_progress_callback callback, void* user,
+                             const CallersFloatMode& mode) {
     if (callback == nullptr) return nullptr;
-    return [callback, user](std::uint64_t done, std::uint64_t total) -> Status {
-        if (callback(user, done, total) == 0) return {};
+    return [=](std::uint64_t done, std::uint64_t total) -> Status {
+        if (mode.call([&] { return callback(user, done, total); }) == 0) return {};
         return error(Code::kCancelled, "the callback ended the call after %llu of %llu rows",
                      llu(done), llu(total));
     };
@@ -44,6 +46,7 @@ Result<data::Layout> layout_of(const std::string& name) {
 
 splat_result splat_dataset_import(const splat_dataset_import_desc* desc,
                                   splat_progress_callback callback, void* user) {
+    const CallersFloatMode mode;
     return api::guarded([&]() -> Status {
         SPLAT_TRY(api::check_desc(desc, SPLAT_IMPORT_REPLACE));
         SPLAT_TRY(api::require(desc->path, "desc.path"));
@@ -57,12 +60,13 @@ splat_result splat_dataset_import(const splat_dataset_import_desc* desc,
         value.library = text_or(desc->duckdb, "");
         SPLAT_ASSIGN(value.part, part_of(desc->shard, desc->shards));
         value.replace = desc->out == nullptr || (desc->flags & SPLAT_IMPORT_REPLACE) != 0;
-        return tables::import_tables(value, progress_of(callback, user));
+        return tables::import_tables(value, progress_of(callback, user, mode));
     });
 }
 
 splat_result splat_dataset_export(splat_dataset dataset, const splat_dataset_export_desc* desc,
                                   splat_progress_callback callback, void* user) {
+    const CallersFloatMode mode;
     return api::with(dataset, [&](const auto& found) -> Status {
         SPLAT_TRY(api::check_desc(desc, 0));
         SPLAT_TRY(api::require(desc->path, "desc.path"));
@@ -78,6 +82,6 @@ splat_result splat_dataset_export(splat_dataset dataset, const splat_dataset_exp
         SPLAT_ASSIGN(value.part, part_of(desc->shard, desc->shards));
         if (desc->objects != nullptr)
             value.objects.assign(desc->objects, desc->objects + desc->object_count);
-        return data::export_dataset(*found->dataset, value, progress_of(callback, user));
+        return data::export_dataset(*found->dataset, value, progress_of(callback, user, mode));
     });
 }

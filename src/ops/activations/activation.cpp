@@ -8,7 +8,7 @@ namespace {
 
 Status record_activation(vk::Recorder& recorder, const char* kernel, const Shape& shape,
                          std::vector<vk::Access> accesses, double flops, std::uint32_t form) {
-    SPLAT_ASSIGN(const QuadDims dims, quad_dims(shape));
+    SPLAT_ASSIGN(const QuadDims dims, quad_dims(shape, 1));
     const double bytes = static_cast<double>(dims.bytes());
     const double tensors = static_cast<double>(accesses.size());
     return record_each(recorder,
@@ -19,7 +19,7 @@ Status record_activation(vk::Recorder& recorder, const char* kernel, const Shape
                         .may_alias = true},
                        [&](std::uint32_t groups_x) {
                            return params::ActivationParams{static_cast<std::uint32_t>(dims.quads()),
-                                                           groups_x, form};
+                                                           groups_x, form, dims.c, dims.n * dims.p};
                        });
 }
 
@@ -27,7 +27,7 @@ Status record_activation(vk::Recorder& recorder, const char* kernel, const Shape
 
 Result<OpPlan> activation_plan(const vk::Recorder&, const Attributes&,
                                std::span<const Shape> inputs) {
-    SPLAT_TRY(quad_dims(inputs[0]).status());
+    SPLAT_TRY(quad_dims(inputs[0], 1).status());
     return OpPlan{.outputs = {inputs[0]}};
 }
 

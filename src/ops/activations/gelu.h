@@ -12,7 +12,7 @@ namespace splat::ops {
 ///
 /// as torch.nn.functional.gelu with approximate = "none" and "tanh".
 ///
-/// x, y, grad_x, grad_y  [N,C,...] float32 as quads; y may be x, grad_x may be grad_y
+/// x, y, grad_x, grad_y  [N,C,...] or [C], float32 as quads; y may be x, grad_x may be grad_y
 /// Errors       kUnsupported beyond the device's binding limits; nothing is recorded on error
 /// Precision    relative 5e-7 of y, also in both tails, down to the least normal float; with tanh, times
 ///              1 + 2|u| for x < 0 (tests/ops/activations/gelu_test.cpp)

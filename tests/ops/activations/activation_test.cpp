@@ -6,6 +6,7 @@
 #include <set>
 
 #include "ops/op_harness.h"
+#include "support/gpu_buffers.h"
 
 namespace splat::test {
 namespace {
@@ -41,16 +42,41 @@ TEST(ActivationReference, NamesEveryAttribute) {
 
 TEST_P(Activation, MatchesFloat64) {
     std::uint64_t seed = 10;
-    for (const Shape& shape : image_shapes())
+    std::vector<Shape> shapes = image_shapes();
+    shapes.push_back({1027});  // such as opacities
+    for (const Shape& shape : shapes)
         for_each_activation(shape, ++seed, [&](const OpCall& call, const std::string& what) {
             expect_float64(context(), call, what);
         });
 }
 
+/// What comes after it reads whole quads.
+TEST_P(Activation, LeavesTheChannelsBeyondTheLastZero) {
+    const Shape shape{1, 6};
+    for (const ops::OpRow* row : ops::op_table()) {
+        if (row->plan != ops::activation_plan) continue;
+        const vk::Buffer x = upload(context(), std::vector<float>{1, 2, 3, 4, 5, 6, 0, 0});
+        const vk::Buffer y = device_buffer(context(), 8);
+        ops::OpViews views;
+        views.inputs = {x.view(shape)};
+        views.outputs = {y.view(shape)};
+        for (vk::BufferView* view : {&views.inputs[0], &views.outputs[0]}) view->bytes = 32;
+        vk::Recorder recorder(context());
+        ASSERT_OK(row->forward(recorder, need(ops::complete_attributes(*row, {})), views));
+        vk::CommandList list = need(recorder.finish());
+        ASSERT_OK(context().run(list));
+        const std::vector<float> quads = download(context(), y.range(), 8);
+        for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(quads[i] != 0, i < 6) << row->name << i;
+    }
+}
+
 TEST_P(Activation, RejectsBadShapes) {
-    for_each_activation({6}, 1, [&](const OpCall& call, const std::string& what) {
-        EXPECT_ERROR(run_op(context(), call).status, Code::kShape, "channels") << what;
-    });
+    EXPECT_ERROR(
+        ops::activation_plan(vk::Recorder(context()),
+                             need(ops::complete_attributes(*need(ops::find_op("relu")), {})),
+                             std::vector<Shape>{{}})
+            .status(),
+        Code::kShape, "channels");
 }
 
 TEST(ActivationReference, GradcheckFloat64) {

@@ -79,7 +79,7 @@ class Result(OpenEnum):
     ERROR_SHAPE_MISMATCH        tensors whose shapes do not fit together
     ERROR_UNSUPPORTED           beyond a limit or a feature of this device or build
     ERROR_NO_DEVICE             no Vulkan loader, no driver, or no device that fits the request
-    ERROR_OUT_OF_HOST_MEMORY    host allocation failed
+    ERROR_OUT_OF_HOST_MEMORY    host allocation failed, or no thread is left
     ERROR_OUT_OF_DEVICE_MEMORY  device allocation failed, or the device's memory budget is used up
     ERROR_TIMEOUT               the device did not finish in time; it may still be working
     ERROR_DEVICE_LOST           sticky: every later call on the device returns it; destroy it and create it again

@@ -18,7 +18,7 @@ pub const SPLAT_ERROR_INVALID_STATE: splat_result = -3;
 /** beyond a limit or a feature of this device or build */ pub const SPLAT_ERROR_UNSUPPORTED: splat_result = -5;
 /// no Vulkan loader, no driver, or no device that fits the request
 pub const SPLAT_ERROR_NO_DEVICE: splat_result = -6;
-/** host allocation failed */ pub const SPLAT_ERROR_OUT_OF_HOST_MEMORY: splat_result = -7;
+/** host allocation failed, or no thread is left */ pub const SPLAT_ERROR_OUT_OF_HOST_MEMORY: splat_result = -7;
 /// device allocation failed, or the device's memory budget is used up
 pub const SPLAT_ERROR_OUT_OF_DEVICE_MEMORY: splat_result = -8;
 /** the device did not finish in time; it may still be working */ pub const SPLAT_ERROR_TIMEOUT: splat_result = -9;
@@ -414,6 +414,8 @@ pub type splat_trainer = *mut splat_trainer_s;
 /// Adam (Kingma & Ba 2015, without weight decay) over parameters of models, modules and tensors, in
 /// groups with their own rates, with a schedule of the rate and averaged weights (EMA). A trainer
 /// has one of its own. The caller synchronises calls on one optimizer and on what it updates.
+/// Steps keep no range: of scales and opacities update logarithms and logits, see
+/// splat_gaussians_desc.
 ///
 /// Twenty steps of a model and of a tensor, at a tenth of the rate for biases:
 ///
@@ -1119,6 +1121,16 @@ pub struct splat_rasterizer_desc {
     pub reserved: u32,
 }
 
+/// ```text
+/// Gaussians as tensors. The caller activates them; numbers outside the ranges are drawn, too:
+///   opacities   <= 0: absent, without a gradient; > 1: its product with the falloff ends at 0.99
+///   scales      the sign has no effect; 0: flat, and wider by what every Gaussian has in the picture,
+///               0.3 pixels^2 of variance
+///   rotations   shorter than 1e-6: absent; of another length than 1 SPLAT_CONVENTION_GSPLAT
+///               normalises them, SPLAT_CONVENTION_3DGS draws another size and shape
+/// A loop that fits Gaussians keeps logarithms of scales [n,3] and logits of opacities [n]: it runs
+/// the operators "exp" and "sigmoid" of model.h before a forward call, and their backward after it.
+/// ```
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_gaussians_desc {
     pub struct_size: u32,

@@ -12,7 +12,7 @@ codes! {
     /** tensors whose shapes do not fit together */ ShapeMismatch = SPLAT_ERROR_SHAPE_MISMATCH,
     /** beyond a limit or a feature of this device or build */ Unsupported = SPLAT_ERROR_UNSUPPORTED,
     /** no Vulkan loader, no driver, or no device that fits the request */ NoDevice = SPLAT_ERROR_NO_DEVICE,
-    /** host allocation failed */ OutOfHostMemory = SPLAT_ERROR_OUT_OF_HOST_MEMORY,
+    /** host allocation failed, or no thread is left */ OutOfHostMemory = SPLAT_ERROR_OUT_OF_HOST_MEMORY,
     /// device allocation failed, or the device's memory budget is used up
     OutOfDeviceMemory = SPLAT_ERROR_OUT_OF_DEVICE_MEMORY,
     /** the device did not finish in time; it may still be working */ Timeout = SPLAT_ERROR_TIMEOUT,
