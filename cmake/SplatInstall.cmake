@@ -58,10 +58,12 @@ if(TARGET vkrun)
           COMPONENT Splat_Tools OPTIONAL)
 endif()
 
-# The loader searches the system's folders by itself; programs and library there need no path of their own.
+# The loader searches the system's folders by itself; programs and library there need no path of their own. The linker's
+# folders may be more, as LIBRARY_PATH adds some.
 function(splat_remove_rpath component)
   install(CODE "
     set(system_folders \"${CMAKE_CXX_IMPLICIT_LINK_DIRECTORIES}\")
+    list(FILTER system_folders INCLUDE REGEX \"^/(usr/)?lib(/|$|32|64)\")
     list(FIND system_folders \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}\" at)
     if(NOT at EQUAL -1)
       foreach(file ${ARGN})

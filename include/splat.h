@@ -10,6 +10,7 @@
  *   splat/data.h    data sets and their files
  *   splat/run.h     a task with its folder, one piece of work per call
  *   splat/train.h   configurations, training
+ *   splat/fit.h     Gaussians fitted to posed photographs
  *   splat/co3d.h    the raw release of CO3D to a data set
  *   splat/evaluate.h scores of networks on data sets, and their comparison
  */
@@ -20,6 +21,7 @@
 #include "splat/core.h"
 #include "splat/data.h"
 #include "splat/evaluate.h"
+#include "splat/fit.h"
 #include "splat/model.h"
 #include "splat/predict.h"
 #include "splat/priors.h"

@@ -31,6 +31,8 @@ _SCALARS = {
 _ENUM_NAMES = {"splat_result": "ResultCode", "splat_export": "ModelExport",
                "splat_dtype": "DType"}
 _VALUE_NAMES = {"SPLAT_CONVENTION_3DGS": "Original3dgs"}
+# Enumerations whose values have names of the field, which texts use for other things too.
+_FIELD_NAMES = ("splat_metric", "splat_fit_cameras")
 
 # Structs that become classes of properties; the other structs are wrapped by hand.
 _INFOS = (
@@ -113,7 +115,7 @@ class _Writer:
                           truths=("false", "true"))
         self._fields = {field["name"] for struct in api["structs"] for field in struct["fields"]}
         self._values = {value["name"].removeprefix(self._prefix(enum)): self._value_name(enum, value)
-                        for enum in api["enums"] if enum["name"] != "splat_metric" for value in enum["values"]}
+                        for enum in api["enums"] if enum["name"] not in _FIELD_NAMES for value in enum["values"]}
 
     # ---- Names and types ----
 

@@ -6,6 +6,13 @@
 set -eu
 rust=$(cd "$(dirname "$0")" && pwd)
 if [ "${2:-}" = features ]; then leave=; else leave='/optional = true/d; /^\[dev-dependencies\]/,$d'; fi
+
+# put <file>: its new text, in one move, and only if it differs: tests run beside each other.
+put() {
+    cat >"$1.$$"
+    if cmp -s "$1.$$" "$1"; then rm "$1.$$"; else mv "$1.$$" "$1"; fi
+}
+
 for crate in splat-sys splat programs; do
     mkdir -p "$1/$crate"
     for file in "$rust/$crate"/*; do
@@ -18,7 +25,7 @@ for crate in splat-sys splat programs; do
         sed "s|\"\.\./\.\./|\"$rust/../|; $leave" "$rust/$crate/Cargo.toml"
         if [ "$leave" ]; then sed -n '1i[features]
             s/ = .*optional = true.*/ = []/p' "$rust/$crate/Cargo.toml"; fi
-    } >"$1/$crate/Cargo.toml"
+    } | put "$1/$crate/Cargo.toml"
 done
-cp "$rust/Cargo.toml" "$1"
+put "$1/Cargo.toml" <"$rust/Cargo.toml"
 ln -sfn "$rust/README.md" "$1/README.md"

@@ -63,9 +63,10 @@ def tell() -> None:
 
 def compare() -> int:
     """Status of this program with arguments."""
-    file, commands = sys.argv[1], [each.split("=", 1) for each in sys.argv[2:]]
-    lines = Path(file).read_bytes().decode("utf-8", "ignore").split("\n")
+    commands = [each.split("=", 1) for each in sys.argv[2:]]
+    lines = Path(sys.argv[1]).read_bytes().decode("utf-8", "ignore").split("\n")
     said = sorted(set(lines) - {""})
+    file = sys.argv[1] + ".sorted"
     Path(file).write_text("\n".join(said), "utf-8")
     before = sum(bool(NAMES.search(QUOTED.sub("", line))) for line in said)
     failed = len(said) < 1500

@@ -1,6 +1,6 @@
 /* libsplat: runs. A run is a task with its folder, done one piece of work per call: steps, validations,
- * saved states. A run that ends anywhere and is resumed, here or by `vkrun train --resume`, has the same
- * bits as one without an interruption. splat_training_open of train.h makes one.
+ * saved states. A run that ends anywhere and is resumed, here or by vkrun's --resume, has the same bits as one
+ * without an interruption. splat_training_open of train.h and splat_fit_open of fit.h make one.
  *
  *   splat_run_event event = {.struct_size = sizeof event};
  *   while (event.kind < SPLAT_EVENT_DONE && splat_run_next(run, &event) == SPLAT_OK)
@@ -13,7 +13,7 @@
  *   metrics.jsonl          one JSON object per line, of steps and of validations
  *   checkpoints/           the last two states; one of step 0 is saved before step 1. States that a
  *                          resumed run could not read are renamed to *.unreadable
- *   weights_last.safetensors, weights_best.safetensors   the task's result
+ *   weights_last.safetensors, weights_best.safetensors   the task's result; of a fit gaussians_...
  *   lock                   the process that has the folder; the lock ends with it */
 #ifndef SPLAT_RUN_H
 #define SPLAT_RUN_H

@@ -13,6 +13,7 @@
 #include "data/dataset.h"
 #include "eval/compare_scores.h"
 #include "eval/evaluator.h"
+#include "fit/fit_task.h"
 #include "gaussians/gaussian_set.h"
 #include "io/weights_file.h"
 #include "model/lpips_net.h"
@@ -216,6 +217,7 @@ struct RunObject : OfDevice {
     Interrupt interrupt;
     std::unique_ptr<run::Run> run;            ///< destroyed before `interrupt`
     std::shared_ptr<train::Trainer> trainer;  ///< trainer of a training
+    fit::FitTask* fit = nullptr;              ///< task of a fit, which `run` owns
     run::Event event;                         ///< event of the latest call
     std::vector<splat_number> numbers;        ///< numbers of that event
     Published<run::Figures> figures;          ///< after that call

@@ -10,7 +10,7 @@
     X(splat_dataset_export_desc) X(splat_dataset_import_desc) X(splat_dataset_views) \
     X(splat_decode_limits) X(splat_depth_scores) X(splat_device_desc) X(splat_device_info) \
     X(splat_evaluated_views) X(splat_evaluation_summary) X(splat_evaluator_desc) \
-    X(splat_evaluator_info) X(splat_fidelity_scores) X(splat_gaussians_desc) \
+    X(splat_evaluator_info) X(splat_fidelity_scores) X(splat_fit_desc) X(splat_gaussians_desc) \
     X(splat_gradients_desc) X(splat_image) X(splat_image_info) X(splat_image_scores) \
     X(splat_ledger) X(splat_lpips_desc) X(splat_mask_scores) X(splat_memory_info) \
     X(splat_metric_comparison) X(splat_model_desc) X(splat_model_gradients) X(splat_model_info) \

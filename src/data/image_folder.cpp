@@ -1,4 +1,4 @@
-#include "data/formats.h"
+#include "data/image_folder.h"
 
 #include <algorithm>
 #include <array>
@@ -10,6 +10,7 @@
 #include "core/log.h"
 #include "core/shown.h"
 #include "data/folder.h"
+#include "data/formats.h"
 #include "data/map_files.h"
 #include "io/colmap.h"
 #include "io/file.h"
@@ -19,11 +20,61 @@
 #include "io/transforms_json.h"
 
 namespace splat::data {
-namespace {
-
 namespace fs = std::filesystem;
 
+Result<std::string> image_path(const fs::path& folder, const std::string& name) {
+    for (const char* below : {"", "images"})
+        for (const char* extension : {"", ".png", ".jpg", ".jpeg", ".webp", ".pgm", ".ppm"}) {
+            const fs::path path = folder / below / (name + extension);
+            SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
+            if (is_there) return path.string();
+        }
+    return not_found("'%s': there is no image '%s', here or in images/", folder.c_str(),
+                     shown(name).c_str());
+}
+
+namespace {
+
 constexpr std::uint64_t kMaxCameraBytes = 16U << 20;
+
+/// The size of the first image of a transforms.json, whose own size is optional.
+Result<io::Image> first_image(const fs::path& folder, std::string_view text) {
+    SPLAT_ASSIGN(const JsonTree tree, io::from_file(parse_json_tree(text, "transforms.json")));
+    const JsonTree::List& frames = tree["frames"].items();
+    if (frames.empty()) return damaged("there are no frames");
+    const std::string* const name = frames.front()["file_path"].text();
+    if (name == nullptr) return damaged("frame 0 has no file_path");
+    SPLAT_ASSIGN(const std::string path, image_path(folder, *name));
+    return load_bytes(path, {.header_only = true});
+}
+
+/// Pixels; 0: not known.
+Result<double> exif_focal(const fs::path& folder, const std::string& name) {
+    SPLAT_ASSIGN(const std::string path, image_path(folder, name));
+    SPLAT_ASSIGN(const io::Image image, io::load_image(path, {.header_only = true}));
+    return image.focal;
+}
+
+}  // namespace
+
+Result<io::CameraSet> load_transforms(const fs::path& folder, const fs::path& file,
+                                      io::CameraOptions options) {
+    SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(file.string(), kMaxCameraBytes));
+    const auto first = in_file(first_image(folder, io::as_text(bytes)), file.string());
+    Status unreadable;
+    options.focal = [&](const std::string& name) {
+        const auto focal = exif_focal(folder, name);
+        if (!focal.ok() && focal.status().code() == Code::kIo) unreadable = focal.status();
+        return focal.ok() ? focal.value() : 0;
+    };
+    const io::Image size = first.ok() ? first.value() : io::Image();
+    auto cameras = io::read_transforms_json(bytes, size.width, size.height, options);
+    SPLAT_TRY(unreadable);
+    if (cameras.ok()) return cameras;
+    return first.ok() ? in_file(cameras.status(), file.string()) : first.status();
+}
+
+namespace {
 
 /// A camera with its image, and the square of it that is used.
 struct FolderPhoto {
@@ -65,54 +116,6 @@ Result<bool> has_objects(const fs::path& folder) {
         names.value(), [&folder](const std::string& name) { return has_cameras(folder / name); });
 }
 
-/// The file that a camera names: as given, in images/, or with the extension added.
-Result<std::string> image_path(const fs::path& folder, const std::string& name) {
-    for (const char* below : {"", "images"})
-        for (const char* extension : {"", ".png", ".jpg", ".jpeg", ".webp", ".pgm", ".ppm"}) {
-            const fs::path path = folder / below / (name + extension);
-            SPLAT_ASSIGN(const bool is_there, io::has_file(path.string()));
-            if (is_there) return path.string();
-        }
-    return not_found("'%s': there is no image '%s', here or in images/", folder.c_str(),
-                     shown(name).c_str());
-}
-
-/// The size of the first image of a transforms.json, whose own size is optional.
-Result<io::Image> first_image(const fs::path& folder, std::string_view text) {
-    SPLAT_ASSIGN(const JsonTree tree, io::from_file(parse_json_tree(text, "transforms.json")));
-    const JsonTree::List& frames = tree["frames"].items();
-    if (frames.empty()) return damaged("there are no frames");
-    const std::string* const name = frames.front()["file_path"].text();
-    if (name == nullptr) return damaged("frame 0 has no file_path");
-    SPLAT_ASSIGN(const std::string path, image_path(folder, *name));
-    return load_bytes(path, {.header_only = true});
-}
-
-/// Pixels; 0: not known.
-Result<double> exif_focal(const fs::path& folder, const std::string& name) {
-    SPLAT_ASSIGN(const std::string path, image_path(folder, name));
-    SPLAT_ASSIGN(const io::Image image, io::load_image(path, {.header_only = true}));
-    return image.focal;
-}
-
-Result<io::CameraSet> load_transforms(const fs::path& folder, const fs::path& file) {
-    SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(file.string(), kMaxCameraBytes));
-    SPLAT_ASSIGN(const auto first, in_file(first_image(folder, io::as_text(bytes)), file.string()));
-    io::CameraOptions options;
-    Status unreadable;
-    options.focal = [&](const std::string& name) {
-        const auto focal = exif_focal(folder, name);
-        if (!focal.ok() && focal.status().code() == Code::kIo) unreadable = focal.status();
-        return focal.ok() ? focal.value() : 0;
-    };
-    auto cameras = io::read_transforms_json(bytes, first.width, first.height, options);
-    SPLAT_TRY(unreadable);
-    if (!cameras.ok()) return in_file(cameras.status(), file.string());
-    for (const std::string& warning : cameras.value().warnings)
-        log(LogLevel::kWarning, format("'%s': %s", file.c_str(), warning.c_str()));
-    return cameras;
-}
-
 /// Files of cameras of a split, the first of which counts; without any, a COLMAP model.
 std::vector<std::string> transforms_names(const std::string& split) {
     return {"transforms_" + split + ".json", "transforms.json"};
@@ -121,7 +124,12 @@ std::vector<std::string> transforms_names(const std::string& split) {
 Result<io::CameraSet> load_cameras(const fs::path& folder, const std::string& split) {
     for (const std::string& name : transforms_names(split)) {
         SPLAT_ASSIGN(const bool is_there, io::has_file((folder / name).string()));
-        if (is_there) return load_transforms(folder, folder / name);
+        if (!is_there) continue;
+        auto cameras = load_transforms(folder, folder / name);
+        if (!cameras.ok()) return cameras;
+        for (const std::string& warning : cameras.value().warnings)
+            log(LogLevel::kWarning, format("'%s': %s", (folder / name).c_str(), warning.c_str()));
+        return cameras;
     }
     return io::load_colmap(folder.string());
 }
@@ -304,7 +312,8 @@ class ImageFolderReader : public ObjectsReader<FolderPhotos> {
             SPLAT_ASSIGN(const bool is_there, io::has_file((folder / name).string()));
             if (is_there) return std::vector<scene::Vec3>();
         }
-        return io::load_colmap_points(folder.string());
+        SPLAT_ASSIGN(io::ColoredPoints found, io::load_colmap_points(folder.string()));
+        return std::move(found.positions);
     }
 
     [[nodiscard]] Result<io::Image> image(std::uint32_t object, std::uint32_t view, MapKind kind,

@@ -54,11 +54,14 @@ class Blur {
     std::array<double, 2 * kReach + 1> weights_ = window();
 };
 
-/// Sum over the pixels of a channel.
-double similarity(std::span<const float> a, std::span<const float> b, Blur& blur) {
+/// Sum over the pixels of a channel that count.
+double similarity(std::span<const float> a, std::span<const float> b,
+                  std::span<const std::uint8_t> valid, Blur& blur) {
     constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;
-    const std::vector<double> x(a.begin(), a.end());
-    const std::vector<double> y(b.begin(), b.end());
+    std::vector<double> x(a.begin(), a.end());
+    std::vector<double> y(b.begin(), b.end());
+    for (std::size_t i = 0; i < valid.size(); ++i)
+        if (valid[i] == 0) x[i] = y[i] = 0;
     std::vector<double> ma = x, mb = y, aa(x.size()), bb(x.size()), ab(x.size());
     for (std::size_t i = 0; i < x.size(); ++i) {
         aa[i] = x[i] * x[i];
@@ -68,6 +71,7 @@ double similarity(std::span<const float> a, std::span<const float> b, Blur& blur
     for (std::vector<double>* plane : {&ma, &mb, &aa, &bb, &ab}) blur.run(*plane);
     double sum = 0;
     for (std::size_t i = 0; i < x.size(); ++i) {
+        if (!valid.empty() && valid[i] == 0) continue;
         const double mm = ma[i] * mb[i];
         const double squares = ma[i] * ma[i] + mb[i] * mb[i];
         sum += (2 * mm + kC1) * (2 * (ab[i] - mm) + kC2) /
@@ -80,27 +84,35 @@ double similarity(std::span<const float> a, std::span<const float> b, Blur& blur
 
 Result<ImageScores> compare_images(std::span<const float> a, std::span<const float> b,
                                    std::uint32_t channels, std::uint32_t height,
-                                   std::uint32_t width) {
+                                   std::uint32_t width, std::span<const std::uint8_t> valid) {
     const std::size_t pixels = std::size_t{height} * width;
     if (pixels == 0 || channels == 0 || a.size() != pixels * channels || a.size() != b.size())
         return error(Code::kShape,
                      "images of %zu and %zu numbers, expected %u x %u x %u of each, none of them 0",
                      a.size(), b.size(), channels, height, width);
+    if (!valid.empty() && valid.size() != pixels)
+        return error(Code::kShape, "a mask of %zu pixels, expected %zu", valid.size(), pixels);
+    const std::size_t counted =
+        valid.empty()
+            ? pixels
+            : pixels - static_cast<std::size_t>(std::count(valid.begin(), valid.end(), 0));
+    if (counted == 0) return invalid("no pixel counts");
+    const auto samples = static_cast<double>(counted * channels);
     double squares = 0;
     for (std::size_t i = 0; i < a.size(); ++i) {
         if (!std::isfinite(a[i]) || !std::isfinite(b[i]))
             return invalid("images hold a number that is not finite, at %zu", i);
         const double difference = static_cast<double>(a[i]) - static_cast<double>(b[i]);
-        squares += difference * difference;
+        if (valid.empty() || valid[i % pixels] != 0) squares += difference * difference;
     }
     ImageScores scores;
-    scores.squared_error = squares / static_cast<double>(a.size());
+    scores.squared_error = squares / samples;
     scores.psnr = -10 * std::log10(scores.squared_error);
     Blur blur(height, width);
     for (std::size_t c = 0; c < channels; ++c)
         scores.ssim +=
-            similarity(a.subspan(c * pixels, pixels), b.subspan(c * pixels, pixels), blur);
-    scores.ssim /= static_cast<double>(a.size());
+            similarity(a.subspan(c * pixels, pixels), b.subspan(c * pixels, pixels), valid, blur);
+    scores.ssim /= samples;
     return scores;
 }
 

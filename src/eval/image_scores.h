@@ -21,6 +21,8 @@ struct ImageScores {
 ///          deviation 1.5; zero outside the image
 ///
 /// a, b         [channels, height, width]
+/// valid        [height, width], 0 where a pixel does not count, and both images are 0 for the windows of others;
+///              empty: all count
 /// Errors       kShape if the sizes do not fit, kInvalidArgument for numbers that are not finite
 /// Precision    float64
 /// Determinism  bit-exact
@@ -28,6 +30,6 @@ struct ImageScores {
 ///              Image's evaluation
 Result<ImageScores> compare_images(std::span<const float> a, std::span<const float> b,
                                    std::uint32_t channels, std::uint32_t height,
-                                   std::uint32_t width);
+                                   std::uint32_t width, std::span<const std::uint8_t> valid = {});
 
 }  // namespace splat::eval

@@ -8,6 +8,7 @@
 
 #include "core/status.h"
 #include "scene/camera.h"
+#include "scene/lens.h"
 
 namespace splat::io {
 
@@ -27,7 +28,9 @@ struct IgnoredLens {
 /// Cameras of a file.
 struct CameraSet {
     std::vector<scene::Camera> cameras;  ///< valid; `name` is the image's path in the file
+    std::vector<scene::Lens> lenses;     ///< one for each camera, also where it is ignored
     std::vector<CameraMaps> maps;        ///< maps of each camera of a transforms.json
+    std::string points;                  ///< ply_file_path of a transforms.json; empty: none
     /// Names of the cameras of "train", "val" and "test" in a transforms.json that divides its frames.
     std::map<std::string, std::vector<std::string>> splits;
     std::map<std::string, IgnoredLens> ignored;  ///< by what it is: "k1"
@@ -38,7 +41,8 @@ struct CameraOptions {
     /// Read cameras with lens distortion, and of other models, as if they were pinholes, with a warning. Otherwise they
     /// are an error, because images would not match.
     bool ignore_distortion = false;
-    bool may_ignore = false;                 ///< whoever reads them can ask for that
+    bool may_ignore = false;  ///< whoever reads them can ask for that
+    bool keep_lens = false;   ///< read any lens that CameraSet::lenses can hold, without a warning
     std::uint64_t max_cameras = 1ULL << 20;  ///< more are refused
     /// Focal length in pixels of the image that a camera names, for a transforms.json that gives none; 0: not known.
     std::function<double(const std::string& image)> focal = {};

@@ -14,13 +14,15 @@
 namespace splat::io {
 namespace {
 
+using scene::LensKind;
+
 /// A lens model of COLMAP: how many parameters it has, in this order.
 struct LensModel {
     std::int32_t id;
     std::string_view name;
     std::size_t parameters;
-    bool one_focal;                           ///< f cx cy instead of fx fy cx cy
-    bool other_lens;                          ///< no pinhole, whatever its parameters
+    bool one_focal;  ///< f cx cy instead of fx fy cx cy
+    LensKind kind;
     std::span<const char* const> distortion;  ///< names of the parameters that follow
 };
 
@@ -29,13 +31,22 @@ constexpr const char* kRadial2[] = {"k1", "k2"};
 constexpr const char* kOpenCv[] = {"k1", "k2", "p1", "p2"};
 constexpr const char* kFullOpenCv[] = {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"};
 
+constexpr const char* kFisheye[] = {"k1", "k2", "k3", "k4"};
+constexpr const char* kThinPrism[] = {"k1", "k2", "p1", "p2", "k3", "k4", "sx1", "sy1"};
+constexpr const char* kFov[] = {"omega"};
+
 constexpr LensModel kLensModels[] = {
-    {0, "SIMPLE_PINHOLE", 3, true, false, {}},         {1, "PINHOLE", 4, false, false, {}},
-    {2, "SIMPLE_RADIAL", 4, true, false, kRadial1},    {3, "RADIAL", 5, true, false, kRadial2},
-    {4, "OPENCV", 8, false, false, kOpenCv},           {5, "OPENCV_FISHEYE", 8, false, true, {}},
-    {6, "FULL_OPENCV", 12, false, false, kFullOpenCv}, {7, "FOV", 5, false, true, {}},
-    {8, "SIMPLE_RADIAL_FISHEYE", 4, true, true, {}},   {9, "RADIAL_FISHEYE", 5, true, true, {}},
-    {10, "THIN_PRISM_FISHEYE", 12, false, true, {}}};
+    {0, "SIMPLE_PINHOLE", 3, true, LensKind::kPerspective, {}},
+    {1, "PINHOLE", 4, false, LensKind::kPerspective, {}},
+    {2, "SIMPLE_RADIAL", 4, true, LensKind::kPerspective, kRadial1},
+    {3, "RADIAL", 5, true, LensKind::kPerspective, kRadial2},
+    {4, "OPENCV", 8, false, LensKind::kPerspective, kOpenCv},
+    {5, "OPENCV_FISHEYE", 8, false, LensKind::kFisheye, kFisheye},
+    {6, "FULL_OPENCV", 12, false, LensKind::kPerspective, kFullOpenCv},
+    {7, "FOV", 5, false, LensKind::kFov, kFov},
+    {8, "SIMPLE_RADIAL_FISHEYE", 4, true, LensKind::kFisheye, kRadial1},
+    {9, "RADIAL_FISHEYE", 5, true, LensKind::kFisheye, kRadial2},
+    {10, "THIN_PRISM_FISHEYE", 12, false, LensKind::kFisheye, kThinPrism}};
 
 struct ColmapLens {
     const LensModel* model = nullptr;
@@ -44,6 +55,7 @@ struct ColmapLens {
     std::vector<double> parameters;
 };
 
+using Color = std::array<std::uint8_t, 3>;
 using Lenses = std::map<std::uint64_t, ColmapLens>;
 
 /// The line or record of an image.
@@ -88,12 +100,17 @@ Status add_camera(const Lenses& lenses, const ColmapPose& pose, const CameraOpti
     camera.fy = lens.model->one_focal ? p[0] : p[1];
     camera.cx = p[center];
     camera.cy = p[center + 1];
-    if (lens.model->other_lens)
+    const bool other_lens = lens.model->kind != LensKind::kPerspective;
+    if (other_lens && !options.keep_lens)
         SPLAT_TRY(note_lens(pose.name, "model", "camera model " + std::string(lens.model->name),
                             options, set));
-    for (std::size_t i = 0; i < lens.model->distortion.size(); ++i)
-        SPLAT_TRY(
-            note_distortion(pose.name, lens.model->distortion[i], p[center + 2 + i], options, set));
+    scene::Lens distortion{.kind = lens.model->kind};
+    for (std::size_t i = 0; i < lens.model->distortion.size(); ++i) {
+        const char* const name = lens.model->distortion[i];
+        const double value = p[center + 2 + i];
+        scene::set_parameter(distortion, name, value);
+        if (!other_lens) SPLAT_TRY(note_distortion(pose.name, name, value, options, set));
+    }
     const auto matrix = scene::pose_from_quaternion(
         {pose.rotation[0], pose.rotation[1], pose.rotation[2], pose.rotation[3]},
         {pose.translation[0], pose.translation[1], pose.translation[2]});
@@ -103,6 +120,7 @@ Status add_camera(const Lenses& lenses, const ColmapPose& pose, const CameraOpti
     camera.world_to_camera = matrix.value();
     SPLAT_TRY(from_file(scene::check_camera(camera)));
     set.cameras.push_back(std::move(camera));
+    set.lenses.push_back(distortion);
     return {};
 }
 
@@ -212,31 +230,20 @@ Status need_images(const CameraSet& set, const char* what) {
     return set.cameras.empty() ? damaged("%s: there is no image", what) : Status();
 }
 
-/// The path of a file of a model, .bin before .txt; empty if there is none.
-Result<std::string> find_model(const std::string& folder, const std::string& name) {
-    for (const char* below : kColmapFolders)
-        for (const char* extension : {".bin", ".txt"}) {
-            std::string path =
-                (std::filesystem::path(folder) / below / (name + extension)).string();
-            SPLAT_ASSIGN(const bool is_there, has_file(path));
-            if (is_there) return path;
-        }
-    return std::string();
-}
-
-Result<std::vector<scene::Vec3>> read_binary_points(Bytes file) {
+Result<ColoredPoints> read_binary_points(Bytes file) {
     constexpr std::uint64_t kLeastBytes = 8 + 3 * 8 + 3 + 8 + 8;
     constexpr std::uint64_t kSightBytes = 8;
     Reader reader(file, "COLMAP points3D.bin");
     std::uint64_t count = 0;
     SPLAT_TRY(reader.read(count, "count"));
     SPLAT_TRY(need_count(reader, count, kLeastBytes));
-    std::vector<scene::Vec3> points(count);
-    for (scene::Vec3& point : points) {
+    ColoredPoints points{std::vector<scene::Vec3>(count), std::vector<Color>(count)};
+    for (std::size_t i = 0; i < count; ++i) {
         std::uint64_t sights = 0;
         SPLAT_TRY(reader.take(8, "point id").status());
-        SPLAT_TRY(read_numbers(reader, {glm::value_ptr(point), 3}, "position"));
-        SPLAT_TRY(reader.take(3 + 8, "colour and error").status());
+        SPLAT_TRY(read_numbers(reader, {glm::value_ptr(points.positions[i]), 3}, "position"));
+        for (std::uint8_t& value : points.colors[i]) SPLAT_TRY(reader.read(value, "colour"));
+        SPLAT_TRY(reader.take(8, "error").status());
         SPLAT_TRY(reader.read(sights, "length of the track"));
         SPLAT_TRY(reader.need(sights, kSightBytes, "track"));
         SPLAT_TRY(reader.take(sights * kSightBytes, "track").status());
@@ -245,17 +252,20 @@ Result<std::vector<scene::Vec3>> read_binary_points(Bytes file) {
     return points;
 }
 
-Result<std::vector<scene::Vec3>> read_text_points(Bytes file) {
-    std::vector<scene::Vec3> points;
+Result<ColoredPoints> read_text_points(Bytes file) {
+    ColoredPoints points;
     Lines lines(file, "COLMAP points3D.txt");
     std::string_view line;
     while (lines.next_record(line)) {
         Words words(line, lines);
         std::uint64_t id = 0;
         scene::Vec3 point{};
+        Color color{};
         SPLAT_TRY(words.read(id, "point id"));
         SPLAT_TRY(read_numbers(words, {glm::value_ptr(point), 3}, "position"));
-        points.push_back(point);
+        for (std::uint8_t& value : color) SPLAT_TRY(words.read(value, "colour"));
+        points.positions.push_back(point);
+        points.colors.push_back(color);
     }
     return points;
 }
@@ -266,9 +276,10 @@ Status note_lens(const std::string& camera, const std::string& kind, const std::
                  const CameraOptions& options, CameraSet& set) {
     if (!options.ignore_distortion)
         return unsupported(
-            "camera '%s': %s, only pinhole cameras are supported: undistort the images "
+            "camera '%s': %s, only pinhole cameras %sare supported: undistort the images "
             "('colmap image_undistorter' makes images and cameras of a COLMAP model)%s",
             shown(camera).c_str(), what.c_str(),
+            options.keep_lens ? "and the lenses of COLMAP's models " : "",
             options.may_ignore ? ", or ignore it (SPLAT_CAMERA_IGNORE_DISTORTION)" : "");
     IgnoredLens& ignored =
         set.ignored.try_emplace(kind, IgnoredLens{what, camera, {}}).first->second;
@@ -278,7 +289,7 @@ Status note_lens(const std::string& camera, const std::string& kind, const std::
 
 Status note_distortion(const std::string& camera, const char* parameter, double value,
                        const CameraOptions& options, CameraSet& set) {
-    if (value == 0) return {};
+    if (value == 0 || options.keep_lens) return {};
     return note_lens(camera, parameter, format("distortion %s = %g", parameter, value), options,
                      set);
 }
@@ -363,8 +374,18 @@ Result<CameraSet> read_colmap(Bytes cameras, Bytes images, const CameraOptions& 
                                                      : read_colmap_text(cameras, images, options);
 }
 
+Result<std::string> find_colmap(const std::string& folder) {
+    for (const char* below : kColmapFolders)
+        for (const char* name : {"cameras.bin", "cameras.txt"}) {
+            std::string path = (std::filesystem::path(folder) / below / name).string();
+            SPLAT_ASSIGN(const bool is_there, has_file(path));
+            if (is_there) return path;
+        }
+    return std::string();
+}
+
 Result<CameraSet> load_colmap(const std::string& folder, const CameraOptions& options) {
-    SPLAT_ASSIGN(const std::string stem, find_model(folder, "cameras"));
+    SPLAT_ASSIGN(const std::string stem, find_colmap(folder));
     if (stem.empty())
         return not_found(
             "'%s' holds no COLMAP model: neither cameras.bin nor cameras.txt, nor in "
@@ -379,12 +400,12 @@ Result<CameraSet> load_colmap(const std::string& folder, const CameraOptions& op
                    place);
 }
 
-Result<std::vector<scene::Vec3>> load_colmap_points(const std::string& folder) {
-    SPLAT_ASSIGN(const std::string cameras, find_model(folder, "cameras"));
+Result<ColoredPoints> load_colmap_points(const std::string& folder) {
+    SPLAT_ASSIGN(const std::string cameras, find_colmap(folder));
     const std::string path = cameras.substr(0, cameras.rfind('/') + 1) + "points3D" +
                              (cameras.ends_with(".bin") ? ".bin" : ".txt");
     SPLAT_ASSIGN(const bool is_there, has_file(path));
-    if (cameras.empty() || !is_there) return std::vector<scene::Vec3>();
+    if (cameras.empty() || !is_there) return ColoredPoints();
     SPLAT_ASSIGN(const Buffer file, read_file(path));
     return in_file(path.ends_with(".bin") ? read_binary_points(file) : read_text_points(file),
                    path);

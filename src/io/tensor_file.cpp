@@ -7,6 +7,7 @@
 #include "core/finite.h"
 #include "core/shape.h"
 #include "core/shown.h"
+#include "io/compress.h"
 
 namespace splat::io {
 
@@ -87,6 +88,15 @@ Status put_halves(Buffer& to, const NamedTensor& tensor) {
         put(to, half);
     }
     return {};
+}
+
+std::uint32_t crc32_of(const NamedTensors& tensors) {
+    std::uint32_t sum = 0;
+    for (const NamedTensor& tensor : tensors) {
+        sum = crc32_of(as_bytes(tensor.name), sum);
+        sum = crc32_of(std::as_bytes(std::span(tensor.values)), sum);
+    }
+    return sum;
 }
 
 }  // namespace splat::io

@@ -125,4 +125,7 @@ Status check_finite(const NamedTensors& tensors);
 /// becomes infinite; NaN stays NaN.
 Status put_halves(Buffer& to, const NamedTensor& tensor);
 
+/// Over all names and values, in their order.
+std::uint32_t crc32_of(const NamedTensors& tensors);
+
 }  // namespace splat::io

@@ -130,32 +130,48 @@ Status read_pose(const Frame& frame, Camera& camera) {
     return {};
 }
 
-/// A model whose parameters are others than those of read_distortion().
-Status read_model(const Frame& frame, const std::string& name, const CameraOptions& options,
-                  CameraSet& set) {
+/// True for a fisheye. Another lens whose parameters are others than those of read_distortion() is noted.
+Result<bool> read_fisheye(const Frame& frame, const std::string& name, const CameraOptions& options,
+                          CameraSet& set) {
     constexpr std::string_view kModels[] = {"PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL",
                                             "RADIAL",  "OPENCV",         "FULL_OPENCV"};
+    bool is_fisheye = false;
     if (const JsonTree* const model = frame.value("camera_model")) {
         if (model->text() == nullptr) return frame.bad("'camera_model' is not text");
-        if (std::ranges::find(kModels, *model->text()) == std::end(kModels))
+        is_fisheye = *model->text() == "OPENCV_FISHEYE";
+        if (!(is_fisheye && options.keep_lens) &&
+            std::ranges::find(kModels, *model->text()) == std::end(kModels))
             SPLAT_TRY(note_lens(name, "model", "camera_model '" + shown(*model->text()) + "'",
                                 options, set));
     }
     if (const JsonTree* const fisheye = frame.value("is_fisheye")) {
         const bool* const is = std::get_if<bool>(&fisheye->value);
         if (is == nullptr) return frame.bad("'is_fisheye' is not true or false");
-        if (*is) SPLAT_TRY(note_lens(name, "is_fisheye", "is_fisheye", options, set));
+        if (*is && !options.keep_lens)
+            SPLAT_TRY(note_lens(name, "is_fisheye", "is_fisheye", options, set));
+        is_fisheye = is_fisheye || *is;
     }
-    return {};
+    return is_fisheye;
 }
 
-Status read_distortion(const Frame& frame, const std::string& name, const CameraOptions& options,
-                       CameraSet& set) {
+/// k4 is nerfstudio's, a coefficient of the numerator, unless a part of OpenCV's rational model follows it.
+Result<scene::Lens> read_distortion(const Frame& frame, const std::string& name, bool is_fisheye,
+                                    const CameraOptions& options, CameraSet& set) {
+    scene::Lens lens;
+    if (is_fisheye) lens.kind = scene::LensKind::kFisheye;
     for (const char* key : {"k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2"}) {
         SPLAT_ASSIGN(const std::optional<double> value, frame.find(key));
         SPLAT_TRY(note_distortion(name, key, value.value_or(0), options, set));
+        if (!scene::set_parameter(lens, key, value.value_or(0)) && value.value_or(0) != 0)
+            SPLAT_TRY(
+                note_lens(name, key, format("%s = %g of a fisheye", key, *value), options, set));
     }
-    return {};
+    const JsonTree* const model = frame.value("camera_model");
+    const bool is_rational =
+        model != nullptr && model->text() != nullptr && *model->text() == "FULL_OPENCV";
+    if (!is_fisheye && !is_rational && lens.denominator[1] == 0 && lens.denominator[2] == 0)
+        std::swap(lens.radial[3], lens.denominator[0]);
+    return lens;
 }
 
 /// The text of a key of the frame; empty if it has none.
@@ -205,14 +221,21 @@ Result<CameraSet> read_transforms_json(Bytes file, std::uint32_t width, std::uin
         SPLAT_ASSIGN(maps.depth, text_of(frame, "depth_file_path"));
         SPLAT_TRY(read_intrinsics(frame, width, height, options, camera, set));
         SPLAT_TRY(read_pose(frame, camera));
-        SPLAT_TRY(read_model(frame, camera.name, options, set));
-        SPLAT_TRY(read_distortion(frame, camera.name, options, set));
+        SPLAT_ASSIGN(const bool is_fisheye, read_fisheye(frame, camera.name, options, set));
+        SPLAT_ASSIGN(const scene::Lens lens,
+                     read_distortion(frame, camera.name, is_fisheye, options, set));
         if (const Status valid = scene::check_camera(camera); !valid.ok())
             return frame.bad(valid.message());
         set.cameras.push_back(std::move(camera));
+        set.lenses.push_back(lens);
         set.maps.push_back(std::move(maps));
     }
     SPLAT_TRY(read_splits(json, set));
+    if (const JsonTree* const points = json.find("ply_file_path");
+        points != nullptr && !points->is_null()) {
+        if (points->text() == nullptr) return damaged("'ply_file_path' is not text");
+        set.points = *points->text();
+    }
     warn_of_ignored(set);
     return set;
 }

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
-#include "prior_scores/nearest_points.h"
+#include "scene/nearest_points.h"
 
 namespace splat::prior_scores {
 namespace {
@@ -25,7 +25,7 @@ struct Distances {
 
 Result<Distances> distances_of(std::span<const scene::Vec3> from, std::span<const scene::Vec3> to,
                                double threshold) {
-    const NearestPoints tree(to);
+    const scene::NearestPoints tree(to);
     std::vector<double> squared(from.size());
     SPLAT_TRY(parallel_for((from.size() + kBlock - 1) / kBlock, kMostHostThreads,
                            [&](std::size_t block) -> Status {

@@ -237,15 +237,16 @@ Status Rasterizer::backward(const vk::BufferView& grad_image, const vk::BufferVi
         return invalid("rasterizer: backward needs a forward call that succeeded before it");
     const std::array<vk::BufferView, 4> views = {grad_image, grad_depth, gradients.gaussians,
                                                  gradients.colors};
-    const bool recorded =
-        !backward_.empty() && std::equal(views.begin(), views.end(), backward_views_.begin(),
-                                         [](const vk::BufferView& a, const vk::BufferView& b) {
-                                             return a.same_range(b);
-                                         });
+    const bool recorded = !backward_.empty() && gradients.sh_degree == backward_degree_ &&
+                          std::equal(views.begin(), views.end(), backward_views_.begin(),
+                                     [](const vk::BufferView& a, const vk::BufferView& b) {
+                                         return a.same_range(b);
+                                     });
     if (!recorded) {
         backward_.clear();
         SPLAT_TRY(record_backward(grad_image, grad_depth, gradients));
         backward_views_ = views;
+        backward_degree_ = gradients.sh_degree;
     }
     for (std::size_t pass = 0; pass < backward_.size(); ++pass) {
         if (backward_.size() > 1) SPLAT_TRY(context_.run(forward_[pass]));  // lists overwritten

@@ -52,6 +52,7 @@ class Rasterizer {
     ///
     /// grad_image   [V,H,W] quads of the call's V views: of RGB and alpha
     /// grad_depth   [V,H,W] float32, unread unless desc.grad_depth
+    /// gradients    quads of bands above gradients.sh_degree are left as they are
     Status backward(const vk::BufferView& grad_image, const vk::BufferView& grad_depth,
                     const SetViews& gradients);
 
@@ -105,6 +106,7 @@ class Rasterizer {
     std::vector<vk::CommandList> forward_;  ///< one per pass; empty = not recorded
     std::vector<vk::CommandList> backward_;
     std::array<vk::BufferView, 4> backward_views_;
+    std::uint32_t backward_degree_ = 0;
 };
 
 }  // namespace splat::raster

@@ -3,23 +3,12 @@
 #include "config/config_file.h"
 #include "core/json.h"
 #include "core/number_in.h"
-#include "io/compress.h"
 #include "train/trainer.h"
 
 namespace splat::train {
 namespace {
 
 constexpr const char* kFormat = "libsplat training state 1";
-
-/// Over all names and values, in their order.
-std::uint32_t checksum(const io::NamedTensors& tensors) {
-    std::uint32_t sum = 0;
-    for (const io::NamedTensor& tensor : tensors) {
-        sum = io::crc32_of(io::as_bytes(tensor.name), sum);
-        sum = io::crc32_of(std::as_bytes(std::span(tensor.values)), sum);
-    }
-    return sum;
-}
 
 Result<std::uint64_t> number_of(const io::Metadata& metadata, const std::string& key) {
     for (const auto& [name, text] : metadata) {
@@ -39,7 +28,7 @@ Result<io::WeightsFile> Trainer::checkpoint() {
     file.metadata = {{"format", kFormat},
                      {"step", std::to_string(optimiser_->steps())},
                      {"attempts", std::to_string(attempts_)},
-                     {"crc32", std::to_string(checksum(file.tensors))},
+                     {"crc32", std::to_string(io::crc32_of(file.tensors))},
                      {"config", config::merged_config_text({model_->config(), config_})}};
     return file;
 }
@@ -48,7 +37,7 @@ Status Trainer::resume(const io::WeightsFile& file) {
     SPLAT_ASSIGN(const std::uint64_t steps, number_of(file.metadata, "step"));
     SPLAT_ASSIGN(const std::uint64_t attempts, number_of(file.metadata, "attempts"));
     SPLAT_ASSIGN(const std::uint64_t expected, number_of(file.metadata, "crc32"));
-    const std::uint32_t sum = checksum(file.tensors);
+    const std::uint32_t sum = io::crc32_of(file.tensors);
     if (sum != expected)
         return damaged("checkpoint: its checksum is %08x, expected %08llx: the file is damaged",
                        sum, llu(expected));

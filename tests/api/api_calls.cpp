@@ -38,7 +38,11 @@ class Log : public testing::Environment {
 
 /// Appends a sentence to the file of SPLAT_SENTENCES: bindings/smoke/sentences.py tries it in each language.
 void keep_sentence(std::string text) {
-    static const char* const file = std::getenv("SPLAT_SENTENCES");
+    static const char* const file = [] {
+        const char* const path = std::getenv("SPLAT_SENTENCES");
+        if (path != nullptr) std::ofstream{path};  // empty: an earlier run may have said others
+        return path;
+    }();
     if (file == nullptr) return;
     std::ranges::replace(text, '\n', ' ');
     std::ofstream(file, std::ios::app) << text << '\n';

@@ -42,6 +42,38 @@ TEST(ImageScores, ADifferenceOfATenthIsTwentyDecibels) {
     EXPECT_LT(scores.ssim, 1);
 }
 
+TEST(ImageScores, PixelsOutsideTheMaskDoNotCount) {
+    constexpr std::size_t kPixels = std::size_t{13} * 17;
+    std::vector<float> a = normal_fill(3 * kPixels, 1, 0.5, 0.2);
+    const std::vector<float> b = normal_fill(3 * kPixels, 2, 0.5, 0.2);
+    std::vector<std::uint8_t> valid(kPixels, 1);
+    const auto whole = need(compare_images(a, b, 3, 13, 17));
+    const auto all = need(compare_images(a, b, 3, 13, 17, valid));
+    EXPECT_EQ(all.psnr, whole.psnr);
+    EXPECT_EQ(all.ssim, whole.ssim);
+    for (std::size_t i = 0; i < kPixels; i += 3) valid[i] = 0;
+    const auto before = need(compare_images(a, b, 3, 13, 17, valid));
+    double squares = 0, count = 0;
+    for (std::size_t i = 0; i < 3 * kPixels; ++i) {
+        if (valid[i % kPixels] == 0) {
+            a[i] = 7;
+            continue;
+        }
+        const double d = static_cast<double>(a[i]) - static_cast<double>(b[i]);
+        squares += d * d;
+        ++count;
+    }
+    const auto after = need(compare_images(a, b, 3, 13, 17, valid));
+    EXPECT_EQ(after.psnr, before.psnr);
+    EXPECT_EQ(after.ssim, before.ssim);
+    EXPECT_NEAR(after.squared_error, squares / count, 1e-12);
+    EXPECT_NE(after.ssim, whole.ssim);
+    EXPECT_ERROR(compare_images(a, b, 3, 13, 17, std::vector<std::uint8_t>(5, 1)), Code::kShape,
+                 "a mask of 5 pixels, expected 221");
+    EXPECT_ERROR(compare_images(a, b, 3, 13, 17, std::vector<std::uint8_t>(kPixels, 0)),
+                 Code::kInvalidArgument, "no pixel counts");
+}
+
 TEST(ImageScores, RefusesWhatCannotBeCompared) {
     std::vector<float> a(12, 0);
     const std::vector<float> b(12, 0);

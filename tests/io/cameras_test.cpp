@@ -4,6 +4,7 @@
 
 #include "io/colmap.h"
 #include "io/file.h"
+#include "io/mesh/mesh.h"
 #include "io/sample_files.h"
 #include "io/sample_scene.h"
 #include "io/transforms_json.h"
@@ -144,6 +145,54 @@ TEST(TransformsJson, LensesOtherThanPinholes) {
                  "'is_fisheye' is not true or false");
 }
 
+TEST(TransformsJson, KeepsLenses) {
+    const auto lens = [](const std::string& members) {
+        const auto set =
+            need(read_transforms_json(bytes_of(R"({"w": 4, "h": 4, "fl_x": 1, )" + members +
+                                               R"("frames": [{"file_path": "a", )" + kPose + "}]}"),
+                                      0, 0, {.keep_lens = true}));
+        EXPECT_TRUE(set.warnings.empty());
+        return set.lenses.at(0);
+    };
+    EXPECT_TRUE(scene::is_pinhole(lens("")));
+    const std::string four = R"("k1": 0.1, "k2": 0.2, "p1": 0.3, "p2": 0.4, )";
+    scene::Lens expected;
+    expected.radial = {0.1, 0.2, 0, 0};
+    expected.tangential = {0.3, 0.4};
+    EXPECT_EQ(lens(four), expected);
+    expected.radial[2] = 0.5;
+    expected.radial[3] = 0.6;
+    EXPECT_EQ(lens(four + R"("k3": 0.5, "k4": 0.6, )"), expected) << "nerfstudio's k4 is of r^8";
+    std::swap(expected.radial[3], expected.denominator[0]);
+    const std::string rational = four + R"("k3": 0.5, "k4": 0.6, "camera_model": "FULL_OPENCV", )";
+    EXPECT_EQ(lens(rational), expected);
+    expected.denominator[2] = 0.7;
+    EXPECT_EQ(lens(four + R"("k3": 0.5, "k4": 0.6, "k6": 0.7, )"), expected);
+    scene::Lens fisheye{.kind = scene::LensKind::kFisheye};
+    fisheye.radial = {0.1, 0, 0, -0.2};
+    for (const char* kind : {R"("camera_model": "OPENCV_FISHEYE", )", R"("is_fisheye": true, )"})
+        EXPECT_EQ(lens(std::string(kind) + R"("k1": 0.1, "k4": -0.2, )"), fisheye);
+    const auto refused = [](const std::string& members, const char* part) {
+        EXPECT_ERROR(
+            read_transforms_json(bytes_of(R"({"w": 4, "h": 4, "fl_x": 1, )" + members +
+                                          R"("frames": [{"file_path": "a", )" + kPose + "}]}"),
+                                 0, 0, {.keep_lens = true}),
+            Code::kUnsupported, part);
+    };
+    refused(R"("camera_model": "EQUIRECTANGULAR", )", "camera_model 'EQUIRECTANGULAR'");
+    refused(R"("is_fisheye": true, "k5": 1, )", "k5 = 1 of a fisheye");
+}
+
+TEST(TransformsJson, NamesItsPoints) {
+    const auto read = [](const std::string& points) {
+        return read_transforms_json(bytes_of(R"({"w": 4, "h": 4, "fl_x": 1, "ply_file_path": )" +
+                                             points + R"(, "frames": [{)" + kPose + "}]}"));
+    };
+    EXPECT_EQ(need(read(R"("a.ply")")).points, "a.ply");
+    EXPECT_EQ(need(read("null")).points, "");
+    EXPECT_ERROR(read("3"), Code::kFormat, "'ply_file_path' is not text");
+}
+
 TEST(TransformsJson, RefusesEveryPrefixAndSurvivesDamage) {
     const Buffer file = bytes_of(R"({"w":4,"h":4,"fl_x":1,"frames":[{)" + kPose + "}]}");
     const auto accepts = [](Bytes bytes) { return read_transforms_json(bytes).ok(); };
@@ -210,13 +259,19 @@ struct OtherLens {
     std::int32_t id;
     std::size_t focals;
     std::size_t parameters;
+    const char* text;  ///< with parameters of 0.25
 };
-constexpr OtherLens kOtherLenses[] = {{"OPENCV_FISHEYE", 5, 2, 8},
-                                      {"FULL_OPENCV", 6, 2, 12},
-                                      {"FOV", 7, 2, 5},
-                                      {"SIMPLE_RADIAL_FISHEYE", 8, 1, 4},
-                                      {"RADIAL_FISHEYE", 9, 1, 5},
-                                      {"THIN_PRISM_FISHEYE", 10, 2, 12}};
+constexpr OtherLens kOtherLenses[] = {
+    {"OPENCV_FISHEYE", 5, 2, 8, "fisheye k1 = 0.25, k2 = 0.25, k3 = 0.25, k4 = 0.25"},
+    {"FULL_OPENCV", 6, 2, 12,
+     "perspective k1 = 0.25, k2 = 0.25, k3 = 0.25, k4 = 0.25, k5 = 0.25, k6 = 0.25, p1 = 0.25, p2 "
+     "= 0.25"},
+    {"FOV", 7, 2, 5, "FOV omega = 0.25"},
+    {"SIMPLE_RADIAL_FISHEYE", 8, 1, 4, "fisheye k1 = 0.25"},
+    {"RADIAL_FISHEYE", 9, 1, 5, "fisheye k1 = 0.25, k2 = 0.25"},
+    {"THIN_PRISM_FISHEYE", 10, 2, 12,
+     "fisheye k1 = 0.25, k2 = 0.25, k3 = 0.25, k4 = 0.25, p1 = 0.25, p2 = 0.25, sx1 = 0.25, sy1 = "
+     "0.25"}};
 
 TEST(Colmap, OtherLensesAreRefusedOrReadAsPinholes) {
     CameraOptions ignore{.ignore_distortion = true};
@@ -255,10 +310,31 @@ TEST(Colmap, OtherLensesAreRefusedOrReadAsPinholes) {
             EXPECT_EQ(camera.cx, 30);
             EXPECT_EQ(camera.cy, 30);
             EXPECT_FALSE(found.warnings.empty());
+            const auto kept = need(read({.keep_lens = true}));
+            EXPECT_TRUE(kept.warnings.empty());
+            EXPECT_EQ(kept.lenses, found.lenses);
+            EXPECT_EQ(scene::lens_text(kept.lenses.at(0)), lens.text);
         }
         EXPECT_ERROR(read_colmap_text(bytes_of(text + " 1"), images, ignore), Code::kFormat,
                      lens.name);
     }
+}
+
+/// Parameters of one value each have their places.
+TEST(Colmap, KeepsParametersInTheirOrder) {
+    const Buffer images = bytes_of("1 1 0 0 0 1 2 3 1 a.png\n\n");
+    const auto lens = [&](const char* text) {
+        return scene::lens_text(
+            need(read_colmap_text(bytes_of(text), images, {.keep_lens = true})).lenses.at(0));
+    };
+    EXPECT_EQ(lens("1 PINHOLE 9 9 9 9 5 5"), "perspective");
+    EXPECT_EQ(lens("1 SIMPLE_RADIAL 9 9 9 5 5 1"), "perspective k1 = 1");
+    EXPECT_EQ(lens("1 RADIAL 9 9 9 5 5 1 2"), "perspective k1 = 1, k2 = 2");
+    EXPECT_EQ(lens("1 OPENCV 9 9 9 9 5 5 1 2 3 4"), "perspective k1 = 1, k2 = 2, p1 = 3, p2 = 4");
+    EXPECT_EQ(lens("1 FULL_OPENCV 9 9 9 9 5 5 1 2 3 4 5 6 7 8"),
+              "perspective k1 = 1, k2 = 2, k3 = 5, k4 = 6, k5 = 7, k6 = 8, p1 = 3, p2 = 4");
+    EXPECT_EQ(lens("1 THIN_PRISM_FISHEYE 9 9 9 9 5 5 1 2 3 4 5 6 7 8"),
+              "fisheye k1 = 1, k2 = 2, k3 = 5, k4 = 6, p1 = 3, p2 = 4, sx1 = 7, sy1 = 8");
 }
 
 /// 50 pictures of one lens are one warning, which names what is ignored of it.
@@ -329,6 +405,59 @@ TEST(Colmap, BinaryRefusesPrefixesDamageAndHostileCounts) {
     put(many, ~std::uint64_t{0});
     EXPECT_ERROR(read_colmap_binary(many, images), Code::kFormat, "'records'");
     EXPECT_ERROR(read_colmap_binary(cameras, many), Code::kFormat, "'records'");
+}
+
+using ColmapPoints = test::FolderTest;
+
+TEST_F(ColmapPoints, HaveColours) {
+    const auto write = [this](const char* name, const Buffer& file) {
+        ASSERT_OK(write_file(path(name), file));
+    };
+    EXPECT_TRUE(need(load_colmap_points(folder_.string())).positions.empty()) << "no model";
+    write("cameras.txt", bytes_of(test::kColmapCameras));
+    EXPECT_TRUE(need(load_colmap_points(folder_.string())).positions.empty()) << "no points";
+    write("points3D.txt", bytes_of("# a comment\n5 1 2 3 4 5 255 0.5 1 2\n2 0 0 0 0 0 0 0\n"));
+    const auto points = need(load_colmap_points(folder_.string()));
+    ASSERT_EQ(points.positions.size(), 2U);
+    ASSERT_EQ(points.colors.size(), 2U);
+    EXPECT_EQ(points.positions[0], scene::Vec3(1, 2, 3));
+    EXPECT_EQ(points.colors[0], (std::array<std::uint8_t, 3>{4, 5, 255}));
+    for (const char* bad : {"1 2 3 4", "1 2 3 4 5 6", "1 2 3 4 5 6 256", "1 2 3 4 5 6 -1"}) {
+        write("points3D.txt", bytes_of(bad));
+        EXPECT_ERROR(load_colmap_points(folder_.string()), Code::kFormat, "colour") << bad;
+    }
+    write("cameras.bin", test::sample_colmap_cameras());
+    Buffer binary;
+    put(binary, std::uint64_t{1});
+    put(binary, std::uint64_t{7});
+    for (const double value : {1.0, 2.0, 3.0}) put(binary, value);
+    for (const int value : {4, 5, 255}) put(binary, static_cast<std::uint8_t>(value));
+    put(binary, 0.5);
+    put(binary, std::uint64_t{1});
+    put(binary, std::uint64_t{0});
+    write("points3D.bin", binary);
+    const auto same = need(load_colmap_points(folder_.string()));
+    EXPECT_EQ(same.positions.at(0), points.positions[0]);
+    EXPECT_EQ(same.colors.at(0), points.colors[0]);
+    binary.pop_back();
+    write("points3D.bin", binary);
+    EXPECT_ERROR(load_colmap_points(folder_.string()), Code::kFormat, "track");
+}
+
+TEST(PlyPoints, HaveColoursIfTheyAreBytes) {
+    const auto file = [](const char* type) {
+        return bytes_of("ply\nformat ascii 1.0\nelement vertex 2\nproperty " + std::string(type) +
+                        " green\nproperty uchar red\nproperty uchar blue\nproperty double x\n"
+                        "property double y\nproperty double z\nend_header\n"
+                        "2 1 3 4 5 6\n0 0 0 nan 0 0\n");
+    };
+    const auto points = need(read_ply_colored_points(file("uchar")));
+    ASSERT_EQ(points.positions.size(), 2U);
+    EXPECT_EQ(points.positions[0], scene::Vec3(4, 5, 6));
+    ASSERT_EQ(points.colors.size(), 2U);
+    EXPECT_EQ(points.colors[0], (std::array<std::uint8_t, 3>{1, 2, 3}));
+    EXPECT_TRUE(need(read_ply_colored_points(file("float"))).colors.empty());
+    EXPECT_ERROR(read_ply_points(file("uchar")), Code::kFormat, "vertex 1 is not finite");
 }
 
 TEST(RealCameras, JsonAndColmapOfOneOrbitAgree) {

@@ -14,4 +14,9 @@ inline bool is_raster_shader(std::string_view name) {
                        [&](std::string_view stage) { return name.starts_with(stage); });
 }
 
+/// True if a shader belongs to shaders/fit, whose tests run each.
+inline bool is_fit_shader(std::string_view name) {
+    return name.starts_with("fit_") || name.starts_with("photo_loss_");
+}
+
 }  // namespace splat::test

@@ -119,7 +119,7 @@ void widen(Samples& samples, const Samples& other) {
         samples.sums.magnitude[i] = std::max(samples.sums.magnitude[i], other.sums.magnitude[i]);
 }
 
-/// SSIM's kernels take moments of a - 1/2 and b - 1/2 (kPivot of shaders/include/ssim.glsl), which black images
+/// SSIM's kernels take moments of a - 1/2 and b - 1/2 (kPivot of losses/similarity.glsl), which black images
 /// make as large as white ones: roundings are at least those of the images moved by the pivot.
 CaseReference with_magnitudes_about_gray(const OpCase& op_case) {
     CaseReference reference = bench::sampled_reference_of(op_case);

@@ -17,6 +17,7 @@ void add_commands(CLI::App& app, int& exit_code) {
     add_inspect(app, exit_code);
     add_convert(app, exit_code);
     add_data(app, exit_code);
+    add_fit(app, exit_code);
     add_train(app, exit_code);
     add_config(app, exit_code);
     add_eval(app, exit_code);

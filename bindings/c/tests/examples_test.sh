@@ -43,7 +43,9 @@ build() {
         die "$name does not compile"
 }
 # shellcheck disable=SC2086
-for name in render predict fit; do build "$name" "$source_dir/bindings/c/$name.c" "$cc" -std=c11 ${CFLAGS:-}; done
+for name in render predict fit fit_photos; do
+    build "$name" "$source_dir/bindings/c/$name.c" "$cc" -std=c11 ${CFLAGS:-}
+done
 # shellcheck disable=SC2086
 build first "$source_dir/bindings/c/first.cpp" "$CXX" -std=c++11 -Wold-style-cast ${CXXFLAGS:-}
 # shellcheck disable=SC2016  # the backquotes are those of Markdown
@@ -79,6 +81,24 @@ fit_at_least() {
 fit_at_least 30 - fit.png
 fit_at_least 30 fit.png again.png # fit the first result, read from a file
 
+# The views of render as photographs, with their cameras but for the scale.
+mkdir photos
+mv view_*.png photos
+awk 'BEGIN {
+    printf "{\"camera_angle_x\": 0.7, \"w\": 320, \"h\": 240, \"frames\": ["
+    for (i = 0; i < 8; ++i) {
+        s = sin(i * atan2(0, -1) / 4); c = cos(i * atan2(0, -1) / 4); t = sin(0.3); r = cos(0.3)
+        printf "%s{\"file_path\": \"view_%d.png\", \"transform_matrix\": [", i ? ", " : "", i
+        printf "[%f, %f, %f, %f], [0, %f, %f, %f], ", c, -t * s, r * s, 4 * r * s, -r, -t, -4 * t
+        printf "[%f, %f, %f, %f], [0, 0, 0, 1]]}", s, t * c, -r * c, -4 * r * c
+    }
+    print "]}"
+}' >photos/transforms.json
+"$temp/fit_photos" photos run 1 >printed || die "fit_photos"
+tail -n 1 printed
+tail -n 1 printed | awk '{ exit !($3 > 10 && $3 < 60 && $4 == "dB") }' || die "no score"
+[ "$(head -c 3 run/scene.ply)" = ply ] || die "fit_photos wrote no .ply file"
+
 # refuse <text> <program> <arguments>...: exit status 1 and a sentence with the text.
 refuse() {
     text=$1
@@ -91,5 +111,6 @@ refuse() {
 echo "not a picture" >broken.png
 refuse none.ply "$temp/render" none.ply view_
 refuse broken.png "$temp/predict" broken.png other.ply
-refuse view_0.png "$temp/fit" view_0.png other.png
+refuse view_0.png "$temp/fit" photos/view_0.png other.png
+refuse nowhere "$temp/fit_photos" nowhere other
 [ ! -e other.ply ] || die "a failed prediction wrote a file"

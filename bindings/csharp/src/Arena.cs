@@ -19,8 +19,8 @@ namespace Splat
             Library.Ensure();
         }
 
-        /// <summary>NUL-terminated UTF-8; NULL for null.</summary>
-        internal byte* Text(string text) => text == null ? null : (byte*)Pin(Splat.Text.Bytes(text, null));
+        /// <summary>NUL-terminated UTF-8; NULL for null. `name` is that of the argument.</summary>
+        internal byte* Optional(string text, string name) => text == null ? null : Text(text, name);
 
         /// <summary>The same of an argument that must be there.</summary>
         internal byte* Text(string text, string name) =>

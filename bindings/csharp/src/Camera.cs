@@ -131,6 +131,20 @@ namespace Splat
         /// <summary>The pose: 16 numbers, row-major.</summary>
         public IReadOnlyList<double> WorldToCamera { get; }
 
+        /// <inheritdoc/>
+        public override bool Equals(Camera other)  // by hand: cameras are many
+        {
+            bool same = !ReferenceEquals(other, null) && Numbers.Equals(other.Numbers);
+            for (int i = 0; same && i < 16; ++i) same = WorldToCamera[i].Equals(other.WorldToCamera[i]);
+            return same;
+        }
+
+        /// <inheritdoc/>
+        public override int GetHashCode() =>
+            WorldToCamera.Aggregate(Numbers.GetHashCode(), (hash, v) => unchecked(31 * hash + v.GetHashCode()));
+
+        private (int, int, double, double, double, double) Numbers => (Width, Height, Fx, Fy, Cx, Cy);
+
         internal splat_camera ToNative() => native;
 
         /// <summary>Cameras as the library takes them; null for null.</summary>
@@ -224,11 +238,10 @@ namespace Splat
         /// <summary>Read a NeRF transforms.json, or a COLMAP model's folder.</summary>
         public static Camera[] Load(string path, CameraFileOptions options = null)
         {
-            Check.NotNull(path, nameof(path));
             using (var arena = new Arena())
             {
                 splat_camera_file_desc desc = (options ?? new CameraFileOptions()).ToNative();
-                byte* name = arena.Text(path);
+                byte* name = arena.Text(path, nameof(path));
                 return Read((cameras, capacity, count) =>
                 {
                     splat_camera_file_desc copy = desc;
@@ -240,11 +253,10 @@ namespace Splat
         /// <summary>JSON: names of the images in the order of the cameras, and warnings.</summary>
         public static string LoadReportJson(string path, CameraFileOptions options = null)
         {
-            Check.NotNull(path, nameof(path));
             using (var arena = new Arena())
             {
                 splat_camera_file_desc desc = (options ?? new CameraFileOptions()).ToNative();
-                byte* name = arena.Text(path);
+                byte* name = arena.Text(path, nameof(path));
                 return Text.Get((buffer, capacity, needed) =>
                 {
                     splat_camera_file_desc copy = desc;
@@ -297,10 +309,9 @@ namespace Splat
         public static void Save(string path, IReadOnlyList<Camera> cameras,
                                 IReadOnlyList<string> names = null)
         {
-            Check.NotNull(path, nameof(path));
             splat_camera[] natives = ToSave(cameras, names);
             using (var arena = new Arena())
-                Check.Ok(Native.splat_camera_save(arena.Text(path),
+                Check.Ok(Native.splat_camera_save(arena.Text(path, nameof(path)),
                                                   (splat_camera*)arena.Pin(natives),
                                                   arena.Texts(names, nameof(names)), (uint)natives.Length));
         }

@@ -54,7 +54,7 @@ namespace Splat
                 Score score = Check.NotNull(scores[i], "scores[" + i + "]");
                 natives[i] = new splat_score
                 {
-                    @object = arena.Text(score.Name),
+                    @object = arena.Text(score.Name, nameof(score.Name)),
                     psnr = score.Psnr,
                     ssim = score.Ssim,
                     lpips = score.Lpips,
@@ -62,7 +62,7 @@ namespace Splat
             }
             return new splat_score_set
             {
-                path = arena.Text(path),
+                path = arena.Optional(path, nameof(path)),
                 scores = (splat_score*)arena.Pin(natives),
                 score_count = (ulong)(natives?.Length ?? 0),
             };

@@ -32,7 +32,7 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                byte* from = arena.Text(text);
+                byte* from = arena.Optional(text, nameof(text));
                 byte** changes = arena.Texts(Check.NotNull(values, nameof(values)), nameof(values));
                 return Text.Get((buffer, capacity, needed) => Native.splat_config_merge(
                     from, changes, (UIntPtr)values.Length, buffer, capacity, needed));
@@ -44,7 +44,7 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                byte* from = arena.Text(text);
+                byte* from = arena.Optional(text, nameof(text));
                 byte** changes = arena.Texts(Check.NotNull(values, nameof(values)), nameof(values));
                 return Text.Get((buffer, capacity, needed) => Native.splat_config_check(
                     from, changes, (UIntPtr)values.Length, buffer, capacity, needed));

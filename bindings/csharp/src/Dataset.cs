@@ -158,7 +158,6 @@ namespace Splat
 
         private static SafeDatasetHandle Create(string path, DatasetOptions options)
         {
-            Check.NotNull(path, nameof(path));
             if (options.Background != null)
                 Check.Numbers<float>(options.Background, 3, nameof(options.Background));
             using (var arena = new Arena())
@@ -167,13 +166,13 @@ namespace Splat
                 {
                     struct_size = (uint)sizeof(splat_dataset_desc),
                     flags = options.Flags,
-                    path = arena.Text(path),
-                    format = arena.Text(options.Format),
-                    split = arena.Text(options.Split),
-                    category = arena.Text(options.Category),
-                    objects_file = arena.Text(options.ObjectsFile),
-                    excluded_file = arena.Text(options.ExcludedFile),
-                    views_file = arena.Text(options.ViewsFile),
+                    path = arena.Text(path, nameof(path)),
+                    format = arena.Optional(options.Format, nameof(options.Format)),
+                    split = arena.Optional(options.Split, nameof(options.Split)),
+                    category = arena.Optional(options.Category, nameof(options.Category)),
+                    objects_file = arena.Optional(options.ObjectsFile, nameof(options.ObjectsFile)),
+                    excluded_file = arena.Optional(options.ExcludedFile, nameof(options.ExcludedFile)),
+                    views_file = arena.Optional(options.ViewsFile, nameof(options.ViewsFile)),
                     resolution = Check.Unsigned(options.Resolution, nameof(options.Resolution)),
                     limit = Check.Unsigned(options.Limit, nameof(options.Limit)),
                     cache_bytes = Check.Unsigned(options.CacheBytes, nameof(options.CacheBytes)),
@@ -286,7 +285,7 @@ namespace Splat
                     raw = arena.Text(raw, nameof(raw)),
                     @out = arena.Text(output, nameof(output)),
                     category = arena.Text(category, nameof(category)),
-                    split = arena.Text(split),
+                    split = arena.Optional(split, nameof(split)),
                     size = Check.Unsigned(size, nameof(size)),
                     limit = Check.Unsigned(limit, nameof(limit)),
                 };
@@ -301,7 +300,6 @@ namespace Splat
         public static void ImportTables(string path, TableOptions options = null,
                                         Action<long, long> progress = null)
         {
-            Check.NotNull(path, nameof(path));
             options = options ?? new TableOptions();
             using (var arena = new Arena())
             {
@@ -309,10 +307,10 @@ namespace Splat
                 {
                     struct_size = (uint)sizeof(splat_dataset_import_desc),
                     flags = options.Replace ? ImportFlags.Replace : ImportFlags.None,
-                    path = arena.Text(path),
-                    @out = arena.Text(options.Out),
-                    split = arena.Text(options.Split),
-                    duckdb = arena.Text(options.DuckDb),
+                    path = arena.Text(path, nameof(path)),
+                    @out = arena.Optional(options.Out, nameof(options.Out)),
+                    split = arena.Optional(options.Split, nameof(options.Split)),
+                    duckdb = arena.Optional(options.DuckDb, nameof(options.DuckDb)),
                     shards = Check.Unsigned(options.Shards, nameof(options.Shards)),
                     shard = Check.Unsigned(options.Shard, nameof(options.Shard)),
                 };
@@ -328,7 +326,6 @@ namespace Splat
         public void Export(string path, ExportOptions options = null,
                            Action<long, long> progress = null)
         {
-            Check.NotNull(path, nameof(path));
             options = options ?? new ExportOptions();
             using (var arena = new Arena())
             {
@@ -338,11 +335,11 @@ namespace Splat
                 var desc = new splat_dataset_export_desc
                 {
                     struct_size = (uint)sizeof(splat_dataset_export_desc),
-                    path = arena.Text(path),
-                    layout = arena.Text(options.Layout),
-                    split = arena.Text(options.Split),
-                    category = arena.Text(options.Category),
-                    duckdb = arena.Text(options.DuckDb),
+                    path = arena.Text(path, nameof(path)),
+                    layout = arena.Optional(options.Layout, nameof(options.Layout)),
+                    split = arena.Optional(options.Split, nameof(options.Split)),
+                    category = arena.Optional(options.Category, nameof(options.Category)),
+                    duckdb = arena.Optional(options.DuckDb, nameof(options.DuckDb)),
                     objects = (uint*)arena.Pin(numbers),
                     object_count = (ulong)(numbers?.Length ?? 0),
                     shards = Check.Unsigned(options.Shards, nameof(options.Shards)),
@@ -389,8 +386,8 @@ namespace Splat
                 var desc = new splat_synthetic_desc
                 {
                     struct_size = (uint)sizeof(splat_synthetic_desc),
-                    path = arena.Text(options.Path),
-                    category = arena.Text(options.Category),
+                    path = arena.Optional(options.Path, nameof(options.Path)),
+                    category = arena.Optional(options.Category, nameof(options.Category)),
                     seed = unchecked((ulong)options.Seed),
                     resolution = Check.Unsigned(options.Resolution, nameof(options.Resolution)),
                     train_views = Check.Unsigned(options.TrainViews, nameof(options.TrainViews)),

@@ -53,7 +53,7 @@ namespace Splat
                     max_device_bytes = Check.Unsigned(options.MaxDeviceBytes, nameof(options.MaxDeviceBytes)),
                     timeout_ns = 100 * Math.Min(
                         Check.Unsigned(options.Timeout.Ticks, nameof(options.Timeout)), ulong.MaxValue / 100),
-                    cache_folder = arena.Text(options.CacheFolder),
+                    cache_folder = arena.Optional(options.CacheFolder, nameof(options.CacheFolder)),
                 };
                 for (int i = 0; i < 16; ++i) desc.uuid[i] = uuid[i];
                 IntPtr handle;

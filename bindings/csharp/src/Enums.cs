@@ -501,6 +501,27 @@ namespace Splat
         /** <summary>too few objects: no difference could bring <c>PHolm</c> below 0.05</summary> */ TooFew = 4,
     }
 
+    /// <summary>What a fit is to do.</summary>
+    [Flags]
+    public enum FitFlags : uint
+    {
+        /** <summary>Nothing: the default.</summary> */ None = 0,
+        /// <summary>go on from the latest state that can be read; begin again if none was saved yet</summary>
+        Resume = 1,
+        /** <summary>replace the run in the folder; other files in it stay</summary> */ Overwrite = 2,
+        /** <summary>fit all photographs: none is held out, so there are no scores</summary> */ AllPhotos = 4,
+        /// <summary>transparent pictures lie on white; else only opaque pixels count</summary>
+        WhiteBackground = 8,
+    }
+
+    /// <summary>Which file of cameras a fit reads.</summary>
+    public enum FitCameras : int
+    {
+        /** <summary>a COLMAP model where there is one, else transforms.json</summary> */ Auto = 0,
+        /** <summary>a COLMAP model</summary> */ Colmap = 1,
+        /** <summary>transforms.json, else transforms_train.json and its like</summary> */ Transforms = 2,
+    }
+
     /// <summary>What the numbers of a model's maps are.</summary>
     [Flags]
     public enum PriorModelFlags : uint
@@ -578,6 +599,7 @@ namespace Splat
                 { "SPLAT_DEVICE_PROFILE", "DeviceFlags.Profile" },
                 { "SPLAT_DEVICE_VALIDATION", "DeviceFlags.Validation" }, { "SPLAT_DTYPE_F32", "DType.F32" },
                 { "SPLAT_EVENT_STEP", "RunEventKind.Step" }, { "SPLAT_EXPORT_", "a value of ModelExport" },
+                { "SPLAT_FIT_ALL_PHOTOS", "FitFlags.AllPhotos" }, { "SPLAT_FIT_CAMERAS_", "FitCameras" },
                 { "SPLAT_IMAGE_GIF", "ImageFormat.Gif" }, { "SPLAT_IMAGE_NPY", "ImageFormat.Npy" },
                 { "SPLAT_IMAGE_PNG", "ImageFormat.Png" }, { "SPLAT_IMAGE_PNG16", "ImageFormat.Png16" },
                 { "SPLAT_IMAGE_WEBP", "ImageFormat.Webp" }, { "SPLAT_LOAD_ADAPTERS", "LoadFlags.Adapters" },
@@ -606,13 +628,13 @@ namespace Splat
                 { "image_count", "the number of images" }, { "input_count", "the number of inputs" },
                 { "min_level", "minimum" }, { "model_path", "model" }, { "number_count", "the number of numbers" },
                 { "output_count", "the number of outputs" }, { "picture_count", "the number of pictures" },
-                { "port_count", "the number of ports" }, { "splat_batches", "Batches" },
+                { "port_count", "the number of ports" }, { "sh_bands", "ShDegree" }, { "splat_batches", "Batches" },
                 { "splat_comparison", "Comparison" }, { "splat_dataset", "Dataset" },
                 { "splat_dataset_check", "Dataset.CheckJson" },
                 { "splat_decode_set_limits", "Library.SetDecodeLimits" }, { "splat_device", "Device" },
                 { "splat_device_cancel", "Device.Cancel" }, { "splat_evaluator", "Evaluator" },
-                { "splat_evaluator_score", "Evaluator.Score" }, { "splat_lpips", "Lpips" },
-                { "splat_lpips_desc", "Lpips" }, { "splat_model", "Model" },
+                { "splat_evaluator_score", "Evaluator.Score" }, { "splat_fit_open", "Fit" },
+                { "splat_lpips", "Lpips" }, { "splat_lpips_desc", "Lpips" }, { "splat_model", "Model" },
                 { "splat_model_backward", "Model.Backward" }, { "splat_model_forward", "Model.Forward" },
                 { "splat_model_load", "Model.Load" }, { "splat_model_ports", "Model.Ports" },
                 { "splat_module", "Module" }, { "splat_normals_desc", "normals" }, { "splat_op", "Op" },
@@ -624,7 +646,8 @@ namespace Splat
                 { "splat_tensor", "Tensor" }, { "splat_tensor_map", "Tensor.Map" },
                 { "splat_tensor_unmap", "Tensor.Map" }, { "splat_trainer", "Trainer" },
                 { "splat_training_open", "Training" }, { "splat_weights", "Weights" },
-                { "value_count", "the number of values" }, { "weight_count", "the number of weights" },
+                { "timeout_ns", "DeviceOptions.Timeout" }, { "value_count", "the number of values" },
+                { "weight_count", "the number of weights" },
             };
     }
 }

@@ -36,7 +36,7 @@ namespace Splat
             value is string ? null : (value as IEnumerable)?.Cast<object>().ToArray();
 
         /// <summary>Whether all facts are equal; NaN equals NaN.</summary>
-        public bool Equals(T other) => !ReferenceEquals(other, null) && Parts().SequenceEqual(other.Parts());
+        public virtual bool Equals(T other) => !ReferenceEquals(other, null) && Parts().SequenceEqual(other.Parts());
 
         /// <inheritdoc/>
         public override bool Equals(object other) => Equals(other as T);

@@ -71,10 +71,9 @@ namespace Splat
         /// <summary>The same, with bits and focal length of the file.</summary>
         public static Image Load(string path, int channels, Pixel type, out ImageInfo info)
         {
-            Check.NotNull(path, nameof(path));
             using (var arena = new Arena())
             {
-                byte* name = arena.Text(path);
+                byte* name = arena.Text(path, nameof(path));
                 return Read((image, about) => Native.splat_image_load(name, image, about), channels,
                             type, out info);
             }

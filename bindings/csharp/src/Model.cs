@@ -91,7 +91,7 @@ namespace Splat
                 {
                     struct_size = (uint)sizeof(splat_model_desc),
                     flags = options.Flags,
-                    config = arena.Text(options.Config),
+                    config = arena.Optional(options.Config, nameof(options.Config)),
                     objects = Check.Unsigned(options.Objects, nameof(options.Objects)),
                     precision = options.Precision,
                 };

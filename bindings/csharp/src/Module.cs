@@ -48,8 +48,8 @@ namespace Splat
                 {
                     struct_size = (uint)sizeof(splat_module_desc),
                     flags = options.Flags,
-                    type = arena.Text(options.Type),
-                    attributes = arena.Text(options.Attributes),
+                    type = arena.Optional(options.Type, nameof(options.Type)),
+                    attributes = arena.Optional(options.Attributes, nameof(options.Attributes)),
                     ports = (splat_port*)arena.Pin(ports),
                     port_count = (uint)ports.Length,
                     precision = options.Precision,
@@ -181,7 +181,7 @@ namespace Splat
             for (int i = 0; i < natives.Length; ++i)
             {
                 Port port = Check.NotNull(ports[i], "ports[" + i + "]");
-                natives[i].name = arena.Text(port.Name);
+                natives[i].name = arena.Text(port.Name, nameof(port.Name));
                 natives[i].rank = (uint)port.Dims.Count;
                 fixed (long* dims = natives[i].dims)
                     for (int k = 0; k < port.Dims.Count; ++k) dims[k] = port.Dims[k];

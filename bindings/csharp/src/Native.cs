@@ -1761,6 +1761,38 @@ namespace Splat.Interop
             comparison);
 
         /// <summary>
+        /// Open a fit, which splat_run_destroy closes: read the photographs, undo the distortion of their lenses, and without
+        /// `steps` measure how many take `seconds`; then make the folder, or lock that of the run. Fits of equal photographs,
+        /// steps and seeds have equal bits. On resuming, what is given (not 0 or NULL) must equal the run's. A split of the
+        /// data's own goes before `test_every`.
+        ///
+        /// splat_run_next of it returns errors of the rasterizer and of the device, and SPLAT_ERROR_INVALID_STATE after the
+        /// device failed within an update: close the run and resume it.
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or, with the folder untouched,
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      desc; fewer than two photographs to fit; other photographs than the run's
+        ///   SPLAT_ERROR_INVALID_STATE         a session has the folder open (the message names its process); it holds a run,
+        ///                                     no run, or something else
+        ///   SPLAT_ERROR_NOT_FOUND             no cameras, photographs or masks; no state can be read
+        ///   SPLAT_ERROR_FORMAT, SPLAT_ERROR_SHAPE_MISMATCH   cameras or photographs that are damaged or do not fit each other
+        ///   SPLAT_ERROR_UNSUPPORTED           a lens; a format of photographs; more Gaussians or larger photographs than the
+        ///                                     device takes
+        ///   SPLAT_ERROR_IO                    the folder cannot be written; parts may remain
+        ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY    and errors of the device
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_fit_open(SafeDeviceHandle
+            device, splat_fit_desc* desc, IntPtr* run);
+
+        /// <summary>
+        /// Copy the Gaussians as they are to a new scene, in the frame and units of the cameras.
+        /// run       of splat_fit_open
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL; a run of another
+        ///   task), SPLAT_CANCELLED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+        ///   SPLAT_ERROR_DEVICE_LOST
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_fit_scene(SafeRunHandle run,
+            IntPtr* scene);
+
+        /// <summary>
         /// Get a preset. JSON: {"path" (where a model without a path is looked for), "preset": {"name",
         /// "title", "input", "outputs", "file" (its name; where they are known url, bytes, sha256),
         /// "licence", "note"}}.
@@ -3183,6 +3215,31 @@ namespace Splat.Interop
         /** <summary>the same, with a finite score in A only</summary> */ public ulong lacking_b;
     }
 
+    /// <summary>What to fit, and how long.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public unsafe struct splat_fit_desc
+    {
+        public uint struct_size;
+        /** <summary>SPLAT_FIT_ bits</summary> */ public FitFlags flags;
+        public void* next;
+        /** <summary>folder of the run</summary> */ public byte* folder;
+        /// <summary>folder of photographs and cameras; NULL with SPLAT_FIT_RESUME: the run's</summary>
+        public byte* data;
+        /// <summary>folder of masks, named like the photographs, 0 leaves out; NULL: none</summary>
+        public byte* masks;
+        /** <summary>1 to 10,000,000; 0: as many as <c>seconds</c> take</summary> */ public ulong steps;
+        /// <summary>about how long to optimise on this device; 0: 60. Either this or <c>steps</c></summary>
+        public double seconds;
+        /** <summary>0 to 2^53</summary> */ public ulong seed;
+        /** <summary>2 or more; 0: by the length of the fit</summary> */ public uint max_gaussians;
+        /** <summary>bands of spherical harmonics, degree + 1: 1 to 4; 0: 4</summary> */ public uint sh_bands;
+        /** <summary>sides of the photographs are divided by it, 1 to 64; 0: 1</summary> */ public uint downscale;
+        /// <summary>each so many photographs by name, with the first, are held out; 0: 8</summary>
+        public uint test_every;
+        /** <summary>which file of cameras to read</summary> */ public FitCameras cameras;
+        /** <summary>0</summary> */ public uint reserved;
+    }
+
     [StructLayout(LayoutKind.Sequential)]
     public unsafe struct splat_prior_model_desc
     {
@@ -3552,6 +3609,10 @@ namespace Splat.Interop
                 "struct_size:0:4 metric:4:4 verdict:8:4 exact:12:4 mean_a:16:8 mean_b:24:8 difference:32:8 " +
                 "p_permutation:40:8 p_parametric:48:8 p_holm:56:8 low:64:8 high:72:8 effect:80:8 n_a:88:8 " +
                 "n_b:96:8 lacking_a:104:8 lacking_b:112:8"),
+            new NativeLayout(typeof(splat_fit_desc), 88, false,
+                "struct_size:0:4 flags:4:4 next:8:8 folder:16:8 data:24:8 masks:32:8 steps:40:8 seconds:48:8 " +
+                "seed:56:8 max_gaussians:64:4 sh_bands:68:4 downscale:72:4 test_every:76:4 cameras:80:4 " +
+                "reserved:84:4"),
             new NativeLayout(typeof(splat_prior_model_desc), 48, false,
                 "struct_size:0:4 flags:4:4 next:8:8 preset:16:8 model_path:24:8 runtime_path:32:8 threads:40:4 " +
                 "reserved:44:4"),

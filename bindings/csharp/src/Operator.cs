@@ -55,8 +55,8 @@ namespace Splat
                 {
                     struct_size = (uint)sizeof(splat_op_desc),
                     flags = options.Flags,
-                    type = arena.Text(options.Type),
-                    attributes = arena.Text(options.Attributes),
+                    type = arena.Optional(options.Type, nameof(options.Type)),
+                    attributes = arena.Optional(options.Attributes, nameof(options.Attributes)),
                     input_count = (uint)inputs,
                     output_count = (uint)outputs,
                     inputs = arena.HoldAll(options.Inputs),

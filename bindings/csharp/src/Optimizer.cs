@@ -134,7 +134,7 @@ namespace Splat
             for (int i = 0; i < natives.Length; ++i)
             {
                 OptimizerItem item = Check.NotNull(items[i], "items[" + i + "]");
-                natives[i].name = arena.Text(item.Name);
+                natives[i].name = arena.Optional(item.Name, nameof(item.Name));
                 natives[i].model = arena.Hold(item.Model);
                 natives[i].module = arena.Hold(item.Module);
                 natives[i].parameter = arena.Hold(item.Parameter);
@@ -150,7 +150,7 @@ namespace Splat
             for (int i = 0; i < natives.Length; ++i)
             {
                 OptimizerGroup group = Check.NotNull(groups[i], "Groups[" + i + "]");
-                natives[i].pattern = arena.Text(group.Pattern);
+                natives[i].pattern = arena.Optional(group.Pattern, nameof(group.Pattern));
                 natives[i].rate_factor = group.RateFactor;
                 natives[i].beta1 = group.Beta1;
                 natives[i].beta2 = group.Beta2;

@@ -31,7 +31,7 @@ namespace Splat
         {
             var native = new splat_picture_source();
             if (source == null) return native;
-            native.path = arena.Text(source.path);
+            native.path = arena.Optional(source.path, nameof(source.path));
             if (source.image != null) native.pixels = source.image.ToNative(arena);
             return native;
         }
@@ -193,10 +193,10 @@ namespace Splat
                 var desc = new splat_predictor_desc
                 {
                     struct_size = (uint)sizeof(splat_predictor_desc),
-                    weights_path = arena.Text(options.WeightsPath),
+                    weights_path = arena.Optional(options.WeightsPath, nameof(options.WeightsPath)),
                     weights = arena.Hold(options.Weights),
-                    config = arena.Text(options.Config),
-                    adapters_path = arena.Text(options.AdaptersPath),
+                    config = arena.Optional(options.Config, nameof(options.Config)),
+                    adapters_path = arena.Optional(options.AdaptersPath, nameof(options.AdaptersPath)),
                     adapters = arena.Hold(options.Adapters),
                     adapters_alpha = options.AdaptersAlpha,
                 };

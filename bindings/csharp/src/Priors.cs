@@ -210,9 +210,9 @@ namespace Splat
                 {
                     struct_size = (uint)sizeof(splat_prior_model_desc),
                     flags = flags,
-                    preset = arena.Text(preset),
-                    model_path = arena.Text(model),
-                    runtime_path = arena.Text(runtime),
+                    preset = arena.Optional(preset, nameof(preset)),
+                    model_path = arena.Optional(model, nameof(model)),
+                    runtime_path = arena.Optional(runtime, nameof(runtime)),
                     threads = Check.Unsigned(threads, nameof(threads)),
                 };
                 IntPtr handle;
@@ -226,7 +226,7 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                byte* text = arena.Text(name);
+                byte* text = arena.Optional(name, nameof(name));
                 return Text.Get((buffer, capacity, needed) =>
                     Native.splat_prior_preset(text, buffer, capacity, needed));
             }

@@ -105,7 +105,7 @@ namespace Splat
     }
 
     /// <summary>
-    /// A task with its folder, such as Training; enumerate it to do all of it. The last event is the
+    /// A task with its folder, such as Training or Fit; enumerate it to do all of it. The last event is the
     /// one whose IsEnd is true. The caller synchronises calls on one run, except Interrupt and
     /// Dispose.
     /// </summary>
@@ -226,20 +226,19 @@ namespace Splat
         private static SafeRunHandle Create(Device device, string folder, TrainingOptions options)
         {
             Check.NotNull(device, nameof(device));
-            Check.NotNull(folder, nameof(folder));
             using (var arena = new Arena())
             {
                 var desc = new splat_training_desc
                 {
                     struct_size = (uint)sizeof(splat_training_desc),
                     flags = options.Flags,
-                    folder = arena.Text(folder),
-                    config = arena.Text(options.Config),
+                    folder = arena.Text(folder, nameof(folder)),
+                    config = arena.Optional(options.Config, nameof(options.Config)),
                     values = arena.Texts(options.Values, nameof(options.Values)),
                     value_count = (ulong)(options.Values?.Count ?? 0),
                     dataset = arena.Hold(options.Dataset),
                     validation = arena.Hold(options.Validation),
-                    init = arena.Text(options.Init),
+                    init = arena.Optional(options.Init, nameof(options.Init)),
                     init_flags = options.InitFlags,
                 };
                 IntPtr handle;
@@ -265,5 +264,92 @@ namespace Splat
 
         /// <summary>The network in training, a new object to be disposed.</summary>
         public Model GetModel() => new Model(Check.Made(Handle, Native.splat_training_model), device);
+    }
+
+    /// <summary>How to fit a scene.</summary>
+    public sealed class FitOptions
+    {
+        /// <summary>0: as many as Seconds take.</summary>
+        public long Steps { get; set; }
+        /// <summary>About how long to optimise on this device; 0: 60. Either this or Steps.</summary>
+        public double Seconds { get; set; }
+        /// <summary>Chooses the first Gaussians and the order of the photographs.</summary>
+        public long Seed { get; set; }
+        /// <summary>0: by the length of the fit.</summary>
+        public long MaxGaussians { get; set; }
+        /// <summary>Degree of the spherical harmonics, 0 to 3; null: 3.</summary>
+        public int? ShDegree { get; set; }
+        /// <summary>The sides of the photographs are divided by it; 0: 1.</summary>
+        public int Downscale { get; set; }
+        /// <summary>
+        /// Each so many photographs by name, with the first, are held out for scores; null: 8;
+        /// 0: all are fitted.
+        /// </summary>
+        public int? TestEvery { get; set; }
+        /// <summary>Which file of cameras to read.</summary>
+        public FitCameras Cameras { get; set; }
+        /// <summary>Folder of masks, named like the photographs, 0 leaves out; null: none.</summary>
+        public string Masks { get; set; }
+        /// <summary>Resume, overwrite, white background.</summary>
+        public FitFlags Flags { get; set; }
+    }
+
+    /// <summary>
+    /// A fit of Gaussians to posed photographs as a run; enumerate it to fit. Numbers of its events are, of a
+    /// step, "psnr" of its photograph, "gaussians", "l1", "ssim" and milliseconds such as "raster_ms"; of
+    /// photographs held out, "val_psnr" and "val_ssim". Fits of equal photographs, steps and seeds have equal
+    /// bits.
+    /// </summary>
+    public sealed unsafe class Fit : RunBase
+    {
+        private readonly string folder;
+
+        /// <summary>
+        /// Open a run in a folder, which it makes or locks. `data` is the folder of photographs and cameras, a
+        /// COLMAP project, or transforms.json and images; null with FitFlags.Resume: the run's.
+        /// </summary>
+        public Fit(Device device, string folder, string data, FitOptions options = null)
+            : base(Create(device, folder, data, options ?? new FitOptions()))
+        {
+            this.folder = folder;
+        }
+
+        private static SafeRunHandle Create(Device device, string folder, string data, FitOptions options)
+        {
+            Check.NotNull(device, nameof(device));
+            Check.NotNull(folder, nameof(folder));
+            if ((options.Flags & FitFlags.Resume) == 0) Check.NotNull(data, nameof(data));
+            using (var arena = new Arena())
+            {
+                var desc = new splat_fit_desc
+                {
+                    struct_size = (uint)sizeof(splat_fit_desc),
+                    flags = options.Flags | (options.TestEvery == 0 ? FitFlags.AllPhotos : 0),
+                    folder = arena.Text(folder, nameof(folder)),
+                    data = arena.Optional(data, nameof(data)),
+                    masks = arena.Optional(options.Masks, nameof(options.Masks)),
+                    steps = Check.Unsigned(options.Steps, nameof(options.Steps)),
+                    seconds = options.Seconds,
+                    seed = unchecked((ulong)options.Seed),
+                    max_gaussians = (uint)Check.Within(options.MaxGaussians, 0, uint.MaxValue,
+                                                       nameof(options.MaxGaussians)),
+                    sh_bands = options.ShDegree == null ? 0 : (uint)Check.Within(
+                        options.ShDegree.Value, 0, 3, nameof(options.ShDegree)) + 1,
+                    downscale = Check.Unsigned(options.Downscale, nameof(options.Downscale)),
+                    test_every = Check.Unsigned(options.TestEvery ?? 0, nameof(options.TestEvery)),
+                    cameras = options.Cameras,
+                };
+                IntPtr handle;
+                Check.Ok(Native.splat_fit_open(device.Handle, &desc, &handle));
+                return new SafeRunHandle(handle, true);
+            }
+        }
+
+        internal override string About => folder;
+
+        /// <summary>
+        /// A copy of the Gaussians as they are, in the frame and units of the cameras, to be disposed.
+        /// </summary>
+        public Scene GetScene() => new Scene(Check.Made(Handle, Native.splat_fit_scene));
     }
 }

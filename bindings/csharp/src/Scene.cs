@@ -7,7 +7,7 @@ using Splat.Interop;
 
 namespace Splat
 {
-    /// <summary>Arrays of a new scene of n Gaussians, row-major; null: zeros.</summary>
+    /// <summary>Arrays of a new scene of n Gaussians, row-major; null, as ReadOnlyMemory.Empty: zeros.</summary>
     public sealed class SceneArrays
     {
         /// <summary>[n,3] scene units; x right, y down, z forward.</summary>
@@ -154,7 +154,8 @@ namespace Splat
             }
         }
 
-        /// <summary>The Gaussians from number `start` on, `count` of them, as a new scene.</summary>
+        /// <summary>The Gaussians from number `start` on, `count` of them, as a new scene. Reads all attributes
+        /// whole, one after another: no other thread may change the scene meanwhile.</summary>
         public Scene Slice(long start, long count)
         {
             SceneInfo info = Info;

@@ -27,8 +27,10 @@ namespace Splat
         private static readonly Regex Name = new Regex(
             "(?<!\\w)'.*?'(?!\\w)|(?<![\\w/.])((?:splat|SPLAT)_\\w+|NULL\\b|desc(?=\\.))(\\.(?=[a-z])|(?<=_)\\*)?|" +
             "(?<![\\w/])((?!splat)[a-z]+_\\w+)|^(bytes)(?= is )");
+        // "linear: name is ..." has an attribute of an operator, which JSON names.
         private static readonly Regex Argument =
-            new Regex("(?<!\\w)'.*?'(?!\\w)|(?<![\\w/\"]|\\w\\.|, )([a-z]\\w*_\\w+)(?![\\w,:.\"])");
+            new Regex("(?<!\\w)'.*?'(?!\\w)|^[a-z]\\w*: [a-z]\\w* (?=is |are |has )|" +
+                      "(?<![\\w/\"]|\\w\\.|, )([a-z]\\w*_\\w+)(?![\\w,:.\"])");
         private static readonly Lazy<HashSet<string>> Own = new Lazy<HashSet<string>>(() =>
         {
             Type[] types = typeof(OwnWords).Assembly.GetExportedTypes();
@@ -116,13 +118,13 @@ namespace Splat
         /// <summary>Throw for the memory of a null array.</summary>
         internal static ReadOnlyMemory<T> NotNull<T>(ReadOnlyMemory<T> argument, string name)
         {
-            return argument.Equals(default(ReadOnlyMemory<T>)) ? throw new ArgumentNullException(name) : argument;
+            if (!argument.Equals(default(ReadOnlyMemory<T>))) return argument;
+            throw new ArgumentNullException(name, "null, or ReadOnlyMemory.Empty, which is the same");
         }
 
         /// <summary>A count of the caller as an unsigned number.</summary>
         internal static uint Unsigned(int value, string name) => (uint)Unsigned((long)value, name);
 
-        /// <summary>The same of 64 bits.</summary>
         internal static ulong Unsigned(long value, string name)
         {
             if (value < 0)

@@ -61,7 +61,7 @@ namespace Splat
                 var desc = new splat_tensor_desc
                 {
                     struct_size = (uint)sizeof(splat_tensor_desc),
-                    name = arena.Text(name),
+                    name = arena.Optional(name, nameof(name)),
                     dtype = type,
                     rank = (uint)dims.Length,
                 };

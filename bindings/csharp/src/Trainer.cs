@@ -48,7 +48,7 @@ namespace Splat
             using (var arena = new Arena())
             {
                 IntPtr handle;
-                Check.Ok(Native.splat_batches_create(dataset.Handle, arena.Text(config),
+                Check.Ok(Native.splat_batches_create(dataset.Handle, arena.Optional(config, nameof(config)),
                                                      unchecked((ulong)seed), &handle));
                 return new SafeBatchesHandle(handle, true);
             }
@@ -111,7 +111,7 @@ namespace Splat
                 var desc = new splat_trainer_desc
                 {
                     struct_size = (uint)sizeof(splat_trainer_desc),
-                    config = arena.Text(config),
+                    config = arena.Optional(config, nameof(config)),
                 };
                 IntPtr handle;
                 Check.Ok(Native.splat_trainer_create(device.Handle, &desc, &handle));

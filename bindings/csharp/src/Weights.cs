@@ -15,8 +15,8 @@ namespace Splat
         public NamedArray(string name, ReadOnlyMemory<float> values, params long[] dims)
         {
             Name = Check.NotNull(name, nameof(name));
-            Values = Check.NotNull(values, nameof(values));
             Dims = Check.Dims(dims, nameof(dims));
+            Values = Dims.Contains(0) ? values : Check.NotNull(values, nameof(values));
         }
 
         /// <summary>Name of the tensor.</summary>
@@ -77,7 +77,7 @@ namespace Splat
                 for (int i = 0; i < natives.Length; ++i)
                 {
                     NamedArray array = Check.NotNull(arrays[i], "arrays[" + i + "]");
-                    natives[i].name = arena.Text(array.Name);
+                    natives[i].name = arena.Text(array.Name, nameof(array.Name));
                     natives[i].values = (float*)arena.Pin(array.Values);
                     natives[i].value_count = (ulong)array.Values.Length;
                     natives[i].rank = (uint)array.Dims.Count;
@@ -96,7 +96,7 @@ namespace Splat
         {
             using (var arena = new Arena())
             {
-                byte* text = arena.Text(name);
+                byte* text = arena.Optional(name, nameof(name));
                 return Text.Get((buffer, capacity, needed) =>
                     Native.splat_builtin_weights(text, buffer, capacity, needed));
             }
@@ -145,7 +145,7 @@ namespace Splat
                 using (var arena = new Arena())
                 {
                     uint index;
-                    ResultCode code = Native.splat_weights_find(Handle, arena.Text(key), &index);
+                    ResultCode code = Native.splat_weights_find(Handle, arena.Text(key, nameof(key)), &index);
                     if (code == ResultCode.ErrorNotFound) return false;
                     Check.Ok(code);
                     value = this[(int)index];

@@ -26,6 +26,11 @@ namespace Splat.Tests
             Expect.Equal(new Port("x", 2, 3), new Port("x", 2, 3));
             Expect.Equal(1, new[] { new Port("x", 2), new Port("x", 2) }.Distinct().Count());
             Expect.True(new Port("x", 2, 3) != new Port("x", 3, 2) && new Port("x") != new Port("x", 1), "shapes");
+            var camera = new Camera(4, 5, 1, 2, 3, 4);
+            Camera moved = camera.LookAt(new double[] { 0, 0, -2 }, new double[3], new double[] { 0, -1, 0 });
+            Camera[] cameras = { camera, camera.With(5), camera.With(height: 6), camera.With(fx: 7), camera.With(fy: 7),
+                                 camera.With(cx: 7), camera.With(cy: 7), moved };
+            Expect.Equal(8, cameras.Concat(cameras.Select(c => c.With())).Distinct().Count());
             var dims = new long[] { 2, 3 };
             var port = new Port("x", dims);
             dims[0] = 9;
@@ -120,6 +125,9 @@ namespace Splat.Tests
             Named("path", () => Camera.Save(null, new[] { camera }));
             Named("path", () => Scene.Load("a\0b"));
             Named("path", () => Weights.Load("\ud800"));
+            Named("path", () => Camera.Load("a\0b"));
+            Named("Type", () => new Operator(device, new OperatorOptions { Type = "a\0b" }));
+            Named("name", () => new Tensor(device, new long[] { 1 }, DType.F32, "a\0b"));
             Named("values[0]", () => Config.Merge(null, new string[1]));
             Named("picture", () => new Predictor(device).Predict((Picture)null));
             Named("pictures[0]", () => new Predictor(device).Predict(new Picture[1]));
@@ -135,6 +143,16 @@ namespace Splat.Tests
             Named("values", () => new NamedArray("a", null));
             Named("TrainObjects", () => Dataset.WriteSynthetic(new SyntheticOptions { Path = path, TrainObjects = -1,
                                                                                       TestObjects = 1 }));
+        }
+
+        [Test]
+        private static void SentencesKeepNamesOfAttributes()
+        {
+            Expect.Equal("gaussian_head: sh_degree is 2", Programs.Told("gaussian_head: sh_degree is 2"));
+            Expect.Equal("ShDegree is 2", Programs.Told("sh_degree is 2"));
+            Expect.Equal("linear: the number of inputs is 0", Programs.Told("linear: input_count is 0"));
+            Expect.Equal("raise DeviceOptions.Timeout or SPLAT_TIMEOUT_SCALE",
+                         Programs.Told("raise timeout_ns or SPLAT_TIMEOUT_SCALE"));
         }
 
         [Test]

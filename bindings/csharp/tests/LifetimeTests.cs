@@ -57,7 +57,7 @@ namespace Splat.Tests
         {
             int count = 0;
             Log.SetHandler((level, message) => ++count, LogLevel.Info);
-            Expect.Refused(ResultCode.ErrorInvalidArgument, "level",
+            Expect.Refused(ResultCode.ErrorInvalidArgument, "minimum",
                            () => Log.SetHandler((level, message) => { }, (LogLevel)77));
             using (new Device()) { }
             Log.SetHandler(null);

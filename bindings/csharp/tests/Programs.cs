@@ -33,13 +33,15 @@ namespace Splat.Tests
         /// <summary>Writes the words of C# for the sentences in a file; bindings/smoke/sentences.py judges.</summary>
         private static int Sentences()
         {
-            MethodInfo say = typeof(Library).Assembly.GetType("Splat.OwnWords")
-                .GetMethod("In", BindingFlags.Static | BindingFlags.NonPublic);
             foreach (string line in
                      File.ReadAllLines(Environment.GetEnvironmentVariable("SPLAT_SENTENCES")))
-                Console.WriteLine("> " + say.Invoke(null, new object[] { line }));
+                Console.WriteLine("> " + Told(line));
             return 0;
         }
+
+        internal static string Told(string sentence) =>
+            (string)typeof(Library).Assembly.GetType("Splat.OwnWords")
+                .GetMethod("In", BindingFlags.Static | BindingFlags.NonPublic).Invoke(null, new object[] { sentence });
 
         /// <summary>
         /// The C source of a library that only tells its version and structs. Arguments: version,

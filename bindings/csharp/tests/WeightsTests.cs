@@ -107,6 +107,7 @@ namespace Splat.Tests
         private static void RefuseBadInput()
         {
             Expect.Throws<ArgumentNullException>(() => new NamedArray("a", null));
+            Expect.Equal(0, new NamedArray("a", ReadOnlyMemory<float>.Empty, 0, 3).Values.Length);
             Expect.Throws<ArgumentException>(() => new NamedArray("a", new float[1], new long[9]));
             Expect.Refused(ResultCode.ErrorShapeMismatch, "a", () => Weights.FromArrays(
                 new[] { new NamedArray("a", new float[5], 2, 3) }));

@@ -228,6 +228,7 @@ class Sentences(unittest.TestCase):
                 ("the flags ask for SPLAT_RASTERIZER_DEPTH", "the flags ask for depth=True"),
                 ("the model's 'splat_image.ply' (or 'my splat_model_desc.x') of splat_model_load",
                  "the model's 'splat_image.ply' (or 'my splat_model_desc.x') of Model.load"),
+                ("raise timeout_ns, from_param or grad_means", "raise timeout, from_param or means"),
                 ("a/splat_image.ply is no file", "a/splat_image.ply is no file"),
                 ("cannot open 'it's splat_scene.ply'", "cannot open 'it's splat_scene.ply'"),
                 ("what is 7, expected SPLAT_EXPORT_*", "what is 7, expected a name of Export"),

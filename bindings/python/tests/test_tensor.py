@@ -176,6 +176,19 @@ class Tensors(Case):
                 array[:] = 5
         np.testing.assert_array_equal(tensor, [5, 5, 5])
 
+    def test_only_a_memoryview_costs_a_walk_over_all_objects(self) -> None:
+        tensor = splat.Tensor(self.device, values(3))
+        holder: Any = [None]
+        with mock.patch("splat.tensor.FREES_FORMATS", True), \
+                mock.patch("gc.get_referrers", wraps=gc.get_referrers) as walk:
+            with tensor.map() as array:
+                array[:] = 1
+            walk.assert_not_called()
+            with tensor.map() as holder[0]:
+                holder[0] = memoryview(holder[0])
+            walk.assert_called_once()
+        self.assertEqual(holder[0][2], 1)
+
     def test_a_mapped_tensor_may_be_closed(self) -> None:
         with splat.Device() as device:
             tensor = splat.Tensor(device, values(3))

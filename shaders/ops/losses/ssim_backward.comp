@@ -8,7 +8,7 @@
 #include "params/image_loss_params.h"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
-#include "ssim.glsl"
+#include "losses/ssim.glsl"
 #include "store.glsl"
 QUADS(0, a);
 QUADS(1, b);

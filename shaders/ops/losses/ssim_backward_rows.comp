@@ -6,7 +6,7 @@
 #include "params/image_loss_params.h"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
-#include "ssim.glsl"
+#include "losses/ssim.glsl"
 #include "store.glsl"
 QUADS(0, slopes);
 QUADS_OUT(1, rows);

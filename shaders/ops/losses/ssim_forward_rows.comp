@@ -1,12 +1,12 @@
 #version 460
-// The window along rows over p, p^2, q and q^2 (ssim.glsl). One invocation computes one quad of each.
+// The window along rows over p, p^2, q and q^2 (similarity.glsl). One invocation computes one quad of each.
 // Bindings: a, b (quads), rows: four planes of quads.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "params/image_loss_params.h"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
-#include "ssim.glsl"
+#include "losses/ssim.glsl"
 #include "store.glsl"
 QUADS(0, a);
 QUADS(1, b);

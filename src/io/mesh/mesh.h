@@ -6,7 +6,7 @@
 
 #include "core/status.h"
 #include "io/bytes.h"
-#include "scene/vector.h"
+#include "io/colored_points.h"
 
 namespace splat::io {
 
@@ -32,5 +32,8 @@ Result<Mesh> read_obj(Bytes file);
 /// Errors       as parse_ply_header() and PlyRows; kFormat for a vertex that is not finite; kUnsupported for a file
 ///              with faces, of which vertices are no fair sample
 Result<std::vector<scene::Vec3>> read_ply_points(Bytes file);
+
+/// The same with red, green and blue, if all are there and bytes. Errors: the same, but vertices need not be finite.
+Result<ColoredPoints> read_ply_colored_points(Bytes file);
 
 }  // namespace splat::io

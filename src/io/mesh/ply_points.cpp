@@ -1,12 +1,12 @@
 #include "io/mesh/mesh.h"
 
-#include <cmath>
+#include <algorithm>
 
 #include "io/ply_rows.h"
 
 namespace splat::io {
 
-Result<std::vector<scene::Vec3>> read_ply_points(Bytes file) {
+Result<ColoredPoints> read_ply_colored_points(Bytes file) {
     SPLAT_ASSIGN(const PlyHeader header, parse_ply_header(file));
     const PlyElement* const faces = header.find("face");
     if (faces != nullptr && faces->count > 0)
@@ -15,30 +15,45 @@ Result<std::vector<scene::Vec3>> read_ply_points(Bytes file) {
             "surface points are drawn: python3 -c \"import trimesh; "
             "trimesh.load('IN.ply').export('OUT.obj')\"",
             llu(faces->count));
-    std::vector<scene::Vec3> points;
+    ColoredPoints points;
     PlyRows rows(header, file);
     for (const PlyElement& element : header.elements) {
         if (element.name != "vertex") {
             SPLAT_TRY(rows.skip(element));
             continue;
         }
-        const std::optional<std::size_t> axes[] = {element.find("x"), element.find("y"),
-                                                   element.find("z")};
-        for (const auto& axis : axes)
-            if (!axis) return damaged("PLY: the vertices have no x, y and z");
+        const auto found = [&element](const std::array<const char*, 3>& names) {
+            std::vector<std::size_t> places;
+            for (const char* name : names)
+                if (const auto place = element.find(name)) places.push_back(*place);
+            return places;
+        };
+        const std::vector<std::size_t> axes = found({"x", "y", "z"});
+        const std::vector<std::size_t> colors = found({"red", "green", "blue"});
+        if (axes.size() != 3) return damaged("PLY: the vertices have no x, y and z");
+        const bool colored = colors.size() == 3 && std::ranges::all_of(colors, [&](std::size_t at) {
+                                 return element.properties[at].type == NumberType::kU8;
+                             });
         SPLAT_TRY(rows.need(element));
-        std::size_t bad = element.count;
-        points.resize(element.count);
+        points.positions.resize(element.count);
+        if (colored) points.colors.resize(element.count);
         SPLAT_TRY(rows.read(element, [&](std::size_t row, const std::vector<double>& values) {
             for (std::size_t k = 0; k < 3; ++k) {
-                points[row][k] = values[*axes[k]];
-                if (!std::isfinite(points[row][k])) bad = std::min(bad, row);
+                points.positions[row][k] = values[axes[k]];
+                if (colored) points.colors[row][k] = to_byte(values[colors[k]]);
             }
         }));
-        if (bad < element.count) return damaged("PLY: vertex %zu is not finite", bad);
     }
-    if (points.empty()) return damaged("PLY: there is no vertex");
+    if (points.positions.empty()) return damaged("PLY: there is no vertex");
     return points;
+}
+
+Result<std::vector<scene::Vec3>> read_ply_points(Bytes file) {
+    SPLAT_ASSIGN(ColoredPoints points, read_ply_colored_points(file));
+    const auto bad = std::ranges::find_if_not(points.positions, scene::is_finite);
+    if (bad != points.positions.end())
+        return damaged("PLY: vertex %td is not finite", bad - points.positions.begin());
+    return std::move(points.positions);
 }
 
 }  // namespace splat::io

@@ -7,7 +7,7 @@
 namespace splat::ops {
 namespace {
 
-constexpr std::uint64_t kForwardPlanes = 4;  // p, p^2, q, q^2 of ssim.glsl
+constexpr std::uint64_t kForwardPlanes = 4;  // p, p^2, q, q^2 of similarity.glsl
 constexpr std::uint64_t kSlopes = 3;         // by the means, p^2, q^2
 constexpr double kTaps = 11;
 

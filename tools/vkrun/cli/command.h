@@ -17,6 +17,7 @@ void add_view(CLI::App& app, int& exit_code);
 void add_inspect(CLI::App& app, int& exit_code);
 void add_convert(CLI::App& app, int& exit_code);
 void add_data(CLI::App& app, int& exit_code);
+void add_fit(CLI::App& app, int& exit_code);
 void add_train(CLI::App& app, int& exit_code);
 void add_config(CLI::App& app, int& exit_code);
 void add_eval(CLI::App& app, int& exit_code);

@@ -34,7 +34,8 @@ constexpr const char* kRenderFooter =
     R"(Give either --cameras or --orbit. Images are named after those of the camera file, or numbered:
 NAME.png, and with --outputs also NAME_alpha, NAME_depth and NAME_normal. A .npy holds the float32
 numbers. In a .png, 0 to 1 become 0 to 255; depths (expected, along z) are divided by the largest of
-the image; normals, in the axes of the camera, are mapped from -1..1 to 0..1.
+the image; normals, in the axes of the camera, are mapped from -1..1 to 0..1. Images of an orbit get a
+transforms.json with their cameras, which 'vkrun fit' takes.
 
 Exit status: 0 all images are written, 1 an image cannot be written or the device failed, 2 wrong
 usage, 3 no device, 4 the scene or the cameras cannot be read, or no orbit fits the scene.
@@ -226,6 +227,29 @@ Json render_view(const RenderOptions& options, Renderer& renderer, const View& v
             {"files", std::move(files)}};
 }
 
+/// The file of an orbit's cameras; empty: none is written.
+std::string cameras_path(const RenderOptions& options) {
+    const bool pictures =
+        options.format == "png" && kinds_of(options).front().output == SPLAT_OUTPUT_RGB;
+    if (options.orbit == 0 || !options.file.empty() || !pictures) return {};
+    return (std::filesystem::path(options.out) / "transforms.json").string();
+}
+
+void save_cameras(const RenderOptions& options, const std::vector<View>& views) {
+    const OutputKind kind = kinds_of(options).front();
+    std::vector<splat_camera> cameras;
+    std::vector<std::string> files;
+    std::vector<const char*> names;
+    for (const View& view : views) {
+        cameras.push_back(view.camera);
+        files.push_back(
+            std::filesystem::path(path_of(options, view.name, kind)).filename().string());
+    }
+    for (const std::string& file : files) names.push_back(file.c_str());
+    check(splat_camera_save(cameras_path(options).c_str(), cameras.data(), names.data(),
+                            static_cast<std::uint32_t>(cameras.size())));
+}
+
 void check_targets(const RenderOptions& options, const std::vector<View>& views) {
     std::set<std::filesystem::path> targets;
     const auto check = [&options, &targets](const std::string& path) {
@@ -238,6 +262,7 @@ void check_targets(const RenderOptions& options, const std::vector<View>& views)
     };
     if (options.animate) check(options.animation);
     if (!options.page.empty()) check(options.page);
+    if (!cameras_path(options).empty()) check(cameras_path(options));
     for (const View& view : views) {
         for (const OutputKind& kind : kinds_of(options)) check(path_of(options, view.name, kind));
         const splat_camera& first = views.front().camera;
@@ -312,6 +337,7 @@ int run_render(RenderOptions options) {
                                          static_cast<std::uint32_t>(images.size()), 50));
     }
     if (!options.page.empty()) write_render_page(options, file, views);
+    if (!cameras_path(options).empty()) save_cameras(options, views);
     const double seconds = watch.seconds();
     if (options.json) {
         Json document = {{"scene", options.scene},

@@ -1,13 +1,8 @@
 // vkrun train: train a network on the images of a data set.
 
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
-#include <csignal>
 #include <cstdio>
-#include <cstring>
 #include <ctime>
 #include <memory>
 
@@ -19,6 +14,7 @@
 #include "vkrun/cli/options.h"
 #include "vkrun/config/merged_config.h"
 #include "vkrun/data/open_data.h"
+#include "vkrun/train/run_signals.h"
 #include "vkrun/train/training_view.h"
 #include "vkrun/weights/builtin_weights.h"
 #include "vkrun/weights/model_load.h"
@@ -55,50 +51,6 @@ Examples:
   vkrun train tools/weights/cars64/cars64.yaml --init cars64 --data mine --out run
   vkrun train cars_priors_depth --init model_cars.pth --data mine --out run2
 )";
-
-volatile std::sig_atomic_t g_interrupted = 0;
-
-/// What the first signal prints at once, as a step may take minutes.
-std::atomic<const char*> g_farewell = "ending before the first step, saving\n";
-static_assert(std::atomic<const char*>::is_always_lock_free);
-
-/// Name the piece of work that is next, which a signal lets end. The text that a handler may be writing stays: there
-/// are two.
-void prepare_farewell(const splat_run_event& done) {
-    static char texts[2][96];
-    static int turn = 0;
-    char(&text)[96] = texts[turn ^= 1];
-    if (done.kind == SPLAT_EVENT_VALIDATED_PIECE)
-        std::snprintf(text, sizeof text, "\nfinishing an object of the validation, saving\n");
-    else
-        std::snprintf(text, sizeof text, "\nfinishing step %llu, saving\n",
-                      static_cast<unsigned long long>(std::min(done.step + 1, done.iterations)));
-    g_farewell = isatty(STDERR_FILENO) != 0 ? text : text + 1;  // behind a bar
-}
-
-void on_signal(int signal) {
-    const char* const text = g_farewell;
-    if (g_interrupted == 0 && write(STDERR_FILENO, text, std::strlen(text)) < 0) {
-        // nobody reads it
-    }
-    if (g_interrupted >= 2) {  // the third ends at once
-        std::signal(signal, SIG_DFL);
-        std::raise(signal);
-    }
-    g_interrupted = g_interrupted + 1;
-}
-
-/// Nobody reads what the training prints any more: it saves and ends, like 'head' had asked for no more.
-void on_closed_pipe(int) {
-    g_interrupted = 1;
-}
-
-void catch_signals() {
-    std::signal(SIGINT, on_signal);
-    std::signal(SIGTERM, on_signal);
-    std::signal(SIGPIPE, on_closed_pipe);
-    if (std::signal(SIGHUP, on_signal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // under nohup
-}
 
 std::string dated_folder() {
     const std::time_t now = std::time(nullptr);
@@ -171,7 +123,7 @@ splat_run_event_kind run(splat_run training, const TrainOptions& options) {
     TrainingView view(options.out, options.device);
     auto event = sized<splat_run_event>();
     while (event.kind < SPLAT_EVENT_DONE) {
-        if (g_interrupted != 0) check(splat_run_interrupt(training));
+        if (run_interrupted()) check(splat_run_interrupt(training));
         const splat_result result = splat_run_next(training, &event);
         try {
             check(result, result == SPLAT_ERROR_IO ? kFailed : kBadData);
@@ -201,7 +153,7 @@ int train(TrainOptions& options) {
         options.out = dated_folder();
     }
     check_config(options);
-    catch_signals();
+    catch_run_signals();
     const Device device = open_device(device_desc(options.device));
     const Run training = open_training(device.get(), options);
     const splat_run_event_kind end = run(training.get(), options);

@@ -19,12 +19,12 @@ from ._native import (Access, Convention, DeviceKind, Dtype, Found, Frame, Kerne
                       Verdict)
 from ._text import check_class as _check_class, checked as _checked
 from .camera import Camera, cameras_to_bytes, save_cameras
-from .comparison import Comparison
 from .dataset import (Dataset, config_keys, config_merge, config_preset, config_presets,
                       config_warnings, export_dataset, import_tables, path_name,
                       prepare_co3d, write_synthetic)
 from .device import Device, default_device, describe, devices
-from .evaluator import EvaluatedViews, Evaluator, Lpips
+from .evaluator import Comparison, EvaluatedViews, Evaluator, Lpips
+from .fit import Fit
 from .image import Image, animation_to_bytes, compare_images, save_animation
 from .log import set_decode_limits, set_log
 from .model import Model, Port
@@ -47,7 +47,7 @@ __version__ = str(_lib.splat_version_string().decode())
 __all__ = [
     "Access", "Batch", "Batches", "Camera", "Cancelled", "Comparison", "Convention", "Dataset",
     "Device", "DeviceKind", "DeviceLost", "Dtype", "Error", "EvaluatedViews", "Evaluator", "Event",
-    "FormatError", "Found", "Frame", "Group", "Image", "InternalError", "InvalidArgument",
+    "Fit", "FormatError", "Found", "Frame", "Group", "Image", "InternalError", "InvalidArgument",
     "InvalidHandle", "InvalidState", "IoError", "Kernels", "LogLevel", "Lpips", "Metric",
     "MissingName", "Model", "Module", "NoDevice", "NotFound", "Op", "Optimizer", "OutOfDeviceMemory", "OutOfHostMemory",
     "OutOfMemory", "Output", "Picture", "Pixel", "Port", "Precision", "Prediction", "Predictor",

@@ -151,7 +151,7 @@ def in_python(message: str) -> str:
         name = found[1] or found[3] or found[4] or ""
         if found[2] == ".":  # fields of structs are arguments here: "flags" for "splat_scene_desc.flags"
             return ""
-        if hasattr(_native.splat_gradients_desc, name):
+        if name.startswith("grad_") and hasattr(_native.splat_gradients_desc, name):
             return name[len("grad_"):]
         struct = name.replace("_desc", "") if hasattr(_native, name) else ""
         made = "".join(map(str.capitalize, struct.split("_")[1:]))

@@ -20,38 +20,41 @@ WORDS = {
     'NULL': 'None', 'SPLAT_CAMERA_IGNORE_DISTORTION': 'ignore_distortion=True', 'SPLAT_CONVENTION_3DGS': "'3dgs'",
     'SPLAT_CONVENTION_GSPLAT': "'gsplat'", 'SPLAT_DEVICE_PROFILE': 'profile=True',
     'SPLAT_DEVICE_VALIDATION': 'validation=True', 'SPLAT_DTYPE_F32': "'f32'", 'SPLAT_EVENT_STEP': "'step'",
-    'SPLAT_EXPORT_': 'a name of Export', 'SPLAT_IMAGE_GIF': "'gif'", 'SPLAT_IMAGE_NPY': "'npy'",
-    'SPLAT_IMAGE_PNG': "'png'", 'SPLAT_IMAGE_PNG16': "'png16'", 'SPLAT_IMAGE_WEBP': "'webp'",
-    'SPLAT_LOAD_ADAPTERS': 'adapters=True', 'SPLAT_MAP_FILTER_': 'MapFilter',
-    'SPLAT_MODEL_GRADIENTS': 'gradients=True', 'SPLAT_MODEL_INPUT_GRADIENTS': 'input_gradients=True',
-    'SPLAT_MODEL_RECOMPUTE': 'recompute=True', 'SPLAT_MODULE_GRADIENTS': 'gradients=True',
-    'SPLAT_MODULE_INPUT_GRADIENTS': 'input_gradients=True', 'SPLAT_PASS_TENSORS': 'tensors=True',
-    'SPLAT_PICTURE_WHOLE': 'whole=True', 'SPLAT_PIXEL_': 'pixel', 'SPLAT_PORT_KIND_': 'PortKind',
-    'SPLAT_RASTERIZER_BACKWARD': 'backward=True', 'SPLAT_RASTERIZER_DEPTH': 'depth=True',
-    'SPLAT_RASTERIZER_DIRECT_COLORS': 'direct_colors=True', 'SPLAT_RASTERIZER_GRAD_DEPTH': 'grad_depth=True',
-    'SPLAT_RASTERIZER_GRAD_MEANS2D': 'grad_means2d=True', 'SPLAT_RASTERIZER_GRAD_POSE': 'grad_pose=True',
-    'SPLAT_RASTERIZER_NORMALS': 'normals=True', 'SPLAT_RASTERIZER_ORIGINAL_GRADIENT': 'original_gradient=True',
-    'SPLAT_SCENE_': 'scene', 'SPLAT_SCHEDULE_COSINE': "'cosine'", 'SPLAT_SCHEDULE_STEP': "'step'",
-    'SPLAT_SELECT_BY_KIND': "'by_kind'", 'SPLAT_WEIGHTS_NPZ': "'npz'", 'SPLAT_WEIGHTS_PTH': "'pth'",
-    'SPLAT_WEIGHTS_SAFETENSORS': "'safetensors'", 'a_count': 'the number of a', 'adapters_alpha': 'alpha',
-    'adapters_path': 'a file of adapters', 'b_count': 'the number of b', 'bytes': "the array's size in bytes",
-    'camera_count': 'the number of cameras', 'conditioning_count': 'the number of conditioning',
-    'drawn_count': 'the number of drawn', 'focal_x': 'focal', 'focal_y': 'focal',
-    'image_count': 'the number of images', 'input_count': 'the number of inputs', 'max_device_bytes': 'max_bytes',
-    'model_path': 'model', 'number_count': 'the number of numbers', 'output_count': 'the number of outputs',
-    'picture_count': 'the number of pictures', 'port_count': 'the number of ports', 'splat_batches': 'Batches',
+    'SPLAT_EXPORT_': 'a name of Export', 'SPLAT_FIT_ALL_PHOTOS': 'test_every=0', 'SPLAT_FIT_CAMERAS_': 'FitCameras',
+    'SPLAT_IMAGE_GIF': "'gif'", 'SPLAT_IMAGE_NPY': "'npy'", 'SPLAT_IMAGE_PNG': "'png'",
+    'SPLAT_IMAGE_PNG16': "'png16'", 'SPLAT_IMAGE_WEBP': "'webp'", 'SPLAT_LOAD_ADAPTERS': 'adapters=True',
+    'SPLAT_MAP_FILTER_': 'MapFilter', 'SPLAT_MODEL_GRADIENTS': 'gradients=True',
+    'SPLAT_MODEL_INPUT_GRADIENTS': 'input_gradients=True', 'SPLAT_MODEL_RECOMPUTE': 'recompute=True',
+    'SPLAT_MODULE_GRADIENTS': 'gradients=True', 'SPLAT_MODULE_INPUT_GRADIENTS': 'input_gradients=True',
+    'SPLAT_PASS_TENSORS': 'tensors=True', 'SPLAT_PICTURE_WHOLE': 'whole=True', 'SPLAT_PIXEL_': 'pixel',
+    'SPLAT_PORT_KIND_': 'PortKind', 'SPLAT_RASTERIZER_BACKWARD': 'backward=True',
+    'SPLAT_RASTERIZER_DEPTH': 'depth=True', 'SPLAT_RASTERIZER_DIRECT_COLORS': 'direct_colors=True',
+    'SPLAT_RASTERIZER_GRAD_DEPTH': 'grad_depth=True', 'SPLAT_RASTERIZER_GRAD_MEANS2D': 'grad_means2d=True',
+    'SPLAT_RASTERIZER_GRAD_POSE': 'grad_pose=True', 'SPLAT_RASTERIZER_NORMALS': 'normals=True',
+    'SPLAT_RASTERIZER_ORIGINAL_GRADIENT': 'original_gradient=True', 'SPLAT_SCENE_': 'scene',
+    'SPLAT_SCHEDULE_COSINE': "'cosine'", 'SPLAT_SCHEDULE_STEP': "'step'", 'SPLAT_SELECT_BY_KIND': "'by_kind'",
+    'SPLAT_WEIGHTS_NPZ': "'npz'", 'SPLAT_WEIGHTS_PTH': "'pth'", 'SPLAT_WEIGHTS_SAFETENSORS': "'safetensors'",
+    'a_count': 'the number of a', 'adapters_alpha': 'alpha', 'adapters_path': 'a file of adapters',
+    'b_count': 'the number of b', 'bytes': "the array's size in bytes", 'camera_count': 'the number of cameras',
+    'conditioning_count': 'the number of conditioning', 'drawn_count': 'the number of drawn', 'focal_x': 'focal',
+    'focal_y': 'focal', 'image_count': 'the number of images', 'input_count': 'the number of inputs',
+    'max_device_bytes': 'max_bytes', 'model_path': 'model', 'number_count': 'the number of numbers',
+    'output_count': 'the number of outputs', 'picture_count': 'the number of pictures',
+    'port_count': 'the number of ports', 'sh_bands': 'sh_degree', 'splat_batches': 'Batches',
     'splat_comparison': 'Comparison', 'splat_dataset': 'Dataset', 'splat_decode_set_limits': 'set_decode_limits',
     'splat_device': 'Device', 'splat_device_cancel': 'Device.cancel', 'splat_device_profile_json': 'Device.profile',
-    'splat_evaluator': 'Evaluator', 'splat_evaluator_score': 'Evaluator.score', 'splat_lpips': 'Lpips',
-    'splat_lpips_desc': 'Lpips', 'splat_model': 'Model', 'splat_model_backward': 'Model.backward',
-    'splat_model_forward': 'Model.forward', 'splat_model_load': 'Model.load', 'splat_model_ports': 'Model.ports',
-    'splat_module': 'Module', 'splat_normals_desc': 'normals', 'splat_op': 'Op', 'splat_optimizer': 'Optimizer',
+    'splat_evaluator': 'Evaluator', 'splat_evaluator_score': 'Evaluator.score', 'splat_fit_open': 'Fit',
+    'splat_lpips': 'Lpips', 'splat_lpips_desc': 'Lpips', 'splat_model': 'Model',
+    'splat_model_backward': 'Model.backward', 'splat_model_forward': 'Model.forward',
+    'splat_model_load': 'Model.load', 'splat_model_ports': 'Model.ports', 'splat_module': 'Module',
+    'splat_normals_desc': 'normals', 'splat_op': 'Op', 'splat_optimizer': 'Optimizer',
     'splat_predictor': 'Predictor', 'splat_prior_model': 'PriorModel', 'splat_raster_state': 'RasterState',
     'splat_raster_state_create': 'RasterState', 'splat_rasterizer': 'Rasterizer',
     'splat_rasterizer_forward': 'Rasterizer.forward', 'splat_rasterizer_read': 'Rasterizer.read', 'splat_run': 'Run',
     'splat_run_next': 'Run.next', 'splat_scene': 'Scene', 'splat_tensor': 'Tensor', 'splat_tensor_map': 'Tensor.map',
     'splat_tensor_unmap': 'the block of Tensor.map', 'splat_trainer': 'Trainer', 'splat_training_open': 'Training',
-    'splat_weights': 'Weights', 'value_count': 'the number of values', 'weight_count': 'the number of weights',
+    'splat_weights': 'Weights', 'timeout_ns': 'timeout', 'value_count': 'the number of values',
+    'weight_count': 'the number of weights',
 }
 
 
@@ -800,6 +803,37 @@ class Verdict(OpenEnum):
     WORSE = 2
     NOT_COMPARABLE = 3
     TOO_FEW = 4
+
+
+class FitFlags(IntFlag):
+    """What a fit is to do.
+
+    RESUME            go on from the latest state that can be read; begin again if none was saved yet
+    OVERWRITE         replace the run in the folder; other files in it stay
+    ALL_PHOTOS        fit all photographs: none is held out, so there are no scores
+    WHITE_BACKGROUND  transparent pictures lie on white; else only opaque pixels count
+    """
+
+    RESUME = 1
+    OVERWRITE = 2
+    ALL_PHOTOS = 4
+    WHITE_BACKGROUND = 8
+
+
+class FitCameras(OpenEnum):
+    """Which file of cameras a fit reads.
+
+    AUTO        a COLMAP model where there is one, else transforms.json
+    COLMAP      a COLMAP model
+    TRANSFORMS  transforms.json, else transforms_train.json and its like
+    """
+
+    AUTO = 0
+    COLMAP = 1
+    TRANSFORMS = 2
+
+
+FitCamerasName = Literal["auto", "colmap", "transforms"]
 
 
 class PriorModelFlags(IntFlag):
@@ -1554,6 +1588,17 @@ class splat_metric_comparison(Structure):
     ]
 
 
+class splat_fit_desc(Structure):
+    struct_size: int; flags: int; next: Any; folder: Any; data: Any; masks: Any; steps: int; seconds: float
+    seed: int; max_gaussians: int; sh_bands: int; downscale: int; test_every: int; cameras: int; reserved: int
+    _fields_ = [
+        ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("folder", c_char_p), ("data", c_char_p),
+        ("masks", c_char_p), ("steps", c_uint64), ("seconds", c_double), ("seed", c_uint64),
+        ("max_gaussians", c_uint32), ("sh_bands", c_uint32), ("downscale", c_uint32), ("test_every", c_uint32),
+        ("cameras", c_int32), ("reserved", c_uint32),
+    ]
+
+
 class splat_prior_model_desc(Structure):
     struct_size: int; flags: int; next: Any; preset: Any; model_path: Any; runtime_path: Any; threads: int
     reserved: int
@@ -1951,6 +1996,11 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("p_holm", 56, 8), ("low", 64, 8), ("high", 72, 8), ("effect", 80, 8), ("n_a", 88, 8), ("n_b", 96, 8),
         ("lacking_a", 104, 8), ("lacking_b", 112, 8),
     )),
+    "splat_fit_desc": (splat_fit_desc, False, 88, (
+        ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("folder", 16, 8), ("data", 24, 8), ("masks", 32, 8),
+        ("steps", 40, 8), ("seconds", 48, 8), ("seed", 56, 8), ("max_gaussians", 64, 4), ("sh_bands", 68, 4),
+        ("downscale", 72, 4), ("test_every", 76, 4), ("cameras", 80, 4), ("reserved", 84, 4),
+    )),
     "splat_prior_model_desc": (splat_prior_model_desc, False, 48, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("preset", 16, 8), ("model_path", 24, 8),
         ("runtime_path", 32, 8), ("threads", 40, 4), ("reserved", 44, 4),
@@ -2199,6 +2249,8 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = (
     ("splat_comparison_samples", c_int32, (c_void_p, c_uint32, c_void_p, c_uint64, c_void_p, c_uint64)),
     ("splat_comparison_report", c_int32, (c_void_p, c_void_p, c_size_t, POINTER(c_size_t))),
     ("splat_comparison_destroy", c_int32, (c_void_p,)),
+    ("splat_fit_open", c_int32, (c_void_p, POINTER(splat_fit_desc), POINTER(c_void_p))),
+    ("splat_fit_scene", c_int32, (c_void_p, POINTER(c_void_p))),
     ("splat_prior_preset", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t))),
     ("splat_prior_model_create", c_int32, (POINTER(splat_prior_model_desc), POINTER(c_void_p))),
     ("splat_prior_model_get_info", c_int32, (c_void_p, POINTER(splat_prior_model_info))),

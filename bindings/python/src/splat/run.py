@@ -54,7 +54,7 @@ def _event(raw: Any) -> Event:
 
 
 class Run(Handle):
-    """A task with its folder: an iterator of events. `Training` opens one.
+    """A task with its folder: an iterator of events. `Training` and `Fit` open one.
 
     A run that ends anywhere and is resumed has the same bits as one without an interruption.
     """

@@ -194,6 +194,8 @@ class Scene(Handle):
                 for name in ("means", "log_scales", "rotations", "opacity_logits", "sh")}
 
     def __getitem__(self, index: Any) -> "Scene":
+        """A part as a new scene. Reads all attributes whole, one after another: no other thread may change the scene
+        meanwhile."""
         places = np.arange(len(self))[index]
         if places.ndim != 1:
             raise TypeError(f"a Scene is not indexed by {kind_of(index)}: scene[3:4] is a Scene of one "

@@ -31,6 +31,11 @@ ENDED = np.dtype([("the block of Tensor.map has ended", "V1")])
 FREES_FORMATS = tuple(map(int, np.__version__.split(".")[:2])) >= (2, 5)
 
 
+def _has_formats(array: NDArray[Any]) -> bool:
+    """Whether a memoryview of an array was made. NumPy keeps the formats behind the array's weak references."""
+    return c_void_p.from_address(id(array) + np.ndarray.__weakrefoffset__ + sizeof(c_void_p)).value is not None
+
+
 def _end(keeper: Keeper, copy: Optional[NDArray[Any]], pointer: int) -> None:
     """Unmap a tensor, after its elements were copied back from `copy`."""
     if copy is not None:
@@ -105,7 +110,9 @@ class Mapping:
                               "longer, and delete other names of the array and of its parts")
         weakref.finalize(array, _nothing, root).atexit = False
         state: Any = (1, (), ENDED, False, bytes(1))  # type hints of NumPy 2 want its own bool, which has no int
-        if not (FREES_FORMATS and any(type(each).__name__ == "managedbuffer" for each in gc.get_referrers(array))):
+        # Only an array with formats is worth the walk over all objects that get_referrers is.
+        if not (FREES_FORMATS and _has_formats(array)
+                and any(type(each).__name__ == "managedbuffer" for each in gc.get_referrers(array))):
             array.__setstate__(state)
         array.flags.writeable = False
         ends()

@@ -292,6 +292,19 @@ pub const SPLAT_VERDICT_NOT_COMPARABLE: splat_verdict = 3;
 /// too few objects: no difference could bring p_holm below 0.05
 pub const SPLAT_VERDICT_TOO_FEW: splat_verdict = 4;
 
+/// go on from the latest state that can be read; begin again if none was saved yet
+pub const SPLAT_FIT_RESUME: u32 = 1;
+/** replace the run in the folder; other files in it stay */ pub const SPLAT_FIT_OVERWRITE: u32 = 2;
+/** fit all photographs: none is held out, so there are no scores */ pub const SPLAT_FIT_ALL_PHOTOS: u32 = 4;
+/** transparent pictures lie on white; else only opaque pixels count */ pub const SPLAT_FIT_WHITE_BACKGROUND: u32 = 8;
+
+/** Which file of cameras a fit reads. */ pub type splat_fit_cameras = i32;
+/// a COLMAP model where there is one, else transforms.json
+pub const SPLAT_FIT_CAMERAS_AUTO: splat_fit_cameras = 0;
+/** a COLMAP model */ pub const SPLAT_FIT_CAMERAS_COLMAP: splat_fit_cameras = 1;
+/// transforms.json, else transforms_train.json and its like
+pub const SPLAT_FIT_CAMERAS_TRANSFORMS: splat_fit_cameras = 2;
+
 /// F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from -1 to 1
 pub const SPLAT_PRIOR_MODEL_NUMBERS: u32 = 1;
 
@@ -1579,6 +1592,26 @@ pub struct splat_metric_comparison {
     /** the same, with a finite score in A only */ pub lacking_b: u64,
 }
 
+/// What to fit, and how long.
+#[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct splat_fit_desc {
+    pub struct_size: u32,
+    /** SPLAT_FIT_ bits */ pub flags: u32,
+    pub next: *const c_void,
+    /** folder of the run */ pub folder: *const c_char,
+    /** folder of photographs and cameras; NULL with SPLAT_FIT_RESUME: the run's */ pub data: *const c_char,
+    /** folder of masks, named like the photographs, 0 leaves out; NULL: none */ pub masks: *const c_char,
+    /** 1 to 10,000,000; 0: as many as `seconds` take */ pub steps: u64,
+    /** about how long to optimise on this device; 0: 60. Either this or `steps` */ pub seconds: f64,
+    /** 0 to 2^53 */ pub seed: u64,
+    /** 2 or more; 0: by the length of the fit */ pub max_gaussians: u32,
+    /** bands of spherical harmonics, degree + 1: 1 to 4; 0: 4 */ pub sh_bands: u32,
+    /** sides of the photographs are divided by it, 1 to 64; 0: 1 */ pub downscale: u32,
+    /** each so many photographs by name, with the first, are held out; 0: 8 */ pub test_every: u32,
+    /** which file of cameras to read */ pub cameras: splat_fit_cameras,
+    /** 0 */ pub reserved: u32,
+}
+
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct splat_prior_model_desc {
     pub struct_size: u32,
@@ -1732,8 +1765,9 @@ zeroed! {
     splat_image_info splat_image_scores splat_lpips_desc splat_run_event splat_optimizer_desc splat_optimizer_info
     splat_trainer_desc splat_trainer_batch splat_trainer_info splat_training_desc splat_evaluator_desc
     splat_evaluator_info splat_object_scores splat_evaluated_views splat_evaluation_summary splat_compare_desc
-    splat_comparison_info splat_metric_comparison splat_prior_model_desc splat_prior_model_info splat_normals_desc
-    splat_depth_scores splat_normal_scores splat_mask_scores splat_fidelity_scores splat_point_scores
+    splat_comparison_info splat_metric_comparison splat_fit_desc splat_prior_model_desc splat_prior_model_info
+    splat_normals_desc splat_depth_scores splat_normal_scores splat_mask_scores splat_fidelity_scores
+    splat_point_scores
 }
 
 extern "C" {
@@ -3567,6 +3601,36 @@ extern "C" {
     pub fn splat_comparison_destroy(comparison: splat_comparison) -> splat_result;
 
     /// ```text
+    /// Open a fit, which splat_run_destroy closes: read the photographs, undo the distortion of their lenses, and without
+    /// `steps` measure how many take `seconds`; then make the folder, or lock that of the run. Fits of equal photographs,
+    /// steps and seeds have equal bits. On resuming, what is given (not 0 or NULL) must equal the run's. A split of the
+    /// data's own goes before `test_every`.
+    ///
+    /// splat_run_next of it returns errors of the rasterizer and of the device, and SPLAT_ERROR_INVALID_STATE after the
+    /// device failed within an update: close the run and resume it.
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or, with the folder untouched,
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      desc; fewer than two photographs to fit; other photographs than the run's
+    ///   SPLAT_ERROR_INVALID_STATE         a session has the folder open (the message names its process); it holds a run,
+    ///                                     no run, or something else
+    ///   SPLAT_ERROR_NOT_FOUND             no cameras, photographs or masks; no state can be read
+    ///   SPLAT_ERROR_FORMAT, SPLAT_ERROR_SHAPE_MISMATCH   cameras or photographs that are damaged or do not fit each other
+    ///   SPLAT_ERROR_UNSUPPORTED           a lens; a format of photographs; more Gaussians or larger photographs than the
+    ///                                     device takes
+    ///   SPLAT_ERROR_IO                    the folder cannot be written; parts may remain
+    ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY    and errors of the device
+    /// ```
+    pub fn splat_fit_open(device: splat_device, desc: *const splat_fit_desc, run: *mut splat_run) -> splat_result;
+
+    /// ```text
+    /// Copy the Gaussians as they are to a new scene, in the frame and units of the cameras.
+    /// run       of splat_fit_open
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (NULL; a run of another
+    ///   task), SPLAT_CANCELLED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
+    ///   SPLAT_ERROR_DEVICE_LOST
+    /// ```
+    pub fn splat_fit_scene(run: splat_run, scene: *mut splat_scene) -> splat_result;
+
+    /// ```text
     /// Get a preset. JSON: {"path" (where a model without a path is looked for), "preset": {"name",
     /// "title", "input", "outputs", "file" (its name; where they are known url, bytes, sha256),
     /// "licence", "note"}}.
@@ -3827,6 +3891,7 @@ pub const STRUCTS: &[(&str, bool, usize)] = &[
     ("splat_compare_desc", false, std::mem::size_of::<splat_compare_desc>()),
     ("splat_comparison_info", false, std::mem::size_of::<splat_comparison_info>()),
     ("splat_metric_comparison", false, std::mem::size_of::<splat_metric_comparison>()),
+    ("splat_fit_desc", false, std::mem::size_of::<splat_fit_desc>()),
     ("splat_prior_model_desc", false, std::mem::size_of::<splat_prior_model_desc>()),
     ("splat_prior_model_info", false, std::mem::size_of::<splat_prior_model_info>()),
     ("splat_prior_maps", true, std::mem::size_of::<splat_prior_maps>()),
@@ -4026,6 +4091,9 @@ mod tests {
         layout!(splat_metric_comparison, 120, 8, struct_size: 0, 4; metric: 4, 4; verdict: 8, 4; exact: 12, 4; mean_a:
         16, 8; mean_b: 24, 8; difference: 32, 8; p_permutation: 40, 8; p_parametric: 48, 8; p_holm: 56, 8; low: 64, 8;
         high: 72, 8; effect: 80, 8; n_a: 88, 8; n_b: 96, 8; lacking_a: 104, 8; lacking_b: 112, 8;);
+        layout!(splat_fit_desc, 88, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; folder: 16, 8; data: 24, 8; masks:
+        32, 8; steps: 40, 8; seconds: 48, 8; seed: 56, 8; max_gaussians: 64, 4; sh_bands: 68, 4; downscale: 72, 4;
+        test_every: 76, 4; cameras: 80, 4; reserved: 84, 4;);
         layout!(splat_prior_model_desc, 48, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; preset: 16, 8; model_path:
         24, 8; runtime_path: 32, 8; threads: 40, 4; reserved: 44, 4;);
         layout!(splat_prior_model_info, 56, 8, struct_size: 0, 4; maps: 4, 4; width: 8, 4; height: 12, 4; preset: 16,

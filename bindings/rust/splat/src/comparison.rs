@@ -15,10 +15,13 @@ pub struct Score {
     /// Name of the object.
     pub object: String,
     /// dB
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::numbers::Field::read"))]
     pub psnr: f64,
     /// Higher is better.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::numbers::Field::read"))]
     pub ssim: f64,
     /// Less is better.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::numbers::Field::read"))]
     pub lpips: f64,
 }
 

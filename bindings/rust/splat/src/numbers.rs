@@ -212,8 +212,15 @@ macro_rules! output {
         #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
         #[non_exhaustive]
         pub struct $name {
-            $($(#[$each])* pub $field: $kind,)*
+            $(
+                $(#[$each])*
+                #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::numbers::Field::read"))]
+                pub $field: $kind,
+            )*
         }
+
+        #[cfg(feature = "serde")]
+        impl crate::numbers::Field<'_> for $name {}
 
         impl $name {
             pub(crate) fn from_raw($from: &sys::$raw) -> Self {
@@ -223,6 +230,37 @@ macro_rules! output {
     };
 }
 pub(crate) use output;
+
+/// How fields are read: JSON has null for numbers that are not finite, which become NaN.
+#[cfg(feature = "serde")]
+pub(crate) trait Field<'de>: serde::Deserialize<'de> {
+    fn read<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        Self::deserialize(from)
+    }
+}
+
+#[cfg(feature = "serde")]
+macro_rules! fields {
+    ($($plain:ty),*; $($with_nan:ty = $read:ty, $nan:expr;)*) => {
+        $(impl Field<'_> for $plain {})*
+        $(
+            impl<'de> Field<'de> for $with_nan {
+                fn read<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+                    serde::Deserialize::deserialize(from).map($nan as fn($read) -> Self)
+                }
+            }
+        )*
+    };
+}
+#[cfg(feature = "serde")]
+fields! {
+    bool, u32, u64, String, Vec<i64>, [u8; 16];
+    f32 = Option<f32>, |n| n.unwrap_or(f32::NAN);
+    f64 = Option<f64>, |n| n.unwrap_or(f64::NAN);
+    [f32; 3] = [Option<f32>; 3], |all| all.map(|n| n.unwrap_or(f32::NAN));
+    [f64; 3] = [Option<f64>; 3], |all| all.map(|n| n.unwrap_or(f64::NAN));
+    [f64; 4] = [Option<f64>; 4], |all| all.map(|n| n.unwrap_or(f64::NAN));
+}
 
 /// A struct that the library reads.
 macro_rules! input {
@@ -276,6 +314,9 @@ macro_rules! named {
                 })
             }
         }
+
+        #[cfg(feature = "serde")]
+        impl crate::numbers::Field<'_> for $name {}
 
         #[cfg(feature = "serde")]
         impl serde::Serialize for $name {

@@ -1,12 +1,13 @@
-//! Runs: tasks with their folder, as iterators of events. A training is one.
+//! Runs: tasks with their folder, as iterators of events, such as a training or a fit.
 
 use crate::dataset::Dataset;
 use crate::device::Device;
 use crate::error::{call, Result};
 use crate::model::Model;
 use crate::object::{object, Serial};
+use crate::scene::Scene;
 use crate::text::{c_optional, c_optional_path, optional, pointer, text, Texts};
-use crate::values::{LoadFlags, RunEventKind, TrainerInfo, TrainingFlags};
+use crate::values::{FitCameras, FitFlags, LoadFlags, RunEventKind, TrainerInfo, TrainingFlags};
 use splat_sys as sys;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -121,7 +122,7 @@ impl RunEvent {
 object! {
     /// A task with its folder, one piece of work per item: steps, validations, saved states. The
     /// iterator ends after the event that ends the run. After an error the next item tries the
-    /// same piece again. [`Training`](crate::Training) opens one.
+    /// same piece again. [`Training`](crate::Training) and [`Fit`](crate::Fit) open one.
     Run, splat_run, splat_run_destroy, serial: Serial, ended: bool
 }
 
@@ -202,6 +203,26 @@ impl Interrupter {
     }
 }
 
+/// What a task has of the [`Run`] inside it.
+macro_rules! deref_to_run {
+    ($task:ident) => {
+        impl std::ops::Deref for $task {
+            type Target = Run;
+
+            fn deref(&self) -> &Self::Target {
+                &self.0
+            }
+        }
+
+        impl Iterator for $task {
+            type Item = Result<RunEvent>;
+
+            fn next(&mut self) -> Option<Self::Item> {
+                self.0.next()
+            }
+        }
+    };
+}
 /// What to train, with which data, in which folder.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrainingDesc<'a> {
@@ -241,21 +262,7 @@ pub struct TrainingDesc<'a> {
 #[derive(Debug, PartialEq, Eq)]
 pub struct Training(Run);
 
-impl std::ops::Deref for Training {
-    type Target = Run;
-
-    fn deref(&self) -> &Run {
-        &self.0
-    }
-}
-
-impl Iterator for Training {
-    type Item = Result<RunEvent>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        self.0.next()
-    }
-}
+deref_to_run!(Training);
 
 impl Training {
     /// Open a session: check the configuration, the data and the weights; then make the folder, or
@@ -301,5 +308,96 @@ impl Training {
         let mut model = Model::made(|handle| call!(splat_training_model(self.0.handle, handle)))?;
         model.serial = self.0.serial.clone();
         Ok(model)
+    }
+}
+
+/// What to fit, and how long.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FitDesc<'a> {
+    /// Resume or overwrite, fit all photographs, white background.
+    pub flags: FitFlags,
+    /// The folder of the run.
+    pub folder: Option<&'a Path>,
+    /// Folder of photographs and cameras; None with [`FitFlags::RESUME`]: the run's.
+    pub data: Option<&'a Path>,
+    /// Folder of masks, named like the photographs, 0 leaves out; None: none.
+    pub masks: Option<&'a Path>,
+    /// 0: as many as `seconds` take.
+    pub steps: u64,
+    /// About how long to optimise on this device; 0: 60. Either this or `steps`.
+    pub seconds: f64,
+    /// Chooses the first Gaussians and the order of the photographs.
+    pub seed: u64,
+    /// 0: by the length of the fit.
+    pub max_gaussians: u32,
+    /// Bands of spherical harmonics, degree + 1: 1 to 4; 0: 4.
+    pub sh_bands: u32,
+    /// Sides of the photographs are divided by it; 0: 1.
+    pub downscale: u32,
+    /// Each so many photographs by name, with the first, are held out; 0: 8.
+    pub test_every: u32,
+    /// Which file of cameras to read.
+    pub cameras: FitCameras,
+}
+
+/// A fit of Gaussians to posed photographs as a run: an iterator of events, with the methods of [`Run`].
+/// Fits of equal photographs, steps and seeds have equal bits.
+///
+/// ```no_run
+/// # fn main() -> splat::Result<()> {
+/// use splat::{Device, Fit, FitDesc};
+/// let device = Device::create(&Default::default())?;
+/// let desc = FitDesc { folder: Some("run".as_ref()), data: Some("photos".as_ref()), ..Default::default() };
+/// let mut fit = Fit::open(&device, &desc)?;
+/// for event in fit.by_ref() {
+///     if let Some(text) = event?.text {
+///         println!("{text}");
+///     }
+/// }
+/// fit.scene()?.save("scene.ply", &Default::default())?;
+/// # Ok(())
+/// # }
+/// ```
+///
+/// Numbers of its events are, of a step, "psnr" of its photograph, "gaussians", "l1", "ssim" and
+/// milliseconds such as "raster_ms"; of photographs held out, "val_psnr" and "val_ssim".
+#[derive(Debug, PartialEq, Eq)]
+pub struct Fit(Run);
+
+deref_to_run!(Fit);
+
+impl Fit {
+    /// Open a session: read the photographs, place the first Gaussians, and without `steps` measure how
+    /// many take `seconds`; then make the folder, or lock that of the run.
+    /// # Errors
+    /// `InvalidArgument`, `InvalidState` (another session has the folder, or it holds
+    /// something else), `NotFound`, `Format`, `Unsupported`, `ShapeMismatch`, `Io`, errors of the device.
+    pub fn open(device: &Device, desc: &FitDesc<'_>) -> Result<Fit> {
+        let folder = c_optional_path("folder", desc.folder)?;
+        let data = c_optional_path("data", desc.data)?;
+        let masks = c_optional_path("masks", desc.masks)?;
+        let raw = sys::splat_fit_desc {
+            flags: desc.flags.0,
+            folder: pointer(&folder),
+            data: pointer(&data),
+            masks: pointer(&masks),
+            steps: desc.steps,
+            seconds: desc.seconds,
+            seed: desc.seed,
+            max_gaussians: desc.max_gaussians,
+            sh_bands: desc.sh_bands,
+            downscale: desc.downscale,
+            test_every: desc.test_every,
+            cameras: desc.cameras.0,
+            ..Default::default()
+        };
+        Run::made(|handle| call!(splat_fit_open(device.handle, &raw, handle))).map(Fit)
+    }
+
+    /// A copy of the Gaussians as they are, in the frame and units of the cameras.
+    /// # Errors
+    /// `OutOfHostMemory`, `Timeout`, `DeviceLost`.
+    pub fn scene(&self) -> Result<Scene> {
+        Scene::made(|handle| call!(splat_fit_scene(self.0.handle, handle)))
     }
 }

@@ -477,6 +477,27 @@ number! {
 }
 
 flags! {
+    /// What a fit is to do.
+    FitFlags {
+        /// go on from the latest state that can be read; begin again if none was saved yet
+        RESUME = SPLAT_FIT_RESUME,
+        /** replace the run in the folder; other files in it stay */ OVERWRITE = SPLAT_FIT_OVERWRITE,
+        /** fit all photographs: none is held out, so there are no scores */ ALL_PHOTOS = SPLAT_FIT_ALL_PHOTOS,
+        /// transparent pictures lie on white; else only opaque pixels count
+        WHITE_BACKGROUND = SPLAT_FIT_WHITE_BACKGROUND,
+    }
+}
+
+number! {
+    /// Which file of cameras a fit reads.
+    FitCameras {
+        /** a COLMAP model where there is one, else transforms.json */ AUTO = SPLAT_FIT_CAMERAS_AUTO,
+        /** a COLMAP model */ COLMAP = SPLAT_FIT_CAMERAS_COLMAP,
+        /** transforms.json, else transforms_train.json and its like */ TRANSFORMS = SPLAT_FIT_CAMERAS_TRANSFORMS,
+    }
+}
+
+flags! {
     /// What the numbers of a model's maps are.
     PriorModelFlags {
         /// F16 and F32 maps have the model's own numbers: depth at its scale, which may be distances, normals from -1
@@ -1067,11 +1088,12 @@ const _: () = assert!(
 
 /// What sentences say for names of C, in their order.
 #[rustfmt::skip]
-pub(crate) const WORDS: [(&str, &str); 91] = [
+pub(crate) const WORDS: [(&str, &str); 94] = [
     ("NULL", "None"), ("SPLAT_CAMERA_IGNORE_DISTORTION", "CameraFlags::IGNORE_DISTORTION"),
     ("SPLAT_CONVENTION_3DGS", "Convention::CONVENTION_3DGS"), ("SPLAT_CONVENTION_GSPLAT", "Convention::GSPLAT"),
     ("SPLAT_DEVICE_PROFILE", "DeviceFlags::PROFILE"), ("SPLAT_DEVICE_VALIDATION", "DeviceFlags::VALIDATION"),
     ("SPLAT_DTYPE_F32", "Dtype::F32"), ("SPLAT_EVENT_STEP", "RunEventKind::STEP"), ("SPLAT_EXPORT_", "Export"),
+    ("SPLAT_FIT_ALL_PHOTOS", "FitFlags::ALL_PHOTOS"), ("SPLAT_FIT_CAMERAS_", "FitCameras"),
     ("SPLAT_IMAGE_GIF", "ImageFormat::GIF"), ("SPLAT_IMAGE_NPY", "ImageFormat::NPY"),
     ("SPLAT_IMAGE_PNG", "ImageFormat::PNG"), ("SPLAT_IMAGE_PNG16", "ImageFormat::PNG16"),
     ("SPLAT_IMAGE_WEBP", "ImageFormat::WEBP"), ("SPLAT_LOAD_ADAPTERS", "LoadFlags::ADAPTERS"),
@@ -1097,12 +1119,13 @@ pub(crate) const WORDS: [(&str, &str); 91] = [
     ("splat_batches", "Batches"), ("splat_comparison", "Comparison"), ("splat_dataset", "Dataset"),
     ("splat_decode_set_limits", "set_decode_limits"), ("splat_device", "Device"),
     ("splat_device_cancel", "Device::cancel"), ("splat_evaluator", "Evaluator"),
-    ("splat_evaluator_score", "Evaluator::score"), ("splat_gaussians_desc", "Gaussians"),
-    ("splat_gradients_desc", "Gradients"), ("splat_lpips", "Lpips"), ("splat_lpips_desc", "Lpips"),
-    ("splat_model", "Model"), ("splat_model_backward", "Model::backward"), ("splat_model_forward", "Model::forward"),
-    ("splat_model_load", "Model::load"), ("splat_model_ports", "Model::ports"), ("splat_module", "Module"),
-    ("splat_op", "Op"), ("splat_optimizer", "Optimizer"), ("splat_picture_cut_desc", "PictureCut"),
-    ("splat_predictor", "Predictor"), ("splat_prior_model", "PriorModel"), ("splat_raster_state", "RasterState"),
+    ("splat_evaluator_score", "Evaluator::score"), ("splat_fit_open", "Fit::open"),
+    ("splat_gaussians_desc", "Gaussians"), ("splat_gradients_desc", "Gradients"), ("splat_lpips", "Lpips"),
+    ("splat_lpips_desc", "Lpips"), ("splat_model", "Model"), ("splat_model_backward", "Model::backward"),
+    ("splat_model_forward", "Model::forward"), ("splat_model_load", "Model::load"),
+    ("splat_model_ports", "Model::ports"), ("splat_module", "Module"), ("splat_op", "Op"),
+    ("splat_optimizer", "Optimizer"), ("splat_picture_cut_desc", "PictureCut"), ("splat_predictor", "Predictor"),
+    ("splat_prior_model", "PriorModel"), ("splat_raster_state", "RasterState"),
     ("splat_raster_state_create", "RasterState::create"), ("splat_rasterizer", "Rasterizer"),
     ("splat_rasterizer_forward", "Rasterizer::forward"), ("splat_rasterizer_read", "Rasterizer::read"),
     ("splat_run", "Run"), ("splat_run_next", "Run::next"), ("splat_scene", "Scene"), ("splat_tensor", "Tensor"),

@@ -95,6 +95,16 @@ fn descriptions_are_read_and_written() {
     }
     let info = support::device().get_info().unwrap();
     assert_eq!(from_str::<DeviceInfo>(&to_string(&info).unwrap()).unwrap(), info);
+    let nan = Score { psnr: f64::NAN, ..Default::default() };
+    assert!(from_str::<Score>(&to_string(&nan).unwrap()).unwrap().psnr.is_nan());
+    let mut scores = ObjectScores::default();
+    (scores.novel.lpips, scores.predict_ms) = (f64::INFINITY, 1.5);
+    let same: ObjectScores = from_str(&to_string(&scores).unwrap()).unwrap();
+    assert!(same.novel.lpips.is_nan() && same.predict_ms == 1.5);
+    let mut vif = FidelityScores::default();
+    vif.channels[3] = f64::NAN;
+    let same: FidelityScores = from_str(&to_string(&vif).unwrap()).unwrap();
+    assert!(same.channels[0] == 0.0 && same.channels[3].is_nan());
     let camera = to_string(&support::camera()).unwrap();
     assert_eq!(from_str::<Camera>(&camera).unwrap(), support::camera());
     let device: DeviceDesc = from_str(r#"{"cache_folder": "", "kernels": "PLAIN"}"#).unwrap();

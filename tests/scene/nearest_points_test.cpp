@@ -1,4 +1,4 @@
-#include "prior_scores/nearest_points.h"
+#include "scene/nearest_points.h"
 
 #include <gtest/gtest.h>
 
@@ -10,12 +10,12 @@
 namespace splat::test {
 namespace {
 
-using prior_scores::NearestPoints;
+using scene::NearestPoints;
 
 double by_a_loop(const std::vector<scene::Vec3>& points, const scene::Vec3& from) {
     double least = std::numeric_limits<double>::infinity();
     for (const scene::Vec3& point : points)
-        least = std::min(least, prior_scores::squared_distance(point, from));
+        least = std::min(least, scene::squared_distance(point, from));
     return least;
 }
 
@@ -26,6 +26,23 @@ TEST(NearestPoints, AreThoseOfALoop) {
         for (const scene::Vec3& from : random_points(500, 2))
             ASSERT_EQ(tree.squared_distance(from), by_a_loop(points, from)) << count;
     }
+}
+
+TEST(NearestPoints, TheNearestThreeAreThoseOfASort) {
+    const std::vector<scene::Vec3> points = random_points(200, 3);
+    const NearestPoints tree(points);
+    for (const scene::Vec3& from : points) {
+        std::vector<double> all;
+        for (const scene::Vec3& point : points) all.push_back(scene::squared_distance(point, from));
+        std::sort(all.begin(), all.end());
+        std::vector<double> least(3);
+        tree.squared_distances(from, least);
+        EXPECT_TRUE(std::equal(least.begin(), least.end(), all.begin()));
+    }
+    std::vector<double> few(3);
+    NearestPoints(std::vector<scene::Vec3>{{0, 0, 0}}).squared_distances({0, 0, 2}, few);
+    EXPECT_EQ(few[0], 4);
+    EXPECT_TRUE(std::isinf(few[1]) && std::isinf(few[2]));
 }
 
 TEST(NearestPoints, OfAGridWithManyEqualDistances) {

@@ -1,0 +1,92 @@
+#include <optional>
+
+#include "api/api_guard.h"
+#include "api/handles.h"
+#include "fit/fit_task.h"
+
+using namespace splat;
+
+namespace {
+
+constexpr std::uint32_t kFlags =
+    SPLAT_FIT_RESUME | SPLAT_FIT_OVERWRITE | SPLAT_FIT_ALL_PHOTOS | SPLAT_FIT_WHITE_BACKGROUND;
+
+Result<run::RunDesc> run_desc_of(const splat_fit_desc& given) {
+    using Mode = run::RunFolder::Mode;
+    constexpr std::uint32_t kBoth = SPLAT_FIT_RESUME | SPLAT_FIT_OVERWRITE;
+    SPLAT_TRY(api::require(given.folder, "splat_fit_desc.folder"));
+    if ((given.flags & kBoth) == kBoth)
+        return invalid(
+            "splat_fit_desc.flags ask to resume the run and to overwrite it, expected one of "
+            "them");
+    const Mode mode = (given.flags & SPLAT_FIT_RESUME) != 0      ? Mode::kResume
+                      : (given.flags & SPLAT_FIT_OVERWRITE) != 0 ? Mode::kReplace
+                                                                 : Mode::kNew;
+    return run::RunDesc{given.folder, mode, splat_version_string()};
+}
+
+/// A number of the struct, of which 0 stands for the default or, in a run that is resumed, for the run's.
+std::optional<std::uint64_t> given_of(std::uint64_t value) {
+    return value == 0 ? std::nullopt : std::optional(value);
+}
+
+Result<fit::FitDesc> desc_of(const splat_fit_desc& given) {
+    static constexpr const char* kCameras[] = {"auto", "colmap", "transforms"};
+    if ((given.flags & SPLAT_FIT_RESUME) == 0)
+        SPLAT_TRY(api::require(given.data, "splat_fit_desc.data"));
+    if (given.sh_bands > 4)
+        return invalid("splat_fit_desc.sh_bands is %u, expected 1 to 4, or 0", given.sh_bands);
+    if (given.cameras < 0 || given.cameras > SPLAT_FIT_CAMERAS_TRANSFORMS)
+        return invalid("splat_fit_desc.cameras is %d, expected a SPLAT_FIT_CAMERAS_ value",
+                       given.cameras);
+    const bool all = (given.flags & SPLAT_FIT_ALL_PHOTOS) != 0;
+    if (all && given.test_every != 0)
+        return invalid(
+            "splat_fit_desc.test_every is %u, but no photograph is held out with "
+            "SPLAT_FIT_ALL_PHOTOS: expected 0",
+            given.test_every);
+    fit::FitDesc desc;
+    if (given.data != nullptr) desc.data = given.data;
+    if (given.masks != nullptr) desc.masks = given.masks;
+    if (given.cameras != SPLAT_FIT_CAMERAS_AUTO) desc.cameras = kCameras[given.cameras];
+    if ((given.flags & SPLAT_FIT_WHITE_BACKGROUND) != 0) desc.white_background = true;
+    desc.downscale = given_of(given.downscale);
+    desc.test_every = all ? std::optional<std::uint64_t>(0) : given_of(given.test_every);
+    desc.steps = given_of(given.steps);
+    if (given.seconds != 0) desc.seconds = given.seconds;
+    desc.max_gaussians = given_of(given.max_gaussians);
+    if (given.sh_bands != 0) desc.sh_degree = given.sh_bands - 1;
+    desc.seed = given_of(given.seed);
+    return desc;
+}
+
+}  // namespace
+
+splat_result splat_fit_open(splat_device device, const splat_fit_desc* desc, splat_run* run) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto owner, api::find(device));
+        SPLAT_TRY(api::require(run, "run"));
+        SPLAT_TRY(api::check_desc(desc, kFlags));
+        SPLAT_ASSIGN(const run::RunDesc made, run_desc_of(*desc));
+        SPLAT_ASSIGN(fit::FitDesc asked, desc_of(*desc));
+        SPLAT_TRY(owner->test(api::kAllKernels));
+        const vk::DeviceCall call(owner->context->mutex);
+        auto task = std::make_unique<fit::FitTask>(owner->context, std::move(asked));
+        auto object = std::make_shared<api::RunObject>(owner->context);
+        object->fit = task.get();
+        SPLAT_ASSIGN(object->run, run::Run::open(made, std::move(task), object->interrupt));
+        object->figures.set(object->run->figures());
+        *run = api::Runs::add(std::move(object));
+        return {};
+    });
+}
+
+splat_result splat_fit_scene(splat_run run, splat_scene* scene) {
+    return api::create_of(run, scene, [](const auto& object) -> api::Scenes::Made {
+        if (object->fit == nullptr)
+            return invalid("run is no fit, expected a run of splat_fit_open");
+        auto made = std::make_shared<api::SceneObject>();
+        SPLAT_ASSIGN(made->gaussians, object->fit->scene());
+        return made;
+    });
+}

@@ -1,0 +1,131 @@
+#include "fit/fit_options.h"
+
+#include <cmath>
+
+#include "core/json_tree.h"
+#include "core/json_writer.h"
+#include "fit/schedule.h"
+#include "io/file.h"
+
+namespace splat::fit {
+namespace {
+
+constexpr double kDefaultSeconds = 60;
+constexpr std::uint64_t kMostConfigBytes = 1 << 20;
+constexpr std::uint64_t kMostSeed = std::uint64_t{1} << 53;  ///< JSON holds it exactly
+
+/// Call `visit(name, value of the options, given value)` for each option.
+template <class Options, class Given, class Visit>
+void each_option(Options& options, Given& given, const Visit& visit) {
+    visit("data", options.data, given.data);
+    visit("cameras", options.cameras, given.cameras);
+    visit("masks", options.masks, given.masks);
+    visit("white_background", options.white_background, given.white_background);
+    visit("downscale", options.downscale, given.downscale);
+    visit("test_every", options.test_every, given.test_every);
+    visit("steps", options.steps, given.steps);
+    visit("seconds", options.seconds, given.seconds);
+    visit("max_gaussians", options.max_gaussians, given.max_gaussians);
+    visit("sh_degree", options.sh_degree, given.sh_degree);
+    visit("seed", options.seed, given.seed);
+}
+
+bool take(const JsonTree& json, std::string& value) {
+    if (json.text() != nullptr) value = *json.text();
+    return json.text() != nullptr;
+}
+bool take(const JsonTree& json, std::uint64_t& value) {
+    value = json.count().value_or(0);
+    return json.count().has_value();
+}
+bool take(const JsonTree& json, double& value) {
+    value = json.number().value_or(0);
+    return json.number().has_value();
+}
+bool take(const JsonTree& json, bool& value) {
+    const bool* const found = std::get_if<bool>(&json.value);
+    value = found != nullptr && *found;
+    return found != nullptr;
+}
+
+Status in_range(const char* name, std::uint64_t value, std::uint64_t least, std::uint64_t most) {
+    if (value >= least && value <= most) return {};
+    return invalid("%s is %llu, expected %llu to %llu", name, llu(value), llu(least), llu(most));
+}
+
+Status check(const FitOptions& o) {
+    if (o.data.empty()) return invalid("no data, expected a folder of photographs");
+    SPLAT_TRY(in_range("downscale", o.downscale, 1, 64));
+    SPLAT_TRY(in_range("test_every", o.test_every, 0, UINT32_MAX));
+    SPLAT_TRY(in_range("steps", o.steps, 0, kMostSteps));
+    SPLAT_TRY(in_range("sh_degree", o.sh_degree, 0, scene::kMaxShDegree));
+    SPLAT_TRY(in_range("seed", o.seed, 0, kMostSeed));
+    if (o.max_gaussians != 0) SPLAT_TRY(in_range("max_gaussians", o.max_gaussians, 2, UINT32_MAX));
+    if (!std::isfinite(o.seconds) || o.seconds < 0)
+        return invalid("seconds is %g, expected a number above 0", o.seconds);
+    return {};
+}
+
+}  // namespace
+
+Result<FitOptions> options_of(const FitDesc& given) {
+    FitOptions options;
+    each_option(options, given, [](const char*, auto& value, const auto& wanted) {
+        if (wanted) value = *wanted;
+    });
+    SPLAT_TRY(check(options));
+    if (options.steps != 0 && options.seconds > 0)
+        return invalid("seconds is %g and steps %llu, expected one of them", options.seconds,
+                       llu(options.steps));
+    if (options.steps == 0 && options.seconds == 0) options.seconds = kDefaultSeconds;
+    return options;
+}
+
+Result<FitOptions> options_of_run(const std::string& config, const FitDesc& given) {
+    SPLAT_ASSIGN(const io::Buffer bytes, io::read_file(config, kMostConfigBytes));
+    SPLAT_ASSIGN(const JsonTree json, parse_json_tree(io::as_text(bytes), config.c_str()));
+    FitOptions options;
+    std::string lacks, differs;
+    each_option(options, given, [&](const char* name, auto& value, const auto& wanted) {
+        if (!take(json[name], value) && lacks.empty()) lacks = name;
+        if (wanted && *wanted != value && differs.empty()) differs = name;
+    });
+    if (!lacks.empty() || options.steps == 0)
+        return damaged("'%s' has no '%s': the run is no fit", config.c_str(),
+                       lacks.empty() ? "steps" : lacks.c_str());
+    if (!differs.empty())
+        return invalid(
+            "%s differs from that of the run, on which its steps depend: leave it out to resume, "
+            "or begin a "
+            "new run",
+            differs.c_str());
+    const Status checked = check(options);
+    if (!checked.ok()) return damaged("'%s': %s", config.c_str(), checked.message().c_str());
+    return options;
+}
+
+std::string config_text(const FitOptions& options) {
+    JsonWriter json;
+    json.begin_object();
+    const FitDesc none;
+    each_option(options, none, [&](const char* name, const auto& value, const auto&) {
+        json.newline(2).member(name, value);
+    });
+    json.newline().end();
+    return json.text() + "\n";
+}
+
+data::PosedPhotosOptions photos_of(const FitOptions& options) {
+    using Cameras = data::PosedPhotosOptions::Cameras;
+    data::PosedPhotosOptions photos;
+    photos.cameras = options.cameras == "colmap"       ? Cameras::kColmap
+                     : options.cameras == "transforms" ? Cameras::kTransforms
+                                                       : Cameras::kAuto;
+    photos.downscale = static_cast<std::uint32_t>(options.downscale);
+    photos.test_every = static_cast<std::uint32_t>(options.test_every);
+    photos.masks = options.masks;
+    photos.white_background = options.white_background;
+    return photos;
+}
+
+}  // namespace splat::fit

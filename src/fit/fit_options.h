@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "core/status.h"
+#include "data/posed_photos.h"
+
+namespace splat::fit {
+
+/// What a fit's steps depend on besides its photographs; what config.json of its run holds.
+struct FitOptions {
+    std::string data;              ///< folder of photographs and cameras
+    std::string cameras = "auto";  ///< or "colmap", "transforms"
+    std::string masks;             ///< a folder; empty: none
+    bool white_background = false;
+    std::uint64_t downscale = 1;
+    std::uint64_t test_every = 8;     ///< 0: all photographs are fitted
+    std::uint64_t steps = 0;          ///< 0 until they are chosen
+    double seconds = 0;               ///< 0: by steps
+    std::uint64_t max_gaussians = 0;  ///< 0: by the length of the fit
+    std::uint64_t sh_degree = 3;
+    std::uint64_t seed = 0;
+};
+
+/// Options that a caller gives; the others are the defaults, or those of the run that is resumed.
+struct FitDesc {
+    std::optional<std::string> data, cameras, masks;
+    std::optional<bool> white_background;
+    std::optional<std::uint64_t> downscale, test_every, steps, max_gaussians, sh_degree, seed;
+    std::optional<double> seconds;
+};
+
+/// The options of a new fit; without steps, for 60 seconds. Errors: kInvalidArgument for a number out of its range, no
+/// data, both steps and seconds.
+Result<FitOptions> options_of(const FitDesc& given);
+
+/// The options of a run that is resumed. Errors: kFormat for a file that is not the configuration of a fit;
+/// kInvalidArgument for a given option that differs from the run's.
+Result<FitOptions> options_of_run(const std::string& config, const FitDesc& given);
+
+/// Text of a run's config.json.
+std::string config_text(const FitOptions& options);
+
+data::PosedPhotosOptions photos_of(const FitOptions& options);
+
+}  // namespace splat::fit

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "fit/photo_loss.h"
+#include "fit/schedule.h"
+#include "fit/truths.h"
+#include "raster/rasterizer.h"
+
+namespace splat::fit {
+
+/// What one step of a fit did.
+struct FitStep {
+    double loss = 0;          ///< mean of the views
+    double l1 = 0, ssim = 0;  ///< means over the valid pixels
+    double squared = 0;       ///< mean squared error
+    bool skipped = false;     ///< the loss is not finite: nothing was updated
+    raster::RasterStats drawn;
+    double raster_seconds = 0, loss_seconds = 0, update_seconds = 0, grow_seconds = 0;
+};
+
+/// The optimisation of Gaussians for photographs, a pair of views a step, all of it on the device but the choice of
+/// rows that grow.
+///
+///   loss = (1 - s) L1 + s (1 - SSIM), means over the valid pixels of a view, then over the views; s = 0.2
+///
+/// Errors       kOutOfDeviceMemory; those of the rasterizer and of Context::run. A step that failed is tried again by
+///              the same call. Where the device failed while it updated, every later call is kInvalidState
+/// Determinism  bit-exact for any thread count
+/// Source       Kerbl et al. 2023, with the changes that schedule.cpp and growth.h state
+class Fitter {
+  public:
+    struct Desc {
+        std::vector<data::PosedPhoto> photos;  ///< photographs to fit
+        Schedule schedule;
+        std::uint64_t seed = 0;
+        double near_plane = 0.01;              ///< scene units
+        std::array<float, 3> background = {};  ///< RGB behind the Gaussians
+    };
+    /// Errors: also kUnsupported for more Gaussians or larger photographs than the device takes.
+    static Result<std::unique_ptr<Fitter>> create(vk::Context& context, Desc desc);
+
+    /// Begin with these Gaussians, or with a state: `grown` is that of the fitter that saved it.
+    Status begin(const scene::Gaussians& scene) { return set_.begin(scene); }
+    Status load(const io::NamedTensors& state, std::uint64_t grown);
+    Status save(io::NamedTensors& state);
+
+    /// The latest step before which the set was rearranged, so that one that is done again does not grow twice.
+    [[nodiscard]] std::uint64_t grown() const { return grown_; }
+
+    /// Step number `step`, from 0; `attempt` chooses the views.
+    Status step(std::uint64_t step, std::uint64_t attempt, FitStep& done);
+
+    /// Draw a view, [3,height,width] over black.
+    Result<std::vector<float>> draw(const scene::Camera& camera, std::uint32_t sh_degree);
+
+    /// Median of the seconds of a step over those of the cost model, by drawing and comparing a few views of each size.
+    /// Changes nothing.
+    Result<double> slowness();
+
+    [[nodiscard]] const Schedule& schedule() const { return schedule_; }
+    /// Go by another schedule, of at most as many Gaussians as the first one.
+    void set_schedule(Schedule schedule) { schedule_ = std::move(schedule); }
+    [[nodiscard]] FitSet& set() { return set_; }
+
+  private:
+    using Views = std::vector<const Truth*>;  ///< views of one size
+    /// What views of one size need.
+    struct Canvas {
+        std::unique_ptr<raster::Rasterizer> rasterizer;
+        vk::Buffer grad_image, workspace;
+        std::vector<vk::Buffer> sums;  ///< one for each view
+    };
+
+    Fitter(vk::Context& context, Desc desc, FitSet set)
+        : context_(context),
+          photos_(std::move(desc.photos)),
+          schedule_(std::move(desc.schedule)),
+          seed_(desc.seed),
+          near_plane_(desc.near_plane),
+          background_(desc.background),
+          set_(std::move(set)) {}
+    Status use_size(std::uint32_t factor);
+    Result<Canvas*> canvas(std::uint32_t width, std::uint32_t height, bool grows);
+    [[nodiscard]] std::size_t view_of(std::uint64_t turn) const;
+    [[nodiscard]] Views views_of(const Truths& truths, std::uint64_t attempt) const;
+    Status grow(std::uint64_t step);
+    Status compare(const Views& views, Canvas& canvas, FitStep& done);
+    Status draw_and_compare(const Views& views, std::uint32_t degree, Canvas& canvas,
+                            FitStep& done);
+
+    [[nodiscard]] Status check_size(std::uint32_t width, std::uint32_t height) const;
+    [[nodiscard]] std::uint32_t views_at_once(std::uint32_t width, std::uint32_t height) const;
+    [[nodiscard]] Status usable() const;
+    /// Record by `record(recorder)` and run what must not be done by half, nor cancelled.
+    template <class Record>
+    Status run_whole(const Record& record);
+
+    vk::Context& context_;
+    std::vector<data::PosedPhoto> photos_;
+    Schedule schedule_;
+    std::uint64_t seed_;
+    double near_plane_;
+    std::array<float, 3> background_;
+    FitSet set_;
+    std::optional<Truths> truths_;  ///< photographs at 1 / factor_
+    std::uint32_t factor_ = 0;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, Canvas>
+        canvases_;               ///< by size, the latest ones
+    bool canvases_grow_ = true;  ///< they export what growth goes by
+    std::uint64_t grown_ = 0;
+    bool broken_ = false;  ///< the device failed while it updated
+    vk::Buffer no_depth_;
+};
+
+}  // namespace splat::fit
