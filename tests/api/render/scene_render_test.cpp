@@ -96,11 +96,13 @@ TEST(ApiSceneRender, OpensADeviceAndClosesIt) {
     const Scene scene = SampleScene(40, 2).create();
     Views<float> mine, own;
     ASSERT_DONE(render(shared_device(), scene, nullptr, mine, 3));
-    const std::size_t before = threads();
-    for (int i = 0; i < 2; ++i) {
+    // The first call may start threads of the driver that stay, such as those of its cache.
+    std::size_t before = 0;
+    for (int i = 0; i < 3; ++i) {
         ASSERT_DONE(render(nullptr, scene, nullptr, own, 3));
         for (std::size_t view = 0; view < own.size(); ++view)
             EXPECT_EQ(own[view].values, mine[view].values);
+        if (i == 0) before = threads();
         EXPECT_EQ(threads(), before) << "the scene would keep the device, whose driver has threads";
     }
 }
