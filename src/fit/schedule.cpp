@@ -49,7 +49,7 @@ Schedule::Shape Schedule::shape_of(double seconds) {
 
 double step_milliseconds(double gaussians, std::uint32_t sh_degree, double pixels) {
     const double terms = scene::sh_coefficients(sh_degree);
-    return 10.3 + 4.2e-4 * gaussians + 2.3e-5 * gaussians * terms + 3.9e-4 * pixels;
+    return 8.4 + 4.0e-4 * gaussians + 4.0e-5 * gaussians * terms + 3.1e-4 * pixels;
 }
 
 void Schedule::build(double seconds) {
