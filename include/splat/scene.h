@@ -324,7 +324,7 @@ typedef struct splat_camera_file_desc {
     uint32_t flags;   /* SPLAT_CAMERA_ bits */
     const void* next; /* NULL */
     uint32_t width;   /* width in pixels, for a transforms.json without size; else 0 */
-    uint32_t height;  /* height in pixels, likewise */
+    uint32_t height;  /* height in pixels, for the same file */
 } splat_camera_file_desc;
 
 /* Read the cameras of a NeRF transforms.json, or of a COLMAP model's folder (text or binary).

@@ -51,16 +51,16 @@ double extent_of(std::span<const scene::Vec3> places) {
 
 }  // namespace
 
-Result<scene::Gaussians> first_gaussians(const ColoredPoints& points, std::uint32_t most,
+Result<scene::Gaussians> first_gaussians(const io::ColoredPoints& points, std::uint32_t most,
                                          std::uint64_t seed) {
-    if (points.places.size() < 2)
-        return invalid("%zu points to begin with, expected at least 2", points.places.size());
+    if (points.positions.size() < 2)
+        return invalid("%zu points to begin with, expected at least 2", points.positions.size());
     scene::Gaussians made;
     std::vector<scene::Vec3> places;
-    const auto chosen = drawn(points.places.size(), most, seed);
-    for (const std::size_t i : chosen) places.push_back(points.places[i]);
+    const auto chosen = drawn(points.positions.size(), most, seed);
+    for (const std::size_t i : chosen) places.push_back(points.positions[i]);
     const scene::NearestPoints tree(places);
-    const double least = std::max(kLeastScale * extent_of(points.places), 1e-30);
+    const double least = std::max(kLeastScale * extent_of(points.positions), 1e-30);
     const auto logit = static_cast<float>(scene::logit_of(kFirstOpacity));
     for (std::size_t i = 0; i < places.size(); ++i) {
         std::array<double, 4> squared{};  // the first one is the point itself
@@ -84,8 +84,8 @@ Result<scene::Gaussians> first_gaussians(const ColoredPoints& points, std::uint3
     return made;
 }
 
-ColoredPoints random_points(std::span<const scene::Camera> cameras, std::uint32_t count,
-                            std::uint64_t seed) {
+io::ColoredPoints random_points(std::span<const scene::Camera> cameras, std::uint32_t count,
+                                std::uint64_t seed) {
     // The place nearest to all axes: sum (1 - d d^T) (x - c) = 0, held near the mean of the centres by a small weight.
     scene::Mat3 sum(0);
     scene::Vec3 right(0), mean(0), ahead(0);
@@ -112,8 +112,8 @@ ColoredPoints random_points(std::span<const scene::Camera> cameras, std::uint32_
     double side = 0;
     for (const scene::Vec3& center : centers)
         side += glm::length(center - target) / static_cast<double>(centers.size());
-    ColoredPoints made;
-    for (std::size_t i = 0; made.places.size() < count && i < std::size_t{100} * count; ++i) {
+    io::ColoredPoints made;
+    for (std::size_t i = 0; made.positions.size() < count && i < std::size_t{100} * count; ++i) {
         const auto word = words(seed, 2, i);
         scene::Vec3 place;
         for (std::size_t k = 0; k < 3; ++k)
@@ -127,9 +127,9 @@ ColoredPoints random_points(std::span<const scene::Camera> cameras, std::uint32_
             const double v = camera.fy * p.y / p.z + camera.cy;
             seen += u >= 0 && v >= 0 && u < camera.width && v < camera.height ? 1 : 0;
         }
-        if (seen >= std::min<std::size_t>(2, cameras.size())) made.places.push_back(place);
+        if (seen >= std::min<std::size_t>(2, cameras.size())) made.positions.push_back(place);
     }
-    made.colors.assign(made.places.size(), {128, 128, 128});
+    made.colors.assign(made.positions.size(), {128, 128, 128});
     return made;
 }
 

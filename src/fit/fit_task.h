@@ -72,7 +72,7 @@ class FitTask : public run::Task {
     FitDesc given_;
     FitOptions options_;
     std::vector<data::PosedPhoto> held_out_;
-    ColoredPoints points_;
+    io::ColoredPoints points_;
     scene::Vec3 center_{0};       ///< origin of the fit in the photographs' frame
     std::uint32_t data_sum_ = 0;  ///< CRC-32 of photographs, cameras and points
     std::size_t fitted_ = 0;      ///< photographs

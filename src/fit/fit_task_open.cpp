@@ -70,19 +70,23 @@ Status FitTask::open_data(run::Messages& messages) {
         fitted.push_back(std::move(photo));
     }
     fitted_ = fitted.size();
-    if (fitted_ < 2) return invalid("%zu photographs to fit, expected at least 2", fitted_);
-    points_.places = std::move(photos.points);
+    points_.positions = std::move(photos.points);
     points_.colors = std::move(photos.colors);
-    for (scene::Vec3& place : points_.places) place -= center_;
-    if (points_.places.size() < 2) {
+    for (scene::Vec3& place : points_.positions) place -= center_;
+    if (points_.positions.size() < 2) {
         std::vector<scene::Camera> cameras;
         for (const data::PosedPhoto& photo : fitted) cameras.push_back(photo.camera);
         points_ = random_points(cameras, kRandomPoints, options_.seed);
+        if (points_.positions.size() < 2)
+            return damaged(
+                "'%s' has no points to begin with, and hardly a place that two of its cameras see: "
+                "look at their poses",
+                options_.data.c_str());
         messages.push_back(
             {format("no points to begin with: %zu random ones, where the cameras look",
-                    points_.places.size())});
+                    points_.positions.size())});
     }
-    const ScheduleDesc desc{.gaussians = static_cast<std::uint32_t>(points_.places.size()),
+    const ScheduleDesc desc{.gaussians = static_cast<std::uint32_t>(points_.positions.size()),
                             .most_gaussians = static_cast<std::uint32_t>(options_.max_gaussians),
                             .pixels = pixels / static_cast<double>(fitted_),
                             .extent = extent,
@@ -166,8 +170,7 @@ Status FitTask::compare(const JsonTree& run_json, run::Messages&) {
     if (!sum || *sum == data_sum_) return {};  // or a damaged run.json
     return invalid(
         "the photographs, cameras or points in '%s' have changed since the run began; its steps "
-        "depend on them: "
-        "restore them, or begin a new run",
+        "depend on them: restore them, or begin a new run",
         options_.data.c_str());
 }
 

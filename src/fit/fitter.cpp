@@ -42,8 +42,7 @@ Status Fitter::check_size(std::uint32_t width, std::uint32_t height) const {
     if (bytes <= most) return {};
     return unsupported(
         "a photograph of %u x %u pixels, but the device compares at most %llu pixels at once: "
-        "divide the "
-        "photographs' sides by a downscale",
+        "divide the photographs' sides by a downscale",
         width, height, llu(pixels * most / bytes));
 }
 
@@ -56,8 +55,7 @@ Status Fitter::usable() const {
     if (!broken_) return {};
     return bad_state(
         "the device failed while it updated the Gaussians, which are undefined since: close the "
-        "run and resume "
-        "it from its latest state");
+        "run and resume it from its latest state");
 }
 
 template <class Record>
@@ -132,22 +130,25 @@ Result<Fitter::Canvas*> Fitter::canvas(std::uint32_t width, std::uint32_t height
     return &canvases_.emplace(size, std::move(made)).first->second;
 }
 
-std::size_t Fitter::view_of(std::uint64_t turn) const {
+std::size_t Fitter::view_of(std::uint64_t turn) {
     // A permutation of the views for each round, drawn by the seed (Fisher and Yates).
     const std::size_t count = photos_.size();
-    const auto round = static_cast<std::uint32_t>(turn / count);
-    std::vector<std::size_t> order(count);
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    for (std::size_t i = count; i > 1; --i) {
-        const auto word =
-            philox({static_cast<std::uint32_t>(i), round, 0, 0},
-                   {static_cast<std::uint32_t>(seed_), static_cast<std::uint32_t>(seed_ >> 32)});
-        std::swap(order[i - 1], order[((std::uint64_t{word[0]} << 32) | word[1]) % i]);
+    const std::uint64_t round = turn / count;
+    if (order_.empty() || round != round_) {
+        order_.resize(count);
+        std::iota(order_.begin(), order_.end(), std::size_t{0});
+        for (std::size_t i = count; i > 1; --i) {
+            const auto word = philox(
+                {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(round), 0, 0},
+                {static_cast<std::uint32_t>(seed_), static_cast<std::uint32_t>(seed_ >> 32)});
+            std::swap(order_[i - 1], order_[((std::uint64_t{word[0]} << 32) | word[1]) % i]);
+        }
+        round_ = round;
     }
-    return order[turn % count];
+    return order_[turn % count];
 }
 
-Fitter::Views Fitter::views_of(const Truths& truths, std::uint64_t attempt) const {
+Fitter::Views Fitter::views_of(const Truths& truths, std::uint64_t attempt) {
     Views views;
     for (std::uint64_t i = 0; i < kStepViews; ++i) {
         const Truth& truth = truths.at(view_of(attempt * kStepViews + i));

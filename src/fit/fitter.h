@@ -54,7 +54,7 @@ class Fitter {
     /// Step number `step`, from 0; `attempt` chooses the views.
     Status step(std::uint64_t step, std::uint64_t attempt, FitStep& done);
 
-    /// Draw a view, [3,height,width] over black.
+    /// Draw a view, [3,height,width] over the background.
     Result<std::vector<float>> draw(const scene::Camera& camera, std::uint32_t sh_degree);
 
     /// Median of the seconds of a step over those of the cost model, by drawing and comparing a few views of each size.
@@ -85,8 +85,8 @@ class Fitter {
           set_(std::move(set)) {}
     Status use_size(std::uint32_t factor);
     Result<Canvas*> canvas(std::uint32_t width, std::uint32_t height, bool grows);
-    [[nodiscard]] std::size_t view_of(std::uint64_t turn) const;
-    [[nodiscard]] Views views_of(const Truths& truths, std::uint64_t attempt) const;
+    std::size_t view_of(std::uint64_t turn);
+    Views views_of(const Truths& truths, std::uint64_t attempt);
     Status grow(std::uint64_t step);
     Status compare(const Views& views, Canvas& canvas, FitStep& done);
     Status draw_and_compare(const Views& views, std::uint32_t degree, Canvas& canvas,
@@ -106,6 +106,8 @@ class Fitter {
     double near_plane_;
     std::array<float, 3> background_;
     FitSet set_;
+    std::vector<std::size_t> order_;  ///< views of the round that goes on
+    std::uint64_t round_ = 0;
     std::optional<Truths> truths_;  ///< photographs at 1 / factor_
     std::uint32_t factor_ = 0;
     std::map<std::pair<std::uint32_t, std::uint32_t>, Canvas>

@@ -13,12 +13,12 @@
 namespace splat::test {
 namespace {
 
-fit::ColoredPoints grid(std::size_t side) {
-    fit::ColoredPoints points;
+io::ColoredPoints grid(std::size_t side) {
+    io::ColoredPoints points;
     for (std::size_t i = 0; i < side * side * side; ++i) {
-        points.places.emplace_back(2.0 * static_cast<double>(i % side),
-                                   2.0 * static_cast<double>(i / side % side),
-                                   2.0 * static_cast<double>(i / side / side));
+        points.positions.emplace_back(2.0 * static_cast<double>(i % side),
+                                      2.0 * static_cast<double>(i / side % side),
+                                      2.0 * static_cast<double>(i / side / side));
         points.colors.push_back({static_cast<std::uint8_t>(i % 256), 0, 255});
     }
     return points;
@@ -39,7 +39,7 @@ TEST(FirstGaussians, AreAsLargeAsTheirNeighboursAreFar) {
 }
 
 TEST(FirstGaussians, AreDrawnByTheSeed) {
-    const fit::ColoredPoints points = grid(8);
+    const io::ColoredPoints points = grid(8);
     const scene::Gaussians a = fit::first_gaussians(points, 100, 1).value();
     const scene::Gaussians b = fit::first_gaussians(points, 100, 2).value();
     EXPECT_EQ(a.count(), 100);
@@ -52,12 +52,12 @@ TEST(FirstGaussians, AreDrawnByTheSeed) {
 }
 
 TEST(FirstGaussians, OfFewOrEqualPointsAreFinite) {
-    fit::ColoredPoints points;
-    points.places.assign(5, {1, 2, 3});
+    io::ColoredPoints points;
+    points.positions.assign(5, {1, 2, 3});
     points.colors.assign(5, {0, 0, 0});
     const scene::Gaussians made = fit::first_gaussians(points, 10, 0).value();
     for (const float scale : made.log_scales) EXPECT_TRUE(std::isfinite(scale));
-    points.places.resize(1);
+    points.positions.resize(1);
     points.colors.resize(1);
     EXPECT_ERROR(fit::first_gaussians(points, 10, 0), Code::kInvalidArgument,
                  "1 points to begin with, expected at least 2");
@@ -75,10 +75,10 @@ TEST(FirstGaussians, RandomPointsLieWhereTheCamerasLook) {
                 .value();
         cameras.push_back(camera);
     }
-    const fit::ColoredPoints points = fit::random_points(cameras, 500, 3);
-    ASSERT_EQ(points.places.size(), 500);
+    const io::ColoredPoints points = fit::random_points(cameras, 500, 3);
+    ASSERT_EQ(points.positions.size(), 500);
     scene::Vec3 mean(0);
-    for (const scene::Vec3& place : points.places) {
+    for (const scene::Vec3& place : points.positions) {
         EXPECT_LT(glm::length(place - target), 4);
         mean += place / 500.0;
     }

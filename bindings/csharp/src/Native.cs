@@ -2366,7 +2366,7 @@ namespace Splat.Interop
         /** <summary>SPLAT_CAMERA_ bits</summary> */ public CameraFlags flags;
         /** <summary>NULL</summary> */ public void* next;
         /** <summary>width in pixels, for a transforms.json without size; else 0</summary> */ public uint width;
-        /** <summary>height in pixels, likewise</summary> */ public uint height;
+        /** <summary>height in pixels, for the same file</summary> */ public uint height;
     }
 
     /// <summary>Files of cameras in memory.</summary>

@@ -2,6 +2,7 @@
 
 #include "api/api_guard.h"
 #include "api/handles.h"
+#include "api/run/run_desc.h"
 #include "fit/fit_task.h"
 
 using namespace splat;
@@ -10,20 +11,6 @@ namespace {
 
 constexpr std::uint32_t kFlags =
     SPLAT_FIT_RESUME | SPLAT_FIT_OVERWRITE | SPLAT_FIT_ALL_PHOTOS | SPLAT_FIT_WHITE_BACKGROUND;
-
-Result<run::RunDesc> run_desc_of(const splat_fit_desc& given) {
-    using Mode = run::RunFolder::Mode;
-    constexpr std::uint32_t kBoth = SPLAT_FIT_RESUME | SPLAT_FIT_OVERWRITE;
-    SPLAT_TRY(api::require(given.folder, "splat_fit_desc.folder"));
-    if ((given.flags & kBoth) == kBoth)
-        return invalid(
-            "splat_fit_desc.flags ask to resume the run and to overwrite it, expected one of "
-            "them");
-    const Mode mode = (given.flags & SPLAT_FIT_RESUME) != 0      ? Mode::kResume
-                      : (given.flags & SPLAT_FIT_OVERWRITE) != 0 ? Mode::kReplace
-                                                                 : Mode::kNew;
-    return run::RunDesc{given.folder, mode, splat_version_string()};
-}
 
 /// A number of the struct, of which 0 stands for the default or, in a run that is resumed, for the run's.
 std::optional<std::uint64_t> given_of(std::uint64_t value) {
@@ -67,7 +54,8 @@ splat_result splat_fit_open(splat_device device, const splat_fit_desc* desc, spl
         SPLAT_ASSIGN(const auto owner, api::find(device));
         SPLAT_TRY(api::require(run, "run"));
         SPLAT_TRY(api::check_desc(desc, kFlags));
-        SPLAT_ASSIGN(const run::RunDesc made, run_desc_of(*desc));
+        SPLAT_ASSIGN(const run::RunDesc made,
+                     api::run_desc_of(*desc, SPLAT_FIT_RESUME, SPLAT_FIT_OVERWRITE));
         SPLAT_ASSIGN(fit::FitDesc asked, desc_of(*desc));
         SPLAT_TRY(owner->test(api::kAllKernels));
         const vk::DeviceCall call(owner->context->mutex);

@@ -1,5 +1,6 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
+#include "api/run/run_desc.h"
 #include "api/train/settings.h"
 #include "api/train/trainer_info.h"
 #include "train/splatter_training.h"
@@ -19,20 +20,6 @@ Status take_dataset(splat_dataset handle, const char* field,
     SPLAT_ASSIGN(const auto found, api::Datasets::find(handle, field));
     dataset = api::dataset_of(found);
     return {};
-}
-
-Result<run::RunDesc> run_desc_of(const splat_training_desc& given) {
-    using Mode = run::RunFolder::Mode;
-    constexpr std::uint32_t kBoth = SPLAT_TRAINING_RESUME | SPLAT_TRAINING_OVERWRITE;
-    SPLAT_TRY(api::require(given.folder, "splat_training_desc.folder"));
-    if ((given.flags & kBoth) == kBoth)
-        return invalid(
-            "splat_training_desc.flags ask to resume the run and to overwrite it, "
-            "expected one of them");
-    const Mode mode = (given.flags & SPLAT_TRAINING_RESUME) != 0      ? Mode::kResume
-                      : (given.flags & SPLAT_TRAINING_OVERWRITE) != 0 ? Mode::kReplace
-                                                                      : Mode::kNew;
-    return run::RunDesc{given.folder, mode, splat_version_string()};
 }
 
 Result<train::TrainingDesc> desc_of(const splat_training_desc& given) {
@@ -76,7 +63,8 @@ splat_result splat_training_open(splat_device device, const splat_training_desc*
         SPLAT_ASSIGN(const auto owner, api::find(device));
         SPLAT_TRY(api::require(run, "run"));
         SPLAT_TRY(api::check_desc(desc, SPLAT_TRAINING_RESUME | SPLAT_TRAINING_OVERWRITE));
-        SPLAT_ASSIGN(const run::RunDesc made, run_desc_of(*desc));
+        SPLAT_ASSIGN(const run::RunDesc made,
+                     api::run_desc_of(*desc, SPLAT_TRAINING_RESUME, SPLAT_TRAINING_OVERWRITE));
         SPLAT_ASSIGN(train::TrainingDesc asked, desc_of(*desc));
         SPLAT_TRY(owner->test(api::kAllKernels));
         const vk::DeviceCall call(owner->context->mutex);

@@ -17,6 +17,7 @@
 #include "vkrun/cli/options.h"
 #include "vkrun/cli/text.h"
 #include "vkrun/train/run_signals.h"
+#include "vkrun/train/training_view.h"
 
 namespace vkrun {
 namespace {
@@ -76,12 +77,6 @@ Run open_fit(splat_device device, const FitOptions& options) {
                           opened == SPLAT_ERROR_SHAPE_MISMATCH || opened == SPLAT_ERROR_UNSUPPORTED;
     check(opened, bad_data ? kBadData : opened == SPLAT_ERROR_IO ? kFailed : kUsageError);
     return run;
-}
-
-double number_of(const splat_run_event& event, std::string_view name) {
-    for (std::uint64_t i = 0; i < event.number_count; ++i)
-        if (name == event.numbers[i].name) return event.numbers[i].value;
-    return std::nan("");
 }
 
 /// Shows a fit by lines or a bar on standard error, and sums up what it did.

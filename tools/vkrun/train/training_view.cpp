@@ -26,14 +26,13 @@ unsigned long long wide(std::uint64_t number) {
     return number;
 }
 
-/// NaN where an event has no such number.
+}  // namespace
+
 double number_of(const splat_run_event& event, std::string_view name) {
     for (std::uint64_t i = 0; i < event.number_count; ++i)
         if (name == event.numbers[i].name) return event.numbers[i].value;
     return std::nan("");
 }
-
-}  // namespace
 
 TrainingView::TrainingView(std::string folder, std::string device)
     : folder_(std::move(folder)),

@@ -5,11 +5,15 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "vkrun/train/tensorboard.h"
 
 namespace vkrun {
+
+/// NaN where an event has no such number.
+double number_of(const splat_run_event& event, std::string_view name);
 
 /// Shows a training and adds to its folder: lines or a progress bar on standard error, tb/ for TensorBoard,
 /// renders/ with input, truth, prediction and error of validation objects, and report.html, anew at every

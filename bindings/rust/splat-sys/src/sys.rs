@@ -843,7 +843,7 @@ pub struct splat_camera_file_desc {
     /** SPLAT_CAMERA_ bits */ pub flags: u32,
     /** NULL */ pub next: *const c_void,
     /** width in pixels, for a transforms.json without size; else 0 */ pub width: u32,
-    /** height in pixels, likewise */ pub height: u32,
+    /** height in pixels, for the same file */ pub height: u32,
 }
 
 /// Files of cameras in memory.

@@ -1020,7 +1020,7 @@ input! {
     CameraFileDesc(own) = splat_camera_file_desc {
         /** bits of `CameraFlags` */ flags: CameraFlags = own.flags.0,
         /** width in pixels, for a transforms.json without size; else 0 */ width: u32 = own.width,
-        /** height in pixels, likewise */ height: u32 = own.height,
+        /** height in pixels, for the same file */ height: u32 = own.height,
     }
 }
 
