@@ -38,7 +38,9 @@ enum {
     SPLAT_FIT_ALL_PHOTOS =
         1u << 2, /* fit all photographs: none is held out, so there are no scores */
     SPLAT_FIT_WHITE_BACKGROUND =
-        1u << 3 /* transparent pictures lie on white; else only opaque pixels count */
+        1u << 3, /* transparent pictures lie on white; else only opaque pixels count */
+    SPLAT_FIT_REFINE_POSES = 1u << 4,   /* correct the cameras of the fitted photographs, too */
+    SPLAT_FIT_REFINE_EXPOSURE = 1u << 5 /* a gain and an offset of colours for each of them */
 };
 
 /* Which file of cameras a fit reads. */
@@ -66,6 +68,12 @@ typedef struct splat_fit_desc {
     uint32_t test_every;       /* each so many photographs by name, with the first, are held out; 0: 8 */
     splat_fit_cameras cameras; /* which file of cameras to read */
     uint32_t reserved;         /* 0 */
+    const char* depth;         /* folder of depth maps, named like the photographs; NULL: none */
+    const char* normals;       /* folder of maps of normals, named like the photographs; NULL: none */
+    const char* init;          /* "points" of the data, "depth", "random", or a scene's file; NULL: "points" */
+    uint64_t memory_bytes;     /* most device memory; 0: what the device has */
+    const char* const* values; /* "NAME=VALUE", more options by the names of a run's config.json */
+    uint64_t value_count;
 } splat_fit_desc;
 
 /* Open a fit, which splat_run_destroy closes: read the photographs, undo the distortion of their lenses, and without

@@ -4,6 +4,7 @@
 
 #include "core/json_tree.h"
 #include "core/json_writer.h"
+#include "core/number_in.h"
 #include "fit/schedule.h"
 #include "io/file.h"
 
@@ -14,7 +15,8 @@ constexpr double kDefaultSeconds = 60;
 constexpr std::uint64_t kMostConfigBytes = 1 << 20;
 constexpr std::uint64_t kMostSeed = std::uint64_t{1} << 53;  ///< JSON holds it exactly
 
-/// Call `visit(name, value of the options, given value)` for each option.
+/// Call `visit(name, value of the options, given value)` for each option; without a given value for those that only
+/// FitDesc::values sets.
 template <class Options, class Given, class Visit>
 void each_option(Options& options, Given& given, const Visit& visit) {
     visit("data", options.data, given.data);
@@ -28,6 +30,73 @@ void each_option(Options& options, Given& given, const Visit& visit) {
     visit("max_gaussians", options.max_gaussians, given.max_gaussians);
     visit("sh_degree", options.sh_degree, given.sh_degree);
     visit("seed", options.seed, given.seed);
+    visit("depth", options.depth, given.depth);
+    visit("normals", options.normals, given.normals);
+    visit("init", options.init, given.init);
+    visit("memory", options.memory, given.memory);
+    visit("refine_poses", options.refine_poses, given.refine_poses);
+    visit("refine_exposure", options.refine_exposure, given.refine_exposure);
+}
+
+std::string text_of(const std::string& value) {
+    return '"' + value + '"';
+}
+std::string text_of(bool value) {
+    return value ? "true" : "false";
+}
+std::string text_of(double value) {
+    return format("%g", value);
+}
+std::string text_of(std::uint64_t value) {
+    return std::to_string(value);
+}
+
+bool parse(const std::string& text, std::string& value) {
+    value = text;
+    return true;
+}
+bool parse(const std::string& text, bool& value) {
+    value = text == "true";
+    return value || text == "false";
+}
+template <class Number>
+bool parse(const std::string& text, Number& value) {
+    const std::optional<Number> number = number_in<Number>(text);
+    if (number) value = *number;
+    return number.has_value();
+}
+
+/// Call `visit(name, value of the options, wanted value)` for each option, wanted by its own member of `given` or by
+/// given.values.
+template <class Visit>
+Status each_wanted(FitOptions& options, const FitDesc& given, const Visit& visit) {
+    std::vector<bool> known(given.values.size());
+    Status status;
+    std::string names;
+    each_option(options, given, [&](const char* name, auto& value, const auto& own) {
+        auto wanted = own;
+        names += std::string(names.empty() ? "" : ", ") + name;
+        for (std::size_t i = 0; i < given.values.size(); ++i) {
+            const std::string& text = given.values[i];
+            const std::size_t at = text.find('=');
+            if (at == std::string::npos || text.compare(0, at, name) != 0) continue;
+            known[i] = true;
+            auto parsed = value;
+            if (wanted)
+                status = invalid("%s is given twice, expected once", name);
+            else if (!parse(text.substr(at + 1), parsed))
+                status = invalid("%s is no value of %s, whose default is %s",
+                                 text.substr(at + 1).c_str(), name, text_of(value).c_str());
+            else
+                wanted = parsed;
+        }
+        visit(name, value, wanted);
+    });
+    for (std::size_t i = 0; i < known.size() && status.ok(); ++i)
+        if (!known[i])
+            status = invalid("'%s' sets no option of a fit, expected NAME=VALUE with one of %s",
+                             given.values[i].c_str(), names.c_str());
+    return status;
 }
 
 bool take(const JsonTree& json, std::string& value) {
@@ -55,6 +124,11 @@ Status in_range(const char* name, std::uint64_t value, std::uint64_t least, std:
 
 Status check(const FitOptions& o) {
     if (o.data.empty()) return invalid("no data, expected a folder of photographs");
+    if (!o.depth.empty()) return unsupported("depth: not there yet");
+    if (!o.normals.empty()) return unsupported("normals: not there yet");
+    if (o.init != "points") return unsupported("init: not there yet");
+    if (o.memory != 0) return unsupported("memory: not there yet");
+    if (o.refine_poses || o.refine_exposure) return unsupported("refinement: not there yet");
     SPLAT_TRY(in_range("downscale", o.downscale, 1, 64));
     SPLAT_TRY(in_range("test_every", o.test_every, 0, UINT32_MAX));
     SPLAT_TRY(in_range("steps", o.steps, 0, kMostSteps));
@@ -70,9 +144,9 @@ Status check(const FitOptions& o) {
 
 Result<FitOptions> options_of(const FitDesc& given) {
     FitOptions options;
-    each_option(options, given, [](const char*, auto& value, const auto& wanted) {
+    SPLAT_TRY(each_wanted(options, given, [](const char*, auto& value, const auto& wanted) {
         if (wanted) value = *wanted;
-    });
+    }));
     SPLAT_TRY(check(options));
     if (options.steps != 0 && options.seconds > 0)
         return invalid("seconds is %g and steps %llu, expected one of them", options.seconds,
@@ -86,10 +160,10 @@ Result<FitOptions> options_of_run(const std::string& config, const FitDesc& give
     SPLAT_ASSIGN(const JsonTree json, parse_json_tree(io::as_text(bytes), config.c_str()));
     FitOptions options;
     std::string lacks, differs;
-    each_option(options, given, [&](const char* name, auto& value, const auto& wanted) {
+    SPLAT_TRY(each_wanted(options, given, [&](const char* name, auto& value, const auto& wanted) {
         if (!take(json[name], value) && lacks.empty()) lacks = name;
         if (wanted && *wanted != value && differs.empty()) differs = name;
-    });
+    }));
     if (!lacks.empty() || options.steps == 0)
         return damaged("'%s' has no '%s': the run is no fit", config.c_str(),
                        lacks.empty() ? "steps" : lacks.c_str());

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/status.h"
 #include "data/posed_photos.h"
@@ -14,6 +15,8 @@ struct FitOptions {
     std::string data;              ///< folder of photographs and cameras
     std::string cameras = "auto";  ///< or "colmap", "transforms"
     std::string masks;             ///< a folder; empty: none
+    std::string depth, normals;    ///< folders of maps; empty: none
+    std::string init = "points";   ///< or "depth", "random", a file of a scene
     bool white_background = false;
     std::uint64_t downscale = 1;
     std::uint64_t test_every = 8;     ///< 0: all photographs are fitted
@@ -22,14 +25,19 @@ struct FitOptions {
     std::uint64_t max_gaussians = 0;  ///< 0: by the length of the fit
     std::uint64_t sh_degree = 3;
     std::uint64_t seed = 0;
+    std::uint64_t memory = 0;  ///< most bytes on the device; 0: what it has
+    bool refine_poses = false, refine_exposure = false;
 };
 
 /// Options that a caller gives; the others are the defaults, or those of the run that is resumed.
 struct FitDesc {
-    std::optional<std::string> data, cameras, masks;
-    std::optional<bool> white_background;
-    std::optional<std::uint64_t> downscale, test_every, steps, max_gaussians, sh_degree, seed;
+    std::optional<std::string> data, cameras, masks, depth, normals, init;
+    std::optional<bool> white_background, refine_poses, refine_exposure;
+    std::optional<std::uint64_t> downscale, test_every, steps, max_gaussians, sh_degree, seed,
+        memory;
     std::optional<double> seconds;
+    /// Options as NAME=VALUE, those above by the names of config.json and those that have only a name there.
+    std::vector<std::string> values;
 };
 
 /// The options of a new fit; without steps, for 60 seconds. Errors: kInvalidArgument for a number out of its range, no

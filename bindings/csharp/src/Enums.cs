@@ -512,6 +512,8 @@ namespace Splat
         /** <summary>fit all photographs: none is held out, so there are no scores</summary> */ AllPhotos = 4,
         /// <summary>transparent pictures lie on white; else only opaque pixels count</summary>
         WhiteBackground = 8,
+        /** <summary>correct the cameras of the fitted photographs, too</summary> */ RefinePoses = 16,
+        /** <summary>a gain and an offset of colours for each of them</summary> */ RefineExposure = 32,
     }
 
     /// <summary>Which file of cameras a fit reads.</summary>

@@ -3238,6 +3238,15 @@ namespace Splat.Interop
         public uint test_every;
         /** <summary>which file of cameras to read</summary> */ public FitCameras cameras;
         /** <summary>0</summary> */ public uint reserved;
+        /** <summary>folder of depth maps, named like the photographs; NULL: none</summary> */ public byte* depth;
+        /// <summary>folder of maps of normals, named like the photographs; NULL: none</summary>
+        public byte* normals;
+        /// <summary>"points" of the data, "depth", "random", or a scene's file; NULL: "points"</summary>
+        public byte* init;
+        /** <summary>most device memory; 0: what the device has</summary> */ public ulong memory_bytes;
+        /// <summary>"NAME=VALUE", more options by the names of a run's config.json</summary>
+        public byte** values;
+        public ulong value_count;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -3609,10 +3618,11 @@ namespace Splat.Interop
                 "struct_size:0:4 metric:4:4 verdict:8:4 exact:12:4 mean_a:16:8 mean_b:24:8 difference:32:8 " +
                 "p_permutation:40:8 p_parametric:48:8 p_holm:56:8 low:64:8 high:72:8 effect:80:8 n_a:88:8 " +
                 "n_b:96:8 lacking_a:104:8 lacking_b:112:8"),
-            new NativeLayout(typeof(splat_fit_desc), 88, false,
+            new NativeLayout(typeof(splat_fit_desc), 136, false,
                 "struct_size:0:4 flags:4:4 next:8:8 folder:16:8 data:24:8 masks:32:8 steps:40:8 seconds:48:8 " +
                 "seed:56:8 max_gaussians:64:4 sh_bands:68:4 downscale:72:4 test_every:76:4 cameras:80:4 " +
-                "reserved:84:4"),
+                "reserved:84:4 depth:88:8 normals:96:8 init:104:8 memory_bytes:112:8 values:120:8 " +
+                "value_count:128:8"),
             new NativeLayout(typeof(splat_prior_model_desc), 48, false,
                 "struct_size:0:4 flags:4:4 next:8:8 preset:16:8 model_path:24:8 runtime_path:32:8 threads:40:4 " +
                 "reserved:44:4"),

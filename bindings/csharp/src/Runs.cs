@@ -290,7 +290,17 @@ namespace Splat
         public FitCameras Cameras { get; set; }
         /// <summary>Folder of masks, named like the photographs, 0 leaves out; null: none.</summary>
         public string Masks { get; set; }
-        /// <summary>Resume, overwrite, white background.</summary>
+        /// <summary>Folder of depth maps, named like the photographs; null: none.</summary>
+        public string Depth { get; set; }
+        /// <summary>Folder of maps of normals, named like the photographs; null: none.</summary>
+        public string Normals { get; set; }
+        /// <summary>"points" of the data, "depth", "random", or a file of a scene; null: "points".</summary>
+        public string Init { get; set; }
+        /// <summary>Most bytes on the device; 0: what it has.</summary>
+        public long MemoryBytes { get; set; }
+        /// <summary>More options, "NAME=VALUE", by the names of a run's config.json.</summary>
+        public IReadOnlyList<string> Values { get; set; }
+        /// <summary>Resume, overwrite, white background, refinements.</summary>
         public FitFlags Flags { get; set; }
     }
 
@@ -338,6 +348,12 @@ namespace Splat
                     downscale = Check.Unsigned(options.Downscale, nameof(options.Downscale)),
                     test_every = Check.Unsigned(options.TestEvery ?? 0, nameof(options.TestEvery)),
                     cameras = options.Cameras,
+                    depth = arena.Optional(options.Depth, nameof(options.Depth)),
+                    normals = arena.Optional(options.Normals, nameof(options.Normals)),
+                    init = arena.Optional(options.Init, nameof(options.Init)),
+                    memory_bytes = Check.Unsigned(options.MemoryBytes, nameof(options.MemoryBytes)),
+                    values = arena.Texts(options.Values, nameof(options.Values)),
+                    value_count = (ulong)(options.Values?.Count ?? 0),
                 };
                 IntPtr handle;
                 Check.Ok(Native.splat_fit_open(device.Handle, &desc, &handle));

@@ -3,14 +3,16 @@
 #include "api/api_guard.h"
 #include "api/handles.h"
 #include "api/run/run_desc.h"
+#include "api/train/settings.h"
 #include "fit/fit_task.h"
 
 using namespace splat;
 
 namespace {
 
-constexpr std::uint32_t kFlags =
-    SPLAT_FIT_RESUME | SPLAT_FIT_OVERWRITE | SPLAT_FIT_ALL_PHOTOS | SPLAT_FIT_WHITE_BACKGROUND;
+constexpr std::uint32_t kFlags = SPLAT_FIT_RESUME | SPLAT_FIT_OVERWRITE | SPLAT_FIT_ALL_PHOTOS |
+                                 SPLAT_FIT_WHITE_BACKGROUND | SPLAT_FIT_REFINE_POSES |
+                                 SPLAT_FIT_REFINE_EXPOSURE;
 
 /// A number of the struct, of which 0 stands for the default or, in a run that is resumed, for the run's.
 std::optional<std::uint64_t> given_of(std::uint64_t value) {
@@ -44,6 +46,13 @@ Result<fit::FitDesc> desc_of(const splat_fit_desc& given) {
     desc.max_gaussians = given_of(given.max_gaussians);
     if (given.sh_bands != 0) desc.sh_degree = given.sh_bands - 1;
     desc.seed = given_of(given.seed);
+    if (given.depth != nullptr) desc.depth = given.depth;
+    if (given.normals != nullptr) desc.normals = given.normals;
+    if (given.init != nullptr) desc.init = given.init;
+    desc.memory = given_of(given.memory_bytes);
+    if ((given.flags & SPLAT_FIT_REFINE_POSES) != 0) desc.refine_poses = true;
+    if ((given.flags & SPLAT_FIT_REFINE_EXPOSURE) != 0) desc.refine_exposure = true;
+    SPLAT_ASSIGN(desc.values, api::texts_of(given.values, given.value_count));
     return desc;
 }
 

@@ -43,8 +43,9 @@ Examples:
 )";
 
 struct FitOptions {
-    std::string data, out, masks, cameras;
-    std::uint64_t steps = 0, seed = 0;
+    std::string data, out, masks, cameras, depth, normals, init;
+    std::vector<std::string> refine, values;
+    std::uint64_t steps = 0, seed = 0, memory = 0;
     double seconds = 0;
     std::uint32_t most_gaussians = 0, downscale = 0;
     std::optional<std::uint32_t> degree, test_every;
@@ -71,6 +72,16 @@ Run open_fit(splat_device device, const FitOptions& options) {
     desc.cameras = options.cameras == "colmap"       ? SPLAT_FIT_CAMERAS_COLMAP
                    : options.cameras == "transforms" ? SPLAT_FIT_CAMERAS_TRANSFORMS
                                                      : SPLAT_FIT_CAMERAS_AUTO;
+    if (!options.depth.empty()) desc.depth = options.depth.c_str();
+    if (!options.normals.empty()) desc.normals = options.normals.c_str();
+    if (!options.init.empty()) desc.init = options.init.c_str();
+    desc.memory_bytes = options.memory;
+    for (const std::string& what : options.refine)
+        desc.flags |= what == "poses" ? SPLAT_FIT_REFINE_POSES : SPLAT_FIT_REFINE_EXPOSURE;
+    std::vector<const char*> values;
+    for (const std::string& value : options.values) values.push_back(value.c_str());
+    desc.values = values.data();
+    desc.value_count = values.size();
     Run run;
     const splat_result opened = splat_fit_open(device, &desc, run.out());
     const bool bad_data = opened == SPLAT_ERROR_NOT_FOUND || opened == SPLAT_ERROR_FORMAT ||
@@ -203,6 +214,22 @@ void add_fit(CLI::App& app, int& exit_code) {
         ->check(CLI::IsMember({"auto", "colmap", "transforms"}));
     command->add_option("--masks", f.masks, "Folder of masks, named like the photographs")
         ->type_name("DIR");
+    command->add_option("--depth", f.depth, "Folder of depth maps, named like the photographs")
+        ->type_name("DIR");
+    command->add_option("--normals", f.normals, "Folder of normals, named like the photographs")
+        ->type_name("DIR");
+    command
+        ->add_option("--init", f.init,
+                     "Begin with points, depth, random ones, or a scene's file; default: points")
+        ->type_name("NAME");
+    command->add_option("--memory", f.memory, "Most device memory, such as 3G or 800M")
+        ->type_name("SIZE")
+        ->transform(CLI::AsSizeValue(false));
+    command->add_option("--refine", f.refine, "Correct poses, exposure or both, by a comma")
+        ->type_name("NAMES")
+        ->delimiter(',')
+        ->check(CLI::IsMember({"poses", "exposure"}));
+    add_changes_option(*command, f.values);
     command->add_flag("--white-background", f.white, "Transparent pictures lie on white");
     command->add_option("--seed", f.seed, "Seed; default: 0")->type_name("N");
     command->add_flag("--resume", f.resume, "Continue the run in --out");

@@ -812,12 +812,16 @@ class FitFlags(IntFlag):
     OVERWRITE         replace the run in the folder; other files in it stay
     ALL_PHOTOS        fit all photographs: none is held out, so there are no scores
     WHITE_BACKGROUND  transparent pictures lie on white; else only opaque pixels count
+    REFINE_POSES      correct the cameras of the fitted photographs, too
+    REFINE_EXPOSURE   a gain and an offset of colours for each of them
     """
 
     RESUME = 1
     OVERWRITE = 2
     ALL_PHOTOS = 4
     WHITE_BACKGROUND = 8
+    REFINE_POSES = 16
+    REFINE_EXPOSURE = 32
 
 
 class FitCameras(OpenEnum):
@@ -1591,11 +1595,13 @@ class splat_metric_comparison(Structure):
 class splat_fit_desc(Structure):
     struct_size: int; flags: int; next: Any; folder: Any; data: Any; masks: Any; steps: int; seconds: float
     seed: int; max_gaussians: int; sh_bands: int; downscale: int; test_every: int; cameras: int; reserved: int
+    depth: Any; normals: Any; init: Any; memory_bytes: int; values: Any; value_count: int
     _fields_ = [
         ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("folder", c_char_p), ("data", c_char_p),
         ("masks", c_char_p), ("steps", c_uint64), ("seconds", c_double), ("seed", c_uint64),
         ("max_gaussians", c_uint32), ("sh_bands", c_uint32), ("downscale", c_uint32), ("test_every", c_uint32),
-        ("cameras", c_int32), ("reserved", c_uint32),
+        ("cameras", c_int32), ("reserved", c_uint32), ("depth", c_char_p), ("normals", c_char_p), ("init", c_char_p),
+        ("memory_bytes", c_uint64), ("values", POINTER(c_char_p)), ("value_count", c_uint64),
     ]
 
 
@@ -1996,10 +2002,11 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("p_holm", 56, 8), ("low", 64, 8), ("high", 72, 8), ("effect", 80, 8), ("n_a", 88, 8), ("n_b", 96, 8),
         ("lacking_a", 104, 8), ("lacking_b", 112, 8),
     )),
-    "splat_fit_desc": (splat_fit_desc, False, 88, (
+    "splat_fit_desc": (splat_fit_desc, False, 136, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("folder", 16, 8), ("data", 24, 8), ("masks", 32, 8),
         ("steps", 40, 8), ("seconds", 48, 8), ("seed", 56, 8), ("max_gaussians", 64, 4), ("sh_bands", 68, 4),
-        ("downscale", 72, 4), ("test_every", 76, 4), ("cameras", 80, 4), ("reserved", 84, 4),
+        ("downscale", 72, 4), ("test_every", 76, 4), ("cameras", 80, 4), ("reserved", 84, 4), ("depth", 88, 8),
+        ("normals", 96, 8), ("init", 104, 8), ("memory_bytes", 112, 8), ("values", 120, 8), ("value_count", 128, 8),
     )),
     "splat_prior_model_desc": (splat_prior_model_desc, False, 48, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("preset", 16, 8), ("model_path", 24, 8),

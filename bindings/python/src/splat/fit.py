@@ -1,13 +1,14 @@
 """Fits: Gaussians from posed photographs."""
 import threading
 from ctypes import byref, sizeof
-from typing import Optional, Union
+from typing import Literal, Optional, Sequence, Union
 
 from . import _native
 from ._errors import InvalidArgument
 from ._handle import made
 from ._library import lib
 from ._text import PathLike, choice, flags_of, path_of
+from .dataset import texts
 from .device import Device, default_device, real, whole
 from .run import Run
 from .scene import Scene
@@ -38,6 +39,11 @@ class Fit(Run):
                       "transforms"
     masks             folder of masks, named like the photographs, 0 leaves out
     white_background  transparent photographs lie on white; else only opaque pixels count
+    depth, normals    folders of maps, named like the photographs
+    init              "points" of the data, "depth", "random", or the path of a scene; None: "points"
+    memory            most bytes on the device; None: what it has
+    refine            "poses" of the fitted photographs, "exposure", or both
+    values            more options, "name=value", by the names of a run's config.json
     resume            go on from the latest state; what is given must equal the run's
     overwrite         replace the run in the folder
     Raises InvalidArgument, InvalidState (the folder is in use, or holds something else), NotFound,
@@ -51,18 +57,28 @@ class Fit(Run):
                  downscale: Optional[int] = None, test_every: Optional[int] = None,
                  cameras: Union[int, _native.FitCamerasName] = "auto", masks: Optional[PathLike] = None,
                  white_background: bool = False, seed: int = 0, resume: bool = False,
-                 overwrite: bool = False, device: Optional[Device] = None) -> None:
+                 overwrite: bool = False, device: Optional[Device] = None, depth: Optional[PathLike] = None,
+                 normals: Optional[PathLike] = None, init: Optional[PathLike] = None,
+                 memory: Optional[int] = None, refine: Sequence[Literal["poses", "exposure"]] = (),
+                 values: Sequence[str] = ()) -> None:
         if data is None and not resume:
             raise InvalidArgument("data is None, expected a folder of photographs")
+        for each in refine:
+            if each not in ("poses", "exposure"):
+                raise InvalidArgument(f'refine has {each!r}, expected "poses" and "exposure"')
         device = default_device() if device is None else device
         bits = _native.FitFlags
         desc = _native.splat_fit_desc(struct_size=sizeof(_native.splat_fit_desc))
         desc.test_every = whole(test_every or 0, "test_every")
         desc.flags = flags_of((resume, bits.RESUME), (overwrite, bits.OVERWRITE),
                               (test_every == 0, bits.ALL_PHOTOS),
-                              (white_background, bits.WHITE_BACKGROUND))
+                              (white_background, bits.WHITE_BACKGROUND),
+                              ("poses" in refine, bits.REFINE_POSES), ("exposure" in refine, bits.REFINE_EXPOSURE))
         desc.folder, desc.data = path_of(folder, "folder"), path_of(data, "data")
-        desc.masks = path_of(masks, "masks")
+        desc.masks, desc.depth = path_of(masks, "masks"), path_of(depth, "depth")
+        desc.normals, desc.init = path_of(normals, "normals"), path_of(init, "init")
+        desc.memory_bytes = whole(memory or 0, "memory", 64)
+        desc.values, desc.value_count = texts(values, "a value"), len(values)
         desc.steps, desc.seed = whole(steps or 0, "steps", 64), whole(seed, "seed", 64)
         desc.seconds = real(seconds or 0, "seconds")
         desc.max_gaussians = whole(max_gaussians or 0, "max_gaussians")

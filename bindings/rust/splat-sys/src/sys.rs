@@ -297,6 +297,8 @@ pub const SPLAT_FIT_RESUME: u32 = 1;
 /** replace the run in the folder; other files in it stay */ pub const SPLAT_FIT_OVERWRITE: u32 = 2;
 /** fit all photographs: none is held out, so there are no scores */ pub const SPLAT_FIT_ALL_PHOTOS: u32 = 4;
 /** transparent pictures lie on white; else only opaque pixels count */ pub const SPLAT_FIT_WHITE_BACKGROUND: u32 = 8;
+/** correct the cameras of the fitted photographs, too */ pub const SPLAT_FIT_REFINE_POSES: u32 = 16;
+/** a gain and an offset of colours for each of them */ pub const SPLAT_FIT_REFINE_EXPOSURE: u32 = 32;
 
 /** Which file of cameras a fit reads. */ pub type splat_fit_cameras = i32;
 /// a COLMAP model where there is one, else transforms.json
@@ -1610,6 +1612,12 @@ pub struct splat_fit_desc {
     /** each so many photographs by name, with the first, are held out; 0: 8 */ pub test_every: u32,
     /** which file of cameras to read */ pub cameras: splat_fit_cameras,
     /** 0 */ pub reserved: u32,
+    /** folder of depth maps, named like the photographs; NULL: none */ pub depth: *const c_char,
+    /** folder of maps of normals, named like the photographs; NULL: none */ pub normals: *const c_char,
+    /** "points" of the data, "depth", "random", or a scene's file; NULL: "points" */ pub init: *const c_char,
+    /** most device memory; 0: what the device has */ pub memory_bytes: u64,
+    /** "NAME=VALUE", more options by the names of a run's config.json */ pub values: *const *const c_char,
+    pub value_count: u64,
 }
 
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
@@ -4091,9 +4099,10 @@ mod tests {
         layout!(splat_metric_comparison, 120, 8, struct_size: 0, 4; metric: 4, 4; verdict: 8, 4; exact: 12, 4; mean_a:
         16, 8; mean_b: 24, 8; difference: 32, 8; p_permutation: 40, 8; p_parametric: 48, 8; p_holm: 56, 8; low: 64, 8;
         high: 72, 8; effect: 80, 8; n_a: 88, 8; n_b: 96, 8; lacking_a: 104, 8; lacking_b: 112, 8;);
-        layout!(splat_fit_desc, 88, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; folder: 16, 8; data: 24, 8; masks:
+        layout!(splat_fit_desc, 136, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; folder: 16, 8; data: 24, 8; masks:
         32, 8; steps: 40, 8; seconds: 48, 8; seed: 56, 8; max_gaussians: 64, 4; sh_bands: 68, 4; downscale: 72, 4;
-        test_every: 76, 4; cameras: 80, 4; reserved: 84, 4;);
+        test_every: 76, 4; cameras: 80, 4; reserved: 84, 4; depth: 88, 8; normals: 96, 8; init: 104, 8; memory_bytes:
+        112, 8; values: 120, 8; value_count: 128, 8;);
         layout!(splat_prior_model_desc, 48, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; preset: 16, 8; model_path:
         24, 8; runtime_path: 32, 8; threads: 40, 4; reserved: 44, 4;);
         layout!(splat_prior_model_info, 56, 8, struct_size: 0, 4; maps: 4, 4; width: 8, 4; height: 12, 4; preset: 16,

@@ -338,6 +338,16 @@ pub struct FitDesc<'a> {
     pub test_every: u32,
     /// Which file of cameras to read.
     pub cameras: FitCameras,
+    /// Folder of depth maps, named like the photographs; None: none.
+    pub depth: Option<&'a Path>,
+    /// Folder of maps of normals, named like the photographs; None: none.
+    pub normals: Option<&'a Path>,
+    /// "points" of the data, "depth", "random", or a file of a scene; None: "points".
+    pub init: Option<&'a Path>,
+    /// Most bytes on the device; 0: what it has.
+    pub memory_bytes: u64,
+    /// More options, "NAME=VALUE", by the names of a run's config.json.
+    pub values: &'a [&'a str],
 }
 
 /// A fit of Gaussians to posed photographs as a run: an iterator of events, with the methods of [`Run`].
@@ -376,6 +386,10 @@ impl Fit {
         let folder = c_optional_path("folder", desc.folder)?;
         let data = c_optional_path("data", desc.data)?;
         let masks = c_optional_path("masks", desc.masks)?;
+        let depth = c_optional_path("depth", desc.depth)?;
+        let normals = c_optional_path("normals", desc.normals)?;
+        let init = c_optional_path("init", desc.init)?;
+        let values = Texts::new("values", desc.values)?;
         let raw = sys::splat_fit_desc {
             flags: desc.flags.0,
             folder: pointer(&folder),
@@ -389,6 +403,12 @@ impl Fit {
             downscale: desc.downscale,
             test_every: desc.test_every,
             cameras: desc.cameras.0,
+            depth: pointer(&depth),
+            normals: pointer(&normals),
+            init: pointer(&init),
+            memory_bytes: desc.memory_bytes,
+            values: values.as_ptr(),
+            value_count: values.len() as u64,
             ..Default::default()
         };
         Run::made(|handle| call!(splat_fit_open(device.handle, &raw, handle))).map(Fit)

@@ -485,6 +485,8 @@ flags! {
         /** fit all photographs: none is held out, so there are no scores */ ALL_PHOTOS = SPLAT_FIT_ALL_PHOTOS,
         /// transparent pictures lie on white; else only opaque pixels count
         WHITE_BACKGROUND = SPLAT_FIT_WHITE_BACKGROUND,
+        /** correct the cameras of the fitted photographs, too */ REFINE_POSES = SPLAT_FIT_REFINE_POSES,
+        /** a gain and an offset of colours for each of them */ REFINE_EXPOSURE = SPLAT_FIT_REFINE_EXPOSURE,
     }
 }
 

@@ -1,0 +1,44 @@
+// Options of a fit by their names.
+#include "fit/fit_options.h"
+
+#include <gtest/gtest.h>
+
+namespace splat::test {
+namespace {
+
+fit::FitDesc with(std::vector<std::string> values) {
+    fit::FitDesc desc;
+    desc.data = "photos";
+    desc.values = std::move(values);
+    return desc;
+}
+
+TEST(FitOptions, ValuesSetWhatTheirNamesSay) {
+    const auto options = fit::options_of(with({"steps=30", "white_background=true", "seed=7"}));
+    ASSERT_TRUE(options.ok()) << options.status().message();
+    EXPECT_EQ(options.value().steps, 30U);
+    EXPECT_TRUE(options.value().white_background);
+    EXPECT_EQ(options.value().seed, 7U);
+    EXPECT_EQ(options.value().sh_degree, 3U);
+}
+
+TEST(FitOptions, ValuesWithoutEffectAreRefused) {
+    const auto refused = [](const fit::FitDesc& desc, const char* text) {
+        const auto options = fit::options_of(desc);
+        ASSERT_FALSE(options.ok()) << text;
+        EXPECT_EQ(options.status().code(), Code::kInvalidArgument);
+        EXPECT_NE(options.status().message().find(text), std::string::npos)
+            << options.status().message();
+    };
+    refused(with({"speed=9"}), "'speed=9' sets no option of a fit");
+    refused(with({"steps"}), "'steps' sets no option");
+    refused(with({"steps=many"}), "many is no value of steps");
+    refused(with({"white_background=1"}), "whose default is false");
+    refused(with({"sh_degree=4"}), "sh_degree is 4, expected 0 to 3");
+    fit::FitDesc twice = with({"seed=8"});
+    twice.seed = 7;
+    refused(twice, "seed is given twice");
+}
+
+}  // namespace
+}  // namespace splat::test
