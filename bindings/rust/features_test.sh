@@ -29,7 +29,9 @@ cd "$crates"
 "$cargo" test --offline -p splat --all-features --test crates
 env -u SPLAT_LIB_DIR DOCS_RS=1 PKG_CONFIG_LIBDIR="$crates" RUSTDOCFLAGS="-D warnings" \
     "$cargo" doc --offline --no-deps -p splat-sys -p splat --all-features
-# No page of the project is public, which --no-metadata says.
+# No page of the project is public, which --no-metadata says. Cargo keeps what it unpacks by the place of the packages
+# and their version, so that other contents need another place.
+CARGO_TARGET_DIR=$CARGO_TARGET_DIR/$(cat splat-sys/src/*.rs | cksum | tr ' ' _)
 if ! "$cargo" package -p splat-sys -p splat --allow-dirty --no-metadata 2>"$crates/log" ||
     grep -q warning "$crates/log"; then
     cat "$crates/log"

@@ -181,9 +181,9 @@ static void case_gradient(splat_device device, splat_scene scene) {
     const float one = 1, white[3] = {1, 1, 1};
     splat_tensor tensors[5];
     for (int i = 0; i < 5; ++i) check(splat_scene_to_tensor(scene, names[i], device, &tensors[i]));
-    splat_gaussians_desc gaussians = {sizeof gaussians, 0,          NULL,
-                                      tensors[0],       tensors[1], tensors[2],
-                                      tensors[3],       tensors[4], NULL};
+    splat_gaussians_desc gaussians = {sizeof gaussians,        .means = tensors[0],
+                                      .scales = tensors[1],    .rotations = tensors[2],
+                                      .opacities = tensors[3], .sh = tensors[4]};
     splat_gradients_desc gradients = {sizeof gradients, .grad_rgb = make_tensor(device, 4, image),
                                       .grad_means = make_tensor(device, 2, means),
                                       .grad_opacities = make_tensor(device, 1, means)};

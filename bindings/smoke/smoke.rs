@@ -138,7 +138,7 @@ fn gradient(device: &Device) -> Result<()> {
         rotations: Some(&rotations),
         opacities: Some(&opacities),
         sh: Some(&sh),
-        colors: None,
+        ..Default::default()
     };
     rasterizer.forward(None, &gaussians, &cameras(&scene)?, WHITE)?;
     let ones = vec![1.0_f32; 2 * 3 * PIXELS];

@@ -28,7 +28,13 @@ extern "C" {
  * photographs), "gaussians", "pairs", "raster_ms", "loss_ms", "update_ms", "grow_ms", "l1" and "ssim". Of a held-out
  * photograph, and as means over them: "val_psnr" (dB) and "val_ssim", over the pixels that the lens and the mask
  * leave, the drawn image cut to 0 to 1; of a validation also "val_views" and "gaussians". A run has its scene as
- * gaussians_last.safetensors and gaussians_best.safetensors: means, log_scales, rotations, opacity_logits and sh. */
+ * gaussians_last.safetensors and gaussians_best.safetensors: means, log_scales, rotations, opacity_logits and sh.
+ *
+ * With SPLAT_FIT_REFINE_POSES a run also has transforms.json, written with each state: the cameras of all photographs,
+ * those of fitted ones corrected, in the frame of the photographs and for pictures of the fit's size. What all
+ * corrections have in common (a turn, a move, a scale) is taken away, so that photographs that are held out still fit
+ * the scene; they are drawn from the cameras they have, without an exposure. With SPLAT_FIT_REFINE_EXPOSURE the mean
+ * of the exposures, nine gains and three offsets each, is that of an unchanged picture. */
 
 /* What a fit is to do. */
 enum {
@@ -40,7 +46,7 @@ enum {
     SPLAT_FIT_WHITE_BACKGROUND =
         1u << 3, /* transparent pictures lie on white; else only opaque pixels count */
     SPLAT_FIT_REFINE_POSES = 1u << 4,   /* correct the cameras of the fitted photographs, too */
-    SPLAT_FIT_REFINE_EXPOSURE = 1u << 5 /* a gain and an offset of colours for each of them */
+    SPLAT_FIT_REFINE_EXPOSURE = 1u << 5 /* gains and offsets of their colours */
 };
 
 /* Which file of cameras a fit reads. */
@@ -81,6 +87,11 @@ typedef struct splat_fit_desc {
  * steps and seeds have equal bits. On resuming, what is given (not 0 or NULL) must equal the run's. A split of the
  * data's own goes before `test_every`.
  *
+ * What it takes of the device is estimated, and told as a message. A new fit that takes more than `memory_bytes`, or
+ * than there is, has fewer Gaussians, down to a quarter of them or 5,000, then photographs of half the sides, a quarter
+ * and so on, and warns. Where memory runs out in a step, the fit warns and goes on without growth, then with one view a
+ * step instead of two.
+ *
  * splat_run_next of it returns errors of the rasterizer and of the device, and SPLAT_ERROR_INVALID_STATE after the
  * device failed within an update: close the run and resume it.
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or, with the folder untouched,
@@ -92,6 +103,7 @@ typedef struct splat_fit_desc {
  *   SPLAT_ERROR_UNSUPPORTED           a lens; a format of photographs; more Gaussians or larger photographs than the
  *                                     device takes
  *   SPLAT_ERROR_IO                    the folder cannot be written; parts may remain
+ *   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY  `memory_bytes`, or the memory that there is, are too little for any of this
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY    and errors of the device */
 SPLAT_API splat_result splat_fit_open(splat_device device, const splat_fit_desc* desc,
                                       splat_run* run);
@@ -102,6 +114,23 @@ SPLAT_API splat_result splat_fit_open(splat_device device, const splat_fit_desc*
  *   task), SPLAT_CANCELLED, SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
  *   SPLAT_ERROR_DEVICE_LOST */
 SPLAT_API splat_result splat_fit_scene(splat_run run, splat_scene* scene);
+
+/* Score any scene on the photographs that a fit of `desc` holds out, as that fit scores itself: a run without a
+ * folder. Its events are one SPLAT_EVENT_VALIDATED_PIECE for each photograph, with name, both images and the numbers
+ * "val_psnr" (dB) and "val_ssim"; SPLAT_EVENT_VALIDATION with their means, "val_views" and "gaussians"; and
+ * SPLAT_EVENT_DONE. The drawn image is cut to 0 to 1, and only the pixels count that the lens and the mask leave;
+ * `truths` is 0 elsewhere.
+ * desc      data, masks, downscale, test_every, cameras, SPLAT_FIT_WHITE_BACKGROUND and SPLAT_FIT_ALL_PHOTOS, which
+ *           scores all photographs; the rest is not read
+ * scene     in the frame and units of the cameras
+ * border    0 to below 0.5; above 0 there are also "inner_psnr" and "inner_ssim", over the pixels that are at least
+ *           this share of width and height away from the edges: 0.1 leaves the central 80 % of both; NaN if none counts
+ * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, border, a scene without Gaussians,
+ *   no photograph that is held out), and errors of splat_fit_open about cameras, photographs, masks and the device.
+ *   splat_run_next returns SPLAT_ERROR_INVALID_ARGUMENT for a drawn image that is not finite, and errors of the
+ *   device */
+SPLAT_API splat_result splat_fit_score(splat_device device, const splat_fit_desc* desc,
+                                       splat_scene scene, double border, splat_run* run);
 
 #ifdef __cplusplus
 }

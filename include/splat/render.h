@@ -24,9 +24,12 @@ extern "C" {
 
 /* ---- Rasterizer ------------------------------------------------------------------------------ */
 
-/* Draws up to N Gaussians into up to V views of a fixed size, and computes gradients. A call's n <=
- * N and v <= V may differ from the last one's; the results are those of a rasterizer made for
+/* Draws up to N Gaussians into up to V views of up to W x H pixels, and computes gradients. A call's
+ * n <= N and v <= V may differ from the last one's; the results are those of a rasterizer made for
  * exactly n and v, to the bit. Calls that keep n and v are faster than calls that change them.
+ * Each camera may be smaller than W x H: within its size the results are those of a rasterizer of
+ * its size, to the bit; images keep the shape of W x H and are 0 beyond, where gradients of the loss
+ * are not read.
  * The caller synchronises calls on one rasterizer and its states; splat_rasterizer_get_info may be
  * called at any time. */
 
@@ -49,7 +52,10 @@ enum {
     SPLAT_RASTERIZER_GRAD_MEANS2D = 1u << 6, /* gradients of means2d; implies BACKWARD */
     /* SPLAT_CONVENTION_3DGS: the gradient of the original code with its three quirks */
     SPLAT_RASTERIZER_ORIGINAL_GRADIENT = 1u << 7,
-    SPLAT_RASTERIZER_NORMALS = 1u << 8 /* output NORMALS */
+    SPLAT_RASTERIZER_NORMALS = 1u << 8,         /* output NORMALS */
+    SPLAT_RASTERIZER_GRAD_INTRINSICS = 1u << 9, /* fx, fy, cx, cy; implies GRAD_POSE */
+    SPLAT_RASTERIZER_CONTRIBUTIONS = 1u << 10,  /* contributions of a backward call; implies it */
+    SPLAT_RASTERIZER_IDS = 1u << 11             /* output IDS; implies DEPTH */
 };
 
 /* Work that is skipped because it does not change the image. Gaussians that a convention culls (see
@@ -76,8 +82,8 @@ typedef struct splat_rasterizer_desc {
     /* V, most cameras of a call; 0: any number. The memory is then for one, and a call with more
      * cameras than any before makes it anew, for which both must fit for a moment */
     uint32_t views;
-    uint32_t width;              /* W, pixels */
-    uint32_t height;             /* H, pixels */
+    uint32_t width;              /* W, pixels of the widest view */
+    uint32_t height;             /* H, pixels of the highest view */
     uint32_t sh_degree;          /* 0 to 3; 0 with direct colours */
     uint32_t disabled_skips;     /* SPLAT_SKIP_ bits of skips to turn off, for measuring */
     splat_convention convention; /* 0 = SPLAT_CONVENTION_3DGS */
@@ -114,6 +120,10 @@ typedef struct splat_gaussians_desc {
     splat_tensor opacities; /* [n] 0 to 1 */
     splat_tensor sh;        /* [n,(sh_degree+1)^2,3]; NULL with direct colours */
     splat_tensor colors;    /* [n,3]; NULL without direct colours */
+    /* [v,ceil(H/16),ceil(W/16)] tiles of 16 x 16 pixels of the call's views; NULL: all. Pixels of a
+     * tile with 0 are the background with alpha 0 and pass no gradient; they cost nearly nothing */
+    const uint8_t* active_tiles;
+    size_t active_tile_count; /* bytes; 0 with NULL */
 } splat_gaussians_desc;
 
 /* Create one more state: the memory of one forward call with its images and with what its backward
@@ -134,13 +144,13 @@ SPLAT_API splat_result splat_raster_state_destroy(splat_raster_state state);
  * and device are destroyed earlier.
  * state           of this rasterizer; NULL: its own
  * scene           n <= N Gaussians; bands beyond the rasterizer's degree are ignored
- * cameras         `count` = v <= V cameras of W x H pixels; may be NULL for 0
+ * cameras         `count` = v <= V cameras of 1 x 1 to W x H pixels; may be NULL for 0
  * background      exactly 3 floats RGB; NULL = black
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
- *   SPLAT_ERROR_INVALID_ARGUMENT      a camera that is singular, not finite or of another size; a
+ *   SPLAT_ERROR_INVALID_ARGUMENT      a camera that is singular, not finite or too large; a
  *                                     background that is not finite; more cameras or Gaussians than
  *                                     the rasterizer was made for; a state of another rasterizer; a
- *                                     tensor of another device or dtype
+ *                                     tensor of another device or dtype; another number of tiles
  *   SPLAT_ERROR_INVALID_STATE         a tensor is mapped; a scene and direct colours
  *   SPLAT_ERROR_SHAPE_MISMATCH        tensors, also of too many Gaussians: the message names one
  *   SPLAT_ERROR_UNSUPPORTED           more Gaussians in one tile than this device's loops take
@@ -178,7 +188,8 @@ enum {
     SPLAT_OUTPUT_DEPTHS = 9,         /* [V,N] depths of their means, scene units along z */
     SPLAT_OUTPUT_VISIBILITY = 10,    /* [V,N] 1, or 0 if culled */
     /* [V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera */
-    SPLAT_OUTPUT_NORMALS = 11
+    SPLAT_OUTPUT_NORMALS = 11,
+    SPLAT_OUTPUT_IDS = 12 /* [V,H,W] Gaussian of the largest weight, from 0; -1: none */
 };
 
 /* Copy an output of the last forward call, float32, to a tensor.
@@ -186,7 +197,7 @@ enum {
  * Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
  *   SPLAT_ERROR_INVALID_ARGUMENT      not a valid output, device or dtype
  *   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a rasterizer
- *                                     created without SPLAT_RASTERIZER_DEPTH or _NORMALS
+ *                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS or _IDS
  *   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
  *   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined */
 SPLAT_API splat_result splat_rasterizer_output(splat_rasterizer rasterizer,
@@ -237,6 +248,8 @@ typedef struct splat_gradients_desc {
     splat_tensor grad_means2d;         /* [V,N,2] per pixel */
     splat_tensor grad_means2d_abs;     /* [V,N,2] sums over the pixels of absolute values */
     splat_tensor grad_world_to_camera; /* [V,3,4] rows of the rotation and the translation */
+    splat_tensor grad_intrinsics;      /* [V,4] fx, fy, cx, cy */
+    splat_tensor contributions; /* [N,2] sum of its weights, number of pixels, over all views */
 } splat_gradients_desc;
 
 /* Compute gradients at the inputs of the state's last forward call; in the shapes above, N and V
@@ -263,7 +276,7 @@ typedef struct splat_rasterizer_info {
     uint64_t visible;
     uint64_t pairs;       /* (tile, Gaussian, view) triples */
     uint64_t longest;     /* Gaussians in the fullest tile */
-    uint64_t tiles;       /* tiles of all views */
+    uint64_t tiles;       /* tiles of all views, each of W x H */
     uint64_t empty_tiles; /* tiles without Gaussians */
     /* device memory of the state, with the gradients that states share, without the packed copies
      * of scenes, which rasterizers share */

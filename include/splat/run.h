@@ -100,7 +100,7 @@ SPLAT_API splat_result splat_run_next(splat_run run, splat_run_event* event);
 SPLAT_API splat_result splat_run_interrupt(splat_run run);
 
 /* JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
- * before the first of this session), "val_psnr" (null before a validation), "best_val_psnr",
+ * before the first of this session), "val_psnr" and "val_ssim" (null before a validation), "best_val_psnr",
  * "peak_bytes", "ledger" (what was drawn and finite in this session's last attempt; of a training as in
  * splat_trainer_report)}.
  * Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE */

@@ -312,6 +312,16 @@ typedef struct splat_orbit_desc {
 SPLAT_API splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc,
                                           uint32_t count, splat_camera* cameras);
 
+/* `count` cameras along a smooth path through others, in their order: cubic curves of positions and rotations through
+ * all of them, by about equal steps of distance and angle. They have the size and lens of the first one.
+ * keys      poses of the path; those equal to the one before are left out
+ * closed    1: the path returns to its first key, which the last camera comes before; 0: it ends at the last key
+ * cameras   out, `count` of them
+ * Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or SPLAT_ERROR_INVALID_ARGUMENT (NULL, an invalid camera, fewer
+ *   than two different poses, closed) */
+SPLAT_API splat_result splat_camera_path(const splat_camera* keys, uint32_t key_count,
+                                         uint32_t closed, uint32_t count, splat_camera* cameras);
+
 /* Options of reading cameras. */
 enum {
     /* read cameras with lens distortion, or with other lenses, as pinholes, instead of refusing them */

@@ -24,7 +24,7 @@ void main() {
         if (to >= 0 && to < int(dims.height)) {
             const uint at = uint(to) * dims.width + i % dims.width;
             if (counts(truth[at])) {
-                const vec4 a = image[dims.image + at], t = color_of(truth[at]);
+                const vec4 a = vec4(exposed(image[dims.image + at].rgb), 0), t = color_of(truth[at]);
                 p = a + t - kPivot;
                 q = a - t;
             }

@@ -83,7 +83,7 @@ void main() {
         const int x = first + int(lane), column = min(x, width - 1);
         [[unroll]] for (int s = 0; s < kAll; ++s) {
             const uint word = LD1(truth, from[s] + column);
-            const vec3 a = LD4(image, dims.image + from[s] + column).rgb, t = color_of(word).rgb;
+            const vec3 a = exposed(LD4(image, dims.image + from[s] + column).rgb), t = color_of(word).rgb;
             const bool here = counts(word) && within[s] && x < width;
             op[s] = here ? a + t - kPivot : vec3(-kPivot);
             oq[s] = here ? a - t : vec3(0);

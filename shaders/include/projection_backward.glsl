@@ -26,6 +26,7 @@ struct GaussianGradient {
 struct PoseGradient {
     mat3 rotation;  // column k, row r, as View::rotation
     vec3 translation;
+    vec4 intrinsics;  // fx fy cx cy
 };
 
 // L^T times matrices of two rows, for A = J R_camera R_q S: dL/dA = L M H with H = L^T A, since
@@ -113,6 +114,11 @@ void projection_backward(View view, Projection p, vec3 mean, vec3 scale, float o
     rows[1] = grad_m.y * mean + f.y * grad_r2;
     rows[2] = grad_m.z * mean - f.x * inside.x * grad_r1 - f.y * inside.y * grad_r2;
     out_pose.rotation = transpose(rows);
+    // f of the mean and of r1; a clamped x / z is (k - cx) / fx in gsplat's convention and k / fx in 3dgs's.
+    const vec2 own = vec2(dot(p.r1, grad_r1), dot(p.r2, grad_r2)) / view.intrinsics.xy;
+    const vec2 by_limit = mix(vec2(0), iz * by_w2, p.clamped);
+    out_pose.intrinsics.xy = own + iz * p.m.xy * by_mean + inside * by_limit;
+    out_pose.intrinsics.zw = by_mean + ((flags & kFlagGsplat) != 0 ? by_limit : vec2(0));
 }
 
 // Gradient of the quaternion w, x, y, z, through the matrix of quaternion_matrix().

@@ -4,17 +4,20 @@
 //   e_i = c_i . g - D_i,  D_(i-1) = D_i + alpha_i e_i,  D_last = background . g - g_alpha
 //   (T_i D_i is what lies behind i, weighted by g);  v = w_i e_i = alpha_i dL/dalpha_i
 // Record: sums over the tile's pixels, y = L^T (mean - pixel centre), L scaled as in the splats:
-//   (v, v y1, v y2, v y1^2), (v y1 y2, v y2^2, |dL/du|, |dL/dv|), (w g_rgb, w g_depth)
+//   (v, v y1, v y2, v y1^2), (v y1 y2, v y2^2, |dL/du|, |dL/dv|), (w g_rgb, w g_depth), (w, pixels with w > 0)
 // One workgroup computes a tile (gl_WorkGroupID.z is the view), one invocation a pixel.
-// Bindings: splats, pairs uvec2 (tile, item; sorted), slots, ranges, background, state, grad_image
-// [V,H,W] vec4, grad_depth [V,H,W]; record_a, record_b, record_c [pairs] vec4.
-// Specialisation: kDepth: grad_depth is given, kAbsolute: absolute sums. Workgroup of kTileSize^2 invocations.
+// Bindings: splats, pairs uvec2 (tile, item; sorted), slots, ranges, background [1+V], state, grad_image
+// [V,H,W] vec4, grad_depth [V,H,W]; record_a, record_b, record_c [pairs] vec4, record_d [pairs] vec2.
+// Specialisation: kDepth: grad_depth is given, kAbsolute: absolute sums, kSizes: views have their own sizes,
+// kContributions: write record_d. Workgroup of kTileSize^2 invocations.
 #extension GL_GOOGLE_include_directive : require
 #include "blend.glsl"
 
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kBlendDepthId) const bool kDepth = false;
 layout(constant_id = kBlendAbsoluteId) const bool kAbsolute = false;
+layout(constant_id = kBlendSizesId) const bool kSizes = false;
+layout(constant_id = kBlendContributionsId) const bool kContributions = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Slots { uint slots[]; };
@@ -26,6 +29,7 @@ layout(set = 0, binding = 7, std430) readonly buffer GradDepth { float grad_dept
 layout(set = 0, binding = 8, std430) writeonly buffer RecordA { vec4 record_a[]; };
 layout(set = 0, binding = 9, std430) writeonly buffer RecordB { vec4 record_b[]; };
 layout(set = 0, binding = 10, std430) writeonly buffer RecordC { vec4 record_c[]; };
+layout(set = 0, binding = 11, std430) writeonly buffer RecordD { vec2 record_d[]; };
 layout(push_constant) uniform Push { BlendParams params; };
 
 #include "reduce.glsl"
@@ -36,7 +40,8 @@ void main() {
     const uint view = gl_WorkGroupID.z;
     const uvec2 corner = uvec2(tile.x, tile.y + params.row_begin) * kTileSize;
     const uvec2 at = uvec2(lane % kTileSize, lane / kTileSize);
-    const bool inside = corner.x + at.x < params.width && corner.y + at.y < params.height;
+    const uvec2 size = kSizes ? uvec2(background[1 + view].xy) : uvec2(params.width, params.height);
+    const bool inside = corner.x + at.x < size.x && corner.y + at.y < size.y;
     const vec2 centre = vec2(at) + 0.5;
     const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];
     const uint pixel = (view * params.height + corner.y + at.y) * params.width + corner.x + at.x;
@@ -70,10 +75,13 @@ void main() {
         const vec4 first = workgroup_sum(vec4(v, v * y, v * y.x * y.x));
         const vec4 second = workgroup_sum(vec4(v * y.x * y.y, v * y.y * y.y, slope));
         const vec4 third = workgroup_sum(w * g);
+        vec4 fourth = vec4(0);
+        if (kContributions) fourth = workgroup_sum(vec4(w, w > 0.0 ? 1 : 0, 0, 0));
         if (lane == 0) {
             record_a[slot] = first;
             record_b[slot] = second;
             record_c[slot] = third;
+            if (kContributions) record_d[slot] = fourth.xy;
         }
     }
 }

@@ -21,6 +21,8 @@ layout(constant_id = kBlendAbsoluteId) const bool kAbsolute = false;
 layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
 layout(constant_id = kBlendSkipBlocksId) const bool kSkipBlocks = false;
 layout(constant_id = kBlendStraightThroughId) const bool kStraightThrough = false;
+layout(constant_id = kBlendSizesId) const bool kSizes = false;
+layout(constant_id = kBlendContributionsId) const bool kContributions = false;
 QUADS(0, splats);
 UINTS(1, pairs);
 UINTS(2, slots);
@@ -32,7 +34,8 @@ layout(set = 0, binding = 7, std430) readonly buffer GradDepth { float grad_dept
 QUADS_OUT(8, record_a);
 QUADS_OUT(9, record_b);
 QUADS_OUT(10, record_c);
-UINTS(11, order);
+PAIRS_OUT(11, record_d);
+UINTS(12, order);
 layout(push_constant) uniform Push { BlendParams params; };
 
 #include "spread_tile.glsl"
@@ -40,7 +43,7 @@ layout(push_constant) uniform Push { BlendParams params; };
 const int kRows = 8;
 const int kBlocks = 4;
 const int kPixels = kBlocks * kRows;
-const uint kSums = 12;
+const uint kSums = 14;
 
 // Up to this many entries are walked block by block, with up to 33 turns of a loop per 8 entries. Longer lists
 // are walked once for all blocks, with 9 turns per 8 and the same bits. lavapipe ends loops after 65535 turns
@@ -92,7 +95,7 @@ void blend_block(const int block, uint lane, Entry e, bool own, inout float reco
     float m0 = 0.0;
     vec2 m1 = vec2(0);
     vec3 m2 = vec3(0);
-    vec2 slope = vec2(0);
+    vec2 slope = vec2(0), seen_by = vec2(0);
     [[unroll]] for (int r = 0; r < kRows; ++r) {
         const int q = block * kRows + r;
         precise float qy = e.a.y - (first.y + float(r));
@@ -109,6 +112,7 @@ void blend_block(const int block, uint lane, Entry e, bool own, inout float reco
         if (kDepth) g += e.a.w * g_z[q];
         behind[q] += alpha * g;
         sum_c.rgb += w * vec3(g_r[q], g_g[q], g_b[q]);
+        if (kContributions) seen_by += vec2(w, w > 0.0 ? 1.0 : 0.0);
         if (kDepth) sum_c.a += w * g_z[q];
         const float v = (kStraightThrough ? seen * t[q] : clamped ? 0.0 : w) * g;
         const float vu = v * u, vw = v * w2;
@@ -118,10 +122,11 @@ void blend_block(const int block, uint lane, Entry e, bool own, inout float reco
         if (kAbsolute) slope += kTwoLn2 * abs(v * vec2(e.l.x * u, e.l.y * u + e.l.z * w2));
     }
     const float sums[kSums] = float[kSums](m0, m1.x, m1.y, m2.x, m2.y, m2.z, slope.x, slope.y, sum_c.r, sum_c.g,
-                                           sum_c.b, sum_c.a);
+                                           sum_c.b, sum_c.a, seen_by.x, seen_by.y);
     [[unroll]] for (uint i = 0; i < kSums; ++i) {
         if ((i == 6 || i == 7) && !kAbsolute) continue;
         if (i == 11 && !kDepth) continue;
+        if (i >= 12 && !kContributions) continue;
         const float sum = lanes_sum(sums[i]);
         record[i] += own ? sum : 0.0;
     }
@@ -147,11 +152,12 @@ void walk(const int block, const bool all, uint lane, uint kept, Entry e, inout 
 
 // Loads the pixels of block `block`. Returns the number of entries that any of them reached.
 float load_block(const int block, uint lane, uvec2 corner, uint view, vec3 background_rgb) {
+    const uvec2 size = kSizes ? uvec2(LD4(background, 1 + view).xy) : uvec2(params.width, params.height);
     float last = 0.0;
     [[unroll]] for (int r = 0; r < kRows; ++r) {
         const int q = block * kRows + r;
         const uvec2 at = corner + block_at(block) + uvec2(lane, r);
-        const bool inside = at.x < params.width && at.y < params.height;
+        const bool inside = at.x < size.x && at.y < size.y;
         const uint pixel = inside ? (view * params.height + at.y) * params.width + at.x : 0u;
         const vec4 g = inside ? LD4(grad_image, pixel) : vec4(0);
         const vec2 end = inside ? state[pixel] : vec2(1, 0);
@@ -173,6 +179,7 @@ void store(uint slot, float record[kSums]) {
     ST4(record_a, slot, vec4(record[0], record[1], record[2], record[3]));
     ST4(record_b, slot, vec4(record[4], record[5], record[6], record[7]));
     ST4(record_c, slot, vec4(record[8], record[9], record[10], record[11]));
+    if (kContributions) ST2(record_d, slot, floatBitsToUint(vec2(record[12], record[13])));
 }
 
 void main() {

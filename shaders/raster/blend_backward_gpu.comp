@@ -11,6 +11,8 @@
 layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kBlendDepthId) const bool kDepth = false;
 layout(constant_id = kBlendAbsoluteId) const bool kAbsolute = false;
+layout(constant_id = kBlendSizesId) const bool kSizes = false;
+layout(constant_id = kBlendContributionsId) const bool kContributions = false;
 layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
@@ -23,10 +25,12 @@ layout(set = 0, binding = 7, std430) readonly buffer GradDepth { float grad_dept
 layout(set = 0, binding = 8, std430) writeonly buffer RecordA { vec4 record_a[]; };
 layout(set = 0, binding = 9, std430) writeonly buffer RecordB { vec4 record_b[]; };
 layout(set = 0, binding = 10, std430) writeonly buffer RecordC { vec4 record_c[]; };
+layout(set = 0, binding = 11, std430) writeonly buffer RecordD { vec2 record_d[]; };
 layout(push_constant) uniform Push { BlendParams params; };
 
 const uint kMaxSubgroups = 32;
-shared vec4 sums[2][3][kMaxSubgroups];  // one half is read while the other is filled
+const uint kRecords = kContributions ? 4 : 3;
+shared vec4 sums[2][4][kMaxSubgroups];  // one half is read while the other is filled
 shared uint last_entry;
 
 void main() {
@@ -35,7 +39,8 @@ void main() {
     const uint view = gl_WorkGroupID.z;
     const uvec2 corner = uvec2(tile.x, tile.y + params.row_begin) * kTileSize;
     const uvec2 at = uvec2(lane % kTileSize, lane / kTileSize);
-    const bool inside = corner.x + at.x < params.width && corner.y + at.y < params.height;
+    const uvec2 size = kSizes ? uvec2(background[1 + view].xy) : uvec2(params.width, params.height);
+    const bool inside = corner.x + at.x < size.x && corner.y + at.y < size.y;
     const vec2 centre = vec2(at) + 0.5;
     const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];
     const uint pixel = (view * params.height + corner.y + at.y) * params.width + corner.x + at.x;
@@ -56,6 +61,7 @@ void main() {
         record_a[slots[i]] = vec4(0);
         record_b[slots[i]] = vec4(0);
         record_c[slots[i]] = vec4(0);
+        if (kContributions) record_d[slots[i]] = vec2(0);
     }
     for (uint i = walked; i > range.x;) {
         --i;
@@ -79,14 +85,17 @@ void main() {
         const vec4 first = subgroupAdd(vec4(v, v * y, v * y.x * y.x));
         const vec4 second = subgroupAdd(vec4(v * y.x * y.y, v * y.y * y.y, slope));
         const vec4 third = subgroupAdd(w * g);
+        vec4 fourth = vec4(0);
+        if (kContributions) fourth = subgroupAdd(vec4(w, w > 0.0 ? 1 : 0, 0, 0));
         const uint side = i & 1u;
         if (subgroupElect()) {
             sums[side][0][gl_SubgroupID] = first;
             sums[side][1][gl_SubgroupID] = second;
             sums[side][2][gl_SubgroupID] = third;
+            if (kContributions) sums[side][3][gl_SubgroupID] = fourth;
         }
         barrier();
-        if (lane < 3) {
+        if (lane < kRecords) {
             // Kahan's compensation: a plain sum of 32 exceeds the tolerance of the gradients.
             precise vec4 sum = vec4(0), lost = vec4(0);
             for (uint s = 0; s < gl_NumSubgroups; ++s) {
@@ -98,6 +107,7 @@ void main() {
             if (lane == 0) record_a[slot] = sum;
             if (lane == 1) record_b[slot] = sum;
             if (lane == 2) record_c[slot] = sum;
+            if (lane == 3) record_d[slot] = sum.xy;
         }
     }
 }

@@ -3,12 +3,12 @@
 // T_(i+1) = T_i (1 - alpha_i), alpha_i = min(kAlphaMax, opacity exp2(-|L^T q|^2)), skipped below
 // kAlphaMin; a pixel stops before T would fall below params.stop_below. Kerbl et al. 2023, section 6.
 // One workgroup computes a tile (gl_WorkGroupID.z is the view), one invocation a pixel.
-// Bindings: splats, pairs uvec2 (tile, item; sorted), normals, ranges, background vec4; image [V,H,W]
-// vec4 (rgb, alpha), state [V,H,W] vec2 (T, list entries before the stop), extra [V,H,W] vec4 (sum w
-// depth, expected depth, contributors, 0). Specialisation: kExtra: write extra, kEarlyOut: end where every
-// pixel has stopped (not in plain use; the same bits), kNormals: blend normals instead of colours, without
-// background.
-// The workgroup has kTileSize^2 invocations.
+// Bindings: splats, pairs uvec2 (tile, item; sorted), normals, ranges, background vec4 [1+V] (rgb; width, height
+// of each view); image [V,H,W] vec4 (rgb, alpha), state [V,H,W] vec2 (T, list entries before the stop), extra
+// [V,H,W] vec4 (sum w depth, expected depth, contributors, Gaussian of the largest w). Specialisation: kExtra:
+// write extra, kEarlyOut: end where every pixel has stopped (not in plain use; the same bits), kNormals: blend
+// normals instead of colours, without background, kSizes: the image is 0 beyond a view's size, kIds: write the
+// Gaussian. The workgroup has kTileSize^2 invocations.
 #extension GL_GOOGLE_include_directive : require
 #include "blend.glsl"
 
@@ -16,6 +16,8 @@ layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kBlendExtraId) const bool kExtra = false;
 layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
 layout(constant_id = kBlendNormalsId) const bool kNormals = false;
+layout(constant_id = kBlendSizesId) const bool kSizes = false;
+layout(constant_id = kBlendIdsId) const bool kIds = false;
 layout(set = 0, binding = 0, std430) readonly buffer Splats { vec4 splats[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Normals { vec4 normals[]; };
@@ -39,13 +41,15 @@ void main() {
     const uint view = gl_WorkGroupID.z;
     const uvec2 corner = uvec2(tile.x, tile.y + params.row_begin) * kTileSize;
     const uvec2 at = uvec2(lane % kTileSize, lane / kTileSize);
-    const bool inside = corner.x + at.x < params.width && corner.y + at.y < params.height;
+    const uvec2 size = kSizes ? uvec2(background[1 + view].xy) : uvec2(params.width, params.height);
+    const bool inside = corner.x + at.x < size.x && corner.y + at.y < size.y;
     const vec2 centre = vec2(at) + 0.5;
     const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];
 
     float t = 1.0;
     bool stopped = !inside;
     uint entries = 0, contributors = 0;
+    float most = 0.0, id = -1.0;
     vec4 sum = vec4(0);
     uint side = 0;
     if (kEarlyOut) {
@@ -62,6 +66,7 @@ void main() {
             batch_a[lane] = splats[item * 3] - vec4(corner, 0, 0);
             batch_b[lane] = splats[item * 3 + 1];
             batch_c[lane] = kNormals ? normals[item] : splats[item * 3 + 2];
+            if (kIds) batch_c[lane].w = float(item - view * params.gaussians);
         }
         barrier();
         if (kEarlyOut && lane == 0) running[side] = 0;
@@ -78,11 +83,17 @@ void main() {
             sum += w * vec4(batch_c[i].xyz, a.w);
             entries += stopped ? 0 : 1;
             contributors += w > 0.0 ? 1 : 0;
+            if (kIds) {
+                id = w > most ? batch_c[i].w : id;
+                most = max(most, w);
+            }
         }
     }
-    if (!inside) return;
+    if (!(kSizes ? corner.x + at.x < params.width && corner.y + at.y < params.height : inside)) return;
     const uint pixel = (view * params.height + corner.y + at.y) * params.width + corner.x + at.x;
-    image[pixel] = vec4(sum.rgb + (kNormals ? vec3(0) : t * background[0].rgb), 1.0 - t);
+    const vec3 behind = kNormals || (kSizes && !inside) ? vec3(0) : t * background[0].rgb;
+    image[pixel] = vec4(sum.rgb + behind, 1.0 - t);
     if (!kNormals) state[pixel] = vec2(t, float(entries));
-    if (kExtra) extra[pixel] = vec4(sum.w, sum.w / max(1.0 - t, kExpectedAlphaMin), float(contributors), 0);
+    const float expected = sum.w / max(1.0 - t, kExpectedAlphaMin);
+    if (kExtra) extra[pixel] = vec4(sum.w, expected, float(contributors), kIds ? id : 0.0);
 }

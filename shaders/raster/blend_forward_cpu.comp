@@ -21,6 +21,8 @@ layout(constant_id = kBlendExtraId) const bool kExtra = false;
 layout(constant_id = kBlendNormalsId) const bool kNormals = false;
 layout(constant_id = kBlendEarlyOutId) const bool kEarlyOut = false;
 layout(constant_id = kBlendSkipBlocksId) const bool kSkipBlocks = false;
+layout(constant_id = kBlendSizesId) const bool kSizes = false;
+layout(constant_id = kBlendIdsId) const bool kIds = false;
 QUADS(0, splats);
 UINTS(1, pairs);
 QUADS(2, normals);
@@ -73,12 +75,43 @@ float limit_alpha(float raw) {
     return seen > kAlphaMax ? kAlphaMax : seen;
 }
 
-void write_pixel(uint pixel, float left, float entries, vec3 color, vec3 behind, vec2 depth_count) {
-    ST4(image, pixel, vec4(color + left * behind, 1.0 - left));
-    if (!kNormals) ST2(state, pixel, floatBitsToUint(vec2(left, entries)));
+struct Pixel {
+    float t;  // transmittance, negated once the pixel has stopped
+    float entries, contributors, depth;
+    float largest, id;  // the largest weight and its Gaussian
+    vec3 color;
+};
+
+// What of a list entry does not depend on the pixel, and its number in the list.
+struct Layer {
+    vec3 rgb;
+    float index, depth, id;
+};
+
+void blend(inout Pixel p, float alpha, Layer layer, float stop_below) {
+    const float next = p.t - p.t * alpha;
+    const bool stop = next < stop_below;
+    const float w = stop ? 0.0 : alpha * p.t;
+    p.t = stop ? -abs(p.t) : next;
+    p.color += w * layer.rgb;
+    p.entries = stop ? p.entries : layer.index;
     if (kExtra) {
-        const float expected = depth_count.x / max(1.0 - left, kExpectedAlphaMin);
-        ST4(extra, pixel, vec4(depth_count.x, expected, depth_count.y, 0));
+        p.depth += w * layer.depth;
+        p.contributors += w > 0.0 ? 1.0 : 0.0;
+    }
+    if (kIds) {
+        p.id = w > p.largest ? layer.id : p.id;
+        p.largest = w > p.largest ? w : p.largest;
+    }
+}
+
+void write_pixel(uint at, Pixel p, vec3 behind) {
+    const float left = abs(p.t);
+    ST4(image, at, vec4(p.color + left * behind, 1.0 - left));
+    if (!kNormals) ST2(state, at, floatBitsToUint(vec2(left, p.entries)));
+    if (kExtra) {
+        const float expected = p.depth / max(1.0 - left, kExpectedAlphaMin);
+        ST4(extra, at, vec4(p.depth, expected, p.contributors, kIds ? p.id : 0.0));
     }
 }
 
@@ -92,17 +125,13 @@ void main() {
     const uvec2 range = ranges[(view * params.rows + tile.y) * params.tiles_x + tile.x];
     const float x = float(at.x) + 0.5, y = float(at.y) + 0.5;
     const float stop_below = params.stop_below;
-    const bool column_inside = corner.x + at.x < params.width;
+    const uvec2 size = kSizes ? uvec2(LD4(background, 1 + view).xy) : uvec2(params.width, params.height);
+    const bool column_inside = corner.x + at.x < size.x;
 
-    // Transmittance, negated once the pixel has stopped.
-    float t[kRows], entries[kRows], contributors[kRows], depth[kRows];
-    vec3 color[kRows];
+    Pixel pixels[kRows];
     [[unroll]] for (int r = 0; r < kRows; ++r) {
-        t[r] = column_inside && corner.y + at.y + uint(r) < params.height ? 1.0 : -1.0;
-        entries[r] = 0.0;
-        contributors[r] = 0.0;
-        depth[r] = 0.0;
-        color[r] = vec3(0);
+        const bool inside = column_inside && corner.y + at.y + uint(r) < size.y;
+        pixels[r] = Pixel(inside ? 1.0 : -1.0, 0.0, 0.0, 0.0, 0.0, -1.0, vec3(0));
     }
     const vec2 low = vec2(corner) + vec2(at.x - lane, at.y) + 0.5;
     uint seen = range.x;
@@ -118,13 +147,16 @@ void main() {
         const vec4 b = LD4(splats, item * 3 + 1);
         const vec4 c = kNormals ? LD4(normals, item) : LD4(splats, item * 3 + 2);
         const float opacity = filled ? a.z : 0.0;
+        const float number = kIds ? float(item - view * params.gaussians) : 0.0;
         const float place = float(filled ? entry - range.x + 1u : range.y - range.x);
         [[unroll]] for (uint j = 0; j < 8; ++j) {
             const float o = subgroupShuffle(opacity, j);
-            const float index = subgroupShuffle(place, j);
             const vec3 l = vec3(subgroupShuffle(b.x, j), subgroupShuffle(b.y, j), subgroupShuffle(b.z, j));
-            const vec3 rgb = vec3(subgroupShuffle(c.x, j), subgroupShuffle(c.y, j), subgroupShuffle(c.z, j));
-            const float z = kExtra ? subgroupShuffle(a.w, j) : 0.0;
+            Layer layer;
+            layer.rgb = vec3(subgroupShuffle(c.x, j), subgroupShuffle(c.y, j), subgroupShuffle(c.z, j));
+            layer.index = subgroupShuffle(place, j);
+            layer.depth = kExtra ? subgroupShuffle(a.w, j) : 0.0;
+            layer.id = kIds ? subgroupShuffle(number, j) : 0.0;
             const float my = subgroupShuffle(a.y, j);
             precise float qx = subgroupShuffle(a.x, j) - x;
             precise float ux = l.x * qx;
@@ -134,31 +166,22 @@ void main() {
                 precise float v = l.z * qy;
                 precise float power = -(u * u + v * v);
                 precise float raw = o * exp2(power);
-                const float alpha = limit_alpha(raw);
-                const float next = t[r] - t[r] * alpha;
-                const bool stop = next < stop_below;
-                const float w = stop ? 0.0 : alpha * t[r];
-                t[r] = stop ? -abs(t[r]) : next;
-                color[r] += w * rgb;
-                entries[r] = stop ? entries[r] : index;
-                if (kExtra) {
-                    depth[r] += w * z;
-                    contributors[r] += w > 0.0 ? 1.0 : 0.0;
-                }
+                blend(pixels[r], limit_alpha(raw), layer, stop_below);
             }
         }
         if (kEarlyOut) {
-            float most = t[0];
-            [[unroll]] for (int r = 1; r < kRows; ++r) most = max(most, t[r]);
+            float most = pixels[0].t;
+            [[unroll]] for (int r = 1; r < kRows; ++r) most = max(most, pixels[r].t);
             stopped = subgroupAll(most <= 0.0);
         }
     } while (!stopped && (seen < range.y || waiting.count > 0));
-    if (!column_inside) return;
+    if (!(kSizes ? corner.x + at.x < params.width : column_inside)) return;
     const vec3 behind = kNormals ? vec3(0) : LD4(background, 0).rgb;
     [[unroll]] for (uint r = 0; r < uint(kRows); ++r) {
         if (corner.y + at.y + r < params.height) {
             const uint pixel = (view * params.height + corner.y + at.y + r) * params.width + corner.x + at.x;
-            write_pixel(pixel, abs(t[r]), entries[r], color[r], behind, vec2(depth[r], contributors[r]));
+            const bool beyond = kSizes && !(column_inside && corner.y + at.y + r < size.y);
+            write_pixel(pixel, pixels[r], beyond ? vec3(0) : behind);
         }
     }
 }

@@ -5,8 +5,8 @@
 // Bindings: gaussians, colors, cameras, splats, counts, begins, record_a, record_b, record_c;
 // grad_gaussians [count][3] (mean, opacity; scale, 0; rotation), grad_colors [count][sh_quads],
 // exported [V*N][3] vec4 (dL/d mean 2 and its absolute sums; conic, opacity; colour, depth),
-// pose [groups][V][3] vec4 (rows of dL/d[R|t] of this workgroup).
-// Specialisation: kDegree, kExport: write exported, kPose: write pose, kFlags.
+// pose [groups][V][3 or 4] vec4 (rows of dL/d[R|t] of this workgroup; dL/d of fx fy cx cy).
+// Specialisation: kDegree, kExport: write exported, kPose: write pose, kIntrinsics: its fourth, too, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "load.glsl"
@@ -18,6 +18,7 @@ layout(local_size_x_id = kWorkgroupSizeId) in;
 layout(constant_id = kProjectDegreeId) const uint kDegree = 0;
 layout(constant_id = kProjectExportId) const bool kExport = false;
 layout(constant_id = kProjectPoseId) const bool kPose = false;
+layout(constant_id = kProjectIntrinsicsId) const bool kIntrinsics = false;
 layout(constant_id = kProjectFlagsId) const uint kFlags = 0;
 QUADS(0, gaussians);
 QUADS(1, colors);
@@ -87,6 +88,7 @@ struct Records {
 };
 
 vec4 pose0, pose1, pose2;  // rows of dL/d[R|t] of one item
+vec4 by_intrinsics;        // dL/d of fx fy cx cy
 
 // Add one view's share to the gradients above.
 void item_backward(uint index, uint v, uint item, Gaussian from, Records records) {
@@ -118,6 +120,7 @@ void item_backward(uint index, uint v, uint item, Gaussian from, Records records
         pose0 = vec4(rotation[0], translation.x);
         pose1 = vec4(rotation[1], translation.y);
         pose2 = vec4(rotation[2], translation.z);
+        by_intrinsics = pose_gradient.intrinsics;
     }
     if (kExport) {
         const vec4 before0 = params.accumulate != 0 ? exported[item * 3] : vec4(0);
@@ -155,6 +158,7 @@ void main() {
         pose0 = vec4(0);
         pose1 = vec4(0);
         pose2 = vec4(0);
+        by_intrinsics = vec4(0);
         if (records.opacity > 0.0) {
             const uint begin = LD1(begins, item);
             for (uint i = begin; i < begin + pairs; ++i) {
@@ -175,10 +179,13 @@ void main() {
             pose0 = workgroup_sum(pose0);
             pose1 = workgroup_sum(pose1);
             pose2 = workgroup_sum(pose2);
+            if (kIntrinsics) by_intrinsics = workgroup_sum(by_intrinsics);
             if (gl_LocalInvocationID.x == 0 && present) {
-                ST4(pose, (group * params.views + v) * 3, pose0);
-                ST4(pose, (group * params.views + v) * 3 + 1, pose1);
-                ST4(pose, (group * params.views + v) * 3 + 2, pose2);
+                const uint to = (group * params.views + v) * (kIntrinsics ? 4 : 3);
+                ST4(pose, to, pose0);
+                ST4(pose, to + 1, pose1);
+                ST4(pose, to + 2, pose2);
+                if (kIntrinsics) ST4(pose, to + 3, by_intrinsics);
             }
         }
     } while (++v < params.views);

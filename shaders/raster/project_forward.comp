@@ -8,7 +8,7 @@
 // Jacobian; position); splats [V*N][3] vec4 (mean, opacity, depth; l11 l21 l22 and reach of
 // tile_footprint.glsl; colour, half size of the 3dgs square), counts [V*N] tiles, keys [V*N] uvec2
 // (bits of the depth, item), radii [V*N] vec2 (their bits), footprints [V*N] uvec2, stats
-// (include/params/tile_bin_params.h; kStatNotFinite starts as 0).
+// (include/params/tile_bin_params.h; kStatNotFinite starts as 0), background, active_tiles of call_views.glsl.
 // Specialisation: kDegree of the spherical harmonics, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -31,15 +31,17 @@ PAIRS_OUT(5, keys);
 PAIRS_OUT(6, radii);
 PAIRS_OUT(7, footprints);
 layout(set = 0, binding = 8, std430) buffer Stats { uint stats[]; };  // accumulates
+QUADS(9, background);
+UINTS(10, active_tiles);
 layout(push_constant) uniform Push { ProjectParams params; };
 
+#include "raster/call_views.glsl"
 #include "launch.glsl"
 
 bool is_set(uint flag) { return (kFlags & flag) != 0; }
 
 // Radius in pixels per axis; 0 if no pixel of the image can see the Gaussian.
-vec2 visible_radius(Projection p, vec2 mean, float opacity) {
-    const vec2 size = vec2(params.width, params.height);
+vec2 visible_radius(Projection p, vec2 mean, float opacity, vec2 size) {
     if (is_set(kFlagGsplat)) {
         if (!(opacity >= kAlphaMin)) return vec2(0);
         const float k = min(kMaxSigma, sqrt(2.0 * log(255.0 * opacity)));
@@ -58,10 +60,10 @@ vec2 visible_radius(Projection p, vec2 mean, float opacity) {
 }
 
 // 3dgs divides by z + kHomogeneousMin, with the origin in the middle of the image.
-vec2 image_mean(View view, vec3 m) {
+vec2 image_mean(View view, vec3 m, vec2 size) {
     const vec2 f = view.intrinsics.xy, centre = view.intrinsics.zw;
     if (is_set(kFlagGsplat)) return f * (m.xy / m.z) + centre;
-    const vec2 middle = 0.5 * vec2(params.width, params.height);
+    const vec2 middle = 0.5 * size;
     return (f * m.xy + (centre - middle) * m.z) / (m.z + kHomogeneousMin) + middle;
 }
 
@@ -83,21 +85,23 @@ vec3 splat_color(uint index, vec3 offset) {
 }
 
 // Number of tiles, and the footprint for tile_bin_emit.comp.
-uint tile_count(vec4 a, vec4 b, float half_size, uint view, out uvec2 packed) {
+uint tile_count(vec4 a, vec4 b, float half_size, uint view, ivec2 size, out uvec2 packed) {
     packed = uvec2(0);
     if (is_set(kFlagCull) && !(a.z >= kAlphaMin)) return 0;
-    const ivec2 size = ivec2(params.width, params.height);
-    const Footprint f = tile_footprint(a, b, half_size, kFlags, size,
-                                       ivec2(params.row_begin, params.row_end));
+    const Footprint f = tile_footprint(a, b, half_size, kFlags, size, view_rows(size));
     uint count = 0;
-    const bool small = f.rect.w - f.rect.y <= kPackedRows && f.rect.z - f.rect.x <= kPackedColumns;
+    bool small = f.rect.w - f.rect.y <= kPackedRows && f.rect.z - f.rect.x <= kPackedColumns;
     int row = f.rect.y;  // lanes may end at different turns: no sum crosses lanes (shaders/README.md)
     int top = row;       // first row that has tiles
     if (row < f.rect.w) do {
-        const ivec2 columns = tile_columns(f, row, size);
+        ivec2 columns = tile_columns(f, row, size);
+        uint drawn = 0;
+        if (is_set(kFlagTileMask)) drawn = active_columns(view, row, columns);
         const uint length = uint(max(columns.y - columns.x, 0));
+        if (!is_set(kFlagTileMask)) drawn = length;
+        small = small && drawn == length;  // a packed row has no gap
         if (count == 0) top = row;
-        count += length;
+        count += drawn;
         const uint bits = length | (length > 0 ? uint(columns.x - f.rect.x) << 4 : 0u);
         const uint shift = 8u * uint(row - top);
         if (shift < 32u) packed.y |= bits << shift;
@@ -128,23 +132,24 @@ void main() {
         q = shrunk(q);
         q *= inversesqrt(max(dot(q, q), kQuaternionMin * kQuaternionMin));
     }
+    const ivec2 size = view_size(view_index);
     const Projection p = project(view, g0.xyz, g1.xyz, q);
     const float z = p.m.z;
     valid = valid && (is_set(kFlagGsplat) ? z >= params.near_plane && z <= params.far_plane
                                           : z > params.near_plane && z <= params.far_plane);
-    const vec2 mean = image_mean(view, p.m);
+    const vec2 mean = image_mean(view, p.m, vec2(size));
     if (valid) all_finite = finite(p.det) && finite(vec3(p.a, p.b, p.c)) && finite(vec3(mean, 0.0));
     valid = valid && all_finite;
     float opacity = g0.w;
     if (is_set(kFlagAntialias)) opacity *= max(kCompensationMin, sqrt(p.det0 / p.det));
 
-    const vec2 radius = valid ? visible_radius(p, mean, opacity) : vec2(0);
+    const vec2 radius = valid ? visible_radius(p, mean, opacity, vec2(size)) : vec2(0);
     valid = valid && radius.x > 0.0 && radius.y > 0.0;
     const float half_size = is_set(kFlagGsplat) ? 0.0 : radius.x;
     vec4 a = valid ? vec4(mean, opacity, z) : vec4(0);
     const vec4 b = valid ? vec4(kRootHalfLog2e * p.l, opacity_reach(opacity)) : vec4(1, 0, 1, 0);
     uvec2 packed = uvec2(0);
-    uint count = valid ? tile_count(a, b, half_size, view_index, packed) : 0u;
+    uint count = valid ? tile_count(a, b, half_size, view_index, size, packed) : 0u;
     vec3 color = vec3(0);
     // Computed even without tiles: the value must not depend on the window or on a skip.
     const bool dense = a.z >= kAlphaMin;

@@ -3,7 +3,8 @@
 // takes every stride-th of them, as many as its loops allow (src/vk/launch.h): usually there are none, and
 // each idle group costs time. If it finds fewer tiles than were counted, the remaining pairs get the key
 // 0xFFFFFFFF, which the sort leaves out.
-// Bindings: splats, order, begins, slot_begins, large, stats, footprints; counts, pairs, slots.
+// Bindings: splats, order, begins, slot_begins, large, stats, footprints; counts, pairs, slots; background,
+// active_tiles of call_views.glsl.
 // Specialisation: kSlots: write slots, kFlags.
 #extension GL_GOOGLE_include_directive : require
 #include "load.glsl"
@@ -24,8 +25,11 @@ UINTS(6, footprints);
 layout(set = 0, binding = 7, std430) writeonly buffer Counts { uint counts[]; };
 PAIRS_OUT(8, pairs);
 layout(set = 0, binding = 9, std430) writeonly buffer Slots { uint slots[]; };
+QUADS(10, background);
+UINTS(11, active_tiles);
 layout(push_constant) uniform Push { TileBinParams params; };
 
+#include "raster/call_views.glsl"
 #include "launch.glsl"
 
 void emit(uint at) {
@@ -33,19 +37,22 @@ void emit(uint at) {
     const uint begin = LD1(begins, at);
     const uint end = begin + LD1(footprints, 2 * item + 1);
     const uint slot = (kSlots ? LD1(slot_begins, item) : 0) - begin;
-    const ivec2 size = ivec2(params.width, params.height);
+    const uint view = item / params.gaussians;
+    const ivec2 size = view_size(view);
     const uint tiles_x = (params.width + 15) >> 4;
-    const uint window = item / params.gaussians * (params.row_end - params.row_begin);
+    const uint window = view * (params.row_end - params.row_begin);
     const Footprint f = tile_footprint(LD4(splats, item * 3), LD4(splats, item * 3 + 1),
                                        LD4(splats, item * 3 + 2).w, kFlags, size,
-                                       ivec2(params.row_begin, params.row_end));
+                                       view_rows(size));
     uint pair = begin;
     for (int row = f.rect.y; row < f.rect.w; ++row) {
         const ivec2 columns = tile_columns(f, row, size);
         const uint row_key = (window + uint(row) - params.row_begin) * tiles_x;
-        for (int x = columns.x; x < columns.y && pair < end; ++x, ++pair) {
+        for (int x = columns.x; x < columns.y && pair < end; ++x) {
+            if ((kFlags & kFlagTileMask) != 0 && !tile_is_active(view, row, x)) continue;
             ST2(pairs, pair, uvec2(row_key + uint(x), item));
             if (kSlots) slots[pair] = slot + pair;
+            ++pair;
         }
     }
     if (pair < end) counts[item] = pair - begin;

@@ -82,9 +82,7 @@ splat_result with(Handle handle, Body&& body) {
 template <class Handle, class Body>
 splat_result locked(Handle handle, Body&& body) {
     return with(handle, [&](const auto& object) -> Status {
-        const std::lock_guard lock(object->context->mutex);
-        SPLAT_TRY(object->context->mutex.check());
-        return body(*object);
+        return object->context->mutex.call([&]() -> Status { return body(*object); });
     });
 }
 

@@ -215,7 +215,7 @@ struct BatchesObject {
 struct RunObject : OfDevice {
     using OfDevice::OfDevice;
     Interrupt interrupt;
-    std::unique_ptr<run::Run> run;            ///< destroyed before `interrupt`
+    std::unique_ptr<run::Work> run;           ///< destroyed before `interrupt`
     std::shared_ptr<train::Trainer> trainer;  ///< trainer of a training
     fit::FitTask* fit = nullptr;              ///< task of a fit, which `run` owns
     run::Event event;                         ///< event of the latest call

@@ -57,13 +57,17 @@ Result<std::vector<std::string>> stems_of_maps(const fs::path& folder, MapKind k
     return found;
 }
 
-/// Adds [height,width,channels] of numbers as bytes.
-Status add_bytes(std::vector<float>& values, MapKind kind, DepthNumbers numbers, io::Image& image) {
+Status check_finite(const std::vector<float>& values) {
     const auto bad =
         std::ranges::find_if_not(values, [](float value) { return std::isfinite(value); });
-    if (bad != values.end())
-        return damaged("number %zu is %g, expected finite ones: write 0 where there is none",
-                       static_cast<std::size_t>(bad - values.begin()), static_cast<double>(*bad));
+    if (bad == values.end()) return {};
+    return damaged("number %zu is %g, expected finite ones: write 0 where there is none",
+                   static_cast<std::size_t>(bad - values.begin()), static_cast<double>(*bad));
+}
+
+/// Adds [height,width,channels] of numbers as bytes.
+Status add_bytes(std::vector<float>& values, MapKind kind, DepthNumbers numbers, io::Image& image) {
+    SPLAT_TRY(check_finite(values));
     double least = 0, most = 1;
     if (kind == MapKind::kNormal) least = -1;
     if (kind == MapKind::kDepth) {
@@ -131,7 +135,115 @@ Result<io::Image> load_numbers(const fs::path& path, MapKind kind, const io::Ima
     return in_bytes(std::move(image), kind, numbers);
 }
 
+/// The numbers of a photograph's map as they are stored.
+Result<io::NumberImage> load_values(const std::string& path, std::uint32_t width,
+                                    std::uint32_t height, std::uint32_t channels) {
+    io::NumberImage map;
+    if (io::is_number_name(path)) {
+        SPLAT_ASSIGN(const io::Buffer file, io::read_file(path));
+        SPLAT_ASSIGN(map, in_file(io::read_number_image(file), path));
+    } else {
+        SPLAT_ASSIGN(const io::Image image, io::load_image(path));
+        map = {image.width, image.height, image.channels, image.bits, {}};
+        map.values.assign(image.samples.begin(), image.samples.end());
+    }
+    if (map.channels != channels)
+        return damaged("'%s': %u channels, expected %u", path.c_str(), map.channels, channels);
+    if (map.width != width || map.height != height)
+        return damaged("'%s': %u x %u pixels, its photograph has %u x %u", path.c_str(), map.width,
+                       map.height, width, height);
+    SPLAT_TRY(in_file(check_finite(map.values), path));
+    const auto [least, most] = std::ranges::minmax_element(map.values);
+    if (*least == *most)
+        return damaged("'%s': every number is %g, expected a map that shows something",
+                       path.c_str(), static_cast<double>(*least));
+    return map;
+}
+
+/// Empty if there is none.
+Result<std::string> map_of(const fs::path& folder, const std::string& name) {
+    for (const fs::path& base : {folder / name, (folder / name).replace_extension()})
+        for (const char* const ending : {".npy", ".pfm", ".png"}) {
+            std::string path = base.string() + ending;
+            SPLAT_ASSIGN(const bool is_there, io::has_file(path));
+            if (is_there) return path;
+        }
+    return std::string();
+}
+
+Result<std::vector<float>> load_nearness(const std::string& path, std::uint32_t width,
+                                         std::uint32_t height, DepthNumbers numbers) {
+    SPLAT_ASSIGN(io::NumberImage map, load_values(path, width, height, 1));
+    constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+    float least = std::numeric_limits<float>::infinity(), most = -least;
+    for (float& value : map.values) {
+        if (numbers == DepthNumbers::kDistance) value = value > 0 ? 1 / value : kUnknown;
+        if (std::isnan(value)) continue;
+        least = std::min(least, value);
+        most = std::max(most, value);
+    }
+    if (!(least < most))
+        return damaged("'%s': no two distances above 0 differ, expected a map that shows something",
+                       path.c_str());
+    for (float& value : map.values) value = (value - least) / (most - least);
+    return std::move(map.values);
+}
+
+Result<std::vector<std::uint32_t>> load_normals(const std::string& path, std::uint32_t width,
+                                                std::uint32_t height) {
+    SPLAT_ASSIGN(const io::NumberImage map, load_values(path, width, height, 3));
+    const float scale = map.bits == 0 ? 1 : 2 / static_cast<float>((1U << map.bits) - 1);
+    const float shift = map.bits == 0 ? 0 : -1;
+    std::vector<std::uint32_t> made(std::size_t{width} * height);
+    for (std::size_t i = 0; i < made.size(); ++i) {
+        float squared = 0;
+        std::uint32_t word = 255U << 24;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const float n = map.values[3 * i + k] * scale + shift;
+            squared += n * n;
+            word |= static_cast<std::uint32_t>(io::to_byte(127.5 * (static_cast<double>(n) + 1)))
+                    << (8 * k);
+        }
+        made[i] = squared < 0.25F ? 0 : word;
+    }
+    return made;
+}
+
 }  // namespace
+
+Status find_photo_maps(const PosedPhotosOptions& options, const std::vector<std::string>& names) {
+    for (const auto& [what, folder] :
+         {std::pair("depth", &options.depth), std::pair("normals", &options.normals)}) {
+        std::vector<std::string> missing;
+        for (const std::string& name : names) {
+            if (folder->empty()) break;
+            SPLAT_ASSIGN(const std::string path, map_of(*folder, name));
+            if (path.empty()) missing.push_back((fs::path(*folder) / name).string());
+        }
+        if (!missing.empty())
+            return not_found(
+                "%zu of %zu maps of %s are missing, such as '%s', .npy, .pfm or .png; expected one "
+                "for each photograph to fit, as 'vkrun priors' makes them",
+                missing.size(), names.size(), what, missing[0].c_str());
+    }
+    return {};
+}
+
+Status read_photo_maps(const PosedPhotosOptions& options, const std::string& name,
+                       PosedPhoto& photo) {
+    if (!options.depth.empty()) {
+        SPLAT_ASSIGN(const std::string path, map_of(options.depth, name));
+        SPLAT_SET(photo.nearness,
+                  load_nearness(path, photo.width, photo.height,
+                                options.depth_is_distance ? DepthNumbers::kDistance
+                                                          : DepthNumbers::kNearness));
+    }
+    if (!options.normals.empty()) {
+        SPLAT_ASSIGN(const std::string path, map_of(options.normals, name));
+        SPLAT_SET(photo.normals, load_normals(path, photo.width, photo.height));
+    }
+    return {};
+}
 
 Status find_map_files(const fs::path& folder, const std::vector<std::string>& stems, bool lenient,
                       DatasetIndex& index, std::uint32_t given) {

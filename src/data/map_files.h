@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "data/dataset_reader.h"
+#include "data/posed_photos.h"
 
 namespace splat::data {
 
@@ -27,6 +28,17 @@ enum class DepthNumbers { kNearness, kDistance };
 Result<io::Image> load_map(const std::filesystem::path& path, MapKind kind,
                            const io::ImageOptions& options,
                            DepthNumbers numbers = DepthNumbers::kNearness);
+
+/// Finds the maps of photographs in the folders of the options: NAME.npy, NAME.pfm or NAME.png, where NAME is the
+/// photograph's name with or without its extension. Errors: kNotFound if any is missing.
+Status find_photo_maps(const PosedPhotosOptions& options, const std::vector<std::string>& names);
+
+/// Reads those of one photograph: depth as relative inverse depth, scaled between its least, 0, and its most, 1, and
+/// not known where a distance is 0 or less; normals where their vectors are at least a half long. Errors: as
+/// load_map(); kFormat for another size than the photograph's, other channels than 1 of depth and 3 of normals, one
+/// value alone.
+Status read_photo_maps(const PosedPhotosOptions& options, const std::string& name,
+                       PosedPhoto& photo);
 
 /// An object whose images and maps are files in its folder.
 struct FilesObject {

@@ -10,6 +10,7 @@
 #include "data/folder.h"
 #include "data/formats.h"
 #include "data/image_folder.h"
+#include "data/map_files.h"
 #include "io/colmap.h"
 #include "io/file.h"
 #include "io/mesh/mesh.h"
@@ -66,6 +67,7 @@ class PhotoLoader {
         SPLAT_TRY(check_count());
         SPLAT_TRY(find_photographs());
         SPLAT_TRY(find_masks());
+        SPLAT_TRY(find_maps());
         SPLAT_TRY(keep_points());
         SPLAT_TRY(read_photographs());
         SPLAT_TRY(check_colors());
@@ -275,6 +277,13 @@ class PhotoLoader {
             missing.size(), listed_.size(), missing[0].c_str());
     }
 
+    [[nodiscard]] Status find_maps() const {
+        std::vector<std::string> names;
+        for (const ListedPhoto& photo : listed_)
+            if (!photo.held_out) names.push_back(name_below_images(photo.camera.name));
+        return find_photo_maps(options_, names);
+    }
+
     /// Keeps the points that can be in the scene.
     Status keep_points() {
         scene::Vec3 middle{};
@@ -375,6 +384,8 @@ class PhotoLoader {
                            std::min(photo.width, photo.height), listed.path.c_str());
         take_pixels(image, photo);
         if (!listed.mask.empty()) SPLAT_TRY(apply_mask(listed, photo));
+        if (!listed.held_out)
+            SPLAT_TRY(read_photo_maps(options_, name_below_images(photo.name), photo));
         return undistort(photo, listed.lens, factor);
     }
 

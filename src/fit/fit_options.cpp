@@ -33,9 +33,28 @@ void each_option(Options& options, Given& given, const Visit& visit) {
     visit("depth", options.depth, given.depth);
     visit("normals", options.normals, given.normals);
     visit("init", options.init, given.init);
+    visit("depth_is_distance", options.depth_is_distance, std::optional<bool>());
+    visit("depth_weight", options.depth_weight, std::optional<double>());
+    visit("normal_weight", options.normal_weight, std::optional<double>());
     visit("memory", options.memory, given.memory);
+    const std::optional<std::uint64_t> by_value;
+    visit("memory_gaussians", options.memory_gaussians, by_value);
+    visit("memory_downscale", options.memory_downscale, by_value);
     visit("refine_poses", options.refine_poses, given.refine_poses);
     visit("refine_exposure", options.refine_exposure, given.refine_exposure);
+    const auto by_name = [&](const char* name, auto& value) {
+        visit(name, value, std::optional<std::remove_cvref_t<decltype(value)>>());
+    };
+    by_name("strategy", options.strategy);
+    by_name("mcmc_noise", options.tuning.mcmc_noise);
+    by_name("opacity_weight", options.tuning.opacity_weight);
+    by_name("scale_weight", options.tuning.scale_weight);
+    by_name("growth_every", options.tuning.growth_every);
+    by_name("rate", options.tuning.rate);
+    by_name("skip_sizes", options.tuning.skip_sizes);
+    by_name("skip_bands", options.tuning.skip_bands);
+    by_name("skip_unseen", options.tuning.skip_unseen);
+    by_name("skip_tiles", options.tuning.skip_tiles);
 }
 
 std::string text_of(const std::string& value) {
@@ -122,22 +141,38 @@ Status in_range(const char* name, std::uint64_t value, std::uint64_t least, std:
     return invalid("%s is %llu, expected %llu to %llu", name, llu(value), llu(least), llu(most));
 }
 
+Status check_strategy(const FitOptions& o) {
+    const Strategy& s = o.tuning;
+    if (o.strategy != "split" && o.strategy != "mcmc")
+        return invalid("strategy is '%s', expected split or mcmc", o.strategy.c_str());
+    for (const auto& [name, value] :
+         {std::pair("mcmc_noise", s.mcmc_noise), std::pair("opacity_weight", s.opacity_weight),
+          std::pair("scale_weight", s.scale_weight), std::pair("rate", s.rate)})
+        if (!std::isfinite(value) || value < 0)
+            return invalid("%s is %g, expected a number of 0 or more", name, value);
+    return in_range("growth_every", s.growth_every, 1, kMostSteps);
+}
+
 Status check(const FitOptions& o) {
     if (o.data.empty()) return invalid("no data, expected a folder of photographs");
-    if (!o.depth.empty()) return unsupported("depth: not there yet");
-    if (!o.normals.empty()) return unsupported("normals: not there yet");
-    if (o.init != "points") return unsupported("init: not there yet");
-    if (o.memory != 0) return unsupported("memory: not there yet");
-    if (o.refine_poses || o.refine_exposure) return unsupported("refinement: not there yet");
+    if (o.init == "depth" && o.depth.empty())
+        return invalid("init is depth, expected a folder of depth maps, too");
+    for (const auto& [name, weight] :
+         {std::pair("depth_weight", o.depth_weight), std::pair("normal_weight", o.normal_weight)})
+        if (!(std::isfinite(weight) && weight >= 0))
+            return invalid("%s is %g, expected a number from 0", name, weight);
     SPLAT_TRY(in_range("downscale", o.downscale, 1, 64));
     SPLAT_TRY(in_range("test_every", o.test_every, 0, UINT32_MAX));
     SPLAT_TRY(in_range("steps", o.steps, 0, kMostSteps));
     SPLAT_TRY(in_range("sh_degree", o.sh_degree, 0, scene::kMaxShDegree));
     SPLAT_TRY(in_range("seed", o.seed, 0, kMostSeed));
+    SPLAT_TRY(in_range("memory", o.memory, 0, UINT64_MAX >> 1));
+    SPLAT_TRY(in_range("memory_gaussians", o.memory_gaussians, 0, UINT32_MAX));
+    SPLAT_TRY(in_range("memory_downscale", o.memory_downscale, 0, 64));
     if (o.max_gaussians != 0) SPLAT_TRY(in_range("max_gaussians", o.max_gaussians, 2, UINT32_MAX));
     if (!std::isfinite(o.seconds) || o.seconds < 0)
         return invalid("seconds is %g, expected a number above 0", o.seconds);
-    return {};
+    return check_strategy(o);
 }
 
 }  // namespace
@@ -189,6 +224,12 @@ std::string config_text(const FitOptions& options) {
     return json.text() + "\n";
 }
 
+Strategy strategy_of(const FitOptions& options) {
+    Strategy strategy = options.tuning;
+    strategy.mcmc = options.strategy == "mcmc";
+    return strategy;
+}
+
 data::PosedPhotosOptions photos_of(const FitOptions& options) {
     using Cameras = data::PosedPhotosOptions::Cameras;
     data::PosedPhotosOptions photos;
@@ -199,6 +240,9 @@ data::PosedPhotosOptions photos_of(const FitOptions& options) {
     photos.test_every = static_cast<std::uint32_t>(options.test_every);
     photos.masks = options.masks;
     photos.white_background = options.white_background;
+    photos.depth = options.depth;
+    photos.normals = options.normals;
+    photos.depth_is_distance = options.depth_is_distance;
     return photos;
 }
 

@@ -7,16 +7,19 @@
 
 #include "core/status.h"
 #include "data/posed_photos.h"
+#include "fit/schedule.h"
 
 namespace splat::fit {
 
 /// What a fit's steps depend on besides its photographs; what config.json of its run holds.
 struct FitOptions {
-    std::string data;              ///< folder of photographs and cameras
-    std::string cameras = "auto";  ///< or "colmap", "transforms"
-    std::string masks;             ///< a folder; empty: none
-    std::string depth, normals;    ///< folders of maps; empty: none
-    std::string init = "points";   ///< or "depth", "random", a file of a scene
+    std::string data;                ///< folder of photographs and cameras
+    std::string cameras = "auto";    ///< or "colmap", "transforms"
+    std::string masks;               ///< a folder; empty: none
+    std::string depth, normals;      ///< folders of maps; empty: none
+    std::string init = "points";     ///< or "depth", "random", a file of a scene
+    bool depth_is_distance = false;  ///< larger numbers of depth maps are farther, 0 is not known
+    double depth_weight = 0.1, normal_weight = 0.05;  ///< factors of the losses against maps
     bool white_background = false;
     std::uint64_t downscale = 1;
     std::uint64_t test_every = 8;     ///< 0: all photographs are fitted
@@ -26,7 +29,11 @@ struct FitOptions {
     std::uint64_t sh_degree = 3;
     std::uint64_t seed = 0;
     std::uint64_t memory = 0;  ///< most bytes on the device; 0: what it has
+    /// Most Gaussians for that, and what divides the sides of photographs, besides downscale; 0 until they are chosen.
+    std::uint64_t memory_gaussians = 0, memory_downscale = 0;
     bool refine_poses = false, refine_exposure = false;
+    std::string strategy = "split";  ///< or "mcmc"
+    Strategy tuning;                 ///< all but its `mcmc`
 };
 
 /// Options that a caller gives; the others are the defaults, or those of the run that is resumed.
@@ -50,6 +57,8 @@ Result<FitOptions> options_of_run(const std::string& config, const FitDesc& give
 
 /// Text of a run's config.json.
 std::string config_text(const FitOptions& options);
+
+Strategy strategy_of(const FitOptions& options);
 
 data::PosedPhotosOptions photos_of(const FitOptions& options);
 

@@ -1,6 +1,7 @@
 #include "fit/fit_set.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "ops/gather_rows.h"
@@ -117,7 +118,7 @@ Status FitSet::update(vk::Recorder& recorder, const Rates& rates, std::uint64_t 
     const params::FitAdam adam = adam_of(rates, step);
     const double first = 1 - std::pow(rates.beta1, static_cast<double>(step));
     const std::uint32_t size = vk::workgroup_size(recorder.device(), kGroup);
-    const std::uint32_t count = set_.count;
+    const std::uint32_t count = set_.count, sparse = rates.skip_zeros ? 1 : 0;
     const auto part = [&](const vk::Buffer& buffer) {
         return rows_of(buffer, gaussians::kGaussianFloats, count);
     };
@@ -128,10 +129,12 @@ Status FitSet::update(vk::Recorder& recorder, const Rates& rates, std::uint64_t 
     SPLAT_TRY(recorder.dispatch({
         .op = "fit_adam_set",
         .shader = "fit_adam_set",
-        .constants = {{params::kWorkgroupSizeId, size}},
+        .constants = {{params::kWorkgroupSizeId, size}, {params::kFitSparseId, sparse}},
         .push = params::FitAdamSetParams{count, views, groups[0], real(rates.mean / first),
                                          real(rates.logit / first), real(rates.log_scale / first),
-                                         real(rates.rotation / first), adam},
+                                         real(rates.rotation / first), adam,
+                                         real(rates.opacity_weight / count),
+                                         real(rates.scale_weight / (3.0 * count))},
         .accesses = {vk::read(part(raw_)), vk::read(part(set_.gaussians)),
                      vk::read(part(gradients_.gaussians)), vk::read(part(m_)), vk::read(part(v_)),
                      vk::read(exported), vk::read_write(rows_of(statistics_, kStatistics, count)),
@@ -144,12 +147,13 @@ Status FitSet::update(vk::Recorder& recorder, const Rates& rates, std::uint64_t 
     const gaussians::SetDesc active{.sh_degree = sh_degree};
     const std::uint64_t quads = std::uint64_t{count} * active.color_quads();
     groups = vk::groups_for(recorder.device(), quads, size);
-    return recorder.dispatch({
+    SPLAT_TRY(recorder.dispatch({
         .op = "fit_adam_colors",
         .shader = "fit_adam_colors",
         .constants = {{params::kWorkgroupSizeId, size},
                       {params::kFitColorQuadsId, set_.desc.color_quads()},
-                      {params::kFitActiveQuadsId, active.color_quads()}},
+                      {params::kFitActiveQuadsId, active.color_quads()},
+                      {params::kFitSparseId, sparse}},
         .push = params::FitAdamColorsParams{static_cast<std::uint32_t>(quads), groups[0],
                                             real(rates.constant / first), real(rates.rest / first),
                                             adam},
@@ -161,6 +165,26 @@ Status FitSet::update(vk::Recorder& recorder, const Rates& rates, std::uint64_t 
         .work = {.flops = 60.0 * static_cast<double>(quads),
                  .bytes = 112.0 * static_cast<double>(quads)},
         .may_alias = true,
+    }));
+    return rates.noise > 0 ? add_noise(recorder, rates, step) : Status{};
+}
+
+Status FitSet::add_noise(vk::Recorder& recorder, const Rates& rates, std::uint64_t step) {
+    const auto low = [](std::uint64_t word) { return static_cast<std::uint32_t>(word); };
+    const std::uint32_t size = vk::workgroup_size(recorder.device(), kGroup);
+    const vk::Groups groups = vk::groups_for(recorder.device(), set_.count, size);
+    const vk::BufferView raw = rows_of(raw_, gaussians::kGaussianFloats, set_.count);
+    const vk::BufferView set = rows_of(set_.gaussians, gaussians::kGaussianFloats, set_.count);
+    return recorder.dispatch({
+        .op = "fit_noise",
+        .shader = "fit_noise",
+        .constants = {{params::kWorkgroupSizeId, size}},
+        .push = params::FitNoiseParams{set_.count, groups[0], real(rates.noise), low(step),
+                                       low(step >> 32), low(rates.seed), low(rates.seed >> 32)},
+        .accesses = {vk::read(set), vk::read(raw), vk::write(raw), vk::write(set)},
+        .groups = groups,
+        .work = {.flops = 300.0 * set_.count, .bytes = 96.0 * set_.count},
+        .may_alias = true,  // a quad is written by the invocation that read it
     });
 }
 
@@ -189,7 +213,7 @@ Status FitSet::gather(vk::Recorder& recorder, std::uint32_t rows, const vk::Buff
     return recorder.fill(statistics_.range(), 0);
 }
 
-Status FitSet::split(vk::Recorder& recorder, std::uint32_t rows, const vk::Buffer& roles) {
+Status FitSet::split(vk::Recorder& recorder, std::uint32_t rows, const vk::Buffer& changes) {
     const std::uint32_t size = vk::workgroup_size(recorder.device(), kGroup);
     const vk::Groups groups = vk::groups_for(recorder.device(), rows, size);
     const vk::BufferView raw = rows_of(raw_, gaussians::kGaussianFloats, rows);
@@ -198,10 +222,10 @@ Status FitSet::split(vk::Recorder& recorder, std::uint32_t rows, const vk::Buffe
         .shader = "fit_split",
         .constants = {{params::kWorkgroupSizeId, size}},
         .push = params::FitSplitParams{rows, groups[0]},
-        .accesses = {vk::read(raw), vk::read(roles.view({rows})), vk::write(raw),
+        .accesses = {vk::read(raw), vk::read(changes.view({rows, 3})), vk::write(raw),
                      vk::write(rows_of(set_.gaussians, gaussians::kGaussianFloats, rows))},
         .groups = groups,
-        .work = {.flops = 100.0 * rows, .bytes = 148.0 * rows},
+        .work = {.flops = 100.0 * rows, .bytes = 156.0 * rows},
         .may_alias = true,
     });
 }
@@ -209,12 +233,13 @@ Status FitSet::split(vk::Recorder& recorder, std::uint32_t rows, const vk::Buffe
 Status FitSet::rearrange(vk::Recorder& recorder, std::span<const Row> rows) {
     SPLAT_ASSERT(!rows.empty() && rows.size() <= set_.desc.gaussians);
     const auto count = static_cast<std::uint32_t>(rows.size());
-    std::vector<std::uint32_t> sources(count), moments(count), roles(count);
+    std::vector<std::uint32_t> sources(count), moments(count), changes;
     for (std::uint32_t i = 0; i < count; ++i) {
         SPLAT_ASSERT(rows[i].source < set_.count);
         sources[i] = rows[i].source;
-        roles[i] = rows[i].role;
-        moments[i] = roles[i] == params::kFitKeep ? sources[i] : ops::kNewRow;
+        moments[i] = rows[i].role == params::kFitKeep ? sources[i] : ops::kNewRow;
+        changes.insert(changes.end(), {rows[i].role, std::bit_cast<std::uint32_t>(rows[i].logit),
+                                       std::bit_cast<std::uint32_t>(rows[i].log_scale)});
     }
     rows_.clear();
     const auto make = [&](std::uint64_t bytes) -> Status {
@@ -223,7 +248,7 @@ Status FitSet::rearrange(vk::Recorder& recorder, std::span<const Row> rows) {
         rows_.push_back(std::move(made));
         return {};
     };
-    for (const std::vector<std::uint32_t>* const words : {&sources, &moments, &roles}) {
+    for (const std::vector<std::uint32_t>* const words : {&sources, &moments, &changes}) {
         const std::uint64_t bytes = words->size() * sizeof(std::uint32_t);
         SPLAT_TRY(make(bytes));
         SPLAT_TRY(context_->write(rows_.back().range(), words->data(), bytes));
@@ -241,12 +266,12 @@ void FitSet::rearranged(std::span<const Row> rows) {
 
 Status FitSet::activate() {
     const std::uint32_t count = set_.count;
-    SPLAT_ASSIGN(const vk::Buffer roles,
-                 context_->memory().allocate(std::uint64_t{count} * 4, vk::MemoryKind::kDevice,
+    SPLAT_ASSIGN(const vk::Buffer changes,
+                 context_->memory().allocate(std::uint64_t{count} * 12, vk::MemoryKind::kDevice,
                                              "rows of a fit"));
     vk::Recorder recorder(*context_);
-    SPLAT_TRY(recorder.fill(roles.range(), params::kFitKeep));
-    SPLAT_TRY(split(recorder, count, roles));
+    SPLAT_TRY(recorder.fill(changes.range(), params::kFitKeep));
+    SPLAT_TRY(split(recorder, count, changes));
     SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
     return context_->run(list);
 }

@@ -16,12 +16,18 @@ struct Rates {
     double constant = 0;  ///< colour, the constant term
     double rest = 0;      ///< the other harmonics
     double beta1 = 0.9, beta2 = 0.999, eps = 1e-15;
+    double opacity_weight = 0, scale_weight = 0;  ///< regularisers: mean opacity and scale
+    double noise = 0;         ///< factor of the covariance, by which means are moved at random
+    std::uint64_t seed = 0;   ///< seed of the noise
+    bool skip_zeros = false;  ///< leave quads of parameters whose gradient is 0, with their moments
 };
 
 /// What becomes of a row of a set that grows.
 struct Row {
     std::uint32_t source = 0;  ///< a row of the set before
-    std::uint32_t role = 0;    ///< params::kFitKeep or a half of `source`, whose moments are 0
+    std::uint32_t role = 0;    ///< params::kFitKeep, or another, whose moments are 0
+    float logit = 0;           ///< opacity of a share
+    float log_scale = 0;       ///< added to the log scales of a share
 };
 
 /// What growth goes by, of each Gaussian.
@@ -50,7 +56,7 @@ class FitSet {
     /// Where its backward pass writes gradients of the same.
     [[nodiscard]] gaussians::SetViews gradients(std::uint32_t sh_degree) const;
 
-    /// One step of Adam from the gradients of a call with `views` views.
+    /// One step of Adam from the gradients of a call with `views` views, then noise.
     ///
     /// step         from 1
     /// exported     gradients of the projected Gaussians, of raster::Workspace
@@ -90,7 +96,8 @@ class FitSet {
                                          std::uint32_t rows) const;
     Status gather(vk::Recorder& recorder, std::uint32_t rows, const vk::Buffer& sources,
                   const vk::Buffer& moments, const vk::Buffer& scratch);
-    Status split(vk::Recorder& recorder, std::uint32_t rows, const vk::Buffer& roles);
+    Status add_noise(vk::Recorder& recorder, const Rates& rates, std::uint64_t step);
+    Status split(vk::Recorder& recorder, std::uint32_t rows, const vk::Buffer& changes);
     Status activate();
 
     vk::Context* context_;

@@ -1,9 +1,10 @@
 #include "fit/fit_task.h"
 
-#include <algorithm>
 #include <cmath>
 
-#include "eval/image_scores.h"
+#include "io/file.h"
+#include "io/transforms_json.h"
+#include "scene/camera_pose.h"
 
 namespace splat::fit {
 
@@ -15,10 +16,29 @@ FitTask::~FitTask() {
         context_->mutex.defer(std::move(left_));
 }
 
+Status FitTask::sparing(const std::function<Status()>& body) {
+    for (;;) {
+        const Status done = on_device(body);
+        if (done.code() != Code::kOutOfDeviceMemory) return done;
+        std::string how;
+        SPLAT_TRY(context_->mutex.call([&]() -> Status {
+            how = fitter_->spare();
+            return {};
+        }));
+        if (how.empty())
+            return {done.code(),
+                    format("memory for step %llu: %s; the run can be resumed where there is more",
+                           llu(steps_), done.message().c_str())};
+        if (!spared_.empty()) spared_ += "; ";
+        spared_ += "memory runs out: " + how;
+    }
+}
+
 Status FitTask::step(run::Step& step) {
     FitStep done;
-    SPLAT_TRY(on_device([&] { return fitter_->step(steps_, attempts_, done); }));
+    SPLAT_TRY(sparing([&] { return fitter_->step(steps_, attempts_, done); }));
     ++attempts_;
+    step.notice = std::exchange(spared_, {});
     if (done.skipped) {
         step.outcome = run::Outcome::kSkipped;
     } else {
@@ -36,6 +56,10 @@ Status FitTask::step(run::Step& step) {
                     {"update_ms", 1e3 * done.update_seconds},
                     {"grow_ms", 1e3 * done.grow_seconds}};
     step.terms = {{"l1", done.l1}, {"ssim", done.ssim}};
+    if (!options_.depth.empty() && options_.depth_weight > 0)
+        step.terms.push_back({"depth", done.priors.depth});
+    if (!options_.normals.empty() && options_.normal_weight > 0)
+        step.terms.push_back({"normal", done.priors.normal});
     return {};
 }
 
@@ -57,44 +81,28 @@ Status FitTask::begin_validation(const std::vector<run::NamedWeights>&) {
 
 Status FitTask::validate(std::uint32_t piece, run::Piece& done) {
     const data::PosedPhoto& photo = held_out_[piece];
-    auto drawn = on_device([&] { return fitter_->draw(photo.camera, degree()); });
-    SPLAT_ASSIGN(done.images, std::move(drawn));
-    for (float& value : done.images) value = std::clamp(value, 0.0F, 1.0F);
-    const std::size_t pixels = photo.pixels.size();
-    std::vector<std::uint8_t> valid(pixels);
-    done.truths.resize(3 * pixels);
-    for (std::size_t i = 0; i < pixels; ++i) {
-        valid[i] = photo.pixels[i] >> 24 == 255 ? 1 : 0;
-        for (std::size_t c = 0; c < 3; ++c)
-            done.truths[c * pixels + i] =
-                static_cast<float>(photo.pixels[i] >> (8 * c) & 255U) / 255.0F;
-    }
-    SPLAT_ASSIGN(
-        const eval::ImageScores scores,
-        eval::compare_images(done.images, done.truths, 3, photo.height, photo.width, valid));
-    done.name = photo.name;
-    done.scores = {{"val_psnr", scores.psnr}, {"val_ssim", scores.ssim}};
-    done.views = 1;
-    done.width = photo.width;
-    done.height = photo.height;
+    std::vector<float> image;
+    SPLAT_TRY(sparing([&]() -> Status {
+        SPLAT_SET(image, fitter_->draw(photo.camera, degree()));
+        return {};
+    }));
+    SPLAT_TRY(score_photo(photo, std::move(image), 0, done));
     scores_.resize(piece);  // without those of a piece that is done again
-    scores_.push_back({scores.psnr, scores.ssim});
+    scores_.push_back(done.scores);
     return {};
 }
 
 run::Validation FitTask::validation() const {
-    ViewScores mean;
-    for (const ViewScores& scores : scores_) {
-        mean.psnr += scores.psnr / static_cast<double>(scores_.size());
-        mean.ssim += scores.ssim / static_cast<double>(scores_.size());
-    }
-    return {mean.psnr,
-            {{"val_ssim", mean.ssim},
-             {"val_views", static_cast<double>(scores_.size())},
-             {"gaussians", static_cast<double>(fitter_->set().count())}},
+    run::Numbers scores = mean_scores(scores_);
+    const double psnr = scores[0].value, ssim = scores[1].value;
+    scores.erase(scores.begin());
+    scores.push_back({"val_views", static_cast<double>(scores_.size())});
+    scores.push_back({"gaussians", static_cast<double>(fitter_->set().count())});
+    return {psnr,
+            std::move(scores),
             {},
-            format("held-out PSNR %.3f dB, SSIM %.4f on %zu views, %u Gaussians", mean.psnr,
-                   mean.ssim, scores_.size(), fitter_->set().count())};
+            format("held-out PSNR %.3f dB, SSIM %.4f on %zu views, %u Gaussians", psnr, ssim,
+                   scores_.size(), fitter_->set().count())};
 }
 
 Result<io::WeightsFile> FitTask::state() {
@@ -104,6 +112,8 @@ Result<io::WeightsFile> FitTask::state() {
                      {"step", std::to_string(steps_)},
                      {"attempts", std::to_string(attempts_)},
                      {"grown", std::to_string(fitter_->grown())},
+                     {"most_gaussians", std::to_string(fitter_->spared().most_gaussians)},
+                     {"step_views", std::to_string(fitter_->spared().views)},
                      {"crc32", std::to_string(io::crc32_of(file.tensors))}};
     return file;
 }
@@ -112,7 +122,8 @@ Result<scene::Gaussians> FitTask::scene() {
     auto read = on_device([&] { return fitter_->set().scene(degree()); });
     SPLAT_ASSIGN(scene::Gaussians made, std::move(read));
     for (std::size_t i = 0; i < made.means.size(); ++i)
-        made.means[i] = static_cast<float>(static_cast<double>(made.means[i]) + center_[i % 3]);
+        made.means[i] =
+            static_cast<float>(static_cast<double>(made.means[i]) + frame_.center[i % 3]);
     return made;
 }
 
@@ -138,6 +149,22 @@ Result<std::vector<run::NamedWeights>> FitTask::results() {
     return results;
 }
 
+/// Cameras of all photographs by name, in the photographs' frame.
+Result<std::vector<run::NamedText>> FitTask::texts() {
+    if (!options_.refine_poses) return std::vector<run::NamedText>();
+    std::vector<scene::Camera> cameras;
+    for (std::size_t i = 0; i < fitted_; ++i) cameras.push_back(fitter_->camera(i));
+    for (const data::PosedPhoto& photo : held_out_) cameras.push_back(photo.camera);
+    std::ranges::sort(cameras, {}, &scene::Camera::name);
+    for (scene::Camera& camera : cameras) {
+        const scene::Mat3 turn = scene::rotation_of(camera.world_to_camera);
+        camera.world_to_camera = scene::make_pose(
+            turn, scene::translation_of(camera.world_to_camera) - turn * frame_.center);
+    }
+    SPLAT_ASSIGN(const io::Buffer file, io::write_transforms_json(cameras));
+    return std::vector<run::NamedText>{{"transforms.json", std::string(io::as_text(file))}};
+}
+
 std::uint64_t FitTask::peak_bytes() const {
     return context_->memory().use().peak;
 }
@@ -149,9 +176,16 @@ std::string FitTask::headline(const std::string& folder) const {
 }
 
 void FitTask::describe(JsonWriter& json) const {
+    json.newline(2).key("device").begin_object();
+    json.member("name", context_->device().info().name).end();
     json.newline(2).member("data_crc32", data_sum_);
     json.newline(2).member("photographs", fitted_).member("held_out", held_out_.size());
     json.newline(2).member("gaussians", fitter_->set().count());
+    json.newline(2).key("estimated_bytes").begin_object();
+    json.member("photographs", memory_.photographs).member("gaussians", memory_.gaussians);
+    json.member("rasterizer", memory_.rasterizer).member("loss", memory_.loss);
+    json.member("blocks", memory_.blocks).member("device", memory_.device());
+    json.member("host", memory_.host).end();
 }
 
 }  // namespace splat::fit

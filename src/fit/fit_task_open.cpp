@@ -6,20 +6,16 @@
 #include "core/checked_math.h"
 #include "core/json_writer.h"
 #include "core/number_in.h"
-#include "fit/first_gaussians.h"
 #include "fit/fit_task.h"
 #include "io/compress.h"
 #include "io/file.h"
-#include "scene/camera_pose.h"
 
 namespace splat::fit {
 namespace {
 
-constexpr double kLongestSeconds = 1e5;  ///< by the cost model, for a number of seconds
-constexpr std::uint32_t kRandomPoints = 10000;
+constexpr double kLongestSeconds = 1e5;    ///< by the cost model, for a number of seconds
 constexpr std::uint64_t kValidations = 5;  ///< in a fit
 constexpr std::array<float, 3> kWhite = {1, 1, 1};
-constexpr double kNear = 0.0025;  ///< near plane, in extents of the cameras
 
 std::uint32_t sum_of(const data::PosedPhotos& photos) {
     std::uint32_t sum = 0;
@@ -31,6 +27,8 @@ std::uint32_t sum_of(const data::PosedPhotos& photos) {
         sum = io::crc32_of(std::as_bytes(std::span(photo.camera.world_to_camera)), sum);
         const std::uint8_t held_out = photo.held_out ? 1 : 0;
         sum = io::crc32_of(std::as_bytes(std::span(&held_out, 1)), sum);
+        sum = io::crc32_of(std::as_bytes(std::span(photo.nearness)), sum);
+        sum = io::crc32_of(std::as_bytes(std::span(photo.normals)), sum);
     }
     for (const auto& color : photos.colors)
         sum = io::crc32_of(std::as_bytes(std::span(color)), sum);
@@ -39,29 +37,96 @@ std::uint32_t sum_of(const data::PosedPhotos& photos) {
     return sum;
 }
 
+/// Until steps are chosen, with room for the most Gaussians of any length.
+Schedule schedule_of(const ScheduleDesc& desc, std::uint64_t steps) {
+    return steps != 0 ? Schedule::of_steps(desc, steps) : Schedule::of_seconds(desc, 1e3);
+}
+
 }  // namespace
 
+Result<data::PosedPhotos> FitTask::load_photos() const {
+    // Threads that read photographs hold no mutex, so they compare counts. The holder of one knows of the time before.
+    const std::uint64_t before = context_->mutex.interrupt().count();
+    SPLAT_TRY(context_->mutex.call([] { return Status(); }));
+    data::PosedPhotosOptions options = photos_of(options_);
+    options.progress = [&](std::size_t, std::size_t) -> Status {
+        if (context_->mutex.interrupt().count() == before) return {};
+        return error(Code::kCancelled, "splat_device_cancel ended the reading of photographs");
+    };
+    return data::load_posed_photos(options_.data, options);
+}
+
+/// Estimate what the fit takes of the device, and, in a new run, cut it to what there is.
+Status FitTask::choose_memory(std::vector<data::PosedPhoto>& fitted, ScheduleDesc& desc,
+                              run::Messages& messages) {
+    std::uint64_t left = 0;
+    auto measured = on_device([&]() -> Result<FitCosts> {
+        SPLAT_TRY(context_->device().alive());
+        left = memory_left(*context_);
+        limit_ = options_.memory == 0 ? limit_ : context_->memory().use().used + options_.memory;
+        return Fitter::costs(*context_, desc.sh_degree,
+                             !fitted[0].nearness.empty() || !fitted[0].normals.empty(),
+                             options_.refine_poses);
+    });
+    SPLAT_ASSIGN(const FitCosts costs, std::move(measured));
+    std::vector<data::PosedPhoto> sizes;  // without pixels
+    for (const auto* const photos : {&fitted, &held_out_})
+        for (const data::PosedPhoto& photo : *photos) {
+            sizes.emplace_back().held_out = photo.held_out;
+            sizes.back().width = photo.width;
+            sizes.back().height = photo.height;
+        }
+    const std::uint32_t wanted = schedule_of(desc, options_.steps).most_gaussians();
+    const auto factor = [this] { return static_cast<std::uint32_t>(options_.memory_downscale); };
+    if (factor() == 0) {
+        const bool bound = options_.memory != 0;
+        const bool shared = !bound && context_->device().info().kind == vk::DeviceKind::kCpu;
+        const std::uint64_t there = bound ? std::min(options_.memory, left) : left;
+        SPLAT_ASSIGN(const MemoryPlan plan, plan_memory(costs, sizes, wanted, there, shared));
+        options_.memory_downscale = plan.factor;
+        options_.memory_gaussians = plan.gaussians < wanted ? plan.gaussians : 0;
+        if (plan.gaussians < wanted)
+            messages.push_back({format("warning: at most %u Gaussians instead of %u, for which %s "
+                                       "are too little memory",
+                                       plan.gaussians, wanted, megabytes(there).c_str()),
+                                true});
+        if (plan.factor > 1)
+            messages.push_back({format("warning: the sides of photographs are divided by %u, as "
+                                       "%s are too little memory for more",
+                                       factor(), megabytes(there).c_str()),
+                                true});
+    }
+    if (options_.memory_gaussians != 0)
+        desc.capacity = static_cast<std::uint32_t>(options_.memory_gaussians);
+    memory_ = fit_memory(costs, sizes, std::min(wanted, desc.capacity), factor());
+    messages.push_back({format(
+        "the fit takes about %s of the device: photographs %s, Gaussians %s, rasterizer %s, loss "
+        "%s, unused %s; and %s of the host for photographs and states",
+        megabytes(memory_.device()).c_str(), megabytes(memory_.photographs).c_str(),
+        megabytes(memory_.gaussians).c_str(), megabytes(memory_.rasterizer).c_str(),
+        megabytes(memory_.loss).c_str(), megabytes(memory_.blocks).c_str(),
+        megabytes(memory_.host).c_str())});
+    if (factor() == 1) return {};
+    desc.pixels = 0;
+    for (auto* const photos : {&fitted, &held_out_})
+        for (data::PosedPhoto& photo : *photos) photo = data::reduce(photo, factor());
+    for (const data::PosedPhoto& photo : fitted)
+        desc.pixels += static_cast<double>(photo.pixels.size()) / static_cast<double>(fitted_);
+    return {};
+}
+
 Status FitTask::open_data(run::Messages& messages) {
-    SPLAT_ASSIGN(data::PosedPhotos photos,
-                 data::load_posed_photos(options_.data, photos_of(options_)));
+    SPLAT_ASSIGN(data::PosedPhotos photos, load_photos());
     for (const std::string& notice : photos.notices) messages.push_back({notice});
+    if (options_.refine_poses)
+        messages.push_back(
+            {"poses are refined from a fifth of the fit on: transforms.json in the "
+             "run's folder gets the cameras, for pictures of the fit's size"});
     data_sum_ = sum_of(photos);
-    // The fit's origin lies amid the cameras, for float32's sake.
-    std::vector<scene::Vec3> centers;
-    for (const data::PosedPhoto& photo : photos.photos)
-        centers.push_back(scene::camera_center(photo.camera));
-    for (const scene::Vec3& center : centers)
-        center_ += center / static_cast<double>(centers.size());
-    double extent = 0;
-    for (const scene::Vec3& center : centers)
-        extent = std::max(extent, 1.1 * glm::length(center - center_));
-    if (!(extent > 0)) extent = 1;
+    frame_ = center_photos(photos.photos);
     std::vector<data::PosedPhoto> fitted;
     double pixels = 0;
     for (data::PosedPhoto& photo : photos.photos) {
-        scene::Mat4& pose = photo.camera.world_to_camera;
-        pose = scene::make_pose(scene::rotation_of(pose),
-                                scene::translation_of(pose) + scene::rotation_of(pose) * center_);
         if (photo.held_out) {
             held_out_.push_back(std::move(photo));
             continue;
@@ -72,42 +137,24 @@ Status FitTask::open_data(run::Messages& messages) {
     fitted_ = fitted.size();
     points_.positions = std::move(photos.points);
     points_.colors = std::move(photos.colors);
-    for (scene::Vec3& place : points_.positions) place -= center_;
-    if (points_.positions.size() < 2) {
-        std::vector<scene::Camera> cameras;
-        for (const data::PosedPhoto& photo : fitted) cameras.push_back(photo.camera);
-        points_ = random_points(cameras, kRandomPoints, options_.seed);
-        if (points_.positions.size() < 2)
-            return damaged(
-                "'%s' has no points to begin with, and hardly a place that two of its cameras see: "
-                "look at their poses",
-                options_.data.c_str());
-        messages.push_back(
-            {format("no points to begin with: %zu random ones, where the cameras look",
-                    points_.positions.size())});
-    }
-    const ScheduleDesc desc{.gaussians = static_cast<std::uint32_t>(points_.positions.size()),
-                            .most_gaussians = static_cast<std::uint32_t>(options_.max_gaussians),
-                            .pixels = pixels / static_cast<double>(fitted_),
-                            .extent = extent,
-                            .sh_degree = static_cast<std::uint32_t>(options_.sh_degree)};
-    // Until steps are chosen, room for the most Gaussians of any length.
-    Schedule schedule = options_.steps != 0 ? Schedule::of_steps(desc, options_.steps)
-                                            : Schedule::of_seconds(desc, 1e3);
+    for (scene::Vec3& place : points_.positions) place -= frame_.center;
+    SPLAT_ASSIGN(Priors priors, choose_first(fitted, messages));
+    ScheduleDesc desc{.gaussians = static_cast<std::uint32_t>(first_count()),
+                      .most_gaussians = static_cast<std::uint32_t>(options_.max_gaussians),
+                      .pixels = pixels / static_cast<double>(fitted_),
+                      .extent = frame_.extent,
+                      .sh_degree = static_cast<std::uint32_t>(options_.sh_degree),
+                      .strategy = strategy_of(options_)};
+    SPLAT_TRY(choose_memory(fitted, desc, messages));
+    Schedule schedule = schedule_of(desc, options_.steps);
     auto made = on_device([&]() -> Result<std::unique_ptr<Fitter>> {
-        SPLAT_TRY(context_->device().alive());
         return Fitter::create(
-            *context_, {std::move(fitted), std::move(schedule), options_.seed, kNear * extent,
-                        options_.white_background ? kWhite : std::array<float, 3>{}});
+            *context_, {std::move(fitted), std::move(schedule), options_.seed, frame_.near_plane(),
+                        options_.white_background ? kWhite : std::array<float, 3>{},
+                        std::move(priors), options_.refine_poses, options_.refine_exposure});
     });
     SPLAT_ASSIGN(fitter_, std::move(made));
     return {};
-}
-
-Status FitTask::place_first() {
-    SPLAT_ASSIGN(const scene::Gaussians first,
-                 first_gaussians(points_, fitter_->schedule().first_gaussians(), options_.seed));
-    return on_device([&] { return fitter_->begin(first); });
 }
 
 Status FitTask::choose_steps(run::Messages& messages) {
@@ -139,6 +186,7 @@ Result<run::Plan> FitTask::prepare(const std::string* config, run::Messages& mes
         SPLAT_SET(options_, options_of_run(*config, given_));
     SPLAT_TRY(open_data(messages));
     SPLAT_TRY(choose_steps(messages));
+    SPLAT_TRY(check_first());
     run::Plan plan;
     plan.config = config_text(options_);
     plan.iterations = options_.steps;
@@ -169,7 +217,8 @@ Status FitTask::compare(const JsonTree& run_json, run::Messages&) {
     const std::optional<std::uint64_t> sum = run_json["data_crc32"].count();
     if (!sum || *sum == data_sum_) return {};  // or a damaged run.json
     return invalid(
-        "the photographs, cameras or points in '%s' have changed since the run began; its steps "
+        "the photographs, cameras, maps or points of '%s' have changed since the run began; its "
+        "steps "
         "depend on them: restore them, or begin a new run",
         options_.data.c_str());
 }
@@ -193,7 +242,12 @@ Status FitTask::load(const io::WeightsFile& state) {
         return damaged("the state is of step %llu, but the fit has %llu", llu(step),
                        llu(options_.steps));
     SPLAT_ASSIGN(const std::uint64_t grown, number("grown"));
-    SPLAT_TRY(on_device([&] { return fitter_->load(state.tensors, grown); }));
+    Spared spared;
+    SPLAT_ASSIGN(const std::uint64_t most, number("most_gaussians"));
+    SPLAT_ASSIGN(const std::uint64_t views, number("step_views"));
+    spared.most_gaussians = static_cast<std::uint32_t>(most);
+    spared.views = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(views, 1, kStepViews));
+    SPLAT_TRY(on_device([&] { return fitter_->load(state.tensors, grown, spared); }));
     steps_ = step;
     attempts_ = attempts;
     return {};

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
-#include "core/rng.h"
 #include "core/stopwatch.h"
 #include "fit/growth.h"
 
@@ -13,14 +11,23 @@ namespace {
 
 constexpr double kSsimWeight = 0.2;
 
-/// Canvases that are kept: photographs of many sizes make them anew.
-constexpr std::size_t kMostCanvases = 3;
+/// A step whose views lack more than 1 of so many Gaussians, which are not finite, has diverged.
+constexpr std::uint64_t kMostNotFinite = 100;
 
 PhotoLossDesc loss_of(std::uint32_t width, std::uint32_t height) {
     return {.width = width, .height = height, .ssim_weight = kSsimWeight};
 }
 
 }  // namespace
+
+Result<std::vector<float>> drawn_image(vk::Context& context, const raster::Rasterizer& rasterizer) {
+    const std::size_t pixels = std::size_t{rasterizer.desc().width} * rasterizer.desc().height;
+    std::vector<float> quads(4 * pixels), image(3 * pixels);
+    SPLAT_TRY(context.read(rasterizer.workspace().image.range(), quads.data(),
+                           quads.size() * sizeof(float)));
+    for (std::size_t i = 0; i < image.size(); ++i) image[i] = quads[4 * (i % pixels) + i / pixels];
+    return image;
+}
 
 Result<std::unique_ptr<Fitter>> Fitter::create(vk::Context& context, Desc desc) {
     SPLAT_ASSIGN(FitSet set, FitSet::create(context, desc.schedule.most_gaussians(),
@@ -48,7 +55,7 @@ Status Fitter::check_size(std::uint32_t width, std::uint32_t height) const {
 
 std::uint32_t Fitter::views_at_once(std::uint32_t width, std::uint32_t height) const {
     const std::uint64_t most = context_.device().info().limits.max_storage_buffer_bytes;
-    return std::uint64_t{16} * width * height * kStepViews <= most ? kStepViews : 1;
+    return std::uint64_t{16} * width * height * spared_.views <= most ? spared_.views : 1;
 }
 
 Status Fitter::usable() const {
@@ -71,15 +78,21 @@ Status Fitter::run_whole(const Record& record) {
     return {};
 }
 
-Status Fitter::load(const io::NamedTensors& state, std::uint64_t grown) {
+Status Fitter::load(const io::NamedTensors& state, std::uint64_t grown, const Spared& spared) {
+    Refinement refined = refinement_;
+    SPLAT_TRY(refined.load(state));
     SPLAT_TRY(set_.load(state));
+    refinement_ = std::move(refined);
+    canvases_.clear();  // made for what was spared before
     grown_ = grown;
+    spared_ = spared;
     return {};
 }
 
 Status Fitter::save(io::NamedTensors& state) {
     SPLAT_TRY(usable());
-    return set_.save(state);
+    SPLAT_TRY(set_.save(state));
+    return refinement_.save(state);
 }
 
 Status Fitter::use_size(std::uint32_t factor) {
@@ -99,14 +112,18 @@ Status Fitter::use_size(std::uint32_t factor) {
     return {};
 }
 
-Result<Fitter::Canvas*> Fitter::canvas(std::uint32_t width, std::uint32_t height, bool grows) {
-    if (grows != canvases_grow_) canvases_.clear();
+Result<Fitter::Canvas*> Fitter::canvas(std::uint32_t width, std::uint32_t height, bool grows,
+                                       std::uint32_t factor) {
+    // Beside those of other steps there may be no memory for another.
+    if (grows != canvases_grow_ || factor != canvases_factor_) canvases_.clear();
     canvases_grow_ = grows;
+    canvases_factor_ = factor;
     const std::pair size(width, height);
     if (const auto found = canvases_.find(size); found != canvases_.end()) return &found->second;
     if (canvases_.size() >= kMostCanvases) canvases_.clear();
     raster::RasterDesc desc;
     static_cast<gaussians::SetDesc&>(desc) = set_.desc();
+    desc.gaussians = std::min(desc.gaussians, spared_.most_gaussians);
     desc.width = width;
     desc.height = height;
     desc.views = views_at_once(width, height);
@@ -114,12 +131,15 @@ Result<Fitter::Canvas*> Fitter::canvas(std::uint32_t width, std::uint32_t height
     desc.near_plane = static_cast<float>(near_plane_);
     desc.backward = true;
     desc.export_gradients = grows;
+    desc.extra = desc.grad_depth = has_priors();
+    desc.grad_pose = refinement_.poses();
     Canvas made;
     SPLAT_ASSIGN(made.rasterizer, raster::Rasterizer::create(context_, desc));
     const auto make = [&](std::uint64_t bytes) {
         return context_.memory().allocate(bytes, vk::MemoryKind::kDevice, "loss of a fit");
     };
-    const PhotoLossDesc loss = loss_of(width, height);
+    PhotoLossDesc loss = loss_of(width, height);
+    loss.exposure = refinement_.exposure(0);
     const vk::Recorder recorder(context_);
     SPLAT_ASSIGN(made.grad_image, make(desc.pixels() * 16));
     SPLAT_ASSIGN(made.workspace, make(photo_loss_workspace(recorder, loss)));
@@ -127,24 +147,15 @@ Result<Fitter::Canvas*> Fitter::canvas(std::uint32_t width, std::uint32_t height
         SPLAT_ASSIGN(vk::Buffer sums, make(photo_loss_partial(recorder, loss)));
         made.sums.push_back(std::move(sums));
     }
+    SPLAT_TRY(make_priors(desc, made));
     return &canvases_.emplace(size, std::move(made)).first->second;
 }
 
 std::size_t Fitter::view_of(std::uint64_t turn) {
-    // A permutation of the views for each round, drawn by the seed (Fisher and Yates).
     const std::size_t count = photos_.size();
     const std::uint64_t round = turn / count;
-    if (order_.empty() || round != round_) {
-        order_.resize(count);
-        std::iota(order_.begin(), order_.end(), std::size_t{0});
-        for (std::size_t i = count; i > 1; --i) {
-            const auto word = philox(
-                {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(round), 0, 0},
-                {static_cast<std::uint32_t>(seed_), static_cast<std::uint32_t>(seed_ >> 32)});
-            std::swap(order_[i - 1], order_[((std::uint64_t{word[0]} << 32) | word[1]) % i]);
-        }
-        round_ = round;
-    }
+    if (order_.empty() || round != round_) order_ = order_of_round(photos_, seed_, round);
+    round_ = round;
     return order_[turn % count];
 }
 
@@ -166,7 +177,10 @@ Status Fitter::grow(std::uint64_t step) {
     if (!schedule_.grows(step) || grown_ == step) return {};
     SPLAT_ASSIGN(const std::vector<Score> scores, set_.scores());
     const auto fraction = static_cast<double>(schedule_.at(step).fraction);
-    const std::vector<Row> rows = grown_rows(scores, schedule_.wanted(fraction));
+    const std::uint32_t wanted = std::min(schedule_.wanted(fraction), spared_.most_gaussians);
+    const std::vector<Row> rows = schedule_.desc().strategy.mcmc
+                                      ? relocated_rows(scores, wanted, seed_, step)
+                                      : grown_rows(scores, wanted);
     SPLAT_TRY(run_whole([&](vk::Recorder& recorder) { return set_.rearrange(recorder, rows); }));
     set_.rearranged(rows);
     grown_ = step;
@@ -179,6 +193,7 @@ Status Fitter::compare(const Views& views, Canvas& canvas, FitStep& done) {
     vk::Recorder recorder(context_);
     for (std::size_t i = 0; i < views.size(); ++i) {
         desc.view = static_cast<std::uint32_t>(i);
+        desc.exposure = refinement_.exposure(number_of(views[i]));
         SPLAT_TRY(photo_loss(recorder, desc,
                              {.image = canvas.rasterizer->workspace().image.range(),
                               .truth = views[i]->pixels,
@@ -187,18 +202,30 @@ Status Fitter::compare(const Views& views, Canvas& canvas, FitStep& done) {
                               .partial = canvas.sums[i].range()},
                              views[i]->valid, share));
     }
+    SPLAT_TRY(record_priors(recorder, views, canvas));
     SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
     SPLAT_TRY(context_.run(list));
     std::vector<float> sums(canvas.sums[0].bytes() / sizeof(float));
     for (std::size_t i = 0; i < views.size(); ++i) {
         SPLAT_TRY(context_.read(canvas.sums[i].range(), sums.data(), sums.size() * sizeof(float)));
-        const PhotoLossSums sum = photo_loss_sums(sums);
+        const PhotoLossSums sum = photo_loss_sums(recorder, desc, sums);
         const double samples = 3.0 * std::max(views[i]->valid, 1U);
         done.l1 += share * sum.absolute / samples;
         done.ssim += share * (1 - sum.dissimilarity / samples);
         done.squared += share * sum.squared_error(views[i]->valid);
         done.loss += share * sum.loss(desc, views[i]->valid);
+        if (refinement_.any()) done.refined.push_back({number_of(views[i]), {}, sum.exposure});
     }
+    return read_priors(views, canvas, done);
+}
+
+Status Fitter::read_refined(const Views& views, const Canvas& canvas, FitStep& done) {
+    if (!refinement_.poses()) return {};
+    std::vector<float> poses(12 * views.size());
+    SPLAT_TRY(context_.read(canvas.rasterizer->workspace().pose.range(), poses.data(),
+                            poses.size() * sizeof(float)));
+    for (std::size_t i = 0; i < views.size(); ++i)
+        std::copy_n(&poses[12 * i], 12, done.refined[i].pose.begin());
     return {};
 }
 
@@ -207,16 +234,24 @@ Status Fitter::draw_and_compare(const Views& views, std::uint32_t degree, Canvas
     const Stopwatch drawing;
     raster::Rasterizer& rasterizer = *canvas.rasterizer;
     std::vector<scene::Camera> cameras;
-    for (const Truth* const view : views) cameras.push_back(view->camera);
-    SPLAT_ASSIGN(const raster::PackedViews packed,
+    for (const Truth* const view : views)
+        cameras.push_back(refinement_.camera(number_of(view), view->camera));
+    SPLAT_ASSIGN(raster::PackedViews packed,
                  raster::pack_views(rasterizer.desc(), cameras, background_));
+    if (schedule_.desc().strategy.skip_tiles && truths_->have_empty_tiles()) {
+        std::vector<std::uint8_t> tiles;
+        for (const Truth* const view : views)
+            tiles.insert(tiles.end(), view->tiles.begin(), view->tiles.end());
+        SPLAT_TRY(raster::mask_tiles(rasterizer.desc(), tiles, packed));
+    }
     SPLAT_TRY(rasterizer.forward(set_.drawn(degree), packed));
     done.drawn = rasterizer.stats();
     const double drawn = drawing.seconds();
     SPLAT_TRY(compare(views, canvas, done));
     done.loss_seconds = drawing.seconds() - drawn;
     if (std::isfinite(done.loss))
-        SPLAT_TRY(rasterizer.backward(canvas.grad_image.range(), no_depth_.range(),
+        SPLAT_TRY(rasterizer.backward(canvas.grad_image.range(),
+                                      has_priors() ? canvas.grad_depth.range() : no_depth_.range(),
                                       set_.gradients(degree)));
     done.raster_seconds = drawing.seconds() - done.loss_seconds;
     return {};
@@ -231,18 +266,26 @@ Status Fitter::step(std::uint64_t step, std::uint64_t attempt, FitStep& done) {
     done.grow_seconds = growing.seconds();
     SPLAT_TRY(use_size(plan.factor));
     const Views views = views_of(*truths_, attempt);
+    prior_decay_ = std::pow(0.01, static_cast<double>(plan.fraction));
     const bool grows = schedule_.splits_after(step);
-    SPLAT_ASSIGN(Canvas* const to, canvas(views[0]->camera.width, views[0]->camera.height, grows));
+    SPLAT_ASSIGN(Canvas* const to,
+                 canvas(views[0]->camera.width, views[0]->camera.height, grows, factor_));
     SPLAT_TRY(draw_and_compare(views, plan.degree, *to, done));
-    done.skipped = !std::isfinite(done.loss);
+    const raster::RasterStats& drawn = done.drawn;
+    done.skipped =
+        !std::isfinite(done.loss) ||
+        drawn.non_finite > (drawn.visible + drawn.non_finite + drawn.culled) / kMostNotFinite;
     if (done.skipped) return {};
     const Stopwatch updating;
-    const Rates rates = schedule_.rates(static_cast<double>(plan.fraction));
+    Rates rates = schedule_.rates(static_cast<double>(plan.fraction));
+    rates.seed = seed_;
     const std::uint32_t summed = grows ? static_cast<std::uint32_t>(views.size()) : 0;
+    SPLAT_TRY(read_refined(views, *to, done));
     SPLAT_TRY(run_whole([&](vk::Recorder& recorder) {
         return set_.update(recorder, rates, step + 1, plan.degree,
                            to->rasterizer->workspace().exported.range(), summed);
     }));
+    refinement_.update(static_cast<double>(plan.fraction), done.refined);
     done.update_seconds = updating.seconds();
     return {};
 }
@@ -250,16 +293,11 @@ Status Fitter::step(std::uint64_t step, std::uint64_t attempt, FitStep& done) {
 Result<std::vector<float>> Fitter::draw(const scene::Camera& camera, std::uint32_t sh_degree) {
     SPLAT_TRY(usable());
     SPLAT_TRY(check_size(camera.width, camera.height));
-    SPLAT_ASSIGN(Canvas* const to, canvas(camera.width, camera.height, canvases_grow_));
+    SPLAT_ASSIGN(Canvas* const to, canvas(camera.width, camera.height, canvases_grow_, 1));
     SPLAT_ASSIGN(const raster::PackedViews views,
                  raster::pack_views(to->rasterizer->desc(), {&camera, 1}, background_));
     SPLAT_TRY(to->rasterizer->forward(set_.drawn(sh_degree), views));
-    const std::size_t pixels = std::size_t{camera.width} * camera.height;
-    std::vector<float> quads(4 * pixels), image(3 * pixels);
-    SPLAT_TRY(context_.read(to->rasterizer->workspace().image.range(), quads.data(),
-                            quads.size() * sizeof(float)));
-    for (std::size_t i = 0; i < image.size(); ++i) image[i] = quads[4 * (i % pixels) + i / pixels];
-    return image;
+    return drawn_image(context_, *to->rasterizer);
 }
 
 Result<double> Fitter::slowness() {
@@ -270,7 +308,7 @@ Result<double> Fitter::slowness() {
         for (std::uint64_t turn = 0; turn <= kTimed; ++turn) {
             const Views views = views_of(*truths_, turn);
             const scene::Camera& camera = views[0]->camera;
-            SPLAT_ASSIGN(Canvas* const to, canvas(camera.width, camera.height, true));
+            SPLAT_ASSIGN(Canvas* const to, canvas(camera.width, camera.height, true, factor));
             const Stopwatch watch;
             FitStep done;
             SPLAT_TRY(draw_and_compare(views, 0, *to, done));

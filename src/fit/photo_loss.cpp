@@ -1,5 +1,7 @@
 #include "fit/photo_loss.h"
 
+#include <algorithm>
+
 #include "core/checked_math.h"
 #include "params/fit_params.h"
 #include "vk/launch.h"
@@ -29,7 +31,8 @@ struct Layout {
     std::uint64_t slopes = 0;   ///< for CPU devices: the window along rows over them
     std::uint64_t rest = 0;     ///< for CPU devices alone: their ninth number
     std::uint32_t unlike = 0;   ///< quads that hold sums of 1 - SSIM
-    std::uint32_t errors = 0;   ///< quads that hold sums of |d| and d^2
+    std::uint32_t errors =
+        0;  ///< quads that hold sums of |d| and d^2; three times as many, of the exposure
 };
 
 Layout layout_of(const vk::Recorder& recorder, const PhotoLossDesc& desc) {
@@ -70,6 +73,11 @@ struct Call {
         return dispatch;
     }
 
+    [[nodiscard]] std::vector<vk::SpecConstant> constants(std::uint32_t size) const {
+        return {{params::kWorkgroupSizeId, size},
+                {params::kPhotoLossExposureId, desc.exposure ? 1U : 0U}};
+    }
+
     /// A plain kernel: an invocation per pixel, or a workgroup per chunk.
     [[nodiscard]] Status plain(vk::Dispatch dispatch, bool chunks, std::uint32_t first = 0) {
         const std::uint32_t size = vk::workgroup_size(recorder.device(), 64);
@@ -77,14 +85,14 @@ struct Call {
                                  : vk::groups_for(recorder.device(), pixels(desc), size);
         push.groups_x = dispatch.groups[0];
         push.first = first;
-        dispatch.constants = {{params::kWorkgroupSizeId, size}};
+        dispatch.constants = constants(size);
         dispatch.push = push;
         return recorder.dispatch(dispatch);
     }
 
     [[nodiscard]] Status cpu(vk::Dispatch dispatch, vk::Groups groups, std::uint32_t first = 0) {
         push.first = first;
-        dispatch.constants = {{params::kWorkgroupSizeId, kLanes}};
+        dispatch.constants = constants(kLanes);
         dispatch.push = push;
         dispatch.groups = groups;
         return recorder.dispatch(dispatch);
@@ -164,7 +172,7 @@ std::uint64_t photo_loss_workspace(const vk::Recorder& recorder, const PhotoLoss
 
 std::uint64_t photo_loss_partial(const vk::Recorder& recorder, const PhotoLossDesc& desc) {
     const Layout layout = layout_of(recorder, desc);
-    return (std::uint64_t{layout.unlike} + layout.errors) * 16;
+    return (layout.unlike + std::uint64_t{layout.errors} * (desc.exposure ? 4 : 1)) * 16;
 }
 
 Status photo_loss(vk::Recorder& recorder, const PhotoLossDesc& desc, const PhotoLossViews& views,
@@ -175,20 +183,32 @@ Status photo_loss(vk::Recorder& recorder, const PhotoLossDesc& desc, const Photo
     Call call{recorder,
               desc,
               views,
-              {desc.width, desc.height, kChunk, 0, 0,
+              {desc.width,
+               desc.height,
+               kChunk,
+               0,
+               0,
+               layout.unlike + layout.errors,
                static_cast<std::uint32_t>(desc.view * pixels(desc)),
                static_cast<float>((1 - desc.ssim_weight) * scale),
-               static_cast<float>(desc.ssim_weight * scale)},
+               static_cast<float>(desc.ssim_weight * scale),
+               {}},
               layout,
               views.workspace.part(0, layout.moments),
               views.workspace.part(layout.moments, layout.slopes),
               views.workspace.part(layout.moments + layout.slopes, layout.rest)};
+    std::ranges::copy(desc.exposure.value_or(kNoExposure), call.push.exposure);
     return on_cpu(recorder) ? record_cpu(call) : record_plain(call);
 }
 
-PhotoLossSums photo_loss_sums(std::span<const float> partial) {
+PhotoLossSums photo_loss_sums(const vk::Recorder& recorder, const PhotoLossDesc& desc,
+                              std::span<const float> partial) {
+    const Layout layout = layout_of(recorder, desc);
+    const std::size_t sums_end = 4 * (std::size_t{layout.unlike} + layout.errors);
     PhotoLossSums sums;
-    for (std::size_t i = 0; i + 4 <= partial.size(); i += 4) {
+    for (std::size_t i = sums_end; i < partial.size(); ++i)
+        sums.exposure[(i - sums_end) % 12] += static_cast<double>(partial[i]);
+    for (std::size_t i = 0; i < sums_end; i += 4) {
         sums.absolute += static_cast<double>(partial[i]);
         sums.dissimilarity += static_cast<double>(partial[i + 1]);
         sums.squared += static_cast<double>(partial[i + 2]);

@@ -6,8 +6,11 @@
 namespace splat::fit {
 namespace {
 
-constexpr std::uint64_t kGrowEvery = 100;  ///< steps
 constexpr double kPruneTo = 0.85;  ///< fraction of the fit in which faint Gaussians are dropped
+
+// Noise is in units of lengths times areas. COLMAP's cameras, as the authors' program takes them, lie about so far from
+// their middle.
+constexpr double kNoiseExtent = 5;
 
 double between(double a, double b, double t) {
     return a + (b - a) * t;
@@ -56,6 +59,7 @@ void Schedule::build(double seconds) {
     shape_ = shape_of(seconds);
     most_ = desc_.most_gaussians != 0 ? desc_.most_gaussians
                                       : static_cast<std::uint32_t>(shape_.most_gaussians);
+    most_ = std::min(most_, desc_.capacity);
     first_ = std::min(desc_.gaussians, most_);
     plan_.clear();
     const double end = seconds * 1000;
@@ -63,8 +67,11 @@ void Schedule::build(double seconds) {
         const double fraction = clock / end;
         StepPlan step;
         step.fraction = static_cast<float>(fraction);
-        step.factor = fraction < shape_.half_from ? 4 : fraction < shape_.full_from ? 2 : 1;
-        std::uint32_t degree = 0;
+        step.factor = !desc_.strategy.skip_sizes    ? 1
+                      : fraction < shape_.half_from ? 4
+                      : fraction < shape_.full_from ? 2
+                                                    : 1;
+        std::uint32_t degree = desc_.strategy.skip_bands ? 0 : desc_.sh_degree;
         for (const double from : shape_.degree_from) degree += fraction >= from ? 1 : 0;
         step.degree = static_cast<std::uint8_t>(std::min(degree, desc_.sh_degree));
         clock += step_milliseconds(wanted(fraction), step.degree,
@@ -101,19 +108,26 @@ Schedule Schedule::of_steps(const ScheduleDesc& desc, std::uint64_t steps) {
 // Means: exponentially to a hundredth, in units of the scene. Rates of Kerbl et al. 2023, section 7.1, times
 // shape_.rate; the harmonics above the constant at a sixth of its rate instead of a twentieth.
 Rates Schedule::rates(double fraction) const {
-    const double others = shape_.rate * std::pow(shape_.rate_at_end, fraction);
+    const Strategy& strategy = desc_.strategy;
+    const double all = shape_.rate * strategy.rate;
+    const double others = all * std::pow(shape_.rate_at_end, fraction);
     Rates rates;
-    rates.mean = 1.6e-4 * std::pow(0.01, fraction) * desc_.extent * shape_.rate;
+    rates.mean = 1.6e-4 * std::pow(0.01, fraction) * desc_.extent * all;
     rates.logit = 5e-2 * others;
     rates.log_scale = 5e-3 * others;
     rates.rotation = 1e-3 * others;
     rates.constant = 2.5e-3 * others;
     rates.rest = 4e-4 * others;
+    rates.skip_zeros = strategy.skip_unseen;
+    if (!strategy.mcmc) return rates;
+    rates.opacity_weight = strategy.opacity_weight;
+    rates.scale_weight = strategy.scale_weight;
+    rates.noise = strategy.mcmc_noise * rates.mean * std::pow(kNoiseExtent / desc_.extent, 2);
     return rates;
 }
 
 bool Schedule::grows(std::uint64_t step) const {
-    if (step == 0 || step % kGrowEvery != 0 || step >= steps()) return false;
+    if (step == 0 || step % desc_.strategy.growth_every != 0 || step >= steps()) return false;
     const double fraction = static_cast<double>(at(step).fraction);
     return fraction >= shape_.growth_from && fraction <= std::max(shape_.growth_to, kPruneTo);
 }

@@ -13,6 +13,21 @@ inline constexpr std::uint32_t kStepViews = 2;
 /// Most steps of a schedule, which holds 8 bytes for each.
 inline constexpr std::uint64_t kMostSteps = 10'000'000;
 
+/// How a fit grows, and what it leaves out.
+struct Strategy {
+    /// Relocate faint Gaussians and add new ones by opacity, with noise and regularisers (Kheradmand et al. 2024),
+    /// instead of splitting by gradients (growth.h).
+    bool mcmc = false;
+    double mcmc_noise = 5e5;  ///< in units of the means' rate, for cameras within a radius of 5
+    double opacity_weight = 0.01, scale_weight = 0.01;  ///< mcmc's regularisers
+    std::uint64_t growth_every = 100;                   ///< steps
+    double rate = 1;                                    ///< factor of all rates
+    bool skip_sizes = true;    ///< draw small views at first, instead of full ones
+    bool skip_bands = true;    ///< begin with a degree of 0, instead of the highest
+    bool skip_unseen = false;  ///< leave parameters without gradient, with their moments
+    bool skip_tiles = true;    ///< leave out tiles without a valid pixel
+};
+
 /// What the length of a step depends on.
 struct ScheduleDesc {
     std::uint32_t gaussians = 0;       ///< there are to begin with
@@ -20,6 +35,8 @@ struct ScheduleDesc {
     double pixels = 0;                 ///< mean of the views, at the fit's size
     double extent = 1;                 ///< radius of the cameras, scene units
     std::uint32_t sh_degree = 3;       ///< the highest
+    std::uint32_t capacity = ~0U;      ///< Gaussians for which there is memory
+    Strategy strategy = {};
 };
 
 /// One step of a schedule.
@@ -53,7 +70,7 @@ class Schedule {
 
     /// True if Gaussians are split before a later step, so that their gradients must be summed.
     [[nodiscard]] bool splits_after(std::uint64_t step) const {
-        return static_cast<double>(at(step).fraction) <= shape_.growth_to;
+        return !desc_.strategy.mcmc && static_cast<double>(at(step).fraction) <= shape_.growth_to;
     }
     /// True if the set is rearranged before the step: faint Gaussians are dropped, and others split.
     [[nodiscard]] bool grows(std::uint64_t step) const;

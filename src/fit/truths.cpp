@@ -1,8 +1,10 @@
 #include "fit/truths.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "core/checked_math.h"
+#include "core/rng.h"
 
 namespace splat::fit {
 namespace {
@@ -12,8 +14,25 @@ constexpr std::uint64_t kBufferBytes = std::uint64_t{64} << 20;
 /// Multiple at which a binding may begin on every device (limits of Vulkan 1.2).
 constexpr std::uint64_t kAlignment = 256;
 
+/// Bytes of `words` numbers for each pixel.
+std::uint64_t plane_bytes(const data::PosedPhoto& photo, std::uint64_t words) {
+    return round_up(photo.pixels.size() * words * sizeof(std::uint32_t), kAlignment);
+}
+
+/// Bytes of the photograph and, behind it, its maps.
 std::uint64_t place_bytes(const data::PosedPhoto& photo) {
-    return ceil_div(photo.pixels.size() * sizeof(std::uint32_t), kAlignment) * kAlignment;
+    const bool has_maps = !photo.nearness.empty() || !photo.normals.empty();
+    return plane_bytes(photo, 1) + (has_maps ? plane_bytes(photo, 2) : 0);
+}
+
+std::vector<std::uint8_t> tiles_of(const data::PosedPhoto& photo) {
+    constexpr std::uint32_t kTile = 16;
+    const std::size_t columns = ceil_div(photo.width, kTile);
+    std::vector<std::uint8_t> tiles(columns * ceil_div(photo.height, kTile), 0);
+    for (std::size_t i = 0; i < photo.pixels.size(); ++i)
+        if (photo.pixels[i] >> 24 == 255)
+            tiles[i / photo.width / kTile * columns + i % photo.width / kTile] = 1;
+    return tiles;
 }
 
 }  // namespace
@@ -38,14 +57,44 @@ Result<Truths> Truths::create(vk::Context& context, std::span<const data::PosedP
             truth.valid = static_cast<std::uint32_t>(
                 std::count_if(photo.pixels.begin(), photo.pixels.end(),
                               [](std::uint32_t pixel) { return pixel >> 24 == 255; }));
+            truth.tiles = tiles_of(photo);
             SPLAT_TRY(context.write(truth.pixels, photo.pixels.data(),
                                     photo.pixels.size() * sizeof(std::uint32_t)));
+            const std::vector<std::uint32_t> map = packed_maps(photo, truth.map_counts);
+            if (!map.empty()) {
+                truth.map = buffer.range().part(at + plane_bytes(photo, 1),
+                                                map.size() * sizeof(std::uint32_t));
+                SPLAT_TRY(context.write(truth.map, map.data(), truth.map.bytes));
+            }
             made.views_.push_back(std::move(truth));
             at += place_bytes(photo);
         }
         made.buffers_.push_back(std::move(buffer));
     }
+    std::size_t empty = 0, all = 0;
+    for (const Truth& truth : made.views_) {
+        empty += static_cast<std::size_t>(std::ranges::count(truth.tiles, 0));
+        all += truth.tiles.size();
+    }
+    made.have_empty_tiles_ = 50 * empty >= all;
     return made;
+}
+
+std::vector<std::size_t> order_of_round(std::span<const data::PosedPhoto> photos,
+                                        std::uint64_t seed, std::uint64_t round) {
+    // A permutation (Fisher and Yates).
+    std::vector<std::size_t> order(photos.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    for (std::size_t i = order.size(); i > 1; --i) {
+        const auto word =
+            philox({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(round), 0, 0},
+                   {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)});
+        std::swap(order[i - 1], order[((std::uint64_t{word[0]} << 32) | word[1]) % i]);
+    }
+    const auto size = [&](std::size_t i) { return std::pair(photos[i].width, photos[i].height); };
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return size(a) < size(b); });
+    return order;
 }
 
 }  // namespace splat::fit

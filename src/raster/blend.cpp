@@ -39,6 +39,7 @@ params::BlendParams blend_params(const vk::Recorder& recorder, const RasterDesc&
                             ? kTransmittanceMin
                             : std::nextafter(kTransmittanceMin, 1.0F);
     params.straight_through = desc.original_gradient ? 1 : 0;
+    params.gaussians = desc.gaussians;
     return params;
 }
 
@@ -52,7 +53,9 @@ Status blend_forward(vk::Recorder& recorder, const RasterDesc& desc, const Windo
     std::vector<vk::SpecConstant> constants = {
         {params::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
         {params::kBlendExtraId, desc.extra && !normals ? 1U : 0U},
-        {params::kBlendNormalsId, normals ? 1U : 0U}};
+        {params::kBlendNormalsId, normals ? 1U : 0U},
+        {params::kBlendSizesId, desc.view_sizes ? 1U : 0U},
+        {params::kBlendIdsId, desc.ids && !normals ? 1U : 0U}};
     if (recorder.kernels() != vk::Kernels::kPlain)
         constants.push_back({params::kBlendEarlyOutId, desc.skips.early_out ? 1U : 0U});
     if (cpu) constants.push_back({params::kBlendSkipBlocksId, desc.skips.blocks ? 1U : 0U});
@@ -85,12 +88,14 @@ Status blend_backward(vk::Recorder& recorder, const RasterDesc& desc, const Wind
     std::vector<vk::SpecConstant> constants = {
         {params::kWorkgroupSizeId, cpu ? 8 : kTilePixels},
         {params::kBlendDepthId, desc.grad_depth ? 1U : 0U},
-        {params::kBlendAbsoluteId, desc.export_gradients ? 1U : 0U}};
+        {params::kBlendAbsoluteId, desc.export_gradients ? 1U : 0U},
+        {params::kBlendSizesId, desc.view_sizes ? 1U : 0U},
+        {params::kBlendContributionsId, desc.contributions ? 1U : 0U}};
     std::vector<vk::Access> accesses = {
         vk::read(views.splats), vk::read(views.pairs),      vk::read(views.slots),
         vk::read(views.ranges), vk::read(views.background), vk::read(views.state),
         vk::read(grad_image),   vk::read(grad_depth),       vk::write(records.a),
-        vk::write(records.b),   vk::write(records.c)};
+        vk::write(records.b),   vk::write(records.c),       vk::write(records.d)};
     if (kernels != vk::Kernels::kPlain)
         constants.push_back({params::kBlendEarlyOutId, desc.skips.early_out ? 1U : 0U});
     if (cpu) {

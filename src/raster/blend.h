@@ -11,11 +11,12 @@ struct BlendViews {
     vk::BufferView slots;    ///< [pairs] uint32: the pair's record; backward only
     vk::BufferView ranges;   ///< [tiles] 2 uint32
     vk::BufferView order;  ///< [tiles] uint32 of tile_ranges; any quad if tile_order_used is false
-    vk::BufferView background;  ///< one quad: RGB
+    vk::BufferView background;  ///< [1+V] quads: RGB; width and height of each view
     vk::BufferView image;       ///< [V,H,W] quads: RGB over the background, alpha
     vk::BufferView state;       ///< [V,H,W] 2 float32: transmittance, entries before the stop
-    vk::BufferView extra;       ///< [V,H,W] quads: accumulated and expected depth, contributors;
-                                ///< one quad if not desc.extra
+    vk::BufferView extra;       ///< [V,H,W] quads: accumulated and expected depth, contributors,
+                                ///< with desc.ids the Gaussian of the largest weight (the first of
+                                ///< equals) or -1, else 0; one quad if not desc.extra
 };
 
 /// Blend each tile's list front to back into views.image. With `normals`, blend normals instead of

@@ -97,16 +97,35 @@ Result<PackedViews> pack_views(const RasterDesc& desc, std::span<const scene::Ca
     if (cameras.size() > desc.views)
         return invalid("rasterizer: %zu cameras, expected at most %u", cameras.size(), desc.views);
     PackedViews views;
+    views.background = {background[0], background[1], background[2], 0};
     for (const scene::Camera& camera : cameras) {
-        if (camera.width != desc.width || camera.height != desc.height)
-            return invalid("camera %s: %u x %u pixels, but the rasterizer was made for %u x %u",
-                           camera.name.c_str(), camera.width, camera.height, desc.width,
-                           desc.height);
+        if (camera.width < 1 || camera.height < 1 || camera.width > desc.width ||
+            camera.height > desc.height)
+            return invalid(
+                "camera %s: %u x %u pixels, but the rasterizer was made for at most %u x %u",
+                camera.name.c_str(), camera.width, camera.height, desc.width, desc.height);
         SPLAT_ASSIGN(const auto packed, pack_camera(camera, desc.convention));
-        views.values.insert(views.values.end(), packed.begin(), packed.end());
+        views.cameras.insert(views.cameras.end(), packed.begin(), packed.end());
+        views.background.insert(views.background.end(), {static_cast<float>(camera.width),
+                                                         static_cast<float>(camera.height), 0, 0});
+        views.smaller = views.smaller || camera.width < desc.width || camera.height < desc.height;
     }
-    views.values.insert(views.values.end(), {background[0], background[1], background[2], 0.0F});
     return views;
+}
+
+Status mask_tiles(const RasterDesc& desc, std::span<const std::uint8_t> active,
+                  PackedViews& views) {
+    const std::size_t row = desc.tiles_x();
+    const std::size_t words = (row + 31) / 32;
+    const std::size_t rows = std::size_t{desc.tiles_y()} * views.count();
+    if (active.size() != rows * row)
+        return invalid("rasterizer: a mask of %zu tiles, expected %zu (%u views of %u x %u)",
+                       active.size(), rows * row, views.count(), desc.tiles_x(), desc.tiles_y());
+    views.active_tiles.assign(rows * words, 0);
+    for (std::size_t i = 0; i < active.size(); ++i)
+        if (active[i] != 0)
+            views.active_tiles[i / row * words + i % row / 32] |= 1U << (i % row % 32);
+    return {};
 }
 
 }  // namespace splat::raster

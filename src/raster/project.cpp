@@ -4,8 +4,8 @@
 #include <numbers>
 
 #include "core/checked_math.h"
-#include "params/pose_reduce_params.h"
 #include "params/project_params.h"
+#include "params/raster_reduce_params.h"
 #include "vk/launch.h"
 
 namespace splat::raster {
@@ -36,6 +36,11 @@ std::uint32_t group_size(const vk::Recorder& recorder) {
     return vk::workgroup_size(recorder.device(), kGroup);
 }
 
+/// Quads that a workgroup writes for each view: rows of dL/d[R|t], intrinsics.
+std::uint32_t pose_quads(const RasterDesc& desc) {
+    return desc.grad_intrinsics ? 4 : 3;
+}
+
 /// One dispatch, for `count` Gaussians from `first`: one invocation per Gaussian and view.
 struct Slice {
     std::uint32_t first;
@@ -64,8 +69,7 @@ Status for_slices(const vk::Recorder& recorder, const RasterDesc& desc, const Wi
 }  // namespace
 
 Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                       const SetViews& scene, const vk::BufferView& cameras,
-                       const ItemViews& items) {
+                       const SetViews& scene, const CallViews& call, const ItemViews& items) {
     const std::uint32_t quads = desc.color_quads();
     return for_slices(recorder, desc, window, [&](const Slice& part) {
         return recorder.dispatch({
@@ -78,9 +82,10 @@ Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Win
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
                          vk::read(slice(scene.colors, part.first, part.count, quads)),
-                         vk::read(cameras), vk::write(items.splats), vk::write(items.counts),
+                         vk::read(call.cameras), vk::write(items.splats), vk::write(items.counts),
                          vk::write(items.keys), vk::write(items.radii), vk::write(items.footprints),
-                         vk::read_write(items.stats)},
+                         vk::read_write(items.stats), vk::read(call.background),
+                         vk::read(call.active_tiles)},
             .groups = {part.groups[0], part.groups[1], desc.views},
             .work = {.flops = (kForwardFlops + 40 * quads) * part.count * desc.views,
                      .bytes = (112.0 + 16 * quads) * part.count * desc.views},
@@ -109,7 +114,8 @@ Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const Set
 
 std::uint64_t pose_partial_bytes(const vk::Recorder& recorder, const RasterDesc& desc) {
     if (!desc.grad_pose) return 16;
-    return ceil_div(std::uint64_t{desc.gaussians}, group_size(recorder)) * desc.views * 3 * 16;
+    return ceil_div(std::uint64_t{desc.gaussians}, group_size(recorder)) * desc.views *
+           pose_quads(desc) * 16;
 }
 
 Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const SetViews& scene,
@@ -127,6 +133,7 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Se
                            desc.direct_colors ? 0 : std::min(desc.sh_degree, gradients.sh_degree)},
                           {params::kProjectExportId, desc.export_gradients ? 1U : 0U},
                           {params::kProjectPoseId, desc.grad_pose ? 1U : 0U},
+                          {params::kProjectIntrinsicsId, desc.grad_intrinsics ? 1U : 0U},
                           {params::kProjectFlagsId, desc.flags()}},
             .push = part.params,
             .accesses = {vk::read(slice(scene.gaussians, part.first, part.count, 3)),
@@ -145,17 +152,39 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Se
     if (!desc.grad_pose) return {};
     const auto partial_groups =
         static_cast<std::uint32_t>(ceil_div(std::uint64_t{desc.gaussians}, group_size(recorder)));
-    const params::PoseReduceParams params{partial_groups, desc.views, accumulate ? 1U : 0U};
+    const params::PoseReduceParams params{partial_groups, desc.views, accumulate ? 1U : 0U,
+                                          pose_quads(desc)};
     return recorder.dispatch({
         .op = "pose_reduce",
         .shader = "pose_reduce",
         .constants = {{params::kWorkgroupSizeId,
                        vk::workgroup_size(recorder.device(), 64, partial_groups)}},
         .push = params,
-        .accesses = {vk::read(projection.pose_partial), vk::read_write(projection.pose)},
+        .accesses = {vk::read(projection.pose_partial), vk::read_write(projection.pose),
+                     vk::read_write(projection.intrinsics)},
         .groups = {desc.views, 1, 1},
         .work = {.flops = 12.0 * partial_groups * desc.views,
                  .bytes = 48.0 * partial_groups * desc.views},
+    });
+}
+
+Status sum_contributions(vk::Recorder& recorder, const RasterDesc& desc, const ItemViews& items,
+                         const RecordViews& records, const vk::BufferView& contributions,
+                         bool accumulate) {
+    const std::uint32_t group = group_size(recorder);
+    const vk::Groups groups = vk::groups_for(recorder.device(), desc.gaussians, group);
+    const params::ContributionReduceParams params{desc.gaussians, desc.views, accumulate ? 1U : 0U,
+                                                  groups[0]};
+    const auto count = static_cast<double>(desc.items());
+    return recorder.dispatch({
+        .op = "contribution_reduce",
+        .shader = "contribution_reduce",
+        .constants = {{params::kWorkgroupSizeId, group}},
+        .push = params,
+        .accesses = {vk::read(items.counts), vk::read(records.begins), vk::read(records.d),
+                     vk::read_write(contributions)},
+        .groups = groups,
+        .work = {.flops = 20 * count, .bytes = 40 * count},
     });
 }
 

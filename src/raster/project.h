@@ -15,17 +15,22 @@ struct ItemViews {
     vk::BufferView stats;       ///< kStatWords uint32: adds to kStatNotFinite
 };
 
+/// What kernels read of a call's views: see PackedViews.
+struct CallViews {
+    vk::BufferView cameras;       ///< [V,kCameraQuads] quads
+    vk::BufferView background;    ///< [1+V] quads: RGB; width and height of each view
+    vk::BufferView active_tiles;  ///< [V,desc.mask_words()] uint32, unread unless desc.tile_mask
+};
+
 /// Project and cull Gaussians, count their tiles in the window, and evaluate the colours of those
 /// that a pixel may see. Only counts, keys and footprints depend on the window.
 ///
-/// cameras      [V,kCameraQuads] quads
 /// Errors       the recorder's
 /// Precision    conics 4e-6 relative for needles of any ratio (tests/raster/needles_test.cpp)
 /// Determinism  bit-exact for any thread count
 /// Source       Kerbl et al. 2023 section 4; shaders/include/projection.glsl
 Status project_forward(vk::Recorder& recorder, const RasterDesc& desc, const Window& window,
-                       const SetViews& scene, const vk::BufferView& cameras,
-                       const ItemViews& items);
+                       const SetViews& scene, const CallViews& call, const ItemViews& items);
 
 /// Compute the normal of each Gaussian that reaches a tile, in camera coordinates, as [V*N] quads.
 Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const SetViews& scene,
@@ -36,6 +41,8 @@ Status project_normals(vk::Recorder& recorder, const RasterDesc& desc, const Set
 struct RecordViews {
     vk::BufferView a, b, c;  ///< [pairs] quads each
     vk::BufferView begins;   ///< [V*N] uint32: an item's first record, slot_begins of tile_bin
+    vk::BufferView d;        ///< [pairs] 2 float32: sum of the weights, number of pixels; unused
+                             ///< unless desc.contributions
 };
 
 /// Gradients with respect to the projected Gaussians and the cameras.
@@ -43,6 +50,7 @@ struct ProjectionGradients {
     vk::BufferView exported;      ///< [V*N,3] quads if desc.export_gradients, else one quad
     vk::BufferView pose_partial;  ///< pose_partial_bytes
     vk::BufferView pose;          ///< [V,3] quads: rows of dL/d[R|t], or one quad
+    vk::BufferView intrinsics;    ///< [V] quads: dL/d of fx, fy, cx, cy, if desc.grad_intrinsics
 };
 
 std::uint64_t pose_partial_bytes(const vk::Recorder& recorder, const RasterDesc& desc);
@@ -57,6 +65,14 @@ Status project_backward(vk::Recorder& recorder, const RasterDesc& desc, const Se
                         const vk::BufferView& cameras, const ItemViews& items,
                         const RecordViews& records, const SetViews& gradients,
                         const ProjectionGradients& projection, bool accumulate);
+
+/// Sum the weights of each Gaussian, and count the pixels that see it, over all views, from the
+/// records: contributions [N,2] float32. With `accumulate`, add them to the values already there.
+///
+/// Determinism  bit-exact for any thread count: records are summed in their order
+Status sum_contributions(vk::Recorder& recorder, const RasterDesc& desc, const ItemViews& items,
+                         const RecordViews& records, const vk::BufferView& contributions,
+                         bool accumulate);
 
 /// Conics [items,3] from the splats [items,3] quads and the radii [items,2] of the projection: a,
 /// b, c of exp(-(a x^2 + c y^2)/2 - b x y), or zeros where the item is culled.

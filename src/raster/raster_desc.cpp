@@ -15,6 +15,8 @@ std::uint32_t RasterDesc::flags() const {
     if (skips.opacity_extent) flags |= params::kFlagOpacityExtent;
     if (skips.exact_tiles) flags |= params::kFlagExactTiles;
     if (skips.cull) flags |= params::kFlagCull;
+    if (view_sizes) flags |= params::kFlagViewSizes;
+    if (tile_mask) flags |= params::kFlagTileMask;
     return flags;
 }
 

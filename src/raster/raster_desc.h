@@ -32,10 +32,10 @@ struct Skips {
 };
 
 /// What to rasterize: a set and views of it. Fixed for the life of a Rasterizer, for which the numbers of Gaussians
-/// and views are capacities.
+/// and views, width and height are capacities.
 struct RasterDesc : gaussians::SetDesc {
     std::uint32_t views = 1;
-    std::uint32_t width = 0;  ///< pixels
+    std::uint32_t width = 0;  ///< pixels of the widest view, and the stride of images
     std::uint32_t height = 0;
     Convention convention = Convention::k3dgs;
     bool antialiased = false;  ///< opacity compensates for the dilation
@@ -47,13 +47,22 @@ struct RasterDesc : gaussians::SetDesc {
     bool original_gradient = false;  ///< 3dgs: the original's gradient with its three quirks
     bool grad_depth = false;         ///< the loss depends on the accumulated depth
     bool grad_pose = false;          ///< gradient of the cameras
+    bool grad_intrinsics = false;    ///< fx, fy, cx, cy have one, too; needs grad_pose
     bool export_gradients = false;   ///< gradients of the projected Gaussians, for densification
+    bool contributions = false;  ///< backward sums each Gaussian's weights, and counts its pixels
+    bool ids = false;            ///< draw the Gaussian of the largest weight, too; needs extra
+    bool view_sizes = false;     ///< views are smaller; a Rasterizer sets it for each call
+    bool tile_mask = false;      ///< tiles are off; a Rasterizer sets it for each call
     Skips skips;
 
     [[nodiscard]] std::uint64_t items() const { return std::uint64_t{gaussians} * views; }
     [[nodiscard]] std::uint64_t pixels() const { return std::uint64_t{width} * height * views; }
     [[nodiscard]] std::uint32_t tiles_x() const { return (width + 15) / 16; }
     [[nodiscard]] std::uint32_t tiles_y() const { return (height + 15) / 16; }
+    /// Words of 32 tiles in a view's mask.
+    [[nodiscard]] std::uint64_t mask_words() const {
+        return std::uint64_t{(tiles_x() + 31) / 32} * tiles_y();
+    }
     [[nodiscard]] std::uint32_t flags() const;  ///< kFlag... of params/project_params.h
 };
 

@@ -16,6 +16,9 @@ constexpr std::uint64_t kLeastCapacity = 4096;
 /// Smallest workgroup of blending, in invocations.
 constexpr std::uint32_t kLeastWorkgroup = kTileSize * kTileSize;
 
+/// Most Gaussians whose numbers float32 holds.
+constexpr std::uint32_t kMostIds = 1U << 24;
+
 /// Passes of a call before its pairs are known. One pass if there are no views.
 std::uint32_t first_passes(const RasterDesc& desc) {
     const std::uint64_t row =
@@ -35,6 +38,11 @@ Status check_desc(const vk::DeviceInfo& device, const RasterDesc& desc) {
     if (desc.width < 1 || desc.height < 1 || desc.views < 1)
         return invalid("rasterizer: %u views of %u x %u pixels, expected at least 1 of each",
                        desc.views, desc.width, desc.height);
+    SPLAT_ASSERT(desc.grad_pose || !desc.grad_intrinsics);
+    SPLAT_ASSERT(desc.extra || !desc.ids);
+    if (desc.ids && desc.gaussians > kMostIds)
+        return unsupported("rasterizer: ids of %u Gaussians, expected at most %u", desc.gaussians,
+                           kMostIds);
     if (desc.sh_degree > 3)
         return invalid("rasterizer: spherical harmonics of degree %u, expected 0 to 3",
                        desc.sh_degree);
@@ -90,12 +98,16 @@ Status Rasterizer::count_items() {
     return {};
 }
 
-Status Rasterizer::upload(std::vector<float> values) {
-    uploaded_.clear();
-    const std::size_t bytes = (values.size() - 4) * sizeof(float);
-    SPLAT_TRY(context_.write(space_.cameras.range(), values.data(), bytes));
-    SPLAT_TRY(context_.write(space_.background.range(), &values[values.size() - 4], 16));
-    uploaded_ = std::move(values);
+Status Rasterizer::upload(PackedViews views) {
+    uploaded_ = {};
+    const auto write = [&](const vk::Buffer& to, const auto& values) {
+        if (values.empty()) return Status{};
+        return context_.write(to.range(), values.data(), values.size() * sizeof values[0]);
+    };
+    SPLAT_TRY(write(space_.cameras, views.cameras));
+    SPLAT_TRY(write(space_.background, views.background));
+    SPLAT_TRY(write(space_.active_tiles, views.active_tiles));
+    uploaded_ = std::move(views);
     return {};
 }
 
@@ -191,15 +203,19 @@ Status Rasterizer::forward(const SetViews& scene, const PackedViews& views) {
         return invalid("rasterizer: %u Gaussians, but it was made for at most %u", desc.gaussians,
                        desc_.gaussians);
     SPLAT_ASSERT(desc.views <= desc_.views);
-    const bool resized = desc.gaussians != now_.gaussians || desc.views != now_.views;
-    const bool moved = views.values != uploaded_;
+    // By this call alone: a driver may round another way in kernels specialised otherwise.
+    desc.view_sizes = views.smaller;
+    desc.tile_mask = !views.active_tiles.empty();
+    const bool resized = desc.gaussians != now_.gaussians || desc.views != now_.views ||
+                         desc.view_sizes != now_.view_sizes || desc.tile_mask != now_.tile_mask;
+    const bool moved = views != uploaded_;
     if (desc_.skips.unchanged && valid_ && !moved && scene.version != 0 &&
         scene.version == scene_.version && scene.same_memory(scene_)) {
         stats_.runs = 0;
         return {};
     }
     // A failure before the device starts leaves the previous call valid, including its gradient.
-    std::vector<float> values = moved ? views.values : std::vector<float>();
+    PackedViews values = moved ? views : PackedViews();
     if (forward_.empty() || resized || !scene.same_memory(scene_)) SPLAT_TRY(record(scene, desc));
     scene_ = scene;
     valid_ = false;

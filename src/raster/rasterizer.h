@@ -33,22 +33,25 @@ Status check_desc(const vk::DeviceInfo& device, const RasterDesc& desc);
 /// again; where a binding is full, the image is drawn in groups of tile rows. The result is the
 /// same.
 ///
-/// A call may have fewer Gaussians and views than desc(), with the bits of a rasterizer made for
-/// exactly so many. Command lists are recorded again when their numbers change.
+/// A call may have fewer Gaussians and views than desc(), and smaller views, with the bits of a
+/// rasterizer made for exactly so many of that size (gradients of more tiles than kMaxWindowTiles,
+/// which are added pass by pass, up to rounding). Command lists are recorded again when their
+/// numbers change, and between calls with and without smaller views or a mask of tiles.
 class Rasterizer {
   public:
     /// Errors: those of check_desc(), kOutOfDeviceMemory.
     static Result<std::unique_ptr<Rasterizer>> create(vk::Context& context, const RasterDesc& desc);
 
-    /// Draw `scene`. `views` comes from pack_views with this rasterizer's desc; both may be empty.
+    /// Draw `scene`. `views` comes from pack_views and mask_tiles with this rasterizer's desc; both
+    /// may be empty.
     ///
     /// Errors: kInvalidArgument for more Gaussians than desc(); kUnsupported if a tile's list is
     /// longer than the device's loops; those of create. If the call fails before the device starts,
     /// the results of the previous call stay valid.
     Status forward(const SetViews& scene, const PackedViews& views);
 
-    /// Compute the gradient of the latest forward call. The workspace keeps pose and exported
-    /// gradients.
+    /// Compute the gradient of the latest forward call. The workspace keeps pose, intrinsics,
+    /// exported gradients and contributions.
     ///
     /// grad_image   [V,H,W] quads of the call's V views: of RGB and alpha
     /// grad_depth   [V,H,W] float32, unread unless desc.grad_depth
@@ -77,7 +80,7 @@ class Rasterizer {
         : context_(context), desc_(desc), now_(desc) {}
     Status allocate_first_pairs();
     Status count_items();
-    Status upload(std::vector<float> values);
+    Status upload(PackedViews views);
     Status record(const SetViews& scene, const RasterDesc& desc);
     Status record_forward(const SetViews& scene);
     Status record_forward_pass(vk::Recorder& recorder, const SetViews& scene, const Window& window);
@@ -91,6 +94,7 @@ class Rasterizer {
     [[nodiscard]] bool could_begin_so(std::uint64_t all) const;
     [[nodiscard]] TileRanges tile_views() const;
     [[nodiscard]] BlendViews blend_views(const Window& window) const;
+    [[nodiscard]] CallViews call_views() const;
     [[nodiscard]] std::uint64_t list_limit() const;
 
     vk::Context& context_;
@@ -100,7 +104,7 @@ class Rasterizer {
     RasterStats stats_;
     std::uint32_t passes_ = 1;
     SetViews scene_;
-    std::vector<float> uploaded_;           ///< cameras and background as on the device
+    PackedViews uploaded_;                  ///< what the device has
     bool valid_ = false;                    ///< the workspace holds a finished forward call
     std::uint32_t counted_ = 0;             ///< value of the workspace's item count
     std::vector<vk::CommandList> forward_;  ///< one per pass; empty = not recorded

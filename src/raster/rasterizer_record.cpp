@@ -6,6 +6,10 @@ TileRanges Rasterizer::tile_views() const {
     return {space_.ranges.range(), space_.order.range(), space_.stats.range()};
 }
 
+CallViews Rasterizer::call_views() const {
+    return {space_.cameras.range(), space_.background.range(), space_.active_tiles.range()};
+}
+
 BlendViews Rasterizer::blend_views(const Window& window) const {
     const std::uint32_t bits = tile_key_bits(now_, window);
     const vk::Recorder recorder(context_);
@@ -32,8 +36,7 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const SetViews& s
                                    .second = now_.backward};
     const vk::BufferView order = space_.item_order[radix_sort_side(recorder, by_depth)].range();
     SPLAT_TRY(recorder.fill(space_.stats.range(), 0));
-    SPLAT_TRY(
-        project_forward(recorder, now_, window, scene, space_.cameras.range(), space_.items()));
+    SPLAT_TRY(project_forward(recorder, now_, window, scene, call_views(), space_.items()));
     SPLAT_TRY(radix_sort(recorder, by_depth,
                          {.input = space_.item_keys.range(),
                           .sides = {space_.item_order[0].range(), space_.item_order[1].range()},
@@ -54,7 +57,9 @@ Status Rasterizer::record_forward_pass(vk::Recorder& recorder, const SetViews& s
                         .slots = space_.pairs.slots[1].range(),
                         .large = space_.large.range(),
                         .pair_count = space_.pair_count.range(),
-                        .stats = space_.stats.range()}));
+                        .stats = space_.stats.range(),
+                        .background = space_.background.range(),
+                        .active_tiles = space_.active_tiles.range()}));
     SPLAT_TRY(
         radix_sort(recorder, by_tile,
                    {.input = space_.pairs.entries[1].range(),
@@ -117,13 +122,18 @@ Status Rasterizer::record_backward(const vk::BufferView& grad_image,
         if (now_.items() > 0) {
             SPLAT_TRY(blend_backward(recorder, now_, window, blend_views(window), grad_image,
                                      grad_depth, space_.records(), space_.capacity));
-            SPLAT_TRY(project_backward(
-                recorder, now_, scene_, space_.cameras.range(), space_.items(), space_.records(),
-                gradients,
-                {space_.exported.range(), space_.pose_partial.range(), space_.pose.range()},
-                pass > 0));
+            SPLAT_TRY(project_backward(recorder, now_, scene_, space_.cameras.range(),
+                                       space_.items(), space_.records(), gradients,
+                                       {space_.exported.range(), space_.pose_partial.range(),
+                                        space_.pose.range(), space_.intrinsics.range()},
+                                       pass > 0));
+            if (now_.contributions)
+                SPLAT_TRY(sum_contributions(recorder, now_, space_.items(), space_.records(),
+                                            space_.contributions.range(), pass > 0));
         } else {
             SPLAT_TRY(recorder.fill(space_.pose.range(), 0));
+            SPLAT_TRY(recorder.fill(space_.intrinsics.range(), 0));
+            SPLAT_TRY(recorder.fill(space_.contributions.range(), 0));
             if (now_.gaussians > 0) {  // no views
                 SPLAT_TRY(recorder.fill(gradients.gaussians, 0));
                 SPLAT_TRY(recorder.fill(gradients.colors, 0));

@@ -172,7 +172,8 @@ Status tile_bin(vk::Recorder& recorder, const RasterDesc& desc, const TileBinDes
         .accesses = {vk::read(views.splats), vk::read(views.order), vk::read(views.begins),
                      vk::read(views.slot_begins), vk::read(views.large), vk::read(views.stats),
                      vk::read(views.footprints), vk::write(views.counts), vk::write(views.pairs),
-                     vk::write(views.slots)},
+                     vk::write(views.slots), vk::read(views.background),
+                     vk::read(views.active_tiles)},
         .groups = large_groups,
         .work = {.flops = 20 * items, .bytes = 12.0 * bin.capacity},
     });

@@ -27,6 +27,7 @@ struct TileBinViews {
                            ///< entries with large footprints
     vk::BufferView pair_count;  ///< uint32, out: pairs made
     vk::BufferView stats;       ///< kStatWords uint32, in place: kStatLarge is 0 before
+    vk::BufferView background, active_tiles;  ///< see CallViews
 };
 
 std::uint32_t tile_bin_lanes(const vk::Recorder& recorder, const RasterDesc& desc);

@@ -47,7 +47,8 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
                            {&slot_begins, "first records", desc.backward ? 4 * items : 16},
                            {&large, "large footprints", 4 * items},
                            {&cameras, "cameras", std::uint64_t{16} * kCameraQuads * desc.views},
-                           {&background, "background", 16},
+                           {&background, "background", 16 + std::uint64_t{16} * desc.views},
+                           {&active_tiles, "active tiles", 4 * desc.mask_words() * desc.views},
                            {&item_keys, "depth keys", sorted_items},
                            {&item_order[0], "depth order", sorted_items},
                            {&item_order[1], "depth order", sorted_items},
@@ -66,7 +67,10 @@ Status Workspace::allocate_items(vk::Context& context, const RasterDesc& desc) {
                            {&normal_image, "normal image", desc.normals ? 16 * desc.pixels() : 16},
                            {&exported, "image gradients", desc.export_gradients ? 48 * items : 16},
                            {&pose_partial, "pose sums", pose_partial_bytes(recorder, desc)},
-                           {&pose, "pose gradient", std::uint64_t{48} * desc.views}}));
+                           {&pose, "pose gradient", std::uint64_t{48} * desc.views},
+                           {&intrinsics, "intrinsics gradient", std::uint64_t{16} * desc.views},
+                           {&contributions, "contributions",
+                            desc.contributions ? std::uint64_t{8} * desc.gaussians : 16}}));
     SPLAT_ASSIGN(item_sort,
                  allocate_radix_sort(context, {.capacity = static_cast<std::uint32_t>(items)}));
     item_bytes_ += item_sort.bytes();
@@ -89,7 +93,9 @@ Status Workspace::allocate_pairs(vk::Context& context, const RasterDesc& desc,
                                     {&fresh.slots[1], "record slots", slots},
                                     {&fresh.record_a, "gradient records", record},
                                     {&fresh.record_b, "gradient records", record},
-                                    {&fresh.record_c, "gradient records", record}}));
+                                    {&fresh.record_c, "gradient records", record},
+                                    {&fresh.record_d, "weight records",
+                                     desc.contributions ? std::uint64_t{8} * wanted : 16}}));
     // Keys of a smaller window have fewer bits.
     SPLAT_ASSIGN(fresh.sort,
                  allocate_radix_sort(context, {.capacity = wanted,

@@ -25,15 +25,16 @@ class Workspace {
 
     std::uint32_t capacity = 0;
 
-    vk::Buffer splats, counts, radii, footprints, begins, slot_begins, large, cameras, background;
+    vk::Buffer splats, counts, radii, footprints, begins, slot_begins, large, cameras, background,
+        active_tiles;
     vk::Buffer item_keys, item_order[2], item_count, sorted, sums, stats, pair_count, kept_pairs;
     vk::Buffer ranges, order, image, state, extra, normals, normal_image, exported, pose_partial,
-        pose;
+        pose, intrinsics, contributions;
     RadixSortWorkspace item_sort;
     struct Pairs {
         vk::Buffer entries[2], slots[2];
         RadixSortWorkspace sort;
-        vk::Buffer record_a, record_b, record_c;
+        vk::Buffer record_a, record_b, record_c, record_d;
     };
     Pairs pairs;
 
@@ -47,7 +48,7 @@ class Workspace {
     }
     [[nodiscard]] RecordViews records() const {
         return {pairs.record_a.range(), pairs.record_b.range(), pairs.record_c.range(),
-                slot_begins.range()};
+                slot_begins.range(), pairs.record_d.range()};
     }
 
   private:

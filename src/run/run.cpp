@@ -25,6 +25,12 @@ void append(Numbers& to, const Numbers& more) {
     to.insert(to.end(), more.begin(), more.end());
 }
 
+bool is_finite(const io::NamedTensors& tensors) {
+    return std::ranges::all_of(tensors, [](const io::NamedTensor& tensor) {
+        return std::ranges::all_of(tensor.values, [](float value) { return std::isfinite(value); });
+    });
+}
+
 /// The line of metrics.jsonl for a step.
 std::string step_json(const Step& step, const Event& event) {
     JsonWriter json(JsonWriter::Style::kCompact);
@@ -43,6 +49,7 @@ void add_figures(JsonWriter& json, const Figures& figures) {
     json.newline(2).member("iterations", figures.iterations);
     json.newline(2).member("skipped", figures.skipped).newline(2).member("loss", figures.loss);
     json.newline(2).member("val_psnr", figures.validation_psnr);
+    json.newline(2).member("val_ssim", figures.validation_ssim);
     json.newline(2).member("best_val_psnr", figures.best_validation_psnr);
     json.newline(2).member("peak_bytes", figures.peak_bytes).newline(2);
     add_ledger(json, figures.ledger);
@@ -172,6 +179,10 @@ Status Run::after_step(const Step& done, Event& event) {
         event.text = format("attempt %llu: loss or gradients are not finite; nothing was updated",
                             wide(event.attempts));
     }
+    if (!done.notice.empty()) {
+        event.warning = true;
+        event.text = format("warning: step %llu: %s", wide(step_), done.notice.c_str());
+    }
     event.numbers = {{"loss", done.loss}, {"averaged_loss", averaged_loss_}};
     for (const Numbers* more : {&done.numbers, &done.terms, &done.ledger})
         append(event.numbers, *more);
@@ -182,11 +193,15 @@ Status Run::after_step(const Step& done, Event& event) {
 Status Run::save(Event& event) {
     {  // one after the other: a state is large
         SPLAT_ASSIGN(const io::WeightsFile state, task_->state());
+        if (saved_ != kNotSaved && !is_finite(state.tensors))
+            return end(EventKind::kNotFinite, event);
         SPLAT_TRY(io::save_weights(state, folder_->state_path(step_)));
     }
     SPLAT_ASSIGN(const auto results, task_->results());
     for (const NamedWeights& result : results)
         SPLAT_TRY(io::save_weights(result.file, folder_->last_path(result.name)));
+    SPLAT_ASSIGN(const std::vector<NamedText> texts, task_->texts());
+    for (const NamedText& file : texts) SPLAT_TRY(folder_->write(file.name, file.text));
     folder_->keep_latest_states(kStatesKept);
     saved_ = step_;
     event.kind = EventKind::kCheckpoint;
@@ -223,6 +238,9 @@ Status Run::end_validation(Event& event) {
     json.end();
     if (best) best_psnr_ = found.psnr;
     last_psnr_ = found.psnr;
+    last_ssim_ = NAN;
+    for (const Number& score : found.scores)
+        if (score.name == std::string_view("val_ssim")) last_ssim_ = score.value;
     validated_ = step_;
     validated_results_.reset();
     event.numbers = {{"val_psnr", found.psnr}, {"best_val_psnr", best_psnr_}};
@@ -230,6 +248,14 @@ Status Run::end_validation(Event& event) {
     event.text = format("step %llu: %s", wide(step_), found.text.c_str());
     untold_ = {event, json.text()};
     return tell(event);
+}
+
+/// Give the task the latest state, which is finite.
+Status Run::go_back() {
+    SPLAT_ASSIGN(const auto states, folder_->states());
+    if (states.empty()) return {};
+    SPLAT_ASSIGN(const io::WeightsFile state, io::load_weights(states[0].string()));
+    return task_->load(state);
 }
 
 Status Run::end(EventKind kind, Event& event) {
@@ -242,10 +268,13 @@ Status Run::end(EventKind kind, Event& event) {
             break;
         case EventKind::kNotFinite:
             state = "not finite";
-            text = format(
-                "%llu steps in a row had a loss or gradients that are not finite: %s; the last "
-                "good state is in checkpoints/",
-                wide(kMostSkipped), plan_.if_not_finite.c_str());
+            SPLAT_TRY(go_back());
+            text = skipped_in_a_row_ == kMostSkipped
+                       ? format("%llu steps in a row had a loss or gradients that are not finite",
+                                wide(kMostSkipped))
+                       : format("what step %llu learned is not finite", wide(step_));
+            text +=
+                format(": %s; the last good state is in checkpoints/", plan_.if_not_finite.c_str());
             break;
         case EventKind::kNothingDrawn:
             state = "nothing drawn";
@@ -279,8 +308,16 @@ Status Run::write_run(const char* state) const {
 }
 
 Figures Run::figures() const {
-    return {folder_->path(""), step_,      plan_.iterations,    skipped_, loss_,
-            last_psnr_,        best_psnr_, task_->peak_bytes(), ledger_};
+    return {.folder = folder_->path(""),
+            .step = step_,
+            .iterations = plan_.iterations,
+            .skipped = skipped_,
+            .loss = loss_,
+            .validation_psnr = last_psnr_,
+            .validation_ssim = last_ssim_,
+            .best_validation_psnr = best_psnr_,
+            .peak_bytes = task_->peak_bytes(),
+            .ledger = ledger_};
 }
 
 double Run::seconds() const {

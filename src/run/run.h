@@ -25,8 +25,9 @@ enum class EventKind {
     kCheckpoint,      ///< a state was saved
     kDone,            ///< all steps are done, and everything is saved
     kInterrupted,     ///< by the interrupt, and everything is saved
-    kNotFinite,       ///< failed: steps in a row had a loss or gradients that are not finite
-    kNothingDrawn,    ///< failed: steps in a row drew nothing
+    kNotFinite,  ///< failed: losses, gradients or what a step learned are not finite; the task has the last
+                 ///< state again
+    kNothingDrawn,  ///< failed: steps in a row drew nothing
 };
 
 /// What a call of Run::next() did.
@@ -50,18 +51,27 @@ struct Figures {
     std::uint64_t step = 0, iterations = 0;
     std::uint64_t skipped = 0;  ///< attempts that updated nothing
     double loss = NAN;          ///< loss of the latest step of this process
-    double validation_psnr = NAN, best_validation_psnr = 0;
+    double validation_psnr = NAN, validation_ssim = NAN, best_validation_psnr = 0;
     std::uint64_t peak_bytes = 0;   ///< most device memory so far
     std::optional<Numbers> ledger;  ///< ledger of the latest attempt of this process
 };
 
-/// JSON: {"schema", "folder", "step", "iterations", "skipped", "loss", "val_psnr", "best_val_psnr",
+/// JSON: {"schema", "folder", "step", "iterations", "skipped", "loss", "val_psnr", "val_ssim", "best_val_psnr",
 /// "peak_bytes", "ledger"}.
 std::string figures_json(const Figures& figures);
 
+/// Work that is done one piece per call.
+class Work : NoCopy {
+  public:
+    virtual ~Work() = default;
+    /// Do the next piece. After the end it gives the last event again, without text.
+    virtual Status next(Event& event) = 0;
+    [[nodiscard]] virtual Figures figures() const = 0;
+};
+
 /// A task with its folder, from its first step or the latest state to its end, one piece of work per call. A run that
 /// ends anywhere and is resumed has the same bits as one without an interruption. Not thread-safe.
-class Run {
+class Run : public Work {
   public:
     /// Check everything that can be checked before the first step, then make or lock the folder. Errors, all
     /// but the last before anything is written:
@@ -77,9 +87,9 @@ class Run {
     /// Do the next piece of work. After the end it gives the last event again, without text. After an error,
     /// which log.txt and run.json keep unless it is kCancelled, the next call tries the same piece again, or writes
     /// what it did.
-    Status next(Event& event);
+    Status next(Event& event) override;
 
-    [[nodiscard]] Figures figures() const;
+    [[nodiscard]] Figures figures() const override;
 
   private:
     /// What a piece of work did, with lines that are still to be written.
@@ -104,6 +114,7 @@ class Run {
     Status save(Event& event);
     Status validate(Event& event);
     Status end_validation(Event& event);
+    Status go_back();
     Status end(EventKind kind, Event& event);
     Status write_run(const char* state) const;
     [[nodiscard]] bool is_validation_due() const;
@@ -121,12 +132,13 @@ class Run {
     std::optional<Untold> untold_;  ///< more than a moment only after an error
     std::optional<EventKind> ended_;
     std::uint64_t step_ = 0, skipped_ = 0;
-    std::uint64_t saved_ = ~std::uint64_t{0};      ///< step of the latest state
+    static constexpr std::uint64_t kNotSaved = ~std::uint64_t{0};
+    std::uint64_t saved_ = kNotSaved;              ///< step of the latest state
     std::uint64_t validated_ = ~std::uint64_t{0};  ///< step of the latest validation
     std::uint64_t skipped_in_a_row_ = 0, not_drawn_in_a_row_ = 0;
     double best_psnr_ = 0;
-    double last_psnr_ = NAN;                   ///< until a validation of the run
-    double loss_ = NAN, averaged_loss_ = NAN;  ///< until a step of this process
+    double last_psnr_ = NAN, last_ssim_ = NAN;  ///< until a validation of the run
+    double loss_ = NAN, averaged_loss_ = NAN;   ///< until a step of this process
     std::optional<Numbers> ledger_;
     std::optional<Stopwatch> begun_;  ///< since the first step of this process
     std::uint64_t begun_at_ = 0;

@@ -27,6 +27,7 @@ constexpr const char* kLock = "lock";
 constexpr const char* kLog = "log.txt";
 constexpr const char* kMetrics = "metrics.jsonl";
 constexpr const char* kRun = "run.json";
+constexpr const char* kPrepared = "prepared.json";  ///< a tool made input of a run in the folder
 constexpr const char* kTemporary =
     ".tmp";  ///< the end of what io::write_file() has not yet renamed
 
@@ -37,6 +38,7 @@ constexpr const char* kOwnFiles[] = {kConfig,
                                      kLog,
                                      kMetrics,
                                      "report.html",
+                                     "transforms.json",
                                      "checkpoints/step_*.state.safetensors",
                                      "checkpoints/step_*.state.safetensors.unreadable",
                                      "eval/objects.json",
@@ -116,7 +118,7 @@ Status RunFolder::check() const {
     bool empty = !is_there(root_);
     if (fs::is_directory(root_, ignored)) {
         SPLAT_ASSIGN(const std::vector<std::string> names, names_in(root_));
-        empty = std::ranges::all_of(names, is_begun);
+        empty = is_there(root_ / kPrepared) || std::ranges::all_of(names, is_begun);
     }
     if (empty || (run && mode_ == Mode::kReplace)) return {};
     return bad_state("'%s' is there%s", root_.c_str(),

@@ -29,7 +29,9 @@ struct MetricLine {
 ///   metrics.jsonl          one JSON object per line: steps, validations
 ///   checkpoints/           step_N.state.safetensors, the last two: all that the next step depends on;
 ///                          and, renamed to *.unreadable, those that a resumed run could not read
+///   transforms.json        of a fit that refines poses: its cameras
 ///   NAME_last.safetensors, NAME_best.safetensors   results of the task, such as "weights"
+///   prepared.json          of a tool that has made the run's input in the folder, which is then as good as empty
 ///   lock                   number of the process whose session is open; its lock ends with that process
 ///
 /// Errors: kIo with path and the system's reason.

@@ -82,11 +82,12 @@ Status Run::restore_validations() {
                  });
         if (others) {
             best_psnr_ = 0;
-            last_psnr_ = NAN;
+            last_psnr_ = last_ssim_ = NAN;
             validated_ = ~std::uint64_t{0};
             continue;
         }
         last_psnr_ = *psnr;
+        last_ssim_ = line.number("val_ssim").value_or(NAN);
         if (line.step > 0) best_psnr_ = std::max(best_psnr_, last_psnr_);
         if (line.step == step_) validated_ = step_;
     }

@@ -63,6 +63,7 @@ enum class Outcome {
 struct Step {
     Outcome outcome = Outcome::kUpdated;
     const char* why = "";  ///< nothing was drawn
+    std::string notice;    ///< a warning; empty: none
     double loss = 0;
     Numbers numbers;
     Numbers terms;   ///< terms of the loss
@@ -84,6 +85,12 @@ struct Validation {
     double psnr = 0;  ///< decides which results are the best; NaN without a score
     Numbers scores;   ///< for the line of metrics.jsonl
     Numbers more;     ///< only for the event
+    std::string text;
+};
+
+/// A small file of a run's folder.
+struct NamedText {
+    const char* name = "";
     std::string text;
 };
 
@@ -122,6 +129,8 @@ class Task : NoCopy {
     /// Everything that the next step depends on.
     virtual Result<io::WeightsFile> state() = 0;
     virtual Result<std::vector<NamedWeights>> results() = 0;
+    /// What the folder also gets with each state.
+    virtual Result<std::vector<NamedText>> texts() { return std::vector<NamedText>(); }
 
     [[nodiscard]] virtual Progress progress() const = 0;
     [[nodiscard]] virtual std::uint64_t peak_bytes() const = 0;  ///< most device memory so far

@@ -24,7 +24,7 @@ SplatterTraining::~SplatterTraining() {
 Status SplatterTraining::step(run::Step& step) {
     SPLAT_ASSIGN(const Batch batch, batches_->get(trainer_->attempts()));
     TrainStep done;
-    SPLAT_TRY(on_device([&] { return trainer_->step(batch.view(), done); }));
+    SPLAT_TRY(context_->mutex.call([&] { return trainer_->step(batch.view(), done); }));
     if (done.skipped)
         step.outcome = run::Outcome::kSkipped;
     else if (done.visible == 0 || done.gradients_zero)
@@ -48,7 +48,7 @@ Status SplatterTraining::step(run::Step& step) {
 
 Status SplatterTraining::begin_validation(const std::vector<run::NamedWeights>& results) {
     scores_.clear();
-    return on_device([&]() -> Status {
+    return context_->mutex.call([&]() -> Status {
         if (predictor_ == nullptr)
             SPLAT_SET(predictor_, predict::Predictor::create(*context_, settings_));
         model::LoadReport ignored;  // the rays are the trainer's own
@@ -94,13 +94,13 @@ run::Validation SplatterTraining::validation() const {
 }
 
 Result<io::WeightsFile> SplatterTraining::state() {
-    return on_device([&] { return trainer_->checkpoint(); });
+    return context_->mutex.call([&] { return trainer_->checkpoint(); });
 }
 
 Result<std::vector<run::NamedWeights>> SplatterTraining::results() {
     std::vector<run::NamedWeights> results(1);
     results[0].name = "weights";
-    auto averages = on_device([&] { return trainer_->averaged_state(); });
+    auto averages = context_->mutex.call([&] { return trainer_->averaged_state(); });
     SPLAT_ASSIGN(results[0].file.tensors, std::move(averages));
     return results;
 }

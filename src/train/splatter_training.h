@@ -65,14 +65,6 @@ class SplatterTraining : public run::Task {
         std::unique_ptr<predict::Predictor> predictor;
     };
 
-    /// Call `body` with the device locked. Errors: also those of DeviceMutex::check().
-    template <class Body>
-    auto on_device(Body&& body) -> decltype(body()) {
-        const std::lock_guard lock(context_->mutex);
-        SPLAT_TRY(context_->mutex.check());
-        return body();
-    }
-
     Status configure(const std::string* config, run::Messages& messages);
     Status open_data(run::Messages& messages);
     Status check_validation() const;

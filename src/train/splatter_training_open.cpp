@@ -67,7 +67,7 @@ Result<run::Plan> SplatterTraining::prepare(const std::string* config, run::Mess
     SPLAT_TRY(configure(config, messages));
     SPLAT_TRY(open_data(messages));
     SPLAT_TRY(warn_of_cameras(messages));
-    auto made = on_device([&]() -> Result<std::unique_ptr<Trainer>> {
+    auto made = context_->mutex.call([&]() -> Result<std::unique_ptr<Trainer>> {
         SPLAT_TRY(context_->device().alive());
         return Trainer::create(*context_, settings_.network, settings_.training);
     });
@@ -190,7 +190,8 @@ Status SplatterTraining::check_validation() const {
 }
 
 Status SplatterTraining::start(run::Messages& messages) {
-    SPLAT_TRY(on_device([&] { return trainer_->model().init(settings_.training.seed); }));
+    SPLAT_TRY(
+        context_->mutex.call([&] { return trainer_->model().init(settings_.training.seed); }));
     const std::string& pretrained = settings_.training.pretrained;
     if (!start_.file.empty()) {
         if (!pretrained.empty())
@@ -250,7 +251,7 @@ Status SplatterTraining::compare(const JsonTree& run_json, run::Messages& messag
 }
 
 Status SplatterTraining::load(const io::WeightsFile& state) {
-    return on_device([&] { return trainer_->resume(state); });
+    return context_->mutex.call([&] { return trainer_->resume(state); });
 }
 
 Status SplatterTraining::check_batches(const BatchSource& source) const {

@@ -40,6 +40,14 @@ class DeviceMutex : NoCopy {
     /// since it asked for the mutex, or since its DeviceCall began.
     [[nodiscard]] Status check() const;
 
+    /// Call `body` with the mutex held. Errors: also those of check().
+    template <class Body>
+    auto call(Body&& body) -> decltype(body()) {
+        const std::lock_guard lock(*this);
+        SPLAT_TRY(check());
+        return body();
+    }
+
   private:
     friend class DeviceCall;
     friend class Uncancelled;

@@ -135,17 +135,19 @@ Result<Block*> Memory::add_block(std::uint64_t bytes, MemoryKind kind, std::stri
                            static_cast<int>(name.size()), name.data(), llu(bytes),
                            device_.info().index, device_.info().name.c_str(), llu(limit));
     const bool counts = kind == MemoryKind::kDevice;
-    if (counts && (use_.used > use_.budget || bytes > use_.budget - use_.used))
+    const std::uint64_t budget = std::min(use_.budget, limit_);
+    if (counts && (use_.used > budget || bytes > budget - use_.used))
         return error(Code::kOutOfDeviceMemory,
                      "%.*s: needs %llu bytes more, but %llu of the budget of %llu are in use; free "
                      "tensors or raise "
                      "max_device_bytes",
                      static_cast<int>(name.size()), name.data(), llu(bytes), llu(use_.used),
-                     llu(use_.budget));
-    // Whole blocks while they fit in the budget, so that small tensors share one.
-    std::uint64_t size = std::min(std::max(bytes, desc_.block_bytes), limit);
+                     llu(budget));
+    // Whole blocks while they fit in the budget, so that small tensors share one. Larger ones would waste the rest.
+    std::uint64_t size = bytes;
+    if (bytes <= desc_.block_bytes / 4) size = std::min(desc_.block_bytes, limit);
     if (kind == MemoryKind::kStaging) size = bytes;  // a context has one buffer
-    if (counts && size > use_.budget - use_.used) size = bytes;
+    if (counts && size > budget - use_.used) size = bytes;
 
     blocks_.reserve(blocks_.size() + 1);
     auto block = std::make_unique<Block>();

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "vk/buffer.h"
@@ -83,6 +84,9 @@ class Memory : NoCopy {
     Status flush(const BufferView& view);
     Status invalidate(const BufferView& view);
 
+    /// Keep `used` at or below so many bytes, if the budget is more. Returns the limit before.
+    std::uint64_t set_limit(std::uint64_t bytes) { return std::exchange(limit_, bytes); }
+
     /// While true, freed ranges are not reused, because the device may still be using them.
     void defer_frees(bool defer) noexcept;
 
@@ -112,10 +116,23 @@ class Memory : NoCopy {
     std::uint64_t guard_bytes_;
     mutable std::mutex use_mutex_;  ///< guards use_, held while numbers change
     MemoryUse use_;
+    std::uint64_t limit_ = ~std::uint64_t{0};
     std::vector<std::unique_ptr<Block>> blocks_;
     bool defer_ = false;
     std::size_t deferred_ = 0;             ///< ranges freed but not yet reusable
     std::optional<std::uint64_t> broken_;  ///< offset of a broken guard of a freed buffer
+};
+
+/// A limit of the memory while it lives. For the holder of the Context's mutex.
+class MemoryLimit : NoCopy {
+  public:
+    MemoryLimit(Memory& memory, std::uint64_t bytes)
+        : memory_(memory), before_(memory.set_limit(bytes)) {}
+    ~MemoryLimit() { memory_.set_limit(before_); }
+
+  private:
+    Memory& memory_;
+    std::uint64_t before_;
 };
 
 }  // namespace splat::vk

@@ -81,6 +81,29 @@ TEST(ApiCamera, OrbitsAScene) {
     EXPECT_REFUSED(splat_camera_orbit(scene, &desc, 0, nullptr), kArgument, "struct_size");
 }
 
+TEST(ApiCamera, PathsGoThroughTheirKeys) {
+    splat_camera keys[3], path[6];
+    const double target[3] = {0, 0, 0}, up[3] = {0, -1, 0};
+    for (int i = 0; i < 3; ++i) {
+        ASSERT_DONE(splat_camera_from_fov(40, 30, 1, &keys[i]));
+        const double eye[3] = {3 * std::cos(2.0944 * i), 0, 3 * std::sin(2.0944 * i)};
+        ASSERT_DONE(splat_camera_look_at(&keys[i], eye, target, up));
+    }
+    ASSERT_DONE(splat_camera_path(keys, 3, 1, 6, path));
+    EXPECT_EQ(path[5].width, 40U);
+    for (std::size_t k = 0; k < 3; ++k) {
+        EXPECT_NEAR(center_of(path[0])[k], center_of(keys[0])[k], 1e-9);
+        EXPECT_NEAR(center_of(path[2])[k], center_of(keys[1])[k], 1e-3);
+    }
+    EXPECT_DONE(splat_camera_path(keys, 3, 0, 0, nullptr)) << "no cameras";
+    EXPECT_REFUSED(splat_camera_path(nullptr, 3, 0, 6, path), kArgument, "keys is NULL");
+    EXPECT_REFUSED(splat_camera_path(keys, 3, 0, 6, nullptr), kArgument, "cameras is NULL");
+    EXPECT_REFUSED(splat_camera_path(keys, 3, 2, 6, path), kArgument, "closed is 2");
+    EXPECT_REFUSED(splat_camera_path(keys, 1, 0, 6, path), kArgument, "different poses");
+    keys[1].fx = 0;
+    EXPECT_REFUSED(splat_camera_path(keys, 3, 0, 6, path), kArgument, "keys[1]");
+}
+
 TEST(ApiCamera, FilesAreRead) {
     const Temporary path;
     std::ofstream(path.path()) << R"({"camera_angle_x": 0.8, "frames": [

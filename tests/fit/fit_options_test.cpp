@@ -20,6 +20,12 @@ TEST(FitOptions, ValuesSetWhatTheirNamesSay) {
     EXPECT_TRUE(options.value().white_background);
     EXPECT_EQ(options.value().seed, 7U);
     EXPECT_EQ(options.value().sh_degree, 3U);
+    EXPECT_FALSE(fit::strategy_of(options.value()).mcmc);
+    const auto mcmc = fit::options_of(with({"strategy=mcmc", "rate=0.5", "skip_sizes=false"}));
+    ASSERT_TRUE(mcmc.ok()) << mcmc.status().message();
+    EXPECT_TRUE(fit::strategy_of(mcmc.value()).mcmc);
+    EXPECT_EQ(fit::strategy_of(mcmc.value()).rate, 0.5);
+    EXPECT_FALSE(fit::strategy_of(mcmc.value()).skip_sizes);
 }
 
 TEST(FitOptions, ValuesWithoutEffectAreRefused) {
@@ -34,10 +40,26 @@ TEST(FitOptions, ValuesWithoutEffectAreRefused) {
     refused(with({"steps"}), "'steps' sets no option");
     refused(with({"steps=many"}), "many is no value of steps");
     refused(with({"white_background=1"}), "whose default is false");
+    refused(with({"strategy=none"}), "strategy is 'none', expected split or mcmc");
+    refused(with({"rate=-1"}), "rate is -1");
+    refused(with({"mcmc_noise=inf"}), "mcmc_noise is inf");
+    refused(with({"growth_every=0"}), "growth_every is 0, expected 1");
     refused(with({"sh_degree=4"}), "sh_degree is 4, expected 0 to 3");
     fit::FitDesc twice = with({"seed=8"});
     twice.seed = 7;
     refused(twice, "seed is given twice");
+}
+
+TEST(FitOptions, OfMaps) {
+    const auto options = fit::options_of(with({"depth_is_distance=true", "depth_weight=0.5"}));
+    ASSERT_TRUE(options.ok()) << options.status().message();
+    EXPECT_TRUE(fit::photos_of(options.value()).depth_is_distance);
+    EXPECT_EQ(options.value().depth_weight, 0.5);
+    const auto message = [](const fit::FitDesc& desc) {
+        return fit::options_of(desc).status().message();
+    };
+    EXPECT_EQ(message(with({"init=depth"})), "init is depth, expected a folder of depth maps, too");
+    EXPECT_EQ(message(with({"normal_weight=-1"})), "normal_weight is -1, expected a number from 0");
 }
 
 }  // namespace

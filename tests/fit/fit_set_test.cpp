@@ -213,6 +213,120 @@ TEST_P(FitSetTest, RearrangedRowsAreThoseOfTheReference) {
     for (const fit::Score& score : need(set.scores())) EXPECT_EQ(score.gradient, 0);
 }
 
+TEST_P(FitSetTest, SharesHaveTheirLogitsAndScales) {
+    fit::FitSet set = set_of(random_scene(1));
+    const std::vector<float> raw = tensor(set, "gaussians"), colors = tensor(set, "colors");
+    const std::vector<fit::Row> rows = {
+        {2, params::kFitShare, -3.25F, -0.5F}, {1}, {2, params::kFitShare, -3.25F, -0.5F}};
+    vk::Recorder recorder(context());
+    ASSERT_OK(set.rearrange(recorder, rows));
+    vk::CommandList list = need(recorder.finish());
+    ASSERT_OK(context().run(list));
+    set.rearranged(rows);
+    const std::vector<float> now = tensor(set, "gaussians"), now_colors = tensor(set, "colors");
+    ASSERT_EQ(now.size(), 36);
+    for (std::size_t i = 0; i < 36; ++i) {
+        const std::size_t row = i / 12, k = i % 12;
+        const float before = raw[12 * rows[row].source + k];
+        EXPECT_EQ(now[i], row == 1         ? before
+                          : k == 3         ? -3.25F
+                          : k > 3 && k < 7 ? before - 0.5F
+                                           : before)
+            << i;
+    }
+    for (std::size_t k = 0; k < 48; ++k) EXPECT_EQ(now_colors[k], colors[48 * 2 + k]);
+}
+
+TEST_P(FitSetTest, NoiseMatchesFloat64) {
+    scene::Gaussians scene = random_scene(0);
+    for (float& logit : scene.opacity_logits) logit = -5 + 0.5F * logit;
+    scene.rotations[4 * 9] = scene.rotations[4 * 9 + 1] = scene.rotations[4 * 9 + 2] =
+        scene.rotations[4 * 9 + 3] = 0;  // no direction: it stays
+    fit::FitSet set = set_of(scene), same = set_of(scene), other = set_of(scene);
+    const std::vector<float> first = tensor(set, "gaussians");
+    const vk::Buffer exported = upload(context(), std::vector<float>(kCount * 12, 0));
+    fit::Rates rates = {.noise = 0.3, .seed = 77};
+    update(set, rates, 5, 0, exported, 0);
+    update(same, rates, 5, 0, exported, 0);
+    rates.seed = 78;
+    update(other, rates, 5, 0, exported, 0);
+    const std::vector<float> moved = tensor(set, "gaussians");
+    const std::vector<float> drawn = read(set.drawn(0).gaussians, kCount * 12);
+    EXPECT_EQ(moved, tensor(same, "gaussians"));
+    EXPECT_NE(moved, tensor(other, "gaussians"));
+    for (std::size_t i = 0; i < kCount; ++i) {
+        ref::FitGaussian raw{};
+        std::copy_n(&first[12 * i], 12, raw.begin());
+        const auto expected = ref::fit_noise(raw, 0.3, static_cast<std::uint32_t>(i), 5, 77);
+        for (std::size_t k = 0; k < 12; ++k) {
+            const auto before = static_cast<double>(first[12 * i + k]);
+            if (k > 2 || i == 9) {
+                EXPECT_EQ(moved[12 * i + k], first[12 * i + k]) << i << ' ' << k;
+                continue;
+            }
+            // Logarithms and the gate's exponential are 1e-5 off on some devices.
+            const double allowed = 2e-7 * std::abs(before) + 1e-4 * std::exp(2 * raw[4]) +
+                                   1e-4 * std::exp(2 * raw[5]) + 1e-4 * std::exp(2 * raw[6]);
+            EXPECT_NEAR(moved[12 * i + k], expected[k], allowed) << i << ' ' << k;
+            EXPECT_EQ(drawn[12 * i + k], moved[12 * i + k]);
+        }
+    }
+}
+
+TEST_P(FitSetTest, RegularisersPullOpacitiesAndScales) {
+    fit::FitSet set = set_of(random_scene(0));
+    const std::vector<float> raw = tensor(set, "gaussians");
+    const vk::Buffer exported = upload(context(), std::vector<float>(kCount * 12, 0));
+    fit::Rates rates = kRates;
+    rates.opacity_weight = 0.01;
+    rates.scale_weight = 0.02;
+    update(set, rates, 1, 0, exported, 0);
+    const std::vector<float> m = tensor(set, "m:gaussians"), now = tensor(set, "gaussians");
+    for (std::size_t i = 0; i < m.size(); ++i) {
+        const std::size_t k = i % 12;
+        ref::FitGaussian gaussian{}, grad{};
+        std::copy_n(&raw[i - k], 12, gaussian.begin());
+        grad[3] = 0.01 / kCount;
+        grad[4] = grad[5] = grad[6] = 0.02 / (3 * kCount);
+        const double expected = 0.1 * ref::fit_chain(gaussian, grad)[k];
+        EXPECT_NEAR(m[i], expected, 1e-5 * std::abs(expected)) << i;
+        const double moved =
+            expected > 0 ? rate_of(k) : 0;  // a first step has the length of the rate
+        EXPECT_NEAR(now[i], static_cast<double>(raw[i]) - moved, 1e-5) << i;
+    }
+}
+
+TEST_P(FitSetTest, SkippedZerosLeaveParametersAndMoments) {
+    fit::FitSet set = set_of(random_scene(3)), dense = set_of(random_scene(3));
+    const vk::Buffer exported = upload(context(), std::vector<float>(kCount * 12, 0));
+    fit::Rates rates = kRates;
+    rates.skip_zeros = true;
+    for (std::uint64_t step = 1; step < 3; ++step) {
+        std::vector<float> grads = normal_fill(kCount * 12, step),
+                           colors = normal_fill(kCount * 48, 9);
+        if (step == 2)  // every third is not seen
+            for (std::size_t i = 0; i < kCount; i += 3) {
+                std::fill_n(&grads[12 * i], 12, 0.0F);
+                std::fill_n(&colors[48 * i], 48, 0.0F);
+            }
+        const std::vector<float> before = tensor(set, "gaussians"), m = tensor(set, "m:colors");
+        for (fit::FitSet* const each : {&set, &dense}) {
+            write(each->gradients(3).gaussians, grads);
+            write(each->gradients(3).colors, colors);
+            update(*each, each == &set ? rates : kRates, step, 3, exported, 0);
+        }
+        if (step == 1) continue;
+        const std::vector<float> now = tensor(set, "gaussians"), whole = tensor(dense, "gaussians"),
+                                 now_m = tensor(set, "m:colors"),
+                                 whole_m = tensor(dense, "m:colors");
+        for (std::size_t i = 0; i < now.size(); ++i)
+            EXPECT_EQ(now[i], (i / 12 % 3 == 0 ? before : whole)[i]) << i;
+        for (std::size_t i = 0; i < m.size(); ++i)
+            EXPECT_EQ(now_m[i], (i / 48 % 3 == 0 ? m : whole_m)[i]) << i;
+        EXPECT_NE(before, whole);
+    }
+}
+
 TEST_P(FitSetTest, StateComesBackBitByBit) {
     fit::FitSet set = set_of(random_scene(3));
     const vk::Buffer exported = upload(context(), normal_fill(kCount * 12, 8));

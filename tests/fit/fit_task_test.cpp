@@ -2,70 +2,23 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <thread>
 
+#include "core/fault.h"
+#include "fit/blob_photographs.h"
 #include "io/file.h"
 #include "io/image.h"
-#include "io/transforms_json.h"
+#include "io/weights_file.h"
 #include "run/run.h"
-#include "scene/arrays.h"
-#include "scene/orbit.h"
-#include "support/expect_status.h"
-#include "support/gpu_env.h"
-#include "support/rng_fill.h"
-#include "synthetic/sample_folder.h"
 
 namespace splat::test {
 namespace {
 
 namespace fs = std::filesystem;
 using Mode = run::RunFolder::Mode;
-
-constexpr std::uint32_t kViews = 16, kWidth = 75, kHeight = 58;  // no multiples of 16
-
-/// Coloured blobs.
-scene::Gaussians blobs() {
-    constexpr std::size_t kBlobs = 60;
-    scene::Gaussians scene = scene::make_gaussians(kBlobs, 0);
-    scene.means = normal_fill(3 * kBlobs, 1);
-    scene.log_scales = normal_fill(3 * kBlobs, 2, -1.5, 0.3);
-    scene.rotations = normal_fill(4 * kBlobs, 3);
-    scene.opacity_logits = normal_fill(kBlobs, 4, 2, 0.5);
-    scene.sh = normal_fill(3 * kBlobs, 5);
-    return scene;
-}
-
-/// Photographs of the blobs with their cameras, as a transforms.json names them.
-void write_photographs(const fs::path& folder) {
-    vk::Context* const context = shared_context();
-    const scene::Gaussians scene = blobs();
-    std::vector<scene::Camera> cameras =
-        scene::orbit(scene, {.count = kViews, .width = kWidth, .height = kHeight}).value();
-    raster::RasterDesc desc;
-    desc.gaussians = static_cast<std::uint32_t>(scene.count());
-    desc.width = kWidth;
-    desc.height = kHeight;
-    desc.convention = raster::Convention::kGsplat;
-    const auto rasterizer = need(raster::Rasterizer::create(*context, desc));
-    gaussians::GaussianSet set = need(gaussians::allocate_set(*context, desc));
-    ASSERT_OK(gaussians::upload(*context, scene, set));
-    for (std::size_t i = 0; i < cameras.size(); ++i) {
-        cameras[i].name = format("images/%02zu.png", i);
-        ASSERT_OK(
-            rasterizer->forward(set.views(), need(raster::pack_views(desc, {&cameras[i], 1}, {}))));
-        std::vector<float> quads(std::size_t{4} * kWidth * kHeight);
-        ASSERT_OK(context->read(rasterizer->workspace().image.range(), quads.data(),
-                                quads.size() * sizeof(float)));
-        std::vector<float> rgb;
-        for (std::size_t pixel = 0; pixel < quads.size(); pixel += 4)
-            rgb.insert(rgb.end(), &quads[pixel], &quads[pixel] + 3);
-        put_png(folder / cameras[i].name, io::image_from_floats(rgb, kWidth, kHeight, 3));
-    }
-    ASSERT_OK(io::write_file((folder / "transforms.json").string(),
-                             need(io::write_transforms_json(cameras))));
-}
 
 class FitTask : public testing::Test {
   protected:
@@ -88,6 +41,7 @@ class FitTask : public testing::Test {
         run::Event event;
         while (event.kind < run::EventKind::kDone) {
             EXPECT_OK(run.next(event));
+            if (event.warning) warnings_ += event.text + "\n";
             if (event.kind == run::EventKind::kValidation) psnr_ = event.numbers[0].value;
             if (event.kind == run::EventKind::kStep && event.step >= stop_after) break;
         }
@@ -102,6 +56,7 @@ class FitTask : public testing::Test {
                                           shared_context()};  ///< not owned
     Interrupt interrupt_;
     double psnr_ = 0;
+    std::string warnings_;
 };
 
 TEST_F(FitTask, LearnsWhatItDoesNotSee) {
@@ -110,6 +65,46 @@ TEST_F(FitTask, LearnsWhatItDoesNotSee) {
     EXPECT_EQ(end.kind, run::EventKind::kDone);
     EXPECT_EQ(end.step, 400);
     EXPECT_GT(psnr_, 24);
+}
+
+/// A fit's scene has the scores of the fit's last validation.
+TEST_F(FitTask, ItsSceneScoresAlike) {
+    auto task = std::make_unique<fit::FitTask>(context_, desc(60));
+    fit::FitTask& fit = *task;
+    const auto run = need(run::Run::open({(folder_ / "run").string(), Mode::kNew, "test"},
+                                         std::move(task), interrupt_));
+    go(*run);
+    fit::SceneScoresDesc what;
+    what.data = *desc(60).data;
+    what.border = 0.1;
+    const scene::Gaussians scene = need(fit.scene());
+    const auto scores = need(fit::SceneScores::open(context_, what, scene, interrupt_));
+    std::vector<std::string> names;
+    run::Event event, validation;
+    while (event.kind < run::EventKind::kDone) {
+        ASSERT_OK(scores->next(event));
+        if (event.kind == run::EventKind::kValidatedPiece) names.push_back(event.validated.name);
+        if (event.kind == run::EventKind::kValidation) validation = event;
+    }
+    EXPECT_EQ(names, (std::vector<std::string>{"images/00.png", "images/08.png"}));
+    ASSERT_EQ(validation.numbers.size(), 6);
+    const run::Figures figures = run->figures();
+    EXPECT_NEAR(validation.numbers[0].value, figures.validation_psnr, 1e-3);
+    EXPECT_NEAR(validation.numbers[1].value, figures.validation_ssim, 1e-5);
+    // The blobs lie in the middle, where there are more errors.
+    EXPECT_STREQ(validation.numbers[2].name, "inner_psnr");
+    EXPECT_LT(validation.numbers[2].value, figures.validation_psnr);
+    EXPECT_GT(validation.numbers[2].value, figures.validation_psnr - 3);
+
+    what.photos.test_every = 0;  // all photographs
+    EXPECT_OK(need(fit::SceneScores::open(context_, what, scene, interrupt_))->next(event));
+    EXPECT_EQ(event.pieces, kViews);
+    what.border = 0.5;
+    EXPECT_ERROR(fit::SceneScores::open(context_, what, scene, interrupt_), Code::kInvalidArgument,
+                 "border is 0.5");
+    what.border = 0;
+    EXPECT_ERROR(fit::SceneScores::open(context_, what, {}, interrupt_), Code::kInvalidArgument,
+                 "no Gaussians");
 }
 
 TEST_F(FitTask, ResumesWithTheSameBits) {
@@ -127,6 +122,41 @@ TEST_F(FitTask, ResumesWithTheSameBits) {
     seeded.seed = 1;
     go(*need(open("seeded", seeded)));
     EXPECT_NE(result("seeded"), whole);
+}
+
+TEST_F(FitTask, McmcHasItsBudgetAndResumesWithTheSameBits) {
+    fit::FitDesc mcmc = desc(110);
+    mcmc.values = {"strategy=mcmc", "growth_every=20"};
+    go(*need(open("whole", mcmc)));
+    EXPECT_GT(psnr_, 18);
+    const io::WeightsFile file =
+        need(io::load_weights((folder_ / "whole/gaussians_last.safetensors").string()));
+    const io::NamedTensor* const means = file.tensors.find("means");
+    ASSERT_NE(means, nullptr);
+    EXPECT_EQ(means->dims[0], 2000);
+    for (const io::NamedTensor& tensor : file.tensors)
+        for (const float value : tensor.values) EXPECT_TRUE(std::isfinite(value)) << tensor.name;
+    go(*need(open("parts", mcmc)), 50);
+    go(*need(open("parts", {}, Mode::kResume)), 75);
+    go(*need(open("parts", {}, Mode::kResume)));
+    EXPECT_EQ(result("parts"), result("whole"));
+}
+
+/// A tile without a valid pixel has no gradient, so that it need not be drawn.
+TEST_F(FitTask, TilesWithoutPixelsChangeNoBit) {
+    std::vector<float> mask(std::size_t{kWidth} * kHeight, 1);
+    for (std::size_t i = 0; i < mask.size(); ++i)
+        if (i % kWidth > 20 && i / kWidth < 40) mask[i] = 0;
+    for (std::uint32_t view = 0; view < kViews; ++view)
+        put_png(folder_ / format("masks/%02u.png", view),
+                io::image_from_floats(mask, kWidth, kHeight, 1));
+    fit::FitDesc masked = desc(12);
+    masked.masks = (folder_ / "masks").string();
+    masked.values = {"skip_sizes=false"};
+    go(*need(open("with", masked)));
+    masked.values.push_back("skip_tiles=false");
+    go(*need(open("without", masked)));
+    EXPECT_TRUE(result("with") == result("without"));
 }
 
 TEST_F(FitTask, RefusesToGoOnWithOtherData) {
@@ -185,6 +215,105 @@ TEST_F(FitTask, CancelledCallsChangeNoBit) {
     }
     EXPECT_GT(cancelled, 0);
     EXPECT_EQ(result("cancelled"), result("whole"));
+}
+
+TEST_F(FitTask, MemoryIsEstimatedBeforeTheFirstStep) {
+    context_ = make_context();
+    fit::FitDesc large = desc(12);
+    large.max_gaussians = 150000;
+    go(*need(open("run", large)));
+    const std::string text = file_text(folder_ / "run/run.json");
+    const JsonTree json = parse_json_tree(text, "run.json").value();
+    const auto estimated = static_cast<double>(*json["estimated_bytes"]["device"].count());
+    const auto peak = static_cast<double>(context_->memory().use().peak);
+    EXPECT_GT(peak, 2e8);
+    EXPECT_GT(estimated, 0.97 * peak) << text;
+    EXPECT_LT(estimated, 1.3 * peak);
+    EXPECT_HAS(file_text(folder_ / "run/log.txt"), "of the device: photographs 0 MB, Gaussians ");
+}
+
+TEST_F(FitTask, KeepsToItsMemory) {
+    constexpr std::uint64_t kBound = 120'000'000;
+    context_ = make_context();
+    fit::FitDesc bound = desc(20);
+    bound.max_gaussians = 150000;
+    bound.memory = kBound;
+    go(*need(open("whole", bound)));
+    EXPECT_LE(context_->memory().use().peak, kBound);
+    EXPECT_GT(context_->memory().use().peak, kBound * 3 / 5);
+    EXPECT_HAS(warnings_, "Gaussians instead of 150000, for which 120 MB are too little memory");
+    go(*need(open("parts", bound)), 9);
+    go(*need(open("parts", bound, Mode::kResume)));
+    EXPECT_EQ(result("parts"), result("whole"));
+    bound.memory = 10'000'000;
+    EXPECT_ERROR(open("small", bound), Code::kOutOfDeviceMemory, "but has 10 MB: allow more");
+    EXPECT_FALSE(fs::exists(folder_ / "small"));
+}
+
+#if SPLAT_FAULT_POINTS
+/// Memory that is not there when Gaussians are rearranged, and when views are drawn.
+TEST_F(FitTask, GoesOnWhereMemoryRunsOut) {
+    context_ = make_context(context_desc(vk::Kernels::kAuto, Bounds::kExact));
+    const auto run = need(open("whole", desc(230)));
+    go(*run, 100);
+    fault::arm("vk.allocate_memory", 1, 2);
+    go(*run, 101);
+    EXPECT_EQ(fault::disarm() > 2, true);
+    const std::string told = warnings_;
+    EXPECT_HAS(told, "step 101: memory runs out: from here on there are at most 2");
+    EXPECT_HAS(told, "; memory runs out: from here on a step draws one view");
+    go(*run);
+    EXPECT_EQ(warnings_, told) << "told once";
+    EXPECT_GT(psnr_, 20);
+    // A state after it knows: the rest has the same bits without any lack.
+    fs::copy(folder_ / "whole", folder_ / "rest", fs::copy_options::recursive);
+    fs::remove(folder_ / "rest/checkpoints/step_0000000230.state.safetensors");
+    go(*need(open("rest", {}, Mode::kResume)));
+    EXPECT_EQ(result("rest"), result("whole"));
+    // Where nothing is left to spare, the step fails, and is done later.
+    const auto poor = need(open("poor", desc(20)));
+    fault::arm("vk.allocate_memory", 1);
+    run::Event event;
+    Status failed;
+    while (failed.ok() && event.kind < run::EventKind::kDone) failed = poor->next(event);
+    fault::disarm();
+    EXPECT_ERROR(failed, Code::kOutOfDeviceMemory, "the run can be resumed where there is more");
+    go(*poor);
+}
+#endif
+
+TEST_F(FitTask, IsCancelledWhileItIsOpened) {
+    std::atomic<bool> done = false;
+    std::thread other([&] {
+        while (!done) context_->mutex.interrupt().raise();
+    });
+    const auto opened = open("run", desc(10));
+    done = true;
+    other.join();
+    EXPECT_ERROR(opened, Code::kCancelled, "splat_device_cancel");
+    EXPECT_FALSE(fs::exists(folder_ / "run"));
+    EXPECT_OK(open("run", desc(10)));
+}
+
+/// Means that leave the range of float32.
+TEST_F(FitTask, AStepThatDivergedUpdatesNothing) {
+    const data::PosedPhotos loaded =
+        need(data::load_posed_photos((folder_ / "photos").string(), {}));
+    std::vector<scene::Camera> cameras;
+    for (const data::PosedPhoto& photo : loaded.photos) cameras.push_back(photo.camera);
+    const fit::ScheduleDesc schedule{
+        .gaussians = 500, .most_gaussians = 500, .pixels = kWidth * kHeight, .extent = 1e41};
+    const auto fitter = need(fit::Fitter::create(
+        *context_, {.photos = loaded.photos, .schedule = fit::Schedule::of_steps(schedule, 20)}));
+    ASSERT_OK(
+        fitter->begin(need(fit::first_gaussians(fit::random_points(cameras, 500, 0), 500, 0))));
+    fit::FitStep done;
+    ASSERT_OK(fitter->step(0, 0, done));
+    EXPECT_FALSE(done.skipped);
+    ASSERT_OK(fitter->step(1, 1, done));
+    EXPECT_TRUE(done.skipped);
+    EXPECT_TRUE(std::isfinite(done.loss));
+    EXPECT_GT(done.drawn.non_finite, 0U);
 }
 
 TEST_F(FitTask, SecondsBecomeSteps) {

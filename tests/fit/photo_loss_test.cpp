@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -64,8 +65,9 @@ struct Outcome {
 
 Outcome run(vk::Context& context, const PhotoLossInput& in, double share = 1,
             std::uint32_t view = 0) {
-    const PhotoLossDesc desc{static_cast<std::uint32_t>(in.width),
-                             static_cast<std::uint32_t>(in.height), in.ssim_weight, view};
+    PhotoLossDesc desc{static_cast<std::uint32_t>(in.width), static_cast<std::uint32_t>(in.height),
+                       in.ssim_weight, view};
+    if (in.exposure) std::ranges::copy(*in.exposure, desc.exposure.emplace().begin());
     const std::size_t before = 4 * in.pixels() * view;
     std::vector<float> quads(before + 4 * in.pixels(), 0.625F);
     for (std::size_t i = 0; i < in.image.size(); ++i)
@@ -88,7 +90,7 @@ Outcome run(vk::Context& context, const PhotoLossInput& in, double share = 1,
     result.status = list.ok() ? context.run(list.value()) : list.status();
     if (!result.status.ok()) return result;
     result.partial = download(context, partial.range(), numbers);
-    result.sums = fit::photo_loss_sums(result.partial);
+    result.sums = fit::photo_loss_sums(recorder, desc, result.partial);
     std::vector<float> found = download(context, grad.range(), quads.size());
     for (std::size_t i = 0; i < before; ++i) EXPECT_EQ(found[i], 3);  // another view's
     found.erase(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(before));
@@ -144,6 +146,39 @@ TEST_P(PhotoLoss, WeightsFromZeroToOne) {
         in.ssim_weight = weight;
         expect_float64(context(), in, "weight " + std::to_string(weight));
     }
+}
+
+/// Gains and offsets that mix channels; numbers of float32.
+const std::vector<double> kExposure = {1.25, -0.0625, 0.125,    -0.03125, 0.0625, 0.875,
+                                       0,    0.0625,  -0.09375, 0.03125,  1.125,  0.015625};
+
+TEST_P(PhotoLoss, ThroughAnExposureMatchesFloat64) {
+    std::uint64_t seed = 300;
+    for (const auto& [width, height] : kSizes)
+        for (const Mask mask : {Mask::kFull, Mask::kHoles, Mask::kOne}) {
+            PhotoLossInput in = make_input(width, height, mask, ++seed);
+            in.exposure = kExposure;
+            const std::string what = std::to_string(width) + "x" + std::to_string(height) +
+                                     " exposed, mask " + std::to_string(static_cast<int>(mask));
+            expect_float64(context(), in, what);
+            const Outcome gpu = run(context(), in, 0.5);
+            ASSERT_OK(gpu.status);
+            const std::vector<double> expected = ref::photo_loss_exposure_backward<double>(in);
+            for (std::size_t i = 0; i < 12; ++i)
+                EXPECT_NEAR(gpu.sums.exposure[i], 0.5 * expected[i], 2e-6) << what << ", " << i;
+        }
+}
+
+/// Through gains of 1 and offsets of 0 nothing changes but where roundings do.
+TEST_P(PhotoLoss, ThroughNoExposureIsTheSame) {
+    PhotoLossInput in = make_input(37, 29, Mask::kHoles, 14);
+    const Outcome without = run(context(), in);
+    in.exposure.emplace(fit::kNoExposure.begin(), fit::kNoExposure.end());
+    const Outcome with = run(context(), in);
+    ASSERT_OK(with.status);
+    EXPECT_EQ(with.grad, without.grad);
+    EXPECT_EQ(with.sums.absolute, without.sums.absolute);
+    EXPECT_EQ(with.sums.dissimilarity, without.sums.dissimilarity);
 }
 
 /// Views of one buffer, of a size that no alignment divides.
@@ -265,6 +300,27 @@ TEST(PhotoLossReference, GradcheckFloat64) {
             },
             in.image, ref::photo_loss_backward<double>(in)));
     }
+}
+
+TEST(PhotoLossReference, GradcheckOfAnExposureFloat64) {
+    PhotoLossInput in = make_input(13, 9, Mask::kHoles, 15);
+    in.exposure = kExposure;
+    EXPECT_TRUE(gradcheck(
+        "image",
+        [&in](const std::vector<double>& image) {
+            PhotoLossInput changed = in;
+            changed.image = image;
+            return ref::photo_loss_forward<double>(changed);
+        },
+        in.image, ref::photo_loss_backward<double>(in)));
+    EXPECT_TRUE(gradcheck(
+        "exposure",
+        [&in](const std::vector<double>& exposure) {
+            PhotoLossInput changed = in;
+            changed.exposure = exposure;
+            return ref::photo_loss_forward<double>(changed);
+        },
+        kExposure, ref::photo_loss_exposure_backward<double>(in)));
 }
 
 }  // namespace

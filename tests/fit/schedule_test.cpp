@@ -2,7 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <set>
+
+#include "fit/fit_set_ref.h"
 #include "fit/growth.h"
+#include "fit/truths.h"
 #include "params/fit_params.h"
 
 namespace splat::test {
@@ -81,6 +86,113 @@ TEST(Schedule, KeepsItsLimits) {
     EXPECT_EQ(schedule.most_gaussians(), 5000);
     EXPECT_EQ(schedule.wanted(0.5), 5000);
     EXPECT_EQ(schedule.at(schedule.steps() - 1).degree, 1);
+}
+
+TEST(Schedule, GoesByItsStrategy) {
+    ScheduleDesc desc = kDesc;
+    desc.strategy.skip_sizes = desc.strategy.skip_bands = false;
+    desc.strategy.rate = 2;
+    desc.strategy.growth_every = 50;
+    const Schedule schedule = Schedule::of_steps(desc, 500);
+    const Schedule usual = Schedule::of_steps(kDesc, 500);
+    EXPECT_EQ(schedule.at(0).factor, 1);
+    EXPECT_EQ(schedule.at(0).degree, 3);
+    EXPECT_TRUE(schedule.grows(150));
+    EXPECT_FALSE(usual.grows(150));
+    EXPECT_TRUE(usual.splits_after(150));
+    EXPECT_EQ(Schedule::of_seconds(desc, 3).rates(0).rotation,
+              2 * Schedule::of_seconds(kDesc, 3).rates(0).rotation);
+    EXPECT_EQ(usual.rates(0.5).noise, 0);
+    desc.strategy.mcmc = true;
+    const Schedule mcmc = Schedule::of_steps(desc, 500);
+    EXPECT_FALSE(mcmc.splits_after(150));  // no gradients are needed
+    // The same for a scene in other units: lengths and areas of the noise go with the extent.
+    const double noise = mcmc.rates(0.5).noise;
+    desc.extent *= 10;
+    EXPECT_NEAR(Schedule::of_steps(desc, 500).rates(0.5).noise * 100 / 10, noise, 1e-9 * noise);
+}
+
+TEST(Views, OfARoundAreAllOfThemBySize) {
+    std::vector<data::PosedPhoto> photos(40);
+    for (std::size_t i = 0; i < photos.size(); ++i) {
+        photos[i].width = i % 4 == 1 ? 30 : 20;
+        photos[i].height = 20;
+    }
+    const std::vector<std::size_t> order = fit::order_of_round(photos, 5, 3);
+    EXPECT_EQ(order, fit::order_of_round(photos, 5, 3));
+    EXPECT_NE(order, fit::order_of_round(photos, 5, 4));
+    EXPECT_NE(order, fit::order_of_round(photos, 6, 3));
+    std::set<std::size_t> all(order.begin(), order.end());
+    EXPECT_EQ(all.size(), 40U);
+    EXPECT_FALSE(std::is_sorted(order.begin(), order.begin() + 30));
+    for (std::size_t i = 0; i < 40; ++i) EXPECT_EQ(photos[order[i]].width, i < 30 ? 20U : 30U) << i;
+}
+
+TEST(Growth, SharesAreThoseOfThePaper) {
+    for (const double opacity : {0.0051, 0.1, 0.5, 0.9, 0.999})
+        for (unsigned copies = 1; copies <= 51; ++copies) {
+            const auto [one, scale] = ref::fit_share(opacity, copies);
+            const fit::Share share = fit::share_of(opacity, copies);
+            EXPECT_NEAR(share.opacity, one, 1e-12);
+            EXPECT_NEAR(share.scale, scale, 1e-9 * scale) << opacity << ' ' << copies;
+            if (copies == 1) {
+                EXPECT_NEAR(scale, 1, 1e-12);
+            }
+        }
+    EXPECT_LT(fit::share_of(1, 3).opacity, 1);
+}
+
+TEST(Growth, RelocatesTheFaintInProportionToOpacity) {
+    std::vector<fit::Score> scores(3000);
+    for (std::size_t i = 0; i < scores.size(); ++i)
+        scores[i].opacity = i % 3 == 0 ? 0.005F : i % 3 == 1 ? 0.2F : 0.8F;
+    const std::vector<fit::Row> rows = fit::relocated_rows(scores, 4000, 7, 100);
+    ASSERT_EQ(rows.size(), 4000);
+    std::vector<std::uint32_t> shares(3000);
+    for (const fit::Row& row : rows) ++shares[row.source];
+    std::size_t drawn = 0, by_firm = 0;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const std::uint32_t source = rows[i].source, copies = shares[source];
+        ASSERT_GT(scores[source].opacity, 0.005F);
+        if (i < 3000 && i % 3 != 0) {
+            EXPECT_EQ(source, i);  // they stay where they are
+        } else {
+            ++drawn;
+            by_firm += source % 3 == 2 ? 1 : 0;
+        }
+        EXPECT_EQ(rows[i].role, copies == 1 ? params::kFitKeep : params::kFitShare);
+        if (copies == 1) continue;
+        const auto [one, scale] =
+            ref::fit_share(static_cast<double>(scores[source].opacity), copies);
+        EXPECT_NEAR(ref::sigmoid(rows[i].logit), std::max(one, 0.005), 1e-7);
+        EXPECT_NEAR(rows[i].log_scale, std::log(scale), 1e-6);
+    }
+    EXPECT_EQ(drawn, 2000);
+    EXPECT_NEAR(static_cast<double>(by_firm) / 2000, 0.8, 0.03);  // 3.4 standard deviations
+    const auto sources = [&](std::uint64_t seed, std::uint64_t step) {
+        std::vector<std::uint32_t> all;
+        for (const fit::Row& row : fit::relocated_rows(scores, 4000, seed, step))
+            all.push_back(row.source);
+        return all;
+    };
+    EXPECT_EQ(sources(7, 100), sources(7, 100));
+    EXPECT_NE(sources(7, 100), sources(8, 100));
+    EXPECT_NE(sources(7, 100), sources(7, 200));
+}
+
+TEST(Growth, RelocationKeepsItsLimits) {
+    std::vector<fit::Score> scores(200, {0, 0.001F});
+    for (const fit::Row& row : fit::relocated_rows(scores, 300, 0, 100))
+        EXPECT_EQ(row.role, params::kFitKeep);  // none is left to draw
+    EXPECT_EQ(fit::relocated_rows(scores, 300, 0, 100).size(), 200);
+    scores[5].opacity = 0.9F;
+    const std::vector<fit::Row> rows = fit::relocated_rows(scores, 100, 0, 100);
+    ASSERT_EQ(rows.size(), 200);
+    const fit::Share share = fit::share_of(0.9F, 51);
+    for (const fit::Row& row : rows) {
+        EXPECT_EQ(row.source, 5);
+        EXPECT_NEAR(row.log_scale, std::log(share.scale), 1e-6);
+    }
 }
 
 TEST(Growth, DropsTheFaintAndSplitsTheSteepest) {

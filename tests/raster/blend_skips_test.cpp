@@ -65,6 +65,7 @@ class BlendSkips : public KernelsTest {
         const vk::Buffer records[3] = {device_buffer(context(), 4 * n),
                                        device_buffer(context(), 4 * n),
                                        device_buffer(context(), 4 * n)};
+        const vk::Buffer weights = device_buffer(context(), 4);
         const raster::BlendViews views = {.splats = from.range(),
                                           .pairs = list.range(),
                                           .normals = zeros.range(),
@@ -79,7 +80,7 @@ class BlendSkips : public KernelsTest {
         EXPECT_OK(raster::blend_forward(recorder, desc, {0, 1}, views, n));
         EXPECT_OK(raster::blend_backward(
             recorder, desc, {0, 1}, views, grad_image.range(), zeros.range(),
-            {records[0].range(), records[1].range(), records[2].range(), {}}, n));
+            {records[0].range(), records[1].range(), records[2].range(), {}, weights.range()}, n));
         auto commands = need(recorder.finish());
         EXPECT_OK(context().run(commands));
         Blended result{download(context(), image.range(), 4 * kPixels), {}};

@@ -199,6 +199,7 @@ AssertionResult gradients_match(const RasterGradients& got, const RasterGradient
     compare.gradient("grad_conics", got, expected, &RasterGradients::conics);
     compare.gradient("grad_world_to_camera", got, expected, &RasterGradients::world_to_camera);
     compare.gradient("grad_twist", got, expected, &RasterGradients::twist);
+    compare.gradient("grad_intrinsics", got, expected, &RasterGradients::intrinsics);
     return compare.result();
 }
 

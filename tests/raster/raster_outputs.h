@@ -44,6 +44,7 @@ struct RasterGradients {
     std::vector<double> conics;           ///< [n,3]
     std::vector<double> world_to_camera;  ///< [4,4] all entries free
     std::vector<double> twist;            ///< [6] translation, rotation
+    std::vector<double> intrinsics;       ///< [4] fx, fy, cx, cy
 };
 
 /// All outputs of the reference for a scene. `counts` adds those of tile_bin(), which take as long
@@ -100,6 +101,7 @@ RasterGradients reference_gradients(const ref::RasterScene<Real>& scene,
     out.conics = widened(from.grad_conics);
     out.world_to_camera = widened(from.grad_world_to_camera);
     out.twist = widened(from.grad_twist);
+    out.intrinsics = widened(from.grad_intrinsics);
     return out;
 }
 

@@ -79,6 +79,8 @@ raster::RasterDesc with_gradients(raster::RasterDesc desc) {
     desc.backward = true;
     desc.export_gradients = true;
     desc.grad_pose = true;
+    desc.grad_intrinsics = true;
+    desc.contributions = true;
     desc.grad_depth = true;
     return desc;
 }

@@ -21,7 +21,9 @@ TEST(RasterShaders, EveryModuleIsUsed) {
         vk::ContextDesc desc = context_desc(kernels);
         desc.profile = true;
         const auto context = make_context(desc);
-        ASSERT_OK(run_raster(*context, scene, raster_desc(scene, kRasterModes[1]), &loss).status);
+        raster::RasterDesc all = raster_desc(scene, kRasterModes[1]);
+        all.contributions = true;
+        ASSERT_OK(run_raster(*context, scene, all, &loss).status);
         ASSERT_OK(run_raster(*context, many, raster_desc(many, kRasterModes[1])).status);
         used += context->profile()->json("");
     }

@@ -110,6 +110,27 @@ TEST(RasterizeReference, GradcheckCamera) {
     }
 }
 
+/// The limits of x / z move with them: wide_scene has Gaussians there.
+TEST(RasterizeReference, GradcheckIntrinsics) {
+    for (const RasterMode& mode : kRasterModes)
+        for (const RasterCase& from :
+             {random_scene({14, 20, 18}, 38, 3), wide_scene({10, 18, 18}, 33)}) {
+            const Graded graded(from, mode);
+            const auto& camera = graded.scene.camera;
+            const auto at = [&](const std::vector<double>& x) {
+                Scene moved = graded.scene;
+                moved.camera.fx = x[0];
+                moved.camera.fy = x[1];
+                moved.camera.cx = x[2];
+                moved.camera.cy = x[3];
+                return graded.value(moved);
+            };
+            EXPECT_TRUE(gradcheck("intrinsics", at, {camera.fx, camera.fy, camera.cx, camera.cy},
+                                  graded.gradients.intrinsics))
+                << from.name << " " << mode.name;
+        }
+}
+
 TEST(RasterizeReference, GradcheckTwist) {
     for (const RasterMode& mode : kRasterModes) {
         const Graded graded(random_scene({14, 20, 18}, 39, 2), mode);

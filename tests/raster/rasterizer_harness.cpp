@@ -133,6 +133,11 @@ Status read_gradients(vk::Context& context, const raster::Rasterizer& rasterizer
                  download<float>(context, rasterizer.workspace().pose.range(), 12));
     run.packed.insert(run.packed.end(), pose.begin(), pose.end());
     add_pose(pose, camera_of(from), out);
+    if (!desc.grad_intrinsics) return {};
+    SPLAT_ASSIGN(const auto intrinsics,
+                 download<float>(context, rasterizer.workspace().intrinsics.range(), 4));
+    append(out.intrinsics, intrinsics.data(), 4);
+    run.packed.insert(run.packed.end(), intrinsics.begin(), intrinsics.end());
     return {};
 }
 
@@ -214,6 +219,7 @@ RasterRun run_raster(vk::Context& context, const RasterCase& from, raster::Raste
         desc.backward = true;
         desc.export_gradients = true;
         desc.grad_pose = true;
+        desc.grad_intrinsics = true;
         desc.grad_depth = !loss->grad_depth.empty();
     }
     const auto all = [&]() -> Status {

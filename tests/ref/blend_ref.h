@@ -125,4 +125,40 @@ BlendForward<Real> blend_forward(const RasterScene<Real>& scene,
     return out;
 }
 
+/// What each Gaussian adds to an image: the sum of its weights w_i, and the number of pixels that
+/// blend it; and for each pixel the Gaussian of the largest weight (the first of equals), or -1.
+template <class Real>
+struct BlendContributions {
+    std::vector<Real> weights;          ///< [n]
+    std::vector<std::int64_t> pixels;   ///< [n]
+    std::vector<std::int64_t> ids;      ///< [H,W]
+    std::vector<Real> largest, second;  ///< [H,W] the two largest weights
+};
+
+template <class Real>
+BlendContributions<Real> blend_contributions(const RasterScene<Real>& scene,
+                                             const ProjectForward<Real>& projected) {
+    BlendContributions<Real> out;
+    out.weights.resize(scene.count());
+    out.pixels.resize(scene.count());
+    for (std::size_t p = 0; p < scene.pixels(); ++p) {
+        const std::size_t width = scene.camera.width;
+        Real largest(0);
+        Real second(0);
+        std::int64_t id = -1;
+        for (const Blended<Real>& hit : blend_pixel(scene, projected, p % width, p / width).hits) {
+            const Real weight = hit.alpha * hit.transmittance;
+            out.weights[hit.index] += weight;
+            ++out.pixels[hit.index];
+            second = std::max(second, std::min(weight, largest));
+            if (weight > largest) id = hit.index;
+            largest = std::max(largest, weight);
+        }
+        out.ids.push_back(id);
+        out.largest.push_back(largest);
+        out.second.push_back(second);
+    }
+    return out;
+}
+
 }  // namespace splat::ref

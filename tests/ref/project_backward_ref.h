@@ -13,6 +13,8 @@
 ///   compensation rho = sqrt(det0/det):  dL/dcov0 += rho grad_rho (cov0^-1 - Q) / 2, above the floor
 ///   cov0 = A A^T:  dL/dA = 2 G A
 ///   A = J W, W = R Rq S:  dL/dJ = dL/dA W^T,  dL/dW = J^T dL/dA
+///   J00 = fx / z:  dL/dfx = dL/dJ00 / z - dL/dJ02 slope / z, and (dslope/dfx) dL/dslope where the clamp rests:
+///   slope = (k - cx) / fx there (3dgs: k / fx).  Mean: dL/dfx = gu x / z, dL/dcx = gu
 ///   J02 = -fx slope / z:  dJ02/dz = fx slope / z^2, and -fx/z dslope where the clamp rests
 ///   W = R N, N = Rq S:  dL/dR = dL/dW N^T,  dL/dN = R^T dL/dW
 ///   dL/dscale_k = sum_r Rq[r,k] dL/dN[r,k],  dL/dRq = dL/dN S
@@ -37,7 +39,8 @@ struct RasterBackward {
     std::vector<Real> grad_means2d_abs;  ///< [n,2]
     std::vector<Real> grad_conics;       ///< [n,3]
     std::array<Real, 16> grad_world_to_camera{};
-    std::array<Real, 6> grad_twist{};  ///< translation, rotation
+    std::array<Real, 6> grad_twist{};       ///< translation, rotation
+    std::array<Real, 4> grad_intrinsics{};  ///< fx, fy, cx, cy
 };
 
 /// Sums over all Gaussians, for the gradient of the camera.
@@ -46,6 +49,7 @@ struct CameraBackward {
     Mat3<Real> rotation{};
     Vec3<Real> translation{};
     Vec3<Real> centre{};
+    std::array<Real, 4> intrinsics{};
 };
 
 /// dL/dcov0 as a symmetric matrix {G00, G01, G11}.
@@ -79,7 +83,8 @@ std::array<Real, 3> conic_backward(const RasterScene<Real>& scene, const Project
 /// From dL/dcov0 to dL/dW; adds what the Jacobian passes to the mean in camera coordinates.
 template <class Real>
 Mat3<Real> covariance_backward(const RasterScene<Real>& scene, const ProjectedGaussian<Real>& g,
-                               const std::array<Real, 3>& grad_cov, Vec3<Real>& grad_m) {
+                               const std::array<Real, 3>& grad_cov, Vec3<Real>& grad_m,
+                               CameraBackward<Real>& camera) {
     const std::array<Real, 2> focal{scene.camera.fx, scene.camera.fy};
     const Real z = g.camera_mean[2];
     std::array<Vec3<Real>, 2> grad_rows{};
@@ -101,6 +106,11 @@ Mat3<Real> covariance_backward(const RasterScene<Real>& scene, const ProjectedGa
         grad_m[2] -= scale / z * grad_scale;
         grad_m[2] += scale * slope / z * grad_last;
         const bool constant = g.clamped[axis];
+        camera.intrinsics[axis] += (grad_scale - slope * grad_last) / z;
+        if (constant) {
+            camera.intrinsics[axis] += grad_last * slope / z;
+            if (!scene.options.is_3dgs()) camera.intrinsics[2 + axis] += grad_last / z;
+        }
         if (!constant) {
             grad_m[axis] -= scale / z * grad_last;
             grad_m[2] += scale * slope / z * grad_last;
@@ -114,7 +124,7 @@ Mat3<Real> covariance_backward(const RasterScene<Real>& scene, const ProjectedGa
 /// From dL/dmean2d to the mean in camera coordinates.
 template <class Real>
 void point_backward(const RasterScene<Real>& scene, const ProjectedGaussian<Real>& g, Real grad_u,
-                    Real grad_v, Vec3<Real>& grad_m) {
+                    Real grad_v, Vec3<Real>& grad_m, CameraBackward<Real>& sums) {
     const RasterCamera<Real>& camera = scene.camera;
     const Real z = g.camera_mean[2];
     const std::array<Real, 2> focal{camera.fx, camera.fy};
@@ -125,6 +135,8 @@ void point_backward(const RasterScene<Real>& scene, const ProjectedGaussian<Real
     const Real w = original ? z + static_cast<Real>(raster::kHomogeneousMin) : z;
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const Real position = focal[axis] * g.camera_mean[axis];
+        sums.intrinsics[axis] += g.camera_mean[axis] / w * grad[axis];
+        sums.intrinsics[2 + axis] += z / w * grad[axis];
         grad_m[axis] += focal[axis] / w * grad[axis];
         grad_m[2] -= position / (w * w) * grad[axis];
         if (original) grad_m[2] += offset[axis] * (w - z) / (w * w) * grad[axis];
@@ -205,6 +217,7 @@ void camera_backward(const RasterScene<Real>& scene, const CameraFrame<Real>& fr
         for (std::size_t k = 0; k < 3; ++k) out.grad_twist[3 + k] += turned[k];
     }
     for (std::size_t k = 0; k < 3; ++k) out.grad_twist[k] = grad[4 * k + 3];
+    out.grad_intrinsics = camera.intrinsics;
 }
 
 template <class Real>
@@ -231,10 +244,10 @@ RasterBackward<Real> project_backward(const RasterScene<Real>& scene,
         out.grad_opacities[i] = g.compensation * grad_opacity;
         const std::array<Real, 3> grad_cov = conic_backward(scene, g, row3(blended.grad_conics, i),
                                                             scene.opacities[i] * grad_opacity);
-        const Mat3<Real> grad_axes = covariance_backward(scene, g, grad_cov, grad_m);
+        const Mat3<Real> grad_axes = covariance_backward(scene, g, grad_cov, grad_m, camera);
         axes_backward(scene, frame, i, g, grad_axes, out, camera);
         point_backward(scene, g, blended.grad_means2d[2 * i], blended.grad_means2d[2 * i + 1],
-                       grad_m);
+                       grad_m, camera);
         color_backward(scene, i, g, row3(blended.grad_colors, i), out, camera);
         const Vec3<Real> mean = row3(scene.means, i);
         add_row3(out.grad_means, i, product(transposed(frame.rotation), grad_m));

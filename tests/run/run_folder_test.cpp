@@ -107,6 +107,15 @@ TEST_F(RunFolderTest, RefusesWhatItDoesNotExpect) {
                  "is not a run");
 }
 
+TEST_F(RunFolderTest, BeginsBesideInputThatWasPrepared) {
+    put_text(path() + "/data/0001.png", "mine");
+    EXPECT_ERROR(refusal(Mode::kNew), Code::kInvalidState, "is not a run");
+    put_text(path() + "/prepared.json", "{}");
+    make_run();
+    EXPECT_TRUE(fs::exists(path() + "/data/0001.png"));
+    EXPECT_TRUE(fs::exists(path() + "/prepared.json"));
+}
+
 TEST_F(RunFolderTest, ReplacesARunButKeepsItUntilThen) {
     make_run();
     put_text(path() + "/checkpoints/step_0000000001.state.safetensors", "old");

@@ -15,6 +15,7 @@ using Mode = RunFolder::Mode;
 struct ToyDesc {
     std::uint64_t iterations = 4, validate_every = 2;
     std::uint32_t pieces = 2;
+    std::uint64_t not_finite_after = ~std::uint64_t{0};  ///< steps
     std::string data = "toy";
     std::vector<Outcome> outcomes = {
         Outcome::kUpdated};  ///< outcomes of the attempts, again and again
@@ -70,7 +71,7 @@ class Toy : public Task {
         step.ledger = {{"odd", progress_.attempts % 2 == 0 ? 0.0 : 1.0, true}};
         if (step.outcome == Outcome::kSkipped) return {};
         ++progress_.steps;
-        value_ /= 2;
+        value_ = progress_.steps == desc_.not_finite_after ? NAN : value_ / 2;
         return {};
     }
     Status begin_validation(const std::vector<NamedWeights>& results) override {
@@ -235,6 +236,13 @@ TEST_F(RunTest, EndsWhereNothingIsLearned) {
     toy.outcomes = {Outcome::kSkipped};
     EXPECT_EQ(play("falls", Mode::kNew, toy), "..cssssssssssn");
     EXPECT_HAS(file("falls/log.txt"), "are not finite: play less; the last good state");
+    ToyDesc diverges;
+    diverges.not_finite_after = 4;
+    const auto run = open("diverges", Mode::kNew, diverges);
+    ASSERT_OK(run);
+    EXPECT_EQ(play(*run.value()).back(), 'n');
+    EXPECT_HAS(file("diverges/log.txt"), "what step 4 learned is not finite: play less");
+    EXPECT_FALSE(fs::exists(folder_ / "diverges/checkpoints/step_0000000004.state.safetensors"));
 }
 
 TEST_F(RunTest, IsInterrupted) {

@@ -141,6 +141,11 @@ faulty full:1 "$temp/run" train --out "$temp/run" --resume --set opt.iterations=
 [ $? -eq 1 ] || fail "a training on a full disk: another status than 1: $(cat "$temp/log")"
 [ -z "$(grep -v '^{.*}$' "$temp/run/metrics.jsonl")" ] || fail "metrics.jsonl holds more than JSON"
 
+"$vkrun" render "$temp/scene.ply" --orbit 6 --size 24x16 --out "$temp/photos" --convention gsplat > "$temp/log" 2>&1 ||
+    fail "no photographs: $(cat "$temp/log")"
+COUNTS="2 9" AGAIN="fit --out $out/run --resume" ANEW=--overwrite
+writes_folder "$out/run" '*.safetensors' fit "$temp/photos" --out "$out/run" --steps 20 --max-gaussians 300
+
 COUNTS="1 2 3 4 5" AGAIN= ANEW=
 writes_folder "$out/eval" '*.txt' eval "$temp/run/weights_last.safetensors" --data "$temp/data" --out "$out/eval"
 writes_folder "$out/predict" '*.ply' predict --data "$temp/data" --split test --views 1 --out "$out/predict" \

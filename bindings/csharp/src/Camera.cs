@@ -235,6 +235,24 @@ namespace Splat
             return FromNative(cameras);
         }
 
+        /// <summary>
+        /// Cameras along a smooth path through others, with the size and lens of the first one; a closed path returns
+        /// to its first key.
+        /// </summary>
+        public static Camera[] Path(IReadOnlyList<Camera> keys, int count, bool closed = false)
+        {
+            splat_camera[] given = ToNative(Check.NotNull(keys, nameof(keys)));
+            splat_camera[] cameras = Values.New<splat_camera>("cameras", Check.Unsigned(count, nameof(count)));
+            fixed (splat_camera* from = given)
+            fixed (splat_camera* to = cameras)
+            {
+                splat_camera none;  // for a count of 0
+                Check.Ok(Native.splat_camera_path(from == null ? &none : from, (uint)given.Length, closed ? 1u : 0u,
+                                                  (uint)count, to == null ? &none : to));
+            }
+            return FromNative(cameras);
+        }
+
         /// <summary>Read a NeRF transforms.json, or a COLMAP model's folder.</summary>
         public static Camera[] Load(string path, CameraFileOptions options = null)
         {

@@ -381,6 +381,9 @@ namespace Splat
         /// <summary><c>Convention.Original3dgs</c>: the gradient of the original code with its three quirks</summary>
         OriginalGradient = 128,
         /** <summary>output Normals</summary> */ Normals = 256,
+        /** <summary>fx, fy, cx, cy; implies GradPose</summary> */ GradIntrinsics = 512,
+        /** <summary>contributions of a backward call; implies it</summary> */ Contributions = 1024,
+        /** <summary>output IDS; implies Depth</summary> */ Ids = 2048,
     }
 
     /// <summary>Work that is skipped because it does not change the image. Gaussians that a convention culls (see
@@ -418,6 +421,7 @@ namespace Splat
         /** <summary>[V,N] 1, or 0 if culled</summary> */ Visibility = 10,
         /// <summary>[V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera</summary>
         Normals = 11,
+        /** <summary>[V,H,W] Gaussian of the largest weight, from 0; -1: none</summary> */ Ids = 12,
     }
 
     /// <summary>What becomes of gradients.</summary>
@@ -513,7 +517,7 @@ namespace Splat
         /// <summary>transparent pictures lie on white; else only opaque pixels count</summary>
         WhiteBackground = 8,
         /** <summary>correct the cameras of the fitted photographs, too</summary> */ RefinePoses = 16,
-        /** <summary>a gain and an offset of colours for each of them</summary> */ RefineExposure = 32,
+        /** <summary>gains and offsets of their colours</summary> */ RefineExposure = 32,
     }
 
     /// <summary>Which file of cameras a fit reads.</summary>
@@ -613,11 +617,14 @@ namespace Splat
                 { "SPLAT_PASS_TENSORS", "PassFlags.Tensors" }, { "SPLAT_PICTURE_WHOLE", "PictureFlags.Whole" },
                 { "SPLAT_PIXEL_", "pixel" }, { "SPLAT_PORT_KIND_", "PortKind" },
                 { "SPLAT_RASTERIZER_BACKWARD", "RasterizerFlags.Backward" },
+                { "SPLAT_RASTERIZER_CONTRIBUTIONS", "RasterizerFlags.Contributions" },
                 { "SPLAT_RASTERIZER_DEPTH", "RasterizerFlags.Depth" },
                 { "SPLAT_RASTERIZER_DIRECT_COLORS", "RasterizerFlags.DirectColors" },
                 { "SPLAT_RASTERIZER_GRAD_DEPTH", "RasterizerFlags.GradDepth" },
+                { "SPLAT_RASTERIZER_GRAD_INTRINSICS", "RasterizerFlags.GradIntrinsics" },
                 { "SPLAT_RASTERIZER_GRAD_MEANS2D", "RasterizerFlags.GradMeans2d" },
                 { "SPLAT_RASTERIZER_GRAD_POSE", "RasterizerFlags.GradPose" },
+                { "SPLAT_RASTERIZER_IDS", "RasterizerFlags.Ids" },
                 { "SPLAT_RASTERIZER_NORMALS", "RasterizerFlags.Normals" },
                 { "SPLAT_RASTERIZER_ORIGINAL_GRADIENT", "RasterizerFlags.OriginalGradient" },
                 { "SPLAT_SCENE_", "scene" }, { "SPLAT_SCHEDULE_COSINE", "Schedule.Cosine" },
@@ -636,20 +643,20 @@ namespace Splat
                 { "splat_decode_set_limits", "Library.SetDecodeLimits" }, { "splat_device", "Device" },
                 { "splat_device_cancel", "Device.Cancel" }, { "splat_evaluator", "Evaluator" },
                 { "splat_evaluator_score", "Evaluator.Score" }, { "splat_fit_open", "Fit" },
-                { "splat_lpips", "Lpips" }, { "splat_lpips_desc", "Lpips" }, { "splat_model", "Model" },
-                { "splat_model_backward", "Model.Backward" }, { "splat_model_forward", "Model.Forward" },
-                { "splat_model_load", "Model.Load" }, { "splat_model_ports", "Model.Ports" },
-                { "splat_module", "Module" }, { "splat_normals_desc", "normals" }, { "splat_op", "Op" },
-                { "splat_optimizer", "Optimizer" }, { "splat_predictor", "Predictor" },
-                { "splat_prior_model", "PriorModel" }, { "splat_raster_state", "RasterState" },
-                { "splat_raster_state_create", "Rasterizer.CreateState" }, { "splat_rasterizer", "Rasterizer" },
-                { "splat_rasterizer_forward", "Rasterizer.Forward" }, { "splat_rasterizer_read", "Rasterizer.Read" },
-                { "splat_run", "Run" }, { "splat_run_next", "Run.Next" }, { "splat_scene", "Scene" },
-                { "splat_tensor", "Tensor" }, { "splat_tensor_map", "Tensor.Map" },
-                { "splat_tensor_unmap", "Tensor.Map" }, { "splat_trainer", "Trainer" },
-                { "splat_training_open", "Training" }, { "splat_weights", "Weights" },
-                { "timeout_ns", "DeviceOptions.Timeout" }, { "value_count", "the number of values" },
-                { "weight_count", "the number of weights" },
+                { "splat_fit_score", "Scoring" }, { "splat_lpips", "Lpips" }, { "splat_lpips_desc", "Lpips" },
+                { "splat_model", "Model" }, { "splat_model_backward", "Model.Backward" },
+                { "splat_model_forward", "Model.Forward" }, { "splat_model_load", "Model.Load" },
+                { "splat_model_ports", "Model.Ports" }, { "splat_module", "Module" },
+                { "splat_normals_desc", "normals" }, { "splat_op", "Op" }, { "splat_optimizer", "Optimizer" },
+                { "splat_predictor", "Predictor" }, { "splat_prior_model", "PriorModel" },
+                { "splat_raster_state", "RasterState" }, { "splat_raster_state_create", "Rasterizer.CreateState" },
+                { "splat_rasterizer", "Rasterizer" }, { "splat_rasterizer_forward", "Rasterizer.Forward" },
+                { "splat_rasterizer_read", "Rasterizer.Read" }, { "splat_run", "Run" },
+                { "splat_run_next", "Run.Next" }, { "splat_scene", "Scene" }, { "splat_tensor", "Tensor" },
+                { "splat_tensor_map", "Tensor.Map" }, { "splat_tensor_unmap", "Tensor.Map" },
+                { "splat_trainer", "Trainer" }, { "splat_training_open", "Training" },
+                { "splat_weights", "Weights" }, { "timeout_ns", "DeviceOptions.Timeout" },
+                { "value_count", "the number of values" }, { "weight_count", "the number of weights" },
             };
     }
 }

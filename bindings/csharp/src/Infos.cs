@@ -170,7 +170,7 @@ namespace Splat
         public long Visible { get; }
         /** <summary>(tile, Gaussian, view) triples</summary> */ public long Pairs { get; }
         /** <summary>Gaussians in the fullest tile</summary> */ public long Longest { get; }
-        /** <summary>tiles of all views</summary> */ public long Tiles { get; }
+        /** <summary>tiles of all views, each of W x H</summary> */ public long Tiles { get; }
         /** <summary>tiles without Gaussians</summary> */ public long EmptyTiles { get; }
         /// <summary>device memory of the state, with the gradients that states share, without the packed copies of
         /// scenes, which rasterizers share</summary>

@@ -589,6 +589,18 @@ namespace Splat.Interop
             scene, splat_orbit_desc* desc, uint count, splat_camera* cameras);
 
         /// <summary>
+        /// `count` cameras along a smooth path through others, in their order: cubic curves of positions and rotations through
+        /// all of them, by about equal steps of distance and angle. They have the size and lens of the first one.
+        /// keys      poses of the path; those equal to the one before are left out
+        /// closed    1: the path returns to its first key, which the last camera comes before; 0: it ends at the last key
+        /// cameras   out, `count` of them
+        /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or SPLAT_ERROR_INVALID_ARGUMENT (NULL, an invalid camera, fewer
+        ///   than two different poses, closed)
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_camera_path(splat_camera* keys,
+            uint key_count, uint closed, uint count, splat_camera* cameras);
+
+        /// <summary>
         /// Read the cameras of a NeRF transforms.json, or of a COLMAP model's folder (text or binary).
         /// desc      may be NULL for defaults
         /// cameras   out, `capacity` of them; may be NULL when capacity is 0
@@ -1104,13 +1116,13 @@ namespace Splat.Interop
         /// and device are destroyed earlier.
         /// state           of this rasterizer; NULL: its own
         /// scene           n &lt;= N Gaussians; bands beyond the rasterizer's degree are ignored
-        /// cameras         `count` = v &lt;= V cameras of W x H pixels; may be NULL for 0
+        /// cameras         `count` = v &lt;= V cameras of 1 x 1 to W x H pixels; may be NULL for 0
         /// background      exactly 3 floats RGB; NULL = black
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
-        ///   SPLAT_ERROR_INVALID_ARGUMENT      a camera that is singular, not finite or of another size; a
+        ///   SPLAT_ERROR_INVALID_ARGUMENT      a camera that is singular, not finite or too large; a
         ///                                     background that is not finite; more cameras or Gaussians than
         ///                                     the rasterizer was made for; a state of another rasterizer; a
-        ///                                     tensor of another device or dtype
+        ///                                     tensor of another device or dtype; another number of tiles
         ///   SPLAT_ERROR_INVALID_STATE         a tensor is mapped; a scene and direct colours
         ///   SPLAT_ERROR_SHAPE_MISMATCH        tensors, also of too many Gaussians: the message names one
         ///   SPLAT_ERROR_UNSUPPORTED           more Gaussians in one tile than this device's loops take
@@ -1138,7 +1150,7 @@ namespace Splat.Interop
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
         ///   SPLAT_ERROR_INVALID_ARGUMENT      not a valid output, device or dtype
         ///   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a rasterizer
-        ///                                     created without SPLAT_RASTERIZER_DEPTH or _NORMALS
+        ///                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS or _IDS
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
         ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
         /// </summary>
@@ -1333,8 +1345,8 @@ namespace Splat.Interop
             run);
 
         /// <summary>JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null
-        /// before the first of this session), "val_psnr" (null before a validation), "best_val_psnr", "peak_bytes",
-        /// "ledger" (what was drawn and finite in this session's last attempt; of a training as in
+        /// before the first of this session), "val_psnr" and "val_ssim" (null before a validation), "best_val_psnr",
+        /// "peak_bytes", "ledger" (what was drawn and finite in this session's last attempt; of a training as in
         /// splat_trainer_report)}. Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE</summary>
         [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_run_report(SafeRunHandle run,
             byte* buffer, UIntPtr capacity, UIntPtr* needed);
@@ -1766,6 +1778,11 @@ namespace Splat.Interop
         /// steps and seeds have equal bits. On resuming, what is given (not 0 or NULL) must equal the run's. A split of the
         /// data's own goes before `test_every`.
         ///
+        /// What it takes of the device is estimated, and told as a message. A new fit that takes more than `memory_bytes`, or
+        /// than there is, has fewer Gaussians, down to a quarter of them or 5,000, then photographs of half the sides, a quarter
+        /// and so on, and warns. Where memory runs out in a step, the fit warns and goes on without growth, then with one view a
+        /// step instead of two.
+        ///
         /// splat_run_next of it returns errors of the rasterizer and of the device, and SPLAT_ERROR_INVALID_STATE after the
         /// device failed within an update: close the run and resume it.
         /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or, with the folder untouched,
@@ -1777,6 +1794,7 @@ namespace Splat.Interop
         ///   SPLAT_ERROR_UNSUPPORTED           a lens; a format of photographs; more Gaussians or larger photographs than the
         ///                                     device takes
         ///   SPLAT_ERROR_IO                    the folder cannot be written; parts may remain
+        ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY  `memory_bytes`, or the memory that there is, are too little for any of this
         ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY    and errors of the device
         /// </summary>
         [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_fit_open(SafeDeviceHandle
@@ -1791,6 +1809,25 @@ namespace Splat.Interop
         /// </summary>
         [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_fit_scene(SafeRunHandle run,
             IntPtr* scene);
+
+        /// <summary>
+        /// Score any scene on the photographs that a fit of `desc` holds out, as that fit scores itself: a run without a
+        /// folder. Its events are one SPLAT_EVENT_VALIDATED_PIECE for each photograph, with name, both images and the numbers
+        /// "val_psnr" (dB) and "val_ssim"; SPLAT_EVENT_VALIDATION with their means, "val_views" and "gaussians"; and
+        /// SPLAT_EVENT_DONE. The drawn image is cut to 0 to 1, and only the pixels count that the lens and the mask leave;
+        /// `truths` is 0 elsewhere.
+        /// desc      data, masks, downscale, test_every, cameras, SPLAT_FIT_WHITE_BACKGROUND and SPLAT_FIT_ALL_PHOTOS, which
+        ///           scores all photographs; the rest is not read
+        /// scene     in the frame and units of the cameras
+        /// border    0 to below 0.5; above 0 there are also "inner_psnr" and "inner_ssim", over the pixels that are at least
+        ///           this share of width and height away from the edges: 0.1 leaves the central 80 % of both; NaN if none counts
+        /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, border, a scene without Gaussians,
+        ///   no photograph that is held out), and errors of splat_fit_open about cameras, photographs, masks and the device.
+        ///   splat_run_next returns SPLAT_ERROR_INVALID_ARGUMENT for a drawn image that is not finite, and errors of the
+        ///   device
+        /// </summary>
+        [DllImport(Lib, CallingConvention = C)] public static extern ResultCode splat_fit_score(SafeDeviceHandle
+            device, splat_fit_desc* desc, SafeSceneHandle scene, double border, IntPtr* run);
 
         /// <summary>
         /// Get a preset. JSON: {"path" (where a model without a path is looked for), "preset": {"name",
@@ -2685,8 +2722,8 @@ namespace Splat.Interop
         /// <summary>V, most cameras of a call; 0: any number. The memory is then for one, and a call with more
         /// cameras than any before makes it anew, for which both must fit for a moment</summary>
         public uint views;
-        /** <summary>W, pixels</summary> */ public uint width;
-        /** <summary>H, pixels</summary> */ public uint height;
+        /** <summary>W, pixels of the widest view</summary> */ public uint width;
+        /** <summary>H, pixels of the highest view</summary> */ public uint height;
         /** <summary>0 to 3; 0 with direct colours</summary> */ public uint sh_degree;
         /// <summary>SPLAT_SKIP_ bits of skips to turn off, for measuring</summary>
         public SkipFlags disabled_skips;
@@ -2718,6 +2755,10 @@ namespace Splat.Interop
         /** <summary>[n] 0 to 1</summary> */ public IntPtr opacities;
         /** <summary>[n,(sh_degree+1)^2,3]; NULL with direct colours</summary> */ public IntPtr sh;
         /** <summary>[n,3]; NULL without direct colours</summary> */ public IntPtr colors;
+        /// <summary>[v,ceil(H/16),ceil(W/16)] tiles of 16 x 16 pixels of the call's views; NULL: all. Pixels of a
+        /// tile with 0 are the background with alpha 0 and pass no gradient; they cost nearly nothing</summary>
+        public byte* active_tiles;
+        /** <summary>bytes; 0 with NULL</summary> */ public UIntPtr active_tile_count;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -2741,6 +2782,9 @@ namespace Splat.Interop
         /** <summary>[V,N,2] sums over the pixels of absolute values</summary> */ public IntPtr grad_means2d_abs;
         /// <summary>[V,3,4] rows of the rotation and the translation</summary>
         public IntPtr grad_world_to_camera;
+        /** <summary>[V,4] fx, fy, cx, cy</summary> */ public IntPtr grad_intrinsics;
+        /// <summary>[N,2] sum of its weights, number of pixels, over all views</summary>
+        public IntPtr contributions;
     }
 
     /// <summary>What the last forward call of a state did.</summary>
@@ -2754,7 +2798,7 @@ namespace Splat.Interop
         public ulong visible;
         /** <summary>(tile, Gaussian, view) triples</summary> */ public ulong pairs;
         /** <summary>Gaussians in the fullest tile</summary> */ public ulong longest;
-        /** <summary>tiles of all views</summary> */ public ulong tiles;
+        /** <summary>tiles of all views, each of W x H</summary> */ public ulong tiles;
         /** <summary>tiles without Gaussians</summary> */ public ulong empty_tiles;
         /// <summary>device memory of the state, with the gradients that states share, without the packed copies of
         /// scenes, which rasterizers share</summary>
@@ -3535,13 +3579,14 @@ namespace Splat.Interop
             new NativeLayout(typeof(splat_rasterizer_desc), 56, false,
                 "struct_size:0:4 flags:4:4 next:8:8 gaussians:16:4 views:20:4 width:24:4 height:28:4 " +
                 "sh_degree:32:4 disabled_skips:36:4 convention:40:4 near_plane:44:4 far_plane:48:4 reserved:52:4"),
-            new NativeLayout(typeof(splat_gaussians_desc), 64, false,
+            new NativeLayout(typeof(splat_gaussians_desc), 80, false,
                 "struct_size:0:4 flags:4:4 next:8:8 means:16:8 scales:24:8 rotations:32:8 opacities:40:8 sh:48:8 " +
-                "colors:56:8"),
-            new NativeLayout(typeof(splat_gradients_desc), 112, false,
+                "colors:56:8 active_tiles:64:8 active_tile_count:72:8"),
+            new NativeLayout(typeof(splat_gradients_desc), 128, false,
                 "struct_size:0:4 flags:4:4 next:8:8 grad_rgb:16:8 grad_alpha:24:8 grad_depth:32:8 grad_means:40:8 " +
                 "grad_scales:48:8 grad_rotations:56:8 grad_opacities:64:8 grad_sh:72:8 grad_colors:80:8 " +
-                "grad_means2d:88:8 grad_means2d_abs:96:8 grad_world_to_camera:104:8"),
+                "grad_means2d:88:8 grad_means2d_abs:96:8 grad_world_to_camera:104:8 grad_intrinsics:112:8 " +
+                "contributions:120:8"),
             new NativeLayout(typeof(splat_rasterizer_info), 88, false,
                 "struct_size:0:4 passes:4:4 visible:8:8 pairs:16:8 longest:24:8 tiles:32:8 empty_tiles:40:8 " +
                 "bytes:48:8 runs:56:4 gaussians:60:4 views:64:4 reserved:68:4 culled:72:8 non_finite:80:8"),

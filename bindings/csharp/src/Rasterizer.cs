@@ -87,6 +87,11 @@ namespace Splat
         public Tensor Sh { get; set; }
         /// <summary>[n,3] direct colours, else null.</summary>
         public Tensor Colors { get; set; }
+        /// <summary>
+        /// [v,ceil(H/16),ceil(W/16)] tiles of the call's views; null: all. Pixels of a tile with 0 are
+        /// the background with alpha 0, and pass no gradient.
+        /// </summary>
+        public byte[] ActiveTiles { get; set; }
     }
 
     /// <summary>
@@ -120,6 +125,10 @@ namespace Splat
         public Tensor Means2dAbs { get; set; }
         /// <summary>Out: [V,3,4] rows of the rotation and the translation.</summary>
         public Tensor WorldToCamera { get; set; }
+        /// <summary>Out: [V,4] fx, fy, cx, cy.</summary>
+        public Tensor Intrinsics { get; set; }
+        /// <summary>Out: [N,2] sum of its weights, number of pixels, over all views.</summary>
+        public Tensor Contributions { get; set; }
     }
 
     /// <summary>The memory of one more forward call, with what its backward call needs.</summary>
@@ -131,7 +140,7 @@ namespace Splat
     }
 
     /// <summary>
-    /// Draws Gaussians into views of a fixed size, and computes gradients. The caller synchronises
+    /// Draws Gaussians into views of up to its size, and computes gradients. The caller synchronises
     /// calls on one rasterizer and its states, except Dispose and Info. A null state is the
     /// rasterizer's own.
     /// </summary>
@@ -213,6 +222,8 @@ namespace Splat
                     opacities = arena.Hold(gaussians.Opacities),
                     sh = arena.Hold(gaussians.Sh),
                     colors = arena.Hold(gaussians.Colors),
+                    active_tiles = (byte*)arena.Pin(gaussians.ActiveTiles),
+                    active_tile_count = (UIntPtr)(gaussians.ActiveTiles?.Length ?? 0),
                 };
                 using (Cancellation.Of(device, token))
                     Check.Ok(Native.splat_rasterizer_forward(
@@ -257,7 +268,7 @@ namespace Splat
             {
                 case Output.Rgb: case Output.Normals: return 3 * pixels;
                 case Output.Alpha: case Output.Depth: case Output.ExpectedDepth:
-                case Output.Contributors: return pixels;
+                case Output.Contributors: case Output.Ids: return pixels;
                 case Output.Means2d: case Output.Radii: return 2 * pairs;
                 case Output.Conics: return 3 * pairs;
                 case Output.Depths: case Output.Visibility: return pairs;
@@ -320,6 +331,8 @@ namespace Splat
                     grad_means2d = arena.Hold(gradients.Means2d),
                     grad_means2d_abs = arena.Hold(gradients.Means2dAbs),
                     grad_world_to_camera = arena.Hold(gradients.WorldToCamera),
+                    grad_intrinsics = arena.Hold(gradients.Intrinsics),
+                    contributions = arena.Hold(gradients.Contributions),
                 };
                 using (Cancellation.Of(device, token))
                     Check.Ok(Native.splat_rasterizer_backward(Handle, Of(state), &desc), token);

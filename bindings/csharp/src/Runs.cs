@@ -368,4 +368,48 @@ namespace Splat
         /// </summary>
         public Scene GetScene() => new Scene(Check.Made(Handle, Native.splat_fit_scene));
     }
+
+    /// <summary>
+    /// The scores of any scene on the photographs that a fit holds out, as a run without a folder: an event of each
+    /// photograph with "val_psnr" and "val_ssim", then RunEventKind.Validation with their means.
+    /// </summary>
+    public sealed unsafe class Scoring : RunBase
+    {
+        private readonly string data;
+
+        /// <summary>
+        /// Score a scene in the frame and units of the cameras. Of the options Masks, Downscale, TestEvery, Cameras and
+        /// the background are read. With a border above 0 there are also "inner_psnr" and "inner_ssim", without this
+        /// share of width and height on each side.
+        /// </summary>
+        public Scoring(Device device, Scene scene, string data, FitOptions options = null, double border = 0)
+            : base(Create(device, scene, data, options ?? new FitOptions(), border))
+        {
+            this.data = data;
+        }
+
+        private static SafeRunHandle Create(Device device, Scene scene, string data, FitOptions options, double border)
+        {
+            Check.NotNull(device, nameof(device));
+            Check.NotNull(scene, nameof(scene));
+            using (var arena = new Arena())
+            {
+                var desc = new splat_fit_desc
+                {
+                    struct_size = (uint)sizeof(splat_fit_desc),
+                    flags = options.Flags | (options.TestEvery == 0 ? FitFlags.AllPhotos : 0),
+                    data = arena.Text(data, nameof(data)),
+                    masks = arena.Optional(options.Masks, nameof(options.Masks)),
+                    downscale = Check.Unsigned(options.Downscale, nameof(options.Downscale)),
+                    test_every = Check.Unsigned(options.TestEvery ?? 0, nameof(options.TestEvery)),
+                    cameras = options.Cameras,
+                };
+                IntPtr handle;
+                Check.Ok(Native.splat_fit_score(device.Handle, &desc, scene.Handle, border, &handle));
+                return new SafeRunHandle(handle, true);
+            }
+        }
+
+        internal override string About => data;
+    }
 }

@@ -38,9 +38,11 @@ namespace Splat.Tests
         private static void TheLossFallsAndTheRunResumes()
         {
             var losses = new List<double>();
+            double psnr = 0;
             Func<RunEvent, RunEvent> seen = now =>
             {
                 if (now.Kind == RunEventKind.Step) losses.Add(now.Numbers["l1"]);
+                if (now.Kind == RunEventKind.Validation) psnr = now.Numbers["val_psnr"];
                 if (now.Kind != RunEventKind.ValidatedPiece) return now;
                 Expect.Equal("0.png", now.Name);
                 Expect.Equal(3 * 40 * 30, now.ReadImages().Length);
@@ -64,6 +66,17 @@ namespace Splat.Tests
                 Expect.Equal(RunEventKind.Done, fit.Select(seen).Last().Kind);
                 Expect.Equal(60, losses.Count);
                 Expect.True(losses.Skip(53).Sum() < 0.9 * losses.Take(7).Sum(), "a lower loss");
+                using (Scene scene = fit.GetScene())
+                using (var scoring = new Scoring(Shared.Device, scene, Photos, null, 0.1))
+                {
+                    RunEvent mean = null;
+                    foreach (RunEvent now in scoring)
+                        if (now.Kind == RunEventKind.Validation) mean = now;
+                    Expect.True(Math.Abs(mean.Numbers["val_psnr"] - psnr) < 1e-3, "the fit's score");
+                    Expect.True(mean.Numbers.ContainsKey("inner_ssim"), "an inner score");
+                    Expect.Refused(ResultCode.ErrorInvalidArgument, "border is 0.5",
+                                   () => new Scoring(Shared.Device, scene, Photos, null, 0.5));
+                }
                 using (Scene scene = fit.GetScene())
                     Expect.True(scene.Count > 0 && scene.Count <= 500 && scene.ShDegree == 1, "a scene");
             }

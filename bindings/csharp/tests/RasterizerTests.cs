@@ -12,7 +12,8 @@ namespace Splat.Tests
         {
             using (Scene scene = Shared.ThreeGaussians())
             using (Rasterizer rasterizer = Shared.SmallRasterizer(
-                       Shared.Device, RasterizerFlags.Depth | RasterizerFlags.Normals))
+                       Shared.Device,
+                       RasterizerFlags.Depth | RasterizerFlags.Normals | RasterizerFlags.Ids))
             {
                 Camera[] cameras = Shared.SmallCameras(scene, 2);
                 rasterizer.Forward(scene, cameras, White);
@@ -127,6 +128,42 @@ namespace Splat.Tests
         }
 
         [Test]
+        private static void SmallerViewsTilesAndWhatGaussiansAdd()
+        {
+            Device device = Shared.Device;
+            const RasterizerFlags Flags = RasterizerFlags.GradIntrinsics | RasterizerFlags.Contributions |
+                                          RasterizerFlags.Ids;
+            using (Scene scene = Shared.ThreeGaussians())
+            using (var rasterizer = new Rasterizer(device, new RasterizerOptions
+            {
+                Gaussians = 3, Width = 48, Height = 32, Flags = Flags, Convention = Convention.Gsplat,
+            }))
+            using (Tensor means = scene.ToTensor("means", device))
+            using (Tensor scales = scene.ToTensor("scales", device))
+            using (Tensor rotations = scene.ToTensor("rotations", device))
+            using (Tensor opacities = Tensor.From(device, new[] { 0.5f, 0.6f, 0.7f }, 3))
+            using (Tensor sh = scene.ToTensor("sh", device))
+            using (var intrinsics = new Tensor(device, new long[] { 1, 4 }))
+            using (var contributions = new Tensor(device, new long[] { 3, 2 }))
+            {
+                Camera[] cameras = { Shared.SmallCameras(scene)[0] };
+                rasterizer.Forward(new Gaussians
+                {
+                    Means = means, Scales = scales, Rotations = rotations, Opacities = opacities, Sh = sh,
+                    ActiveTiles = new byte[] { 1, 1, 0, 1, 1, 1 },
+                }, cameras);
+                float[] alpha = rasterizer.Read(Output.Alpha), ids = rasterizer.Read(Output.Ids);
+                Expect.Equal(0f, alpha[47]);
+                Expect.Equal(-1f, ids[47]);
+                Expect.True(ids.Max() >= 0 && ids.Max() < 3, "numbers of Gaussians");
+                rasterizer.Backward(new RasterGradients { Intrinsics = intrinsics, Contributions = contributions });
+                Expect.Near(alpha.Sum(), contributions.ToArray().Where((v, i) => i % 2 == 0).Sum(), 0.01);
+                rasterizer.Forward(scene, new[] { Camera.FromFov(20, 20, 1) }, White);
+                Expect.Equal(0f, rasterizer.Read(Output.Rgb)[3 * 20]);
+            }
+        }
+
+        [Test]
         private static void RefusesBadInput()
         {
             Device device = Shared.Device;
@@ -148,7 +185,7 @@ namespace Splat.Tests
                 Expect.Throws<ArgumentNullException>(() => rasterizer.Forward((Scene)null, cameras));
                 Expect.Throws<ArgumentNullException>(() => rasterizer.Forward(scene, new Camera[] { null }));
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "", () => rasterizer.Forward(
-                    scene, new[] { Camera.FromFov(9, 9, 1) }));
+                    scene, new[] { Camera.FromFov(49, 9, 1) }));
                 Expect.Refused(ResultCode.ErrorInvalidArgument, "",
                                () => rasterizer.Forward(scene,
                                    new[] { cameras[0], cameras[0], cameras[0] }));

@@ -252,6 +252,12 @@ namespace Splat.Tests
             {
                 Expect.Equal(0, Camera.Orbit(scene, 0).Length);
                 Expect.Throws<ArgumentOutOfRangeException>(() => Camera.Orbit(scene, -1));
+                Camera[] keys = Camera.Orbit(scene, 6);
+                Camera[] path = Camera.Path(keys, 12, true);
+                Expect.Equal(12, path.Length);
+                Expect.Equal(keys[0].Fx, path[3].Fx);
+                Expect.Refused(ResultCode.ErrorInvalidArgument, "different poses",
+                               () => Camera.Path(new[] { keys[0] }, 3));
                 Expect.Throws<ArgumentException>(
                     () => Camera.Orbit(scene, 1, new OrbitOptions { Up = new double[1] }));
             }

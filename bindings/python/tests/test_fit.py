@@ -54,6 +54,11 @@ class Fits(Case):
             self.assertEqual(fit.report["val_psnr"], scores[-1])
             self.assertTrue(0 < len(fit.scene) <= 500)
             self.assertEqual(fit.scene.sh.shape[1:], (4, 3))
+            made = {event.kind: event.numbers
+                    for event in splat.Scoring(fit.scene, self.photos, border=0.1, device=self.device)}
+            self.assertAlmostEqual(made[Kind.VALIDATION]["val_psnr"], scores[-1], 3)
+            self.assertIn("inner_ssim", made[Kind.VALIDATION])
+            self.refused(splat.InvalidArgument, "border is 0.5", splat.Scoring, fit.scene, self.photos, border=0.5)
             self.assertFalse(np.array_equal(first.means, fit.scene.means[:len(first)]))
         self.assertTrue((self.folder / "run/gaussians_last.safetensors").exists())
         self.refused(splat.InvalidHandle, "this Fit was closed", lambda: fit.scene)

@@ -326,7 +326,7 @@ class Garbage(Case):
                 return None if array[1:] is None else memoryview(array)  # type: ignore
 
         return [lambda: rasterizer.forward_arrays(cameras(), **bad),
-                lambda: rasterizer.forward(drawn, cameras(1, 40, 32)), lambda: rasterizer.read("depth"),
+                lambda: rasterizer.forward(drawn, cameras(1, 49, 32)), lambda: rasterizer.read("depth"),
                 lambda: splat.Tensor.zeros(self.device, (2, -1)), lambda: splat.Scene(given["sh"]),
                 lambda: evaluator.score(0), lambda: module.backward(), lambda: weights["b"],
                 lambda: module.ports(98), lambda: model.forward(values(1, 3, 8, 8)),

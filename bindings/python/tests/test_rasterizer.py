@@ -10,7 +10,7 @@ OUTPUTS: Dict[Any, Tuple[int, ...]] = {
     "rgb": (2, 32, 48, 3), "alpha": (2, 32, 48), "depth": (2, 32, 48),
     "expected_depth": (2, 32, 48), "contributors": (2, 32, 48), "normals": (2, 32, 48, 3),
     "means2d": (2, 50, 2), "radii": (2, 50, 2), "conics": (2, 50, 3), "depths": (2, 50),
-    "visibility": (2, 50)}
+    "visibility": (2, 50), "ids": (2, 32, 48)}
 
 
 class Drawing(Case):
@@ -20,7 +20,7 @@ class Drawing(Case):
         return splat.Rasterizer(self.device, 50, 48, 32, views=2, **options)  # type: ignore
 
     def test_all_outputs(self) -> None:
-        rasterizer = self.make(depth=True, normals=True)
+        rasterizer = self.make(depth=True, normals=True, ids=True)
         rasterizer.forward(scene(), cameras(2), (1, 0.5, 0))
         for name, shape in OUTPUTS.items():
             array = rasterizer.read(name)
@@ -93,7 +93,7 @@ class Drawing(Case):
     def test_bad_input(self) -> None:
         rasterizer, given = self.make(), arrays(50)
         self.refused(splat.InvalidState, "no view", rasterizer.read)
-        self.refused(splat.InvalidArgument, "", rasterizer.forward, scene(), cameras(2, 40, 32))
+        self.refused(splat.InvalidArgument, "", rasterizer.forward, scene(), cameras(2, 40, 33))
         self.refused(splat.InvalidArgument, "", rasterizer.forward, scene(51), cameras(2))
         self.refused(splat.InvalidArgument, "", rasterizer.forward, scene(), cameras(3))
         self.refused(TypeError, "expected a Camera", rasterizer.forward, scene(), [3])
@@ -137,6 +137,28 @@ class Gradients(Case):
         direction = values(50, 1, 3, seed=5) - np.float32(0.5)  # the image is linear in it
         change = loss(given["sh"] + direction / 8) - loss(given["sh"] - direction / 8)
         self.assertAlmostEqual(change * 4 / float((gradient * direction).sum()), 1, 4)
+
+    def test_smaller_views_tiles_and_what_gaussians_add(self) -> None:
+        rasterizer = splat.Rasterizer(self.device, 50, 48, 32, ids=True, contributions=True,
+                                      grad_intrinsics=True, convention="gsplat")
+        tiles = np.ones((1, 2, 3), bool)
+        tiles[0, 0, 2] = False
+        rasterizer.forward_arrays(cameras(), (1, 1, 1), active_tiles=tiles, **arrays(50))
+        alpha, ids = rasterizer.read("alpha"), rasterizer.read("ids")
+        self.assertEqual(np.abs(alpha[0, :16, 32:]).max(), 0)
+        np.testing.assert_array_equal(ids >= 0, alpha > 0)
+        self.assertLess(ids.max(), 50)
+        given = rasterizer.backward(["intrinsics", "contributions"], rgb=values(1, 32, 48, 3))
+        self.assertTrue(given["intrinsics"].numpy().all())
+        weights, pixels = given["contributions"].numpy().T
+        self.assertAlmostEqual(float(weights.sum() / alpha.sum()), 1, 4)
+        self.assertGreaterEqual(pixels.max(), weights.max())
+        rasterizer.forward(scene(), cameras(1, 20, 20), (1, 1, 1))
+        rgb = rasterizer.read()
+        self.assertEqual((rgb[0, 20:].max(), rgb[0, :, 20:].max()), (0, 0))
+        self.assertGreater(rgb[0, :20, :20].mean(), 0.1)
+        self.refused(splat.InvalidArgument, "a mask of 2 tiles, expected 6",
+                     rasterizer.forward_arrays, cameras(), active_tiles=[1, 0], **arrays(50))
 
     def test_states_and_accumulation(self) -> None:
         rasterizer = splat.Rasterizer(self.device, 50, 48, 32, backward=True, grad_depth=True,

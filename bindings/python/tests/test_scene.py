@@ -239,6 +239,14 @@ class Cameras(Case):
                      np.ones(2, int))
         self.assertEqual(splat.Camera.orbit(scene(), 0), [])
         self.assertEqual(splat.Scene.merge([]).info.count, 0)
+        self.refused(splat.InvalidArgument, "different poses", splat.Camera.path, [splat.Camera(4, 4, 5)], 3)
+
+    def test_path(self) -> None:
+        keys = splat.Camera.orbit(scene(), 6)
+        path = splat.Camera.path(keys, 12, closed=True)
+        self.assertEqual(len(path), 12)
+        np.testing.assert_allclose(path[2].world_to_camera, keys[1].world_to_camera, atol=1e-9)
+        self.assertEqual(path[0].fx, keys[0].fx)
 
 
 class Images(Case):

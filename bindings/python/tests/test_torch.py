@@ -7,7 +7,7 @@ import weakref
 from typing import Any, Optional, Tuple, get_type_hints
 
 import splat
-from shared import PYTHON, Case, picture, run_program
+from shared import PYTHON, Case, cameras, picture, run_program, scene
 
 try:
     import splat.torch
@@ -274,3 +274,16 @@ class Torch(Case):
         status, told, errors = run_program(example.read_text(encoding="utf-8"))
         self.assertEqual((status, errors), (0, ""))
         self.assertGreaterEqual(float(told.split(" dB")[0]), 30, told)
+
+    def test_the_example_fits_a_scene(self) -> None:
+        views = cameras(8, 40, 30)
+        for index, image in enumerate(splat.render(scene(), views)):
+            views[index].name = f"{index}.png"
+            image.save(self.folder / views[index].name)
+        splat.save_cameras(self.folder / "transforms.json", views)
+        example = (PYTHON / "examples" / "fit_scene_torch.py").read_text(encoding="utf-8")
+        place = [str(self.folder), str(self.folder / "scene.ply"), "100"]
+        status, told, errors = run_program(f"import sys\nsys.argv[1:] = {place}\n{example}")
+        self.assertEqual((status, errors), (0, ""))
+        self.assertGreater(float(told.split()[2]), 16, told)
+        self.assertEqual(len(splat.Scene.load(self.folder / "scene.ply")), 2000)

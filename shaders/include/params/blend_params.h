@@ -10,13 +10,17 @@ using uint = std::uint32_t;
 #endif
 
 // Specialisation constants.
-SPLAT_SPEC_ID kBlendExtraId = 10u;            // forward: write depth and contributors
-SPLAT_SPEC_ID kBlendNormalsId = 11u;          // forward: normals instead of colours, without background
-SPLAT_SPEC_ID kBlendEarlyOutId = 12u;         // both passes, not plain: end where every pixel has stopped
-SPLAT_SPEC_ID kBlendSkipBlocksId = 13u;       // both passes, cpu: leave out what a block of 8 x 8 pixels cannot see
+SPLAT_SPEC_ID kBlendExtraId = 10u;     // forward: write depth and contributors
+SPLAT_SPEC_ID kBlendNormalsId = 11u;   // forward: normals instead of colours, without background
+SPLAT_SPEC_ID kBlendEarlyOutId = 12u;  // both passes, not plain: end where every pixel has stopped
+SPLAT_SPEC_ID kBlendSkipBlocksId =
+    13u;  // both passes, cpu: leave out what a block of 8 x 8 pixels cannot see
 SPLAT_SPEC_ID kBlendDepthId = 14u;            // backward: grad_depth is given
 SPLAT_SPEC_ID kBlendAbsoluteId = 15u;         // backward: also sum |dL/du| and |dL/dv|
 SPLAT_SPEC_ID kBlendStraightThroughId = 16u;  // backward, cpu: straight_through below
+SPLAT_SPEC_ID kBlendSizesId = 17u;            // both passes: views have their own sizes
+SPLAT_SPEC_ID kBlendIdsId = 18u;  // forward: write the Gaussian of the largest weight, too
+SPLAT_SPEC_ID kBlendContributionsId = 19u;  // backward: also sum the weights and count pixels
 
 struct BlendParams {
     uint width;
@@ -28,6 +32,7 @@ struct BlendParams {
     uint views;
     uint spread;            // see spread_tile.glsl; 0: tiles in order
     uint straight_through;  // backward: 1 passes the gradient through the clamp of alpha
+    uint gaussians;         // per view
 };
 
 #ifdef __cplusplus

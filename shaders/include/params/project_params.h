@@ -13,10 +13,11 @@ using uint = std::uint32_t;
 #endif
 
 // Specialisation constants.
-SPLAT_SPEC_ID kProjectDegreeId = 10u;  // degree of the spherical harmonics
-SPLAT_SPEC_ID kProjectExportId = 11u;  // backward: write exported
-SPLAT_SPEC_ID kProjectPoseId = 12u;    // backward: write pose
-SPLAT_SPEC_ID kProjectFlagsId = 13u;   // bits below
+SPLAT_SPEC_ID kProjectDegreeId = 10u;      // degree of the spherical harmonics
+SPLAT_SPEC_ID kProjectExportId = 11u;      // backward: write exported
+SPLAT_SPEC_ID kProjectPoseId = 12u;        // backward: write pose
+SPLAT_SPEC_ID kProjectFlagsId = 13u;       // bits below
+SPLAT_SPEC_ID kProjectIntrinsicsId = 14u;  // backward: write the intrinsics' gradient with pose
 
 // Bits of kFlags, a specialisation constant, as lavapipe runs both sides of every branch.
 SPLAT_FLAG kFlagGsplat = 1u;            // convention gsplat, else 3dgs
@@ -26,13 +27,15 @@ SPLAT_FLAG kFlagOriginalGradient = 8u;  // 3dgs: the original's gradient with it
 SPLAT_FLAG kFlagOpacityExtent = 16u;    // skip: extents that depend on the opacity
 SPLAT_FLAG kFlagExactTiles = 32u;       // skip: tiles that the ellipse does not touch
 SPLAT_FLAG kFlagCull = 64u;             // skip: Gaussians that no pixel of the window can see
+SPLAT_FLAG kFlagViewSizes = 128u;       // views have their own sizes
+SPLAT_FLAG kFlagTileMask = 256u;        // tiles may be off
 
 // An item is a Gaussian in a view: view * gaussians + Gaussian.
 struct ProjectParams {
     uint gaussians;
     uint first;  // this dispatch computes Gaussians first to first + count - 1
     uint count;
-    uint width;   // pixels
+    uint width;  // pixels
     uint height;
     uint row_begin;  // tile rows of this pass: [row_begin, row_end)
     uint row_end;

@@ -1,4 +1,5 @@
 #include <optional>
+#include <shared_mutex>
 
 #include "api/api_guard.h"
 #include "api/handles.h"
@@ -85,5 +86,32 @@ splat_result splat_fit_scene(splat_run run, splat_scene* scene) {
         auto made = std::make_shared<api::SceneObject>();
         SPLAT_ASSIGN(made->gaussians, object->fit->scene());
         return made;
+    });
+}
+
+splat_result splat_fit_score(splat_device device, const splat_fit_desc* desc, splat_scene scene,
+                             double border, splat_run* run) {
+    return api::guarded([&]() -> Status {
+        SPLAT_ASSIGN(const auto owner, api::find(device));
+        SPLAT_ASSIGN(const auto from, api::find(scene));
+        SPLAT_TRY(api::require(run, "run"));
+        SPLAT_TRY(api::check_desc(desc, kFlags));
+        SPLAT_ASSIGN(const fit::FitDesc asked, desc_of(*desc));
+        SPLAT_TRY(api::require(desc->data, "splat_fit_desc.data"));
+        SPLAT_ASSIGN(const fit::FitOptions options, fit::options_of(asked));
+        SPLAT_TRY(owner->test(api::kAllKernels));
+        const vk::DeviceCall call(owner->context->mutex);
+        scene::Gaussians gaussians;
+        {
+            const std::shared_lock lock(from->mutex);
+            gaussians = from->gaussians;
+        }
+        auto object = std::make_shared<api::RunObject>(owner->context);
+        const fit::SceneScoresDesc what{options.data, fit::photos_of(options), border};
+        SPLAT_ASSIGN(object->run, fit::SceneScores::open(owner->context, what, std::move(gaussians),
+                                                         object->interrupt));
+        object->figures.set(object->run->figures());
+        *run = api::Runs::add(std::move(object));
+        return {};
     });
 }

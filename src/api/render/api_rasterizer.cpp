@@ -21,10 +21,13 @@ Status check_raster_flags(const splat_rasterizer_desc& desc) {
         return invalid("splat_rasterizer_desc.convention is %d, expected 0 to %d", desc.convention,
                        SPLAT_CONVENTION_GSPLAT);
     const bool gsplat = desc.convention == SPLAT_CONVENTION_GSPLAT;
-    if (is_set(SPLAT_RASTERIZER_GRAD_POSE) && !gsplat)
-        return invalid(
-            "splat_rasterizer_desc.flags: SPLAT_RASTERIZER_GRAD_POSE needs "
-            "SPLAT_CONVENTION_GSPLAT");
+    for (const auto& [bit, name] : {std::pair(SPLAT_RASTERIZER_GRAD_POSE, "POSE"),
+                                    std::pair(SPLAT_RASTERIZER_GRAD_INTRINSICS, "INTRINSICS")})
+        if (is_set(bit) && !gsplat)
+            return invalid(
+                "splat_rasterizer_desc.flags: SPLAT_RASTERIZER_GRAD_%s needs "
+                "SPLAT_CONVENTION_GSPLAT",
+                name);
     if (is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT) && gsplat)
         return invalid(
             "splat_rasterizer_desc.flags: SPLAT_RASTERIZER_ORIGINAL_GRADIENT needs "
@@ -221,14 +224,17 @@ Result<raster::RasterDesc> api::raster_desc_of(const splat_rasterizer_desc& from
     desc.near_plane = gsplat ? raster::kNearGsplat : raster::kNear3dgs;
     if (from.near_plane != 0) desc.near_plane = from.near_plane;
     if (from.far_plane != 0) desc.far_plane = from.far_plane;
-    desc.extra = is_set(SPLAT_RASTERIZER_DEPTH);
+    desc.extra = is_set(SPLAT_RASTERIZER_DEPTH) || is_set(SPLAT_RASTERIZER_IDS);
     desc.normals = is_set(SPLAT_RASTERIZER_NORMALS);
     desc.original_gradient = is_set(SPLAT_RASTERIZER_ORIGINAL_GRADIENT);
     desc.grad_depth = is_set(SPLAT_RASTERIZER_GRAD_DEPTH);
-    desc.grad_pose = is_set(SPLAT_RASTERIZER_GRAD_POSE);
+    desc.grad_intrinsics = is_set(SPLAT_RASTERIZER_GRAD_INTRINSICS);
+    desc.grad_pose = is_set(SPLAT_RASTERIZER_GRAD_POSE) || desc.grad_intrinsics;
+    desc.contributions = is_set(SPLAT_RASTERIZER_CONTRIBUTIONS);
+    desc.ids = is_set(SPLAT_RASTERIZER_IDS);
     desc.export_gradients = is_set(SPLAT_RASTERIZER_GRAD_MEANS2D);
     desc.backward = is_set(SPLAT_RASTERIZER_BACKWARD) || desc.grad_depth || desc.grad_pose ||
-                    desc.export_gradients;
+                    desc.export_gradients || desc.contributions;
     desc.skips.opacity_extent = skips(SPLAT_SKIP_OPACITY_EXTENT);
     desc.skips.exact_tiles = skips(SPLAT_SKIP_EXACT_TILES);
     desc.skips.cull = skips(SPLAT_SKIP_CULL);
@@ -304,7 +310,7 @@ splat_result splat_rasterizer_create(splat_device device, const splat_rasterizer
                                      splat_rasterizer* rasterizer) {
     return api::create(rasterizer, [&]() -> Result<RasterizerPointer> {
         SPLAT_ASSIGN(const auto owner, api::find(device));
-        constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_NORMALS - 1;
+        constexpr std::uint32_t kKnown = 2 * SPLAT_RASTERIZER_IDS - 1;
         SPLAT_TRY(api::check_desc(desc, kKnown));
         return api::make_rasterizer(*owner, *desc);
     });
@@ -335,8 +341,12 @@ splat_result splat_rasterizer_forward(splat_rasterizer rasterizer, splat_raster_
         SPLAT_ASSIGN(const auto object, api::find_state(rasterizer, state));
         SPLAT_TRY(api::check_desc(gaussians, 0));
         raster::RasterDesc desc = object->rasterizer->desc();
-        SPLAT_ASSIGN(const raster::PackedViews views,
-                     views_of_call(*object, cameras, count, background));
+        SPLAT_ASSIGN(raster::PackedViews views, views_of_call(*object, cameras, count, background));
+        if (gaussians->active_tile_count > 0)
+            SPLAT_TRY(api::require(gaussians->active_tiles, "splat_gaussians_desc.active_tiles"));
+        if (gaussians->active_tiles != nullptr)
+            SPLAT_TRY(raster::mask_tiles(
+                desc, {gaussians->active_tiles, gaussians->active_tile_count}, views));
         SPLAT_ASSIGN(desc.gaussians, gaussians_in(desc, *gaussians));
         api::TensorArguments arguments(*object->context, "rasterizer");
         ops::GaussianRows attributes;

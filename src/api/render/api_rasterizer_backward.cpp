@@ -11,7 +11,7 @@ namespace {
 struct GradientTensors {
     vk::BufferView rgb, alpha, depth;
     ops::GaussianRows attributes;
-    vk::BufferView means2d, means2d_abs, pose;
+    vk::BufferView means2d, means2d_abs, pose, intrinsics, contributions;
 };
 
 Status check_made_for(bool made, const char* name, const char* flag) {
@@ -26,6 +26,10 @@ Status check_purpose(const raster::RasterDesc& desc, const splat_gradients_desc&
                              "with SPLAT_RASTERIZER_GRAD_DEPTH"));
     SPLAT_TRY(check_made_for(desc.grad_pose || from.grad_world_to_camera == nullptr,
                              "grad_world_to_camera", "with SPLAT_RASTERIZER_GRAD_POSE"));
+    SPLAT_TRY(check_made_for(desc.grad_intrinsics || from.grad_intrinsics == nullptr,
+                             "grad_intrinsics", "with SPLAT_RASTERIZER_GRAD_INTRINSICS"));
+    SPLAT_TRY(check_made_for(desc.contributions || from.contributions == nullptr, "contributions",
+                             "with SPLAT_RASTERIZER_CONTRIBUTIONS"));
     SPLAT_TRY(check_made_for(desc.export_gradients || from.grad_means2d == nullptr, "grad_means2d",
                              "with SPLAT_RASTERIZER_GRAD_MEANS2D"));
     SPLAT_TRY(check_made_for(desc.export_gradients || from.grad_means2d_abs == nullptr,
@@ -55,6 +59,8 @@ Status check_tensors(api::TensorArguments& list, const raster::RasterDesc& desc,
     SPLAT_TRY(list.write(from.grad_colors, "grad_colors", {n, 3}, a.colors));
     SPLAT_TRY(list.write(from.grad_means2d, "grad_means2d", {v, n, 2}, to.means2d));
     SPLAT_TRY(list.write(from.grad_means2d_abs, "grad_means2d_abs", {v, n, 2}, to.means2d_abs));
+    SPLAT_TRY(list.write(from.grad_intrinsics, "grad_intrinsics", {v, 4}, to.intrinsics));
+    SPLAT_TRY(list.write(from.contributions, "contributions", {n, 2}, to.contributions));
     return list.write(from.grad_world_to_camera, "grad_world_to_camera", {v, 3, 4}, to.pose);
 }
 
@@ -98,6 +104,12 @@ Status unpack(api::RasterStateObject& object, const GradientTensors& tensors, bo
     if (present(tensors.pose))
         SPLAT_TRY(ops::strided_copy(recorder, {desc.views, 12, {12, 0}, {12, 0}, accumulate},
                                     space.pose.range(), tensors.pose));
+    if (present(tensors.intrinsics))
+        SPLAT_TRY(ops::strided_copy(recorder, {desc.views, 4, {4, 0}, {4, 0}, accumulate},
+                                    space.intrinsics.range(), tensors.intrinsics));
+    if (present(tensors.contributions))
+        SPLAT_TRY(ops::strided_copy(recorder, {desc.gaussians, 2, {2, 0}, {2, 0}, accumulate},
+                                    space.contributions.range(), tensors.contributions));
     SPLAT_ASSIGN(vk::CommandList list, recorder.finish());
     return object.context->run(list);
 }

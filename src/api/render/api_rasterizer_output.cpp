@@ -15,7 +15,7 @@ struct OutputRow {
     const char* name;
     vk::Buffer Workspace::*buffer;  ///< null: the host computes it from others
     bool per_pixel;
-    std::uint32_t flag;  ///< SPLAT_RASTERIZER_DEPTH or _NORMALS if required, else 0
+    std::uint32_t flag;  ///< SPLAT_RASTERIZER_DEPTH, _NORMALS or _IDS if required, else 0
     std::uint32_t channels;
     ops::Stride layout;
 };
@@ -32,17 +32,24 @@ constexpr OutputRow kOutputs[] = {
     {"depths", &Workspace::splats, false, 0, 1, {12, 3}},
     {"visibility", nullptr, false, 0, 1, {}},
     {"normals", &Workspace::normal_image, true, SPLAT_RASTERIZER_NORMALS, 3, {4, 0}},
+    {"ids", &Workspace::extra, true, SPLAT_RASTERIZER_IDS, 1, {4, 3}},
 };
-static_assert(std::size(kOutputs) == SPLAT_OUTPUT_NORMALS);
+static_assert(std::size(kOutputs) == SPLAT_OUTPUT_IDS);
+
+Status not_made_for(const OutputRow& row, const char* flag) {
+    return bad_state("output '%s' needs a rasterizer made with %s", row.name, flag);
+}
 
 Result<const OutputRow*> find_output(const raster::RasterDesc& desc, splat_output output) {
-    if (output < 1 || output > SPLAT_OUTPUT_NORMALS)
-        return invalid("output is %d, expected 1 to %d", output, SPLAT_OUTPUT_NORMALS);
+    if (output < 1 || output > SPLAT_OUTPUT_IDS)
+        return invalid("output is %d, expected 1 to %d", output, SPLAT_OUTPUT_IDS);
     const OutputRow& row = kOutputs[output - 1];
-    const bool depth = row.flag == SPLAT_RASTERIZER_DEPTH;
-    if (row.flag != 0 && !(depth ? desc.extra : desc.normals))
-        return bad_state("output '%s' needs a rasterizer made with %s", row.name,
-                         depth ? "SPLAT_RASTERIZER_DEPTH" : "SPLAT_RASTERIZER_NORMALS");
+    if (row.flag == SPLAT_RASTERIZER_DEPTH && !desc.extra)
+        return not_made_for(row, "SPLAT_RASTERIZER_DEPTH");
+    if (row.flag == SPLAT_RASTERIZER_NORMALS && !desc.normals)
+        return not_made_for(row, "SPLAT_RASTERIZER_NORMALS");
+    if (row.flag == SPLAT_RASTERIZER_IDS && !desc.ids)
+        return not_made_for(row, "SPLAT_RASTERIZER_IDS");
     return &row;
 }
 

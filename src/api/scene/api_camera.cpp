@@ -8,6 +8,7 @@
 #include "io/colmap.h"
 #include "io/file.h"
 #include "io/transforms_json.h"
+#include "scene/camera_path.h"
 #include "scene/orbit.h"
 
 using namespace splat;
@@ -172,6 +173,23 @@ splat_result splat_camera_orbit(splat_scene scene, const splat_orbit_desc* desc,
         SPLAT_ASSIGN(const std::vector<scene::Camera> made,
                      scene::orbit(object->gaussians, options));
         std::ranges::transform(made, cameras, api::value_of);
+        return {};
+    });
+}
+
+splat_result splat_camera_path(const splat_camera* keys, uint32_t key_count, uint32_t closed,
+                               uint32_t count, splat_camera* cameras) {
+    return api::guarded([&]() -> Status {
+        SPLAT_TRY(api::require(keys, "keys"));
+        if (count > 0) SPLAT_TRY(api::require(cameras, "cameras"));
+        if (closed > 1) return invalid("closed is %u, expected 0 or 1", closed);
+        std::vector<scene::Camera> path;
+        for (std::uint32_t i = 0; i < key_count; ++i) {
+            path.push_back(api::camera_of(keys[i], format("keys[%u]", i)));
+            SPLAT_TRY(scene::check_camera(path.back()));
+        }
+        SPLAT_SET(path, scene::camera_path(path, count, closed == 1));
+        std::ranges::transform(path, cameras, api::value_of);
         return {};
     });
 }

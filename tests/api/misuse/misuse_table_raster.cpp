@@ -36,6 +36,11 @@ void MisuseTable::camera_rows() {
         .given("desc", nullptr)
         .each("count", "0: no cameras", SPLAT_OK, 0U)
         .each("cameras", "NULL", kArgument, nullptr);
+    SPLAT_WRONG(splat_camera_path)
+        .each("key_count", "0: no poses", kArgument, 0U)
+        .each("closed", "out of range", kArgument, 2U, UINT32_MAX)
+        .each("cameras", "NULL", kArgument, nullptr)
+        .as_is("count", "of one pose", kArgument);
 }
 
 void MisuseTable::camera_file_rows() {
@@ -62,6 +67,8 @@ void MisuseTable::rasterizer_rows() {
     invalid("a near plane that is NaN", kArgument, [](auto& d) { d.near_plane = NAN; });
     invalid("far before near", kArgument, [](auto& d) { d.far_plane = 0.1F; });
     invalid("poses in 3dgs", kArgument, [](auto& d) { d.flags = SPLAT_RASTERIZER_GRAD_POSE; });
+    invalid("intrinsics in 3dgs", kArgument,
+            [](auto& d) { d.flags = SPLAT_RASTERIZER_GRAD_INTRINSICS; });
     invalid("the original gradient in gsplat", kArgument, [](auto& d) {
         d.flags = SPLAT_RASTERIZER_ORIGINAL_GRADIENT;
         d.convention = SPLAT_CONVENTION_GSPLAT;
@@ -78,8 +85,9 @@ void MisuseTable::forward_rows() {
             .each("background", "not finite", kArgument, kBackground)
             .each("state", "of another rasterizer", kArgument, foreign_state_);
         const auto invalid = wrong_structs<splat_camera>(rows.function(), "cameras");
-        invalid("of another width", kArgument, [](auto& c) { c.width = 15; });
-        invalid("of another height", kArgument, [](auto& c) { c.height = 17; });
+        invalid("too wide", kArgument, [](auto& c) { c.width = 17; });
+        invalid("too high", kArgument, [](auto& c) { c.height = 17; });
+        invalid("without pixels", kArgument, [](auto& c) { c.width = 0; });
         invalid("no focal length", kArgument, [](auto& c) { c.fx = 0; });
         invalid("a focal length below 0", kArgument, [](auto& c) { c.fy = -1; });
         invalid("a centre that is not finite", kArgument, [](auto& c) { c.cx = NAN; });
@@ -99,6 +107,11 @@ void MisuseTable::forward_rows() {
     SPLAT_WRONG(splat_rasterizer_forward)
         .given("state", nullptr)
         .each("gaussians", "without means", kArgument, without_means);
+    auto mask = sized<splat_gaussians_desc>();
+    mask.active_tile_count = 2;
+    SPLAT_WRONG(splat_rasterizer_forward)
+        .given("state", nullptr)
+        .each("gaussians", "tiles that are NULL", kArgument, mask);
 }
 
 void MisuseTable::raster_output_rows() {
@@ -113,18 +126,18 @@ void MisuseTable::raster_output_rows() {
     states(images);
     states(SPLAT_WRONG(splat_rasterizer_backward));
     states(SPLAT_WRONG(splat_rasterizer_get_info));
-    output.each("output", "none", kArgument, INT32_MIN, -1, 0, 12, INT32_MAX)
+    output.each("output", "none", kArgument, INT32_MIN, -1, 0, 13, INT32_MAX)
         .given("rasterizer", drawn_)
         .given("output", SPLAT_OUTPUT_RGB)
         .as_is("tensor", "of another shape", kShape);
-    read.each("output", "none", kArgument, INT32_MIN, -1, 0, 12, INT32_MAX)
+    read.each("output", "none", kArgument, INT32_MIN, -1, 0, 13, INT32_MAX)
         .each("bytes", "too few", kArgument, 11)
         .given("rasterizer", rasterizer_)
         .as_is("rasterizer", "before a forward call", kState);
     SPLAT_WRONG(splat_rasterizer_backward)
         .given("state", nullptr)
         .as_is("gradients", "before a forward call", kState);
-    images.each("output", "no image", kArgument, INT32_MIN, 0, 12, INT32_MAX, SPLAT_OUTPUT_RADII);
+    images.each("output", "no image", kArgument, INT32_MIN, 0, 13, INT32_MAX, SPLAT_OUTPUT_RADII);
     for (const char* parameter : {"first", "count"}) {
         images.given("rasterizer", rasterizer_).as_is(parameter, "before a forward call", kState);
         images.given("first", UINT32_MAX).as_is(parameter, "beyond the views", kArgument);
@@ -147,7 +160,7 @@ void MisuseTable::scene_render_rows() {
         .each("count", "0: no views", SPLAT_OK, 0U);
     const auto desc = wrong_structs<splat_scene_render_desc>("splat_scene_render");
     desc("an output of Gaussians", kArgument, [](auto& d) { d.output = SPLAT_OUTPUT_RADII; });
-    desc("no output", kArgument, [](auto& d) { d.output = 12; });
+    desc("no output", kArgument, [](auto& d) { d.output = 13; });
     desc("an unknown convention", kArgument, [](auto& d) { d.convention = 3; });
     desc("gradients", kArgument, [](auto& d) { d.flags = SPLAT_RASTERIZER_BACKWARD; });
     desc("a background that is not finite", kArgument, [](auto& d) { d.background[2] = NAN; });

@@ -48,6 +48,7 @@ void MisuseTable::training_rows() {
     SPLAT_WRONG(splat_batches_next)
         .given("batch", sized<splat_trainer_batch>())
         .each("step", "the greatest number", SPLAT_OK, UINT64_MAX / 4);
+    SPLAT_WRONG(splat_fit_score).each("border", "out of range", kArgument, -1.0, 0.5, NAN);
     using Desc = splat_training_desc;
     const auto session = wrong_structs<Desc>("splat_training_open");
     session("no folder", kArgument, [](auto& d) { d.folder = nullptr; });

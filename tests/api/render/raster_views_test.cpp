@@ -1,4 +1,6 @@
-// Rasterizers that take any number of views.
+// Rasterizers that take any number of views, of any size up to their own.
+#include <algorithm>
+
 #include "api/raster_calls.h"
 
 namespace splat::test {
@@ -116,6 +118,112 @@ TEST(ApiRasterViews, LimitsHoldAndLeaveTheLastImages) {
     EXPECT_EQ(drawn(any, nullptr, 1), before);
     const Rasterizer two = make_rasterizer(device, rasterizer_desc(kCount, kSide, kSide, 0, 2));
     EXPECT_REFUSED(draw(two, nullptr, scene, 3), kArgument, "was made for at most 2 views");
+}
+
+/// Every output by pixel of a view, cut to its size.
+Floats cut(const Floats& all, std::uint32_t view, std::uint32_t width, std::uint32_t height,
+           std::size_t channels) {
+    Floats part;
+    for (std::uint32_t row = 0; row < height; ++row) {
+        const auto first = static_cast<std::ptrdiff_t>((view * kPixels + row * kSide) * channels);
+        const auto last = first + static_cast<std::ptrdiff_t>(width * channels);
+        part.insert(part.end(), all.begin() + first, all.begin() + last);
+    }
+    return part;
+}
+
+constexpr std::uint32_t kFitting =
+    SPLAT_RASTERIZER_GRAD_INTRINSICS | SPLAT_RASTERIZER_IDS | SPLAT_RASTERIZER_CONTRIBUTIONS;
+
+/// Gradients of the sum of all colours [W,H,3] of one view: of the intrinsics, then contributions.
+Floats fitting_gradients(splat_rasterizer rasterizer, std::uint32_t width, std::uint32_t height) {
+    const Tensor rgb =
+        upload(shared_device(), {1, height, width, 3}, Floats(std::size_t{3} * width * height, 1));
+    const Tensor intrinsics = make_tensor(shared_device(), {1, 4});
+    const Tensor contributions = make_tensor(shared_device(), {kCount, 2});
+    auto desc = sized<splat_gradients_desc>();
+    desc.grad_rgb = rgb;
+    desc.grad_intrinsics = intrinsics;
+    desc.contributions = contributions;
+    EXPECT_DONE(splat_rasterizer_backward(rasterizer, nullptr, &desc));
+    Floats all = download(intrinsics);
+    const Floats more = download(contributions);
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+}
+
+splat_rasterizer_desc fitting_desc(std::uint32_t width, std::uint32_t height) {
+    auto desc = rasterizer_desc(kCount, width, height, kFitting);
+    desc.convention = SPLAT_CONVENTION_GSPLAT;
+    return desc;
+}
+
+TEST(ApiRasterViews, SmallerCamerasHaveTheBitsOfTheirSize) {
+    const Scene scene = SampleScene(kCount).create();
+    const Rasterizer large = make_rasterizer(shared_device(), fitting_desc(kSide, kSide));
+    const std::vector<splat_camera> cameras = {
+        sample_camera(kSide, kSide), sample_camera(19, kSide, 0.7), sample_camera(kSide, 13, 1.4)};
+    ASSERT_DONE(splat_rasterizer_forward_scene(large, nullptr, scene, cameras.data(), 3, nullptr));
+    const Floats rgb = drawn(large, nullptr, 3);
+    const Floats ids = output(large, SPLAT_OUTPUT_IDS, 3 * kPixels);
+    for (std::uint32_t v = 0; v < 3; ++v) {
+        const std::uint32_t w = cameras[v].width, h = cameras[v].height;
+        const std::size_t pixels = std::size_t{w} * h;
+        const Rasterizer exact_one = make_rasterizer(shared_device(), fitting_desc(w, h));
+        ASSERT_DONE(draw(exact_one, scene, cameras[v]));
+        EXPECT_EQ(cut(rgb, v, w, h, 3), output(exact_one, SPLAT_OUTPUT_RGB, 3 * pixels)) << v;
+        const Floats numbers = output(exact_one, SPLAT_OUTPUT_IDS, pixels);
+        EXPECT_EQ(cut(ids, v, w, h, 1), numbers) << v;
+        EXPECT_GT(*std::max_element(numbers.begin(), numbers.end()), 0);
+        const Floats expected = fitting_gradients(exact_one, w, h);
+        EXPECT_NE(expected[0], 0);
+        EXPECT_GT(*std::max_element(expected.begin() + 4, expected.end()), 1);
+        ASSERT_DONE(draw(large, scene, cameras[v]));
+        EXPECT_EQ(fitting_gradients(large, kSide, kSide), expected) << v;
+    }
+    const splat_camera wide = sample_camera(kSide + 1, kSide);
+    EXPECT_REFUSED(draw(large, scene, wide), kArgument, "made for at most 24 x 24");
+}
+
+TEST(ApiRasterViews, TilesThatAreOffAreBackground) {
+    const Scene scene = SampleScene(kCount).create();
+    const GaussianTensors tensors(shared_device(), scene);
+    const Rasterizer rasterizer = make_rasterizer(shared_device(), fitting_desc(kSide, kSide));
+    splat_gaussians_desc desc = tensors.desc();
+    const splat_camera camera = sample_camera(kSide, kSide);
+    ASSERT_DONE(draw(rasterizer, desc, camera));
+    const Floats whole = output(rasterizer, SPLAT_OUTPUT_ALPHA, kPixels);
+    const std::uint8_t tiles[] = {1, 0, 0, 1};
+    desc.active_tiles = tiles;
+    desc.active_tile_count = 4;
+    ASSERT_DONE(draw(rasterizer, desc, camera));
+    const Floats part = output(rasterizer, SPLAT_OUTPUT_ALPHA, kPixels);
+    for (std::size_t p = 0; p < kPixels; ++p) {
+        const bool on = tiles[p / kSide / 16 * 2 + p % kSide / 16] != 0;
+        ASSERT_EQ(part[p], on ? whole[p] : 0) << p;
+    }
+    desc.active_tile_count = 3;
+    EXPECT_REFUSED(draw(rasterizer, desc, camera), kArgument, "a mask of 3 tiles, expected 4");
+}
+
+TEST(ApiRasterViews, WhatARasterizerWasNotMadeForIsRefused) {
+    const Scene scene = SampleScene(kCount).create();
+    const Rasterizer rasterizer =
+        make_rasterizer(shared_device(), rasterizer_desc(kCount, kSide, kSide, kFlags));
+    ASSERT_DONE(draw(rasterizer, nullptr, scene, 1));
+    Floats ids(kPixels);
+    EXPECT_REFUSED(splat_rasterizer_read(rasterizer, nullptr, SPLAT_OUTPUT_IDS, ids.data(),
+                                         ids.size() * sizeof(float)),
+                   kState, "SPLAT_RASTERIZER_IDS");
+    const Tensor four = make_tensor(shared_device(), {1, 4});
+    auto desc = sized<splat_gradients_desc>();
+    desc.grad_intrinsics = four;
+    EXPECT_REFUSED(splat_rasterizer_backward(rasterizer, nullptr, &desc), kState,
+                   "SPLAT_RASTERIZER_GRAD_INTRINSICS");
+    desc.grad_intrinsics = nullptr;
+    desc.contributions = four;
+    EXPECT_REFUSED(splat_rasterizer_backward(rasterizer, nullptr, &desc), kState,
+                   "SPLAT_RASTERIZER_CONTRIBUTIONS");
 }
 
 }  // namespace

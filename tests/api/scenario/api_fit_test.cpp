@@ -1,6 +1,8 @@
 // Fits of photographs through the C API: what is refused, and a fit from beginning to end.
+#include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "api/api_calls.h"
 
@@ -106,8 +108,25 @@ TEST_F(ApiFit, RefusesWhatMeansNothing) {
     refused_with(SPLAT_ERROR_NOT_FOUND, "has no cameras", desc());
     write_photographs();
     refused_with(SPLAT_ERROR_NOT_FOUND, "nowhere", with([](auto& d) { d.masks = "/nowhere"; }));
+    refused_with(SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, "but has 9 MB: allow more memory",
+                 with([](auto& d) { d.memory_bytes = 9000000; }));
     std::ofstream(place_ / "photos/4.png") << "no picture";
     refused_with(SPLAT_ERROR_FORMAT, "4.png", desc());
+}
+
+TEST_F(ApiFit, OpeningIsCancelled) {
+    write_photographs();
+    std::atomic<bool> done = false;
+    std::thread other([&] {
+        while (!done) EXPECT_DONE(splat_device_cancel(device_));
+    });
+    const splat_fit_desc asked = desc();
+    splat_run run = nullptr;
+    const splat_result opened = splat_fit_open(device_, &asked, &run);
+    done = true;
+    other.join();
+    EXPECT_EQ(opened, SPLAT_CANCELLED);
+    EXPECT_FALSE(fs::exists(run_));
 }
 
 TEST_F(ApiFit, FitsAndGivesItsScene) {
@@ -116,9 +135,11 @@ TEST_F(ApiFit, FitsAndGivesItsScene) {
     const Training run = got(splat_fit_open, device_, &asked);
     auto event = sized<splat_run_event>();
     std::uint32_t held_out = 0;
+    double fitted = 0, psnr = 0;
     while (event.kind < SPLAT_EVENT_DONE) {
         ASSERT_DONE(splat_run_next(run, &event));
         if (event.kind == SPLAT_EVENT_VALIDATED_PIECE && event.step == 30) ++held_out;
+        if (event.kind == SPLAT_EVENT_VALIDATION) fitted = event.numbers[0].value;
     }
     EXPECT_EQ(event.kind, SPLAT_EVENT_DONE);
     EXPECT_EQ(held_out, 2U);  // the first and the fourth of six
@@ -127,7 +148,25 @@ TEST_F(ApiFit, FitsAndGivesItsScene) {
     EXPECT_GT(info.count, 100U);
     EXPECT_EQ(info.sh_degree, 3U);
     EXPECT_EQ(info.non_finite, 0U);
+    EXPECT_TRUE(holds(text_of(splat_run_report, run), "\"val_ssim\": 0."));
+    const Training scoring = got(splat_fit_score, device_, &asked, scene, 0.1);
+    std::vector<std::string> names;
+    event.kind = SPLAT_EVENT_MESSAGE;
+    while (event.kind < SPLAT_EVENT_DONE) {
+        ASSERT_DONE(splat_run_next(scoring, &event));
+        if (event.kind == SPLAT_EVENT_VALIDATED_PIECE) names.emplace_back(event.name);
+        if (event.kind == SPLAT_EVENT_VALIDATION) psnr = event.numbers[0].value;
+    }
+    EXPECT_EQ(names, (std::vector<std::string>{"0.png", "3.png"}));
+    EXPECT_NEAR(psnr, fitted, 1e-3);
+    splat_run refused = nullptr;
+    constexpr splat_result kArgument = SPLAT_ERROR_INVALID_ARGUMENT;
+    EXPECT_REFUSED(splat_fit_score(device_, &asked, scene, 0.5, &refused), kArgument,
+                   "border is 0.5");
+    EXPECT_REFUSED(splat_fit_score(device_, &asked, nullptr, 0, &refused),
+                   SPLAT_ERROR_INVALID_HANDLE, "scene");
     splat_scene none = nullptr;
+    EXPECT_REFUSED(splat_fit_scene(scoring, &none), kArgument, "run is no fit");
     const Training training = make_training(device_);
     EXPECT_REFUSED(splat_fit_scene(training, &none), SPLAT_ERROR_INVALID_ARGUMENT, "run is no fit");
 }

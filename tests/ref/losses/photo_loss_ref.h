@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "ref/losses/ssim_ref.h"
@@ -14,15 +15,18 @@
 ///
 /// a(p) gets  m(p) (1 - s) / (3 M) sign(a - t)(p)
 ///          - m(p) s / (3 M) sum_q w(p - q) m(q) (D_a + 2 a(p) D_aa + t(p) D_at)(q)
-/// with the slopes D of ssim_ref.h.
+/// with the slopes D of ssim_ref.h. Through an exposure of gains G and offsets o, a = G c + o for the image c, which
+/// gets transpose(G) times the gradient of a; G gets the sum of that times transpose(c), and o the sum.
 namespace splat::ref {
 
 struct PhotoLossInput {
     std::size_t height = 1;
     std::size_t width = 1;
     double ssim_weight = 0.2;
-    std::vector<double> image;         ///< [3,height,width]
+    std::vector<double> image;                    ///< [3,height,width]
     std::vector<std::uint32_t> truth;  ///< [height,width]: R | G << 8 | B << 16 | A << 24
+    /// [3,4]: gains and an offset in a row.
+    std::optional<std::vector<double>> exposure = {};
     [[nodiscard]] std::size_t pixels() const { return height * width; }
     [[nodiscard]] bool counts(std::size_t pixel) const { return truth[pixel] >> 24 == 255; }
     [[nodiscard]] std::uint32_t valid() const {
@@ -34,14 +38,28 @@ struct PhotoLossInput {
     [[nodiscard]] double divisor() const { return valid() > 0 ? 3.0 * valid() : 1; }
 };
 
+/// The image through the exposure.
+inline std::vector<double> exposed_image(const PhotoLossInput& in) {
+    if (!in.exposure) return in.image;
+    std::vector<double> made(in.image.size());
+    for (std::size_t i = 0; i < made.size(); ++i) {
+        const double* const row = &(*in.exposure)[4 * (i / in.pixels())];
+        made[i] = row[3];
+        for (std::size_t c = 0; c < 3; ++c)
+            made[i] += row[c] * in.image[c * in.pixels() + i % in.pixels()];
+    }
+    return made;
+}
+
 /// Image and truth as SSIM sees them: three planes, zero outside the mask.
 inline SsimInput photo_loss_planes(const PhotoLossInput& in) {
     SsimInput planes{3, in.height, in.width, std::vector<double>(in.image.size()), {}};
     planes.b = planes.a;
+    const std::vector<double> image = exposed_image(in);
     for (std::size_t i = 0; i < in.image.size(); ++i) {
         const std::size_t pixel = i % in.pixels();
         if (!in.counts(pixel)) continue;
-        planes.a[i] = in.image[i];
+        planes.a[i] = image[i];
         planes.b[i] = (in.truth[pixel] >> (8 * (i / in.pixels())) & 255) / 255.0;
     }
     return planes;
@@ -69,9 +87,9 @@ Number photo_loss_forward(const PhotoLossInput& in) {
     return Number(1 - in.ssim_weight) * sums[0] / count + Number(in.ssim_weight) * sums[1] / count;
 }
 
-/// [3,height,width]
+/// Gradient of the image through the exposure, [3,height,width].
 template <class Number>
-std::vector<Number> photo_loss_backward(const PhotoLossInput& in) {
+std::vector<Number> photo_loss_exposed_backward(const PhotoLossInput& in) {
     const SsimInput planes = photo_loss_planes(in);
     std::vector<std::array<Number, 4>> slopes(planes.a.size());
     for (std::size_t i = 0; i < slopes.size(); ++i)
@@ -94,6 +112,34 @@ std::vector<Number> photo_loss_backward(const PhotoLossInput& in) {
                   Number(in.ssim_weight / count) * sum;
     }
     return grad;
+}
+
+/// Gradient of the image, [3,height,width].
+template <class Number>
+std::vector<Number> photo_loss_backward(const PhotoLossInput& in) {
+    const std::vector<Number> grad = photo_loss_exposed_backward<Number>(in);
+    if (!in.exposure) return grad;
+    std::vector<Number> made(grad.size(), Number(0));
+    for (std::size_t i = 0; i < made.size(); ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+            made[i] = made[i] + Number((*in.exposure)[4 * c + i / in.pixels()]) *
+                                    grad[c * in.pixels() + i % in.pixels()];
+    return made;
+}
+
+/// Gradient of the exposure, [3,4].
+template <class Number>
+std::vector<Number> photo_loss_exposure_backward(const PhotoLossInput& in) {
+    const std::vector<Number> grad = photo_loss_exposed_backward<Number>(in);
+    std::vector<Number> made(12, Number(0));
+    for (std::size_t i = 0; i < grad.size(); ++i) {
+        if (!in.counts(i % in.pixels())) continue;
+        Number* const row = &made[4 * (i / in.pixels())];
+        for (std::size_t c = 0; c < 3; ++c)
+            row[c] = row[c] + Number(in.image[c * in.pixels() + i % in.pixels()]) * grad[i];
+        row[3] = row[3] + grad[i];
+    }
+    return made;
 }
 
 }  // namespace splat::ref

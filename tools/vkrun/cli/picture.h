@@ -25,9 +25,9 @@ class Picture {
     Picture(std::uint32_t width, std::uint32_t height)
         : width_(width), height_(height), rgb_(std::size_t{3} * width * height, 1.0F) {}
 
-    /// Planes [channels,side,side], 1 or 3 channels, with the upper left corner at (x, y).
-    void place(const float* planes, std::uint32_t channels, std::uint32_t side, std::uint32_t x,
-               std::uint32_t y);
+    /// Planes [channels,height,width], 1 or 3 channels, with the upper left corner at (x, y).
+    void place(const float* planes, std::uint32_t channels, std::uint32_t width,
+               std::uint32_t height, std::uint32_t x, std::uint32_t y);
 
     /// Save a PNG. Throws a Failure.
     void save(const std::string& path) const;
@@ -38,6 +38,24 @@ class Picture {
   private:
     std::uint32_t width_, height_;
     std::vector<float> rgb_;
+};
+
+/// Rows of a photograph, what was drawn of it and the error, white where there is none or the photograph is black: two
+/// views side by side.
+class PhotoSheet {
+  public:
+    /// Planes [3,height,width], which are reduced to at most kMostSide pixels.
+    void add(const float* truth, const float* drawn, std::uint32_t width, std::uint32_t height);
+    /// Throws a Failure.
+    void save(const std::string& path) const;
+
+  private:
+    static constexpr std::uint32_t kMostSide = 240;
+    struct Cell {
+        std::vector<float> planes;
+        std::uint32_t width, height;
+    };
+    std::vector<Cell> cells_;
 };
 
 /// Cells of `side` pixels in `columns` columns, `gap` pixels apart; each is [3,side,side], or null for

@@ -83,7 +83,7 @@ void add_object(splat_dataset dataset, const Json& report, std::uint32_t object,
     check_read(splat_dataset_read(dataset, object, views.data(),
                                   static_cast<std::uint32_t>(views.size()), &out));
     const auto place = [&](std::uint32_t column, const float* planes, std::uint32_t channels) {
-        sheet.place(planes, channels, size, column * size, object * size);
+        sheet.place(planes, channels, size, size, column * size, object * size);
     };
     for (std::uint32_t i = 0; i < views.size(); ++i) place(i, &images[i * area * 3], 3);
     const std::size_t last = views.size() - 1;

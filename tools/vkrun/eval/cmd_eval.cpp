@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <span>
 
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/device.h"
@@ -22,6 +23,7 @@
 #include "vkrun/eval/baseline.h"
 #include "vkrun/eval/eval_report.h"
 #include "vkrun/eval/object_views.h"
+#include "vkrun/eval/scene_eval.h"
 #include "vkrun/eval/scoring.h"
 #include "vkrun/eval/shard_merge.h"
 #include "vkrun/predict/drawing.h"
@@ -54,6 +56,11 @@ training images for every object; "billboard" shows the first conditioning view 
 end merges them by the objects' names into the files that one machine would have written. docs/shards.md shows
 them with GNU parallel and as a Slurm array. Shards with other options do not merge: OUT is then a new folder.
 
+A scene, of 'vkrun fit' or another program, is scored on the photographs that 'vkrun fit' holds out of --data, as that
+scores itself: PSNR and SSIM over the pixels that the lens and the mask leave, the drawn image cut to 0 to 1; and over
+the central part of the pictures alone (--border). OUT gets results.json, per_view.csv, which 'vkrun compare' reads,
+and report.html.
+
 Exit status: 0 done, 1 failed, 2 wrong usage or configuration, 3 no device, 4 bad data, 7 the network's output
 is not finite: such objects have no scores (null, nan), and there is no mean; results.json counts what is not
 finite, and the images in which nothing is drawn.
@@ -62,10 +69,12 @@ Examples:
   vkrun eval run/weights_best.safetensors --data cars --out eval
   vkrun eval run/weights_best.safetensors --data cars --out flat --baseline billboard
   vkrun compare eval/per_object.csv flat/per_object.csv
+  vkrun eval run/scene.ply --data photos --downscale 2 --out scores
   vkrun eval model_best.pth --config config.yaml --data srn_cars --split test --out eval --images 4
 )";
 
 struct EvalOptions {
+    SceneEvalOptions scene;
     std::string weights, config, adapters, data, split = "test", out, baseline;
     std::vector<std::string> changes, lpips;
     std::string shard;
@@ -220,7 +229,32 @@ Json shared_settings(const EvalOptions& options, const NetworkFiles& files) {
             {"--objects", options.objects}, {"--views", options.views}};
 }
 
-int evaluate(const EvalOptions& options) {
+bool is_scene(const std::string& path) {
+    const std::string kind = extension_of(path);
+    return kind == ".ply" || kind == ".splat" || kind == ".spz";
+}
+
+/// Throws a usage Failure for an option that has no effect.
+void check_kind(const CLI::App& command, bool scene) {
+    const char* const of_scenes[] = {"--test-every", "--downscale", "--cameras",
+                                     "--masks",      "--border",    "--white-background"};
+    const char* const of_networks[] = {"--split",   "--config", "--adapters", "--set",
+                                       "--views",   "--images", "--single",   "--lpips",
+                                       "--objects", "--shard",  "--baseline", "--allow-missing"};
+    for (const char* const name : scene ? std::span<const char* const>(of_networks) : of_scenes)
+        if (command.get_option(name)->count() > 0)
+            throw Failure(kUsageError,
+                          std::string(name) + (scene ? " is for a network, not a scene"
+                                                     : " is for a scene, not a network"));
+}
+
+int evaluate(const CLI::App& command, const EvalOptions& options) {
+    check_kind(command, is_scene(options.weights));
+    if (is_scene(options.weights)) {
+        check_no_run(options.out, "eval");
+        return evaluate_scene(options.weights, options.data, options.out, options.scene,
+                              options.device, options.json);
+    }
     if (!options.adapters.empty() && !options.baseline.empty())
         throw Failure(kUsageError, "--adapters has no effect with --baseline: leave one out");
     check_no_run(options.out, "eval");
@@ -264,15 +298,17 @@ int evaluate(const EvalOptions& options) {
 }  // namespace
 
 void add_eval(CLI::App& app, int& exit_code) {
-    CLI::App* command = add_command(app, "eval", "Score a network on a data set.", kEvalFooter);
+    CLI::App* command =
+        add_command(app, "eval", "Score a network, or a scene on photographs.", kEvalFooter);
     auto options = std::make_shared<EvalOptions>();
     command
         ->add_option("WEIGHTS", options->weights,
                      "Weights of the network: .safetensors, .pth or .npz, or the name of built-in\n"
-                     "ones: cars64")
+                     "ones: cars64; or a scene: .ply, .splat or .spz")
         ->required()
         ->type_name("");
-    command->add_option("--data", options->data, "Folder of the data set")
+    command
+        ->add_option("--data", options->data, "Folder of the data set, or of a scene's photographs")
         ->required()
         ->type_name("DIR");
     command->add_option("--split", options->split, "train, val or test")
@@ -311,7 +347,8 @@ void add_eval(CLI::App& app, int& exit_code) {
     add_shard_option(*command, options->shard, "the objects");
     add_device_option(*command, options->device);
     add_json_flag(*command, options->json);
-    command->callback([options, &exit_code] { exit_code = evaluate(*options); });
+    add_scene_eval_options(*command, options->scene);
+    command->callback([command, options, &exit_code] { exit_code = evaluate(*command, *options); });
 }
 
 }  // namespace vkrun

@@ -1,10 +1,6 @@
 // vkrun fit: Gaussians from posed photographs.
 
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
-#include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -12,12 +8,15 @@
 #include "vkrun/cli/command.h"
 #include "vkrun/cli/device.h"
 #include "vkrun/cli/failure.h"
+#include "vkrun/cli/files.h"
 #include "vkrun/cli/handles.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/options.h"
-#include "vkrun/cli/text.h"
+#include "vkrun/fit/fit_report.h"
+#include "vkrun/fit/object.h"
+#include "vkrun/fit/unposed.h"
+#include "vkrun/scene/scene_file.h"
 #include "vkrun/train/run_signals.h"
-#include "vkrun/train/training_view.h"
 
 namespace vkrun {
 namespace {
@@ -28,10 +27,23 @@ in DATA, DATA/sparse/0 or DATA/sparse) and images/, or a transforms.json as inst
 distortion of the lens is undone. Every 8th photograph by name is held out for scores; a split of the data's own goes
 before that.
 
-OUT holds scene.ply, config.json, run.json, log.txt, metrics.jsonl, the last two states (checkpoints/) and the
-Gaussians as gaussians_last and gaussians_best.safetensors. Ctrl-C, SIGTERM, a closed terminal and a closed pipe stop
-after the current step and save; --resume goes on with the same bits. A run of --seconds says how many steps it chose:
---steps repeats it with the same bits.
+Photographs without cameras get them by COLMAP, and a video also by ffmpeg, where these are installed: of a video the
+sharpest frames are taken (docs/fit-photographs.md). --object leaves out what is not in masks, which a network makes
+('vkrun priors where' lists some) unless --masks has them, and single Gaussians apart from the object.
+
+Maps of --depth and --normals are named like the photographs (NAME.png, .npy or .pfm), of their stored size, and
+needed for those that are fitted: 'vkrun priors depth photos/images --out photos' makes photos/depth. Depth is relative
+and larger is nearer, or with --set depth_is_distance=true distances, 0 where not known. It is aligned with the points
+in each view. --init depth begins with points on the depth maps as well.
+
+OUT holds scene.ply, report.html, which is renewed at validations, loads itself again and turns the scene at the end,
+config.json, run.json, log.txt, metrics.jsonl, events for TensorBoard (tb/), pictures of held-out photographs
+(renders/), the last two states (checkpoints/) and the Gaussians as gaussians_last and gaussians_best.safetensors.
+Ctrl-C, SIGTERM, a closed terminal and a closed pipe stop after the current step and save; --resume goes on with the
+same bits. A run of --seconds says how many steps it chose: --steps repeats it with the same bits. 'vkrun eval
+scene.ply --data DATA' scores a scene of any program on the same held-out photographs. --refine poses also writes
+transforms.json: the cameras, those of fitted photographs corrected. Held-out photographs are drawn from the cameras
+they have, without an exposure.
 
 Exit status: 0 fitted, 1 failed, 2 wrong usage, or OUT is in use, 3 no device, 4 bad data, 5 out of memory, 7 ten steps
 in a row were not finite, or 200 drew nothing, 130 interrupted.
@@ -39,17 +51,19 @@ in a row were not finite, or 200 drew nothing, 130 interrupted.
 Examples:
   vkrun fit photos --out run
   vkrun fit photos --out run --seconds 240 --downscale 2
+  vkrun fit walk_around.mp4 --out run --object
+  vkrun fit photos --out run --depth photos/depth --normals photos/normal --init depth
   vkrun view run/scene.ply
 )";
 
-struct FitOptions {
-    std::string data, out, masks, cameras, depth, normals, init;
-    std::vector<std::string> refine, values;
+struct FitOptions : FitInput {
+    std::string depth, normals, init;
+    std::vector<std::string> refine, values, scenes;
     std::uint64_t steps = 0, seed = 0, memory = 0;
     double seconds = 0;
     std::uint32_t most_gaussians = 0, downscale = 0;
     std::optional<std::uint32_t> degree, test_every;
-    bool white = false, resume = false, overwrite = false, json = false;
+    bool white = false, json = false;
     std::string device = "best";
 };
 
@@ -90,89 +104,57 @@ Run open_fit(splat_device device, const FitOptions& options) {
     return run;
 }
 
-/// Shows a fit by lines or a bar on standard error, and sums up what it did.
-class FitView {
-  public:
-    void show(const splat_run_event& event) {
-        if (event.kind == SPLAT_EVENT_STEP && event.updated != 0) show_step(event);
-        if (event.kind == SPLAT_EVENT_VALIDATION) ssim_ = number_of(event, "val_ssim");
-        if (event.text != nullptr)
-            std::fprintf(stderr, "%s%s\n", bar_ && event.step > 0 ? "\r\033[K" : "",
-                         in_own_words(event.text).c_str());
+/// Throws a usage Failure for a file that the scene cannot be written to.
+void check_scene_files(const std::vector<std::string>& files) {
+    for (const std::string& file : files) {
+        const std::string kind = extension_of(file);
+        if (kind != ".ply" && kind != ".splat" && kind != ".spz")
+            throw Failure(kUsageError, "--scene is '" + file +
+                                           "', expected a file of the extension " +
+                                           scene_extensions(true));
+        check_folder_of(file);
     }
-    /// What a finished fit says of itself.
-    [[nodiscard]] Json summary(splat_run run, splat_scene scene,
-                               const splat_run_event& last) const {
-        const Json report = library_json(splat_run_report, run);
-        auto info = sized<splat_scene_info>();
-        check(splat_scene_get_info(scene, &info));
-        Json json;
-        json["held_out_psnr"] = report.at("val_psnr");
-        json["held_out_ssim"] = std::isfinite(ssim_) ? Json(ssim_) : Json();
-        json["gaussians"] = info.count;
-        json["steps"] = last.step;
-        json["seconds"] = seconds_;
-        json["peak_memory"] = last.peak_bytes;
-        return json;
-    }
+}
 
-  private:
-    void show_step(const splat_run_event& event) {
-        const auto number = [&](const char* name) { return number_of(event, name); };
-        const double ms =
-            number("raster_ms") + number("loss_ms") + number("update_ms") + number("grow_ms");
-        const double fraction = number("fraction");
-        // The first step of a session also prepares the kernels.
-        if (first_fraction_ < 0)
-            first_fraction_ = fraction;
-        else
-            measured_ += ms / 1000;
-        seconds_ += ms / 1000;
-        if (!bar_ && event.logged == 0) return;
-        const double done = fraction - first_fraction_;
-        const std::string left =
-            done > 0 ? "  " + duration_text(measured_ * (1 - fraction) / done) + " left" : "";
-        std::fprintf(
-            stderr,
-            "%sstep %llu/%llu  loss %.4f  PSNR %.2f  %.0f Gaussians  %.1f ms (raster %.1f, "
-            "loss %.1f, update %.1f)%s%s",
-            bar_ ? "\r" : "", static_cast<unsigned long long>(event.step),
-            static_cast<unsigned long long>(event.iterations), number("averaged_loss"),
-            number("psnr"), number("gaussians"), ms, number("raster_ms"), number("loss_ms"),
-            number("update_ms"), left.c_str(), bar_ ? "\033[K" : "\n");
-        std::fflush(stderr);
-    }
-
-    bool bar_ = isatty(STDERR_FILENO) != 0;
-    double ssim_ = std::nan("");
-    double seconds_ = 0;          ///< time of this session's steps
-    double measured_ = 0;         ///< the same without the first one
-    double first_fraction_ = -1;  ///< share of the fit that was done before
-};
+/// Save what the fit made. Throws a Failure.
+void save_scene(const FitOptions& options, splat_scene scene) {
+    check(splat_scene_save(scene, (options.out + "/scene.ply").c_str(), nullptr), kFailed);
+    for (const std::string& file : options.scenes)
+        check(splat_scene_save(scene, file.c_str(), nullptr), kFailed);
+}
 
 int fit(FitOptions& options) {
     if (options.resume && options.overwrite)
         throw Failure(kUsageError, "--resume and --overwrite exclude each other");
     if (!options.resume && options.data.empty())
         throw Failure(kUsageError, "no data: name the folder of photographs");
-    catch_run_signals();
+    check_scene_files(options.scenes);
     const Device device = open_device(device_desc(options.device));
+    prepare_input(options);
+    catch_run_signals();
     const Run run = open_fit(device.get(), options);
-    const std::string scene_file = options.out + "/scene.ply";
     std::error_code none;
-    std::filesystem::remove(scene_file, none);  // an earlier one is not what this run makes
-    FitView view;
+    if (!options.resume)  // an earlier scene is not what this run makes
+        std::filesystem::remove(options.out + "/scene.ply", none);
+    FitView view(options.out);
     auto event = sized<splat_run_event>();
     while (event.kind < SPLAT_EVENT_DONE) {
         if (run_interrupted()) check(splat_run_interrupt(run.get()));
         const splat_result result = splat_run_next(run.get(), &event);
-        check(result, result == SPLAT_ERROR_IO ? kFailed : kBadData);
+        try {
+            check(result, result == SPLAT_ERROR_IO ? kFailed : kBadData);
+        } catch (const Failure&) {
+            view.finish();
+            throw;
+        }
         view.show(event);
         prepare_farewell(event);
     }
     Scene scene;
     check(splat_fit_scene(run.get(), scene.out()));
-    check(splat_scene_save(scene.get(), scene_file.c_str(), nullptr), kFailed);
+    if (options.object && event.kind == SPLAT_EVENT_DONE) keep_object(scene.get(), options.out);
+    save_scene(options, scene.get());
+    view.finish();
     if (options.json) print_json(view.summary(run.get(), scene.get(), event));
     return event.kind == SPLAT_EVENT_DONE          ? kSuccess
            : event.kind == SPLAT_EVENT_INTERRUPTED ? kInterrupted
@@ -185,7 +167,7 @@ void add_fit(CLI::App& app, int& exit_code) {
     CLI::App* command = add_command(app, "fit", "Fit a scene to posed photographs.", kFitFooter);
     auto options = std::make_shared<FitOptions>();
     FitOptions& f = *options;
-    command->add_option("DATA", f.data, "Folder of photographs and cameras")->type_name("");
+    command->add_option("DATA", f.data, "Folder of photographs, or a video")->type_name("");
     command->add_option("--out", f.out, "Folder of the run")->type_name("DIR")->required();
     CLI::Option* seconds =
         command
@@ -212,6 +194,9 @@ void add_fit(CLI::App& app, int& exit_code) {
     command->add_option("--cameras", f.cameras, "Cameras to read: auto, colmap or transforms")
         ->type_name("NAME")
         ->check(CLI::IsMember({"auto", "colmap", "transforms"}));
+    add_count_option(*command, "--frames", f.frames, "Frames to take of a video", 10, 10000);
+    command->add_flag("--object", f.object,
+                      "Keep the object alone: masks by a network, or --masks");
     command->add_option("--masks", f.masks, "Folder of masks, named like the photographs")
         ->type_name("DIR");
     command->add_option("--depth", f.depth, "Folder of depth maps, named like the photographs")
@@ -230,6 +215,13 @@ void add_fit(CLI::App& app, int& exit_code) {
         ->delimiter(',')
         ->check(CLI::IsMember({"poses", "exposure"}));
     add_changes_option(*command, f.values);
+    command
+        ->add_option("--scene", f.scenes,
+                     "Another file for the scene, .ply, .splat or .spz; may be\nrepeated")
+        ->type_name("FILE")
+        ->take_all()
+        ->expected(1)
+        ->allow_extra_args(false);
     command->add_flag("--white-background", f.white, "Transparent pictures lie on white");
     command->add_option("--seed", f.seed, "Seed; default: 0")->type_name("N");
     command->add_flag("--resume", f.resume, "Continue the run in --out");

@@ -14,20 +14,6 @@
 namespace vkrun {
 namespace {
 
-/// The first preset that makes nothing but masks and whose model is there; "" for none. Masks of models that
-/// also make depth show where a depth is valid, not the object.
-std::string preset_at_hand() {
-    for (const std::string& name : preset_names()) {
-        const Json found = preset_json(name);
-        const Json& outputs = found.at("preset").at("outputs");
-        std::error_code none;
-        if (outputs.size() == 1 && outputs.at(0).at("map") == "mask" &&
-            std::filesystem::exists(found.at("path").get<std::string>(), none))
-            return name;
-    }
-    return "";
-}
-
 bool found_by_alpha(const splat_image& picture) {
     std::vector<std::uint8_t> bytes(std::size_t{picture.width} * picture.height);
     const splat_image mask = bytes_image(bytes.data(), picture.width, picture.height, 1);
@@ -67,6 +53,18 @@ void drop_without_object(NetworkMask& mask) {
 
 }  // namespace
 
+std::string mask_preset_at_hand() {
+    for (const std::string& name : preset_names()) {
+        const Json found = preset_json(name);
+        const Json& outputs = found.at("preset").at("outputs");
+        std::error_code none;
+        if (outputs.size() == 1 && outputs.at(0).at("map") == "mask" &&
+            std::filesystem::exists(found.at("path").get<std::string>(), none))
+            return name;
+    }
+    return "";
+}
+
 NetworkMask network_mask(const PredictionOptions& options) {
     NetworkMask mask;
     if (!options.mask.empty() || options.whole) return mask;
@@ -75,7 +73,7 @@ NetworkMask network_mask(const PredictionOptions& options) {
     const char* const variable = std::getenv("SPLAT_MASK_MODEL");
     if (model.empty() && variable != nullptr) model = variable;
     const bool named = !model.empty() || !preset.empty();
-    if (!named) preset = preset_at_hand();
+    if (!named) preset = mask_preset_at_hand();
     if (model.empty() && preset.empty()) return mask;
     const LoadedPicture picture = load_picture(options.image);
     if (found_by_alpha(picture.image)) return mask;

@@ -18,6 +18,10 @@ struct NetworkMask {
     std::string warning;  ///< why a network at hand gave none; may be empty
 };
 
+/// The first preset that makes nothing but masks and whose model is there; "" for none. Masks of models that also make
+/// depth show where a depth is valid, not the object.
+std::string mask_preset_at_hand();
+
 /// Make a mask by the network that the options or SPLAT_MASK_MODEL name, else by one of a preset whose file is
 /// where 'vkrun priors where' says. None without a network, where the picture's alpha marks the object or the mask
 /// marks none, and if the options say how the object is found. Throws a Failure, except for a network that nobody

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <filesystem>
 #include <numbers>
 
 #include "vkrun/cli/handles.h"
@@ -79,6 +80,21 @@ CameraFile load_cameras(const std::string& path, const CameraFileOptions& option
                                        "' does not give the size of its images ('w' and 'h'): " +
                                        "pass --size WIDTHxHEIGHT");
     return file;
+}
+
+std::string cameras_in(const std::string& path, bool transforms) {
+    const std::filesystem::path folder(path);
+    std::error_code none;
+    const auto has = [&](const std::filesystem::path& file) {
+        return std::filesystem::exists(folder / file, none);
+    };
+    if (!transforms)
+        for (const char* const place : {"", "sparse/0", "sparse"})
+            for (const char* const file : {"cameras.bin", "cameras.txt"})
+                if (has(std::filesystem::path(place) / file)) return path;
+    for (const char* const file : {"transforms.json", "transforms_train.json"})
+        if (has(file)) return (folder / file).string();
+    return path;
 }
 
 std::vector<splat_camera> orbit_cameras(splat_scene scene, const ImageSize& size,

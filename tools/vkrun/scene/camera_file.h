@@ -44,6 +44,10 @@ Failure with_lens_option(const Failure& failure, const std::string& option);
 /// Throws a Failure; a usage Failure for a size that is missing, or that no camera needs.
 CameraFile load_cameras(const std::string& path, const CameraFileOptions& options);
 
+/// The file or folder that holds the cameras of a folder of photographs: a COLMAP model, else its transforms.json,
+/// which `transforms` prefers. Any other path as it is.
+std::string cameras_in(const std::string& path, bool transforms = false);
+
 /// Cameras on a circle around a scene. distance: 0: the scene fills the image. Throws a bad-data Failure.
 std::vector<splat_camera> orbit_cameras(splat_scene scene, const ImageSize& size,
                                         double elevation_degrees, double distance,

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <set>
 
@@ -31,11 +32,14 @@ namespace vkrun {
 namespace {
 
 constexpr const char* kRenderFooter =
-    R"(Give either --cameras or --orbit. Images are named after those of the camera file, or numbered:
+    R"(Give one of --cameras, --orbit and --path. Images are named after those of the camera file, or numbered:
 NAME.png, and with --outputs also NAME_alpha, NAME_depth and NAME_normal. A .npy holds the float32
 numbers. In a .png, 0 to 1 become 0 to 255; depths (expected, along z) are divided by the largest of
-the image; normals, in the axes of the camera, are mapped from -1..1 to 0..1. Images of an orbit get a
-transforms.json with their cameras, which 'vkrun fit' takes.
+the image; normals, in the axes of the camera, are mapped from -1..1 to 0..1. Images of an orbit or a
+path get a transforms.json with their cameras, which 'vkrun fit' takes.
+
+A path goes smoothly through all cameras of its file, by equal steps, with the lens of the first one. ffmpeg makes a
+video of its frames: ffmpeg -framerate 30 -i path/%04d.png -pix_fmt yuv420p path.mp4
 
 Exit status: 0 all images are written, 1 an image cannot be written or the device failed, 2 wrong
 usage, 3 no device, 4 the scene or the cameras cannot be read, or no orbit fits the scene.
@@ -44,6 +48,7 @@ Examples:
   vkrun render scene.ply --orbit 36 --size 800x600 --animate --out orbit
   vkrun render scene.ply --orbit 36 --animate orbit.gif --out orbit
   vkrun render scene.ply --orbit 8 --page orbit/index.html --out orbit
+  vkrun render run/scene.ply --path photos --frames 240 --closed --convention gsplat --out path
   vkrun render scene.ply --cameras transforms.json --convention gsplat --out renders
   vkrun render scene.spz --cameras colmap/ --outputs rgb,depth --format npy --out renders
 )";
@@ -107,6 +112,26 @@ std::vector<View> file_views(const RenderOptions& options) {
     for (std::size_t i = 0; i < names.size(); ++i)
         views.push_back(
             {PathName(distinct ? names[i] : format("%04zu_", i) + names[i]), file.cameras[i]});
+    return views;
+}
+
+/// Numbered views along the path through the cameras of a file, by the names of their images.
+std::vector<View> path_views(const RenderOptions& options) {
+    CameraFile file = load_cameras(cameras_in(options.path),
+                                   {.size = image_size(options.size), .ignore_distortion = true});
+    std::vector<std::size_t> order(file.cameras.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return file.names[a] < file.names[b]; });
+    std::vector<splat_camera> keys, cameras(options.frames);
+    for (const std::size_t i : order) keys.push_back(file.cameras[i]);
+    if (keys.empty()) throw Failure(kBadData, "'" + options.path + "' has no cameras");
+    check(splat_camera_path(keys.data(), static_cast<std::uint32_t>(keys.size()),
+                            options.closed ? 1 : 0, options.frames, cameras.data()),
+          kBadData);
+    std::vector<View> views;
+    for (const splat_camera& camera : cameras)
+        views.push_back({PathName(format("%04zu", views.size())), camera});
     return views;
 }
 
@@ -227,11 +252,11 @@ Json render_view(const RenderOptions& options, Renderer& renderer, const View& v
             {"files", std::move(files)}};
 }
 
-/// The file of an orbit's cameras; empty: none is written.
+/// The file of the cameras of an orbit or path; empty: none is written.
 std::string cameras_path(const RenderOptions& options) {
     const bool pictures =
         options.format == "png" && kinds_of(options).front().output == SPLAT_OUTPUT_RGB;
-    if (options.orbit == 0 || !options.file.empty() || !pictures) return {};
+    if (!options.cameras.empty() || !options.file.empty() || !pictures) return {};
     return (std::filesystem::path(options.out) / "transforms.json").string();
 }
 
@@ -253,7 +278,7 @@ void save_cameras(const RenderOptions& options, const std::vector<View>& views) 
 void check_targets(const RenderOptions& options, const std::vector<View>& views) {
     std::set<std::filesystem::path> targets;
     const auto check = [&options, &targets](const std::string& path) {
-        check_target(path, options.overwrite, {options.scene, options.cameras});
+        check_target(path, options.overwrite, {options.scene, options.cameras, options.path});
         const auto place = std::filesystem::weakly_canonical(std::filesystem::absolute(path));
         if (!targets.insert(place).second)
             throw Failure(kUsageError, "'" + path +
@@ -283,7 +308,7 @@ void write_render_page(const RenderOptions& options, const SceneFile& file,
     for (const View& view : views) viewer.cameras.push_back(view.camera);
     viewer.instead = "The pictures show it.";
     std::copy_n(options.background.begin(), 3, viewer.background);
-    if (!options.cameras.empty()) up_of(viewer.cameras, viewer.up);
+    if (options.orbit == 0) up_of(viewer.cameras, viewer.up);
     try {
         const ViewerFacts facts = add_viewer(page, file.scene.get(), viewer);
         for (const std::string& note : facts.notes)
@@ -303,11 +328,16 @@ void write_render_page(const RenderOptions& options, const SceneFile& file,
 }
 
 int run_render(RenderOptions options) {
+    if (options.path == "orbit") {
+        options.path.clear();
+        options.orbit = options.frames;
+    }
     check_render_options(options);
     const auto reading = scene_file_desc(options.lenient);
     const SceneFile file = load_scene(options.scene, &reading);
-    const std::vector<View> views =
-        options.orbit > 0 ? orbit_views(options, file.scene.get()) : file_views(options);
+    const std::vector<View> views = options.orbit > 0      ? orbit_views(options, file.scene.get())
+                                    : options.path.empty() ? file_views(options)
+                                                           : path_views(options);
     if (views.empty()) throw Failure(kBadData, "'" + options.cameras + "' has no cameras");
     if (options.orbit == 0)
         for (const View& view : views)

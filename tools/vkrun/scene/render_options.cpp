@@ -49,6 +49,20 @@ void add_camera_options(CLI::App& command, RenderOptions& options) {
         ->type_name("N")
         ->check(CLI::Range(1, 10000).description(""));
     command
+        .add_option("--path", options.path,
+                    "A smooth path through the cameras of a transforms.json, a COLMAP\nmodel or a "
+                    "folder of photographs, by their names; or orbit")
+        ->type_name("FILE");
+    CLI::Option* const frames =
+        command.add_option("--frames", options.frames, "Images of the path")
+            ->type_name("N")
+            ->capture_default_str()
+            ->check(CLI::Range(1, 100000).description(""));
+    CLI::Option* const closed =
+        command.add_flag("--closed", options.closed, "The path returns to its first camera");
+    frames->needs("--path");
+    closed->needs("--path");
+    command
         .add_option("--elevation", options.elevation,
                     "Degrees of the orbit above the horizon; default: 11")
         ->type_name("DEG");
@@ -73,12 +87,15 @@ void add_camera_options(CLI::App& command, RenderOptions& options) {
 }  // namespace
 
 void check_render_options(const RenderOptions& options) {
-    if ((options.orbit == 0) == options.cameras.empty())
-        throw Failure(kUsageError, "give either --cameras FILE or --orbit N");
-    if (!options.cameras.empty() && (options.elevation || options.distance))
+    if ((options.orbit != 0 ? 1 : 0) + (options.cameras.empty() ? 0 : 1) +
+            (options.path.empty() ? 0 : 1) !=
+        1)
+        throw Failure(kUsageError, "give either --cameras FILE or --orbit N or --path FILE");
+    if (options.orbit == 0 && (options.elevation || options.distance))
         throw Failure(kUsageError, std::string(options.elevation ? "--elevation" : "--distance") +
-                                       " is for --orbit; the file of --cameras places its "
-                                       "cameras itself");
+                                       " is for --orbit; the file of " +
+                                       (options.path.empty() ? "--cameras" : "--path") +
+                                       " places its cameras itself");
     if (options.ignore_distortion && options.cameras.empty())
         throw Failure(kUsageError,
                       "--ignore-distortion is for --cameras; an orbit has no distortion");

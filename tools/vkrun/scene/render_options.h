@@ -16,6 +16,9 @@ struct RenderOptions {
     std::string scene, cameras, out;
     std::string file;  ///< path of the only image, if --out names it; else `out` is a folder
     std::uint32_t orbit = 0;
+    std::string path;                 ///< cameras that a path goes through; empty: none
+    std::uint32_t frames = 120;       ///< images of the path
+    bool closed = false;              ///< the path returns to where it begins
     std::optional<double> elevation;  ///< degrees
     std::optional<double> distance;   ///< scene units
     std::optional<float> near_plane;  ///< scene units

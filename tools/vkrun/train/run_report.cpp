@@ -14,6 +14,7 @@
 #include "vkrun/cli/html_page.h"
 #include "vkrun/cli/json.h"
 #include "vkrun/cli/text.h"
+#include "vkrun/fit/fit_report.h"
 #include "vkrun/train/run_scene.h"
 
 namespace vkrun {
@@ -23,6 +24,9 @@ struct ShownRun {
     std::string folder;
     Json facts;
     std::vector<Json> metrics;
+
+    /// A fit of photographs, not a training.
+    [[nodiscard]] bool is_fit() const { return facts.contains("photographs"); }
 };
 
 /// The lines of metrics.jsonl that can be read.
@@ -46,7 +50,8 @@ void add_progress(ShownRun& run) {
     if (run.facts.value("state", "") != "running") return;
     const double start = number_of(run.facts, "step");
     for (const Json& line : run.metrics) {
-        for (const char* key : {"step", "loss", "skipped", "peak_bytes", "val_psnr"})
+        for (const char* key :
+             {"step", "loss", "skipped", "peak_bytes", "val_psnr", "val_ssim", "gaussians"})
             if (line.contains(key)) run.facts[key] = line.at(key);
         if (line.contains("visible")) run.facts["ledger"] = line;
         const double psnr = number_of(line, "val_psnr");
@@ -73,8 +78,8 @@ ShownRun read_run(const std::string& folder) {
                       "'" + folder + "' holds no run: it has no run.json that can be read");
     if (!run.facts.is_object())
         throw Failure(kBadData, "'" + folder +
-                                    "/run.json' is damaged: it is no JSON object; 'vkrun train "
-                                    "--resume' writes it again");
+                                    "/run.json' is damaged: it is no JSON object; --resume "
+                                    "of the run writes it again");
     add_progress(run);
     if (run.facts.value("state", "") == "running" && !is_locked(folder))
         run.facts["state"] = "killed";
@@ -98,9 +103,26 @@ std::string latest_render(const ShownRun& run) {
     return latest;
 }
 
+using Rows = std::vector<std::pair<std::string, std::string>>;
+
+/// What a fit was asked to do, and its scene.
+void add_fit(HtmlPage& page, const ShownRun& run, Rows& rows) {
+    const auto number = [&](const char* key) { return number_of(run.facts, key); };
+    rows.emplace_back("photographs", format("%.0f fitted, %.0f held out", number("photographs"),
+                                            number("held_out")));
+    std::ifstream file = open_to_read(std::filesystem::path(run.folder) / "config.json");
+    const Json config = Json::parse(file, nullptr, false);
+    if (!config.is_object()) return;
+    std::string settings;
+    for (const auto& [key, value] : config.items())
+        if (value != "") settings += (settings.empty() ? "" : ", ") + key + " " + value.dump();
+    rows.emplace_back("settings", settings);
+    if (run.facts.value("state", "") != "running") add_fitted_scene(page, run.folder, config);
+}
+
 void add_run(HtmlPage& page, const ShownRun& run) {
     page.heading(run.folder);
-    std::vector<std::pair<std::string, std::string>> rows = {
+    Rows rows = {
         {"step", format("%u of %u, %s", run.facts.value("step", 0U),
                         run.facts.value("iterations", 0U), run.facts.value("state", "").c_str())}};
     if (run.facts.contains("error")) rows.emplace_back("error", run.facts.value("error", ""));
@@ -109,11 +131,13 @@ void add_run(HtmlPage& page, const ShownRun& run) {
             rows.emplace_back(name, format(pattern, factor * run.facts.at(key).get<double>()));
     };
     number("loss", "loss", "%.6g", 1);
-    number("val_psnr", "validation PSNR", "%.2f dB", 1);
+    number("val_psnr", run.is_fit() ? "held-out PSNR" : "validation PSNR", "%.2f dB", 1);
+    if (run.is_fit()) number("val_ssim", "held-out SSIM", "%.4f", 1);
     if (number_of(run.facts, "best_val_psnr") != 0)
         number("best_val_psnr", "the best so far", "%.2f dB", 1);
     if (run.facts.value("skipped", 0U) > 0)
         number("skipped", "steps without an update", "%.0f, as gradients were not finite", 1);
+    number("gaussians", "Gaussians", "%.0f", 1);
     number("parameters", "parameters", "%.0f", 1);
     number("trainable", "of them trained", "%.0f", 1);
     number("peak_bytes", "device memory", "at most %.1f MiB", 1.0 / (1 << 20));
@@ -139,10 +163,16 @@ void add_run(HtmlPage& page, const ShownRun& run) {
                    ledger.value("gradients_zero", false) ? "all gradients were zero"
                                                          : "gradients were not zero"));
     }
-    add_run_scene(page, run.folder);
+    if (run.is_fit())
+        add_fit(page, run, rows);
+    else
+        add_run_scene(page, run.folder);
     page.facts(rows);
     page.picture(latest_render(run),
-                 "validation objects: input, then truth, prediction and error alternately", 1000);
+                 run.is_fit()
+                     ? "photographs that are held out: truth, drawn, error"
+                     : "validation objects: input, then truth, prediction and error alternately",
+                 1000);
 }
 
 /// `b` compared with `a`, files of scores; empty if they share no object.
@@ -206,19 +236,27 @@ std::string write_run_report(const std::vector<std::string>& folders, const std:
                              bool running) {
     std::vector<ShownRun> runs;
     for (const std::string& folder : folders) runs.push_back(read_run(folder));
-    HtmlPage page(runs.size() == 1 ? "Training " + runs[0].folder : "Training runs");
+    const bool fits =
+        std::all_of(runs.begin(), runs.end(), [](const auto& r) { return r.is_fit(); });
+    const std::string what = fits ? "Fit" : "Training";
+    HtmlPage page(runs.size() == 1 ? what + " " + runs[0].folder : what + " runs");
     if (running) {
-        constexpr std::uint32_t kSeconds = 30;
-        page.reload(kSeconds);
+        const std::uint32_t seconds = fits ? 10 : 30;
+        page.reload(seconds);
         page.paragraph(
-            format("Written at %s, while the training went on. It is written anew at every "
+            format("Written at %s, while the %s went on. It is written anew at every "
                    "validation and at the end, and loads itself every %u s.",
-                   now_text().c_str(), kSeconds));
+                   now_text().c_str(), fits ? "fit" : "training", seconds));
     }
     const std::pair<const char*, const char*> charts[] = {
-        {"val_psnr", "PSNR of novel views of validation objects, dB, by step"},
-        {"loss", "training loss by step"},
-        {"psnr", "PSNR of training targets, dB, by step"}};
+        {"val_psnr", fits ? "PSNR of photographs that are held out, dB, by step"
+                          : "PSNR of novel views of validation objects, dB, by step"},
+        {"val_ssim", "SSIM of the same, by step"},
+        {"loss", fits ? "loss by step; it rises where the drawn views become larger"
+                      : "training loss by step"},
+        {"psnr", fits ? "PSNR of the step's photographs, dB, by step"
+                      : "PSNR of training targets, dB, by step"},
+        {"gaussians", "Gaussians by step"}};
     for (const auto& [key, caption] : charts) {
         std::vector<HtmlPage::Curve> curves;
         for (const ShownRun& run : runs) curves.push_back(curve_of(run, key));

@@ -24,7 +24,7 @@ from .dataset import (Dataset, config_keys, config_merge, config_preset, config_
                       prepare_co3d, write_synthetic)
 from .device import Device, default_device, describe, devices
 from .evaluator import Comparison, EvaluatedViews, Evaluator, Lpips
-from .fit import Fit
+from .fit import Fit, Scoring
 from .image import Image, animation_to_bytes, compare_images, save_animation
 from .log import set_decode_limits, set_log
 from .model import Model, Port
@@ -52,7 +52,7 @@ __all__ = [
     "MissingName", "Model", "Module", "NoDevice", "NotFound", "Op", "Optimizer", "OutOfDeviceMemory", "OutOfHostMemory",
     "OutOfMemory", "Output", "Picture", "Pixel", "Port", "Precision", "Prediction", "Predictor",
     "PriorModel", "RasterState", "Rasterizer", "Result", "Run", "RunEventKind", "Scene",
-    "SceneFormat", "ShapeMismatch", "SkipFlags", "Tensor", "Timeout", "Trainer", "Training",
+    "SceneFormat", "Scoring", "ShapeMismatch", "SkipFlags", "Tensor", "Timeout", "Trainer", "Training",
     "Unsupported", "Verdict", "Weights", "animation_to_bytes", "builtin_weights", "cameras_to_bytes",
     "compare_depth", "compare_fidelity", "compare_images", "compare_masks", "compare_normals",
     "config_keys", "config_merge", "config_preset", "config_presets", "config_warnings",

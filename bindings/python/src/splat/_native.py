@@ -28,22 +28,24 @@ WORDS = {
     'SPLAT_MODULE_GRADIENTS': 'gradients=True', 'SPLAT_MODULE_INPUT_GRADIENTS': 'input_gradients=True',
     'SPLAT_PASS_TENSORS': 'tensors=True', 'SPLAT_PICTURE_WHOLE': 'whole=True', 'SPLAT_PIXEL_': 'pixel',
     'SPLAT_PORT_KIND_': 'PortKind', 'SPLAT_RASTERIZER_BACKWARD': 'backward=True',
-    'SPLAT_RASTERIZER_DEPTH': 'depth=True', 'SPLAT_RASTERIZER_DIRECT_COLORS': 'direct_colors=True',
-    'SPLAT_RASTERIZER_GRAD_DEPTH': 'grad_depth=True', 'SPLAT_RASTERIZER_GRAD_MEANS2D': 'grad_means2d=True',
-    'SPLAT_RASTERIZER_GRAD_POSE': 'grad_pose=True', 'SPLAT_RASTERIZER_NORMALS': 'normals=True',
-    'SPLAT_RASTERIZER_ORIGINAL_GRADIENT': 'original_gradient=True', 'SPLAT_SCENE_': 'scene',
-    'SPLAT_SCHEDULE_COSINE': "'cosine'", 'SPLAT_SCHEDULE_STEP': "'step'", 'SPLAT_SELECT_BY_KIND': "'by_kind'",
-    'SPLAT_WEIGHTS_NPZ': "'npz'", 'SPLAT_WEIGHTS_PTH': "'pth'", 'SPLAT_WEIGHTS_SAFETENSORS': "'safetensors'",
-    'a_count': 'the number of a', 'adapters_alpha': 'alpha', 'adapters_path': 'a file of adapters',
-    'b_count': 'the number of b', 'bytes': "the array's size in bytes", 'camera_count': 'the number of cameras',
-    'conditioning_count': 'the number of conditioning', 'drawn_count': 'the number of drawn', 'focal_x': 'focal',
-    'focal_y': 'focal', 'image_count': 'the number of images', 'input_count': 'the number of inputs',
-    'max_device_bytes': 'max_bytes', 'model_path': 'model', 'number_count': 'the number of numbers',
-    'output_count': 'the number of outputs', 'picture_count': 'the number of pictures',
-    'port_count': 'the number of ports', 'sh_bands': 'sh_degree', 'splat_batches': 'Batches',
-    'splat_comparison': 'Comparison', 'splat_dataset': 'Dataset', 'splat_decode_set_limits': 'set_decode_limits',
-    'splat_device': 'Device', 'splat_device_cancel': 'Device.cancel', 'splat_device_profile_json': 'Device.profile',
-    'splat_evaluator': 'Evaluator', 'splat_evaluator_score': 'Evaluator.score', 'splat_fit_open': 'Fit',
+    'SPLAT_RASTERIZER_CONTRIBUTIONS': 'contributions=True', 'SPLAT_RASTERIZER_DEPTH': 'depth=True',
+    'SPLAT_RASTERIZER_DIRECT_COLORS': 'direct_colors=True', 'SPLAT_RASTERIZER_GRAD_DEPTH': 'grad_depth=True',
+    'SPLAT_RASTERIZER_GRAD_INTRINSICS': 'grad_intrinsics=True', 'SPLAT_RASTERIZER_GRAD_MEANS2D': 'grad_means2d=True',
+    'SPLAT_RASTERIZER_GRAD_POSE': 'grad_pose=True', 'SPLAT_RASTERIZER_IDS': 'ids=True',
+    'SPLAT_RASTERIZER_NORMALS': 'normals=True', 'SPLAT_RASTERIZER_ORIGINAL_GRADIENT': 'original_gradient=True',
+    'SPLAT_SCENE_': 'scene', 'SPLAT_SCHEDULE_COSINE': "'cosine'", 'SPLAT_SCHEDULE_STEP': "'step'",
+    'SPLAT_SELECT_BY_KIND': "'by_kind'", 'SPLAT_WEIGHTS_NPZ': "'npz'", 'SPLAT_WEIGHTS_PTH': "'pth'",
+    'SPLAT_WEIGHTS_SAFETENSORS': "'safetensors'", 'a_count': 'the number of a', 'adapters_alpha': 'alpha',
+    'adapters_path': 'a file of adapters', 'b_count': 'the number of b', 'bytes': "the array's size in bytes",
+    'camera_count': 'the number of cameras', 'conditioning_count': 'the number of conditioning',
+    'drawn_count': 'the number of drawn', 'focal_x': 'focal', 'focal_y': 'focal',
+    'image_count': 'the number of images', 'input_count': 'the number of inputs', 'max_device_bytes': 'max_bytes',
+    'model_path': 'model', 'number_count': 'the number of numbers', 'output_count': 'the number of outputs',
+    'picture_count': 'the number of pictures', 'port_count': 'the number of ports', 'sh_bands': 'sh_degree',
+    'splat_batches': 'Batches', 'splat_comparison': 'Comparison', 'splat_dataset': 'Dataset',
+    'splat_decode_set_limits': 'set_decode_limits', 'splat_device': 'Device', 'splat_device_cancel': 'Device.cancel',
+    'splat_device_profile_json': 'Device.profile', 'splat_evaluator': 'Evaluator',
+    'splat_evaluator_score': 'Evaluator.score', 'splat_fit_open': 'Fit', 'splat_fit_score': 'Scoring',
     'splat_lpips': 'Lpips', 'splat_lpips_desc': 'Lpips', 'splat_model': 'Model',
     'splat_model_backward': 'Model.backward', 'splat_model_forward': 'Model.forward',
     'splat_model_load': 'Model.load', 'splat_model_ports': 'Model.ports', 'splat_module': 'Module',
@@ -614,6 +616,9 @@ class RasterizerFlags(IntFlag):
     GRAD_MEANS2D       gradients of means2d; implies BACKWARD
     ORIGINAL_GRADIENT  `Convention.CONVENTION_3DGS`: the gradient of the original code with its three quirks
     NORMALS            output NORMALS
+    GRAD_INTRINSICS    fx, fy, cx, cy; implies GRAD_POSE
+    CONTRIBUTIONS      contributions of a backward call; implies it
+    IDS                output IDS; implies DEPTH
     """
 
     DIRECT_COLORS = 1
@@ -625,6 +630,9 @@ class RasterizerFlags(IntFlag):
     GRAD_MEANS2D = 64
     ORIGINAL_GRADIENT = 128
     NORMALS = 256
+    GRAD_INTRINSICS = 512
+    CONTRIBUTIONS = 1024
+    IDS = 2048
 
 
 class SkipFlags(IntFlag):
@@ -664,6 +672,7 @@ class Output(OpenEnum):
     DEPTHS          [V,N] depths of their means, scene units along z
     VISIBILITY      [V,N] 1, or 0 if culled
     NORMALS         [V,H,W,3] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
+    IDS             [V,H,W] Gaussian of the largest weight, from 0; -1: none
     """
 
     RGB = 1
@@ -677,11 +686,12 @@ class Output(OpenEnum):
     DEPTHS = 9
     VISIBILITY = 10
     NORMALS = 11
+    IDS = 12
 
 
 OutputName = Literal[
     "rgb", "alpha", "depth", "expected_depth", "contributors", "means2d", "radii", "conics", "depths", "visibility",
-    "normals",
+    "normals", "ids",
 ]
 
 
@@ -813,7 +823,7 @@ class FitFlags(IntFlag):
     ALL_PHOTOS        fit all photographs: none is held out, so there are no scores
     WHITE_BACKGROUND  transparent pictures lie on white; else only opaque pixels count
     REFINE_POSES      correct the cameras of the fitted photographs, too
-    REFINE_EXPOSURE   a gain and an offset of colours for each of them
+    REFINE_EXPOSURE   gains and offsets of their colours
     """
 
     RESUME = 1
@@ -1312,23 +1322,24 @@ class splat_rasterizer_desc(Structure):
 
 class splat_gaussians_desc(Structure):
     struct_size: int; flags: int; next: Any; means: Any; scales: Any; rotations: Any; opacities: Any; sh: Any
-    colors: Any
+    colors: Any; active_tiles: Any; active_tile_count: int
     _fields_ = [
         ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("means", c_void_p),
         ("scales", c_void_p), ("rotations", c_void_p), ("opacities", c_void_p), ("sh", c_void_p),
-        ("colors", c_void_p),
+        ("colors", c_void_p), ("active_tiles", c_void_p), ("active_tile_count", c_size_t),
     ]
 
 
 class splat_gradients_desc(Structure):
     struct_size: int; flags: int; next: Any; grad_rgb: Any; grad_alpha: Any; grad_depth: Any; grad_means: Any
     grad_scales: Any; grad_rotations: Any; grad_opacities: Any; grad_sh: Any; grad_colors: Any; grad_means2d: Any
-    grad_means2d_abs: Any; grad_world_to_camera: Any
+    grad_means2d_abs: Any; grad_world_to_camera: Any; grad_intrinsics: Any; contributions: Any
     _fields_ = [
         ("struct_size", c_uint32), ("flags", c_uint32), ("next", c_void_p), ("grad_rgb", c_void_p),
         ("grad_alpha", c_void_p), ("grad_depth", c_void_p), ("grad_means", c_void_p), ("grad_scales", c_void_p),
         ("grad_rotations", c_void_p), ("grad_opacities", c_void_p), ("grad_sh", c_void_p), ("grad_colors", c_void_p),
         ("grad_means2d", c_void_p), ("grad_means2d_abs", c_void_p), ("grad_world_to_camera", c_void_p),
+        ("grad_intrinsics", c_void_p), ("contributions", c_void_p),
     ]
 
 
@@ -1870,15 +1881,17 @@ LAYOUT: Dict[str, Tuple[Type[Structure], bool, int, Tuple[Tuple[str, int, int], 
         ("width", 24, 4), ("height", 28, 4), ("sh_degree", 32, 4), ("disabled_skips", 36, 4), ("convention", 40, 4),
         ("near_plane", 44, 4), ("far_plane", 48, 4), ("reserved", 52, 4),
     )),
-    "splat_gaussians_desc": (splat_gaussians_desc, False, 64, (
+    "splat_gaussians_desc": (splat_gaussians_desc, False, 80, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("means", 16, 8), ("scales", 24, 8),
-        ("rotations", 32, 8), ("opacities", 40, 8), ("sh", 48, 8), ("colors", 56, 8),
+        ("rotations", 32, 8), ("opacities", 40, 8), ("sh", 48, 8), ("colors", 56, 8), ("active_tiles", 64, 8),
+        ("active_tile_count", 72, 8),
     )),
-    "splat_gradients_desc": (splat_gradients_desc, False, 112, (
+    "splat_gradients_desc": (splat_gradients_desc, False, 128, (
         ("struct_size", 0, 4), ("flags", 4, 4), ("next", 8, 8), ("grad_rgb", 16, 8), ("grad_alpha", 24, 8),
         ("grad_depth", 32, 8), ("grad_means", 40, 8), ("grad_scales", 48, 8), ("grad_rotations", 56, 8),
         ("grad_opacities", 64, 8), ("grad_sh", 72, 8), ("grad_colors", 80, 8), ("grad_means2d", 88, 8),
-        ("grad_means2d_abs", 96, 8), ("grad_world_to_camera", 104, 8),
+        ("grad_means2d_abs", 96, 8), ("grad_world_to_camera", 104, 8), ("grad_intrinsics", 112, 8),
+        ("contributions", 120, 8),
     )),
     "splat_rasterizer_info": (splat_rasterizer_info, False, 88, (
         ("struct_size", 0, 4), ("passes", 4, 4), ("visible", 8, 8), ("pairs", 16, 8), ("longest", 24, 8),
@@ -2111,6 +2124,7 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = (
     ("splat_camera_from_opengl", c_int32, (POINTER(splat_camera), c_void_p)),
     ("splat_camera_to_opengl", c_int32, (POINTER(splat_camera), c_void_p)),
     ("splat_camera_orbit", c_int32, (c_void_p, POINTER(splat_orbit_desc), c_uint32, POINTER(splat_camera))),
+    ("splat_camera_path", c_int32, (POINTER(splat_camera), c_uint32, c_uint32, c_uint32, POINTER(splat_camera))),
     ("splat_camera_load", c_int32, (c_char_p, POINTER(splat_camera_file_desc), POINTER(splat_camera), c_uint32,
         POINTER(c_uint32))),
     ("splat_camera_load_report", c_int32, (c_char_p, POINTER(splat_camera_file_desc), c_void_p, c_size_t,
@@ -2258,6 +2272,7 @@ FUNCTIONS: Tuple[Tuple[str, Any, Tuple[Any, ...]], ...] = (
     ("splat_comparison_destroy", c_int32, (c_void_p,)),
     ("splat_fit_open", c_int32, (c_void_p, POINTER(splat_fit_desc), POINTER(c_void_p))),
     ("splat_fit_scene", c_int32, (c_void_p, POINTER(c_void_p))),
+    ("splat_fit_score", c_int32, (c_void_p, POINTER(splat_fit_desc), c_void_p, c_double, POINTER(c_void_p))),
     ("splat_prior_preset", c_int32, (c_char_p, c_void_p, c_size_t, POINTER(c_size_t))),
     ("splat_prior_model_create", c_int32, (POINTER(splat_prior_model_desc), POINTER(c_void_p))),
     ("splat_prior_model_get_info", c_int32, (c_void_p, POINTER(splat_prior_model_info))),

@@ -327,7 +327,7 @@ class RasterizerInfo(Record):
                  the maximum over passes
     pairs        (tile, Gaussian, view) triples
     longest      Gaussians in the fullest tile
-    tiles        tiles of all views
+    tiles        tiles of all views, each of W x H
     empty_tiles  tiles without Gaussians
     bytes        device memory of the state, with the gradients that states share, without the packed copies of
                  scenes, which rasterizers share

@@ -149,6 +149,18 @@ class Camera:
         return [cls._of(each) for each in raw]
 
     @classmethod
+    def path(cls, keys: "Sequence[Camera]", count: int, *, closed: bool = False) -> "List[Camera]":
+        """Cameras along a smooth path through `keys`, with the size and lens of the first one.
+
+        closed   the path returns to its first key
+        Raises InvalidArgument: fewer than two different poses.
+        """
+        raw = (_native.splat_camera * whole(count, "count"))()
+        given = (_native.splat_camera * len(keys))(*(each.raw for each in keys))
+        check(lib.splat_camera_path(given, len(given), int(closed), len(raw), raw))
+        return [cls._of(each) for each in raw]
+
+    @classmethod
     def load(cls, source: Union[File, Tuple[File, File]], *,
              ignore_distortion: bool = False, width: int = 0, height: int = 0) -> "List[Camera]":
         """Read the cameras of a NeRF transforms.json or of a COLMAP model.

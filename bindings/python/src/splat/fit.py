@@ -94,3 +94,39 @@ class Fit(Run):
     def scene(self) -> Scene:
         """A copy of the Gaussians as they are, in the frame and units of the cameras."""
         return Scene._of(made("scene", self._run, lib.splat_fit_scene, self.handle))
+
+
+class Scoring(Run):
+    """The scores of any scene on photographs that are held out, as a run without a folder: an iterator of events.
+
+        for event in splat.Scoring(scene, "photos", downscale=2):
+            print(event.name, event.numbers)
+
+    Of each photograph there is an event with its name, `drawn`, `truths`, "val_psnr" (dB) and "val_ssim", then one
+    with their means, RunEventKind.VALIDATION. Only pixels count that the lens and the mask leave.
+
+    scene             in the frame and units of the cameras
+    data, downscale, test_every, cameras, masks, white_background   as of `Fit`; test_every=0 scores all photographs
+    border            above 0 there are also "inner_psnr" and "inner_ssim" without this share of width and height
+                      on each side
+    Raises InvalidArgument, NotFound, FormatError, Unsupported, ShapeMismatch.
+    """
+
+    __slots__ = ()
+
+    def __init__(self, scene: Scene, data: PathLike, *, downscale: Optional[int] = None,
+                 test_every: Optional[int] = None, cameras: Union[int, _native.FitCamerasName] = "auto",
+                 masks: Optional[PathLike] = None, white_background: bool = False, border: float = 0.0,
+                 device: Optional[Device] = None) -> None:
+        device = default_device() if device is None else device
+        bits = _native.FitFlags
+        desc = _native.splat_fit_desc(struct_size=sizeof(_native.splat_fit_desc))
+        desc.flags = flags_of((test_every == 0, bits.ALL_PHOTOS), (white_background, bits.WHITE_BACKGROUND))
+        desc.data, desc.masks = path_of(data, "data"), path_of(masks, "masks")
+        desc.test_every = whole(test_every or 0, "test_every")
+        desc.downscale = whole(downscale or 0, "downscale")
+        desc.cameras = choice(_native.FitCameras, cameras, "cameras")
+        self._own(made("run", device._run, lib.splat_fit_score, device.handle, byref(desc), scene.handle,
+                       real(border, "border")), device)
+        self._lock = threading.RLock()
+        self._begin()

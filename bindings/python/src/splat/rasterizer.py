@@ -26,7 +26,7 @@ Cameras = Union[Camera, Sequence[Camera]]
 
 # Axes behind the views of each output: pixels or Gaussians, and components.
 PIXEL_OUTPUTS = {Output.RGB: (3,), Output.ALPHA: (), Output.DEPTH: (), Output.EXPECTED_DEPTH: (),
-                 Output.CONTRIBUTORS: (), Output.NORMALS: (3,)}
+                 Output.CONTRIBUTORS: (), Output.NORMALS: (3,), Output.IDS: ()}
 GAUSSIAN_OUTPUTS = {Output.MEANS2D: (2,), Output.RADII: (2,), Output.CONICS: (3,),
                     Output.DEPTHS: (), Output.VISIBILITY: ()}
 
@@ -43,17 +43,18 @@ class RasterState(Handle):
 
 
 class Rasterizer(Handle):
-    """Draws up to `gaussians` Gaussians into up to `views` images of one size.
+    """Draws up to `gaussians` Gaussians into up to `views` images of up to width x height pixels.
 
     device         where it draws; None: the default device
     views          0: any number, with memory that grows with the calls
-    width, height  pixels
+    width, height  pixels of the largest view; images of smaller cameras are 0 beyond their size
     sh_degree      0 to 3; 0 with direct_colors
     direct_colors  colours are RGB, not spherical harmonics
     antialiased    opacity compensates for the dilation
-    depth, normals which outputs it has beside RGB and alpha
-    backward       gradients; also from the depth (grad_depth), of the pose (grad_pose, convention
-                   "gsplat") and of the means in the image (grad_means2d)
+    depth, normals, ids  which outputs it has beside RGB and alpha
+    backward       gradients; also from the depth (grad_depth), of the pose and of the intrinsics
+                   (grad_pose, grad_intrinsics, convention "gsplat") and of the means in the image
+                   (grad_means2d); contributions
     original_gradient  convention "3dgs": the gradient of the original code with its three quirks
     convention     "3dgs" or "gsplat"; None: "3dgs"
     near, far      planes, scene units; 0: the convention's
@@ -67,8 +68,9 @@ class Rasterizer(Handle):
     def __init__(self, device: Optional[Device], gaussians: int, width: int, height: int, *,
                  views: int = 0, sh_degree: int = 0, direct_colors: bool = False,
                  antialiased: bool = False, depth: bool = False, normals: bool = False,
-                 backward: bool = False, grad_depth: bool = False, grad_pose: bool = False,
-                 grad_means2d: bool = False, original_gradient: bool = False,
+                 ids: bool = False, backward: bool = False, grad_depth: bool = False,
+                 grad_pose: bool = False, grad_intrinsics: bool = False, grad_means2d: bool = False,
+                 contributions: bool = False, original_gradient: bool = False,
                  convention: Union[None, int, _native.ConventionName] = None, near: float = 0.0, far: float = 0.0,
                  disabled_skips: int = 0) -> None:
         device = default_device() if device is None else device
@@ -79,6 +81,8 @@ class Rasterizer(Handle):
                               (normals, flags.NORMALS), (backward, flags.BACKWARD),
                               (grad_depth, flags.GRAD_DEPTH), (grad_pose, flags.GRAD_POSE),
                               (grad_means2d, flags.GRAD_MEANS2D),
+                              (grad_intrinsics, flags.GRAD_INTRINSICS),
+                              (contributions, flags.CONTRIBUTIONS), (ids, flags.IDS),
                               (original_gradient, flags.ORIGINAL_GRADIENT))
         desc.gaussians = whole(gaussians, "gaussians")
         desc.views = whole(views, "views")
@@ -109,7 +113,7 @@ class Rasterizer(Handle):
         """Draw a scene; read the images with `read`, `output` or `images`.
 
         background  RGB; None: black
-        Raises InvalidArgument (cameras of another size, too many Gaussians), Cancelled.
+        Raises InvalidArgument (cameras that are too large, too many Gaussians), Cancelled.
         """
         views = camera_array(cameras)
         self._run(lib.splat_rasterizer_forward_scene, self.handle, _handle_of(state), scene.handle,
@@ -117,11 +121,14 @@ class Rasterizer(Handle):
 
     def forward_arrays(self, cameras: Cameras, background: Optional[ArrayLike] = None, *,
                        means: Any, scales: Any, rotations: Any, opacities: Any, sh: Any = None,
-                       colors: Any = None, state: Optional[RasterState] = None) -> None:
+                       colors: Any = None, active_tiles: Optional[ArrayLike] = None,
+                       state: Optional[RasterState] = None) -> None:
         """Draw Gaussians that are tensors of the device, or arrays, which are copied there.
 
         means [n,3], scales [n,3] (standard deviations), rotations [n,4] w, x, y, z, opacities [n]
         0 to 1, and sh [n,K,3], or colors [n,3] with direct_colors; all float32.
+        active_tiles  bool [views,ceil(height/16),ceil(width/16)]: pixels of tiles that are False are
+        the background with alpha 0, and pass no gradient; None: all are drawn.
         Raises ShapeMismatch, InvalidArgument, InvalidState (a mapped tensor), Cancelled.
         """
         desc = _native.splat_gaussians_desc(struct_size=sizeof(_native.splat_gaussians_desc))
@@ -131,6 +138,10 @@ class Rasterizer(Handle):
                 if value is not None and np.shape(value) != (0,) and 0 not in np.shape(value)}
         for name, tensor in kept.items():
             setattr(desc, name, tensor.handle)
+        if active_tiles is not None:
+            tiles = np.ascontiguousarray(np.asarray(active_tiles) != 0).view(np.uint8)
+            desc.active_tiles = tiles.ctypes.data
+            desc.active_tile_count = tiles.size
         views = camera_array(cameras)
         self._run(lib.splat_rasterizer_forward, self.handle, _handle_of(state), byref(desc), views,
                   len(views), background_of(background))
@@ -163,7 +174,7 @@ class Rasterizer(Handle):
              ) -> Floats:
         """A copy of an output of the last forward call, float32 [views,...].
 
-        output  "rgb" [V,H,W,3], "alpha", "depth", "expected_depth", "contributors" [V,H,W],
+        output  "rgb" [V,H,W,3], "alpha", "depth", "expected_depth", "contributors", "ids" [V,H,W],
                 "normals" [V,H,W,3]; of Gaussians "means2d", "radii" [V,N,2], "conics" [V,N,3],
                 "depths", "visibility" [V,N]
         Raises InvalidState (no forward call, or an output that the rasterizer was not made for).
@@ -206,7 +217,9 @@ class Rasterizer(Handle):
         """Gradients of a loss at the inputs of a state's last forward call.
 
         wanted            names of gradients: "means", "scales", "rotations", "opacities", "sh",
-                          "colors", "means2d", "means2d_abs", "world_to_camera" [V,3,4]
+                          "colors", "means2d", "means2d_abs", "world_to_camera" [V,3,4],
+                          "intrinsics" [V,4] (fx, fy, cx, cy); and "contributions" [N,2]: the sum of
+                          each Gaussian's weights, and the number of pixels that see it
         rgb, alpha, depth gradients of the loss with respect to outputs, arrays or tensors; None: 0
         into              tensors to write to, by name; others are new
         accumulate        add to the contents of `into`
@@ -217,7 +230,8 @@ class Rasterizer(Handle):
         shapes = {"means": (count, 3), "scales": (count, 3), "rotations": (count, 4),
                   "opacities": (count,), "sh": (count, self._terms, 3), "colors": (count, 3),
                   "means2d": (views, count, 2), "means2d_abs": (views, count, 2),
-                  "world_to_camera": (views, 3, 4)}
+                  "world_to_camera": (views, 3, 4), "intrinsics": (views, 4),
+                  "contributions": (count, 2)}
         flags = flags_of((accumulate, _native.GradientFlags.ACCUMULATE))
         desc = _native.splat_gradients_desc(struct_size=sizeof(_native.splat_gradients_desc),
                                             flags=flags)
@@ -234,7 +248,7 @@ class Rasterizer(Handle):
             if given is None:
                 given = Tensor.zeros(self.device, shapes[name], name=f"grad_{name}")
             gradients[name] = given
-            setattr(desc, f"grad_{name}", given.handle)
+            setattr(desc, name if name == "contributions" else f"grad_{name}", given.handle)
         self._run(lib.splat_rasterizer_backward, self.handle, _handle_of(state), byref(desc))
         return gradients
 

@@ -213,6 +213,9 @@ pub const SPLAT_CONVENTION_GSPLAT: splat_convention = 2;
 /// SPLAT_CONVENTION_3DGS: the gradient of the original code with its three quirks
 pub const SPLAT_RASTERIZER_ORIGINAL_GRADIENT: u32 = 128;
 /** output NORMALS */ pub const SPLAT_RASTERIZER_NORMALS: u32 = 256;
+/** fx, fy, cx, cy; implies GRAD_POSE */ pub const SPLAT_RASTERIZER_GRAD_INTRINSICS: u32 = 512;
+/** contributions of a backward call; implies it */ pub const SPLAT_RASTERIZER_CONTRIBUTIONS: u32 = 1024;
+/** output IDS; implies DEPTH */ pub const SPLAT_RASTERIZER_IDS: u32 = 2048;
 
 /** the region where alpha \< 1/255 */ pub const SPLAT_SKIP_OPACITY_EXTENT: u32 = 1;
 /** tiles that the ellipse does not touch */ pub const SPLAT_SKIP_EXACT_TILES: u32 = 2;
@@ -239,6 +242,7 @@ pub type splat_output = i32;
 /** \[V,N\] 1, or 0 if culled */ pub const SPLAT_OUTPUT_VISIBILITY: splat_output = 10;
 /// \[V,H,W,3\] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
 pub const SPLAT_OUTPUT_NORMALS: splat_output = 11;
+/** \[V,H,W\] Gaussian of the largest weight, from 0; -1: none */ pub const SPLAT_OUTPUT_IDS: splat_output = 12;
 
 /// add gradients to the tensors' contents instead of overwriting them
 pub const SPLAT_GRADIENTS_ACCUMULATE: u32 = 1;
@@ -298,7 +302,7 @@ pub const SPLAT_FIT_RESUME: u32 = 1;
 /** fit all photographs: none is held out, so there are no scores */ pub const SPLAT_FIT_ALL_PHOTOS: u32 = 4;
 /** transparent pictures lie on white; else only opaque pixels count */ pub const SPLAT_FIT_WHITE_BACKGROUND: u32 = 8;
 /** correct the cameras of the fitted photographs, too */ pub const SPLAT_FIT_REFINE_POSES: u32 = 16;
-/** a gain and an offset of colours for each of them */ pub const SPLAT_FIT_REFINE_EXPOSURE: u32 = 32;
+/** gains and offsets of their colours */ pub const SPLAT_FIT_REFINE_EXPOSURE: u32 = 32;
 
 /** Which file of cameras a fit reads. */ pub type splat_fit_cameras = i32;
 /// a COLMAP model where there is one, else transforms.json
@@ -364,10 +368,12 @@ pub type splat_op = *mut splat_op_s;
 pub type splat_scene = *mut splat_scene_s;
 
 #[repr(C)] pub struct splat_rasterizer_s { opaque: [u8; 0] }
-/// Draws up to N Gaussians into up to V views of a fixed size, and computes gradients. A call's n \<= N and v \<= V
-/// may differ from the last one's; the results are those of a rasterizer made for exactly n and v, to the bit. Calls
-/// that keep n and v are faster than calls that change them. The caller synchronises calls on one rasterizer and its
-/// states; splat_rasterizer_get_info may be called at any time.
+/// Draws up to N Gaussians into up to V views of up to W x H pixels, and computes gradients. A call's n \<= N and v
+/// \<= V may differ from the last one's; the results are those of a rasterizer made for exactly n and v, to the bit.
+/// Calls that keep n and v are faster than calls that change them. Each camera may be smaller than W x H: within its
+/// size the results are those of a rasterizer of its size, to the bit; images keep the shape of W x H and are 0
+/// beyond, where gradients of the loss are not read. The caller synchronises calls on one rasterizer and its states;
+/// splat_rasterizer_get_info may be called at any time.
 pub type splat_rasterizer = *mut splat_rasterizer_s;
 
 #[repr(C)] pub struct splat_raster_state_s { opaque: [u8; 0] }
@@ -1126,8 +1132,8 @@ pub struct splat_rasterizer_desc {
     /// V, most cameras of a call; 0: any number. The memory is then for one, and a call with more cameras than any
     /// before makes it anew, for which both must fit for a moment
     pub views: u32,
-    /** W, pixels */ pub width: u32,
-    /** H, pixels */ pub height: u32,
+    /** W, pixels of the widest view */ pub width: u32,
+    /** H, pixels of the highest view */ pub height: u32,
     /** 0 to 3; 0 with direct colours */ pub sh_degree: u32,
     /** SPLAT_SKIP_ bits of skips to turn off, for measuring */ pub disabled_skips: u32,
     /** 0 = SPLAT_CONVENTION_3DGS */ pub convention: splat_convention,
@@ -1157,6 +1163,10 @@ pub struct splat_gaussians_desc {
     /** \[n\] 0 to 1 */ pub opacities: splat_tensor,
     /** \[n,(sh_degree+1)^2,3\]; NULL with direct colours */ pub sh: splat_tensor,
     /** \[n,3\]; NULL without direct colours */ pub colors: splat_tensor,
+    /// \[v,ceil(H/16),ceil(W/16)\] tiles of 16 x 16 pixels of the call's views; NULL: all. Pixels of a tile with 0
+    /// are the background with alpha 0 and pass no gradient; they cost nearly nothing
+    pub active_tiles: *const u8,
+    /** bytes; 0 with NULL */ pub active_tile_count: usize,
 }
 
 #[repr(C)] #[derive(Clone, Copy, Debug, PartialEq)]
@@ -1177,6 +1187,8 @@ pub struct splat_gradients_desc {
     /** \[V,N,2\] per pixel */ pub grad_means2d: splat_tensor,
     /** \[V,N,2\] sums over the pixels of absolute values */ pub grad_means2d_abs: splat_tensor,
     /** \[V,3,4\] rows of the rotation and the translation */ pub grad_world_to_camera: splat_tensor,
+    /** \[V,4\] fx, fy, cx, cy */ pub grad_intrinsics: splat_tensor,
+    /** \[N,2\] sum of its weights, number of pixels, over all views */ pub contributions: splat_tensor,
 }
 
 /// What the last forward call of a state did.
@@ -1189,7 +1201,7 @@ pub struct splat_rasterizer_info {
     pub visible: u64,
     /** (tile, Gaussian, view) triples */ pub pairs: u64,
     /** Gaussians in the fullest tile */ pub longest: u64,
-    /** tiles of all views */ pub tiles: u64,
+    /** tiles of all views, each of W x H */ pub tiles: u64,
     /** tiles without Gaussians */ pub empty_tiles: u64,
     /// device memory of the state, with the gradients that states share, without the packed copies of scenes, which
     /// rasterizers share
@@ -2364,6 +2376,19 @@ extern "C" {
     ) -> splat_result;
 
     /// ```text
+    /// `count` cameras along a smooth path through others, in their order: cubic curves of positions and rotations through
+    /// all of them, by about equal steps of distance and angle. They have the size and lens of the first one.
+    /// keys      poses of the path; those equal to the one before are left out
+    /// closed    1: the path returns to its first key, which the last camera comes before; 0: it ends at the last key
+    /// cameras   out, `count` of them
+    /// Returns SPLAT_OK, SPLAT_ERROR_OUT_OF_HOST_MEMORY, or SPLAT_ERROR_INVALID_ARGUMENT (NULL, an invalid camera, fewer
+    ///   than two different poses, closed)
+    /// ```
+    pub fn splat_camera_path(
+        keys: *const splat_camera, key_count: u32, closed: u32, count: u32, cameras: *mut splat_camera
+    ) -> splat_result;
+
+    /// ```text
     /// Read the cameras of a NeRF transforms.json, or of a COLMAP model's folder (text or binary).
     /// desc      may be NULL for defaults
     /// cameras   out, `capacity` of them; may be NULL when capacity is 0
@@ -2917,13 +2942,13 @@ extern "C" {
     /// and device are destroyed earlier.
     /// state           of this rasterizer; NULL: its own
     /// scene           n <= N Gaussians; bands beyond the rasterizer's degree are ignored
-    /// cameras         `count` = v <= V cameras of W x H pixels; may be NULL for 0
+    /// cameras         `count` = v <= V cameras of 1 x 1 to W x H pixels; may be NULL for 0
     /// background      exactly 3 floats RGB; NULL = black
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or
-    ///   SPLAT_ERROR_INVALID_ARGUMENT      a camera that is singular, not finite or of another size; a
+    ///   SPLAT_ERROR_INVALID_ARGUMENT      a camera that is singular, not finite or too large; a
     ///                                     background that is not finite; more cameras or Gaussians than
     ///                                     the rasterizer was made for; a state of another rasterizer; a
-    ///                                     tensor of another device or dtype
+    ///                                     tensor of another device or dtype; another number of tiles
     ///   SPLAT_ERROR_INVALID_STATE         a tensor is mapped; a scene and direct colours
     ///   SPLAT_ERROR_SHAPE_MISMATCH        tensors, also of too many Gaussians: the message names one
     ///   SPLAT_ERROR_UNSUPPORTED           more Gaussians in one tile than this device's loops take
@@ -2953,7 +2978,7 @@ extern "C" {
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_SHAPE_MISMATCH, or
     ///   SPLAT_ERROR_INVALID_ARGUMENT      not a valid output, device or dtype
     ///   SPLAT_ERROR_INVALID_STATE         no successful forward call, a mapped tensor, or a rasterizer
-    ///                                     created without SPLAT_RASTERIZER_DEPTH or _NORMALS
+    ///                                     created without SPLAT_RASTERIZER_DEPTH, _NORMALS or _IDS
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY, SPLAT_ERROR_OUT_OF_DEVICE_MEMORY, SPLAT_ERROR_TIMEOUT,
     ///   SPLAT_ERROR_DEVICE_LOST; after the last two the tensor's contents are undefined
     /// ```
@@ -3162,8 +3187,9 @@ extern "C" {
     pub fn splat_run_interrupt(run: splat_run) -> splat_result;
 
     /// JSON: {"schema": 1, "folder", "step", "iterations", "skipped", "loss" (of the latest step; null before the
-    /// first of this session), "val_psnr" (null before a validation), "best_val_psnr", "peak_bytes", "ledger" (what
-    /// was drawn and finite in this session's last attempt; of a training as in splat_trainer_report)}.
+    /// first of this session), "val_psnr" and "val_ssim" (null before a validation), "best_val_psnr", "peak_bytes",
+    /// "ledger" (what was drawn and finite in this session's last attempt; of a training as in
+    /// splat_trainer_report)}.
     ///
     /// Returns SPLAT_OK, SPLAT_INCOMPLETE, SPLAT_ERROR_INVALID_HANDLE
     pub fn splat_run_report(
@@ -3614,6 +3640,11 @@ extern "C" {
     /// steps and seeds have equal bits. On resuming, what is given (not 0 or NULL) must equal the run's. A split of the
     /// data's own goes before `test_every`.
     ///
+    /// What it takes of the device is estimated, and told as a message. A new fit that takes more than `memory_bytes`, or
+    /// than there is, has fewer Gaussians, down to a quarter of them or 5,000, then photographs of half the sides, a quarter
+    /// and so on, and warns. Where memory runs out in a step, the fit warns and goes on without growth, then with one view a
+    /// step instead of two.
+    ///
     /// splat_run_next of it returns errors of the rasterizer and of the device, and SPLAT_ERROR_INVALID_STATE after the
     /// device failed within an update: close the run and resume it.
     /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, or, with the folder untouched,
@@ -3625,6 +3656,7 @@ extern "C" {
     ///   SPLAT_ERROR_UNSUPPORTED           a lens; a format of photographs; more Gaussians or larger photographs than the
     ///                                     device takes
     ///   SPLAT_ERROR_IO                    the folder cannot be written; parts may remain
+    ///   SPLAT_ERROR_OUT_OF_DEVICE_MEMORY  `memory_bytes`, or the memory that there is, are too little for any of this
     ///   SPLAT_ERROR_OUT_OF_HOST_MEMORY    and errors of the device
     /// ```
     pub fn splat_fit_open(device: splat_device, desc: *const splat_fit_desc, run: *mut splat_run) -> splat_result;
@@ -3637,6 +3669,26 @@ extern "C" {
     ///   SPLAT_ERROR_DEVICE_LOST
     /// ```
     pub fn splat_fit_scene(run: splat_run, scene: *mut splat_scene) -> splat_result;
+
+    /// ```text
+    /// Score any scene on the photographs that a fit of `desc` holds out, as that fit scores itself: a run without a
+    /// folder. Its events are one SPLAT_EVENT_VALIDATED_PIECE for each photograph, with name, both images and the numbers
+    /// "val_psnr" (dB) and "val_ssim"; SPLAT_EVENT_VALIDATION with their means, "val_views" and "gaussians"; and
+    /// SPLAT_EVENT_DONE. The drawn image is cut to 0 to 1, and only the pixels count that the lens and the mask leave;
+    /// `truths` is 0 elsewhere.
+    /// desc      data, masks, downscale, test_every, cameras, SPLAT_FIT_WHITE_BACKGROUND and SPLAT_FIT_ALL_PHOTOS, which
+    ///           scores all photographs; the rest is not read
+    /// scene     in the frame and units of the cameras
+    /// border    0 to below 0.5; above 0 there are also "inner_psnr" and "inner_ssim", over the pixels that are at least
+    ///           this share of width and height away from the edges: 0.1 leaves the central 80 % of both; NaN if none counts
+    /// Returns SPLAT_OK, SPLAT_ERROR_INVALID_HANDLE, SPLAT_ERROR_INVALID_ARGUMENT (desc, border, a scene without Gaussians,
+    ///   no photograph that is held out), and errors of splat_fit_open about cameras, photographs, masks and the device.
+    ///   splat_run_next returns SPLAT_ERROR_INVALID_ARGUMENT for a drawn image that is not finite, and errors of the
+    ///   device
+    /// ```
+    pub fn splat_fit_score(
+        device: splat_device, desc: *const splat_fit_desc, scene: splat_scene, border: f64, run: *mut splat_run
+    ) -> splat_result;
 
     /// ```text
     /// Get a preset. JSON: {"path" (where a model without a path is looked for), "preset": {"name",
@@ -4031,12 +4083,12 @@ mod tests {
         layout!(splat_rasterizer_desc, 56, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; gaussians: 16, 4; views: 20,
         4; width: 24, 4; height: 28, 4; sh_degree: 32, 4; disabled_skips: 36, 4; convention: 40, 4; near_plane: 44, 4;
         far_plane: 48, 4; reserved: 52, 4;);
-        layout!(splat_gaussians_desc, 64, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; means: 16, 8; scales: 24, 8;
-        rotations: 32, 8; opacities: 40, 8; sh: 48, 8; colors: 56, 8;);
-        layout!(splat_gradients_desc, 112, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; grad_rgb: 16, 8; grad_alpha:
+        layout!(splat_gaussians_desc, 80, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; means: 16, 8; scales: 24, 8;
+        rotations: 32, 8; opacities: 40, 8; sh: 48, 8; colors: 56, 8; active_tiles: 64, 8; active_tile_count: 72, 8;);
+        layout!(splat_gradients_desc, 128, 8, struct_size: 0, 4; flags: 4, 4; next: 8, 8; grad_rgb: 16, 8; grad_alpha:
         24, 8; grad_depth: 32, 8; grad_means: 40, 8; grad_scales: 48, 8; grad_rotations: 56, 8; grad_opacities: 64, 8;
         grad_sh: 72, 8; grad_colors: 80, 8; grad_means2d: 88, 8; grad_means2d_abs: 96, 8; grad_world_to_camera: 104,
-        8;);
+        8; grad_intrinsics: 112, 8; contributions: 120, 8;);
         layout!(splat_rasterizer_info, 88, 8, struct_size: 0, 4; passes: 4, 4; visible: 8, 8; pairs: 16, 8; longest:
         24, 8; tiles: 32, 8; empty_tiles: 40, 8; bytes: 48, 8; runs: 56, 4; gaussians: 60, 4; views: 64, 4; reserved:
         68, 4; culled: 72, 8; non_finite: 80, 8;);

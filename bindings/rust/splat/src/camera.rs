@@ -103,6 +103,18 @@ impl Camera {
         Ok(cameras)
     }
 
+    /// `count` cameras along a smooth path through `keys`, with the size and lens of the first one; a
+    /// `closed` path returns to its first key.
+    /// # Errors
+    /// `InvalidArgument` (fewer than two different poses), `OutOfHostMemory`.
+    pub fn path(keys: &[Camera], closed: bool, count: u32) -> Result<Vec<Camera>> {
+        let mut cameras = zeros::<Camera>("count", &[count as usize])?;
+        let out = cameras.as_mut_ptr().cast();
+        let from = keys.as_ptr().cast();
+        call!(splat_camera_path(from, keys.len() as u32, u32::from(closed), count, out))?;
+        Ok(cameras)
+    }
+
     /// Read the cameras of a NeRF transforms.json, or of a COLMAP model's folder.
     /// # Errors
     /// `NotFound` (there is no such file, or no model in the folder), `Io` (a file cannot be read),

@@ -12,7 +12,7 @@ use crate::values::{Camera, GradientsFlags, Output, RasterizerDesc, RasterizerIn
 use splat_sys as sys;
 
 object! {
-    /// Draws up to N Gaussians into up to V views of a fixed size, and computes gradients.
+    /// Draws up to N Gaussians into up to V views of up to W x H pixels, and computes gradients.
     ///
     /// The caller synchronises calls on one rasterizer and its states, so it can be sent to another
     /// thread but not shared:
@@ -63,6 +63,9 @@ pub struct Gaussians<'a> {
     pub sh: Option<&'a Tensor>,
     /// `[n,3]`; None without direct colours
     pub colors: Option<&'a Tensor>,
+    /// `[v,ceil(H/16),ceil(W/16)]` tiles of the call's views; None: all. Pixels of a tile with 0 are
+    /// the background with alpha 0, and pass no gradient
+    pub active_tiles: Option<&'a [u8]>,
 }
 
 /// Tensors of a backward call, in the shapes of the last forward call: V views, N Gaussians. None
@@ -95,6 +98,10 @@ pub struct Gradients<'a> {
     pub grad_means2d_abs: Option<&'a Tensor>,
     /// Out: `[V,3,4]` rows of the rotation and the translation
     pub grad_world_to_camera: Option<&'a Tensor>,
+    /// Out: `[V,4]` fx, fy, cx, cy
+    pub grad_intrinsics: Option<&'a Tensor>,
+    /// Out: `[N,2]` sum of its weights, number of pixels, over all views
+    pub contributions: Option<&'a Tensor>,
 }
 
 pub(crate) fn handle(tensor: Option<&Tensor>) -> sys::splat_tensor {
@@ -177,6 +184,8 @@ impl Rasterizer {
             opacities: handle(gaussians.opacities),
             sh: handle(gaussians.sh),
             colors: handle(gaussians.colors),
+            active_tiles: gaussians.active_tiles.map_or(std::ptr::null(), |tiles| tiles.as_ptr()),
+            active_tile_count: gaussians.active_tiles.map_or(0, |tiles| tiles.len()),
             ..Default::default()
         };
         let length = count("cameras", cameras.len())?;
@@ -276,7 +285,7 @@ impl Rasterizer {
     ///     rotations: Some(&rotations),
     ///     opacities: Some(&opacities),
     ///     colors: Some(&colors),
-    ///     sh: None,
+    ///     ..Default::default()
     /// };
     /// rasterizer.forward(None, &gaussians, &[Camera::from_fov(16, 16, 0.8)?], None)?;
     /// let grad_rgb = tensor(&[1, 16, 16, 3], &[1.0; 16 * 16 * 3])?;
@@ -309,6 +318,8 @@ impl Rasterizer {
             grad_means2d: handle(gradients.grad_means2d),
             grad_means2d_abs: handle(gradients.grad_means2d_abs),
             grad_world_to_camera: handle(gradients.grad_world_to_camera),
+            grad_intrinsics: handle(gradients.grad_intrinsics),
+            contributions: handle(gradients.contributions),
             ..Default::default()
         };
         call!(splat_rasterizer_backward(self.handle, state_handle(state), &raw))

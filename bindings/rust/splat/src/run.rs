@@ -421,3 +421,40 @@ impl Fit {
         Scene::made(|handle| call!(splat_fit_scene(self.0.handle, handle)))
     }
 }
+
+/// The scores of any scene on the photographs that a fit holds out, as a run without a folder: events of
+/// each photograph with "val_psnr" and "val_ssim", then [`RunEventKind::VALIDATION`] with their means.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Scoring(Run);
+
+deref_to_run!(Scoring);
+
+impl Scoring {
+    /// `scene` lies in the frame and units of the cameras. Of `desc` are read data, masks, downscale,
+    /// `test_every`, cameras and the flags of photographs and background. With a `border` above 0 there are
+    /// also "inner_psnr" and "inner_ssim", without this share of width and height on each side.
+    /// # Errors
+    /// `InvalidArgument`, `NotFound`, `Format`, `Unsupported`, `ShapeMismatch`, errors of the device.
+    pub fn open(
+        device: &Device,
+        desc: &FitDesc<'_>,
+        scene: &Scene,
+        border: f64,
+    ) -> Result<Scoring> {
+        let data = c_optional_path("data", desc.data)?;
+        let masks = c_optional_path("masks", desc.masks)?;
+        let raw = sys::splat_fit_desc {
+            flags: desc.flags.0,
+            data: pointer(&data),
+            masks: pointer(&masks),
+            downscale: desc.downscale,
+            test_every: desc.test_every,
+            cameras: desc.cameras.0,
+            ..Default::default()
+        };
+        Run::made(|handle| {
+            call!(splat_fit_score(device.handle, &raw, scene.handle, border, handle))
+        })
+        .map(Scoring)
+    }
+}

@@ -357,6 +357,9 @@ flags! {
         /// `Convention::CONVENTION_3DGS`: the gradient of the original code with its three quirks
         ORIGINAL_GRADIENT = SPLAT_RASTERIZER_ORIGINAL_GRADIENT,
         /** output NORMALS */ NORMALS = SPLAT_RASTERIZER_NORMALS,
+        /** fx, fy, cx, cy; implies GRAD_POSE */ GRAD_INTRINSICS = SPLAT_RASTERIZER_GRAD_INTRINSICS,
+        /** contributions of a backward call; implies it */ CONTRIBUTIONS = SPLAT_RASTERIZER_CONTRIBUTIONS,
+        /** output IDS; implies DEPTH */ IDS = SPLAT_RASTERIZER_IDS,
     }
 }
 
@@ -391,6 +394,7 @@ number! {
         /** \[V,N\] 1, or 0 if culled */ VISIBILITY = SPLAT_OUTPUT_VISIBILITY,
         /// \[V,H,W,3\] sum of weight * normal: axis of the smallest scale, OpenCV axes of the camera
         NORMALS = SPLAT_OUTPUT_NORMALS,
+        /** \[V,H,W\] Gaussian of the largest weight, from 0; -1: none */ IDS = SPLAT_OUTPUT_IDS,
     }
 }
 
@@ -486,7 +490,7 @@ flags! {
         /// transparent pictures lie on white; else only opaque pixels count
         WHITE_BACKGROUND = SPLAT_FIT_WHITE_BACKGROUND,
         /** correct the cameras of the fitted photographs, too */ REFINE_POSES = SPLAT_FIT_REFINE_POSES,
-        /** a gain and an offset of colours for each of them */ REFINE_EXPOSURE = SPLAT_FIT_REFINE_EXPOSURE,
+        /** gains and offsets of their colours */ REFINE_EXPOSURE = SPLAT_FIT_REFINE_EXPOSURE,
     }
 }
 
@@ -650,7 +654,7 @@ output! {
         visible: u64 = raw.visible,
         /** (tile, Gaussian, view) triples */ pairs: u64 = raw.pairs,
         /** Gaussians in the fullest tile */ longest: u64 = raw.longest,
-        /** tiles of all views */ tiles: u64 = raw.tiles,
+        /** tiles of all views, each of W x H */ tiles: u64 = raw.tiles,
         /** tiles without Gaussians */ empty_tiles: u64 = raw.empty_tiles,
         /// device memory of the state, with the gradients that states share, without the packed copies of scenes,
         /// which rasterizers share
@@ -1034,8 +1038,8 @@ input! {
         /// V, most cameras of a call; 0: any number. The memory is then for one, and a call with more cameras than
         /// any before makes it anew, for which both must fit for a moment
         views: u32 = own.views,
-        /** W, pixels */ width: u32 = own.width,
-        /** H, pixels */ height: u32 = own.height,
+        /** W, pixels of the widest view */ width: u32 = own.width,
+        /** H, pixels of the highest view */ height: u32 = own.height,
         /** 0 to 3; 0 with direct colours */ sh_degree: u32 = own.sh_degree,
         /// bits of `SkipFlags` of skips to turn off, for measuring
         disabled_skips: SkipFlags = own.disabled_skips.0,
@@ -1090,7 +1094,7 @@ const _: () = assert!(
 
 /// What sentences say for names of C, in their order.
 #[rustfmt::skip]
-pub(crate) const WORDS: [(&str, &str); 94] = [
+pub(crate) const WORDS: [(&str, &str); 98] = [
     ("NULL", "None"), ("SPLAT_CAMERA_IGNORE_DISTORTION", "CameraFlags::IGNORE_DISTORTION"),
     ("SPLAT_CONVENTION_3DGS", "Convention::CONVENTION_3DGS"), ("SPLAT_CONVENTION_GSPLAT", "Convention::GSPLAT"),
     ("SPLAT_DEVICE_PROFILE", "DeviceFlags::PROFILE"), ("SPLAT_DEVICE_VALIDATION", "DeviceFlags::VALIDATION"),
@@ -1104,11 +1108,14 @@ pub(crate) const WORDS: [(&str, &str); 94] = [
     ("SPLAT_MODEL_RECOMPUTE", "ModelFlags::RECOMPUTE"), ("SPLAT_MODULE_GRADIENTS", "ModuleFlags::GRADIENTS"),
     ("SPLAT_MODULE_INPUT_GRADIENTS", "ModuleFlags::INPUT_GRADIENTS"), ("SPLAT_PASS_TENSORS", "PassFlags::TENSORS"),
     ("SPLAT_PICTURE_WHOLE", "PictureFlags::WHOLE"), ("SPLAT_PIXEL_", "Pixel"), ("SPLAT_PORT_KIND_", "PortKind"),
-    ("SPLAT_RASTERIZER_BACKWARD", "RasterizerFlags::BACKWARD"), ("SPLAT_RASTERIZER_DEPTH", "RasterizerFlags::DEPTH"),
+    ("SPLAT_RASTERIZER_BACKWARD", "RasterizerFlags::BACKWARD"),
+    ("SPLAT_RASTERIZER_CONTRIBUTIONS", "RasterizerFlags::CONTRIBUTIONS"),
+    ("SPLAT_RASTERIZER_DEPTH", "RasterizerFlags::DEPTH"),
     ("SPLAT_RASTERIZER_DIRECT_COLORS", "RasterizerFlags::DIRECT_COLORS"),
     ("SPLAT_RASTERIZER_GRAD_DEPTH", "RasterizerFlags::GRAD_DEPTH"),
+    ("SPLAT_RASTERIZER_GRAD_INTRINSICS", "RasterizerFlags::GRAD_INTRINSICS"),
     ("SPLAT_RASTERIZER_GRAD_MEANS2D", "RasterizerFlags::GRAD_MEANS2D"),
-    ("SPLAT_RASTERIZER_GRAD_POSE", "RasterizerFlags::GRAD_POSE"),
+    ("SPLAT_RASTERIZER_GRAD_POSE", "RasterizerFlags::GRAD_POSE"), ("SPLAT_RASTERIZER_IDS", "RasterizerFlags::IDS"),
     ("SPLAT_RASTERIZER_NORMALS", "RasterizerFlags::NORMALS"),
     ("SPLAT_RASTERIZER_ORIGINAL_GRADIENT", "RasterizerFlags::ORIGINAL_GRADIENT"), ("SPLAT_SCENE_", "scene"),
     ("SPLAT_SCHEDULE_COSINE", "Schedule::COSINE"), ("SPLAT_SCHEDULE_STEP", "Schedule::STEP"),
@@ -1122,12 +1129,12 @@ pub(crate) const WORDS: [(&str, &str); 94] = [
     ("splat_decode_set_limits", "set_decode_limits"), ("splat_device", "Device"),
     ("splat_device_cancel", "Device::cancel"), ("splat_evaluator", "Evaluator"),
     ("splat_evaluator_score", "Evaluator::score"), ("splat_fit_open", "Fit::open"),
-    ("splat_gaussians_desc", "Gaussians"), ("splat_gradients_desc", "Gradients"), ("splat_lpips", "Lpips"),
-    ("splat_lpips_desc", "Lpips"), ("splat_model", "Model"), ("splat_model_backward", "Model::backward"),
-    ("splat_model_forward", "Model::forward"), ("splat_model_load", "Model::load"),
-    ("splat_model_ports", "Model::ports"), ("splat_module", "Module"), ("splat_op", "Op"),
-    ("splat_optimizer", "Optimizer"), ("splat_picture_cut_desc", "PictureCut"), ("splat_predictor", "Predictor"),
-    ("splat_prior_model", "PriorModel"), ("splat_raster_state", "RasterState"),
+    ("splat_fit_score", "Scoring::open"), ("splat_gaussians_desc", "Gaussians"),
+    ("splat_gradients_desc", "Gradients"), ("splat_lpips", "Lpips"), ("splat_lpips_desc", "Lpips"),
+    ("splat_model", "Model"), ("splat_model_backward", "Model::backward"), ("splat_model_forward", "Model::forward"),
+    ("splat_model_load", "Model::load"), ("splat_model_ports", "Model::ports"), ("splat_module", "Module"),
+    ("splat_op", "Op"), ("splat_optimizer", "Optimizer"), ("splat_picture_cut_desc", "PictureCut"),
+    ("splat_predictor", "Predictor"), ("splat_prior_model", "PriorModel"), ("splat_raster_state", "RasterState"),
     ("splat_raster_state_create", "RasterState::create"), ("splat_rasterizer", "Rasterizer"),
     ("splat_rasterizer_forward", "Rasterizer::forward"), ("splat_rasterizer_read", "Rasterizer::read"),
     ("splat_run", "Run"), ("splat_run_next", "Run::next"), ("splat_scene", "Scene"), ("splat_tensor", "Tensor"),

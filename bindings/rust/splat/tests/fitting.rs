@@ -2,7 +2,9 @@
 
 mod support;
 
-use splat::{Camera, Code, Fit, FitCameras, FitDesc, FitFlags, OrbitDesc, RunEvent, RunEventKind};
+use splat::{
+    Camera, Code, Fit, FitCameras, FitDesc, FitFlags, OrbitDesc, RunEvent, RunEventKind, Scoring,
+};
 use std::path::PathBuf;
 use support::{device, scene, Folder};
 
@@ -57,7 +59,16 @@ fn a_fit_lowers_its_loss_and_resumes() {
     let sum = |part: &[f64]| part.iter().sum::<f64>();
     assert!(losses.len() == 60 && sum(&losses[53..]) < 0.9 * sum(&losses[..7]), "{losses:?}");
     assert!(scores.last().unwrap() > &(scores[0] + 1.0), "{scores:?}");
-    let info = fit.scene().unwrap().get_info().unwrap();
+    let made = fit.scene().unwrap();
+    let photos = FitDesc { data: Some(&data), ..Default::default() };
+    let scored: Vec<_> =
+        Scoring::open(device(), &photos, &made, 0.1).unwrap().map(Result::unwrap).collect();
+    let means = scored.iter().find(|event| event.kind == RunEventKind::VALIDATION).unwrap();
+    assert!((means.numbers["val_psnr"] - scores.last().unwrap()).abs() < 1e-3, "{means:?}");
+    assert!(means.numbers.contains_key("inner_ssim"));
+    let error = Scoring::open(device(), &photos, &made, 0.5).unwrap_err();
+    assert!(error.message().contains("border is 0.5"), "{error}");
+    let info = made.get_info().unwrap();
     assert!(info.count > 0 && info.count <= 500 && info.sh_degree == 1, "{info:?}");
 }
 

@@ -3,10 +3,10 @@
 mod support;
 
 use splat::{
-    image, prior_scores, Camera, Code, DepthFlags, FilterFlags, Gaussians, Gradients, Image,
-    ImageFormat, ImageView, ImageViewMut, MaskFlags, NormalFlags, OrbitDesc, Output, RasterState,
-    RasterizerDesc, RasterizerFlags, Scene, SceneDesc, SceneFileDesc, SceneFormat, SceneRenderDesc,
-    Similarity, Tensor,
+    image, prior_scores, Camera, Code, Convention, DepthFlags, FilterFlags, Gaussians, Gradients,
+    Image, ImageFormat, ImageView, ImageViewMut, MaskFlags, NormalFlags, OrbitDesc, Output,
+    RasterState, RasterizerDesc, RasterizerFlags, Scene, SceneDesc, SceneFileDesc, SceneFormat,
+    SceneRenderDesc, Similarity, Tensor,
 };
 use support::{camera, device, rasterizer, scene, Folder, SIZE};
 
@@ -82,6 +82,9 @@ fn cameras_keep_their_poses_in_files() {
     let folder = Folder::new("cameras");
     let desc = OrbitDesc { width: 64, height: 48, ..Default::default() };
     let cameras = Camera::orbit(&scene(30), &desc, 5).unwrap();
+    let path = Camera::path(&cameras, true, 10).unwrap();
+    assert!(path.len() == 10 && path[3].fx == cameras[0].fx);
+    assert!(Camera::path(&cameras[..1], false, 2).is_err());
     let names = ["a", "b", "c", "d", "e"];
     Camera::save(folder.join("transforms.json"), &cameras, &names).unwrap();
     let read = Camera::load(folder.join("transforms.json"), &Default::default()).unwrap();
@@ -158,7 +161,7 @@ fn gradients_come_back_for_each_state() {
         rotations: Some(&rotations),
         opacities: Some(&opacities),
         sh: Some(&sh),
-        colors: None,
+        ..Default::default()
     };
     let second = RasterState::create(&rasterizer).unwrap();
     rasterizer.forward(None, &gaussians, &[camera()], None).unwrap();
@@ -182,6 +185,50 @@ fn gradients_come_back_for_each_state() {
 }
 
 #[test]
+fn smaller_views_tiles_and_what_gaussians_add() {
+    let scene = scene(50);
+    let flags =
+        RasterizerFlags::GRAD_INTRINSICS | RasterizerFlags::CONTRIBUTIONS | RasterizerFlags::IDS;
+    let desc = RasterizerDesc { flags, convention: Convention::GSPLAT, ..Default::default() };
+    let rasterizer = rasterizer(device(), desc);
+    let tensor = |name: &str| scene.to_tensor(name, device()).unwrap();
+    let (means, scales, rotations) = (tensor("means"), tensor("scales"), tensor("rotations"));
+    let (opacities, sh) = (tensor("opacities"), tensor("sh"));
+    let gaussians = Gaussians {
+        means: Some(&means),
+        scales: Some(&scales),
+        rotations: Some(&rotations),
+        opacities: Some(&opacities),
+        sh: Some(&sh),
+        active_tiles: Some(&[1, 1, 0, 1, 1, 1]),
+        ..Default::default()
+    };
+    rasterizer.forward(None, &gaussians, &[camera()], Some([1.0; 3])).unwrap();
+    let alpha = rasterizer.to_vec(None, Output::ALPHA).unwrap();
+    assert!(alpha.iter().enumerate().all(|(p, a)| p % 48 < 32 || p / 48 >= 16 || *a == 0.0));
+    assert!(alpha.iter().any(|a| *a > 0.0));
+    let ids = rasterizer.to_vec(None, Output::IDS).unwrap();
+    assert!(ids.iter().zip(&alpha).all(|(id, a)| (*id >= 0.0) == (*a > 0.0)));
+    let ones = Tensor::from_slice(device(), &[1, 32, 48, 3], &vec![1.0_f32; 32 * 48 * 3]).unwrap();
+    let intrinsics = Tensor::from_slice(device(), &[1, 4], &[0.0_f32; 4]).unwrap();
+    let contributions = Tensor::from_slice(device(), &[50, 2], &[0.0_f32; 100]).unwrap();
+    let gradients = Gradients {
+        grad_rgb: Some(&ones),
+        grad_intrinsics: Some(&intrinsics),
+        contributions: Some(&contributions),
+        ..Default::default()
+    };
+    rasterizer.backward(None, &gradients).unwrap();
+    assert!(intrinsics.to_vec::<f32>().unwrap().iter().all(|g| *g != 0.0));
+    let sums = contributions.to_vec::<f32>().unwrap();
+    let weights: f32 = sums.iter().step_by(2).sum();
+    assert!((weights - alpha.iter().sum::<f32>()).abs() < 1e-3 * weights, "{weights}");
+    let small = Camera { width: 20, height: 20, ..camera() };
+    rasterizer.forward_scene(None, &scene, &[small], Some([1.0; 3])).unwrap();
+    assert_eq!(rasterizer.to_vec(None, Output::RGB).unwrap()[3 * 20], 0.0);
+}
+
+#[test]
 fn bad_calls_of_the_rasterizer_are_refused() {
     let one = RasterizerDesc { views: 1, ..Default::default() };
     let rasterizer = rasterizer(device(), one);
@@ -193,7 +240,7 @@ fn bad_calls_of_the_rasterizer_are_refused() {
     assert_eq!(error.code(), Code::InvalidState, "{error}");
     assert_eq!(draw(Some(&state), &[camera()]).unwrap_err().code(), Code::InvalidArgument);
     assert!(draw(None, &[camera(), camera()]).is_err());
-    assert!(draw(None, &[Camera::from_fov(20, 20, 1.0).unwrap()]).is_err());
+    assert!(draw(None, &[Camera::from_fov(20, 40, 1.0).unwrap()]).is_err());
     assert!(draw(None, &[Camera::default()]).is_err());
     draw(None, &[camera()]).unwrap();
     let mut few = [3.0; 5];

@@ -1,0 +1,32 @@
+#ifndef SPLAT_RASTER_REDUCE_PARAMS_H
+#define SPLAT_RASTER_REDUCE_PARAMS_H
+
+#include "params/spec_ids.h"
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace splat::params {
+using uint = std::uint32_t;
+#endif
+
+struct PoseReduceParams {
+    uint groups;  // partial sums per view
+    uint views;
+    uint accumulate;  // 1: added to the existing values
+    uint quads;       // per partial sum: 3 rows of [R|t], 4 with the intrinsics
+};
+
+struct ContributionReduceParams {
+    uint gaussians;  // per view
+    uint views;
+    uint accumulate;  // 1: added to the existing values
+    uint groups_x;    // workgroups per row of the dispatch, see src/vk/launch.h
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(PoseReduceParams) <= 128);
+static_assert(sizeof(ContributionReduceParams) <= 128);
+}
+#endif
+
+#endif
